@@ -1,0 +1,72 @@
+!> Faults of a deck: collected while reading, reported all in one go.
+module faults
+  implicit none
+  private
+
+  public :: origin_t, fault_t, fault_list_t, add_fault, add_warning, n_errors
+
+  !> The place in a deck that something came from.
+  type :: origin_t
+    character(:), allocatable :: file      !! path as the user wrote it
+    integer :: line = 0                    !! line number from 1, 0 where no line is meant
+    character(:), allocatable :: keyword   !! such as *BLANK, empty outside keywords
+  end type origin_t
+
+  !> One fault: where, what stood there, what was expected.
+  type :: fault_t
+    type(origin_t) :: origin
+    logical :: is_warning = .false.
+    character(:), allocatable :: found      !! what the deck says
+    character(:), allocatable :: expected   !! what would be right, with the nearest valid name
+  end type fault_t
+
+  !> All faults so far, in the order of discovery: the first `n_items` of `items`.
+  type :: fault_list_t
+    integer :: n_items = 0
+    type(fault_t), allocatable :: items(:)   !! grown by doubling, so longer than `n_items`
+  end type fault_list_t
+
+contains
+
+  !> Note an error; reading goes on.
+  pure subroutine add_fault(list, origin, found, expected)
+    type(fault_list_t), intent(inout) :: list
+    type(origin_t), intent(in) :: origin
+    character(*), intent(in) :: found, expected
+
+    call append(list, fault_t(origin, .false., found, expected))
+  end subroutine add_fault
+
+  !> Note something suspicious that does not prevent the run.
+  pure subroutine add_warning(list, origin, found, expected)
+    type(fault_list_t), intent(inout) :: list
+    type(origin_t), intent(in) :: origin
+    character(*), intent(in) :: found, expected
+
+    call append(list, fault_t(origin, .true., found, expected))
+  end subroutine add_warning
+
+  !> Number of faults that prevent the run (warnings do not count).
+  pure integer function n_errors(list)
+    type(fault_list_t), intent(in) :: list
+
+    n_errors = 0
+    if (allocated(list%items)) n_errors = count(.not. list%items(:list%n_items)%is_warning)
+  end function n_errors
+
+  pure subroutine append(list, fault)
+    type(fault_list_t), intent(inout) :: list
+    type(fault_t), intent(in) :: fault
+    type(fault_t), allocatable :: longer(:)
+
+    if (.not. allocated(list%items)) allocate (list%items(8))
+    if (list%n_items == size(list%items)) then
+      allocate (longer(2*list%n_items))
+      longer(:list%n_items) = list%items
+      call move_alloc(longer, list%items)
+    end if
+    list%n_items = list%n_items + 1
+    list%items(list%n_items) = fault
+  end subroutine append
+
+end module faults

@@ -1,0 +1,264 @@
+!> Small services for text: case, numbers to and from text, the nearest of several names.
+module text
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use kinds, only: wp
+  implicit none
+  private
+
+  public :: string_t, upper_case, lower_case, squeezed, to_text, read_real, read_integer
+  public :: edit_distance, nearest_name, strings, joined
+
+  !> Text of its own length, for lists of texts.
+  type :: string_t
+    character(:), allocatable :: value
+  end type string_t
+
+  !> A number as the shortest text that reads back as the same number.
+  interface to_text
+    module procedure integer_to_text, real_to_text
+  end interface to_text
+
+contains
+
+  !> The text with its letters a to z in upper case.
+  pure function upper_case(given) result(upper)
+    character(*), intent(in) :: given
+    character(len(given)) :: upper
+    integer :: i
+
+    do i = 1, len(given)
+      upper(i:i) = given(i:i)
+      if (lge(given(i:i), "a") .and. lle(given(i:i), "z")) then
+        upper(i:i) = achar(iachar(given(i:i)) - 32)
+      end if
+    end do
+  end function upper_case
+
+  !> The text with its letters A to Z in lower case.
+  pure function lower_case(given) result(lower)
+    character(*), intent(in) :: given
+    character(len(given)) :: lower
+    integer :: i
+
+    do i = 1, len(given)
+      lower(i:i) = given(i:i)
+      if (lge(given(i:i), "A") .and. lle(given(i:i), "Z")) then
+        lower(i:i) = achar(iachar(given(i:i)) + 32)
+      end if
+    end do
+  end function lower_case
+
+  !> The text without blanks at its ends, and with single blanks inside.
+  pure function squeezed(given) result(short)
+    character(*), intent(in) :: given
+    character(:), allocatable :: short
+    character(len(given)) :: buffer
+    integer :: i, n
+
+    n = 0
+    do i = 1, len(given)
+      if (given(i:i) == " ") then
+        if (n == 0) cycle
+        if (buffer(n:n) == " ") cycle
+      end if
+      n = n + 1
+      buffer(n:n) = given(i:i)
+    end do
+    short = trim(buffer(:n))
+  end function squeezed
+
+  pure function integer_to_text(number) result(written)
+    integer, intent(in) :: number
+    character(:), allocatable :: written
+    character(12) :: buffer
+
+    write (buffer, "(i0)") number
+    written = trim(buffer)
+  end function integer_to_text
+
+  !> Fifteen digits suffice for any number a person wrote; the rest takes up to seventeen.
+  pure function real_to_text(number) result(written)
+    real(wp), intent(in) :: number
+    character(:), allocatable :: written
+    character(32) :: buffer
+    character(12) :: form
+    real(wp) :: back
+    integer :: digits, exponent
+
+    if (.not. ieee_is_finite(number)) then
+      write (buffer, "(g0)") number
+      written = trim(adjustl(buffer))
+      return
+    else if (abs(number) < 1.0e9_wp .and. abs(number - nint(number)) <= 0.0_wp) then
+      written = integer_to_text(nint(number))
+      return
+    end if
+    do digits = 14, 16
+      write (form, "('(es30.',i0,'e3)')") digits
+      write (buffer, form) number
+      read (buffer, *) back
+      if (abs(back - number) <= 0.0_wp) exit
+    end do
+    buffer = adjustl(buffer)
+    read (buffer(index(buffer, "E") + 1:), *) exponent
+    written = positional(buffer(:index(buffer, "E") - 1), exponent)
+  end function real_to_text
+
+  !> Digits `d.ddd` times ten to the exponent, without an exponent where that stays short.
+  pure function positional(mantissa, exponent) result(written)
+    character(*), intent(in) :: mantissa   !! sign, one digit, a point, more digits
+    integer, intent(in) :: exponent
+    character(:), allocatable :: written, sign, digits
+    integer :: point
+
+    sign = ""
+    if (mantissa(1:1) == "-") sign = "-"
+    point = index(mantissa, ".")
+    digits = mantissa(point - 1:point - 1)//mantissa(point + 1:)
+    digits = digits(:max(1, verify(digits, "0", back=.true.)))
+    if (exponent >= 0 .and. exponent < 9 .and. len(digits) > exponent + 1) then
+      written = sign//digits(:exponent + 1)//"."//digits(exponent + 2:)
+    else if (exponent < 0 .and. exponent > -4) then
+      written = sign//"0."//repeat("0", -exponent - 1)//digits
+    else
+      written = sign//digits(1:1)
+      if (len(digits) > 1) written = written//"."//digits(2:)
+      written = written//"e"//integer_to_text(exponent)
+    end if
+  end function positional
+
+  !> Read a number such as 12, -0.5, .5, 1.e-3 or 1.5d0; all of the text must belong to it.
+  pure subroutine read_real(given, number, is_number)
+    character(*), intent(in) :: given
+    real(wp), intent(out) :: number
+    logical, intent(out) :: is_number
+    integer :: status
+
+    number = 0.0_wp
+    is_number = has_number_form(given)
+    if (.not. is_number) return
+    read (given, "(f200.0)", iostat=status) number
+    is_number = status == 0
+    if (is_number) is_number = ieee_is_finite(number)
+  end subroutine read_real
+
+  !> Read a whole number; all of the text must belong to it.
+  pure subroutine read_integer(given, number, is_number)
+    character(*), intent(in) :: given
+    integer, intent(out) :: number
+    logical, intent(out) :: is_number
+    integer :: first, status
+
+    number = 0
+    first = 1
+    is_number = len(given) > 0 .and. len(given) < 200
+    if (.not. is_number) return
+    if (scan(given(1:1), "+-") > 0) first = 2
+    is_number = first <= len(given) .and. verify(given(first:), "0123456789") == 0
+    if (.not. is_number) return
+    read (given, "(i200)", iostat=status) number
+    is_number = status == 0
+  end subroutine read_integer
+
+  !> Sign, digits with at most one point, and an exponent that has digits too.
+  pure logical function has_number_form(given)
+    character(*), intent(in) :: given
+    integer :: i, n_digits
+
+    has_number_form = .false.
+    if (len(given) == 0 .or. len(given) > 199) return
+    i = 1 + min(1, scan(given(1:1), "+-"))
+    n_digits = leading_digits(given(i:))
+    i = i + n_digits
+    if (i <= len(given)) then
+      if (given(i:i) == ".") then
+        n_digits = n_digits + leading_digits(given(i + 1:))
+        i = i + 1 + leading_digits(given(i + 1:))
+      end if
+    end if
+    if (n_digits == 0) return
+    if (i <= len(given)) then
+      if (scan(given(i:i), "eEdD") == 0) return
+      i = i + 1
+      if (i <= len(given)) i = i + min(1, scan(given(i:i), "+-"))
+      n_digits = leading_digits(given(i:))
+      if (n_digits == 0) return
+      i = i + n_digits
+    end if
+    has_number_form = i > len(given)
+  end function has_number_form
+
+  pure integer function leading_digits(given)
+    character(*), intent(in) :: given
+
+    leading_digits = verify(given, "0123456789") - 1
+    if (leading_digits < 0) leading_digits = len(given)
+  end function leading_digits
+
+  !> Least number of letters to insert, delete or exchange that makes one text the other.
+  !! Source: R. A. Wagner and M. J. Fischer, J. ACM 21 (1974).
+  pure integer function edit_distance(a, b)
+    character(*), intent(in) :: a, b
+    integer :: row(0:len(b)), i, j, diagonal, above
+
+    row = [(j, j=0, len(b))]
+    do i = 1, len(a)
+      diagonal = row(0)
+      row(0) = i
+      do j = 1, len(b)
+        above = row(j)
+        row(j) = min(above + 1, row(j - 1) + 1, diagonal + merge(0, 1, a(i:i) == b(j:j)))
+        diagonal = above
+      end do
+    end do
+    edit_distance = row(len(b))
+  end function edit_distance
+
+  !> The name most like `given`, whatever its case; empty where none is at least half alike.
+  pure function nearest_name(given, names) result(nearest)
+    character(*), intent(in) :: given
+    type(string_t), intent(in) :: names(:)
+    character(:), allocatable :: nearest
+    integer, parameter :: longest = 80   ! a longer text is no misspelt name
+    integer :: i, distance, least
+
+    nearest = ""
+    if (len(given) > longest) return
+    least = huge(least)
+    do i = 1, size(names)
+      if (len(names(i)%value) > longest) cycle
+      distance = edit_distance(upper_case(given), upper_case(names(i)%value))
+      if (distance >= least) cycle
+      least = distance
+      nearest = names(i)%value
+    end do
+    if (2*least > max(len(given), len(nearest))) nearest = ""
+  end function nearest_name
+
+  !> Texts of one common length as a list of trimmed texts.
+  pure function strings(padded) result(list)
+    character(*), intent(in) :: padded(:)
+    type(string_t), allocatable :: list(:)
+    integer :: i
+
+    allocate (list(size(padded)))
+    do i = 1, size(padded)
+      list(i)%value = trim(padded(i))
+    end do
+  end function strings
+
+  !> The texts one after the other with a separator between them.
+  pure function joined(list, separator) result(line)
+    type(string_t), intent(in) :: list(:)
+    character(*), intent(in) :: separator
+    character(:), allocatable :: line
+    integer :: i
+
+    line = ""
+    do i = 1, size(list)
+      if (i > 1) line = line//separator
+      line = line//list(i)%value
+    end do
+  end function joined
+
+end module text
