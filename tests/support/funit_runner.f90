@@ -1,5 +1,6 @@
 !> Runs the tests of one program and reports what failed.
 module funit_runner
+  use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
   use funit_failures, only: failures, clear_failures, anyExceptions
   implicit none
@@ -17,6 +18,15 @@ module funit_runner
   abstract interface
     subroutine step()
     end subroutine step
+  end interface
+
+  interface
+    !> Ends the program without the backtrace and the notes of `error stop`, which would hide the
+    !! failures.
+    subroutine c_exit(status) bind(c, name="exit")
+      import :: c_int
+      integer(c_int), value :: status
+    end subroutine c_exit
   end interface
 
 contains
@@ -37,7 +47,7 @@ contains
         runner%is_verbose = .true.
       case default
         write (error_unit, "(a)") "usage: [-v] [-f TEXT]"
-        error stop 2
+        call c_exit(2_c_int)
       end select
       i = i + 1
     end do
@@ -88,10 +98,11 @@ contains
       runner%n_failed, " failed, ", runner%n_disabled, " disabled"
     flush (output_unit)
     if (runner%n_run == 0) then
-      write (error_unit, "(a)") "No test ran."
-      error stop 1
+      write (output_unit, "(a)") "no test ran"
+      flush (output_unit)
+      call c_exit(1_c_int)
     end if
-    if (runner%n_failed > 0) error stop 1
+    if (runner%n_failed > 0) call c_exit(1_c_int)
   end subroutine finish
 
   function location_text(i) result(text)
