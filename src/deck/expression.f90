@@ -1,0 +1,360 @@
+!> Arithmetic of *PARAMETER lines, and the replacement of `<expression>` in the lines of a deck.
+!!
+!! Recursive descent: sum of products of powers; `**` binds to the right and before a sign.
+module expression
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use text, only: read_real, to_text, lower_case, nearest_name, strings
+  use parameter_table, only: parameter_table_t, find_parameter, nearest_parameter
+  implicit none
+  private
+
+  public :: evaluate, substitute
+
+  character(5), parameter :: functions(12) = [character(5) :: "sqrt", "sin", "cos", "tan", "exp", &
+                                              "log", "abs", "floor", "ceil", "round", "min", "max"]
+  integer, parameter :: deepest = 100   ! brackets within brackets
+
+  !> A text being read from left to right; an allocated message stops everything.
+  type :: reader_t
+    character(:), allocatable :: line
+    integer :: place = 1
+    integer :: depth = 0
+    character(:), allocatable :: message
+  end type reader_t
+
+contains
+
+  !> Value of an expression of numbers, parameters, + - * / ** ( ), pi and functions.
+  !! Fails with what was found and what was expected on anything else or a value not finite.
+  pure subroutine evaluate(line, parameters, value, error)
+    character(*), intent(in) :: line
+    type(parameter_table_t), intent(in) :: parameters
+    real(wp), intent(out) :: value
+    type(error_t), allocatable, intent(out) :: error
+    type(reader_t) :: reader
+
+    reader%line = trim(line)
+    call read_sum(reader, parameters, value)
+    if (.not. allocated(reader%message)) then
+      if (next(reader) /= "") then
+        reader%message = "`"//reader%line(reader%place:)//"` where an operator was expected"
+      else if (.not. ieee_is_finite(value)) then
+        reader%message = "a value that is no finite number"
+      end if
+    end if
+    if (allocated(reader%message)) then
+      value = 0.0_wp
+      call fail(error, reader%message)
+    end if
+  end subroutine evaluate
+
+  !> Replace every `<expression>` of a line by its value; a `<` without `>` stays as it is.
+  !! What cannot be evaluated becomes 1, so that one fault does not bring others along.
+  pure subroutine substitute(line, parameters, error)
+    character(:), allocatable, intent(inout) :: line
+    type(parameter_table_t), intent(in) :: parameters
+    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable :: trouble
+    character(:), allocatable :: done, inside, words
+    integer :: first, last
+
+    done = ""
+    first = index(line, "<")
+    do while (first > 0)
+      last = first + index(line(first + 1:), ">")
+      if (last == first) exit
+      inside = trim(adjustl(line(first + 1:last - 1)))
+      call value_in_words(inside, parameters, words, trouble)
+      if (allocated(trouble) .and. .not. allocated(error)) then
+        call fail(error, "<"//inside//">: "//trouble%message)
+      end if
+      done = done//line(:first - 1)//words
+      line = line(last + 1:)
+      first = index(line, "<")
+    end do
+    line = done//line
+  end subroutine substitute
+
+  pure subroutine value_in_words(inside, parameters, words, error)
+    character(*), intent(in) :: inside
+    type(parameter_table_t), intent(in) :: parameters
+    character(:), allocatable, intent(out) :: words
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: value
+    integer :: place
+
+    place = find_parameter(parameters, inside)
+    if (place > 0) then
+      words = parameters%items(place)%words
+      return
+    end if
+    call evaluate(inside, parameters, value, error)
+    words = to_text(value)
+    if (allocated(error)) words = "1"
+  end subroutine value_in_words
+
+  !> Next character that is not blank, without moving past it; empty at the end or after a fault.
+  pure function next(reader) result(character_ahead)
+    type(reader_t), intent(in) :: reader
+    character(:), allocatable :: character_ahead
+
+    character_ahead = adjustl(reader%line(reader%place:)//" ")
+    character_ahead = trim(character_ahead(1:1))
+    if (allocated(reader%message)) character_ahead = ""
+  end function next
+
+  !> Move past `symbol` if it comes next.
+  pure subroutine accept(reader, symbol, is_there)
+    type(reader_t), intent(inout) :: reader
+    character(*), intent(in) :: symbol
+    logical, intent(out) :: is_there
+    integer :: first
+
+    is_there = .false.
+    if (allocated(reader%message) .or. reader%place > len(reader%line)) return
+    first = reader%place + verify(reader%line(reader%place:), " ") - 1
+    is_there = index(reader%line(first:), symbol) == 1
+    if (is_there) reader%place = first + len(symbol)
+  end subroutine accept
+
+  pure recursive subroutine read_sum(reader, parameters, value)
+    type(reader_t), intent(inout) :: reader
+    type(parameter_table_t), intent(in) :: parameters
+    real(wp), intent(out) :: value
+    real(wp) :: term
+    logical :: is_plus, is_minus
+
+    call read_product(reader, parameters, value)
+    do
+      call accept(reader, "+", is_plus)
+      is_minus = .false.
+      if (.not. is_plus) call accept(reader, "-", is_minus)
+      if (.not. (is_plus .or. is_minus)) exit
+      call read_product(reader, parameters, term)
+      value = value + merge(term, -term, is_plus)
+    end do
+  end subroutine read_sum
+
+  pure recursive subroutine read_product(reader, parameters, value)
+    type(reader_t), intent(inout) :: reader
+    type(parameter_table_t), intent(in) :: parameters
+    real(wp), intent(out) :: value
+    real(wp) :: factor
+    logical :: is_times, is_over
+
+    call read_signed(reader, parameters, value)
+    do
+      call accept(reader, "*", is_times)
+      is_over = .false.
+      if (.not. is_times) call accept(reader, "/", is_over)
+      if (.not. (is_times .or. is_over)) exit
+      call read_signed(reader, parameters, factor)
+      if (allocated(reader%message)) exit
+      if (is_times) then
+        value = value*factor
+      else if (abs(factor) > 0.0_wp) then
+        value = value/factor
+      else
+        reader%message = "a division by zero"
+      end if
+    end do
+  end subroutine read_product
+
+  pure recursive subroutine read_signed(reader, parameters, value)
+    type(reader_t), intent(inout) :: reader
+    type(parameter_table_t), intent(in) :: parameters
+    real(wp), intent(out) :: value
+    logical :: is_plus, is_minus
+
+    value = 0.0_wp
+    reader%depth = reader%depth + 1
+    if (reader%depth > deepest .and. .not. allocated(reader%message)) then
+      reader%message = "more than "//to_text(deepest)//" brackets or signs within each other"
+    end if
+    call accept(reader, "-", is_minus)
+    is_plus = .false.
+    if (.not. is_minus) call accept(reader, "+", is_plus)
+    if (is_minus .or. is_plus) then
+      call read_signed(reader, parameters, value)
+      if (is_minus) value = -value
+    else if (.not. allocated(reader%message)) then
+      call read_power(reader, parameters, value)
+    end if
+    reader%depth = reader%depth - 1
+  end subroutine read_signed
+
+  pure recursive subroutine read_power(reader, parameters, value)
+    type(reader_t), intent(inout) :: reader
+    type(parameter_table_t), intent(in) :: parameters
+    real(wp), intent(out) :: value
+    real(wp) :: exponent
+    logical :: is_power
+
+    call read_operand(reader, parameters, value)
+    call accept(reader, "**", is_power)
+    if (.not. is_power) return
+    call read_signed(reader, parameters, exponent)
+    if (allocated(reader%message)) return
+    if (value < 0.0_wp .and. abs(exponent - anint(exponent)) > 0.0_wp) then
+      reader%message = "a broken power of a negative number"
+    else if (abs(value) <= 0.0_wp .and. exponent < 0.0_wp) then
+      reader%message = "a negative power of zero"
+    else if (value < 0.0_wp) then
+      value = abs(value)**exponent*merge(1, -1, modulo(anint(exponent), 2.0_wp) < 0.5_wp)
+    else
+      value = value**exponent
+    end if
+  end subroutine read_power
+
+  !> A number, a bracket, a parameter or a function with its arguments.
+  pure recursive subroutine read_operand(reader, parameters, value)
+    type(reader_t), intent(inout) :: reader
+    type(parameter_table_t), intent(in) :: parameters
+    real(wp), intent(out) :: value
+    character(:), allocatable :: ahead, word
+    logical :: is_there
+
+    value = 0.0_wp
+    ahead = next(reader)
+    if (allocated(reader%message)) return
+    if (ahead == "") then
+      reader%message = "nothing where a number or a parameter was expected"
+    else if (scan(ahead, "0123456789.") == 1) then
+      call read_literal(reader, value)
+    else if (ahead == "(") then
+      call accept(reader, "(", is_there)
+      call read_sum(reader, parameters, value)
+      call accept(reader, ")", is_there)
+      if (.not. (is_there .or. allocated(reader%message))) reader%message = "no closing bracket"
+    else
+      call read_word(reader, word)
+      if (next(reader) == "(") then
+        call read_function(reader, parameters, word, value)
+      else if (word /= "") then
+        call look_up(reader, parameters, word, value)
+      else
+        reader%message = "`"//ahead//"` where a number or a parameter was expected"
+      end if
+    end if
+  end subroutine read_operand
+
+  !> A number without sign; an e or d belongs to it only with an exponent behind.
+  pure subroutine read_literal(reader, value)
+    type(reader_t), intent(inout) :: reader
+    real(wp), intent(out) :: value
+    integer :: first, last, longest
+    logical :: is_number
+
+    first = reader%place + verify(reader%line(reader%place:), " ") - 1
+    longest = first - 1 + verify(reader%line(first:)//"!", "0123456789.eEdD+-") - 1
+    do last = longest, first, -1
+      call read_real(reader%line(first:last), value, is_number)
+      if (is_number) exit
+    end do
+    if (is_number) then
+      reader%place = last + 1
+    else
+      reader%message = "`"//reader%line(first:longest)//"` where a number was expected"
+    end if
+  end subroutine read_literal
+
+  pure subroutine read_word(reader, word)
+    type(reader_t), intent(inout) :: reader
+    character(:), allocatable, intent(out) :: word
+    character(*), parameter :: letters = &
+                               "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789"
+    integer :: first, last
+
+    first = reader%place + verify(reader%line(reader%place:), " ") - 1
+    last = first - 1 + verify(reader%line(first:)//"!", letters) - 1
+    word = reader%line(first:last)
+    reader%place = last + 1
+  end subroutine read_word
+
+  pure subroutine look_up(reader, parameters, word, value)
+    type(reader_t), intent(inout) :: reader
+    type(parameter_table_t), intent(in) :: parameters
+    character(*), intent(in) :: word
+    real(wp), intent(out) :: value
+    character(:), allocatable :: nearest
+    integer :: place
+
+    value = 0.0_wp
+    place = find_parameter(parameters, word)
+    if (lower_case(word) == "pi") then
+      value = acos(-1.0_wp)
+    else if (place == 0) then
+      reader%message = "no parameter `"//word//"` has been defined before"
+      nearest = nearest_parameter(parameters, word)
+      if (nearest /= "") reader%message = reader%message//", did you mean `"// &
+                                          lower_case(nearest)//"`?"
+    else if (parameters%items(place)%is_text) then
+      reader%message = "the parameter `"//word//"` is a text, not a number"
+    else
+      value = parameters%items(place)%number
+    end if
+  end subroutine look_up
+
+  pure recursive subroutine read_function(reader, parameters, word, value)
+    type(reader_t), intent(inout) :: reader
+    type(parameter_table_t), intent(in) :: parameters
+    character(*), intent(in) :: word
+    real(wp), intent(out) :: value
+    real(wp) :: other
+    logical :: is_there
+    character(:), allocatable :: name, nearest
+
+    name = lower_case(word)
+    value = 0.0_wp
+    if (.not. any(functions == name)) then
+      reader%message = "`"//word//"` is no function"
+      nearest = nearest_name(name, strings(functions))
+      if (nearest /= "") reader%message = reader%message//", did you mean `"//nearest//"`?"
+      return
+    end if
+    call accept(reader, "(", is_there)
+    call read_sum(reader, parameters, value)
+    if (name == "min" .or. name == "max") then
+      do
+        call accept(reader, ",", is_there)
+        if (.not. is_there) exit
+        call read_sum(reader, parameters, other)
+        if (name == "min") value = min(value, other)
+        if (name == "max") value = max(value, other)
+      end do
+    end if
+    call accept(reader, ")", is_there)
+    if (allocated(reader%message)) return
+    if (is_there) then
+      call apply(name, value, reader%message)
+    else
+      reader%message = "no closing bracket after the argument of "//name
+    end if
+  end subroutine read_function
+
+  pure subroutine apply(name, value, message)
+    character(*), intent(in) :: name
+    real(wp), intent(inout) :: value
+    character(:), allocatable, intent(inout) :: message   !! allocated if there is no such value
+
+    select case (name)
+    case ("sqrt")
+      if (value < 0.0_wp) message = "the square root of a negative number"
+      value = sqrt(max(value, 0.0_wp))
+    case ("log")
+      if (value <= 0.0_wp) message = "the logarithm of a number that is not positive"
+      value = log(max(value, tiny(value)))
+    case ("sin"); value = sin(value)
+    case ("cos"); value = cos(value)
+    case ("tan"); value = tan(value)
+    case ("exp"); value = exp(value)
+    case ("abs"); value = abs(value)
+    case ("floor"); value = aint(value) - merge(1.0_wp, 0.0_wp, aint(value) > value)
+    case ("ceil"); value = aint(value) + merge(1.0_wp, 0.0_wp, aint(value) < value)
+    case ("round"); value = anint(value)
+    end select
+  end subroutine apply
+
+end module expression

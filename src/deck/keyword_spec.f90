@@ -1,0 +1,160 @@
+!> How keywords are described: the types of the keyword table and the calls that fill it.
+module keyword_spec
+  use text, only: string_t
+  implicit none
+  private
+
+  public :: field_spec_t, line_spec_t, keyword_spec_t, keyword_table_t
+  public :: add_keyword, add_option, add_line, add_field, add_example
+
+  integer, parameter, public :: kind_real = 1      !! a number
+  integer, parameter, public :: kind_integer = 2   !! a whole number
+  integer, parameter, public :: kind_name = 3      !! a name, or a short text in quotes
+  integer, parameter, public :: kind_choice = 4    !! one of the words in `choices`
+  integer, parameter, public :: kind_flag = 5      !! an option that stands alone
+  integer, parameter, public :: kind_words = 6     !! a whole line of free text
+
+  integer, parameter, public :: any_number = huge(1)   !! no limit to the number of data lines
+
+  !> An option of a keyword line or a field of a data line.
+  type :: field_spec_t
+    character(20) :: name = ""
+    integer :: kind = kind_real
+    logical :: is_required = .true.
+    character(16) :: default = ""    !! value where the deck gives none, as it would write it
+    character(24) :: unit = ""
+    character(24) :: range = ""      !! such as `> 0` or `>= 1 and <= 5`
+    character(60) :: choices = ""    !! words separated by |
+    character(300) :: text = ""      !! meaning
+  end type field_spec_t
+
+  !> Data lines of one form; the lines of a keyword follow each other in the order of the table.
+  type :: line_spec_t
+    character(20) :: when = ""       !! value of TYPE for which these lines are there, "": always
+    integer :: n_min = 1, n_max = 1  !! how many lines of this form
+    logical :: is_repeated = .false. !! the last field may come any number of times
+    character(300) :: text = ""      !! meaning
+    integer :: n_fields = 0
+    type(field_spec_t) :: fields(7)
+  end type line_spec_t
+
+  !> One keyword.
+  type :: keyword_spec_t
+    character(20) :: name = ""
+    character(20) :: parent = ""     !! keyword that it must follow, "": none
+    logical :: is_unique = .false.   !! may stand only once in a deck
+    character(600) :: text = ""      !! meaning
+    integer :: n_options = 0, n_lines = 0
+    type(field_spec_t) :: options(7)
+    type(line_spec_t) :: lines(7)
+    type(string_t), allocatable :: example(:)
+  end type keyword_spec_t
+
+  !> All keywords: the first `n_keywords` of `items`.
+  type :: keyword_table_t
+    integer :: n_keywords = 0
+    type(keyword_spec_t), allocatable :: items(:)
+  end type keyword_table_t
+
+contains
+
+  !> Begin a keyword; the calls that follow add to it.
+  pure subroutine add_keyword(table, name, text, parent, is_unique)
+    type(keyword_table_t), intent(inout) :: table
+    character(*), intent(in) :: name, text
+    character(*), intent(in), optional :: parent
+    logical, intent(in), optional :: is_unique
+    type(keyword_spec_t) :: keyword
+
+    keyword%name = name
+    keyword%text = text
+    if (present(parent)) keyword%parent = parent
+    if (present(is_unique)) keyword%is_unique = is_unique
+    allocate (keyword%example(0))
+    if (.not. allocated(table%items)) allocate (table%items(0))
+    table%items = [table%items(:table%n_keywords), keyword]
+    table%n_keywords = table%n_keywords + 1
+  end subroutine add_keyword
+
+  !> Add an option; without a default it must be given unless `is_required` is false.
+  pure subroutine add_option(table, name, kind, text, default, unit, range, choices, is_required)
+    type(keyword_table_t), intent(inout) :: table
+    character(*), intent(in) :: name, text
+    integer, intent(in) :: kind
+    character(*), intent(in), optional :: default, unit, range, choices
+    logical, intent(in), optional :: is_required
+
+    associate (keyword => table%items(table%n_keywords))
+      keyword%n_options = keyword%n_options + 1
+      keyword%options(keyword%n_options) = new_field(name, kind, text, default, unit, range, &
+                                                     choices, is_required)
+    end associate
+  end subroutine add_option
+
+  !> Begin data lines of one form; one line unless said otherwise.
+  pure subroutine add_line(table, text, when, n_min, n_max, is_repeated)
+    type(keyword_table_t), intent(inout) :: table
+    character(*), intent(in) :: text
+    character(*), intent(in), optional :: when
+    integer, intent(in), optional :: n_min, n_max
+    logical, intent(in), optional :: is_repeated
+    type(line_spec_t) :: line
+
+    line%text = text
+    if (present(when)) line%when = when
+    if (present(n_min)) line%n_min = n_min
+    if (present(n_max)) line%n_max = n_max
+    if (present(is_repeated)) line%is_repeated = is_repeated
+    associate (keyword => table%items(table%n_keywords))
+      keyword%n_lines = keyword%n_lines + 1
+      keyword%lines(keyword%n_lines) = line
+    end associate
+  end subroutine add_line
+
+  !> Add a field to the data line begun last.
+  pure subroutine add_field(table, name, kind, text, default, unit, range, choices, is_required)
+    type(keyword_table_t), intent(inout) :: table
+    character(*), intent(in) :: name, text
+    integer, intent(in) :: kind
+    character(*), intent(in), optional :: default, unit, range, choices
+    logical, intent(in), optional :: is_required
+
+    associate (keyword => table%items(table%n_keywords))
+      associate (line => keyword%lines(keyword%n_lines))
+        line%n_fields = line%n_fields + 1
+        line%fields(line%n_fields) = new_field(name, kind, text, default, unit, range, choices, &
+                                               is_required)
+      end associate
+    end associate
+  end subroutine add_field
+
+  !> Add a line to the example of the keyword.
+  pure subroutine add_example(table, line)
+    type(keyword_table_t), intent(inout) :: table
+    character(*), intent(in) :: line
+
+    associate (keyword => table%items(table%n_keywords))
+      keyword%example = [keyword%example, string_t(line)]
+    end associate
+  end subroutine add_example
+
+  pure function new_field(name, kind, text, default, unit, range, choices, is_required) &
+      result(field)
+    character(*), intent(in) :: name, text
+    integer, intent(in) :: kind
+    character(*), intent(in), optional :: default, unit, range, choices
+    logical, intent(in), optional :: is_required
+    type(field_spec_t) :: field
+
+    field%name = name
+    field%kind = kind
+    field%text = text
+    field%is_required = kind /= kind_flag .and. .not. present(default)
+    if (present(default)) field%default = default
+    if (present(unit)) field%unit = unit
+    if (present(range)) field%range = range
+    if (present(choices)) field%choices = choices
+    if (present(is_required)) field%is_required = is_required
+  end function new_field
+
+end module keyword_spec

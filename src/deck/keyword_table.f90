@@ -1,0 +1,458 @@
+!> The one table of all keywords: the reader checks decks against it, the manual is made from it.
+!!
+!! A new keyword is one more entry here and one procedure that turns its records into the scene.
+module keyword_table
+  use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
+                          add_example, kind_real, kind_integer, kind_name, kind_choice, &
+                          kind_flag, kind_words, any_number
+  implicit none
+  private
+
+  public :: new_keyword_table
+
+  character(*), parameter :: faces = "XI_MIN|XI_MAX|ETA_MIN|ETA_MAX|ZETA_MIN|ZETA_MAX"
+  character(*), parameter :: sides = "X_MIN, X_MAX, Y_MIN, Y_MAX, Z_MIN or Z_MAX"
+
+contains
+
+  !> All keywords in the order in which the manual shows them.
+  pure subroutine new_keyword_table(table)
+    type(keyword_table_t), intent(out) :: table
+
+    call add_general_keywords(table)
+    call add_parameter_keyword(table)
+    call add_material_keywords(table)
+    call add_blank_keyword(table)
+    call add_patch_keywords(table)
+    call add_tool_keyword(table)
+    call add_motion_keywords(table)
+    call add_contact_keyword(table)
+    call add_set_keyword(table)
+    call add_boundary_keywords(table)
+    call add_load_keywords(table)
+    call add_step_keywords(table)
+    call add_output_keywords(table)
+  end subroutine new_keyword_table
+
+  pure subroutine add_general_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "HEADING", "Title of the run. Of several headings the first "// &
+                     "counts, so a deck that includes another can give its own before the "// &
+                     "*INCLUDE.")
+    call add_line(table, "Free text.", n_max=any_number)
+    call add_field(table, "title", kind_words, "title, kept with the results")
+    call add_example(table, "*HEADING")
+    call add_example(table, "Channel forming with coarse tools")
+
+    call add_keyword(table, "UNITS", "Names of the units of the deck, a label for results and "// &
+                     "pictures: the program converts nothing, so units must be consistent.", &
+                     is_unique=.true.)
+    call add_line(table, "Free text.")
+    call add_field(table, "units", kind_words, "length, mass, time, force, stress, energy")
+    call add_example(table, "*UNITS")
+    call add_example(table, "mm, t, s, N, MPa, mJ")
+
+    call add_keyword(table, "INCLUDE", "Reads another file at this place. Data lines at the "// &
+                     "start of that file go on with the keyword before the *INCLUDE.")
+    call add_option(table, "INPUT", kind_name, "path of the file, relative to the file that "// &
+                    "includes it")
+    call add_example(table, "*INCLUDE, INPUT=channel/dies.inc")
+
+    call add_keyword(table, "END", "Ends the file it stands in; nothing behind it is read.")
+    call add_example(table, "*END")
+  end subroutine add_general_keywords
+
+  pure subroutine add_parameter_keyword(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "PARAMETER", "Names for numbers and texts. `<name>` or "// &
+                     "`<expression>` anywhere behind stands for the value. Expressions know "// &
+                     "+ - * / ** ( ), sqrt, sin, cos, tan (radians), exp, log, abs, floor, "// &
+                     "ceil, round, min, max, pi and earlier parameters. `--set name=value` on "// &
+                     "the command line wins over the deck.")
+    call add_option(table, "DEFAULT", kind_flag, "the lines hold only for parameters that have "// &
+                    "no value yet, so a deck can set them before it includes this one")
+    call add_line(table, "One parameter a line: `name = expression` or `name = ""text""`.", &
+                  n_max=any_number)
+    call add_field(table, "definition", kind_words, "name, equals sign, value")
+    call add_example(table, "*PARAMETER")
+    call add_example(table, "speed = 18750")
+    call add_example(table, "end_time = 150/(2*speed)")
+    call add_example(table, "rule = ""2,2,2x3""")
+  end subroutine add_parameter_keyword
+
+  pure subroutine add_material_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "MATERIAL", "Begins a material; the keywords *DENSITY, *ELASTIC, "// &
+                     "*PLASTIC, *USER MATERIAL and *DEPVAR behind it describe it.")
+    call add_option(table, "NAME", kind_name, "name, for the MATERIAL option of *BLANK")
+    call add_example(table, "*MATERIAL, NAME=steel")
+
+    call add_keyword(table, "DENSITY", "Mass density.", parent="MATERIAL")
+    call add_line(table, "")
+    call add_field(table, "density", kind_real, "mass density", unit="mass/length^3", range="> 0")
+    call add_example(table, "*DENSITY")
+    call add_example(table, "7.85e-9")
+
+    call add_keyword(table, "ELASTIC", "Isotropic elastic constants.", parent="MATERIAL")
+    call add_line(table, "")
+    call add_field(table, "E", kind_real, "Young's modulus", unit="stress", range="> 0")
+    call add_field(table, "nu", kind_real, "Poisson's ratio", range="> -1 and < 0.5")
+    call add_example(table, "*ELASTIC")
+    call add_example(table, "210000, 0.3")
+
+    call add_keyword(table, "PLASTIC", "Von Mises plasticity. VOCE hardening has the flow "// &
+                     "stress sigma_0 + Q (1 - exp(-b eqps)) after the equivalent plastic "// &
+                     "strain eqps: 500 - 250 exp(-6 eqps) is 250, 250, 6.", parent="MATERIAL")
+    call add_option(table, "HARDENING", kind_choice, "hardening law", default="VOCE", &
+                    choices="VOCE")
+    call add_line(table, "")
+    call add_field(table, "sigma_0", kind_real, "initial yield stress", unit="stress", range="> 0")
+    call add_field(table, "Q", kind_real, "hardening in all", unit="stress", range=">= 0")
+    call add_field(table, "b", kind_real, "rate of saturation", range=">= 0")
+    call add_example(table, "*PLASTIC, HARDENING=VOCE")
+    call add_example(table, "250, 250, 6")
+
+    call add_keyword(table, "USER MATERIAL", "Law of a user's subroutine UMAT; *ELASTIC is "// &
+                     "still needed, for the wave speed.", parent="MATERIAL")
+    call add_option(table, "CONSTANTS", kind_integer, "number of constants, NPROPS", range=">= 0")
+    call add_line(table, "The constants PROPS, any number on a line.", n_min=0, n_max=any_number, &
+                  is_repeated=.true.)
+    call add_field(table, "constant", kind_real, "one constant", default="0")
+    call add_example(table, "*USER MATERIAL, CONSTANTS=5")
+    call add_example(table, "210000, 0.3, 250, 250, 6")
+
+    call add_keyword(table, "DEPVAR", "Number of state variables of the user material.", &
+                     parent="MATERIAL")
+    call add_line(table, "")
+    call add_field(table, "NSTATV", kind_integer, "number of state variables", range=">= 0")
+    call add_example(table, "*DEPVAR")
+    call add_example(table, "1")
+  end subroutine add_material_keywords
+
+  pure subroutine add_blank_keyword(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "BLANK", "The sheet: one solid patch. Its axis 1 (xi) should be "// &
+                     "the longest and its axis 3 (zeta) must be the thickness. TYPE=BOX "// &
+                     "generates a box; TYPE=NURBS takes the knots and points of *KNOTS and "// &
+                     "*CONTROL POINTS.", &
+                     is_unique=.true.)
+    call add_option(table, "NAME", kind_name, "name, for PATCH options", default="BLANK")
+    call add_option(table, "MATERIAL", kind_name, "name of the material")
+    call add_option(table, "TYPE", kind_choice, "where the geometry comes from", default="BOX", &
+                    choices="BOX|NURBS")
+    call add_option(table, "RULE", kind_name, "integration points of an element: FULL (degree "// &
+                    "+ 1 per direction), REDUCED (degree per direction) or three counts in "// &
+                    "quotes; 2x3 splits the element in 2 equal parts of 3 points each", &
+                    default="FULL")
+    call add_option(table, "ROTATION", kind_choice, "objective rate: JAUMANN turns stress with "// &
+                    "the spin, GREEN NAGHDI with the rotation of the polar decomposition", &
+                    default="JAUMANN", choices="JAUMANN|GREEN NAGHDI")
+    call add_line(table, "One line each for the parametric axes xi, eta and zeta, in this "// &
+                  "order. If the three would make a left-handed patch, eta runs from `to` to "// &
+                  "`from`.", &
+                  when="BOX", n_min=3, n_max=3)
+    call add_field(table, "axis", kind_choice, "coordinate along which the axis runs", &
+                   choices="X|Y|Z")
+    call add_field(table, "from", kind_real, "coordinate at the start", unit="length")
+    call add_field(table, "to", kind_real, "coordinate at the end, above `from`", unit="length")
+    call add_field(table, "degree", kind_integer, "polynomial degree", range=">= 1 and <= 5")
+    call add_field(table, "elements", kind_integer, "number of elements", range=">= 1")
+    call add_field(table, "grading", kind_real, "length of the last element over the first", &
+                   default="1", range="> 0")
+    call add_example(table, "*BLANK, NAME=sheet, MATERIAL=steel, TYPE=BOX, RULE=""2,2,2x3""")
+    call add_example(table, "x, -50, 650, 2, 70")
+    call add_example(table, "z, 0, 400, 2, 8")
+    call add_example(table, "y, 0, 3, 2, 1")
+  end subroutine add_blank_keyword
+
+  pure subroutine add_patch_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+    character(*), parameter :: owner = "name of the blank or of the tool"
+
+    call add_keyword(table, "KNOTS", "Open knot vector of one axis of a patch: the first and "// &
+                     "the last knot stand degree + 1 times, an inner one at most degree times.")
+    call add_option(table, "PATCH", kind_name, owner)
+    call add_option(table, "AXIS", kind_integer, "1 for xi, 2 for eta, 3 for zeta", &
+                    range=">= 1 and <= 3")
+    call add_option(table, "DEGREE", kind_integer, "polynomial degree", range=">= 1 and <= 5")
+    call add_option(table, "INPUT", kind_name, "file with the data lines", is_required=.false.)
+    call add_line(table, "Knots, any number on a line.", n_max=any_number, is_repeated=.true.)
+    call add_field(table, "knot", kind_real, "never below the one before")
+    call add_example(table, "*KNOTS, PATCH=punch, AXIS=1, DEGREE=2")
+    call add_example(table, "0, 0, 0, 0.5, 1, 1, 1")
+
+    call add_keyword(table, "CONTROL POINTS", "Control points of a patch, or of the curve of "// &
+                     "an extruded tool; axis 1 runs fastest. Points are not multiplied by weights.")
+    call add_option(table, "PATCH", kind_name, owner)
+    call add_option(table, "INPUT", kind_name, "CSV file with the data lines; a first line of "// &
+                    "column names is left out", is_required=.false.)
+    call add_line(table, "One point a line.", n_max=any_number)
+    call add_field(table, "x", kind_real, "coordinate", unit="length")
+    call add_field(table, "y", kind_real, "coordinate", unit="length")
+    call add_field(table, "z", kind_real, "coordinate", unit="length")
+    call add_field(table, "w", kind_real, "weight", default="1", range="> 0")
+    call add_example(table, "*CONTROL POINTS, PATCH=punch, INPUT=punch.csv")
+
+    call add_keyword(table, "REFINE", "Refines one axis of the blank or of a tool; the shape "// &
+                     "stays the same. Several *REFINE work in the order of the deck; within "// &
+                     "one, first the degree is raised, then spans are divided, then knots "// &
+                     "inserted.")
+    call add_option(table, "PATCH", kind_name, owner)
+    call add_option(table, "AXIS", kind_integer, "1 for xi, 2 for eta, 3 for zeta", &
+                    range=">= 1 and <= 3")
+    call add_option(table, "ELEVATE", kind_integer, "by how much the degree rises", default="0", &
+                    range=">= 0 and <= 4")
+    call add_option(table, "SUBDIVIDE", kind_integer, "parts that each span is divided into", &
+                    default="1", range=">= 1 and <= 1000")
+    call add_line(table, "Knots to insert, any number on a line.", n_min=0, n_max=any_number, &
+                  is_repeated=.true.)
+    call add_field(table, "knot", kind_real, "inside the knot vector")
+    call add_example(table, "*REFINE, PATCH=lower die, AXIS=1, SUBDIVIDE=4")
+  end subroutine add_patch_keywords
+
+  pure subroutine add_tool_keyword(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "TOOL", "A rigid tool: one surface in its place at the start. Its "// &
+                     "normal is the direction of xi crossed with that of eta.")
+    call add_option(table, "NAME", kind_name, "name")
+    call add_option(table, "TYPE", kind_choice, "SURFACE: knots and points listed; EXTRUDED: a "// &
+                    "curve listed, drawn along a vector; PLANE; CYLINDER", &
+                    choices="SURFACE|EXTRUDED|PLANE|CYLINDER")
+    call add_option(table, "SIDE", kind_choice, "side of the surface on which the sheet lies: "// &
+                    "where the normal points (POSITIVE) or the other", default="POSITIVE", &
+                    choices="POSITIVE|NEGATIVE")
+    call add_line(table, "Extrusion of the curve; it is eta of the surface.", when="EXTRUDED")
+    call add_vector(table, "d", "extrusion")
+    call add_field(table, "rows", kind_integer, "rows of control points", default="2", &
+                   range=">= 2")
+    call add_field(table, "degree", kind_integer, "degree along it, below the number of rows", &
+                   default="1", range=">= 1 and <= 5")
+    call add_line(table, "Shift of the curve before it is extruded.", when="EXTRUDED", n_min=0)
+    call add_vector(table, "s", "shift")
+    call add_line(table, "A corner.", when="PLANE")
+    call add_vector(table, "", "corner")
+    call add_line(table, "Edge from the corner along xi.", when="PLANE")
+    call add_vector(table, "a", "edge")
+    call add_line(table, "Edge from the corner along eta.", when="PLANE")
+    call add_vector(table, "b", "edge")
+    call add_line(table, "Centre of the base circle, and the axis of the cylinder in its full "// &
+                  "length, along eta.", when="CYLINDER")
+    call add_vector(table, "", "centre")
+    call add_vector(table, "a", "axis")
+    call add_line(table, "From the centre to the start of the arc, which turns about the axis, "// &
+                  "along xi; the normal points outwards.", when="CYLINDER")
+    call add_vector(table, "r", "radius")
+    call add_field(table, "angle", kind_real, "angle of the arc", unit="degrees", default="360", &
+                   range="> 0 and <= 360")
+    call add_example(table, "*TOOL, NAME=punch, TYPE=CYLINDER, SIDE=POSITIVE")
+    call add_example(table, "0, 60, 0, 0, 0, 100")
+    call add_example(table, "50, 0, 0, 360")
+  end subroutine add_tool_keyword
+
+  !> Three fields for a vector, named x, y, z behind `prefix`.
+  pure subroutine add_vector(table, prefix, text, unit)
+    type(keyword_table_t), intent(inout) :: table
+    character(*), intent(in) :: prefix, text
+    character(*), intent(in), optional :: unit
+    character(*), parameter :: axes = "xyz"
+    integer :: i
+
+    do i = 1, 3
+      if (present(unit)) then
+        call add_field(table, prefix//axes(i:i), kind_real, text, unit=unit)
+      else
+        call add_field(table, prefix//axes(i:i), kind_real, text, unit="length")
+      end if
+    end do
+  end subroutine add_vector
+
+  pure subroutine add_motion_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "AMPLITUDE", "A factor against time, linear between the points and "// &
+                     "constant outside.")
+    call add_option(table, "NAME", kind_name, "name, for AMPLITUDE options")
+    call add_option(table, "INPUT", kind_name, "file with the data lines", is_required=.false.)
+    call add_line(table, "Pairs of time and value, any number on a line; times rise.", &
+                  n_max=any_number, is_repeated=.true.)
+    call add_field(table, "time, value", kind_real, "time, then value", unit="time, none")
+    call add_example(table, "*AMPLITUDE, NAME=soft start")
+    call add_example(table, "0, 0, 0.001, 1")
+
+    call add_keyword(table, "TOOL MOTION", "How a tool moves. A tool without it stands still.")
+    call add_option(table, "TOOL", kind_name, "name of the tool")
+    call add_option(table, "TYPE", kind_choice, "what the vector is; DISPLACEMENT needs an "// &
+                    "AMPLITUDE that starts at 0", default="VELOCITY", &
+                    choices="VELOCITY|DISPLACEMENT")
+    call add_option(table, "AMPLITUDE", kind_name, "amplitude that scales the vector", &
+                    is_required=.false.)
+    call add_line(table, "The vector.")
+    call add_vector(table, "", "component", unit="length/time, length")
+    call add_example(table, "*TOOL MOTION, TOOL=punch, TYPE=VELOCITY, AMPLITUDE=soft start")
+    call add_example(table, "0, -2000, 0")
+  end subroutine add_motion_keywords
+
+  pure subroutine add_contact_keyword(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "CONTACT PAIR", "Contact without friction between a tool and a "// &
+                     "face of the blank, by a penalty on points of the face.")
+    call add_option(table, "TOOL", kind_name, "name of the tool")
+    call add_option(table, "FACE", kind_name, "face of the blank: "//faces//"; for a box also "// &
+                    sides//"; AUTO: the large face that looks at the tool", default="AUTO")
+    call add_option(table, "POINTS", kind_choice, "points of the face that may touch: Gauss "// &
+                    "points, crossings of knot lines, or Greville points", default="GAUSS", &
+                    choices="GAUSS|KNOT|GREVILLE")
+    call add_option(table, "COUNT", kind_name, "Gauss points per element in the two directions "// &
+                    "of the face, such as ""3,3""; degree + 1 if not given", is_required=.false.)
+    call add_option(table, "PENALTY", kind_real, "factor s of the penalty s m/dt^2, m being "// &
+                    "the mass that the point sees", default="0.5", range="> 0")
+    call add_option(table, "STIFFNESS", kind_real, "penalty per area instead of the one from "// &
+                    "mass and step; 0: none given", default="0", unit="stress/length", &
+                    range=">= 0")
+    call add_option(table, "START", kind_choice, "start of the closest-point search: the last "// &
+                    "answer, or the corner of the tool's face", default="WARM", &
+                    choices="WARM|CORNER")
+    call add_example(table, "*CONTACT PAIR, TOOL=punch, FACE=ZETA_MAX, POINTS=GAUSS, COUNT=""3,3""")
+  end subroutine add_contact_keyword
+
+  pure subroutine add_set_keyword(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "SET", "Names a part of the blank: what all its lines have in "// &
+                     "common. A control point belongs to it when its Greville abscissae do. "// &
+                     "Faces and ALL need no set: their names serve wherever a set is asked for.")
+    call add_option(table, "NAME", kind_name, "name")
+    call add_line(table, "One or more face names ("//faces//"; for a box also "//sides//"; two "// &
+                  "make an edge), or an axis (xi, eta, zeta; for a box also x, y, z) with the "// &
+                  "lower and the upper bound.", n_max=any_number, is_repeated=.true.)
+    call add_field(table, "face or axis", kind_name, "name of a face, or axis and bounds")
+    call add_example(table, "*SET, NAME=gauge")
+    call add_example(table, "ZETA_MAX")
+    call add_example(table, "x, 20, 40")
+  end subroutine add_set_keyword
+
+  pure subroutine add_boundary_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "BOUNDARY", "Prescribed velocity of the control points of a set, "// &
+                     "zero if none is given. Where lines meet, the last one holds.")
+    call add_option(table, "TYPE", kind_choice, "what the value is", default="VELOCITY", &
+                    choices="VELOCITY")
+    call add_option(table, "AMPLITUDE", kind_name, "amplitude that scales the value", &
+                    is_required=.false.)
+    call add_line(table, "A set and its components.", n_max=any_number)
+    call add_field(table, "set", kind_name, "name of a set or face, or ALL")
+    call add_field(table, "first", kind_name, "first component, 1 to 3, or XSYMM, YSYMM, ZSYMM "// &
+                   "(component 1, 2, 3), PINNED or ENCASTRE (all)")
+    call add_field(table, "last", kind_integer, "last component, the first one if not given", &
+                   is_required=.false., range=">= 1 and <= 3")
+    call add_field(table, "velocity", kind_real, "velocity of these components", default="0", &
+                   unit="length/time")
+    call add_example(table, "*BOUNDARY, AMPLITUDE=soft start")
+    call add_example(table, "X_MIN, XSYMM")
+    call add_example(table, "X_MAX, 1, 1, 2000")
+
+    call add_keyword(table, "INITIAL CONDITIONS", "Velocity at the start; the lines of all "// &
+                     "*INITIAL CONDITIONS add up.")
+    call add_option(table, "TYPE", kind_choice, "a uniform velocity or that of a rotation", &
+                    choices="VELOCITY|ROTATING VELOCITY")
+    call add_line(table, "", when="VELOCITY", n_max=any_number)
+    call add_field(table, "set", kind_name, "name of a set or face, or ALL")
+    call add_field(table, "component", kind_integer, "component", range=">= 1 and <= 3")
+    call add_field(table, "velocity", kind_real, "velocity", unit="length/time")
+    call add_line(table, "", when="ROTATING VELOCITY", n_max=any_number)
+    call add_field(table, "set", kind_name, "name of a set or face, or ALL")
+    call add_vector(table, "omega_", "angular velocity", unit="1/time")
+    call add_vector(table, "", "a point of the axis of rotation")
+    call add_example(table, "*INITIAL CONDITIONS, TYPE=VELOCITY")
+    call add_example(table, "ALL, 2, -1500")
+  end subroutine add_boundary_keywords
+
+  pure subroutine add_load_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+    character(*), parameter :: scaling = "amplitude that scales the load"
+
+    call add_keyword(table, "PRESSURE", "Pressure against the current outer normal of a face.")
+    call add_option(table, "AMPLITUDE", kind_name, scaling, is_required=.false.)
+    call add_line(table, "", n_max=any_number)
+    call add_field(table, "set", kind_name, "name of a face, or of a set that is a part of one")
+    call add_field(table, "pressure", kind_real, "pressure, positive when it pushes", &
+                   unit="stress")
+    call add_example(table, "*PRESSURE, AMPLITUDE=soft start")
+    call add_example(table, "ZETA_MAX, 0.5")
+
+    call add_keyword(table, "TRACTION", "Load of fixed direction per current area of a face.")
+    call add_option(table, "AMPLITUDE", kind_name, scaling, is_required=.false.)
+    call add_line(table, "", n_max=any_number)
+    call add_field(table, "set", kind_name, "name of a face, or of a set that is a part of one")
+    call add_vector(table, "t", "traction", unit="stress")
+    call add_example(table, "*TRACTION")
+    call add_example(table, "X_MAX, 10, 0, 0")
+
+    call add_keyword(table, "GRAVITY", "Acceleration that acts on all of the blank.")
+    call add_option(table, "AMPLITUDE", kind_name, scaling, is_required=.false.)
+    call add_line(table, "")
+    call add_vector(table, "g", "acceleration", unit="length/time^2")
+    call add_example(table, "*GRAVITY")
+    call add_example(table, "0, -9810, 0")
+  end subroutine add_load_keywords
+
+  pure subroutine add_step_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "DYNAMIC", "The explicit step.", is_unique=.true.)
+    call add_option(table, "EXPLICIT", kind_flag, "may be given; no other procedure is there")
+    call add_option(table, "SAFETY", kind_real, "fraction of the stable step", default="0.8", &
+                    range="> 0 and <= 1")
+    call add_line(table, "")
+    call add_field(table, "end time", kind_real, "end of the run", unit="time", range="> 0")
+    call add_example(table, "*DYNAMIC, EXPLICIT, SAFETY=0.8")
+    call add_example(table, "4.0e-3")
+
+    call add_keyword(table, "BULK VISCOSITY", "Damping of the volume change; 0, 0 leaves it out.", &
+                     is_unique=.true.)
+    call add_line(table, "")
+    call add_field(table, "b1", kind_real, "linear part", default="0.06", range=">= 0")
+    call add_field(table, "b2", kind_real, "quadratic part", default="1.2", range=">= 0")
+    call add_example(table, "*BULK VISCOSITY")
+    call add_example(table, "0.06, 1.2")
+
+    call add_keyword(table, "ENERGY LIMIT", "Error of the energy balance that ends the run.", &
+                     is_unique=.true.)
+    call add_line(table, "")
+    call add_field(table, "limit", kind_real, "fraction of the largest energy; 0: never", &
+                   range=">= 0")
+    call add_example(table, "*ENERGY LIMIT")
+    call add_example(table, "0.2")
+  end subroutine add_step_keywords
+
+  pure subroutine add_output_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "PROBE", "A point of the blank whose motion goes into the history.")
+    call add_option(table, "NAME", kind_name, "name in the result file")
+    call add_line(table, "Coordinates in the ranges of the knots, 0 to 1 for a box.")
+    call add_field(table, "xi", kind_real, "parametric coordinate")
+    call add_field(table, "eta", kind_real, "parametric coordinate")
+    call add_field(table, "zeta", kind_real, "parametric coordinate")
+    call add_example(table, "*PROBE, NAME=middle")
+    call add_example(table, "0.5, 0.5, 0.5")
+
+    call add_keyword(table, "OUTPUT", "What is written and how often.", is_unique=.true.)
+    call add_option(table, "FRAMES", kind_integer, "frames of the whole model, at equal "// &
+                    "intervals after the one at the start", default="20", range=">= 1")
+    call add_option(table, "HISTORY", kind_integer, "rows of energies and forces, likewise", &
+                    default="200", range=">= 1")
+    call add_option(table, "CELLS", kind_choice, "cells of the pictures: LAGRANGE for all "// &
+                    "readers; BEZIER keeps weights, for readers that know them", &
+                    default="LAGRANGE", choices="LAGRANGE|BEZIER")
+    call add_example(table, "*OUTPUT, FRAMES=20, HISTORY=200")
+  end subroutine add_output_keywords
+
+end module keyword_table

@@ -1,0 +1,438 @@
+!> From the files of a deck to its keyword blocks: comments, continued lines, includes, parameters.
+module lexer
+  use kinds, only: wp
+  use errors, only: error_t
+  use faults, only: origin_t, fault_list_t, add_fault
+  use text, only: string_t, upper_case, squeezed, to_text
+  use source_file, only: read_source, next_line, path_beside
+  use line_list, only: line_list_t, append_line, append_text
+  use field_split, only: split_fields, field_text
+  use parameter_table, only: parameter_table_t, parameter_t, find_parameter, define_parameter, &
+                             nearest_parameter
+  use expression, only: evaluate, substitute
+  implicit none
+  private
+
+  public :: lexed_deck_t, block_t, option_t, lex_deck, option_place
+
+  !> One `NAME=value` of a keyword line, or a lone `NAME`.
+  type :: option_t
+    character(:), allocatable :: name    !! upper case, single blanks
+    character(:), allocatable :: value   !! as written, without quotes
+    logical :: has_value = .false.
+  end type option_t
+
+  !> A keyword line and the data lines `first` to `last` that belong to it.
+  type :: block_t
+    character(:), allocatable :: keyword       !! upper case, single blanks, without the star
+    type(option_t), allocatable :: options(:)
+    integer :: file = 0, line = 0              !! place of the keyword line
+    integer :: first = 1, last = 0
+  end type block_t
+
+  !> A deck with all its includes; lists are longer than their `n_` says.
+  type :: lexed_deck_t
+    integer :: n_files = 0, n_blocks = 0, n_characters = 0
+    type(string_t), allocatable :: files(:)     !! paths in the order of opening
+    type(block_t), allocatable :: blocks(:)
+    type(line_list_t) :: lines                  !! data lines, parameters already replaced
+    character(:), allocatable :: characters     !! the files as they are, for the provenance
+  end type lexed_deck_t
+
+  !> What the lexer knows between two lines.
+  type :: state_t
+    type(parameter_table_t) :: parameters
+    type(parameter_table_t) :: overrides        !! as texts: the command line's word
+    logical, allocatable :: is_used(:)          !! which overrides have met their parameter
+    integer :: block = 0                        !! block that data lines belong to, 0: none yet
+    logical :: is_in_parameters = .false.       !! data lines define parameters
+    logical :: is_default = .false.             !! only parameters that have no value yet
+    integer :: n_open = 0                       !! includes within each other
+    integer :: open_files(20) = 0
+  end type state_t
+
+  !> The file being read and how far.
+  type :: cursor_t
+    integer :: file = 0
+    integer :: number = 0                       !! of the line read last
+    integer :: place = 1
+    character(:), allocatable :: contents
+  end type cursor_t
+
+contains
+
+  !> Read a deck and everything it includes. Faults are collected, reading goes on.
+  !! `overrides` are texts `name=value` which win over the *PARAMETER of that name.
+  subroutine lex_deck(path, overrides, deck, faults)
+    character(*), intent(in) :: path
+    type(string_t), intent(in) :: overrides(:)
+    type(lexed_deck_t), intent(out) :: deck
+    type(fault_list_t), intent(inout) :: faults
+    type(state_t) :: state
+    type(origin_t) :: nowhere
+    integer :: i
+    character(:), allocatable :: name, nearest
+
+    nowhere = origin_t(path, 0, "")
+    allocate (deck%files(8), deck%blocks(64))
+    call take_overrides(overrides, state, nowhere, faults)
+    call read_deck_file(path, nowhere, deck, state, faults)
+    do i = 1, state%overrides%names%n_names
+      if (state%is_used(i)) cycle
+      name = state%overrides%names%names(i)%value
+      nearest = nearest_parameter(state%parameters, name)
+      if (nearest /= "") nearest = ", did you mean "//nearest//"?"
+      call add_fault(faults, nowhere, "--set "//name//", which no *PARAMETER of the deck defines", &
+                     "the name of a parameter of the deck"//nearest)
+    end do
+  end subroutine lex_deck
+
+  !> Place of the last option of that name, 0 if the keyword line has none.
+  pure integer function option_place(block, name)
+    type(block_t), intent(in) :: block
+    character(*), intent(in) :: name
+    integer :: i
+
+    option_place = 0
+    do i = 1, size(block%options)
+      if (block%options(i)%name == name) option_place = i
+    end do
+  end function option_place
+
+  pure subroutine take_overrides(overrides, state, nowhere, faults)
+    type(string_t), intent(in) :: overrides(:)
+    type(state_t), intent(inout) :: state
+    type(origin_t), intent(in) :: nowhere
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i, equals
+    logical :: is_new
+
+    allocate (state%is_used(size(overrides)))
+    state%is_used = .false.
+    do i = 1, size(overrides)
+      equals = index(overrides(i)%value, "=")
+      if (equals < 2) then
+        call add_fault(faults, nowhere, "--set "//overrides(i)%value, "--set NAME=VALUE")
+        cycle
+      end if
+      call define_parameter(state%overrides, trim(adjustl(overrides(i)%value(:equals - 1))), &
+                            parameter_t(.true., 0.0_wp, overrides(i)%value(equals + 1:)), is_new)
+      if (.not. is_new) call add_fault(faults, nowhere, "--set "//overrides(i)%value// &
+                                       " after another --set of that name", "one --set a name")
+    end do
+  end subroutine take_overrides
+
+  recursive subroutine read_deck_file(path, origin, deck, state, faults)
+    character(*), intent(in) :: path
+    type(origin_t), intent(in) :: origin   !! of the *INCLUDE
+    type(lexed_deck_t), intent(inout) :: deck
+    type(state_t), intent(inout) :: state
+    type(fault_list_t), intent(inout) :: faults
+    type(cursor_t) :: cursor
+    character(:), allocatable :: line
+    logical :: is_end
+
+    call open_source(path, origin, deck, state, cursor, faults)
+    if (cursor%file == 0) return
+    is_end = .false.
+    do while (cursor%place <= len(cursor%contents) .and. .not. is_end)
+      call read_line(cursor, line)
+      if (is_comment(line)) cycle
+      if (line(verify(line, " "):verify(line, " ")) == "*") then
+        call read_keyword_line(line, cursor, deck, state, is_end, faults)
+      else
+        call take_data_line(line, cursor, deck, state, faults)
+      end if
+    end do
+    state%n_open = state%n_open - 1
+  end subroutine read_deck_file
+
+  !> Read the bytes of a file that is not open already; `cursor%file` stays 0 on a fault.
+  subroutine open_source(path, origin, deck, state, cursor, faults)
+    character(*), intent(in) :: path
+    type(origin_t), intent(in) :: origin
+    type(lexed_deck_t), intent(inout) :: deck
+    type(state_t), intent(inout) :: state
+    type(cursor_t), intent(out) :: cursor
+    type(fault_list_t), intent(inout) :: faults
+    type(error_t), allocatable :: error
+    integer :: i
+
+    do i = 1, state%n_open
+      if (deck%files(state%open_files(i))%value == path) then
+        call add_fault(faults, origin, "`"//path//"`, which is being read already: "// &
+                       "a file that includes itself", "another file")
+        return
+      end if
+    end do
+    if (state%n_open == size(state%open_files)) then
+      call add_fault(faults, origin, "more than "//to_text(size(state%open_files))// &
+                     " files within each other", "fewer levels of *INCLUDE")
+      return
+    end if
+    call read_source(path, cursor%contents, error)
+    if (allocated(error)) then
+      call add_fault(faults, origin, error%message, "a readable text file of keywords or data")
+      return
+    end if
+    call add_file(path, deck, cursor)
+    state%n_open = state%n_open + 1
+    state%open_files(state%n_open) = cursor%file
+  end subroutine open_source
+
+  pure subroutine add_file(path, deck, cursor)
+    character(*), intent(in) :: path
+    type(lexed_deck_t), intent(inout) :: deck
+    type(cursor_t), intent(inout) :: cursor
+    type(string_t), allocatable :: longer(:)
+
+    if (deck%n_files == size(deck%files)) then
+      allocate (longer(2*deck%n_files))
+      longer(:deck%n_files) = deck%files
+      call move_alloc(longer, deck%files)
+    end if
+    deck%n_files = deck%n_files + 1
+    deck%files(deck%n_files)%value = path
+    cursor%file = deck%n_files
+    call append_text(deck%characters, deck%n_characters, "** file "//path//new_line("a"))
+    call append_text(deck%characters, deck%n_characters, cursor%contents//new_line("a"))
+  end subroutine add_file
+
+  pure subroutine read_line(cursor, line)
+    type(cursor_t), intent(inout) :: cursor
+    character(:), allocatable, intent(out) :: line
+
+    call next_line(cursor%contents, cursor%place, line)
+    cursor%number = cursor%number + 1
+  end subroutine read_line
+
+  pure logical function is_comment(line)
+    character(*), intent(in) :: line
+    integer :: first
+
+    first = verify(line, " ")
+    is_comment = first == 0
+    if (is_comment) return
+    is_comment = line(first:first) == "$" .or. index(line(first:), "**") == 1
+  end function is_comment
+
+  !> A keyword line with the lines that continue it, and what it asks of the lexer itself.
+  recursive subroutine read_keyword_line(given, cursor, deck, state, is_end, faults)
+    character(*), intent(in) :: given
+    type(cursor_t), intent(inout) :: cursor
+    type(lexed_deck_t), intent(inout) :: deck
+    type(state_t), intent(inout) :: state
+    logical, intent(inout) :: is_end   !! set by *END
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: line, more
+    type(origin_t) :: origin
+    type(error_t), allocatable :: error
+    type(block_t) :: block
+    integer :: place
+
+    line = trim(adjustl(given))
+    block%line = cursor%number
+    do while (line(len(line):) == "," .and. cursor%place <= len(cursor%contents))
+      call read_line(cursor, more)
+      if (.not. is_comment(more)) line = line//" "//adjustl(more)
+    end do
+    call substitute(line, state%parameters, error)
+    block%file = cursor%file
+    call read_options(line, deck, block, faults)
+    origin = origin_of(deck, block)
+    if (allocated(error)) call add_fault(faults, origin, error%message, "a value for <...>")
+
+    is_end = block%keyword == "END"
+    state%is_in_parameters = block%keyword == "PARAMETER"
+    state%is_default = option_place(block, "DEFAULT") > 0
+    block%first = deck%lines%n_lines + 1
+    block%last = deck%lines%n_lines
+    call add_block(block, deck)
+    if (.not. any(block%keyword == [character(9) :: "END", "INCLUDE", "PARAMETER"])) then
+      state%block = deck%n_blocks
+    end if
+    place = option_place(block, "INPUT")
+    if (place == 0) return
+    more = path_beside(deck%files(cursor%file)%value, block%options(place)%value)
+    if (block%keyword == "INCLUDE") then
+      call read_deck_file(more, origin, deck, state, faults)
+      state%is_in_parameters = .false.
+    else
+      call read_data_file(more, origin, deck, state, faults)
+    end if
+  end subroutine read_keyword_line
+
+  pure function origin_of(deck, block) result(origin)
+    type(lexed_deck_t), intent(in) :: deck
+    type(block_t), intent(in) :: block
+    type(origin_t) :: origin
+
+    origin = origin_t(deck%files(block%file)%value, block%line, "*"//block%keyword)
+  end function origin_of
+
+  !> Keyword and options of a whole keyword line; underscores count as blanks in the keyword.
+  subroutine read_options(line, deck, block, faults)
+    character(*), intent(in) :: line
+    type(lexed_deck_t), intent(in) :: deck
+    type(block_t), intent(inout) :: block
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: first(:), last(:)
+    character(:), allocatable :: name
+    integer :: i, equals, n
+
+    call split_fields(line(2:)//",", first, last)
+    block%keyword = line(1 + first(1):1 + last(1))
+    do i = 1, len(block%keyword)
+      if (block%keyword(i:i) == "_") block%keyword(i:i) = " "
+    end do
+    block%keyword = squeezed(upper_case(block%keyword))
+    n = size(first) - 1
+    allocate (block%options(n))
+    do i = 1, n
+      associate (option => line(1 + first(i + 1):1 + last(i + 1)), found => block%options(i))
+        equals = index(option, "=")
+        found%has_value = equals > 0
+        if (.not. found%has_value) equals = len(option) + 1
+        name = squeezed(upper_case(option(:equals - 1)))
+        if (option_place_before(block, name, i) > 0) then
+          call add_fault(faults, origin_of(deck, block), "the option "//name//" twice", &
+                         "each option once")
+        end if
+        found%name = name
+        found%value = adjustl(option(min(equals + 1, len(option) + 1):))
+        found%value = field_text(found%value, 1, len(found%value))
+      end associate
+    end do
+  end subroutine read_options
+
+  pure integer function option_place_before(block, name, i)
+    type(block_t), intent(in) :: block
+    character(*), intent(in) :: name
+    integer, intent(in) :: i
+    integer :: j
+
+    option_place_before = 0
+    do j = 1, i - 1
+      if (block%options(j)%name == name) option_place_before = j
+    end do
+  end function option_place_before
+
+  pure subroutine add_block(block, deck)
+    type(block_t), intent(in) :: block
+    type(lexed_deck_t), intent(inout) :: deck
+    type(block_t), allocatable :: longer(:)
+
+    if (deck%n_blocks == size(deck%blocks)) then
+      allocate (longer(2*deck%n_blocks))
+      longer(:deck%n_blocks) = deck%blocks
+      call move_alloc(longer, deck%blocks)
+    end if
+    deck%n_blocks = deck%n_blocks + 1
+    deck%blocks(deck%n_blocks) = block
+  end subroutine add_block
+
+  pure subroutine take_data_line(line, cursor, deck, state, faults)
+    character(:), allocatable, intent(inout) :: line
+    type(cursor_t), intent(inout) :: cursor
+    type(lexed_deck_t), intent(inout) :: deck
+    type(state_t), intent(inout) :: state
+    type(fault_list_t), intent(inout) :: faults
+    type(error_t), allocatable :: error
+    type(origin_t) :: origin
+
+    if (state%block == 0 .and. .not. state%is_in_parameters) then
+      origin = origin_t(deck%files(cursor%file)%value, cursor%number, "")
+      call add_fault(faults, origin, "data before the first keyword", "a line such as *HEADING")
+      cursor%place = len(cursor%contents) + 1
+      return
+    end if
+    call substitute(line, state%parameters, error)
+    origin = origin_t(deck%files(cursor%file)%value, cursor%number, "*PARAMETER")
+    if (.not. state%is_in_parameters) then
+      origin%keyword = "*"//deck%blocks(state%block)%keyword
+      call append_line(deck%lines, line, cursor%file, cursor%number)
+      deck%blocks(state%block)%last = deck%lines%n_lines
+    end if
+    if (allocated(error)) then
+      call add_fault(faults, origin, error%message, "a value for <...>")
+    else if (state%is_in_parameters) then
+      call take_parameter(trim(adjustl(line)), origin, state, faults)
+    end if
+  end subroutine take_data_line
+
+  !> Data lines from a file of their own; a first line of column names and `#` lines are left out.
+  subroutine read_data_file(path, origin, deck, state, faults)
+    character(*), intent(in) :: path
+    type(origin_t), intent(in) :: origin
+    type(lexed_deck_t), intent(inout) :: deck
+    type(state_t), intent(inout) :: state
+    type(fault_list_t), intent(inout) :: faults
+    type(cursor_t) :: cursor
+    character(:), allocatable :: line
+    integer :: first
+
+    call open_source(path, origin, deck, state, cursor, faults)
+    if (cursor%file == 0) return
+    do while (cursor%place <= len(cursor%contents))
+      call read_line(cursor, line)
+      if (is_comment(line)) cycle
+      first = verify(line, ' "')
+      if (first > 0 .and. cursor%number == 1) then
+        if (verify(upper_case(line(first:first)), "ABCDEFGHIJKLMNOPQRSTUVWXYZ") == 0) cycle
+      end if
+      if (index(adjustl(line), "#") == 1) cycle
+      call take_data_line(line, cursor, deck, state, faults)
+    end do
+    state%n_open = state%n_open - 1
+  end subroutine read_data_file
+
+  !> A line `name = expression` or `name = "text"`.
+  pure subroutine take_parameter(line, origin, state, faults)
+    character(*), intent(in) :: line
+    type(origin_t), intent(in) :: origin
+    type(state_t), intent(inout) :: state
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: name, value
+    type(parameter_t) :: parameter
+    type(error_t), allocatable :: error
+    logical :: is_new
+    integer :: equals, override
+
+    equals = index(line, "=")
+    name = ""
+    if (equals > 1) name = trim(line(:equals - 1))
+    if (.not. is_name(name)) then
+      call add_fault(faults, origin, "`"//line//"`", "a line such as thickness = 2.5, with a "// &
+                     "name of letters, digits and underscores other than pi")
+      return
+    end if
+    if (state%is_default .and. find_parameter(state%parameters, name) > 0) return
+    value = trim(adjustl(line(equals + 1:)))
+    parameter%is_text = len(value) > 1 .and. index(value, '"') == 1
+    override = find_parameter(state%overrides, name)
+    if (override > 0) then
+      state%is_used(override) = .true.
+      value = state%overrides%items(override)%words
+    end if
+    if (parameter%is_text) then
+      parameter%words = field_text(value, 1, len(value))
+    else
+      call evaluate(value, state%parameters, parameter%number, error)
+    end if
+    if (allocated(error)) call add_fault(faults, origin, name//" = "//value//": "//error%message, &
+                                         "an expression of numbers and earlier parameters")
+    call define_parameter(state%parameters, name, parameter, is_new)
+    if (.not. is_new) call add_fault(faults, origin, "a second value for the parameter "//name, &
+                                     "one value a parameter (see *PARAMETER, DEFAULT)")
+  end subroutine take_parameter
+
+  pure logical function is_name(name)
+    character(*), intent(in) :: name
+    character(*), parameter :: letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ_"
+
+    is_name = len(name) > 0 .and. upper_case(name) /= "PI" &
+              .and. verify(upper_case(name), letters//"0123456789") == 0
+    if (is_name) is_name = verify(upper_case(name(1:1)), letters) == 0
+  end function is_name
+
+end module lexer
