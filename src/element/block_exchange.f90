@@ -1,0 +1,91 @@
+!> Between control-point fields and blocks of eight elements: gather, weigh, add back.
+module block_exchange
+  use kinds, only: wp
+  implicit none
+  private
+
+  public :: gather_block, weigh_block, add_block
+
+contains
+
+  !> Control values of eight elements; `first` holds the first control point of each lane along
+  !! axis 1, `first2` and `first3` those of the row.
+  pure subroutine gather_block(p, n, n_fields, is_contiguous, first, first2, first3, field, u)
+    integer, intent(in) :: p(3), n(3), n_fields
+    logical, intent(in) :: is_contiguous
+    integer, intent(in) :: first(8), first2, first3
+    real(wp), intent(in) :: field(n(1), n(2), n(3), n_fields)
+    real(wp), intent(out) :: u(8, p(1) + 1, p(2) + 1, p(3) + 1, n_fields)
+    integer :: a, j, k, c, l
+
+    do c = 1, n_fields
+      do k = 1, p(3) + 1
+        do j = 1, p(2) + 1
+          if (is_contiguous) then
+            do a = 1, p(1) + 1
+              !$omp simd
+              do l = 1, 8
+                u(l, a, j, k, c) = field(first(1) + a + l - 2, first2 + j - 1, first3 + k - 1, c)
+              end do
+            end do
+          else
+            do a = 1, p(1) + 1
+              do l = 1, 8
+                u(l, a, j, k, c) = field(first(l) + a - 1, first2 + j - 1, first3 + k - 1, c)
+              end do
+            end do
+          end if
+        end do
+      end do
+    end do
+  end subroutine gather_block
+
+  !> Multiply every field of a block by the weights of its control points.
+  pure subroutine weigh_block(n_values, n_fields, weights, u)
+    integer, intent(in) :: n_values, n_fields
+    real(wp), intent(in) :: weights(n_values)
+    real(wp), intent(inout) :: u(n_values, n_fields)
+    integer :: c
+
+    do c = 1, n_fields
+      u(:, c) = u(:, c)*weights
+    end do
+  end subroutine weigh_block
+
+  !> Add the block back, lane after lane where control points are shared: `lower` and `upper` bound
+  !! the part of axes 1 and 2 that `field` covers.
+  pure subroutine add_block(p, lower, upper, n3, is_contiguous, first, first2, first3, f, field)
+    integer, intent(in) :: p(3), lower(2), upper(2), n3
+    logical, intent(in) :: is_contiguous
+    integer, intent(in) :: first(8), first2, first3
+    real(wp), intent(in) :: f(8, p(1) + 1, p(2) + 1, p(3) + 1, 3)
+    real(wp), intent(inout) :: field(lower(1):upper(1), lower(2):upper(2), n3, 3)
+    integer :: a, j, k, c, l, i, m2, m3
+
+    do c = 1, 3
+      do k = 1, p(3) + 1
+        m3 = first3 + k - 1
+        do j = 1, p(2) + 1
+          m2 = first2 + j - 1
+          if (is_contiguous) then
+            do a = 1, p(1) + 1
+              i = first(1) + a - 2
+              !$omp simd
+              do l = 1, 8
+                field(i + l, m2, m3, c) = field(i + l, m2, m3, c) + f(l, a, j, k, c)
+              end do
+            end do
+          else
+            do a = 1, p(1) + 1
+              do l = 1, 8
+                i = first(l) + a - 1
+                field(i, m2, m3, c) = field(i, m2, m3, c) + f(l, a, j, k, c)
+              end do
+            end do
+          end if
+        end do
+      end do
+    end do
+  end subroutine add_block
+
+end module block_exchange

@@ -1,0 +1,55 @@
+!> One patch of the blank as the kernels see it: tables, tiles, weights and point state.
+module ig_patch
+  use kinds, only: wp
+  use basis_tables, only: axis_table_t, lane_table_t
+  implicit none
+  private
+
+  !> Bulk viscosity, linear and quadratic; the lengths are those of the elements at the start.
+  type, public :: viscosity_t
+    logical :: is_active = .false.
+    real(wp) :: linear = 0.0_wp, quadratic = 0.0_wp
+    real(wp) :: density = 0.0_wp, wave_speed = 0.0_wp
+    real(wp), allocatable :: length(:, :)       !! shape (8, n_blocks)
+  end type viscosity_t
+
+  !> A fixed share of the blocks: ranges of blocks along axis 1 and of elements along axis 2,
+  !! all of axis 3; and the control points they touch. The same whatever the thread count.
+  type, public :: tile_t
+    integer :: block_first = 1, block_last = 0
+    integer :: row_first = 1, row_last = 0
+    integer :: control_first(2) = 1, control_last(2) = 0
+  end type tile_t
+
+  !> Internal forces of one tile on its own control points, before tiles are added up.
+  type, public :: tile_buffer_t
+    real(wp), allocatable :: force(:, :, :, :)
+  end type tile_buffer_t
+
+  !> What one force evaluation tells beside the forces, per tile and summed in fixed order.
+  type, public :: force_report_t
+    real(wp) :: internal_work = 0.0_wp      !! stress power times dt
+    real(wp) :: viscous_work = 0.0_wp
+    real(wp) :: largest_rate = 0.0_wp       !! largest |J^-1|^2 (Frobenius), [1/length^2]
+    real(wp) :: smallest_det = huge(1.0_wp) !! smallest jacobian determinant
+    integer :: failed_block = huge(1)       !! lowest block whose law failed or that turned over
+  end type force_report_t
+
+  !> Tables and state of a patch. Blocks are numbered along axis 1 first, then axis 2, axis 3.
+  type, public :: ig_patch_t
+    integer :: n_control(3) = 0
+    integer :: n_blocks = 0
+    integer :: kernel = 0                          !! instance, see tile_forces
+    type(axis_table_t) :: axes(3)
+    type(lane_table_t) :: lanes
+    logical :: is_rational = .false.
+    real(wp), allocatable :: weights(:, :, :)      !! NURBS weights of the control points
+    !> 1/W^3, dW/W (3) and W^2 at the points, (8, q3, 5, q1*q2, n_blocks); rational only.
+    real(wp), allocatable :: rational(:, :, :, :, :)
+    real(wp), allocatable :: stress(:, :, :, :, :) !! (8, q3, 6, q1*q2, n_blocks)
+    real(wp), allocatable :: state(:, :, :, :, :)  !! (8, q3, n_state, q1*q2, n_blocks)
+    type(viscosity_t) :: viscosity
+    type(tile_t), allocatable :: tiles(:)
+  end type ig_patch_t
+
+end module ig_patch

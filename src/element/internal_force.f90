@@ -1,0 +1,65 @@
+!> Internal forces of a patch: tiles in parallel, then added up in fixed order.
+module internal_force
+  use kinds, only: wp
+  use block_law, only: block_law_t
+  use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use tile_forces, only: forces_of_tile
+  implicit none
+  private
+
+  public :: internal_forces
+
+contains
+
+  !> Stress update and internal forces. The result does not depend on the number of threads:
+  !! every tile has its own buffer, and the buffers are added in the order of the tiles.
+  subroutine internal_forces(patch, buffers, law, dt, x, v, force, report)
+    type(ig_patch_t), intent(inout) :: patch            !! state is carried forward
+    type(tile_buffer_t), intent(inout) :: buffers(:)    !! from `new_tile_buffers`
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt                          !! [time]
+    real(wp), intent(in) :: x(:, :, :, :)               !! control points at the end of the step
+    real(wp), intent(in) :: v(:, :, :, :)               !! velocities at its middle
+    real(wp), intent(out) :: force(:, :, :, :)          !! internal force, (n1, n2, n3, 3)
+    type(force_report_t), intent(out) :: report
+    type(force_report_t) :: reports(size(buffers))
+    integer :: t
+
+    !$omp parallel do schedule(static) default(shared) private(t)
+    do t = 1, size(buffers)
+      call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, buffers(t)%force, reports(t))
+    end do
+    !$omp end parallel do
+    call add_tiles(patch, buffers, force)
+    do t = 1, size(buffers)
+      report%internal_work = report%internal_work + reports(t)%internal_work
+      report%viscous_work = report%viscous_work + reports(t)%viscous_work
+      report%largest_rate = max(report%largest_rate, reports(t)%largest_rate)
+      report%smallest_det = min(report%smallest_det, reports(t)%smallest_det)
+      report%failed_block = min(report%failed_block, reports(t)%failed_block)
+    end do
+  end subroutine internal_forces
+
+  !> Add the tile buffers in the order of the tiles.
+  subroutine add_tiles(patch, buffers, force)
+    type(ig_patch_t), intent(in) :: patch
+    type(tile_buffer_t), intent(in) :: buffers(:)
+    real(wp), intent(out) :: force(:, :, :, :)
+    integer :: t, k, c
+
+    !$omp parallel do collapse(2) schedule(static) default(shared) private(t, k, c)
+    do c = 1, 3
+      do k = 1, patch%n_control(3)
+        force(:, :, k, c) = 0.0_wp
+        do t = 1, size(buffers)
+          associate (low => patch%tiles(t)%control_first, high => patch%tiles(t)%control_last)
+            force(low(1):high(1), low(2):high(2), k, c) = &
+              force(low(1):high(1), low(2):high(2), k, c) + buffers(t)%force(:, :, k, c)
+          end associate
+        end do
+      end do
+    end do
+    !$omp end parallel do
+  end subroutine add_tiles
+
+end module internal_force

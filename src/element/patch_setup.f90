@@ -1,0 +1,249 @@
+!> Build a patch from a NURBS solid, a quadrature rule and a law.
+module patch_setup
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use nurbs_solid, only: nurbs_solid_t, evaluate_solid
+  use knot_vector, only: span_table
+  use gauss_rule, only: gauss_rule_t, new_gauss_rule
+  use block_law, only: block_law_t
+  use basis_tables, only: n_lanes, new_axis_table, new_lane_table
+  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, viscosity_t
+  use tile_forces, only: kernel_of
+  implicit none
+  private
+
+  public :: new_patch, new_tile_buffers, element_of_lane
+
+contains
+
+  !> Tables, tiles and a stress-free state. Viscosity is set when either factor is positive.
+  subroutine new_patch(patch, solid, n_points, n_parts, law, viscosity, error)
+    type(ig_patch_t), intent(out) :: patch
+    type(nurbs_solid_t), intent(in) :: solid
+    integer, intent(in) :: n_points(3), n_parts(3)   !! Gauss points a part, parts an element
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: viscosity(2)             !! linear and quadratic factor
+    type(error_t), allocatable, intent(out) :: error
+    type(gauss_rule_t) :: rule
+    integer :: axis, q(3)
+
+    do axis = 1, 3
+      rule = new_gauss_rule(n_points(axis), n_parts(axis))
+      patch%axes(axis) = new_axis_table(solid%axes(axis), rule%points, rule%weights)
+    end do
+    patch%lanes = new_lane_table(patch%axes(1))
+    patch%n_control = solid%axes%n_basis
+    patch%n_blocks = patch%lanes%n_blocks*patch%axes(2)%n_elements*patch%axes(3)%n_elements
+    patch%is_rational = any(abs(solid%weights/solid%weights(1, 1, 1) - 1.0_wp) > 1.0e-14_wp)
+    patch%weights = solid%weights
+    q = patch%axes%n_points
+    patch%kernel = kernel_of(patch%axes%degree, q, patch%is_rational)
+    allocate (patch%stress(n_lanes, q(3), 6, q(1)*q(2), patch%n_blocks), source=0.0_wp)
+    allocate (patch%state(n_lanes, q(3), max(1, law%n_state), q(1)*q(2), patch%n_blocks), &
+              source=0.0_wp)
+    if (patch%is_rational) call set_rational(patch)
+    call set_lengths(patch, solid, patch%viscosity%length, error)
+    patch%viscosity%is_active = any(viscosity > 0.0_wp)
+    patch%viscosity%linear = viscosity(1)
+    patch%viscosity%quadratic = viscosity(2)
+    patch%viscosity%density = law%density
+    patch%viscosity%wave_speed = sqrt((law%bulk + 4.0_wp/3.0_wp*law%shear)/law%density)
+    patch%tiles = new_tiles(patch)
+  end subroutine new_patch
+
+  !> About sixteen tiles: rows of axis 2 first, then shares of axis 1.
+  pure function new_tiles(patch) result(tiles)
+    type(ig_patch_t), intent(in) :: patch
+    type(tile_t), allocatable :: tiles(:)
+    integer, parameter :: target_count = 16
+    integer :: n_rows, n_shares, row, share, t
+
+    n_rows = min(patch%axes(2)%n_elements, target_count)
+    n_shares = max(1, min(patch%lanes%n_blocks, target_count/n_rows))
+    allocate (tiles(n_rows*n_shares))
+    t = 0
+    do row = 1, n_rows
+      do share = 1, n_shares
+        t = t + 1
+        associate (tile => tiles(t), rows => patch%axes(2)%n_elements, &
+                   blocks => patch%lanes%n_blocks, first => patch%axes(1)%first)
+          tile%row_first = (row - 1)*rows/n_rows + 1
+          tile%row_last = row*rows/n_rows
+          tile%block_first = (share - 1)*blocks/n_shares + 1
+          tile%block_last = share*blocks/n_shares
+          tile%control_first(1) = first(patch%lanes%element(1, tile%block_first))
+          tile%control_last(1) = first(patch%lanes%element(n_lanes, tile%block_last)) &
+                                 + patch%axes(1)%degree
+          tile%control_first(2) = patch%axes(2)%first(tile%row_first)
+          tile%control_last(2) = patch%axes(2)%first(tile%row_last) + patch%axes(2)%degree
+        end associate
+      end do
+    end do
+  end function new_tiles
+
+  !> Force buffers of all tiles.
+  pure function new_tile_buffers(patch) result(buffers)
+    type(ig_patch_t), intent(in) :: patch
+    type(tile_buffer_t), allocatable :: buffers(:)
+    integer :: t
+
+    allocate (buffers(size(patch%tiles)))
+    do t = 1, size(buffers)
+      associate (tile => patch%tiles(t))
+        allocate (buffers(t)%force(tile%control_first(1):tile%control_last(1), &
+                                   tile%control_first(2):tile%control_last(2), &
+                                   patch%n_control(3), 3), source=0.0_wp)
+      end associate
+    end do
+  end function new_tile_buffers
+
+  !> Element (e1, e2, e3) of a lane of a block.
+  pure function element_of_lane(patch, block, lane) result(element)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: block, lane
+    integer :: element(3), b
+
+    b = mod(block - 1, patch%lanes%n_blocks) + 1
+    element(1) = patch%lanes%element(lane, b)
+    element(2) = mod((block - 1)/patch%lanes%n_blocks, patch%axes(2)%n_elements) + 1
+    element(3) = (block - 1)/(patch%lanes%n_blocks*patch%axes(2)%n_elements) + 1
+  end function element_of_lane
+
+  !> Factors of the rational basis at every point; the weights never change.
+  pure subroutine set_rational(patch)
+    type(ig_patch_t), intent(inout) :: patch
+    integer :: q(3), block, lane, qa, qb, qc, e(3)
+    real(wp) :: w, slope(3)
+
+    q = patch%axes%n_points
+    allocate (patch%rational(n_lanes, q(3), 5, q(1)*q(2), patch%n_blocks))
+    do block = 1, patch%n_blocks
+      do lane = 1, n_lanes
+        e = element_of_lane(patch, block, lane)
+        do qa = 1, q(1)
+          do qb = 1, q(2)
+            do qc = 1, q(3)
+              call weight_at(patch, e, [qa, qb, qc], w, slope)
+              associate (r => patch%rational(lane, qc, :, qb + q(2)*(qa - 1), block))
+                r(1) = 1.0_wp/w**3
+                r(2:4) = slope/w
+                r(5) = w*w
+              end associate
+            end do
+          end do
+        end do
+      end do
+    end do
+  end subroutine set_rational
+
+  !> Weight function W of the patch at one quadrature point and its element-local slopes.
+  pure subroutine weight_at(patch, element, point, w, slope)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: element(3), point(3)
+    real(wp), intent(out) :: w, slope(3)
+    real(wp) :: value1, value2, value3, slope1, slope2, slope3, control
+    integer :: i, j, k, first(3)
+
+    first = [patch%axes(1)%first(element(1)), patch%axes(2)%first(element(2)), &
+             patch%axes(3)%first(element(3))] - 1
+    w = 0.0_wp
+    slope = 0.0_wp
+    do k = 1, patch%axes(3)%degree + 1
+      value3 = patch%axes(3)%values(k, point(3), element(3))
+      slope3 = patch%axes(3)%slopes(k, point(3), element(3))
+      do j = 1, patch%axes(2)%degree + 1
+        value2 = patch%axes(2)%values(j, point(2), element(2))
+        slope2 = patch%axes(2)%slopes(j, point(2), element(2))
+        do i = 1, patch%axes(1)%degree + 1
+          value1 = patch%axes(1)%values(i, point(1), element(1))
+          slope1 = patch%axes(1)%slopes(i, point(1), element(1))
+          control = patch%weights(first(1) + i, first(2) + j, first(3) + k)
+          w = w + value1*value2*value3*control
+          slope = slope + control*[slope1*value2*value3, value1*slope2*value3, &
+                                   value1*value2*slope3]
+        end do
+      end do
+    end do
+  end subroutine weight_at
+
+  !> Shortest axis of each element at its centre: 2 over the spectral norm of the inverse
+  !! jacobian, which is the edge of a cube and the thickness of a sheet.
+  subroutine set_lengths(patch, solid, length, error)
+    type(ig_patch_t), intent(in) :: patch
+    type(nurbs_solid_t), intent(in) :: solid
+    real(wp), allocatable, intent(out) :: length(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: xi(3), point(3), jacobian(3, 3), metric(3, 3), smallest, det
+    integer :: block, lane, axis, element(3), span
+
+    allocate (length(n_lanes, patch%n_blocks))
+    do block = 1, patch%n_blocks
+      do lane = 1, n_lanes
+        element = element_of_lane(patch, block, lane)
+        do axis = 1, 3
+          associate (kv => solid%axes(axis))
+            span = element_span(solid, axis, element(axis))
+            xi(axis) = 0.5_wp*(kv%knots(span) + kv%knots(span + 1))
+          end associate
+        end do
+        call evaluate_solid(solid, xi, point, jacobian)
+        do axis = 1, 3
+          span = element_span(solid, axis, element(axis))
+          jacobian(:, axis) = 0.5_wp*jacobian(:, axis) &
+                              *(solid%axes(axis)%knots(span + 1) - solid%axes(axis)%knots(span))
+        end do
+        det = determinant(jacobian)
+        metric = matmul(transpose(jacobian), jacobian)
+        call smallest_eigenvalue(metric, smallest)
+        if (.not. (det > 0.0_wp .and. smallest > 0.0_wp)) then
+          call fail(error, "blank: an element is turned inside out or flat (its jacobian is "// &
+                    "not positive); axes 1, 2, 3 must form a right-handed patch")
+          return
+        end if
+        length(lane, block) = 2.0_wp*sqrt(smallest)
+      end do
+    end do
+  end subroutine set_lengths
+
+  pure integer function element_span(solid, axis, element) result(span)
+    type(nurbs_solid_t), intent(in) :: solid
+    integer, intent(in) :: axis, element
+    integer :: spans(solid%axes(axis)%n_basis)
+
+    associate (table => span_table(solid%axes(axis)))
+      spans(:size(table)) = table
+    end associate
+    span = spans(element)
+  end function element_span
+
+  pure real(wp) function determinant(a)
+    real(wp), intent(in) :: a(3, 3)
+
+    determinant = a(1, 1)*(a(2, 2)*a(3, 3) - a(2, 3)*a(3, 2)) &
+                  + a(1, 2)*(a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)) &
+                  + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
+  end function determinant
+
+  !> Smallest eigenvalue of a symmetric 3 x 3 matrix (LAPACK).
+  subroutine smallest_eigenvalue(a, smallest)
+    real(wp), intent(in) :: a(3, 3)
+    real(wp), intent(out) :: smallest
+    real(wp) :: copy(3, 3), values(3), work(34*3)
+    integer :: info
+    interface
+      subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+        import :: wp
+        character, intent(in) :: jobz, uplo
+        integer, intent(in) :: n, lda, lwork
+        real(wp), intent(inout) :: a(lda, *)
+        real(wp), intent(out) :: w(*), work(*)
+        integer, intent(out) :: info
+      end subroutine dsyev
+    end interface
+
+    copy = a
+    call dsyev("N", "U", 3, copy, 3, values, work, size(work), info)
+    smallest = merge(values(1), -1.0_wp, info == 0)
+  end subroutine smallest_eigenvalue
+
+end module patch_setup

@@ -1,0 +1,125 @@
+!> Kinematics of one point of eight elements side by side: what does not depend on degree or rule.
+!!
+!! A gradient holds d/dxi_j of x_i at (j + 3 (i - 1)) and of v_i nine places further. Positions
+!! are those of the end of the step, velocities those of its middle.
+module point_kinematics
+  use kinds, only: wp
+  implicit none
+  private
+
+  public :: end_cofactors, strain_increment, rotate_stress
+
+contains
+
+  !> Weighted cofactors of the jacobian at the end of the step, and the smallest determinant.
+  pure subroutine end_cofactors(n, q, g, weight, cofactor, smallest_det)
+    integer, intent(in) :: n, q                         !! points of the row, this one
+    real(wp), intent(in) :: g(8, 18), weight(8)
+    real(wp), intent(inout) :: cofactor(8, n, 9)        !! entry (k, j) at j + 3 (k - 1)
+    real(wp), intent(inout) :: smallest_det(8)
+    real(wp) :: c1, c2, c3
+    integer :: l
+
+    !$omp simd private(c1, c2, c3)
+    do l = 1, 8
+      c1 = g(l, 5)*g(l, 9) - g(l, 6)*g(l, 8)
+      c2 = g(l, 6)*g(l, 7) - g(l, 4)*g(l, 9)
+      c3 = g(l, 4)*g(l, 8) - g(l, 5)*g(l, 7)
+      smallest_det(l) = min(smallest_det(l), g(l, 1)*c1 + g(l, 2)*c2 + g(l, 3)*c3)
+      cofactor(l, q, 1) = weight(l)*c1
+      cofactor(l, q, 2) = weight(l)*c2
+      cofactor(l, q, 3) = weight(l)*c3
+      cofactor(l, q, 4) = weight(l)*(g(l, 3)*g(l, 8) - g(l, 2)*g(l, 9))
+      cofactor(l, q, 5) = weight(l)*(g(l, 1)*g(l, 9) - g(l, 3)*g(l, 7))
+      cofactor(l, q, 6) = weight(l)*(g(l, 2)*g(l, 7) - g(l, 1)*g(l, 8))
+      cofactor(l, q, 7) = weight(l)*(g(l, 2)*g(l, 6) - g(l, 3)*g(l, 5))
+      cofactor(l, q, 8) = weight(l)*(g(l, 3)*g(l, 4) - g(l, 1)*g(l, 6))
+      cofactor(l, q, 9) = weight(l)*(g(l, 1)*g(l, 5) - g(l, 2)*g(l, 4))
+    end do
+  end subroutine end_cofactors
+
+  !> Strain increment (engineering shear) and spin increment (12, 13, 23) from the velocity
+  !! gradient at the middle of the step, with the jacobian there: J - dt/2 dv/dxi.
+  pure subroutine strain_increment(n, q, dt, g, weight, dstrain, spin, volume, rate)
+    integer, intent(in) :: n, q
+    real(wp), intent(in) :: dt, g(8, 18), weight(8)
+    real(wp), intent(inout) :: dstrain(8, n, 6)
+    real(wp), intent(out) :: spin(8, 3)
+    real(wp), intent(out) :: volume(8)    !! of the point, at the middle of the step
+    real(wp), intent(out) :: rate(8)      !! squared Frobenius norm of the inverse jacobian
+    real(wp) :: j11, j12, j13, j21, j22, j23, j31, j32, j33, det, scaling
+    real(wp) :: c11, c12, c13, c21, c22, c23, c31, c32, c33, e12, e21, e13, e31, e23, e32
+    integer :: l
+
+    !$omp simd private(j11, j12, j13, j21, j22, j23, j31, j32, j33, det, scaling, c11, c12, &
+    !$omp c13, c21, c22, c23, c31, c32, c33, e12, e21, e13, e31, e23, e32)
+    do l = 1, 8
+      j11 = g(l, 1) - 0.5_wp*dt*g(l, 10)
+      j12 = g(l, 2) - 0.5_wp*dt*g(l, 11)
+      j13 = g(l, 3) - 0.5_wp*dt*g(l, 12)
+      j21 = g(l, 4) - 0.5_wp*dt*g(l, 13)
+      j22 = g(l, 5) - 0.5_wp*dt*g(l, 14)
+      j23 = g(l, 6) - 0.5_wp*dt*g(l, 15)
+      j31 = g(l, 7) - 0.5_wp*dt*g(l, 16)
+      j32 = g(l, 8) - 0.5_wp*dt*g(l, 17)
+      j33 = g(l, 9) - 0.5_wp*dt*g(l, 18)
+      c11 = j22*j33 - j23*j32; c12 = j23*j31 - j21*j33; c13 = j21*j32 - j22*j31
+      c21 = j13*j32 - j12*j33; c22 = j11*j33 - j13*j31; c23 = j12*j31 - j11*j32
+      c31 = j12*j23 - j13*j22; c32 = j13*j21 - j11*j23; c33 = j11*j22 - j12*j21
+      det = j11*c11 + j12*c12 + j13*c13
+      volume(l) = weight(l)*det
+      scaling = 1.0_wp/det
+      rate(l) = ((c11*c11 + c12*c12 + c13*c13) + (c21*c21 + c22*c22 + c23*c23) &
+                 + (c31*c31 + c32*c32 + c33*c33))*(scaling*scaling)
+      scaling = dt*scaling
+      dstrain(l, q, 1) = (g(l, 10)*c11 + g(l, 11)*c12 + g(l, 12)*c13)*scaling
+      dstrain(l, q, 2) = (g(l, 13)*c21 + g(l, 14)*c22 + g(l, 15)*c23)*scaling
+      dstrain(l, q, 3) = (g(l, 16)*c31 + g(l, 17)*c32 + g(l, 18)*c33)*scaling
+      e12 = (g(l, 10)*c21 + g(l, 11)*c22 + g(l, 12)*c23)*scaling
+      e21 = (g(l, 13)*c11 + g(l, 14)*c12 + g(l, 15)*c13)*scaling
+      e13 = (g(l, 10)*c31 + g(l, 11)*c32 + g(l, 12)*c33)*scaling
+      e31 = (g(l, 16)*c11 + g(l, 17)*c12 + g(l, 18)*c13)*scaling
+      e23 = (g(l, 13)*c31 + g(l, 14)*c32 + g(l, 15)*c33)*scaling
+      e32 = (g(l, 16)*c21 + g(l, 17)*c22 + g(l, 18)*c23)*scaling
+      dstrain(l, q, 4) = e12 + e21
+      dstrain(l, q, 5) = e13 + e31
+      dstrain(l, q, 6) = e23 + e32
+      spin(l, 1) = 0.5_wp*(e12 - e21)
+      spin(l, 2) = 0.5_wp*(e13 - e31)
+      spin(l, 3) = 0.5_wp*(e23 - e32)
+    end do
+  end subroutine strain_increment
+
+  !> Rotate the stress by the spin increment: Q = I + w (H + H^2), H half of the spin, exact for a
+  !! rigid rotation (T. J. R. Hughes and J. Winget, IJNME 15 (1980), eq. (13)).
+  pure subroutine rotate_stress(n, q, spin, stress)
+    integer, intent(in) :: n, q
+    real(wp), intent(in) :: spin(8, 3)
+    real(wp), intent(inout) :: stress(8, n, 6)
+    real(wp) :: h1, h2, h3, w, r11, r12, r13, r21, r22, r23, r31, r32, r33
+    real(wp) :: s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, t7, t8, t9
+    integer :: l
+
+    !$omp simd private(h1, h2, h3, w, r11, r12, r13, r21, r22, r23, r31, r32, r33, &
+    !$omp s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, t7, t8, t9)
+    do l = 1, 8
+      h1 = 0.5_wp*spin(l, 1); h2 = 0.5_wp*spin(l, 2); h3 = 0.5_wp*spin(l, 3)
+      w = 2.0_wp/(1.0_wp + h1*h1 + h2*h2 + h3*h3)
+      r11 = 1.0_wp - w*(h1*h1 + h2*h2); r12 = w*(h1 - h2*h3); r13 = w*(h2 + h1*h3)
+      r21 = -w*(h1 + h2*h3); r22 = 1.0_wp - w*(h1*h1 + h3*h3); r23 = w*(h3 - h1*h2)
+      r31 = w*(h1*h3 - h2); r32 = -w*(h3 + h1*h2); r33 = 1.0_wp - w*(h2*h2 + h3*h3)
+      s1 = stress(l, q, 1); s2 = stress(l, q, 2); s3 = stress(l, q, 3)
+      s4 = stress(l, q, 4); s5 = stress(l, q, 5); s6 = stress(l, q, 6)
+      t1 = r11*s1 + r12*s4 + r13*s5; t2 = r11*s4 + r12*s2 + r13*s6; t3 = r11*s5 + r12*s6 + r13*s3
+      t4 = r21*s1 + r22*s4 + r23*s5; t5 = r21*s4 + r22*s2 + r23*s6; t6 = r21*s5 + r22*s6 + r23*s3
+      t7 = r31*s1 + r32*s4 + r33*s5; t8 = r31*s4 + r32*s2 + r33*s6; t9 = r31*s5 + r32*s6 + r33*s3
+      stress(l, q, 1) = t1*r11 + t2*r12 + t3*r13
+      stress(l, q, 2) = t4*r21 + t5*r22 + t6*r23
+      stress(l, q, 3) = t7*r31 + t8*r32 + t9*r33
+      stress(l, q, 4) = t1*r21 + t2*r22 + t3*r23
+      stress(l, q, 5) = t1*r31 + t2*r32 + t3*r33
+      stress(l, q, 6) = t4*r31 + t5*r32 + t6*r33
+    end do
+  end subroutine rotate_stress
+
+end module point_kinematics

@@ -1,0 +1,31 @@
+!> What every constitutive law offers: the stress update of a row of points in one call.
+module block_law
+  use kinds, only: wp
+  implicit none
+  private
+
+  !> A law bound to its constants. A row holds `n` points, each lane-wise beside the other.
+  type, abstract, public :: block_law_t
+    integer :: n_state = 0        !! state variables per point
+    real(wp) :: density = 0.0_wp  !! [mass/length^3]
+    real(wp) :: bulk = 0.0_wp     !! elastic bulk modulus [stress]
+    real(wp) :: shear = 0.0_wp    !! elastic shear modulus [stress]
+  contains
+    procedure(update_row), deferred :: update
+  end type block_law_t
+
+  abstract interface
+    !> Carry stress and state of `n` points over one increment, elastic predictor inside.
+    subroutine update_row(self, n, dt, dstrain, stress, state, ok)
+      import :: block_law_t, wp
+      class(block_law_t), intent(in) :: self
+      integer, intent(in) :: n
+      real(wp), intent(in) :: dt                               !! [time]
+      real(wp), intent(in) :: dstrain(n, 6)                    !! 11 22 33 12 13 23, engineering
+      real(wp), intent(inout) :: stress(n, 6)                  !! Cauchy, already rotated
+      real(wp), intent(inout) :: state(n, self%n_state)
+      logical, intent(out) :: ok                               !! false: some point failed
+    end subroutine update_row
+  end interface
+
+end module block_law

@@ -1,0 +1,52 @@
+!> Isotropic linear elasticity in rate form (hypoelastic).
+module elastic
+  use kinds, only: wp
+  use block_law, only: block_law_t
+  implicit none
+  private
+
+  public :: new_elastic
+
+  !> Elastic law; the moduli are those of the base type.
+  type, extends(block_law_t), public :: elastic_t
+  contains
+    procedure :: update
+  end type elastic_t
+
+contains
+
+  !> Law from density, Young's modulus and Poisson's ratio.
+  pure function new_elastic(density, young, poisson) result(law)
+    real(wp), intent(in) :: density, young, poisson
+    type(elastic_t) :: law
+
+    law%density = density
+    law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
+    law%shear = young/(2.0_wp*(1.0_wp + poisson))
+  end function new_elastic
+
+  !> Add the elastic increment; never fails.
+  subroutine update(self, n, dt, dstrain, stress, state, ok)
+    class(elastic_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 6)
+    real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
+    logical, intent(out) :: ok
+    real(wp) :: lame, volume
+    integer :: l
+
+    ok = dt >= 0.0_wp .and. size(state, 2) == 0
+    lame = self%bulk - 2.0_wp/3.0_wp*self%shear
+    !$omp simd private(volume)
+    do l = 1, n
+      volume = lame*(dstrain(l, 1) + dstrain(l, 2) + dstrain(l, 3))
+      stress(l, 1) = stress(l, 1) + volume + 2.0_wp*self%shear*dstrain(l, 1)
+      stress(l, 2) = stress(l, 2) + volume + 2.0_wp*self%shear*dstrain(l, 2)
+      stress(l, 3) = stress(l, 3) + volume + 2.0_wp*self%shear*dstrain(l, 3)
+      stress(l, 4) = stress(l, 4) + self%shear*dstrain(l, 4)
+      stress(l, 5) = stress(l, 5) + self%shear*dstrain(l, 5)
+      stress(l, 6) = stress(l, 6) + self%shear*dstrain(l, 6)
+    end do
+  end subroutine update
+
+end module elastic

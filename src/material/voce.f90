@@ -1,0 +1,182 @@
+!> Von Mises plasticity with Voce isotropic hardening, a row of points at a time.
+!!
+!! Flow stress: E. Voce, J. Inst. Metals 74 (1948).  Return: J. C. Simo and T. J. R. Hughes,
+!! Computational Inelasticity, Springer 1998, box 3.2, with the scalar equation solved by Newton.
+module voce
+  use kinds, only: wp
+  use, intrinsic :: iso_fortran_env, only: int64
+  use block_law, only: block_law_t
+  implicit none
+  private
+
+  public :: new_voce, flow_stress
+
+  !> Hardening sigma_0 + Q (1 - exp(-b eqps)); the only state is the equivalent plastic strain.
+  type, extends(block_law_t), public :: voce_t
+    real(wp) :: yield = 0.0_wp        !! initial yield stress sigma_0 [stress]
+    real(wp) :: saturation = 0.0_wp   !! hardening left to give Q >= 0 [stress]
+    real(wp) :: rate = 0.0_wp         !! saturation rate b >= 0
+  contains
+    procedure :: update
+  end type voce_t
+
+contains
+
+  !> Law from density, elastic constants and the three hardening constants.
+  pure function new_voce(density, young, poisson, yield, saturation, rate) result(law)
+    real(wp), intent(in) :: density, young, poisson, yield, saturation, rate
+    type(voce_t) :: law
+
+    law%n_state = 1
+    law%density = density
+    law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
+    law%shear = young/(2.0_wp*(1.0_wp + poisson))
+    law%yield = yield
+    law%saturation = saturation
+    law%rate = rate
+  end function new_voce
+
+  !> Yield stress after the equivalent plastic strain `eqps`.
+  elemental real(wp) function flow_stress(law, eqps)
+    class(voce_t), intent(in) :: law
+    real(wp), intent(in) :: eqps
+
+    flow_stress = law%yield + law%saturation*(1.0_wp - exp(-law%rate*eqps))
+  end function flow_stress
+
+  !> Elastic trial and radial return. Rows that stay below the initial yield stress end there.
+  subroutine update(self, n, dt, dstrain, stress, state, ok)
+    class(voce_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 6)
+    real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
+    logical, intent(out) :: ok
+    real(wp) :: mises(n), worst
+
+    call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
+    ok = worst < huge(worst) .and. dt >= 0.0_wp
+    if (ok .and. worst > self%yield) then
+      call radial_return(n, 3.0_wp*self%shear, self%yield + self%saturation, self%saturation, &
+                         self%rate, mises, stress, state, ok)
+    end if
+  end subroutine update
+
+  !> Trial stress, its von Mises stress and the largest of the row (huge where not a number).
+  pure subroutine elastic_trial(n, bulk, shear, dstrain, stress, mises, worst)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: bulk, shear, dstrain(n, 6)
+    real(wp), intent(inout) :: stress(n, 6)
+    real(wp), intent(out) :: mises(n), worst
+    real(wp) :: lame, volume, s1, s2, s3, s4, s5, s6, largest, total
+    integer :: l
+
+    lame = bulk - 2.0_wp/3.0_wp*shear
+    largest = 0.0_wp
+    total = 0.0_wp
+    !$omp simd private(volume, s1, s2, s3, s4, s5, s6) reduction(max:largest) reduction(+:total)
+    do l = 1, n
+      volume = lame*(dstrain(l, 1) + dstrain(l, 2) + dstrain(l, 3))
+      s1 = stress(l, 1) + volume + 2.0_wp*shear*dstrain(l, 1)
+      s2 = stress(l, 2) + volume + 2.0_wp*shear*dstrain(l, 2)
+      s3 = stress(l, 3) + volume + 2.0_wp*shear*dstrain(l, 3)
+      s4 = stress(l, 4) + shear*dstrain(l, 4)
+      s5 = stress(l, 5) + shear*dstrain(l, 5)
+      s6 = stress(l, 6) + shear*dstrain(l, 6)
+      stress(l, 1) = s1
+      stress(l, 2) = s2
+      stress(l, 3) = s3
+      stress(l, 4) = s4
+      stress(l, 5) = s5
+      stress(l, 6) = s6
+      mises(l) = sqrt(0.5_wp*((s1 - s2)**2 + (s2 - s3)**2 + (s3 - s1)**2) &
+                      + 3.0_wp*(s4*s4 + s5*s5 + s6*s6))
+      largest = max(largest, mises(l))
+      total = total + mises(l)
+    end do
+    ! max() may drop a NaN, a sum cannot.
+    worst = largest
+    if (.not. total <= huge(total)) worst = huge(worst)
+  end subroutine elastic_trial
+
+  !> Newton on mises - 3G dgamma = flow(eqps + dgamma), all points of the row together.
+  !! Hardening is concave, so the iterates climb from zero to the root without overshoot, and
+  !! the square of a step bounds what is left: half the curvature over the slope times it.
+  pure subroutine radial_return(n, shear3, limit, saturation, rate, mises, stress, eqps, ok)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: shear3, limit, saturation, rate, mises(n)
+    real(wp), intent(inout) :: stress(n, 6), eqps(n)
+    logical, intent(out) :: ok
+    integer, parameter :: max_iterations = 50
+    real(wp), parameter :: tolerance = 1.0e-16_wp, tiny_stress = 1.0e-30_wp
+    real(wp) :: dgamma(n), left(n), now, step, worst, curvature, scaling, mean
+    integer :: l, iteration
+
+    !$omp simd private(now)
+    do l = 1, n
+      now = saturation*exp_nonpositive(-rate*eqps(l))
+      left(l) = now
+      dgamma(l) = max(mises(l) - (limit - now), 0.0_wp)/(shear3 + rate*now)
+    end do
+    curvature = 0.5_wp*rate*rate*saturation/shear3
+    worst = 0.0_wp
+    do l = 1, n
+      worst = max(worst, dgamma(l))
+    end do
+    if (worst <= 0.0_wp) then
+      ok = .true.
+      return
+    end if
+    ok = curvature*worst*worst <= tolerance
+    do iteration = 2, max_iterations
+      if (ok) exit
+      worst = 0.0_wp
+      !$omp simd private(now, step) reduction(max:worst)
+      do l = 1, n
+        now = left(l)*exp_nonpositive(-rate*dgamma(l))
+        step = (mises(l) - shear3*dgamma(l) - (limit - now))/(shear3 + rate*now)
+        ! A point inside the yield surface has dgamma = 0 and must stay there.
+        step = max(step, 0.0_wp)
+        dgamma(l) = dgamma(l) + step
+        worst = max(worst, step)
+      end do
+      ok = curvature*worst*worst <= tolerance
+    end do
+    !$omp simd private(scaling, mean)
+    do l = 1, n
+      scaling = 1.0_wp - shear3*dgamma(l)/max(mises(l), tiny_stress)
+      eqps(l) = eqps(l) + dgamma(l)
+      mean = (1.0_wp - scaling)*(stress(l, 1) + stress(l, 2) + stress(l, 3))/3.0_wp
+      stress(l, 1) = scaling*stress(l, 1) + mean
+      stress(l, 2) = scaling*stress(l, 2) + mean
+      stress(l, 3) = scaling*stress(l, 3) + mean
+      stress(l, 4) = scaling*stress(l, 4)
+      stress(l, 5) = scaling*stress(l, 5)
+      stress(l, 6) = scaling*stress(l, 6)
+    end do
+  end subroutine radial_return
+
+  !> exp(x) for x <= 0 without a library call, so that the loops around it vectorise:
+  !! x = k ln 2 + r with |r| <= ln(2)/2 and the Taylor polynomial of degree 12 in r.
+  !! Relative error below 3e-16; values below exp(-708) become exp(-708).
+  elemental real(wp) function exp_nonpositive(x) result(value)
+    real(wp), intent(in) :: x
+    real(wp), parameter :: per_ln2 = 1.4426950408889634074_wp
+    real(wp), parameter :: ln2_high = 6.93147180369123816490e-1_wp
+    real(wp), parameter :: ln2_low = 1.90821492927058770002e-10_wp
+    real(wp) :: r, r2, r4, whole, bounded
+    integer(int64) :: k
+
+    bounded = max(x, -708.0_wp)
+    k = int(bounded*per_ln2 - 0.5_wp, int64)
+    whole = real(k, wp)
+    r = (bounded - whole*ln2_high) - whole*ln2_low
+    r2 = r*r
+    r4 = r2*r2
+    value = ((1.0_wp/3628800 + r*(1.0_wp/39916800) + r2*(1.0_wp/479001600))*r2 &
+             + (1.0_wp/40320 + r*(1.0_wp/362880)))*(r4*r4) &
+            + (((1.0_wp/720 + r*(1.0_wp/5040))*r2 + (1.0_wp/24 + r*(1.0_wp/120)))*r4 &
+               + ((0.5_wp + r*(1.0_wp/6))*r2 + (1.0_wp + r)))
+    value = value*transfer(ishft(k + 1023_int64, 52), value)
+  end function exp_nonpositive
+
+end module voce

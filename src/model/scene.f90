@@ -1,0 +1,139 @@
+!> What a deck says, as plain data: the reader fills it, `model` is built from it.
+!! Indices point into the lists of this module, 0 meaning none. Names keep the deck's spelling.
+module scene
+  use kinds, only: wp
+  use faults, only: origin_t
+  use nurbs_surface, only: nurbs_surface_t
+  use nurbs_solid, only: nurbs_solid_t
+  implicit none
+  private
+
+  !> A material: density, elastic constants and a law with its constants.
+  type, public :: material_spec_t
+    type(origin_t) :: origin
+    character(:), allocatable :: name
+    real(wp) :: density = 0.0_wp            !! [mass/length^3]
+    real(wp) :: young = 0.0_wp              !! Young's modulus [stress]
+    real(wp) :: poisson = 0.0_wp            !! Poisson's ratio
+    character(:), allocatable :: law        !! ELASTIC, VOCE or UMAT
+    real(wp), allocatable :: constants(:)   !! VOCE: sigma_0, Q, b; UMAT: its PROPS
+    integer :: n_state = 0                  !! UMAT: number of STATEV
+  end type material_spec_t
+
+  !> The blank: one solid patch (already refined), its material and its quadrature.
+  type, public :: blank_spec_t
+    type(origin_t) :: origin
+    character(:), allocatable :: name
+    type(nurbs_solid_t) :: solid
+    integer :: material = 0                 !! index into `materials`
+    integer :: n_points(3) = 0              !! Gauss points per part of an element and direction
+    integer :: n_parts(3) = 1               !! equal parts of an element per direction: 2x3 has 2
+    logical :: is_green_naghdi = .false.    !! polar rotation instead of Hughes-Winget
+  end type blank_spec_t
+
+  !> A value against time, linear between the rows and constant outside.
+  type, public :: curve_spec_t
+    type(origin_t) :: origin
+    character(:), allocatable :: name
+    real(wp), allocatable :: times(:), values(:)
+  end type curve_spec_t
+
+  !> A rigid tool: surfaces in their place at the start, side of the sheet, motion.
+  type, public :: tool_spec_t
+    type(origin_t) :: origin
+    character(:), allocatable :: name
+    type(nurbs_surface_t), allocatable :: surfaces(:)
+    integer :: side = 1                     !! +1: the sheet lies on the side of xi x eta
+    logical :: is_displacement = .false.    !! motion gives displacement instead of velocity
+    real(wp) :: motion(3) = 0.0_wp          !! velocity (or displacement); scaled by the curve
+    integer :: curve = 0                    !! index into `curves`, 0: constant
+  end type tool_spec_t
+
+  !> One tool against faces of the blank.
+  type, public :: contact_spec_t
+    type(origin_t) :: origin
+    integer :: tool = 0                     !! index into `tools`
+    integer :: face = 0                     !! 1 xi_min, 2 xi_max, ... 6 zeta_max; 0 automatic
+    character(:), allocatable :: points     !! GAUSS, KNOT or GREVILLE
+    integer :: n_points(2) = 0              !! Gauss points per element and direction, 0: p + 1
+    real(wp) :: penalty_scale = 0.5_wp      !! s of k = s m/dt^2
+    real(wp) :: stiffness = 0.0_wp          !! given instead, per area [stress/length]; 0: none
+    logical :: is_corner_start = .false.    !! local search from the face corner, as the seed
+  end type contact_spec_t
+
+  !> A box in parameter space of the blank; a face is a box without height.
+  type, public :: set_spec_t
+    type(origin_t) :: origin
+    character(:), allocatable :: name
+    real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp   !! bounds of xi, eta, zeta
+  end type set_spec_t
+
+  !> Prescribed components of the control points of a set.
+  type, public :: boundary_spec_t
+    type(origin_t) :: origin
+    integer :: set = 0
+    logical :: is_prescribed(3) = .false.   !! which components
+    real(wp) :: velocity(3) = 0.0_wp        !! of the prescribed components, scaled by the curve
+    integer :: curve = 0
+  end type boundary_spec_t
+
+  !> Velocity at the start: v + omega x (X - centre), for the control points of a set (0: all).
+  type, public :: initial_velocity_spec_t
+    type(origin_t) :: origin
+    integer :: set = 0
+    real(wp) :: velocity(3) = 0.0_wp, omega(3) = 0.0_wp, centre(3) = 0.0_wp
+  end type initial_velocity_spec_t
+
+  !> Pressure (on the current normal) or traction (fixed direction) on a face set, or gravity.
+  type, public :: load_spec_t
+    type(origin_t) :: origin
+    character(:), allocatable :: kind       !! PRESSURE, TRACTION or GRAVITY
+    integer :: set = 0
+    real(wp) :: value(3) = 0.0_wp           !! pressure in value(1), else a vector
+    integer :: curve = 0
+  end type load_spec_t
+
+  !> A point of the blank whose motion goes into the history.
+  type, public :: probe_spec_t
+    type(origin_t) :: origin
+    character(:), allocatable :: name
+    real(wp) :: xi(3) = 0.0_wp
+  end type probe_spec_t
+
+  !> The explicit step.
+  type, public :: step_spec_t
+    type(origin_t) :: origin
+    real(wp) :: end_time = 0.0_wp
+    real(wp) :: safety = 0.8_wp             !! fraction of the stable step
+    real(wp) :: energy_limit = 0.2_wp       !! balance error that ends the run; 0: never
+    real(wp) :: viscosity_linear = 0.06_wp, viscosity_quadratic = 1.2_wp   !! 0, 0: none
+  end type step_spec_t
+
+  !> What is written and how often.
+  type, public :: output_spec_t
+    type(origin_t) :: origin
+    integer :: n_frames = 20                !! equal intervals of the end time
+    integer :: n_history = 200
+    logical :: is_bezier = .false.          !! Bezier cells instead of Lagrange cells
+  end type output_spec_t
+
+  !> All of a deck.
+  type, public :: scene_t
+    character(:), allocatable :: file       !! path of the deck
+    character(:), allocatable :: text       !! the deck as read, for the provenance
+    character(:), allocatable :: heading, units
+    type(material_spec_t), allocatable :: materials(:)
+    type(blank_spec_t) :: blank
+    type(curve_spec_t), allocatable :: curves(:)
+    type(tool_spec_t), allocatable :: tools(:)
+    type(contact_spec_t), allocatable :: contacts(:)
+    type(set_spec_t), allocatable :: sets(:)
+    type(boundary_spec_t), allocatable :: boundaries(:)
+    type(initial_velocity_spec_t), allocatable :: initial_velocities(:)
+    type(load_spec_t), allocatable :: loads(:)
+    type(probe_spec_t), allocatable :: probes(:)
+    type(step_spec_t) :: step
+    type(output_spec_t) :: output
+  end type scene_t
+
+end module scene
