@@ -58,24 +58,23 @@ contains
     real(wp), intent(out) :: point(3)            !! [length]
     real(wp), intent(out), optional :: d1(3, 2)  !! first derivatives by xi and eta
     real(wp), intent(out), optional :: d2(3, 3)  !! second derivatives: xi xi, eta eta, xi eta
-    real(wp) :: h(4, 0:2, 0:2), s1(3, 2)
+    real(wp) :: h(4, 0:2, 0:2), w(0:2, 0:2), s1(3, 2)
     integer :: order
 
     order = 0
     if (present(d1)) order = 1
     if (present(d2)) order = 2
     call homogeneous_derivatives(surface, xi, order, h)
-    associate (w => h(4, :, :))
-      point = h(:3, 0, 0)/w(0, 0)
-      if (order == 0) return
-      s1(:, 1) = (h(:3, 1, 0) - w(1, 0)*point)/w(0, 0)
-      s1(:, 2) = (h(:3, 0, 1) - w(0, 1)*point)/w(0, 0)
-      if (present(d1)) d1 = s1
-      if (order == 1) return
-      d2(:, 1) = (h(:3, 2, 0) - 2*w(1, 0)*s1(:, 1) - w(2, 0)*point)/w(0, 0)
-      d2(:, 2) = (h(:3, 0, 2) - 2*w(0, 1)*s1(:, 2) - w(0, 2)*point)/w(0, 0)
-      d2(:, 3) = (h(:3, 1, 1) - w(1, 0)*s1(:, 2) - w(0, 1)*s1(:, 1) - w(1, 1)*point)/w(0, 0)
-    end associate
+    w = h(4, :, :)
+    point = h(:3, 0, 0)/w(0, 0)
+    if (order == 0) return
+    s1(:, 1) = (h(:3, 1, 0) - w(1, 0)*point)/w(0, 0)
+    s1(:, 2) = (h(:3, 0, 1) - w(0, 1)*point)/w(0, 0)
+    if (present(d1)) d1 = s1
+    if (order == 1) return
+    d2(:, 1) = (h(:3, 2, 0) - 2*w(1, 0)*s1(:, 1) - w(2, 0)*point)/w(0, 0)
+    d2(:, 2) = (h(:3, 0, 2) - 2*w(0, 1)*s1(:, 2) - w(0, 2)*point)/w(0, 0)
+    d2(:, 3) = (h(:3, 1, 1) - w(1, 0)*s1(:, 2) - w(0, 1)*s1(:, 1) - w(1, 1)*point)/w(0, 0)
   end subroutine evaluate_surface
 
   !> Derivatives of (w x, w y, w z, w): `h(:, a, b)` is the a-th by xi and b-th by eta,
