@@ -1,0 +1,401 @@
+!> Penalty contact of one face of the blank with one tool.
+!!
+!! Every slave point is moved into the tool's frame, the closest point of the tool is found
+!! ([CA] R. P. R. Cardoso and O. B. Adetoro (2017), sec. 5), and where the gap (54) is negative the
+!! point is pushed out along the normal (55) by stiffness times depth.
+!!
+!! Points that cannot reach the tool are left alone. The distance to a tool changes by no more than
+!! the point moves, and no slave point moves more than the control points around it (convex hull).
+!! So one number, the `travel`, is carried along: the largest relative displacement of any control
+!! point, summed over the calls. A point at distance g needs no look until travel has grown by g.
+module contact
+  use, intrinsic :: iso_fortran_env, only: int64
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use tool, only: tool_t
+  use slave_surface, only: slave_surface_t, row_positions, scatter_forces
+  use penalty, only: stiffness_from_mass, stiffness_from_area
+  use closest_point, only: hit_t, search_tool, follow
+  use closest_point_lanes, only: lanes_t, follow_lanes, n_lanes
+  implicit none
+  private
+
+  public :: contact_t, contact_options_t, contact_statistics_t, new_contact, apply_contact
+  public :: set_tile_tests
+
+  integer, parameter :: tile_size = 256   !! most points of a tile
+  real(wp), parameter :: refresh = 0.2_wp       !! travel between searches, of the search distance
+  real(wp), parameter :: border_slack = 1.0e-9_wp   !! of the tool's scale, beyond the border
+
+  !> What the deck says about a contact.
+  type :: contact_options_t
+    real(wp) :: scale = 0.5_wp        !! s of the stiffness s m/dt^2
+    real(wp) :: stiffness = 0.0_wp    !! given per area instead, if positive [stress/length]
+    real(wp) :: max_depth = 0.0_wp    !! deeper points are behind the tool, not in it; 0: half the
+                                      !! search distance [length]
+    real(wp) :: overhang = 0.0_wp     !! how far beyond the border a point still touches [length]
+    logical :: is_corner_start = .false.   !! search anew each time from face corners, as [CA]
+  end type contact_options_t
+
+  !> Counts over all calls; `n_touching` of the last call.
+  type :: contact_statistics_t
+    integer(int64) :: n_calls = 0
+    integer(int64) :: n_points = 0       !! points times calls
+    integer(int64) :: n_tested = 0       !! of these, closest points computed; the rest was culled
+    integer(int64) :: n_iterations = 0   !! face evaluations of the local searches
+    integer(int64) :: n_fallbacks = 0    !! points that left the eight lanes for the guarded search
+    integer(int64) :: n_searches = 0     !! global searches
+    integer(int64) :: n_failures = 0     !! points for which every search failed: must be 0
+    integer :: max_iterations = 0        !! in one search of one point
+    integer :: n_touching = 0
+  end type contact_statistics_t
+
+  !> Part of a row of slave points: the unit of work, the same for any number of threads.
+  type :: tile_t
+    integer :: row = 0, first = 0, last = 0   !! points first ... last along direction 1
+    real(wp) :: test_at = 0.0_wp              !! travel at which a point must be tested again
+  end type tile_t
+
+  !> What one tile adds to the whole.
+  type :: tile_result_t
+    real(wp) :: energy = 0.0_wp, depth = 0.0_wp, reaction(3) = 0.0_wp
+    type(contact_statistics_t) :: counts
+  end type tile_result_t
+
+  !> One face of the blank against one tool; arrays by slave point, shape (n_points).
+  type :: contact_t
+    type(slave_surface_t) :: slave
+    type(contact_options_t) :: options
+    real(wp), allocatable :: stiffness(:)    !! frozen at the start [force/length]
+    integer, allocatable :: face(:)          !! face of the tool last touched or seen, 0: none
+    real(wp), allocatable :: at(:, :)        !! local coordinates there, shape (2, n_points)
+    real(wp), allocatable :: test_at(:)      !! travel at which the point is tested again [length]
+    real(wp), allocatable :: search_at(:)    !! travel at which it is searched anew [length]
+    real(wp), allocatable :: force(:, :)     !! on the point now, shape (n_points, 3) [force]
+    type(tile_t), allocatable :: tiles(:)
+    logical :: is_started = .false.          !! whether `net` holds a state
+    real(wp) :: travel = 0.0_wp              !! bound of the motion so far [length]
+    real(wp) :: displacement(3) = 0.0_wp     !! of the tool at the last call [length]
+    real(wp), allocatable :: net(:, :, :)    !! control points at the last call [length]
+    type(contact_statistics_t) :: statistics
+  end type contact_t
+
+contains
+
+  !> Set up a contact. Refused: negative options, a depth limit not below the tool's search
+  !! distance, a time step or masses that are not positive.
+  subroutine new_contact(contact, slave, tool, mass, dt, options, error)
+    type(contact_t), intent(out) :: contact
+    type(slave_surface_t), intent(in) :: slave
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: mass(slave%n_net(1), slave%n_net(2))   !! of the control points [mass]
+    real(wp), intent(in) :: dt      !! largest step expected; the stiffness is frozen for it [time]
+    type(contact_options_t), intent(in) :: options
+    type(error_t), allocatable, intent(out) :: error
+
+    contact%options = options
+    if (options%max_depth <= 0.0_wp) contact%options%max_depth = 0.5_wp*tool%search_distance
+    if (min(options%scale, options%stiffness, options%max_depth, options%overhang) < 0.0_wp) then
+      call fail(error, "contact with "//tool%name//": options must not be negative")
+    else if (contact%options%max_depth >= tool%search_distance) then
+      call fail(error, "contact with "//tool%name//": the depth limit must be below the tool's " &
+                //"search distance")
+    else if (.not. (dt > 0.0_wp .and. all(mass > 0.0_wp))) then
+      call fail(error, "contact with "//tool%name//": time step and masses must be positive")
+    end if
+    if (allocated(error)) return
+    contact%slave = slave
+    associate (n => slave%n_points)
+      allocate (contact%stiffness(n), contact%face(n), contact%at(2, n))
+      allocate (contact%test_at(n), contact%search_at(n), contact%force(n, 3))
+      allocate (contact%net(slave%n_net(1), slave%n_net(2), 3))
+    end associate
+    if (options%stiffness > 0.0_wp) then
+      call stiffness_from_area(slave, options%stiffness, contact%stiffness)
+    else
+      call stiffness_from_mass(slave, mass, options%scale, dt, contact%stiffness)
+    end if
+    contact%face = 0
+    contact%at = 0.5_wp
+    contact%test_at = 0.0_wp
+    contact%search_at = 0.0_wp
+    contact%force = 0.0_wp
+    contact%net = 0.0_wp
+    contact%tiles = cut_tiles(slave)
+  end subroutine new_contact
+
+  !> Contact forces of the present positions: `net_force` and `tool%force` are added to, energy and
+  !! deepest penetration are set. Bitwise the same for any number of threads.
+  !!
+  !! Every call is one state after the other: a state left out costs no accuracy, the motion since
+  !! the last call is what counts.
+  subroutine apply_contact(contact, tool, net_x, net_force, energy, max_penetration)
+    type(contact_t), intent(inout) :: contact
+    type(tool_t), intent(inout) :: tool
+    real(wp), intent(in) :: net_x(contact%slave%n_net(1), contact%slave%n_net(2), 3)
+      !! control points of the face now [length]
+    real(wp), intent(inout) :: net_force(contact%slave%n_net(1), contact%slave%n_net(2), 3)
+      !! [force]
+    real(wp), intent(out) :: energy            !! sum of k g^2/2 over touching points [energy]
+    real(wp), intent(out) :: max_penetration   !! deepest -g of touching points, 0: none [length]
+    type(tile_result_t), allocatable :: results(:)
+    logical :: has_force(contact%slave%n_along(2))
+    integer :: i
+
+    call advance_travel(contact, tool, net_x)
+    contact%statistics%n_calls = contact%statistics%n_calls + 1
+    contact%statistics%n_points = contact%statistics%n_points + contact%slave%n_points
+    contact%statistics%n_touching = 0
+    energy = 0.0_wp
+    max_penetration = 0.0_wp
+    if (all(contact%travel < contact%tiles%test_at)) return
+
+    allocate (results(size(contact%tiles)))
+    !$omp parallel do schedule(dynamic)
+    do i = 1, size(contact%tiles)
+      if (contact%travel < contact%tiles(i)%test_at) cycle
+      call work_tile(contact, tool, net_x, i, results(i))
+    end do
+    !$omp end parallel do
+
+    has_force = .false.
+    do i = 1, size(results)
+      associate (part => results(i))
+        energy = energy + part%energy
+        max_penetration = max(max_penetration, part%depth)
+        tool%force = tool%force + part%reaction
+        if (part%counts%n_touching > 0) has_force(contact%tiles(i)%row) = .true.
+        call add_counts(contact%statistics, part%counts)
+      end associate
+    end do
+    call scatter_forces(contact%slave, contact%force, net_force, has_force)
+  end subroutine apply_contact
+
+  !> Let the travel grow by the largest displacement of a control point against the tool.
+  pure subroutine advance_travel(contact, tool, net_x)
+    type(contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: net_x(contact%slave%n_net(1), contact%slave%n_net(2), 3)
+    real(wp) :: largest, moved(3)
+    integer :: i, j
+
+    if (contact%is_started) then
+      largest = 0.0_wp
+      moved = tool%displacement - contact%displacement
+      do j = 1, size(net_x, 2)
+        do i = 1, size(net_x, 1)
+          largest = max(largest, (net_x(i, j, 1) - contact%net(i, j, 1) - moved(1))**2 &
+                        + (net_x(i, j, 2) - contact%net(i, j, 2) - moved(2))**2 &
+                        + (net_x(i, j, 3) - contact%net(i, j, 3) - moved(3))**2)
+        end do
+      end do
+      contact%travel = contact%travel + sqrt(largest)
+    end if
+    contact%is_started = .true.
+    contact%net = net_x
+    contact%displacement = tool%displacement
+  end subroutine advance_travel
+
+  !> Test the points of a tile that may have come within reach.
+  subroutine work_tile(contact, tool, net_x, index, result)
+    type(contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: net_x(contact%slave%n_net(1), contact%slave%n_net(2), 3)
+    integer, intent(in) :: index   !! number of the tile
+    type(tile_result_t), intent(out) :: result
+    real(wp) :: x(contact%tiles(index)%first:contact%tiles(index)%last, 3), queued_x(n_lanes, 3)
+    integer :: queue(n_lanes), n_queued, before, point, i
+
+    associate (tile => contact%tiles(index))
+      call row_positions(contact%slave, net_x, tile%row, tile%first, tile%last, x)
+      do i = 1, 3
+        x(:, i) = x(:, i) - tool%displacement(i)
+      end do
+      before = (tile%row - 1)*contact%slave%n_along(1)
+      contact%force(before + tile%first:before + tile%last, :) = 0.0_wp
+      n_queued = 0
+      do i = tile%first, tile%last
+        point = before + i
+        if (contact%travel < contact%test_at(point)) cycle
+        result%counts%n_tested = result%counts%n_tested + 1
+        if (contact%face(point) == 0 .or. contact%travel >= contact%search_at(point) &
+            .or. contact%options%is_corner_start) then
+          call search_point(contact, tool, x(i, :), point, result)
+          cycle
+        end if
+        n_queued = n_queued + 1
+        queue(n_queued) = point
+        queued_x(n_queued, :) = x(i, :)
+        if (n_queued < n_lanes) cycle
+        call follow_points(contact, tool, queue, queued_x, result)
+        n_queued = 0
+      end do
+      if (n_queued > 0) call follow_points(contact, tool, queue(:n_queued), queued_x, result)
+      tile%test_at = minval(contact%test_at(before + tile%first:before + tile%last))
+    end associate
+  end subroutine work_tile
+
+  !> Follow up to eight points from where they were; those that do not settle one by one.
+  subroutine follow_points(contact, tool, points, x, result)
+    type(contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: points(:)          !! slave point numbers
+    real(wp), intent(in) :: x(n_lanes, 3)     !! their places in the tool's frame [length]
+    type(tile_result_t), intent(inout) :: result
+    type(lanes_t) :: lanes
+    type(hit_t) :: hit
+    integer :: lane, used
+
+    do lane = 1, n_lanes
+      used = min(lane, size(points))
+      lanes%x(lane, :) = x(used, :)
+      lanes%face(lane) = contact%face(points(used))
+      lanes%s(lane) = contact%at(1, points(used))
+      lanes%t(lane) = contact%at(2, points(used))
+    end do
+    call follow_lanes(tool, lanes)
+    call count_iterations(result%counts, lanes%n_iterations, size(points))
+    do lane = 1, size(points)
+      if (lanes%is_good(lane)) then
+        hit%face = lanes%face(lane)
+        hit%at = [lanes%s(lane), lanes%t(lane)]
+        hit%gap = lanes%gap(lane)
+        hit%distance = abs(hit%gap)
+        hit%normal = lanes%normal(lane, :)
+        hit%overhang = 0.0_wp
+      else
+        result%counts%n_fallbacks = result%counts%n_fallbacks + 1
+        call follow(tool, x(lane, :), lanes%face(lane), contact%at(:, points(lane)), hit)
+        call count_iterations(result%counts, hit%n_iterations, 1)
+        if (.not. hit%is_converged) then
+          call search_point(contact, tool, x(lane, :), points(lane), result)
+          cycle
+        end if
+      end if
+      contact%test_at(points(lane)) = min(contact%search_at(points(lane)), &
+                                  contact%travel + safe_distance(contact, tool, x(lane, :), hit))
+      call push_point(contact, tool, points(lane), hit, result)
+    end do
+  end subroutine follow_points
+
+  !> Search one point anew, and note how far it may travel before another place can be the nearest.
+  subroutine search_point(contact, tool, x, point, result)
+    type(contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(3)
+    integer, intent(in) :: point
+    type(tile_result_t), intent(inout) :: result
+    type(hit_t) :: hit
+    real(wp) :: safe, rival, step
+
+    step = refresh*tool%search_distance
+    call search_tool(tool, x, 2*step, contact%options%is_corner_start, hit)
+    result%counts%n_searches = result%counts%n_searches + 1
+    call count_iterations(result%counts, hit%n_iterations, 1)
+    if (.not. hit%is_converged) result%counts%n_failures = result%counts%n_failures + 1
+    safe = safe_distance(contact, tool, x, hit)
+    rival = min(hit%rival, hit%distance + 2*step, tool%search_distance)
+    contact%search_at(point) = contact%travel + max(safe, min(step, 0.5_wp*(rival - hit%distance)))
+    contact%test_at(point) = contact%travel + safe
+    call push_point(contact, tool, point, hit, result)
+  end subroutine search_point
+
+  !> How far a point may move, at least, before it can touch the tool.
+  pure real(wp) function safe_distance(contact, tool, x, hit) result(safe)
+    type(contact_t), intent(in) :: contact
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(3)
+    type(hit_t), intent(in) :: hit
+
+    if (.not. hit%is_converged .and. hit%face == 0) then
+      safe = 0.0_wp
+    else if (hit%face == 0) then
+      safe = norm2(max(tool%box(:, 1) - x, x - tool%box(:, 2), 0.0_wp))
+      safe = max(safe, tool%search_distance) - contact%options%max_depth
+    else if (hit%gap >= 0.0_wp) then
+      safe = hit%distance
+    else
+      safe = max(hit%overhang - contact%options%overhang, -hit%gap - contact%options%max_depth, &
+                 0.0_wp)
+    end if
+  end function safe_distance
+
+  !> Keep where a point was found, and push it out if it is in the tool.
+  subroutine push_point(contact, tool, point, hit, result)
+    type(contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: point
+    type(hit_t), intent(in) :: hit
+    type(tile_result_t), intent(inout) :: result
+    real(wp) :: force(3)
+
+    contact%face(point) = hit%face
+    contact%at(:, point) = hit%at
+    if (hit%face == 0 .or. hit%gap >= 0.0_wp .or. hit%gap <= -contact%options%max_depth &
+        .or. hit%overhang > contact%options%overhang + border_slack*tool%scale) return
+    force = -contact%stiffness(point)*hit%gap*hit%normal
+    contact%force(point, :) = force
+    contact%test_at(point) = contact%travel
+    result%reaction = result%reaction - force
+    result%energy = result%energy + 0.5_wp*contact%stiffness(point)*hit%gap**2
+    result%depth = max(result%depth, -hit%gap)
+    result%counts%n_touching = result%counts%n_touching + 1
+  end subroutine push_point
+
+  !> Cut the rows of slave points into tiles of nearly equal length.
+  pure function cut_tiles(slave) result(tiles)
+    type(slave_surface_t), intent(in) :: slave
+    type(tile_t), allocatable :: tiles(:)
+    integer :: row, part, n_parts
+
+    associate (n => slave%n_along)
+      n_parts = (n(1) + tile_size - 1)/tile_size
+      allocate (tiles(n_parts*n(2)))
+      do row = 1, n(2)
+        do part = 1, n_parts
+          associate (tile => tiles(part + n_parts*(row - 1)))
+            tile%row = row
+            tile%first = (part - 1)*n(1)/n_parts + 1
+            tile%last = part*n(1)/n_parts
+          end associate
+        end do
+      end do
+    end associate
+  end function cut_tiles
+
+  !> Let each tile be tested again when the first of its points must be.
+  pure subroutine set_tile_tests(contact)
+    type(contact_t), intent(inout) :: contact
+    integer :: i, before
+
+    do i = 1, size(contact%tiles)
+      associate (tile => contact%tiles(i))
+        before = (tile%row - 1)*contact%slave%n_along(1)
+        tile%test_at = minval(contact%test_at(before + tile%first:before + tile%last))
+      end associate
+    end do
+  end subroutine set_tile_tests
+
+  pure subroutine count_iterations(counts, n_iterations, n_points)
+    type(contact_statistics_t), intent(inout) :: counts
+    integer, intent(in) :: n_iterations, n_points
+
+    counts%n_iterations = counts%n_iterations + n_iterations*n_points
+    counts%max_iterations = max(counts%max_iterations, n_iterations)
+  end subroutine count_iterations
+
+  !> Add the counts of a tile to those of the contact.
+  pure subroutine add_counts(total, part)
+    type(contact_statistics_t), intent(inout) :: total
+    type(contact_statistics_t), intent(in) :: part
+
+    total%n_tested = total%n_tested + part%n_tested
+    total%n_iterations = total%n_iterations + part%n_iterations
+    total%n_fallbacks = total%n_fallbacks + part%n_fallbacks
+    total%n_searches = total%n_searches + part%n_searches
+    total%n_failures = total%n_failures + part%n_failures
+    total%max_iterations = max(total%max_iterations, part%max_iterations)
+    total%n_touching = total%n_touching + part%n_touching
+  end subroutine add_counts
+
+end module contact

@@ -1,0 +1,68 @@
+!> Questions about blank and tools that the set-up of a model asks, once.
+module contact_check
+  use kinds, only: wp
+  use tool, only: tool_t
+  use slave_surface, only: slave_surface_t, slave_positions
+  use closest_point, only: hit_t, search_tool, search_all_faces
+  implicit none
+  private
+
+  public :: initial_gap, face_gaps
+
+  real(wp), parameter :: border_slack = 1.0e-9_wp   !! of the tool's scale, beyond the border
+
+contains
+
+  !> Smallest signed gap between slave points and a tool within its search distance. Negative: the
+  !! blank starts inside the tool, deepest at `point`. huge(gap) and point 0 if none is in reach.
+  subroutine initial_gap(slave, tool, net_x, gap, point, position)
+    type(slave_surface_t), intent(in) :: slave
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: net_x(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
+    real(wp), intent(out) :: gap                                       !! [length]
+    integer, intent(out) :: point                                      !! slave point number
+    real(wp), intent(out) :: position(3)                               !! where it is [length]
+    real(wp), allocatable :: x(:, :)
+    real(wp) :: gaps(slave%n_points)
+    type(hit_t) :: hit
+    integer :: i
+
+    allocate (x(slave%n_points, 3))
+    call slave_positions(slave, net_x, x)
+    !$omp parallel do schedule(dynamic, 64) private(hit)
+    do i = 1, slave%n_points
+      call search_tool(tool, x(i, :) - tool%displacement, 0.0_wp, .false., hit)
+      gaps(i) = huge(1.0_wp)
+      if (hit%face /= 0 .and. hit%overhang <= border_slack*tool%scale) gaps(i) = hit%gap
+    end do
+    !$omp end parallel do
+    point = minloc(gaps, 1)
+    gap = gaps(point)
+    position = x(point, :)
+    if (gap >= huge(1.0_wp)) point = 0
+  end subroutine initial_gap
+
+  !> Signed gap of every slave point to the nearest place of a tool, however far away. Of two
+  !! opposite faces of a blank the one that meets the tool has the smaller mean of proper gaps.
+  subroutine face_gaps(slave, tool, net_x, gaps, is_proper)
+    type(slave_surface_t), intent(in) :: slave
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: net_x(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
+    real(wp), intent(out) :: gaps(slave%n_points)                      !! [length]
+    logical, intent(out) :: is_proper(slave%n_points)   !! the place is not on the tool's border
+    real(wp), allocatable :: x(:, :)
+    type(hit_t) :: hit
+    integer :: i
+
+    allocate (x(slave%n_points, 3))
+    call slave_positions(slave, net_x, x)
+    !$omp parallel do schedule(dynamic, 64) private(hit)
+    do i = 1, slave%n_points
+      call search_all_faces(tool, x(i, :) - tool%displacement, hit)
+      gaps(i) = hit%gap
+      is_proper(i) = hit%overhang <= border_slack*tool%scale
+    end do
+    !$omp end parallel do
+  end subroutine face_gaps
+
+end module contact_check

@@ -1,0 +1,49 @@
+!> Penalty stiffness of slave points, small enough to keep the explicit step stable.
+module penalty
+  use kinds, only: wp
+  use slave_surface, only: slave_surface_t, scatter_forces
+  implicit none
+  private
+
+  public :: stiffness_from_mass, stiffness_from_area
+
+contains
+
+  !> Stiffness k_p = (s/dt^2) a_p min_I(m_I/A_I) over the control points I that support point p,
+  !! with A_I = sum_p a_p R_I(p). Then sum_p k_p R_I(p) <= s m_I/dt^2 on every control point.
+  subroutine stiffness_from_mass(slave, mass, scale, dt, stiffness)
+    type(slave_surface_t), intent(in) :: slave
+    real(wp), intent(in) :: mass(slave%n_net(1), slave%n_net(2))   !! of the control points [mass]
+    real(wp), intent(in) :: scale   !! s, 0.5 by default
+    real(wp), intent(in) :: dt      !! largest time step expected [time]
+    real(wp), intent(out) :: stiffness(slave%n_along(1), slave%n_along(2))   !! [force/length]
+    real(wp), allocatable :: areas(:, :, :), net_areas(:, :, :)
+    real(wp) :: per_area(slave%n_net(1), slave%n_net(2))
+    integer :: i, j, low(2), high(2)
+
+    allocate (areas(slave%n_along(1), slave%n_along(2), 3), source=0.0_wp)
+    allocate (net_areas(slave%n_net(1), slave%n_net(2), 3), source=0.0_wp)
+    areas(:, :, 1) = reshape(slave%area, slave%n_along)
+    call scatter_forces(slave, areas, net_areas)
+    per_area = huge(1.0_wp)
+    where (net_areas(:, :, 1) > 0.0_wp) per_area = mass/net_areas(:, :, 1)
+    do j = 1, slave%n_along(2)
+      do i = 1, slave%n_along(1)
+        low = [slave%lines(1)%first(i), slave%lines(2)%first(j)]
+        high = low + slave%lines%degree
+        stiffness(i, j) = scale/dt**2*areas(i, j, 1) &
+                          *minval(per_area(low(1):high(1), low(2):high(2)))
+      end do
+    end do
+  end subroutine stiffness_from_mass
+
+  !> Stiffness k_p = a_p times a given stiffness per area [stress/length].
+  pure subroutine stiffness_from_area(slave, per_area, stiffness)
+    type(slave_surface_t), intent(in) :: slave
+    real(wp), intent(in) :: per_area
+    real(wp), intent(out) :: stiffness(slave%n_along(1), slave%n_along(2))   !! [force/length]
+
+    stiffness = per_area*reshape(slave%area, slave%n_along)
+  end subroutine stiffness_from_area
+
+end module penalty

@@ -1,0 +1,235 @@
+!> Slave points of a blank's face: their positions from the control net, and their forces back.
+!!
+!! Points lie on a tensor grid, number i + n_along(1)*(j - 1), so both ways run direction by
+!! direction over one-dimensional tables. Each row of points is one unit of work.
+module slave_surface
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use nurbs_surface, only: nurbs_surface_t, evaluate_surface
+  use slave_line, only: slave_line_t, area_rule_t, new_slave_line, new_area_rule, &
+                        points_gauss, points_knot, points_greville
+  implicit none
+  private
+
+  public :: slave_surface_t, new_slave_surface, slave_positions, row_positions, scatter_forces
+  public :: points_gauss, points_knot, points_greville
+
+  integer, parameter :: parallel_size = 4096   !! fewer points are not worth waking threads for
+
+  !> Slave points of one face.
+  type :: slave_surface_t
+    integer :: n_points = 0
+    integer :: n_along(2) = 0                   !! points per direction
+    integer :: n_net(2) = 0                     !! control points per direction
+    type(slave_line_t) :: lines(2)              !! basis tables per direction
+    logical :: is_rational = .false.            !! weights differ from one
+    real(wp), allocatable :: weights(:, :)      !! of the control points, shape (n_net)
+    real(wp), allocatable :: inverse_w(:, :)    !! 1/(sum N w) at the points, shape (n_along)
+    real(wp), allocatable :: area(:)            !! reference area of a point [area], (n_points)
+  end type slave_surface_t
+
+contains
+
+  !> Choose the slave points of a face of the blank in its shape at the start.
+  !! Refused: an unknown kind of points, a negative number of Gauss points.
+  subroutine new_slave_surface(slave, surface, kind, n_gauss, error)
+    type(slave_surface_t), intent(out) :: slave
+    type(nurbs_surface_t), intent(in) :: surface   !! the face at the start
+    integer, intent(in) :: kind          !! points_gauss, points_knot or points_greville
+    integer, intent(in) :: n_gauss(2)    !! Gauss points per element and direction, 0: p + 1
+    type(error_t), allocatable, intent(out) :: error
+    integer :: direction, counts(2)
+
+    if (all(kind /= [points_gauss, points_knot, points_greville])) then
+      call fail(error, "contact: slave points must be GAUSS, KNOT or GREVILLE")
+      return
+    else if (any(n_gauss < 0)) then
+      call fail(error, "contact: the number of Gauss points must not be negative")
+      return
+    end if
+    counts = merge(n_gauss, surface%axes%degree + 1, n_gauss > 0)
+    do direction = 1, 2
+      call new_slave_line(slave%lines(direction), surface%axes(direction), kind, counts(direction))
+    end do
+    slave%n_along = slave%lines%n_points
+    slave%n_net = slave%lines%n_net
+    slave%n_points = product(slave%n_along)
+    slave%weights = surface%weights
+    slave%is_rational = any(abs(surface%weights - 1.0_wp) > 0.0_wp)
+    call set_inverse_weights(slave)
+    call set_areas(slave, surface, kind, counts)
+  end subroutine new_slave_surface
+
+  !> Positions of all slave points, the same for any number of threads.
+  subroutine slave_positions(slave, net, positions)
+    type(slave_surface_t), intent(in) :: slave
+    real(wp), intent(in) :: net(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
+    real(wp), intent(out) :: positions(slave%n_along(1), slave%n_along(2), 3)   !! [length]
+    integer :: row
+
+    !$omp parallel do schedule(static) if (slave%n_points > parallel_size)
+    do row = 1, slave%n_along(2)
+      call row_positions(slave, net, row, 1, slave%n_along(1), positions(:, row, :))
+    end do
+    !$omp end parallel do
+  end subroutine slave_positions
+
+  !> Positions of the points `first` to `last` of one row.
+  pure subroutine row_positions(slave, net, row, first, last, positions)
+    type(slave_surface_t), intent(in) :: slave
+    real(wp), intent(in) :: net(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
+    integer, intent(in) :: row, first, last
+    real(wp), intent(out) :: positions(first:last, 3)                !! [length]
+    real(wp) :: column(slave%n_net(1), 3)
+    integer :: low, high, j, i, k, c
+
+    associate (line => slave%lines(1), across => slave%lines(2))
+      low = line%first(first)
+      high = line%first(last) + line%degree
+      column(low:high, :) = 0.0_wp
+      do c = 1, 3
+        do k = 1, across%degree + 1
+          j = across%first(row) + k - 1
+          if (slave%is_rational) then
+            column(low:high, c) = column(low:high, c) &
+              + across%values(row, k)*slave%weights(low:high, j)*net(low:high, j, c)
+          else
+            column(low:high, c) = column(low:high, c) + across%values(row, k)*net(low:high, j, c)
+          end if
+        end do
+        positions(:, c) = 0.0_wp
+        do k = 1, line%degree + 1
+          do i = first, last
+            positions(i, c) = positions(i, c) + line%values(i, k)*column(line%first(i) + k - 1, c)
+          end do
+        end do
+        if (slave%is_rational) then
+          positions(:, c) = positions(:, c)*slave%inverse_w(first:last, row)
+        end if
+      end do
+    end associate
+  end subroutine row_positions
+
+  !> Add the forces of slave points to the control points, F_I = sum_p R_I(p) f_p, summed in the
+  !! same order for any number of threads. Rows without force may be left out by `has_force`.
+  subroutine scatter_forces(slave, forces, net_forces, has_force)
+    type(slave_surface_t), intent(in) :: slave
+    real(wp), intent(in) :: forces(slave%n_along(1), slave%n_along(2), 3)          !! [force]
+    real(wp), intent(inout) :: net_forces(slave%n_net(1), slave%n_net(2), 3)       !! [force]
+    logical, intent(in), optional :: has_force(slave%n_along(2))
+    real(wp), allocatable :: rows(:, :, :)
+    logical :: is_loaded(slave%n_along(2))
+    integer :: row, j
+
+    is_loaded = .true.
+    if (present(has_force)) is_loaded = has_force
+    if (.not. any(is_loaded)) return
+    allocate (rows(slave%n_net(1), 3, slave%n_along(2)))
+    !$omp parallel if (slave%n_points > parallel_size)
+    !$omp do schedule(static)
+    do row = 1, slave%n_along(2)
+      if (is_loaded(row)) call gather_row(slave, forces, row, rows(:, :, row))
+    end do
+    !$omp end do
+    !$omp do schedule(static)
+    do j = 1, slave%n_net(2)
+      call add_rows(slave, rows, is_loaded, j, net_forces)
+    end do
+    !$omp end do
+    !$omp end parallel
+  end subroutine scatter_forces
+
+  !> Forces of one row of points, gathered to the control points along direction 1.
+  pure subroutine gather_row(slave, forces, row, gathered)
+    type(slave_surface_t), intent(in) :: slave
+    real(wp), intent(in) :: forces(slave%n_along(1), slave%n_along(2), 3)
+    integer, intent(in) :: row
+    real(wp), intent(out) :: gathered(slave%n_net(1), 3)
+    real(wp) :: force(3)
+    integer :: i, k, at
+
+    gathered = 0.0_wp
+    associate (line => slave%lines(1))
+      do i = 1, line%n_points
+        force = forces(i, row, :)*slave%inverse_w(i, row)
+        do k = 1, line%degree + 1
+          at = line%first(i) + k - 1
+          gathered(at, :) = gathered(at, :) + line%values(i, k)*force
+        end do
+      end do
+    end associate
+  end subroutine gather_row
+
+  !> Add what the rows of points give to row `j` of the control net, in rising order of the rows.
+  pure subroutine add_rows(slave, rows, is_loaded, j, net_forces)
+    type(slave_surface_t), intent(in) :: slave
+    real(wp), intent(in) :: rows(slave%n_net(1), 3, slave%n_along(2))
+    logical, intent(in) :: is_loaded(slave%n_along(2))
+    integer, intent(in) :: j
+    real(wp), intent(inout) :: net_forces(slave%n_net(1), slave%n_net(2), 3)
+    integer :: row, c
+    real(wp) :: share
+
+    associate (across => slave%lines(2))
+      do row = across%lowest(j), across%highest(j)
+        if (.not. is_loaded(row)) cycle
+        share = across%values(row, j - across%first(row) + 1)
+        do c = 1, 3
+          net_forces(:, j, c) = net_forces(:, j, c) + share*slave%weights(:, j)*rows(:, c, row)
+        end do
+      end do
+    end associate
+  end subroutine add_rows
+
+  !> 1/(sum N w) at every point.
+  pure subroutine set_inverse_weights(slave)
+    type(slave_surface_t), intent(inout) :: slave
+    integer :: i, j, n(2), first(2)
+
+    allocate (slave%inverse_w(slave%n_along(1), slave%n_along(2)))
+    n = slave%lines%degree
+    do j = 1, slave%n_along(2)
+      do i = 1, slave%n_along(1)
+        first = [slave%lines(1)%first(i), slave%lines(2)%first(j)]
+        slave%inverse_w(i, j) = 1.0_wp/dot_product(slave%lines(1)%values(i, :), &
+          matmul(slave%weights(first(1):first(1) + n(1), first(2):first(2) + n(2)), &
+                 slave%lines(2)%values(j, :)))
+      end do
+    end do
+    if (.not. slave%is_rational) slave%inverse_w = 1.0_wp
+  end subroutine set_inverse_weights
+
+  !> Share the area of the face out to its points; the sum is the quadrature's area of the face.
+  subroutine set_areas(slave, surface, kind, n_gauss)
+    type(slave_surface_t), intent(inout) :: slave
+    type(nurbs_surface_t), intent(in) :: surface
+    integer, intent(in) :: kind, n_gauss(2)
+    type(area_rule_t) :: rules(2)
+    real(wp) :: point(3), d1(3, 2), normal(3), part
+    real(wp) :: area(slave%n_along(1), slave%n_along(2))
+    integer :: g, h, i, k, l, direction
+
+    do direction = 1, 2
+      call new_area_rule(rules(direction), surface%axes(direction), kind, n_gauss(direction))
+    end do
+    area = 0.0_wp
+    do h = 1, rules(2)%n
+      do g = 1, rules(1)%n
+        call evaluate_surface(surface, [rules(1)%xi(g), rules(2)%xi(h)], point, d1)
+        normal = [d1(2, 1)*d1(3, 2) - d1(3, 1)*d1(2, 2), d1(3, 1)*d1(1, 2) - d1(1, 1)*d1(3, 2), &
+                  d1(1, 1)*d1(2, 2) - d1(2, 1)*d1(1, 2)]
+        part = norm2(normal)*rules(1)%weights(g)*rules(2)%weights(h)
+        do l = 1, size(rules(2)%shares, 1)
+          k = rules(2)%first(h) + l - 1
+          do i = 1, size(rules(1)%shares, 1)
+            associate (a => area(rules(1)%first(g) + i - 1, k))
+              a = a + part*rules(1)%shares(i, g)*rules(2)%shares(l, h)
+            end associate
+          end do
+        end do
+      end do
+    end do
+    slave%area = reshape(area, [slave%n_points])
+  end subroutine set_areas
+
+end module slave_surface

@@ -1,0 +1,186 @@
+!> Rigid tools: NURBS surfaces in a frame of their own, prepared once for the contact search.
+!!
+!! Tools are rigid, so faces, territories and position codes are built in the tool's frame and stay;
+!! slave points are moved into that frame. [CA] R. P. R. Cardoso and O. B. Adetoro (2017), sec. 5.
+module tool
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use knot_vector, only: n_spans
+  use nurbs_surface, only: nurbs_surface_t
+  use bezier, only: bezier_face_t, bezier_faces, power_form
+  use position_code, only: position_code_t, new_position_code
+  use contact_territory, only: contact_territory_t, new_territory
+  implicit none
+  private
+
+  public :: tool_t, new_tool
+
+  integer, parameter :: least_order = 3   !! lower degrees are padded to 2, which the lanes are for
+
+  !> A tool: its surfaces, its motion, and its faces (parts between consecutive distinct knots).
+  type :: tool_t
+    character(:), allocatable :: name
+    type(nurbs_surface_t), allocatable :: surfaces(:)   !! in the tool's frame: as given
+    integer :: side = 1                     !! +1: the sheet lies on the side of xi x eta, else -1
+    real(wp) :: search_distance = 0.0_wp    !! how far from a face the search reaches [length]
+    real(wp) :: displacement(3) = 0.0_wp    !! of the frame, set by whoever moves the tool [length]
+    real(wp) :: velocity(3) = 0.0_wp        !! of the frame [length/time]
+    real(wp) :: force(3) = 0.0_wp           !! reaction of the sheet, zeroed before each step [force]
+    real(wp) :: scale = 1.0_wp              !! size the tolerances are measured by [length]
+    integer :: n_faces = 0
+    real(wp), allocatable :: coefficients(:, :, :, :)   !! power form, shape (4, n1, n2, n_faces)
+    integer, allocatable :: neighbours(:, :)   !! face across s = 0, s = 1, t = 0, t = 1, 0: border
+    integer, allocatable :: surface_of(:)      !! surface of each face, shape (n_faces)
+    real(wp), allocatable :: low(:, :)         !! xi and eta where a face begins, (2, n_faces)
+    real(wp), allocatable :: high(:, :)        !! xi and eta where a face ends, (2, n_faces)
+    real(wp) :: box(3, 2) = 0.0_wp             !! corners of the box around all faces [length]
+    type(contact_territory_t), allocatable :: territories(:)   !! shape (n_faces)
+    type(position_code_t) :: codes             !! faces within the search distance of a place
+  end type tool_t
+
+contains
+
+  !> Prepare a tool for contact. Refused: no surface, weights that are not positive, points that are
+  !! not finite, a side other than +1 or -1, a search distance that is not positive.
+  subroutine new_tool(tool, name, surfaces, side, search_distance, error)
+    type(tool_t), intent(out) :: tool
+    character(*), intent(in) :: name
+    type(nurbs_surface_t), intent(in) :: surfaces(:)   !! where they are at the start
+    integer, intent(in) :: side                        !! +1: the sheet lies on the side of xi x eta
+    real(wp), intent(in) :: search_distance            !! about three sheet thicknesses [length]
+    type(error_t), allocatable, intent(out) :: error
+
+    call check(name, surfaces, side, search_distance, error)
+    if (allocated(error)) return
+    tool%name = name
+    tool%surfaces = surfaces
+    tool%side = side
+    tool%search_distance = search_distance
+    call set_faces(tool)
+  end subroutine new_tool
+
+  subroutine check(name, surfaces, side, search_distance, error)
+    character(*), intent(in) :: name
+    type(nurbs_surface_t), intent(in) :: surfaces(:)
+    integer, intent(in) :: side
+    real(wp), intent(in) :: search_distance
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    if (size(surfaces) == 0) then
+      call fail(error, "tool "//name//": has no surface")
+    else if (abs(side) /= 1) then
+      call fail(error, "tool "//name//": the side must be +1 or -1")
+    else if (.not. (search_distance > 0.0_wp .and. ieee_is_finite(search_distance))) then
+      call fail(error, "tool "//name//": the search distance must be positive")
+    end if
+    do i = 1, size(surfaces)
+      if (allocated(error)) return
+      if (.not. all(ieee_is_finite(surfaces(i)%points))) then
+        call fail(error, "tool "//name//": control points must be finite numbers")
+      else if (.not. all(surfaces(i)%weights > 0.0_wp)) then
+        call fail(error, "tool "//name//": weights must be positive")
+      end if
+    end do
+  end subroutine check
+
+  !> Faces of all surfaces with their power form, neighbours, territories and position codes.
+  subroutine set_faces(tool)
+    type(tool_t), intent(inout) :: tool
+    type(bezier_face_t), allocatable :: faces(:)
+    real(wp), allocatable :: boxes(:, :, :)
+    integer :: surface, i, n, orders(2)
+
+    orders = least_order
+    do surface = 1, size(tool%surfaces)
+      associate (axes => tool%surfaces(surface)%axes)
+        tool%n_faces = tool%n_faces + n_spans(axes(1))*n_spans(axes(2))
+        orders = max(orders, axes%degree + 1)
+      end associate
+    end do
+    n = tool%n_faces
+    allocate (tool%coefficients(4, orders(1), orders(2), n), source=0.0_wp)
+    allocate (tool%neighbours(4, n), tool%surface_of(n), tool%low(2, n), tool%high(2, n))
+    allocate (tool%territories(n), boxes(3, 2, n))
+    n = 0
+    do surface = 1, size(tool%surfaces)
+      faces = bezier_faces(tool%surfaces(surface))
+      call link_faces(tool%surfaces(surface), n, tool%neighbours(:, n + 1:n + size(faces)))
+      do i = 1, size(faces)
+        n = n + 1
+        tool%surface_of(n) = surface
+        tool%low(:, n) = [faces(i)%xi_low, faces(i)%eta_low]
+        tool%high(:, n) = [faces(i)%xi_high, faces(i)%eta_high]
+        associate (d => faces(i)%degree)
+          tool%coefficients(:, :d(1) + 1, :d(2) + 1, n) = power_form(faces(i))
+        end associate
+        call enclose(faces(i)%hull, tool%territories(n), boxes(:, :, n))
+      end do
+    end do
+    tool%box(:, 1) = minval(boxes(:, 1, :), 2)
+    tool%box(:, 2) = maxval(boxes(:, 2, :), 2)
+    tool%scale = maxval(abs(tool%box))
+    call new_position_code(tool%codes, boxes, tool%search_distance)
+  end subroutine set_faces
+
+  !> Territory and bounding box of the Bezier control points of a face.
+  pure subroutine enclose(hull, territory, box)
+    real(wp), intent(in) :: hull(:, :, :)   !! homogeneous, shape (4, n1, n2)
+    type(contact_territory_t), intent(out) :: territory
+    real(wp), intent(out) :: box(3, 2)
+    real(wp) :: points(size(hull, 2), size(hull, 3), 3)
+    integer :: i
+
+    do i = 1, 3
+      points(:, :, i) = hull(i, :, :)/hull(4, :, :)
+      box(i, :) = [minval(points(:, :, i)), maxval(points(:, :, i))]
+    end do
+    call new_territory(territory, points)
+  end subroutine enclose
+
+  !> Faces across the four edges of each face of a surface, `before` being the faces of the surfaces
+  !! before it. A surface closed on itself has no border there.
+  pure subroutine link_faces(surface, before, neighbours)
+    type(nurbs_surface_t), intent(in) :: surface
+    integer, intent(in) :: before
+    integer, intent(out) :: neighbours(:, :)
+    integer :: i, j, n1, n2
+
+    n1 = n_spans(surface%axes(1))
+    n2 = n_spans(surface%axes(2))
+    do j = 1, n2
+      do i = 1, n1
+        associate (across => neighbours(:, i + n1*(j - 1)))
+          across = before + n1*(j - 1) + i + [-1, 1, -n1, n1]
+          if (i == 1) across(1) = merge(across(1) + n1, 0, is_closed(surface, 1))
+          if (i == n1) across(2) = merge(across(2) - n1, 0, is_closed(surface, 1))
+          if (j == 1) across(3) = merge(across(3) + n1*n2, 0, is_closed(surface, 2))
+          if (j == n2) across(4) = merge(across(4) - n1*n2, 0, is_closed(surface, 2))
+        end associate
+      end do
+    end do
+  end subroutine link_faces
+
+  !> Whether the surface ends along an axis where it begins, so that the two edges are one.
+  pure logical function is_closed(surface, axis)
+    type(nurbs_surface_t), intent(in) :: surface
+    integer, intent(in) :: axis
+    real(wp), parameter :: same = 1.0e-10_wp
+    real(wp) :: gap
+    integer :: last
+
+    last = surface%axes(axis)%n_basis
+    associate (points => surface%points, w => surface%weights)
+      if (axis == 1) then
+        gap = maxval(abs(points(1, :, :) - points(last, :, :)))
+        is_closed = all(abs(w(1, :)*w(last, 1) - w(last, :)*w(1, 1)) <= same*w(1, :)*w(last, 1))
+      else
+        gap = maxval(abs(points(:, 1, :) - points(:, last, :)))
+        is_closed = all(abs(w(:, 1)*w(1, last) - w(:, last)*w(1, 1)) <= same*w(:, 1)*w(1, last))
+      end if
+      is_closed = is_closed .and. gap <= same*maxval(abs(points))
+    end associate
+  end function is_closed
+
+end module tool
