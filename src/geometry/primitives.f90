@@ -262,10 +262,9 @@ contains
       call fail(error, "the number of elements must be at least 1")
     else if (.not. (ratio > 0.0_wp .and. ratio <= huge(ratio))) then
       call fail(error, "the ratio of element sizes must be positive")
-    else if (degree < 1) then
-      call fail(error, "the degree must be 1 to 5")
     else
-      graded = graded_axis(degree, n_elements, ratio)
+      ! A degree below 1 has no knots; new_knot_vector looks at the degree first and refuses it.
+      graded = graded_axis(max(1, degree), n_elements, ratio)
       call new_knot_vector(axis, degree, graded%knots, error)
     end if
   end subroutine new_graded_axis
