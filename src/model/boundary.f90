@@ -1,0 +1,49 @@
+!> Prescribed velocity components of control points; zero is a fixed support.
+module boundary
+  use kinds, only: wp
+  use assembly, only: assembly_t
+  use motion_curve, only: curve_t, curve_value
+  use effect, only: effect_t, instant_t
+  implicit none
+  private
+
+  !> One component of a list of control points with a common velocity. Applied to the velocities
+  !! of the half step, so the control points follow the curve exactly; the reaction is what the
+  !! free velocity lacks.
+  type, extends(effect_t), public :: boundary_t
+    integer :: component = 1
+    integer, allocatable :: points(:, :)        !! control indices, shape (3, n)
+    real(wp) :: velocity = 0.0_wp               !! times the curve
+    type(curve_t) :: curve
+    real(wp) :: moved = 0.0_wp                  !! displacement of the last step
+  contains
+    procedure :: apply
+  end type boundary_t
+
+contains
+
+  !> Replace the velocities and record the total reaction and its work.
+  subroutine apply(self, bodies, instant)
+    class(boundary_t), intent(inout) :: self
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant
+    real(wp) :: velocity, total
+    integer :: p
+
+    velocity = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)
+    total = 0.0_wp
+    do p = 1, size(self%points, 2)
+      associate (i => self%points(1, p), j => self%points(2, p), k => self%points(3, p), &
+                 c => self%component)
+        total = total + bodies%blank%mass(i, j, k)*(velocity - bodies%blank%motion%v(i, j, k, c))
+        bodies%blank%motion%v(i, j, k, c) = velocity
+      end associate
+    end do
+    total = total/instant%dt_mean
+    self%external_work = self%external_work &
+                         + 0.5_wp*(self%force(self%component) + total)*self%moved
+    self%force(self%component) = total
+    self%moved = velocity*instant%dt
+  end subroutine apply
+
+end module boundary

@@ -1,0 +1,62 @@
+!> Contact of one face of the blank with one tool, as an effect of the force stage.
+module contact_effect
+  use kinds, only: wp
+  use assembly, only: assembly_t
+  use effect, only: effect_t, instant_t, tally_t
+  use contact, only: contact_t, apply_contact
+  implicit none
+  private
+
+  !> A contact pair.
+  type, extends(effect_t), public :: contact_effect_t
+    integer :: tool = 0                    !! index into the tools of the model
+    integer :: lower(3) = 1, upper(3) = 0  !! control points of the face
+    type(contact_t) :: pair
+    real(wp) :: energy = 0.0_wp            !! stored in the penalty springs
+    real(wp) :: max_penetration = 0.0_wp
+  contains
+    procedure :: apply
+    procedure :: tally => tally_contact
+  end type contact_effect_t
+
+contains
+
+  !> Forces of the pair onto the blank, reaction onto the tool.
+  subroutine apply(self, bodies, instant)
+    class(contact_effect_t), intent(inout) :: self
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant
+    real(wp), allocatable :: net_x(:, :, :, :), net_force(:, :, :, :)
+    real(wp) :: before(3), on_blank(3)
+
+    associate (low => self%lower, high => self%upper, motion => bodies%blank%motion)
+      net_x = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
+      allocate (net_force, mold=net_x)
+      net_force = 0.0_wp
+      before = bodies%tools(self%tool)%force
+      call apply_contact(self%pair, bodies%tools(self%tool), net_x, net_force, self%energy, &
+                         self%max_penetration)
+      on_blank = before - bodies%tools(self%tool)%force
+      if (any(abs(on_blank) > 0.0_wp)) then
+        motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
+          motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) + net_force
+      end if
+    end associate
+    ! The tool's own motion does the external work of this pair.
+    self%external_work = self%external_work + 0.5_wp*instant%dt &
+                         *sum((self%force + on_blank)*bodies%tools(self%tool)%velocity)
+    self%force = on_blank
+  end subroutine apply
+
+  !> Add work, force, spring energy and penetration to the balances.
+  subroutine tally_contact(self, tally)
+    class(contact_effect_t), intent(in) :: self
+    type(tally_t), intent(inout) :: tally
+
+    tally%external_work = tally%external_work + self%external_work
+    tally%force = tally%force + self%force
+    tally%contact_energy = tally%contact_energy + self%energy
+    tally%max_penetration = max(tally%max_penetration, self%max_penetration)
+  end subroutine tally_contact
+
+end module contact_effect

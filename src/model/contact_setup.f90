@@ -1,0 +1,147 @@
+!> Contact pairs of the scene as effects of the model.
+module contact_setup
+  use kinds, only: wp
+  use errors, only: error_t
+  use faults, only: origin_t, fault_list_t, add_fault
+  use text, only: to_text
+  use scene, only: contact_spec_t
+  use nurbs_solid, only: solid_face
+  use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss, points_knot, &
+                           points_greville
+  use contact, only: contact_options_t, new_contact
+  use contact_check, only: initial_gap, face_gaps
+  use blank, only: face_slice
+  use contact_effect, only: contact_effect_t
+  use effect, only: effect_slot_t
+  use model, only: model_t
+  implicit none
+  private
+
+  public :: add_contact
+
+  character(8), parameter :: face_names(6) = ["XI_MIN  ", "XI_MAX  ", "ETA_MIN ", "ETA_MAX ", &
+                                              "ZETA_MIN", "ZETA_MAX"]
+
+contains
+
+  !> Append one pair to the force stage. A blank that starts inside the tool is a fault.
+  subroutine add_contact(spec, blank_origin, model, faults)
+    type(contact_spec_t), intent(in) :: spec
+    type(origin_t), intent(in) :: blank_origin
+    type(model_t), intent(inout) :: model
+    type(fault_list_t), intent(inout) :: faults
+    type(contact_effect_t) :: pair
+    type(contact_options_t) :: options
+    type(slave_surface_t) :: slave
+    type(effect_slot_t) :: slot
+    type(error_t), allocatable :: error
+    integer :: face, bounds(3, 2)
+
+    face = spec%face
+    if (face == 0) face = facing_face(spec, model)
+    call new_slave_surface(slave, solid_face(model%bodies%blank%solid, face), &
+                           point_kind(spec%points), spec%n_points, error)
+    if (allocated(error)) then
+      call add_fault(faults, spec%origin, error%message, "contact points that fit the blank")
+      return
+    end if
+    associate (tool => model%bodies%tools(spec%tool), blank => model%bodies%blank)
+      bounds = face_slice(blank%patch%n_control, face)
+      pair%name = "contact "//tool%name//" "//trim(face_names(face))
+      pair%tool = spec%tool
+      pair%lower = bounds(:, 1)
+      pair%upper = bounds(:, 2)
+      options%scale = spec%penalty_scale
+      options%stiffness = spec%stiffness
+      options%is_corner_start = spec%is_corner_start
+      options%max_depth = tool%search_distance/3.0_wp
+      call new_contact(pair%pair, slave, tool, face_mass(model, bounds), &
+                       model%step%safety*model%stable_step, options, error)
+      if (allocated(error)) then
+        call add_fault(faults, spec%origin, error%message, "usable contact options")
+        return
+      end if
+      call check_start(spec, blank_origin, model, pair, faults)
+    end associate
+    allocate (slot%item, source=pair)
+    model%forces = [model%forces, slot]
+  end subroutine add_contact
+
+  pure integer function point_kind(name)
+    character(*), intent(in) :: name
+
+    point_kind = points_gauss
+    if (name == "KNOT") point_kind = points_knot
+    if (name == "GREVILLE") point_kind = points_greville
+  end function point_kind
+
+  !> Lumped mass of the control points of a face.
+  pure function face_mass(model, bounds) result(mass)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: bounds(3, 2)
+    real(wp), allocatable :: mass(:, :)
+    integer :: n(2)
+
+    n = pack(bounds(:, 2) - bounds(:, 1) + 1, bounds(:, 2) > bounds(:, 1))
+    mass = reshape(model%bodies%blank%mass(bounds(1, 1):bounds(1, 2), bounds(2, 1):bounds(2, 2), &
+                                           bounds(3, 1):bounds(3, 2)), n)
+  end function face_mass
+
+  !> Of the two large faces the one that is nearer to the tool.
+  integer function facing_face(spec, model) result(face)
+    type(contact_spec_t), intent(in) :: spec
+    type(model_t), intent(in) :: model
+    real(wp) :: mean(2)
+    integer :: side
+
+    do side = 1, 2
+      mean(side) = mean_gap(spec, model, side + 4)
+    end do
+    face = merge(5, 6, mean(1) <= mean(2))
+  end function facing_face
+
+  real(wp) function mean_gap(spec, model, face) result(mean)
+    type(contact_spec_t), intent(in) :: spec
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: face
+    type(slave_surface_t) :: slave
+    type(error_t), allocatable :: error
+    real(wp), allocatable :: gaps(:)
+    logical, allocatable :: is_proper(:)
+
+    mean = huge(1.0_wp)
+    associate (surface => solid_face(model%bodies%blank%solid, face))
+      call new_slave_surface(slave, surface, points_greville, [0, 0], error)
+      if (allocated(error)) return
+      allocate (gaps(slave%n_points), is_proper(slave%n_points))
+      call face_gaps(slave, model%bodies%tools(spec%tool), surface%points, gaps, is_proper)
+    end associate
+    if (any(is_proper)) mean = sum(gaps, mask=is_proper)/count(is_proper)
+  end function mean_gap
+
+  !> The blank must not start inside the tool.
+  subroutine check_start(spec, blank_origin, model, pair, faults)
+    type(contact_spec_t), intent(in) :: spec
+    type(origin_t), intent(in) :: blank_origin
+    type(model_t), intent(in) :: model
+    type(contact_effect_t), intent(in) :: pair
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), allocatable :: net(:, :, :, :)
+    real(wp) :: gap, position(3)
+    integer :: point
+
+    associate (blank => model%bodies%blank, tool => model%bodies%tools(spec%tool))
+      net = blank%motion%x(pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
+                           pair%lower(3):pair%upper(3), :)
+      call initial_gap(pair%pair%slave, tool, net, gap, point, position)
+      ! Round-off of a blank that starts exactly touching is not a penetration.
+      if (gap >= -1.0e-9_wp*tool%search_distance) return
+      call add_fault(faults, spec%origin, "a blank (line "//to_text(blank_origin%line)// &
+                     ") that starts inside tool '"//tool%name//"', at ("// &
+                     to_text(position(1))//", "//to_text(position(2))//", "// &
+                     to_text(position(3))//") by "//to_text(-gap), &
+                     "a blank outside of all tools; if the side is wrong, change SIDE of the tool")
+    end associate
+  end subroutine check_start
+
+end module contact_setup

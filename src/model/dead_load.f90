@@ -1,0 +1,88 @@
+!> Loads of fixed direction: gravity, and traction per area of the blank at the start.
+module dead_load
+  use kinds, only: wp
+  use nurbs_surface, only: nurbs_surface_t
+  use blank, only: blank_t
+  use assembly, only: assembly_t
+  use motion_curve, only: curve_t, curve_value
+  use effect, only: effect_t, instant_t
+  use face_quadrature, only: face_rule_t, add_face_forces
+  implicit none
+  private
+
+  public :: gravity_load, traction_load
+
+  !> A constant pattern of control-point forces on a range of the grid, times a curve.
+  type, extends(effect_t), public :: dead_load_t
+    integer :: lower(3) = 1, upper(3) = 0
+    real(wp), allocatable :: pattern(:, :, :, :)   !! shape of the range, and 3
+    type(curve_t) :: curve
+    real(wp) :: scaling = 0.0_wp                   !! curve value of the last step
+  contains
+    procedure :: apply
+  end type dead_load_t
+
+contains
+
+  !> Gravity on all control points.
+  pure function gravity_load(blank, acceleration, curve) result(load)
+    type(blank_t), intent(in) :: blank
+    real(wp), intent(in) :: acceleration(3)
+    type(curve_t), intent(in) :: curve
+    type(dead_load_t) :: load
+    integer :: c
+
+    load%name = "gravity"
+    load%upper = shape(blank%mass)
+    load%curve = curve
+    allocate (load%pattern(load%upper(1), load%upper(2), load%upper(3), 3))
+    do c = 1, 3
+      load%pattern(:, :, :, c) = blank%mass*acceleration(c)
+    end do
+  end function gravity_load
+
+  !> Traction on the part of a face that `rule` covers.
+  pure function traction_load(face, rule, lower, upper, traction, curve) result(load)
+    type(nurbs_surface_t), intent(in) :: face     !! at the start
+    type(face_rule_t), intent(in) :: rule
+    integer, intent(in) :: lower(3), upper(3)     !! control points of the face
+    real(wp), intent(in) :: traction(3)           !! [stress]
+    type(curve_t), intent(in) :: curve
+    type(dead_load_t) :: load
+    real(wp) :: forces(size(face%points, 1), size(face%points, 2), 3)
+
+    forces = 0.0_wp
+    call add_face_forces(rule, shape(face%weights), face%points, traction, 0.0_wp, forces)
+    load%name = "traction"
+    load%lower = lower
+    load%upper = upper
+    load%curve = curve
+    allocate (load%pattern(upper(1) - lower(1) + 1, upper(2) - lower(2) + 1, &
+                           upper(3) - lower(3) + 1, 3))
+    load%pattern = reshape(forces, shape(load%pattern))
+  end function traction_load
+
+  !> Add the forces of this instant, and the work of the step that led here.
+  subroutine apply(self, bodies, instant)
+    class(dead_load_t), intent(inout) :: self
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant
+    real(wp) :: now
+    integer :: c
+
+    now = curve_value(self%curve, instant%time)
+    associate (low => self%lower, high => self%upper)
+      self%external_work = self%external_work + 0.5_wp*(self%scaling + now)*instant%dt &
+                           *sum(self%pattern*bodies%blank%motion%v(low(1):high(1), low(2):high(2), &
+                                                            low(3):high(3), :))
+      bodies%blank%motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
+        bodies%blank%motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) &
+        + now*self%pattern
+    end associate
+    do c = 1, 3
+      self%force(c) = now*sum(self%pattern(:, :, :, c))
+    end do
+    self%scaling = now
+  end subroutine apply
+
+end module dead_load

@@ -1,0 +1,26 @@
+!> The model that the solver runs: bodies, motions and the effects that the scene names.
+module model
+  use kinds, only: wp
+  use timer, only: timer_t
+  use scene, only: step_spec_t, output_spec_t, probe_spec_t
+  use assembly, only: assembly_t
+  use rigid_motion, only: rigid_motion_t
+  use effect, only: effect_slot_t
+  implicit none
+  private
+
+  !> All that a run needs; built by `model_setup`.
+  type, public :: model_t
+    type(assembly_t) :: bodies
+    type(rigid_motion_t), allocatable :: motions(:)     !! one per tool
+    type(effect_slot_t), allocatable :: forces(:)       !! act before the accelerations
+    type(effect_slot_t), allocatable :: supports(:)     !! act on the velocities
+    type(probe_spec_t), allocatable :: probes(:)
+    type(step_spec_t) :: step
+    type(output_spec_t) :: output
+    real(wp) :: stable_step = 0.0_wp    !! limit at the start, viscosity included [time]
+    real(wp) :: rate = 0.0_wp           !! geometric rate |J^-1|^2 that belongs to it
+    type(timer_t) :: timer
+  end type model_t
+
+end module model

@@ -1,0 +1,190 @@
+!> Build the model from the scene. What only shows here, such as a blank that starts inside a
+!! tool, is reported like any other fault of the deck.
+module model_setup
+  use kinds, only: wp
+  use errors, only: error_t
+  use faults, only: fault_list_t, add_fault, n_errors
+  use scene, only: scene_t, contact_spec_t
+  use nurbs_solid, only: evaluate_solid
+  use block_law, only: block_law_t
+  use material_table, only: new_law
+  use tool, only: tool_t, new_tool
+  use stable_step, only: largest_frequency, viscous_step
+  use blank, only: new_blank
+  use motion_curve, only: curve_t, constant_curve
+  use rigid_motion, only: move_tool
+  use boundary, only: boundary_t
+  use set_range, only: control_range, control_points
+  use effect, only: effect_t, effect_slot_t
+  use load_setup, only: add_load
+  use contact_setup, only: add_contact
+  use model, only: model_t
+  implicit none
+  private
+
+  public :: build_model
+
+contains
+
+  !> Model of a checked scene; unusable where a fault was added.
+  subroutine build_model(scene, model, faults)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(out) :: model
+    type(fault_list_t), intent(inout) :: faults
+    real(wp) :: omega
+    integer :: i, before
+
+    before = n_errors(faults)
+    model%step = scene%step
+    model%output = scene%output
+    allocate (model%forces(0), model%supports(0))
+    allocate (model%probes, source=scene%probes)
+    call build_blank(scene, model, faults)
+    call build_tools(scene, model, faults)
+    if (n_errors(faults) > before) return
+
+    associate (blank => model%bodies%blank)
+      call largest_frequency(blank%patch, blank%law, blank%motion%x, blank%mass, omega, model%rate)
+      model%stable_step = viscous_step(blank%patch, omega)
+    end associate
+    call set_initial_velocities(scene, model)
+    do i = 1, size(scene%contacts)
+      call add_contact(scene%contacts(i), scene%blank%origin, model, faults)
+    end do
+    do i = 1, size(scene%loads)
+      call add_load(scene, scene%loads(i), curve_of(scene, scene%loads(i)%curve), model, faults)
+    end do
+    do i = 1, size(scene%boundaries)
+      call add_supports(scene, i, model)
+    end do
+  end subroutine build_model
+
+  !> Law, patch and mass.
+  subroutine build_blank(scene, model, faults)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(inout) :: model
+    type(fault_list_t), intent(inout) :: faults
+    class(block_law_t), allocatable :: law
+    type(error_t), allocatable :: error
+
+    associate (spec => scene%blank, material => scene%materials(scene%blank%material))
+      call new_law(material%law, material%density, material%young, material%poisson, &
+                   material%constants, material%n_state, law, error)
+      if (allocated(error)) then
+        call add_fault(faults, material%origin, error%message, "constants that the law accepts")
+        return
+      end if
+      call new_blank(model%bodies%blank, spec%name, spec%solid, spec%n_points, spec%n_parts, law, &
+                     [scene%step%viscosity_linear, scene%step%viscosity_quadratic], error)
+      if (allocated(error)) then
+        call add_fault(faults, spec%origin, error%message, "a patch with positive volume")
+      end if
+    end associate
+  end subroutine build_blank
+
+  !> Tools at their start position.
+  subroutine build_tools(scene, model, faults)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(inout) :: model
+    type(fault_list_t), intent(inout) :: faults
+    type(error_t), allocatable :: error
+    real(wp) :: reach
+    integer :: t
+
+    reach = 3.0_wp*sheet_thickness(scene)
+    allocate (model%bodies%tools(size(scene%tools)), model%motions(size(scene%tools)))
+    do t = 1, size(scene%tools)
+      associate (spec => scene%tools(t), motion => model%motions(t))
+        call new_tool(model%bodies%tools(t), spec%name, spec%surfaces, spec%side, reach, error)
+        if (allocated(error)) then
+          call add_fault(faults, spec%origin, error%message, "a usable tool surface")
+          cycle
+        end if
+        motion%is_displacement = spec%is_displacement
+        motion%vector = spec%motion
+        motion%curve = curve_of(scene, spec%curve)
+        call move_tool(motion, 0.0_wp, 0.0_wp, model%bodies%tools(t))
+      end associate
+    end do
+  end subroutine build_tools
+
+  !> Distance of the faces zeta_min and zeta_max in the middle of the blank.
+  real(wp) function sheet_thickness(scene) result(thickness)
+    type(scene_t), intent(in) :: scene
+    real(wp) :: xi(3), bottom(3), top(3)
+    integer :: axis
+
+    do axis = 1, 3
+      associate (knots => scene%blank%solid%axes(axis)%knots)
+        xi(axis) = 0.5_wp*(knots(1) + knots(size(knots)))
+      end associate
+    end do
+    associate (knots => scene%blank%solid%axes(3)%knots)
+      call evaluate_solid(scene%blank%solid, [xi(1), xi(2), knots(1)], bottom)
+      call evaluate_solid(scene%blank%solid, [xi(1), xi(2), knots(size(knots))], top)
+    end associate
+    thickness = norm2(top - bottom)
+  end function sheet_thickness
+
+  !> Curve by its index; 0 is the constant one.
+  pure function curve_of(scene, index) result(curve)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: index
+    type(curve_t) :: curve
+
+    curve = constant_curve(1.0_wp)
+    if (index > 0) curve = curve_t(scene%curves(index)%times, scene%curves(index)%values)
+  end function curve_of
+
+  !> Initial velocities in the order of the deck; later ones replace earlier ones.
+  subroutine set_initial_velocities(scene, model)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(inout) :: model
+    integer, allocatable :: points(:, :)
+    real(wp) :: arm(3)
+    integer :: i, p, n(3)
+
+    n = model%bodies%blank%patch%n_control
+    do i = 1, size(scene%initial_velocities)
+      associate (spec => scene%initial_velocities(i), motion => model%bodies%blank%motion)
+        if (spec%set > 0) then
+          points = control_points(control_range(scene%blank%solid, scene%sets(spec%set)))
+        else
+          points = control_points(reshape([1, 1, 1, n], [3, 2]))
+        end if
+        do p = 1, size(points, 2)
+          associate (a => points(1, p), b => points(2, p), c => points(3, p), w => spec%omega)
+            arm = motion%x(a, b, c, :) - spec%centre
+            motion%v(a, b, c, :) = spec%velocity &
+              + [w(2)*arm(3) - w(3)*arm(2), w(3)*arm(1) - w(1)*arm(3), w(1)*arm(2) - w(2)*arm(1)]
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine set_initial_velocities
+
+  !> One support per prescribed component.
+  subroutine add_supports(scene, number, model)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: number
+    type(model_t), intent(inout) :: model
+    type(boundary_t) :: support
+    type(effect_slot_t) :: slot
+    integer :: c
+
+    associate (spec => scene%boundaries(number))
+      support%name = "boundary"
+      support%points = control_points(control_range(scene%blank%solid, scene%sets(spec%set)))
+      support%curve = curve_of(scene, spec%curve)
+      do c = 1, 3
+        if (.not. spec%is_prescribed(c)) cycle
+        support%component = c
+        support%velocity = spec%velocity(c)
+        allocate (slot%item, source=support)
+        model%supports = [model%supports, slot]
+        deallocate (slot%item)
+      end do
+    end associate
+  end subroutine add_supports
+
+end module model_setup

@@ -1,0 +1,63 @@
+!> A value against time: linear between the rows of a table, constant outside; and its integral.
+module motion_curve
+  use kinds, only: wp
+  implicit none
+  private
+
+  public :: curve_t, constant_curve, curve_value, curve_integral
+
+  !> Table of a curve, times strictly rising. One row is a constant.
+  type :: curve_t
+    real(wp), allocatable :: times(:), values(:)
+  end type curve_t
+
+contains
+
+  !> The curve that is `value` at all times.
+  pure function constant_curve(value) result(curve)
+    real(wp), intent(in) :: value
+    type(curve_t) :: curve
+
+    allocate (curve%times(1), source=0.0_wp)
+    allocate (curve%values(1), source=value)
+  end function constant_curve
+
+  !> Value at a time.
+  pure real(wp) function curve_value(curve, time) result(value)
+    type(curve_t), intent(in) :: curve
+    real(wp), intent(in) :: time
+    integer :: row, n
+    real(wp) :: share
+
+    n = size(curve%times)
+    row = count(curve%times <= time)
+    if (row == 0) then
+      value = curve%values(1)
+    else if (row == n) then
+      value = curve%values(n)
+    else
+      share = (time - curve%times(row))/(curve%times(row + 1) - curve%times(row))
+      value = (1.0_wp - share)*curve%values(row) + share*curve%values(row + 1)
+    end if
+  end function curve_value
+
+  !> Integral from time zero to `time` >= 0, exact for the piecewise linear curve.
+  pure real(wp) function curve_integral(curve, time) result(total)
+    type(curve_t), intent(in) :: curve
+    real(wp), intent(in) :: time
+    real(wp) :: low, high
+    integer :: row
+
+    total = 0.0_wp
+    low = 0.0_wp
+    do row = 1, size(curve%times) + 1
+      high = time
+      if (row <= size(curve%times)) high = min(time, max(curve%times(row), 0.0_wp))
+      if (high > low) then
+        total = total + 0.5_wp*(high - low)*(curve_value(curve, low) + curve_value(curve, high))
+        low = high
+      end if
+    end do
+  end function curve_integral
+
+end module motion_curve

@@ -1,0 +1,54 @@
+!> Pressure on a face of the blank, always against its current outward normal.
+module pressure
+  use kinds, only: wp
+  use assembly, only: assembly_t
+  use motion_curve, only: curve_t, curve_value
+  use effect, only: effect_t, instant_t
+  use face_quadrature, only: face_rule_t, add_face_forces
+  implicit none
+  private
+
+  !> A pressure on the elements of `rule`, times a curve.
+  type, extends(effect_t), public :: pressure_t
+    integer :: lower(3) = 1, upper(3) = 0          !! control points of the face
+    type(face_rule_t) :: rule
+    real(wp) :: value = 0.0_wp                     !! [stress]
+    type(curve_t) :: curve
+    real(wp), allocatable :: before(:, :, :, :)    !! forces of the last step
+  contains
+    procedure :: apply
+  end type pressure_t
+
+contains
+
+  !> Add the forces of this instant, and the work of the step that led here.
+  subroutine apply(self, bodies, instant)
+    class(pressure_t), intent(inout) :: self
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant
+    real(wp), allocatable :: net(:, :, :, :), now(:, :, :, :)
+    integer :: c
+
+    associate (low => self%lower, high => self%upper, motion => bodies%blank%motion)
+      net = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
+      allocate (now, mold=net)
+      now = 0.0_wp
+      call add_face_forces(self%rule, shape(self%rule%weights), net, [0.0_wp, 0.0_wp, 0.0_wp], &
+                           self%value*curve_value(self%curve, instant%time), now)
+      if (.not. allocated(self%before)) then
+        allocate (self%before, mold=now)
+        self%before = 0.0_wp
+      end if
+      self%external_work = self%external_work + 0.5_wp*instant%dt &
+                           *sum((self%before + now)*motion%v(low(1):high(1), low(2):high(2), &
+                                                             low(3):high(3), :))
+      motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
+        motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) + now
+    end associate
+    do c = 1, 3
+      self%force(c) = sum(now(:, :, :, c))
+    end do
+    call move_alloc(now, self%before)
+  end subroutine apply
+
+end module pressure
