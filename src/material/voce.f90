@@ -45,7 +45,7 @@ contains
   end function flow_stress
 
   !> Elastic trial and radial return. Rows that stay below the initial yield stress end there.
-  subroutine update(self, n, dt, dstrain, stress, state, ok)
+  pure subroutine update(self, n, dt, dstrain, stress, state, ok)
     class(voce_t), intent(in) :: self
     integer, intent(in) :: n
     real(wp), intent(in) :: dt, dstrain(n, 6)
