@@ -48,14 +48,15 @@ contains
 
     do i = 1, (n + 1)/2
       x = cos(pi*(i - 0.25_wp)/(n + 0.5_wp))
-      if (2*i == n + 1) x = 0.0_wp
       do k = 1, n_newton
         call legendre(n, x, p, slope)
         x = x - p/slope
       end do
       call legendre(n, x, p, slope)
-      points([i, n + 1 - i]) = [-x, x]
-      weights([i, n + 1 - i]) = 2/((1 - x**2)*slope**2)
+      points(i) = -x
+      points(n + 1 - i) = x
+      weights(i) = 2/((1 - x**2)*slope**2)
+      weights(n + 1 - i) = weights(i)
     end do
   end subroutine gauss_legendre
 
