@@ -1,0 +1,137 @@
+!> The blank as curved VTK cells: where its display points are and what the fields are there.
+!!
+!! One cell per element, of one degree d in all directions (the highest of the patch). Lagrange
+!! cells have their points on the solid; Bezier cells have the solid's own Bezier points and
+!! weights. Fields on control points are evaluated exactly. Fields at integration points are carried
+!! over direction by direction: linear between the points of an element, constant outside the
+!! outermost ones, then the mean over the elements that share the display point; a value at a
+!! display point is therefore never outside the range of the values around it.
+module display_grid
+  use kinds, only: wp
+  use gauss_rule, only: gauss_rule_t
+  use knot_vector, only: n_spans
+  use nurbs_solid, only: nurbs_solid_t
+  use line_operator, only: apply_tensor, basis_operator, grid_size, line_operator_t, &
+                           spread_operator
+  use bezier_operator, only: equal_places, joined_bezier_operator
+  implicit none
+  private
+
+  public :: display_grid_t, new_display_grid, display_vectors, display_scalars, display_thickness
+  public :: point_grid, mises_stress
+
+  !> Display points of a blank and the ways to them. All grids have axis 1 fastest.
+  type :: display_grid_t
+    integer :: degree = 0                            !! of the cells
+    integer :: n_elements(3) = 0
+    integer :: n(3) = 0                              !! display points per direction
+    logical :: is_rational = .false.
+    type(line_operator_t) :: basis(3)                !! from control points
+    type(line_operator_t) :: spread(3)               !! from integration points
+    real(wp), allocatable :: control_weights(:)      !! of the solid, (n1*n2*n3)
+    real(wp), allocatable :: weights(:)              !! at display points, (product(n))
+  end type display_grid_t
+
+contains
+
+  !> Display points for a solid whose elements carry these integration points.
+  pure function new_display_grid(solid, rule, is_bezier) result(grid)
+    type(nurbs_solid_t), intent(in) :: solid
+    type(gauss_rule_t), intent(in) :: rule(3)
+    logical, intent(in) :: is_bezier
+    type(display_grid_t) :: grid
+    integer :: d
+
+    grid%degree = maxval(solid%axes%degree)
+    do d = 1, 3
+      grid%n_elements(d) = n_spans(solid%axes(d))
+      associate (places => equal_places(grid%degree))
+        if (is_bezier) then
+          grid%basis(d) = joined_bezier_operator(solid%axes(d), grid%degree)
+        else
+          grid%basis(d) = basis_operator(solid%axes(d), places, 0, is_joined=.true.)
+        end if
+        grid%spread(d) = spread_operator(rule(d)%points, places, grid%n_elements(d))
+      end associate
+    end do
+    grid%n = grid_size(grid%basis)
+    grid%control_weights = [solid%weights]
+    grid%is_rational = maxval(solid%weights) > minval(solid%weights)
+    grid%weights = apply_tensor(grid%basis, grid%control_weights)
+  end function new_display_grid
+
+  !> A vector field given by control values, at the display points.
+  pure function display_vectors(grid, field) result(values)
+    type(display_grid_t), intent(in) :: grid
+    real(wp), intent(in) :: field(size(grid%control_weights), 3)
+    real(wp) :: values(product(grid%n), 3)
+    integer :: i
+
+    do i = 1, 3
+      if (grid%is_rational) then
+        values(:, i) = apply_tensor(grid%basis, grid%control_weights*field(:, i))/grid%weights
+      else
+        values(:, i) = apply_tensor(grid%basis, field(:, i))
+      end if
+    end do
+  end function display_vectors
+
+  !> A scalar field given at the integration points (as `point_grid` orders them), at the display
+  !! points.
+  pure function display_scalars(grid, field) result(values)
+    type(display_grid_t), intent(in) :: grid
+    real(wp), intent(in) :: field(product(grid%spread%n_in))
+    real(wp) :: values(product(grid%n))
+
+    values = apply_tensor(grid%spread, field)
+  end function display_scalars
+
+  !> Thickness [length]: the distance between the display points of both faces, the same for all
+  !! points of a column.
+  pure function display_thickness(grid, points) result(thickness)
+    type(display_grid_t), intent(in) :: grid
+    real(wp), intent(in) :: points(grid%n(1)*grid%n(2), grid%n(3), 3)   !! display points
+    real(wp) :: thickness(grid%n(1)*grid%n(2), grid%n(3))
+    integer :: k
+
+    thickness(:, 1) = norm2(points(:, grid%n(3), :) - points(:, 1, :), dim=2)
+    do k = 2, grid%n(3)
+      thickness(:, k) = thickness(:, 1)
+    end do
+  end function display_thickness
+
+  !> A field at integration points from element order (m, q1, q2, q3, e1, e2, e3) to the tensor grid
+  !! of all points, (m, q1*e1, q2*e2, q3*e3) with points in rising order along each direction.
+  pure function point_grid(m, n_points, n_elements, field) result(values)
+    integer, intent(in) :: m                !! components
+    integer, intent(in) :: n_points(3)      !! per element and direction
+    integer, intent(in) :: n_elements(3)
+    real(wp), intent(in) :: field(m, n_points(1), n_points(2), n_points(3), &
+                                  n_elements(1), n_elements(2), n_elements(3))
+    real(wp) :: values(m, n_points(1), n_elements(1), n_points(2), n_elements(2), n_points(3), &
+                       n_elements(3))
+    integer :: j2, j3, e1, e2, e3
+
+    do e3 = 1, n_elements(3)
+      do j3 = 1, n_points(3)
+        do e2 = 1, n_elements(2)
+          do j2 = 1, n_points(2)
+            do e1 = 1, n_elements(1)
+              values(:, :, e1, j2, e2, j3, e3) = field(:, :, j2, j3, e1, e2, e3)
+            end do
+          end do
+        end do
+      end do
+    end do
+  end function point_grid
+
+  !> Von Mises stress of stresses in the order 11, 22, 33, 12, 13, 23.
+  pure function mises_stress(stress) result(mises)
+    real(wp), intent(in) :: stress(:, :)      !! shape (6, n)
+    real(wp) :: mises(size(stress, 2))
+
+    mises = sqrt(0.5_wp*((stress(1, :) - stress(2, :))**2 + (stress(2, :) - stress(3, :))**2 &
+                         + (stress(3, :) - stress(1, :))**2) + 3*sum(stress(4:6, :)**2, dim=1))
+  end function mises_stress
+
+end module display_grid

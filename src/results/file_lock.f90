@@ -1,0 +1,58 @@
+!> Advisory locks of whole files (flock), as the HDF5 library uses them.
+module file_lock
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
+  implicit none
+  private
+
+  public :: is_locked_by_others, is_lock_shared
+
+  integer(c_int), parameter :: lock_shared = 1, lock_exclusive = 2, lock_no_wait = 4
+
+  interface
+    type(c_ptr) function c_fopen(path, mode) bind(C, name="fopen")
+      import :: c_char, c_ptr
+      character(kind=c_char), intent(in) :: path(*), mode(*)
+    end function c_fopen
+
+    integer(c_int) function c_fileno(stream) bind(C, name="fileno")
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream
+    end function c_fileno
+
+    integer(c_int) function c_fclose(stream) bind(C, name="fclose")
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream
+    end function c_fclose
+
+    integer(c_int) function c_flock(descriptor, operation) bind(C, name="flock")
+      import :: c_int
+      integer(c_int), value :: descriptor, operation
+    end function c_flock
+  end interface
+
+contains
+
+  !> Whether another program holds a shared lock on the file, as a writer of results does.
+  !! False where the file cannot be opened and on file systems without locks.
+  logical function is_locked_by_others(path) result(is_locked)
+    character(*), intent(in) :: path
+    type(c_ptr) :: stream
+    integer(c_int) :: file, exclusive, shared
+
+    is_locked = .false.
+    stream = c_fopen(path//c_null_char, "r"//c_null_char)
+    if (.not. c_associated(stream)) return
+    file = c_fileno(stream)
+    exclusive = c_flock(file, ior(lock_exclusive, lock_no_wait))
+    shared = c_flock(file, ior(lock_shared, lock_no_wait))
+    is_locked = c_fclose(stream) == 0 .and. exclusive /= 0 .and. shared == 0
+  end function is_locked_by_others
+
+  !> Turn the lock on an open file into a shared one; false on a file system without locks.
+  logical function is_lock_shared(descriptor) result(is_shared)
+    integer(c_int), intent(in) :: descriptor   !! of the operating system
+
+    is_shared = c_flock(descriptor, ior(lock_shared, lock_no_wait)) == 0
+  end function is_lock_shared
+
+end module file_lock

@@ -1,0 +1,369 @@
+!> Results of a run in one HDF5 file: frames for VTK and ParaView, and beside them what those ignore:
+!! history, tools, integration points, exact geometry, provenance, timings.
+!!
+!! Between frames nothing is written: history rows wait in memory, and a frame is written in one go
+!! that ends with a flush. After kill -9 the file therefore opens and holds everything up to the
+!! last frame, unless the kill falls within the writing of a frame. The file keeps the library's
+!! oldest format on purpose: newer ones mark a file as open, and a killed writer leaves the mark
+!! behind, so that no reader opens the file. (Killed at random times: see the manual, "Results".)
+!! The single-writer mode of the library would need that newer format and allows no new datasets.
+module frames
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use, intrinsic :: iso_fortran_env, only: int64
+  use kinds, only: wp
+  use errors, only: error_t
+  use text, only: string_t, to_text
+  use gauss_rule, only: gauss_rule_t
+  use nurbs_solid, only: nurbs_solid_t
+  use nurbs_surface, only: nurbs_surface_t
+  use hdf5_file, only: close_file, create_file, create_group, create_series, append_integers, &
+                       byte_values, flush_file, hdf5_file_t, take_error, write_reals, &
+                       write_text_attribute
+  use unit_system, only: new_unit_system, unit_of, unit_system_t
+  use provenance, only: provenance_t, text_or_empty
+  use provenance_record, only: write_provenance, write_timings
+  use run_log, only: timings_t
+  use display_grid, only: display_grid_t, display_scalars, display_thickness, display_vectors, &
+                          mises_stress, new_display_grid, point_grid
+  use point_geometry, only: new_point_geometry, plane_strains, point_geometry_t
+  use tool_mesh, only: new_surface_mesh, surface_mesh_t
+  use vtk_cells, only: hexahedra_on_grid, vtk_bezier_hexahedron, vtk_bezier_quadrilateral, &
+                       vtk_lagrange_hexahedron, vtk_lagrange_quadrilateral
+  use vtkhdf, only: add_cells, append_point_data, append_points, append_step, cells_t, &
+                    create_grid, create_point_data, write_rational_weights
+  use nurbs_record, only: update_points, write_solid, write_surface
+  use history, only: history_row_t, history_t, open_history, record_row, write_history
+  implicit none
+  private
+
+  public :: results_t, results_setup_t, display_tool_t, frame_t
+  public :: open_results, write_frame, record_history, close_results
+
+  !> A tool to be shown.
+  type :: display_tool_t
+    character(:), allocatable :: name
+    type(nurbs_surface_t), allocatable :: surfaces(:)   !! in their place at the start
+  end type display_tool_t
+
+  !> What a results file is made from.
+  type :: results_setup_t
+    character(:), allocatable :: path
+    type(nurbs_solid_t) :: solid                        !! the blank at the start
+    type(gauss_rule_t) :: rule(3)                       !! integration points of an element
+    type(display_tool_t), allocatable :: tools(:)
+    type(string_t), allocatable :: probes(:)            !! names
+    integer :: n_state = 0                              !! columns of the frames' state
+    logical :: is_bezier = .false.                      !! Bezier cells instead of Lagrange
+    type(provenance_t) :: provenance
+  end type results_setup_t
+
+  !> One frame. Fields at integration points in element order; elements counted along each axis.
+  type :: frame_t
+    real(wp) :: time = 0.0_wp
+    real(wp), allocatable :: points(:, :, :, :)         !! control points, (n1, n2, n3, 3)
+    real(wp), allocatable :: velocity(:, :, :, :)       !! of control points, (n1, n2, n3, 3)
+    real(wp), allocatable :: eqps(:, :, :, :, :, :)     !! (q1, q2, q3, e1, e2, e3)
+    real(wp), allocatable :: stress(:, :, :, :, :, :, :)   !! (6, q1, q2, q3, e1, e2, e3)
+    real(wp), allocatable :: state(:, :, :, :, :, :, :)    !! (n_state, q1, ..., e3) if n_state > 0
+    real(wp), allocatable :: tool_displacement(:, :)    !! (3, tools)
+    real(wp), allocatable :: tool_velocity(:, :)        !! (3, tools)
+    logical :: is_failed = .false.                      !! the state at which a run failed
+  end type frame_t
+
+  !> An open results file.
+  type :: results_t
+    private
+    type(hdf5_file_t) :: file
+    type(unit_system_t) :: units
+    type(nurbs_solid_t) :: solid
+    type(display_tool_t), allocatable :: tools(:)
+    type(display_grid_t) :: grid
+    type(point_geometry_t) :: geometry
+    type(history_t) :: history
+    real(wp), allocatable :: tool_points(:, :)          ! display points of the tools, (n, 3)
+    integer, allocatable :: tool_of_point(:)
+    integer :: rule_size(3) = 0
+    integer :: n_state = 0
+    integer :: n_points = 0                             ! display points of blank and tools
+    integer :: n_frames = 0
+    logical :: is_bezier = .false.
+  end type results_t
+
+contains
+
+  !> Create the results file with everything that does not change. Call it once the deck is
+  !! accepted. Fails if the file cannot be created (see `create_file`) or written.
+  subroutine open_results(results, setup, error)
+    type(results_t), intent(out) :: results
+    type(results_setup_t), intent(in) :: setup
+    type(error_t), allocatable, intent(out) :: error
+    type(cells_t) :: cells
+    real(wp), allocatable :: weights(:)
+    integer :: i
+
+    results%units = new_unit_system(text_or_empty(setup%provenance%units))
+    results%solid = setup%solid
+    results%tools = setup%tools
+    results%n_state = setup%n_state
+    results%is_bezier = setup%is_bezier
+    results%rule_size = [(size(setup%rule(i)%points), i=1, 3)]
+    results%grid = new_display_grid(setup%solid, setup%rule, setup%is_bezier)
+    results%geometry = new_point_geometry(setup%solid, setup%rule)
+    call mesh_blank_and_tools(results, cells, weights)
+
+    call create_file(results%file, setup%path)
+    associate (file => results%file)
+      call write_text_attribute(file, "/", "generator", "igaform")
+      call write_provenance(file, setup%provenance)
+      call create_grid(file, cells, results%n_points, unit_of(results%units, "length"), &
+                       unit_of(results%units, "time"))
+      if (setup%is_bezier) call write_rational_weights(file, weights)
+      call create_fields(results)
+      call create_series(file, "/frames/is_failed", byte_values, [integer ::], 64, "1", &
+                         "1 for the state at which a run failed, 0 for all other frames")
+      call write_geometry(results)
+      call write_point_geometry(results)
+      call open_history(results%history, file, results%units, &
+                        [(string_t(setup%tools(i)%name), i=1, size(setup%tools))], &
+                        probe_names(setup))
+      call flush_file(file)
+      call take_error(file, error)
+    end associate
+    if (allocated(error)) call close_file(results%file)
+  end subroutine open_results
+
+  !> Write a frame and the history up to it, then flush the file.
+  subroutine write_frame(results, frame, error)
+    type(results_t), intent(inout) :: results
+    type(frame_t), intent(in) :: frame
+    type(error_t), allocatable, intent(out) :: error
+    integer(int64) :: mark(1)
+
+    mark = merge(1, 0, frame%is_failed)
+    call write_display(results, frame)
+    call write_points(results, frame)
+    call update_geometry(results, frame)
+    call write_history(results%history, results%file)
+    call append_integers(results%file, "/frames/is_failed", mark, [integer ::], 1)
+    call append_step(results%file, frame%time, results%n_points, results%n_frames, &
+                     results%is_bezier)
+    call flush_file(results%file)
+    results%n_frames = results%n_frames + 1
+    call take_error(results%file, error)
+  end subroutine write_frame
+
+  !> Keep a row of the history in memory until the next frame.
+  subroutine record_history(results, row)
+    type(results_t), intent(inout) :: results
+    type(history_row_t), intent(in) :: row
+
+    call record_row(results%history, row)
+  end subroutine record_history
+
+  !> Write what is left of the history, how the run ended and what it cost; close the file.
+  subroutine close_results(results, status, timings, error)
+    type(results_t), intent(inout) :: results
+    character(*), intent(in) :: status          !! completed, failed or interrupted
+    type(timings_t), intent(in) :: timings
+    type(error_t), allocatable, intent(out) :: error
+
+    call write_history(results%history, results%file)
+    call write_timings(results%file, timings)
+    call write_text_attribute(results%file, "/provenance", "status", status)
+    call close_file(results%file)
+    call take_error(results%file, error)
+  end subroutine close_results
+
+  ! Cells and weights of everything, and the tools' display points.
+  subroutine mesh_blank_and_tools(results, cells, weights)
+    type(results_t), intent(inout) :: results
+    type(cells_t), intent(out) :: cells
+    real(wp), allocatable, intent(out) :: weights(:)
+    type(surface_mesh_t) :: mesh
+    integer :: i, s, j, n_blank
+
+    associate (grid => results%grid)
+      call add_cells(cells, hexahedra_on_grid(grid%degree, grid%n_elements, 0_int64), &
+                     merge(vtk_bezier_hexahedron, vtk_lagrange_hexahedron, results%is_bezier), 0)
+    end associate
+    weights = results%grid%weights
+    n_blank = size(weights)
+    allocate (results%tool_points(0, 3), results%tool_of_point(0))
+    do i = 1, size(results%tools)
+      do s = 1, size(results%tools(i)%surfaces)
+        mesh = new_surface_mesh(results%tools(i)%surfaces(s), results%is_bezier)
+        call add_cells(cells, mesh%connectivity + size(weights), &
+                       merge(vtk_bezier_quadrilateral, vtk_lagrange_quadrilateral, &
+                             results%is_bezier), i)
+        weights = [weights, mesh%weights]
+        results%tool_points = transpose(reshape( &
+          [transpose(results%tool_points), transpose(mesh%points)], [3, size(weights) - n_blank]))
+        results%tool_of_point = [results%tool_of_point, (i, j=1, size(mesh%weights))]
+      end do
+    end do
+    results%n_points = size(weights)
+  end subroutine mesh_blank_and_tools
+
+  subroutine create_fields(results)
+    type(results_t), intent(inout) :: results
+
+    associate (file => results%file, n => results%n_points, units => results%units)
+      call create_point_data(file, "displacement", 3, n, unit_of(units, "length"), &
+                             "displacement since the start")
+      call create_point_data(file, "velocity", 3, n, unit_of(units, "velocity"), "velocity")
+      call create_point_data(file, "eqps", 1, n, "1", "equivalent plastic strain (NaN on tools)")
+      call create_point_data(file, "mises", 1, n, unit_of(units, "stress"), &
+                             "von Mises stress (NaN on tools)")
+      call create_point_data(file, "thickness", 1, n, unit_of(units, "length"), &
+                             "distance between both faces (NaN on tools)")
+    end associate
+  end subroutine create_fields
+
+  subroutine write_geometry(results)
+    type(results_t), intent(inout) :: results
+    integer :: i, s
+
+    call write_solid(results%file, "/nurbs/blank", results%solid, unit_of(results%units, "length"))
+    call create_group(results%file, "/nurbs/tools")
+    do i = 1, size(results%tools)
+      do s = 1, size(results%tools(i)%surfaces)
+        call write_surface(results%file, surface_folder(results, i, s), &
+                           results%tools(i)%surfaces(s), unit_of(results%units, "length"))
+      end do
+    end do
+  end subroutine write_geometry
+
+  subroutine update_geometry(results, frame)
+    type(results_t), intent(inout) :: results
+    type(frame_t), intent(in) :: frame
+    real(wp), allocatable :: points(:, :)
+    integer :: i, s, d, n(4), m(3)
+
+    n = shape(frame%points)
+    call update_points(results%file, "/nurbs/blank", reshape(frame%points, [product(n(:3)), 3]), &
+                       n(:3), unit_of(results%units, "length"))
+    do i = 1, size(results%tools)
+      do s = 1, size(results%tools(i)%surfaces)
+        m = shape(results%tools(i)%surfaces(s)%points)
+        points = reshape(results%tools(i)%surfaces(s)%points, [m(1)*m(2), 3])
+        do d = 1, 3
+          points(:, d) = points(:, d) + frame%tool_displacement(d, i)
+        end do
+        call update_points(results%file, surface_folder(results, i, s), points, m(:2), &
+                           unit_of(results%units, "length"))
+      end do
+    end do
+  end subroutine update_geometry
+
+  ! Points and fields for VTK.
+  subroutine write_display(results, frame)
+    type(results_t), intent(inout) :: results
+    type(frame_t), intent(in) :: frame
+    real(wp), allocatable :: points(:, :), vector(:, :), shift(:, :), scalar(:), state(:)
+    integer :: n_controls
+
+    n_controls = size(results%solid%weights)
+    shift = on_tools(results, frame%tool_displacement)
+    points = display_vectors(results%grid, reshape(frame%points, [n_controls, 3]))
+    call append_points(results%file, with_tools(results, points, results%tool_points + shift))
+    vector = display_vectors(results%grid, reshape(frame%points - results%solid%points, &
+                                                   [n_controls, 3]))
+    call append_point_data(results%file, "displacement", with_tools(results, vector, shift), &
+                           results%n_frames)
+    vector = display_vectors(results%grid, reshape(frame%velocity, [n_controls, 3]))
+    call append_point_data(results%file, "velocity", &
+                           with_tools(results, vector, on_tools(results, frame%tool_velocity)), &
+                           results%n_frames)
+    state = [point_grid(1, results%rule_size, results%grid%n_elements, frame%eqps)]
+    call append_scalar(results, "eqps", display_scalars(results%grid, state))
+    state = [point_grid(6, results%rule_size, results%grid%n_elements, frame%stress)]
+    state = mises_stress(reshape(state, [6, size(state)/6]))
+    call append_scalar(results, "mises", display_scalars(results%grid, state))
+    scalar = [display_thickness(results%grid, points)]
+    call append_scalar(results, "thickness", scalar)
+  end subroutine write_display
+
+  subroutine append_scalar(results, name, values)
+    type(results_t), intent(inout) :: results
+    character(*), intent(in) :: name
+    real(wp), intent(in) :: values(:)     ! at display points of the blank
+    real(wp) :: all_values(results%n_points, 1)
+
+    all_values = ieee_value(1.0_wp, ieee_quiet_nan)
+    all_values(:size(values), 1) = values
+    call append_point_data(results%file, name, all_values, results%n_frames)
+  end subroutine append_scalar
+
+  ! One vector per tool at all display points of the tools.
+  pure function on_tools(results, vectors) result(values)
+    type(results_t), intent(in) :: results
+    real(wp), intent(in) :: vectors(:, :)   ! (3, tools)
+    real(wp) :: values(size(results%tool_of_point), 3)
+
+    values = transpose(vectors(:, results%tool_of_point))
+  end function on_tools
+
+  pure function with_tools(results, blank, tools) result(values)
+    type(results_t), intent(in) :: results
+    real(wp), intent(in) :: blank(:, :), tools(:, :)
+    real(wp) :: values(results%n_points, 3)
+
+    values(:size(blank, 1), :) = blank
+    values(size(blank, 1) + 1:, :) = tools
+  end function with_tools
+
+  subroutine write_point_geometry(results)
+    type(results_t), intent(inout) :: results
+
+    associate (geometry => results%geometry)
+      call write_reals(results%file, "/points/reference_position", geometry%positions, &
+                       [3, geometry%n], unit_of(results%units, "length"), &
+                       "places of the integration points at the start, indices (zeta, eta, xi)")
+      call write_reals(results%file, "/points/reference_volume", geometry%volumes, geometry%n, &
+                       unit_of(results%units, "volume"), &
+                       "volume that each integration point stands for at the start")
+    end associate
+  end subroutine write_point_geometry
+
+  ! State at the integration points, of the last frame alone.
+  subroutine write_points(results, frame)
+    type(results_t), intent(inout) :: results
+    type(frame_t), intent(in) :: frame
+    integer :: n_controls
+
+    n_controls = size(results%solid%weights)
+    associate (file => results%file, n => results%geometry%n, q => results%rule_size, &
+               e => results%grid%n_elements)
+      call write_reals(file, "/points/eqps", point_grid(1, q, e, frame%eqps), n, "1", &
+                       "equivalent plastic strain, last frame")
+      call write_reals(file, "/points/stress", point_grid(6, q, e, frame%stress), [6, n], &
+                       unit_of(results%units, "stress"), &
+                       "Cauchy stress 11, 22, 33, 12, 13, 23, last frame")
+      if (results%n_state > 0) then
+        call write_reals(file, "/points/statev", point_grid(results%n_state, q, e, frame%state), &
+                         [results%n_state, n], "1", "state variables of the material, last frame")
+      end if
+      call write_reals(file, "/points/principal_strain", &
+                       plane_strains(results%geometry, reshape(frame%points, [n_controls, 3])), &
+                       [2, n], "1", &
+                       "major and minor logarithmic strain in the sheet's plane, last frame")
+    end associate
+  end subroutine write_points
+
+  pure function surface_folder(results, i_tool, i_surface) result(folder)
+    type(results_t), intent(in) :: results
+    integer, intent(in) :: i_tool, i_surface
+    character(:), allocatable :: folder
+
+    folder = "/nurbs/tools/"//results%tools(i_tool)%name//"/surface_"//to_text(i_surface)
+  end function surface_folder
+
+  pure function probe_names(setup) result(names)
+    type(results_setup_t), intent(in) :: setup
+    type(string_t), allocatable :: names(:)
+
+    allocate (names(0))
+    if (allocated(setup%probes)) names = setup%probes
+  end function probe_names
+
+end module frames

@@ -1,0 +1,423 @@
+!> An HDF5 file being written: groups, attributes, fixed and growing datasets.
+!!
+!! The first failure is kept in the file and every later call does nothing, so a caller writes a
+!! sequence and asks once, with `take_error`.
+!!
+!! A reader may look at the file while it is being written: the library's exclusive lock is turned
+!! into a shared one, which lets readers in and still keeps a second writer out.
+module hdf5_file
+  use, intrinsic :: iso_fortran_env, only: int64
+  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_int64_t, c_loc, &
+                                         c_null_char, c_null_ptr, c_ptr, c_size_t
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use hdf5_library
+  use hdf5_reason, only: failure_reason, is_library_silenced
+  use file_lock, only: is_locked_by_others, is_lock_shared
+  implicit none
+  private
+
+  public :: hdf5_file_t, create_file, close_file, flush_file, take_error, has_object
+  public :: create_group, link_object, write_text_attribute, write_integer_attribute
+  public :: write_text, write_reals, write_integers, create_series, append_reals, append_integers
+
+  integer, parameter, public :: real_values = 1, integer_values = 2, byte_values = 3
+
+  integer, parameter :: deflate_level = 4        ! above it time grows faster than size falls
+  integer, parameter :: least_compressed = 4096  ! smaller fixed datasets are not worth a filter
+
+  !> An open file, or a closed one (id negative).
+  type :: hdf5_file_t
+    character(:), allocatable :: path
+    integer(hid_t) :: id = -1                     !! handle of the library
+    logical :: is_shared = .false.                !! readers may look in while it is open
+    type(error_t), allocatable :: error           !! first failure, see `take_error`
+  end type hdf5_file_t
+
+contains
+
+  !> Create the file, replacing an older one.
+  !! Fails if the folder cannot be written, if another program is writing the file, or if there is
+  !! a file of this name that is not HDF5 (most likely a slip of the user).
+  subroutine create_file(file, path)
+    type(hdf5_file_t), intent(out) :: file
+    character(*), intent(in) :: path
+    type(c_ptr) :: descriptor
+    integer(c_int), pointer :: unit
+    logical :: is_there
+
+    file%path = path
+    if (h5open() < 0 .or. .not. is_library_silenced()) call note(file, "open HDF5 for", "")
+    inquire (file=path, exist=is_there)
+    if (is_there) call check_replaceable(file)
+    if (allocated(file%error)) return
+    file%id = h5fcreate(c_text(path), h5_truncate, h5_default, h5_default)
+    if (file%id < 0) then
+      call note(file, "create", "")
+    else if (h5fget_vfd_handle(file%id, h5_default, descriptor) >= 0) then
+      call c_f_pointer(descriptor, unit)
+      file%is_shared = is_lock_shared(unit)
+    end if
+  end subroutine create_file
+
+  !> Close the file; what was written is complete.
+  subroutine close_file(file)
+    type(hdf5_file_t), intent(inout) :: file
+    integer(c_int) :: status
+
+    if (file%id < 0) return
+    status = h5fclose(file%id)
+    file%id = -1
+    if (status < 0) call note(file, "close", "")
+  end subroutine close_file
+
+  !> Hand everything written so far to the operating system, so that it survives the program.
+  subroutine flush_file(file)
+    type(hdf5_file_t), intent(inout) :: file
+
+    if (allocated(file%error)) return
+    if (h5fflush(file%id, h5_scope_global) < 0) call note(file, "write", "")
+  end subroutine flush_file
+
+  !> The first failure since the last call, not allocated if there was none.
+  subroutine take_error(file, error)
+    type(hdf5_file_t), intent(inout) :: file
+    type(error_t), allocatable, intent(out) :: error
+
+    call move_alloc(file%error, error)
+  end subroutine take_error
+
+  !> Whether the object is there; all groups above it must be.
+  logical function has_object(file, name)
+    type(hdf5_file_t), intent(in) :: file
+    character(*), intent(in) :: name
+
+    has_object = h5lexists(file%id, c_text(name), h5_default) > 0
+  end function has_object
+
+  !> Create a group, with the groups above it.
+  subroutine create_group(file, name)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name
+    integer(hid_t) :: group, links
+
+    if (allocated(file%error)) return
+    links = parent_maker()
+    group = h5gcreate(file%id, c_text(name), links, h5_default, h5_default)
+    if (group < 0) call note(file, "write", name)
+    if (h5pclose(links) < 0 .or. h5oclose(group) < 0) call note(file, "write", name)
+  end subroutine create_group
+
+  !> A second name for an object.
+  subroutine link_object(file, name, second_name)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name, second_name
+    integer(hid_t) :: links
+
+    if (allocated(file%error)) return
+    links = parent_maker()
+    if (h5lcreate_hard(file%id, c_text(name), file%id, c_text(second_name), links, h5_default) &
+        < 0) call note(file, "write", second_name)
+    if (h5pclose(links) < 0) call note(file, "write", second_name)
+  end subroutine link_object
+
+  !> Write a text attribute of an object, replacing an older one.
+  subroutine write_text_attribute(file, object, name, value)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: object   !! path of the group or dataset
+    character(*), intent(in) :: name, value
+    character(kind=c_char), target :: buffer(max(len(value), 1))
+    integer(hid_t) :: type
+    integer :: i
+
+    if (allocated(file%error)) return
+    buffer = c_null_char
+    do i = 1, len(value)
+      buffer(i) = value(i:i)
+    end do
+    type = text_type(len(value))
+    call write_attribute(file, object, name, type, [integer(hsize_t) ::], c_loc(buffer))
+    if (h5tclose(type) < 0) call note(file, "write", object)
+  end subroutine write_text_attribute
+
+  !> Write integers as an attribute of an object, replacing an older one; one value as a scalar.
+  subroutine write_integer_attribute(file, object, name, values)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: object   !! path of the group or dataset
+    character(*), intent(in) :: name
+    integer, intent(in) :: values(:)
+    integer(c_int64_t), target :: buffer(size(values))
+
+    buffer = values
+    if (size(values) == 1) then
+      call write_attribute(file, object, name, h5_int64, [integer(hsize_t) ::], c_loc(buffer))
+    else
+      call write_attribute(file, object, name, h5_int64, [size(values, kind=hsize_t)], &
+                           c_loc(buffer))
+    end if
+  end subroutine write_integer_attribute
+
+  !> Write a text as a scalar dataset.
+  subroutine write_text(file, name, value, description)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name, value, description
+    character(kind=c_char), target :: buffer(max(len(value), 1))
+    integer(hid_t) :: type
+    integer :: i
+
+    if (allocated(file%error)) return
+    buffer = c_null_char
+    do i = 1, len(value)
+      buffer(i) = value(i:i)
+    end do
+    type = text_type(len(value))
+    call write_fixed(file, name, type, type, [integer :: ], c_loc(buffer), "", description)
+    if (h5tclose(type) < 0) call note(file, "write", name)
+  end subroutine write_text
+
+  !> Write reals as a dataset of this shape (Fortran order), or overwrite one that is there.
+  subroutine write_reals(file, name, values, shape, unit, description)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name
+    real(wp), target, intent(in) :: values(*)
+    integer, intent(in) :: shape(:)      !! empty for a scalar
+    character(*), intent(in) :: unit, description
+
+    call write_fixed(file, name, h5_double, h5_double, shape, c_loc(values), unit, description)
+  end subroutine write_reals
+
+  !> Write integers as a dataset of this shape (Fortran order), or overwrite one that is there.
+  subroutine write_integers(file, name, values, shape, description, kind_of_values)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name
+    integer(int64), target, intent(in) :: values(*)
+    integer, intent(in) :: shape(:)      !! empty for a scalar
+    character(*), intent(in) :: description
+    integer, intent(in) :: kind_of_values   !! `integer_values` or `byte_values`
+
+    call write_fixed(file, name, file_type(kind_of_values), h5_int64, shape, c_loc(values), "1", &
+                     description)
+  end subroutine write_integers
+
+  !> Create a dataset that grows row by row, compressed.
+  subroutine create_series(file, name, kind_of_values, row_shape, n_chunk_rows, unit, description)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name
+    integer, intent(in) :: kind_of_values   !! `real_values`, `integer_values` or `byte_values`
+    integer, intent(in) :: row_shape(:)     !! of one row (Fortran order), empty for one number
+    integer, intent(in) :: n_chunk_rows     !! rows stored and compressed together
+    character(*), intent(in) :: unit, description
+    integer(hsize_t) :: extents(size(row_shape) + 1), limits(size(row_shape) + 1)
+    integer(hid_t) :: space, list
+
+    if (allocated(file%error)) return
+    extents = [0_hsize_t, c_extents(row_shape)]
+    limits = [h5_unlimited, c_extents(row_shape)]
+    space = h5screate_simple(int(size(extents), c_int), extents, limits)
+    list = compressed([int(n_chunk_rows, hsize_t), c_extents(row_shape)])
+    call create_dataset(file, name, file_type(kind_of_values), space, list, unit, description)
+    if (h5sclose(space) < 0 .or. h5pclose(list) < 0) call note(file, "write", name)
+  end subroutine create_series
+
+  !> Append rows of reals to a dataset made by `create_series`.
+  subroutine append_reals(file, name, values, row_shape, n_rows)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name
+    real(wp), target, intent(in) :: values(*)   !! row after row
+    integer, intent(in) :: row_shape(:)         !! as given to `create_series`
+    integer, intent(in) :: n_rows
+
+    call append(file, name, h5_double, c_loc(values), row_shape, n_rows)
+  end subroutine append_reals
+
+  !> Append rows of integers to a dataset made by `create_series`.
+  subroutine append_integers(file, name, values, row_shape, n_rows)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name
+    integer(int64), target, intent(in) :: values(*)   !! row after row
+    integer, intent(in) :: row_shape(:)               !! as given to `create_series`
+    integer, intent(in) :: n_rows
+
+    call append(file, name, h5_int64, c_loc(values), row_shape, n_rows)
+  end subroutine append_integers
+
+  subroutine append(file, name, memory_type, values, row_shape, n_rows)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name
+    integer(hid_t), intent(in) :: memory_type
+    type(c_ptr), intent(in) :: values
+    integer, intent(in) :: row_shape(:), n_rows
+    integer(hsize_t), dimension(size(row_shape) + 1) :: extents, limits, first, counts
+    integer(hid_t) :: dataset, space, memory
+    integer(c_int) :: status(4)
+
+    if (allocated(file%error) .or. n_rows == 0) return
+    dataset = h5dopen(file%id, c_text(name), h5_default)
+    space = h5dget_space(dataset)
+    status(1) = h5sget_extent(space, extents, limits)
+    if (dataset < 0 .or. status(1) < 0) then
+      call note(file, "write", name)
+      return
+    end if
+    status(1) = h5sclose(space)
+    first = 0
+    first(1) = extents(1)
+    counts = [int(n_rows, hsize_t), c_extents(row_shape)]
+    extents(1) = extents(1) + n_rows
+    status(2) = h5dset_extent(dataset, extents)
+    space = h5dget_space(dataset)
+    memory = h5screate_simple(int(size(counts), c_int), counts, counts)
+    status(3) = h5sselect_hyperslab(space, h5_select_set, first, c_null_ptr, counts, c_null_ptr)
+    status(4) = h5dwrite(dataset, memory_type, memory, space, h5_default, values)
+    if (any(status < 0)) call note(file, "write", name)
+    if (h5sclose(space) < 0 .or. h5sclose(memory) < 0 .or. h5dclose(dataset) < 0) &
+      call note(file, "write", name)
+  end subroutine append
+
+  subroutine write_fixed(file, name, type, memory_type, shape, values, unit, description)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name
+    integer(hid_t), intent(in) :: type, memory_type
+    integer, intent(in) :: shape(:)
+    type(c_ptr), intent(in) :: values
+    character(*), intent(in) :: unit, description
+    integer(hsize_t) :: extents(size(shape))
+    integer(hid_t) :: space, list, dataset
+    integer(c_int) :: status
+    logical :: is_known
+
+    if (allocated(file%error)) return
+    is_known = h5lexists(file%id, c_text(name), h5_default) > 0
+    if (.not. is_known) then
+      extents = c_extents(shape)
+      space = h5screate_simple(int(size(shape), c_int), extents, extents)
+      list = h5pcreate(h5_class_dataset)
+      call create_dataset(file, name, type, space, list, unit, description)
+      if (h5sclose(space) < 0 .or. h5pclose(list) < 0) call note(file, "write", name)
+    end if
+    if (allocated(file%error) .or. any(shape == 0)) return
+    dataset = h5dopen(file%id, c_text(name), h5_default)
+    status = h5dwrite(dataset, memory_type, h5_default, h5_default, h5_default, values)
+    if (status < 0) call note(file, "write", name)
+    if (h5dclose(dataset) < 0) call note(file, "write", name)
+  end subroutine write_fixed
+
+  subroutine create_dataset(file, name, type, space, list, unit, description)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name, unit, description
+    integer(hid_t), intent(in) :: type, space, list
+    integer(hid_t) :: dataset, links
+
+    links = parent_maker()
+    dataset = h5dcreate(file%id, c_text(name), type, space, links, list, h5_default)
+    if (dataset < 0) call note(file, "write", name)
+    if (h5pclose(links) < 0 .or. h5dclose(dataset) < 0) call note(file, "write", name)
+    if (len(unit) > 0) call write_text_attribute(file, name, "unit", unit)
+    call write_text_attribute(file, name, "description", description)
+  end subroutine create_dataset
+
+  subroutine write_attribute(file, object, name, type, extents, values)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: object, name
+    integer(hid_t), intent(in) :: type
+    integer(hsize_t), intent(in) :: extents(:)
+    type(c_ptr), intent(in) :: values
+    integer(hid_t) :: owner, attribute, space
+    integer(c_int) :: status
+
+    if (allocated(file%error)) return
+    owner = h5oopen(file%id, c_text(object), h5_default)
+    if (h5aexists(owner, c_text(name)) > 0) then
+      attribute = h5aopen(owner, c_text(name), h5_default)
+    else
+      space = h5screate_simple(int(size(extents), c_int), extents, extents)
+      attribute = h5acreate(owner, c_text(name), type, space, h5_default, h5_default)
+      if (h5sclose(space) < 0) call note(file, "write", object)
+    end if
+    status = h5awrite(attribute, type, values)
+    if (status < 0) call note(file, "write", object)
+    if (h5aclose(attribute) < 0 .or. h5oclose(owner) < 0) call note(file, "write", object)
+  end subroutine write_attribute
+
+  subroutine check_replaceable(file)
+    type(hdf5_file_t), intent(inout) :: file
+
+    if (is_locked_by_others(file%path)) then
+      call fail(file%error, "result file '"//file%path//"': another program is using it; choose " &
+                //"another name or close it there")
+    else if (h5fis_hdf5(c_text(file%path)) <= 0) then
+      call fail(file%error, "result file '"//file%path//"': there is a file or folder of this " &
+                //"name that is not a result file; it is left alone")
+    end if
+  end subroutine check_replaceable
+
+  ! Keep the first failure, with the library's reason.
+  subroutine note(file, action, object)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: action, object
+    character(:), allocatable :: message
+
+    if (allocated(file%error)) return
+    message = "result file '"//file%path//"': cannot "//action//" it"
+    if (len(object) > 0) message = message//" (at "//object//")"
+    call fail(file%error, message//": "//failure_reason())
+  end subroutine note
+
+  ! A link list that makes the groups above a new object.
+  integer(hid_t) function parent_maker() result(links)
+    links = h5pcreate(h5_class_link)
+    if (h5pset_intermediate(links, 1_c_int) < 0) links = h5_default
+  end function parent_maker
+
+  ! A creation list for chunks of these extents, shuffled and deflated.
+  integer(hid_t) function compressed(extents) result(list)
+    integer(hsize_t), intent(in) :: extents(:)
+    integer(c_int) :: status(3)
+
+    list = h5pcreate(h5_class_dataset)
+    status(1) = h5pset_chunk(list, int(size(extents), c_int), extents)
+    status(2) = h5pset_shuffle(list)
+    status(3) = h5pset_deflate(list, int(deflate_level, c_int))
+    if (any(status < 0)) list = h5_default
+  end function compressed
+
+  integer(hid_t) function text_type(length) result(type)
+    integer, intent(in) :: length
+    integer(c_int) :: status(3)
+
+    type = h5tcopy(h5_character)
+    status(1) = h5tset_size(type, int(max(length, 1), c_size_t))
+    status(2) = h5tset_strpad(type, h5_null_padded)
+    status(3) = h5tset_cset(type, h5_utf8)
+    if (any(status < 0)) type = -1
+  end function text_type
+
+  integer(hid_t) function file_type(kind_of_values) result(type)
+    integer, intent(in) :: kind_of_values
+
+    select case (kind_of_values)
+    case (integer_values)
+      type = h5_int64
+    case (byte_values)
+      type = h5_uint8
+    case default
+      type = h5_double
+    end select
+  end function file_type
+
+  ! Extents in C order.
+  pure function c_extents(shape) result(extents)
+    integer, intent(in) :: shape(:)
+    integer(hsize_t) :: extents(size(shape))
+
+    extents = shape(size(shape):1:-1)
+  end function c_extents
+
+  pure function c_text(text)
+    character(*), intent(in) :: text
+    character(len_trim(text) + 1) :: c_text
+
+    c_text = trim(text)//c_null_char
+  end function c_text
+
+end module hdf5_file

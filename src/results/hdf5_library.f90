@@ -1,0 +1,289 @@
+!> The few routines of the HDF5 C library (1.10) that the results layer needs, bound as they are.
+!! The Fortran modules that HDF5 ships serve only the compiler they were built with; these bindings
+!! serve any. The variables are constants of the C library, set by `h5open`; nobody writes them.
+module hdf5_library
+  use, intrinsic :: iso_c_binding, only: c_char, c_funptr, c_int, c_int64_t, c_ptr, &
+                                         c_size_t
+  implicit none
+  private
+
+  integer, parameter, public :: hid_t = c_int64_t     !! handles of the library
+  integer, parameter, public :: hsize_t = c_int64_t   !! extents
+  integer(hid_t), parameter, public :: h5_default = 0_hid_t
+  integer(hsize_t), parameter, public :: h5_unlimited = -1_hsize_t
+  integer(c_int), parameter, public :: h5_truncate = 2, h5_scope_global = 1, h5_select_set = 0
+  integer(c_int), parameter, public :: h5_walk_upward = 0, h5_null_padded = 1, h5_utf8 = 1
+
+  integer(hid_t), bind(C, name="H5T_NATIVE_DOUBLE_g"), protected, public :: h5_double
+  integer(hid_t), bind(C, name="H5T_NATIVE_INT64_g"), protected, public :: h5_int64
+  integer(hid_t), bind(C, name="H5T_NATIVE_UINT8_g"), protected, public :: h5_uint8
+  integer(hid_t), bind(C, name="H5T_C_S1_g"), protected, public :: h5_character
+  integer(hid_t), bind(C, name="H5P_CLS_DATASET_CREATE_ID_g"), protected, public :: h5_class_dataset
+  integer(hid_t), bind(C, name="H5P_CLS_LINK_CREATE_ID_g"), protected, public :: h5_class_link
+
+  public :: h5open, h5fcreate, h5fclose, h5fflush, h5fis_hdf5, h5fget_vfd_handle
+  public :: h5gcreate, h5oopen, h5oclose, h5lexists, h5lcreate_hard
+  public :: h5acreate, h5aopen, h5aexists, h5awrite, h5adelete, h5aclose
+  public :: h5dcreate, h5dopen, h5dwrite, h5dset_extent, h5dget_space, h5dclose
+  public :: h5screate_simple, h5sget_extent, h5sselect_hyperslab, h5sclose
+  public :: h5pcreate, h5pset_chunk, h5pset_deflate, h5pset_shuffle, h5pset_intermediate, h5pclose
+  public :: h5tcopy, h5tset_size, h5tset_strpad, h5tset_cset, h5tclose
+  public :: h5eset_auto, h5ewalk
+
+  interface
+    integer(c_int) function h5open() bind(C, name="H5open")
+      import :: c_int
+    end function h5open
+
+    integer(hid_t) function h5fcreate(path, flags, creation, access) bind(C, name="H5Fcreate")
+      import :: c_char, c_int, hid_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: flags
+      integer(hid_t), value :: creation, access
+    end function h5fcreate
+
+    integer(c_int) function h5fclose(file) bind(C, name="H5Fclose")
+      import :: c_int, hid_t
+      integer(hid_t), value :: file
+    end function h5fclose
+
+    integer(c_int) function h5fflush(file, scope) bind(C, name="H5Fflush")
+      import :: c_int, hid_t
+      integer(hid_t), value :: file
+      integer(c_int), value :: scope
+    end function h5fflush
+
+    integer(c_int) function h5fis_hdf5(path) bind(C, name="H5Fis_hdf5")
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+    end function h5fis_hdf5
+
+    integer(c_int) function h5fget_vfd_handle(file, access, handle) &
+      bind(C, name="H5Fget_vfd_handle")
+      import :: c_int, c_ptr, hid_t
+      integer(hid_t), value :: file, access
+      type(c_ptr), intent(out) :: handle
+    end function h5fget_vfd_handle
+
+    integer(hid_t) function h5gcreate(place, name, links, creation, access) &
+      bind(C, name="H5Gcreate2")
+      import :: c_char, hid_t
+      integer(hid_t), value :: place
+      character(kind=c_char), intent(in) :: name(*)
+      integer(hid_t), value :: links, creation, access
+    end function h5gcreate
+
+    integer(hid_t) function h5oopen(place, name, access) bind(C, name="H5Oopen")
+      import :: c_char, hid_t
+      integer(hid_t), value :: place
+      character(kind=c_char), intent(in) :: name(*)
+      integer(hid_t), value :: access
+    end function h5oopen
+
+    integer(c_int) function h5oclose(object) bind(C, name="H5Oclose")
+      import :: c_int, hid_t
+      integer(hid_t), value :: object
+    end function h5oclose
+
+    integer(c_int) function h5lexists(place, name, access) bind(C, name="H5Lexists")
+      import :: c_char, c_int, hid_t
+      integer(hid_t), value :: place
+      character(kind=c_char), intent(in) :: name(*)
+      integer(hid_t), value :: access
+    end function h5lexists
+
+    integer(c_int) function h5lcreate_hard(place, name, new_place, new_name, links, access) &
+      bind(C, name="H5Lcreate_hard")
+      import :: c_char, c_int, hid_t
+      integer(hid_t), value :: place
+      character(kind=c_char), intent(in) :: name(*)
+      integer(hid_t), value :: new_place
+      character(kind=c_char), intent(in) :: new_name(*)
+      integer(hid_t), value :: links, access
+    end function h5lcreate_hard
+
+    integer(hid_t) function h5acreate(object, name, type, space, creation, access) &
+      bind(C, name="H5Acreate2")
+      import :: c_char, hid_t
+      integer(hid_t), value :: object
+      character(kind=c_char), intent(in) :: name(*)
+      integer(hid_t), value :: type, space, creation, access
+    end function h5acreate
+
+    integer(hid_t) function h5aopen(object, name, access) bind(C, name="H5Aopen")
+      import :: c_char, hid_t
+      integer(hid_t), value :: object
+      character(kind=c_char), intent(in) :: name(*)
+      integer(hid_t), value :: access
+    end function h5aopen
+
+    integer(c_int) function h5aexists(object, name) bind(C, name="H5Aexists")
+      import :: c_char, c_int, hid_t
+      integer(hid_t), value :: object
+      character(kind=c_char), intent(in) :: name(*)
+    end function h5aexists
+
+    integer(c_int) function h5awrite(attribute, type, values) bind(C, name="H5Awrite")
+      import :: c_int, c_ptr, hid_t
+      integer(hid_t), value :: attribute, type
+      type(c_ptr), value :: values
+    end function h5awrite
+
+    integer(c_int) function h5adelete(object, name) bind(C, name="H5Adelete")
+      import :: c_char, c_int, hid_t
+      integer(hid_t), value :: object
+      character(kind=c_char), intent(in) :: name(*)
+    end function h5adelete
+
+    integer(c_int) function h5aclose(attribute) bind(C, name="H5Aclose")
+      import :: c_int, hid_t
+      integer(hid_t), value :: attribute
+    end function h5aclose
+
+    integer(hid_t) function h5dcreate(place, name, type, space, links, creation, access) &
+      bind(C, name="H5Dcreate2")
+      import :: c_char, hid_t
+      integer(hid_t), value :: place
+      character(kind=c_char), intent(in) :: name(*)
+      integer(hid_t), value :: type, space, links, creation, access
+    end function h5dcreate
+
+    integer(hid_t) function h5dopen(place, name, access) bind(C, name="H5Dopen2")
+      import :: c_char, hid_t
+      integer(hid_t), value :: place
+      character(kind=c_char), intent(in) :: name(*)
+      integer(hid_t), value :: access
+    end function h5dopen
+
+    integer(c_int) function h5dwrite(dataset, type, memory, place, transfer, values) &
+      bind(C, name="H5Dwrite")
+      import :: c_int, c_ptr, hid_t
+      integer(hid_t), value :: dataset, type, memory, place, transfer
+      type(c_ptr), value :: values
+    end function h5dwrite
+
+    integer(c_int) function h5dset_extent(dataset, extents) bind(C, name="H5Dset_extent")
+      import :: c_int, hid_t, hsize_t
+      integer(hid_t), value :: dataset
+      integer(hsize_t), intent(in) :: extents(*)
+    end function h5dset_extent
+
+    integer(hid_t) function h5dget_space(dataset) bind(C, name="H5Dget_space")
+      import :: hid_t
+      integer(hid_t), value :: dataset
+    end function h5dget_space
+
+    integer(c_int) function h5dclose(dataset) bind(C, name="H5Dclose")
+      import :: c_int, hid_t
+      integer(hid_t), value :: dataset
+    end function h5dclose
+
+    integer(hid_t) function h5screate_simple(rank, extents, limits) bind(C, name="H5Screate_simple")
+      import :: c_int, hid_t, hsize_t
+      integer(c_int), value :: rank
+      integer(hsize_t), intent(in) :: extents(*), limits(*)
+    end function h5screate_simple
+
+    integer(c_int) function h5sget_extent(space, extents, limits) &
+      bind(C, name="H5Sget_simple_extent_dims")
+      import :: c_int, hid_t, hsize_t
+      integer(hid_t), value :: space
+      integer(hsize_t), intent(out) :: extents(*), limits(*)
+    end function h5sget_extent
+
+    integer(c_int) function h5sselect_hyperslab(space, operation, first, stride, counts, block) &
+      bind(C, name="H5Sselect_hyperslab")
+      import :: c_int, c_ptr, hid_t, hsize_t
+      integer(hid_t), value :: space
+      integer(c_int), value :: operation
+      integer(hsize_t), intent(in) :: first(*)
+      type(c_ptr), value :: stride
+      integer(hsize_t), intent(in) :: counts(*)
+      type(c_ptr), value :: block
+    end function h5sselect_hyperslab
+
+    integer(c_int) function h5sclose(space) bind(C, name="H5Sclose")
+      import :: c_int, hid_t
+      integer(hid_t), value :: space
+    end function h5sclose
+
+    integer(hid_t) function h5pcreate(class) bind(C, name="H5Pcreate")
+      import :: hid_t
+      integer(hid_t), value :: class
+    end function h5pcreate
+
+    integer(c_int) function h5pset_chunk(list, rank, extents) bind(C, name="H5Pset_chunk")
+      import :: c_int, hid_t, hsize_t
+      integer(hid_t), value :: list
+      integer(c_int), value :: rank
+      integer(hsize_t), intent(in) :: extents(*)
+    end function h5pset_chunk
+
+    integer(c_int) function h5pset_deflate(list, level) bind(C, name="H5Pset_deflate")
+      import :: c_int, hid_t
+      integer(hid_t), value :: list
+      integer(c_int), value :: level
+    end function h5pset_deflate
+
+    integer(c_int) function h5pset_shuffle(list) bind(C, name="H5Pset_shuffle")
+      import :: c_int, hid_t
+      integer(hid_t), value :: list
+    end function h5pset_shuffle
+
+    integer(c_int) function h5pset_intermediate(list, is_wanted) &
+      bind(C, name="H5Pset_create_intermediate_group")
+      import :: c_int, hid_t
+      integer(hid_t), value :: list
+      integer(c_int), value :: is_wanted
+    end function h5pset_intermediate
+
+    integer(c_int) function h5pclose(list) bind(C, name="H5Pclose")
+      import :: c_int, hid_t
+      integer(hid_t), value :: list
+    end function h5pclose
+
+    integer(hid_t) function h5tcopy(type) bind(C, name="H5Tcopy")
+      import :: hid_t
+      integer(hid_t), value :: type
+    end function h5tcopy
+
+    integer(c_int) function h5tset_size(type, n_bytes) bind(C, name="H5Tset_size")
+      import :: c_int, c_size_t, hid_t
+      integer(hid_t), value :: type
+      integer(c_size_t), value :: n_bytes
+    end function h5tset_size
+
+    integer(c_int) function h5tset_strpad(type, padding) bind(C, name="H5Tset_strpad")
+      import :: c_int, hid_t
+      integer(hid_t), value :: type
+      integer(c_int), value :: padding
+    end function h5tset_strpad
+
+    integer(c_int) function h5tset_cset(type, encoding) bind(C, name="H5Tset_cset")
+      import :: c_int, hid_t
+      integer(hid_t), value :: type
+      integer(c_int), value :: encoding
+    end function h5tset_cset
+
+    integer(c_int) function h5tclose(type) bind(C, name="H5Tclose")
+      import :: c_int, hid_t
+      integer(hid_t), value :: type
+    end function h5tclose
+
+    integer(c_int) function h5eset_auto(stack, reporter, data) bind(C, name="H5Eset_auto2")
+      import :: c_funptr, c_int, c_ptr, hid_t
+      integer(hid_t), value :: stack
+      type(c_funptr), value :: reporter
+      type(c_ptr), value :: data
+    end function h5eset_auto
+
+    integer(c_int) function h5ewalk(stack, direction, visitor, data) bind(C, name="H5Ewalk2")
+      import :: c_funptr, c_int, c_ptr, hid_t
+      integer(hid_t), value :: stack
+      integer(c_int), value :: direction
+      type(c_funptr), value :: visitor
+      type(c_ptr), value :: data
+    end function h5ewalk
+  end interface
+
+end module hdf5_library

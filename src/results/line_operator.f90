@@ -1,0 +1,161 @@
+!> Linear maps along one parametric direction, applied to tensor grids direction by direction.
+!!
+!! Each output is a combination of `width` consecutive inputs, so a map costs `width` operations a
+!! value whatever the size of the grid. B-spline bases at sample points are such maps, and so are
+!! the ways from integration points to display points.
+module line_operator
+  use kinds, only: wp
+  use knot_vector, only: basis_derivatives, knot_vector_t, n_spans, span_table
+  implicit none
+  private
+
+  public :: line_operator_t, basis_operator, spread_operator, grid_size, apply_tensor, span_bounds
+
+  !> output(s) = sum over i of values(i, s)*input(first(s) + i - 1).
+  type :: line_operator_t
+    integer :: n_in = 0                      !! length of the input line
+    integer :: n_out = 0                     !! length of the output line
+    integer :: width = 0                     !! inputs per output
+    integer, allocatable :: first(:)         !! first input of each output, shape (n_out)
+    real(wp), allocatable :: values(:, :)    !! coefficients, shape (width, n_out)
+  end type line_operator_t
+
+contains
+
+  !> Basis functions (or their derivatives with respect to xi) at the same places of every element.
+  !! Element by element; with `is_joined` the last place of an element and the first of the next
+  !! are one (the places must then include both ends).
+  pure function basis_operator(kv, places, derivative, is_joined) result(op)
+    type(knot_vector_t), intent(in) :: kv
+    real(wp), intent(in) :: places(:)     !! in each element, in [-1, 1]
+    integer, intent(in) :: derivative     !! 0 for values, 1 for first derivatives
+    logical, intent(in) :: is_joined
+    type(line_operator_t) :: op
+    real(wp) :: table(kv%degree + 1, 0:derivative), bounds(2), xi
+    integer :: spans(n_spans(kv)), e, i, s, n_own
+
+    spans = span_table(kv)
+    n_own = size(places)
+    if (is_joined) n_own = n_own - 1
+    op%n_in = kv%n_basis
+    op%n_out = n_own*size(spans)
+    if (is_joined) op%n_out = op%n_out + 1
+    op%width = kv%degree + 1
+    allocate (op%first(op%n_out), op%values(op%width, op%n_out))
+    do e = 1, size(spans)
+      bounds = span_bounds(kv, spans(e))
+      do i = 1, size(places)
+        s = (e - 1)*n_own + i
+        xi = 0.5_wp*(bounds(1)*(1 - places(i)) + bounds(2)*(1 + places(i)))
+        call basis_derivatives(kv, spans(e), xi, derivative, table)
+        op%first(s) = spans(e) - kv%degree
+        op%values(:, s) = table(:, derivative)
+      end do
+    end do
+  end function basis_operator
+
+  !> Parametric coordinates where a span begins and ends.
+  pure function span_bounds(kv, span) result(bounds)
+    type(knot_vector_t), intent(in) :: kv
+    integer, intent(in) :: span   !! as `find_span` numbers them
+    real(wp) :: bounds(2)
+
+    bounds = kv%knots(span:span + 1)
+  end function span_bounds
+
+  !> From values at points of each element to values at joined places of each element: linear
+  !! between the points, constant outside the outermost ones, and the mean of both elements where
+  !! they meet. All coefficients are non-negative with sum one, so nothing overshoots.
+  pure function spread_operator(points, places, n_elements) result(op)
+    real(wp), intent(in) :: points(:)   !! of the given values in each element, in [-1, 1], rising
+    real(wp), intent(in) :: places(:)   !! where values are wanted, from -1 to 1
+    integer, intent(in) :: n_elements
+    type(line_operator_t) :: op
+    real(wp) :: own(size(points), size(places))
+    integer :: e, i, s, n_points, n_own, offset
+
+    n_points = size(points)
+    n_own = size(places) - 1
+    do i = 1, size(places)
+      own(:, i) = linear_weights(points, places(i))
+    end do
+    op%n_in = n_points*n_elements
+    op%n_out = n_own*n_elements + 1
+    op%width = min(2*n_points, op%n_in)
+    allocate (op%first(op%n_out), op%values(op%width, op%n_out))
+    op%values = 0.0_wp
+    do s = 1, op%n_out
+      e = max((s + n_own - 2)/n_own, 1)     ! element that ends at or contains the place
+      i = s - (e - 1)*n_own
+      op%first(s) = min((e - 1)*n_points + 1, op%n_in - op%width + 1)
+      offset = (e - 1)*n_points + 1 - op%first(s)
+      op%values(offset + 1:offset + n_points, s) = own(:, i)
+      if (i == size(places) .and. e < n_elements) then
+        op%values(:, s) = 0.5_wp*op%values(:, s)
+        op%values(n_points + 1:, s) = 0.5_wp*own(:, 1)
+      end if
+    end do
+  end function spread_operator
+
+  ! Hat functions on the points, constant outside them.
+  pure function linear_weights(points, place) result(weights)
+    real(wp), intent(in) :: points(:), place
+    real(wp) :: weights(size(points)), share
+    integer :: i
+
+    weights = 0.0_wp
+    if (place <= points(1)) then
+      weights(1) = 1.0_wp
+    else if (place >= points(size(points))) then
+      weights(size(points)) = 1.0_wp
+    else
+      i = count(points <= place)
+      share = (place - points(i))/(points(i + 1) - points(i))
+      weights(i:i + 1) = [1 - share, share]
+    end if
+  end function linear_weights
+
+  !> Shape of the grid that `apply_tensor` makes.
+  pure function grid_size(operators) result(n)
+    type(line_operator_t), intent(in) :: operators(:)
+    integer :: n(size(operators))
+
+    n = operators%n_out
+  end function grid_size
+
+  !> Apply one map per axis to a field on a tensor grid (axis 1 fastest).
+  pure function apply_tensor(operators, field) result(values)
+    type(line_operator_t), intent(in) :: operators(:)          !! one for each axis
+    real(wp), intent(in) :: field(product(operators%n_in))     !! the grid as one line
+    real(wp), allocatable :: values(:)                         !! shape (product of n_out)
+    real(wp), allocatable :: swept(:)
+    integer :: d, n_before, n_after
+
+    values = field
+    do d = 1, size(operators)
+      n_before = product(operators(:d - 1)%n_out)
+      n_after = product(operators(d + 1:)%n_in)
+      allocate (swept(n_before*operators(d)%n_out*n_after))
+      call sweep(operators(d), n_before, n_after, values, swept)
+      call move_alloc(swept, values)
+    end do
+  end function apply_tensor
+
+  pure subroutine sweep(op, n_before, n_after, field, values)
+    type(line_operator_t), intent(in) :: op
+    integer, intent(in) :: n_before, n_after
+    real(wp), intent(in) :: field(n_before, op%n_in, n_after)
+    real(wp), intent(out) :: values(n_before, op%n_out, n_after)
+    integer :: i, s, k
+
+    do k = 1, n_after
+      do s = 1, op%n_out
+        values(:, s, k) = 0.0_wp
+        do i = 1, op%width
+          values(:, s, k) = values(:, s, k) + op%values(i, s)*field(:, op%first(s) + i - 1, k)
+        end do
+      end do
+    end do
+  end subroutine sweep
+
+end module line_operator

@@ -1,0 +1,137 @@
+!> Geometry of the blank at its integration points: places, volumes, strains in the sheet's plane.
+!! Points form one tensor grid, (q1*e1, q2*e2, q3*e3) with axis 1 fastest, in rising order.
+module point_geometry
+  use kinds, only: wp
+  use gauss_rule, only: gauss_rule_t
+  use knot_vector, only: knot_vector_t, n_spans, span_table
+  use nurbs_solid, only: nurbs_solid_t
+  use line_operator, only: apply_tensor, basis_operator, grid_size, line_operator_t
+  implicit none
+  private
+
+  public :: point_geometry_t, new_point_geometry, plane_strains
+
+  !> Integration points of a solid in its reference configuration.
+  type :: point_geometry_t
+    integer :: n(3) = 0                                    !! points per direction
+    type(line_operator_t) :: basis(3), slopes(3)           !! from control points
+    real(wp), allocatable :: control_weights(:)            !! of the solid
+    real(wp), allocatable :: positions(:, :)               !! reference places, (3, n)
+    real(wp), allocatable :: volumes(:)                    !! reference volume of each point, (n)
+    real(wp), allocatable :: metric(:, :)                  !! G11, G12, G22 of the reference, (3, n)
+  end type point_geometry_t
+
+contains
+
+  !> Geometry at the points of `rule` in every element.
+  pure function new_point_geometry(solid, rule) result(geometry)
+    type(nurbs_solid_t), intent(in) :: solid
+    type(gauss_rule_t), intent(in) :: rule(3)
+    type(point_geometry_t) :: geometry
+    real(wp), allocatable :: positions(:, :), tangents(:, :, :), measure(:), line(:)
+    integer :: d, i
+
+    do d = 1, 3
+      geometry%basis(d) = basis_operator(solid%axes(d), rule(d)%points, 0, is_joined=.false.)
+      geometry%slopes(d) = basis_operator(solid%axes(d), rule(d)%points, 1, is_joined=.false.)
+    end do
+    geometry%n = grid_size(geometry%basis)
+    geometry%control_weights = [solid%weights]
+    call evaluate(geometry, solid%points, positions, tangents)
+    geometry%positions = transpose(positions)
+    geometry%metric = plane_metric(tangents)
+    measure = [1.0_wp]
+    do d = 1, 3
+      line = line_measure(solid%axes(d), rule(d))
+      measure = [(measure*line(i), i=1, size(line))]
+    end do
+    geometry%volumes = measure*determinants(tangents)
+  end function new_point_geometry
+
+  !> Major and minor principal logarithmic strain in the sheet's plane, that is between the
+  !! tangents of xi and eta: half the logarithm of the eigenvalues of the current metric with
+  !! respect to the reference metric.
+  pure function plane_strains(geometry, control_points) result(strains)
+    type(point_geometry_t), intent(in) :: geometry
+    real(wp), intent(in) :: control_points(size(geometry%control_weights), 3)   !! current
+    real(wp), allocatable :: strains(:, :)   !! shape (2, n)
+    real(wp), allocatable :: positions(:, :), tangents(:, :, :), g(:, :)
+    real(wp) :: mean, product_of_both, root
+    integer :: i
+
+    call evaluate(geometry, control_points, positions, tangents)
+    g = plane_metric(tangents)
+    allocate (strains(2, size(g, 2)))
+    do i = 1, size(g, 2)
+      associate (r => geometry%metric(:, i), c => g(:, i))
+        mean = 0.5_wp*(c(1)*r(3) + c(3)*r(1) - 2*c(2)*r(2))/(r(1)*r(3) - r(2)**2)
+        product_of_both = (c(1)*c(3) - c(2)**2)/(r(1)*r(3) - r(2)**2)
+        root = sqrt(max(mean**2 - product_of_both, 0.0_wp))
+        strains(:, i) = 0.5_wp*log(max([mean + root, product_of_both/(mean + root)], &
+                                       tiny(1.0_wp)))
+      end associate
+    end do
+  end function plane_strains
+
+  ! Places and tangents of a configuration, by the quotient rule from homogeneous coordinates.
+  pure subroutine evaluate(geometry, control_points, positions, tangents)
+    type(point_geometry_t), intent(in) :: geometry
+    real(wp), intent(in) :: control_points(size(geometry%control_weights), 3)
+    real(wp), allocatable, intent(out) :: positions(:, :)     ! (n, 3)
+    real(wp), allocatable, intent(out) :: tangents(:, :, :)   ! (n, component, direction)
+    type(line_operator_t) :: ops(3)
+    real(wp), allocatable :: weight(:), weight_slope(:)
+    integer :: n, i, d
+
+    n = product(geometry%n)
+    allocate (positions(n, 3), tangents(n, 3, 3))
+    weight = apply_tensor(geometry%basis, geometry%control_weights)
+    do i = 1, 3
+      positions(:, i) = apply_tensor(geometry%basis, &
+                                     geometry%control_weights*control_points(:, i))/weight
+    end do
+    do d = 1, 3
+      ops = geometry%basis
+      ops(d) = geometry%slopes(d)
+      weight_slope = apply_tensor(ops, geometry%control_weights)
+      do i = 1, 3
+        tangents(:, i, d) = (apply_tensor(ops, geometry%control_weights*control_points(:, i)) &
+                             - weight_slope*positions(:, i))/weight
+      end do
+    end do
+  end subroutine evaluate
+
+  pure function plane_metric(tangents) result(metric)
+    real(wp), intent(in) :: tangents(:, :, :)
+    real(wp) :: metric(3, size(tangents, 1))
+
+    metric(1, :) = sum(tangents(:, :, 1)**2, dim=2)
+    metric(2, :) = sum(tangents(:, :, 1)*tangents(:, :, 2), dim=2)
+    metric(3, :) = sum(tangents(:, :, 2)**2, dim=2)
+  end function plane_metric
+
+  pure function determinants(t) result(values)
+    real(wp), intent(in) :: t(:, :, :)
+    real(wp) :: values(size(t, 1))
+
+    values = t(:, 1, 1)*(t(:, 2, 2)*t(:, 3, 3) - t(:, 3, 2)*t(:, 2, 3)) &
+             - t(:, 2, 1)*(t(:, 1, 2)*t(:, 3, 3) - t(:, 3, 2)*t(:, 1, 3)) &
+             + t(:, 3, 1)*(t(:, 1, 2)*t(:, 2, 3) - t(:, 2, 2)*t(:, 1, 3))
+  end function determinants
+
+  ! Quadrature weights with respect to the parametric coordinate, along the whole direction.
+  pure function line_measure(kv, rule) result(measure)
+    type(knot_vector_t), intent(in) :: kv
+    type(gauss_rule_t), intent(in) :: rule
+    real(wp) :: measure(size(rule%points)*n_spans(kv))
+    integer :: spans(n_spans(kv)), e, n
+
+    spans = span_table(kv)
+    n = size(rule%points)
+    do e = 1, size(spans)
+      measure((e - 1)*n + 1:e*n) = 0.5_wp*rule%weights*(kv%knots(spans(e) + 1) &
+                                                        - kv%knots(spans(e)))
+    end do
+  end function line_measure
+
+end module point_geometry

@@ -1,0 +1,190 @@
+!> The log of a run: plain text for people, in a file and on the terminal.
+module run_log
+  use, intrinsic :: iso_fortran_env, only: int64, output_unit
+  use, intrinsic :: iso_c_binding, only: c_int
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use timer, only: timer_t, watch_seconds
+  use provenance, only: provenance_lines, provenance_t
+  implicit none
+  private
+
+  public :: run_log_t, timings_t, open_log, close_log, log_line, log_header, log_progress
+  public :: log_timings, ns_per_element_step
+
+  !> What a run cost. The stopwatches must not overlap: they are the effects of the step.
+  type :: timings_t
+    type(timer_t) :: timer
+    integer :: n_elements = 0
+    integer :: n_threads = 1
+    integer(int64) :: n_steps = 0
+    real(wp) :: wall_seconds = 0.0_wp    !! of all steps together
+  end type timings_t
+
+  !> An open log.
+  type :: run_log_t
+    private
+    integer :: unit = -1
+    logical :: is_quiet = .false.        ! nothing on standard output
+    logical :: is_terminal = .false.     ! standard output shows one progress line, rewritten
+    logical :: has_progress_line = .false.
+  end type run_log_t
+
+  interface
+    integer(c_int) function c_isatty(descriptor) bind(C, name="isatty")
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end function c_isatty
+  end interface
+
+contains
+
+  !> Create the log file; its lines also go to standard output unless `is_quiet`.
+  subroutine open_log(log, path, is_quiet, error)
+    type(run_log_t), intent(out) :: log
+    character(*), intent(in) :: path
+    logical, intent(in) :: is_quiet
+    type(error_t), allocatable, intent(out) :: error
+    integer :: status
+    character(256) :: message
+
+    open (newunit=log%unit, file=path, action="write", status="replace", iostat=status, &
+          iomsg=message)
+    if (status /= 0) then
+      call fail(error, "log file '"//path//"': "//trim(message))
+      log%unit = -1
+    end if
+    log%is_quiet = is_quiet
+    log%is_terminal = c_isatty(1_c_int) == 1
+  end subroutine open_log
+
+  !> Close the log file.
+  subroutine close_log(log)
+    type(run_log_t), intent(inout) :: log
+
+    call end_progress_line(log)
+    if (log%unit /= -1) close (log%unit)
+    log%unit = -1
+  end subroutine close_log
+
+  !> Write a line, which may hold line feeds.
+  subroutine log_line(log, line)
+    type(run_log_t), intent(inout) :: log
+    character(*), intent(in) :: line
+
+    call end_progress_line(log)
+    if (.not. log%is_quiet) write (output_unit, "(a)") line
+    call write_to_file(log, line)
+  end subroutine log_line
+
+  !> Write what the run is: version, compiler, threads, command and deck.
+  subroutine log_header(log, source)
+    type(run_log_t), intent(inout) :: log
+    type(provenance_t), intent(in) :: source
+
+    call log_line(log, provenance_lines(source))
+  end subroutine log_header
+
+  !> Write where the run is. On a terminal the line replaces the one before.
+  subroutine log_progress(log, step, time, end_time, dt, energy_error, elapsed)
+    type(run_log_t), intent(inout) :: log
+    integer, intent(in) :: step
+    real(wp), intent(in) :: time, end_time, dt
+    real(wp), intent(in) :: energy_error
+    real(wp), intent(in) :: elapsed            !! wall clock since the first step [s]
+    character(120) :: line
+    real(wp) :: share
+
+    share = time/max(end_time, tiny(1.0_wp))
+    write (line, "(a, i10, a, es11.4, a, f5.1, a, es10.3, a, es9.2, a, a)") &
+      "step", step, "  time", time, " (", 100*share, " %)  dt", dt, "  energy error", &
+      energy_error, "  left ", duration(elapsed*(1 - share)/max(share, tiny(1.0_wp)))
+    call write_to_file(log, trim(line))
+    if (log%is_quiet) return
+    if (log%is_terminal) then
+      write (output_unit, "(a, a)", advance="no") achar(13), trim(line)//"  "
+      log%has_progress_line = .true.
+    else
+      write (output_unit, "(a)") trim(line)
+    end if
+    flush (output_unit)
+  end subroutine log_progress
+
+  !> Write the cost of the run: seconds, share and calls of each effect, then the whole.
+  subroutine log_timings(log, timings)
+    type(run_log_t), intent(inout) :: log
+    type(timings_t), intent(in) :: timings
+    real(wp) :: seconds, measured
+    character(100) :: line
+    integer :: i
+
+    call log_line(log, "effect                        seconds   share %         calls")
+    measured = 0.0_wp
+    do i = 1, size(timings%timer%watches)
+      seconds = watch_seconds(timings%timer, i)
+      measured = measured + seconds
+      write (line, "(a24, f13.3, f10.1, i14)") timings%timer%watches(i)%name//repeat(" ", 24), &
+        seconds, percent(seconds, timings%wall_seconds), timings%timer%watches(i)%n_calls
+      call log_line(log, trim(line))
+    end do
+    seconds = timings%wall_seconds - measured
+    write (line, "(a24, f13.3, f10.1)") "other"//repeat(" ", 24), seconds, &
+      percent(seconds, timings%wall_seconds)
+    call log_line(log, trim(line))
+    write (line, "(a24, f13.3, f10.1, i14)") "all steps"//repeat(" ", 24), timings%wall_seconds, &
+      100.0_wp, timings%n_steps
+    call log_line(log, trim(line))
+    write (line, "(i0, a, i0, a, i0, a, f0.1, a)") timings%n_elements, " elements, ", &
+      timings%n_steps, " steps, ", timings%n_threads, " threads: ", &
+      ns_per_element_step(timings), " ns per element and step"
+    call log_line(log, trim(line))
+  end subroutine log_timings
+
+  !> Wall clock per element and step [ns].
+  pure real(wp) function ns_per_element_step(timings) result(ns)
+    type(timings_t), intent(in) :: timings
+
+    ns = 1.0e9_wp*timings%wall_seconds/max(real(timings%n_elements, wp)*timings%n_steps, 1.0_wp)
+  end function ns_per_element_step
+
+  pure real(wp) function percent(part, whole)
+    real(wp), intent(in) :: part, whole
+
+    percent = 100*part/max(whole, tiny(1.0_wp))
+  end function percent
+
+  ! Seconds as 1h02m03s, without leading parts that are zero.
+  pure function duration(seconds) result(words)
+    real(wp), intent(in) :: seconds
+    character(:), allocatable :: words
+    integer :: s
+    character(16) :: buffer
+
+    s = nint(min(seconds, 3.5e6_wp))
+    if (s >= 3600) then
+      write (buffer, "(i0, a, i2.2, a, i2.2, a)") s/3600, "h", mod(s, 3600)/60, "m", mod(s, 60), "s"
+    else if (s >= 60) then
+      write (buffer, "(i0, a, i2.2, a)") s/60, "m", mod(s, 60), "s"
+    else
+      write (buffer, "(i0, a)") s, "s"
+    end if
+    words = trim(buffer)
+  end function duration
+
+  subroutine end_progress_line(log)
+    type(run_log_t), intent(inout) :: log
+
+    if (log%has_progress_line) write (output_unit, "(a)") ""
+    log%has_progress_line = .false.
+  end subroutine end_progress_line
+
+  subroutine write_to_file(log, line)
+    type(run_log_t), intent(in) :: log
+    character(*), intent(in) :: line
+
+    if (log%unit == -1) return
+    write (log%unit, "(a)") line
+    flush (log%unit)
+  end subroutine write_to_file
+
+end module run_log

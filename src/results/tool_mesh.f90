@@ -1,0 +1,63 @@
+!> Tool surfaces as curved VTK cells.
+!!
+!! A surface without varying weights gives one exact cell per element. A rational surface gives
+!! four by four Lagrange cells per element (a quarter circle of degree 2 is then met within 2e-5
+!! of its radius), or one exact Bezier cell.
+module tool_mesh
+  use, intrinsic :: iso_fortran_env, only: int64
+  use kinds, only: wp
+  use knot_vector, only: n_spans
+  use nurbs_surface, only: nurbs_surface_t
+  use line_operator, only: apply_tensor, basis_operator, grid_size, line_operator_t
+  use bezier_operator, only: equal_places, joined_bezier_operator
+  use vtk_cells, only: quadrilaterals_on_grid
+  implicit none
+  private
+
+  public :: surface_mesh_t, new_surface_mesh
+
+  integer, parameter :: n_rational_parts = 4   ! Lagrange cells per element and direction
+
+  !> Cells of one surface.
+  type :: surface_mesh_t
+    real(wp), allocatable :: points(:, :)               !! shape (n, 3)
+    real(wp), allocatable :: weights(:)                 !! shape (n), one for Lagrange cells
+    integer(int64), allocatable :: connectivity(:, :)   !! (nodes of a cell, cells), points from 0
+  end type surface_mesh_t
+
+contains
+
+  !> Cells of a surface.
+  pure function new_surface_mesh(surface, is_bezier) result(mesh)
+    type(nurbs_surface_t), intent(in) :: surface
+    logical, intent(in) :: is_bezier
+    type(surface_mesh_t) :: mesh
+    type(line_operator_t) :: basis(2)
+    real(wp), allocatable :: weights(:)
+    integer :: degree, n_parts, d, i
+
+    degree = maxval(surface%axes%degree)
+    n_parts = 1
+    if (.not. is_bezier .and. maxval(surface%weights) > minval(surface%weights)) then
+      n_parts = n_rational_parts
+    end if
+    do d = 1, 2
+      if (is_bezier) then
+        basis(d) = joined_bezier_operator(surface%axes(d), degree)
+      else
+        basis(d) = basis_operator(surface%axes(d), equal_places(n_parts*degree), 0, &
+                                  is_joined=.true.)
+      end if
+    end do
+    weights = apply_tensor(basis, [surface%weights])
+    allocate (mesh%points(product(grid_size(basis)), 3))
+    do i = 1, 3
+      mesh%points(:, i) = apply_tensor(basis, [surface%weights*surface%points(:, :, i)])/weights
+    end do
+    if (.not. is_bezier) weights = 1.0_wp
+    mesh%weights = weights
+    mesh%connectivity = quadrilaterals_on_grid(degree, n_parts*[n_spans(surface%axes(1)), &
+                                                                n_spans(surface%axes(2))], 0_int64)
+  end function new_surface_mesh
+
+end module tool_mesh

@@ -1,0 +1,188 @@
+!> The part of a results file that VTK and ParaView read: one unstructured grid whose points move.
+!!
+!! Layout: VTKHDF 2.6, transient, mesh written once. Every step appends its points and point data;
+!! the offsets tell the reader where each step begins. Readers from VTK 9.3 (ParaView 5.12) on show
+!! all steps, 9.2 the first one.
+module vtkhdf
+  use, intrinsic :: iso_fortran_env, only: int64
+  use kinds, only: wp
+  use hdf5_file, only: append_integers, append_reals, byte_values, create_group, create_series, &
+                       hdf5_file_t, integer_values, real_values, write_integer_attribute, &
+                       write_integers, write_reals, write_text_attribute
+  implicit none
+  private
+
+  public :: cells_t, add_cells, create_grid, create_point_data, append_points, append_point_data
+  public :: append_step, write_rational_weights
+
+  character(*), parameter :: root = "/VTKHDF"
+
+  !> Cells of all parts.
+  type :: cells_t
+    integer(int64), allocatable :: connectivity(:)   !! points of all cells, from 0
+    integer(int64), allocatable :: offsets(:)        !! where cells begin, (number of cells + 1)
+    integer(int64), allocatable :: types(:)          !! VTK's cell types
+    integer(int64), allocatable :: parts(:)          !! 0 blank, 1 ... the tools
+  end type cells_t
+
+contains
+
+  !> Add cells of one type and part.
+  pure subroutine add_cells(cells, connectivity, cell_type, part)
+    type(cells_t), intent(inout) :: cells
+    integer(int64), intent(in) :: connectivity(:, :)   !! (points of a cell, cells), from 0
+    integer, intent(in) :: cell_type, part
+    integer(int64) :: i, n_nodes, last
+
+    if (.not. allocated(cells%offsets)) then
+      allocate (cells%connectivity(0), cells%types(0), cells%parts(0))
+      cells%offsets = [0_int64]
+    end if
+    n_nodes = size(connectivity, 1)
+    last = cells%offsets(size(cells%offsets))
+    cells%connectivity = [cells%connectivity, [connectivity]]
+    cells%offsets = [cells%offsets, (last + i*n_nodes, i=1, size(connectivity, 2, kind=int64))]
+    cells%types = [cells%types, (int(cell_type, int64), i=1, size(connectivity, 2))]
+    cells%parts = [cells%parts, (int(part, int64), i=1, size(connectivity, 2))]
+  end subroutine add_cells
+
+  !> Create the grid with its cells, without steps.
+  subroutine create_grid(file, cells, n_points, length_unit, time_unit)
+    type(hdf5_file_t), intent(inout) :: file
+    type(cells_t), intent(in) :: cells
+    integer, intent(in) :: n_points
+    character(*), intent(in) :: length_unit, time_unit
+    integer :: n_cells, n_nodes
+
+    n_cells = size(cells%types)
+    n_nodes = size(cells%connectivity)
+    call create_group(file, root)
+    call write_integer_attribute(file, root, "Version", [2, 6])
+    call write_text_attribute(file, root, "Type", "UnstructuredGrid")
+    call write_integers(file, root//"/NumberOfPoints", [int(n_points, int64)], [1], &
+                        "points of the grid", integer_values)
+    call write_integers(file, root//"/NumberOfCells", [int(n_cells, int64)], [1], &
+                        "cells of the grid", integer_values)
+    call write_integers(file, root//"/NumberOfConnectivityIds", [int(n_nodes, int64)], [1], &
+                        "length of Connectivity", integer_values)
+    call write_integers(file, root//"/Connectivity", cells%connectivity, [n_nodes], &
+                        "points of all cells in VTK's order of nodes", integer_values)
+    call write_integers(file, root//"/Offsets", cells%offsets, [n_cells + 1], &
+                        "where each cell begins in Connectivity", integer_values)
+    call write_integers(file, root//"/Types", cells%types, [n_cells], "VTK's cell types", &
+                        byte_values)
+    call write_integers(file, root//"/CellData/part", cells%parts, [n_cells], &
+                        "0 the blank, 1 ... the tools in the deck's order", integer_values)
+    call create_series(file, root//"/Points", real_values, [3], n_points, length_unit, &
+                       "points of the cells, step after step")
+    call create_steps(file, time_unit)
+  end subroutine create_grid
+
+  subroutine create_steps(file, time_unit)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: time_unit
+    character(*), parameter :: steps = root//"/Steps"
+    integer, parameter :: n_chunk = 64
+
+    call create_group(file, root//"/PointData")
+    call create_group(file, steps)
+    call create_group(file, steps//"/PointDataOffsets")
+    call write_integer_attribute(file, steps, "NSteps", [0])
+    call create_series(file, steps//"/Values", real_values, [integer ::], n_chunk, time_unit, &
+                       "time of each step")
+    call create_series(file, steps//"/NumberOfParts", integer_values, [integer ::], n_chunk, "1", &
+                       "always 1")
+    call create_series(file, steps//"/PartOffsets", integer_values, [integer ::], n_chunk, "1", &
+                       "always 0: the mesh is written once")
+    call create_series(file, steps//"/PointOffsets", integer_values, [integer ::], n_chunk, "1", &
+                       "first row of each step in Points")
+    call create_series(file, steps//"/CellOffsets", integer_values, [1], n_chunk, "1", "always 0")
+    call create_series(file, steps//"/ConnectivityIdOffsets", integer_values, [1], n_chunk, "1", &
+                       "always 0")
+    call create_series(file, steps//"/CellDataOffsets/part", integer_values, [integer ::], &
+                       n_chunk, "1", "always 0")
+  end subroutine create_steps
+
+  !> Create a field on points, a scalar or a vector.
+  subroutine create_point_data(file, name, n_components, n_points, unit, description)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name
+    integer, intent(in) :: n_components   !! 1 or more
+    integer, intent(in) :: n_points
+    character(*), intent(in) :: unit, description
+
+    call create_series(file, root//"/PointData/"//name, real_values, row_shape(n_components), &
+                       n_points, unit, description)
+    call create_series(file, root//"/Steps/PointDataOffsets/"//name, integer_values, &
+                       [integer ::], 64, "1", "first row of each step in "//name)
+  end subroutine create_point_data
+
+  !> Weights of Bezier cells, the same in all steps; for readers that know them (VTK 9.7).
+  subroutine write_rational_weights(file, weights)
+    type(hdf5_file_t), intent(inout) :: file
+    real(wp), intent(in) :: weights(:)
+    character(*), parameter :: name = root//"/PointData/RationalWeights"
+
+    call write_reals(file, name, weights, shape(weights), "1", "weights of the Bezier points")
+    call write_text_attribute(file, name, "Attribute", "RationalWeights")
+    call create_series(file, root//"/Steps/PointDataOffsets/RationalWeights", integer_values, &
+                       [integer ::], 64, "1", "always 0")
+  end subroutine write_rational_weights
+
+  !> Append the points of a step.
+  subroutine append_points(file, points)
+    type(hdf5_file_t), intent(inout) :: file
+    real(wp), intent(in) :: points(:, :)   !! shape (n, 3)
+
+    call append_reals(file, root//"/Points", transpose(points), [3], size(points, 1))
+  end subroutine append_points
+
+  !> Append a field of a step.
+  subroutine append_point_data(file, name, values, i_step)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name
+    real(wp), intent(in) :: values(:, :)   !! shape (n, components)
+    integer, intent(in) :: i_step          !! steps before this one
+
+    call append_reals(file, root//"/PointData/"//name, transpose(values), &
+                      row_shape(size(values, 2)), size(values, 1))
+    call append_integers(file, root//"/Steps/PointDataOffsets/"//name, &
+                         [i_step*size(values, 1, kind=int64)], [integer ::], 1)
+  end subroutine append_point_data
+
+  !> Complete a step whose points and fields are appended; only now readers see it.
+  subroutine append_step(file, time, n_points, i_step, has_weights)
+    type(hdf5_file_t), intent(inout) :: file
+    real(wp), intent(in) :: time
+    integer, intent(in) :: n_points
+    integer, intent(in) :: i_step          !! steps before this one
+    logical, intent(in) :: has_weights     !! `write_rational_weights` was called
+    character(*), parameter :: steps = root//"/Steps"
+    integer(int64), parameter :: zero(1) = 0_int64
+
+    call append_reals(file, steps//"/Values", [time], [integer ::], 1)
+    call append_integers(file, steps//"/NumberOfParts", [1_int64], [integer ::], 1)
+    call append_integers(file, steps//"/PartOffsets", zero, [integer ::], 1)
+    call append_integers(file, steps//"/PointOffsets", [int(i_step, int64)*n_points], &
+                         [integer ::], 1)
+    call append_integers(file, steps//"/CellOffsets", zero, [1], 1)
+    call append_integers(file, steps//"/ConnectivityIdOffsets", zero, [1], 1)
+    call append_integers(file, steps//"/CellDataOffsets/part", zero, [integer ::], 1)
+    if (has_weights) then
+      call append_integers(file, steps//"/PointDataOffsets/RationalWeights", zero, [integer ::], 1)
+    end if
+    call write_integer_attribute(file, steps, "NSteps", [i_step + 1])
+  end subroutine append_step
+
+  pure function row_shape(n_components) result(shape)
+    integer, intent(in) :: n_components
+    integer, allocatable :: shape(:)
+
+    if (n_components == 1) then
+      allocate (shape(0))
+    else
+      shape = [n_components]
+    end if
+  end function row_shape
+
+end module vtkhdf
