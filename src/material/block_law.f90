@@ -7,6 +7,7 @@ module block_law
   !> A law bound to its constants. A row holds `n` points, each lane-wise beside the other.
   type, abstract, public :: block_law_t
     integer :: n_state = 0        !! state variables per point
+    integer :: eqps_state = 0     !! which of them is the equivalent plastic strain, 0: none
     real(wp) :: density = 0.0_wp  !! [mass/length^3]
     real(wp) :: bulk = 0.0_wp     !! elastic bulk modulus [stress]
     real(wp) :: shear = 0.0_wp    !! elastic shear modulus [stress]

@@ -28,6 +28,7 @@ contains
     type(voce_t) :: law
 
     law%n_state = 1
+    law%eqps_state = 1
     law%density = density
     law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
     law%shear = young/(2.0_wp*(1.0_wp + poisson))

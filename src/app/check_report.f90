@@ -1,0 +1,93 @@
+!> What `igaform --check` tells of a model without running it.
+module check_report
+  use kinds, only: wp
+  use text, only: to_text
+  use timer, only: clock_ticks, ticks_to_seconds
+  use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use internal_force, only: internal_forces
+  use tile_forces, only: kernel_name
+  use model, only: model_t
+  use step_control, only: step_control_t, new_step_control, next_step
+  implicit none
+  private
+
+  public :: print_check
+
+contains
+
+  !> Counts, mass, stable step, number of steps and the time they should take, to standard output.
+  subroutine print_check(model)
+    type(model_t), intent(in) :: model
+    type(step_control_t) :: control
+    real(wp) :: n_steps, seconds
+    integer :: i
+
+    control = new_step_control(model%step, model%output, model%stable_step, model%rate)
+    n_steps = model%step%end_time/next_step(control, 0.0_wp, model%rate)
+    seconds = n_steps*force_seconds(model)
+    associate (blank => model%bodies%blank, patch => model%bodies%blank%patch)
+      print "(a)", "blank            "//blank%name
+      print "(a)", "elements         "//to_text(product(patch%axes%n_elements))//" ("// &
+        triple(patch%axes%n_elements)//")"
+      print "(a)", "degrees          "//triple(patch%axes%degree)
+      print "(a)", "control points   "//to_text(product(patch%n_control))
+      print "(a)", "points           "//to_text(product(patch%axes%n_points))//" an element ("// &
+        triple(patch%axes%n_points)//"), kernel "//kernel_name(patch%kernel)
+      print "(a)", "mass             "//short(sum(blank%mass))
+    end associate
+    print "(a)", "tools            "//to_text(size(model%bodies%tools))
+    do i = 1, size(model%forces)
+      print "(a)", "effect           "//model%forces(i)%item%name
+    end do
+    do i = 1, size(model%supports)
+      print "(a)", "effect           "//model%supports(i)%item%name
+    end do
+    print "(a)", "stable step      "//short(model%stable_step)
+    print "(a)", "steps            about "//to_text(nint(n_steps))
+    print "(a)", "run time         about "//short(seconds)//" s for the blank, up to half more "// &
+      "for the rest"
+  end subroutine print_check
+
+  !> Seconds of one force evaluation of the blank here and now.
+  real(wp) function force_seconds(model) result(seconds)
+    type(model_t), intent(in) :: model
+    integer, parameter :: n_repeats = 5
+    type(ig_patch_t) :: patch
+    type(tile_buffer_t), allocatable :: buffers(:)
+    type(force_report_t) :: report
+    real(wp), allocatable :: force(:, :, :, :)
+    integer :: i
+
+    associate (blank => model%bodies%blank)
+      patch = blank%patch
+      buffers = blank%buffers
+      allocate (force, mold=blank%motion%x)
+      seconds = huge(seconds)
+      do i = 1, n_repeats
+        associate (start => clock_ticks())
+          call internal_forces(patch, buffers, blank%law, model%stable_step, blank%motion%x, &
+                               blank%motion%v, force, report)
+          seconds = min(seconds, ticks_to_seconds(clock_ticks() - start))
+        end associate
+      end do
+    end associate
+  end function force_seconds
+
+  function triple(n) result(text)
+    integer, intent(in) :: n(3)
+    character(:), allocatable :: text
+
+    text = to_text(n(1))//" x "//to_text(n(2))//" x "//to_text(n(3))
+  end function triple
+
+  !> A number to four digits.
+  function short(value) result(text)
+    real(wp), intent(in) :: value
+    character(:), allocatable :: text
+    character(12) :: buffer
+
+    write (buffer, "(es12.3e2)") value
+    text = trim(adjustl(buffer))
+  end function short
+
+end module check_report

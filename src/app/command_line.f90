@@ -1,0 +1,123 @@
+!> The command line of igaform, taken apart and checked.
+module command_line
+  use text, only: string_t, nearest_name, read_integer, to_text
+  implicit none
+  private
+
+  public :: command_t, read_command_line, usage_text
+
+  !> What the user asked for.
+  type :: command_t
+    character(:), allocatable :: deck      !! path, empty where none is needed
+    character(:), allocatable :: output    !! path of the result file, empty: from the deck's name
+    integer :: n_threads = 0               !! 0: as many as OpenMP gives
+    type(string_t), allocatable :: overrides(:)   !! name=value of --set
+    logical :: is_check = .false., is_quiet = .false.
+    logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
+    character(:), allocatable :: fault     !! why the command cannot be carried out; else empty
+  end type command_t
+
+contains
+
+  !> Read the arguments of the program.
+  subroutine read_command_line(command)
+    type(command_t), intent(out) :: command
+    integer :: i
+
+    command%deck = ""
+    command%output = ""
+    command%fault = ""
+    allocate (command%overrides(0))
+    i = 0
+    do while (i < command_argument_count() .and. command%fault == "")
+      i = i + 1
+      call take_argument(command, i)
+    end do
+    if (command%fault == "" .and. command%deck == "" .and. .not. (command%wants_help &
+        .or. command%wants_version .or. command%wants_keywords)) then
+      command%fault = "no deck given"
+    end if
+  end subroutine read_command_line
+
+  !> The text of --help.
+  function usage_text() result(text)
+    character(:), allocatable :: text
+    character(1), parameter :: feed = new_line("a")
+
+    text = "usage: igaform DECK [options]"//feed &
+           //"  --out FILE.h5      result file (default: name of the deck, here)"//feed &
+           //"  --threads N        OpenMP threads"//feed &
+           //"  --set NAME=VALUE   replace the value of a *PARAMETER of the deck"//feed &
+           //"  --check            read, report counts, mass, step and cost; do not run"//feed &
+           //"  --quiet            errors and warnings only"//feed &
+           //"  --keywords         print the reference of all keywords"//feed &
+           //"  --version, --help"//feed &
+           //"exit codes: 0 done, 1 the input is at fault, 2 the run failed"
+  end function usage_text
+
+  !> Argument number i; takes its value too where it has one.
+  subroutine take_argument(command, i)
+    type(command_t), intent(inout) :: command
+    integer, intent(inout) :: i
+    character(:), allocatable :: word, value
+    logical :: is_number
+
+    word = argument(i)
+    select case (word)
+    case ("--check")
+      command%is_check = .true.
+    case ("--quiet")
+      command%is_quiet = .true.
+    case ("--help", "-h")
+      command%wants_help = .true.
+    case ("--version")
+      command%wants_version = .true.
+    case ("--keywords")
+      command%wants_keywords = .true.
+    case ("--out", "--threads", "--set")
+      if (i == command_argument_count()) then
+        command%fault = "option "//word//" needs a value"
+        return
+      end if
+      i = i + 1
+      value = argument(i)
+      if (word == "--out") command%output = value
+      if (word == "--set") command%overrides = [command%overrides, string_t(value)]
+      if (word == "--threads") then
+        call read_integer(value, command%n_threads, is_number)
+        if (.not. is_number .or. command%n_threads < 1) then
+          command%fault = "option --threads needs a whole number of at least 1, not '"//value//"'"
+        end if
+      end if
+    case default
+      if (index(word, "-") == 1) then
+        command%fault = "unknown option '"//word//"'; nearest is "//nearest_option(word)
+      else if (command%deck /= "") then
+        command%fault = "one deck at a time: '"//command%deck//"' and '"//word//"' given"
+      else
+        command%deck = word
+      end if
+    end select
+  end subroutine take_argument
+
+  function nearest_option(word) result(nearest)
+    character(*), intent(in) :: word
+    character(:), allocatable :: nearest
+
+    nearest = nearest_name(word, [string_t("--out"), string_t("--threads"), string_t("--set"), &
+                                  string_t("--check"), string_t("--quiet"), &
+                                  string_t("--keywords"), string_t("--version"), &
+                                  string_t("--help")])
+  end function nearest_option
+
+  function argument(i) result(word)
+    integer, intent(in) :: i
+    character(:), allocatable :: word
+    integer :: length
+
+    call get_command_argument(i, length=length)
+    allocate (character(length) :: word)
+    call get_command_argument(i, value=word)
+  end function argument
+
+end module command_line

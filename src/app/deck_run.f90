@@ -1,0 +1,223 @@
+!> One deck from reading to closing the result file.
+module deck_run
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use omp_lib, only: omp_get_max_threads, omp_set_num_threads, omp_set_dynamic
+  use kinds, only: wp
+  use errors, only: error_t
+  use faults, only: fault_list_t, n_errors
+  use timer, only: clock_ticks, ticks_to_seconds
+  use text, only: to_text
+  use build_info, only: version, git_commit, build_flags
+  use command_line, only: command_t
+  use gauss_rule, only: gauss_rule_t
+  use scene, only: scene_t
+  use deck_reader, only: read_deck
+  use fault_report, only: report_faults
+  use model, only: model_t
+  use model_setup, only: build_model
+  use provenance, only: provenance_t
+  use frames, only: results_t, results_setup_t, open_results, close_results
+  use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
+  use forming_run, only: run_t, new_run, run_model
+  use check_report, only: print_check
+  implicit none
+  private
+
+  public :: run_deck
+
+  integer, parameter, public :: exit_done = 0, exit_input = 1, exit_numerics = 2
+
+contains
+
+  !> Carry out the command; the exit code tells how it went. Nothing is written before the deck
+  !! and the model are accepted.
+  integer function run_deck(command) result(code)
+    type(command_t), intent(in) :: command
+    type(scene_t) :: scene
+    type(model_t) :: model
+    type(fault_list_t) :: faults
+
+    ! The number of threads must not change under way: OpenMP may otherwise adapt it.
+    call omp_set_dynamic(.false.)
+    if (command%n_threads > 0) call omp_set_num_threads(command%n_threads)
+    call read_deck(command%deck, command%overrides, scene, faults)
+    if (n_errors(faults) == 0) call build_model(scene, model, faults)
+    call report_faults(faults, error_unit)
+    if (n_errors(faults) > 0) then
+      code = exit_input
+    else if (command%is_check) then
+      call print_check(model)
+      code = exit_done
+    else
+      code = run_accepted(command, scene, model)
+    end if
+  end function run_deck
+
+  !> Run an accepted model.
+  integer function run_accepted(command, scene, model) result(code)
+    type(command_t), intent(in) :: command
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(inout) :: model
+    type(results_setup_t) :: setup
+    type(results_t) :: results
+    type(run_log_t) :: log
+    type(run_t) :: run
+    type(error_t), allocatable :: error
+
+    call fill_setup(command, scene, model, setup)
+    call new_run(model, run)
+    call open_results(results, setup, error)
+    if (allocated(error)) then
+      write (error_unit, "(a)") "igaform: "//error%message
+      code = exit_input
+      return
+    end if
+    call open_log(log, base_of(setup%path)//".log", command%is_quiet, error)
+    call log_header(log, setup%provenance)
+    call log_model(log, model)
+    call run_model(model, run, results, log, error)
+    code = merge(exit_numerics, exit_done, allocated(error))
+    if (allocated(error)) call say_error(log, error%message)
+    call finish(model, run, results, log, code)
+    call close_log(log)
+  end function run_accepted
+
+  !> Close the file with its timings and end the log.
+  subroutine finish(model, run, results, log, code)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    type(results_t), intent(inout) :: results
+    type(run_log_t), intent(inout) :: log
+    integer, intent(inout) :: code
+    type(timings_t) :: timings
+    type(error_t), allocatable :: error
+
+    timings%timer = model%timer
+    timings%n_elements = product(model%bodies%blank%patch%axes%n_elements)
+    timings%n_threads = omp_get_max_threads()
+    timings%n_steps = run%n_steps
+    timings%wall_seconds = ticks_to_seconds(clock_ticks() - run%started)
+    call close_results(results, trim(merge("completed", "failed   ", code == exit_done)), timings, &
+                       error)
+    if (allocated(error)) then
+      call say_error(log, error%message)
+      code = exit_numerics
+    end if
+    call log_balance(log, run)
+    call log_timings(log, timings)
+  end subroutine finish
+
+  !> Bodies and active effects.
+  subroutine log_model(log, model)
+    type(run_log_t), intent(inout) :: log
+    type(model_t), intent(in) :: model
+    integer :: i
+
+    associate (blank => model%bodies%blank)
+      call log_line(log, "blank      "//blank%name//", "//to_text(product( &
+                    blank%patch%axes%n_elements))//" elements, "//to_text( &
+                    product(blank%patch%n_control))//" control points, mass "// &
+                    short(sum(blank%mass)))
+      if (blank%patch%viscosity%is_active) call log_line(log, "effect     bulk viscosity")
+    end associate
+    do i = 1, size(model%forces)
+      call log_line(log, "effect     "//model%forces(i)%item%name)
+    end do
+    do i = 1, size(model%supports)
+      call log_line(log, "effect     "//model%supports(i)%item%name)
+    end do
+  end subroutine log_model
+
+  !> How well energy, mass and momentum were kept, with a warning where inertia governs.
+  subroutine log_balance(log, run)
+    type(run_log_t), intent(inout) :: log
+    type(run_t), intent(in) :: run
+    real(wp), parameter :: small = 0.1_wp
+
+    call log_line(log, "energy     largest balance error "//percent(run%largest_error))
+    call log_line(log, "momentum   balance error "//percent(run%balance%momentum_error))
+    call log_line(log, "contact    deepest penetration "//short(run%largest_penetration))
+    if (run%balance%kinetic > small*run%balance%internal) then
+      call log_line(log, "warning: kinetic energy is "//percent(run%balance%kinetic &
+                    /max(run%balance%internal, tiny(1.0_wp)))//" of the internal energy: this "// &
+                    "is an impact; a forming process should stay below 10 %")
+    end if
+  end subroutine log_balance
+
+  subroutine say_error(log, message)
+    type(run_log_t), intent(inout) :: log
+    character(*), intent(in) :: message
+
+    write (error_unit, "(a)") "igaform: error: "//message
+    call log_line(log, "error: "//message)
+  end subroutine say_error
+
+  !> What the result file needs to know of the model and of this program.
+  subroutine fill_setup(command, scene, model, setup)
+    type(command_t), intent(in) :: command
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(results_setup_t), intent(out) :: setup
+    integer :: axis, i
+    character(4096) :: line
+
+    setup%path = command%output
+    if (setup%path == "") setup%path = base_of(file_name(command%deck))//".h5"
+    setup%solid = model%bodies%blank%solid
+    do axis = 1, 3
+      associate (table => model%bodies%blank%patch%axes(axis))
+        setup%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, table%weights)
+      end associate
+    end do
+    allocate (setup%tools(size(scene%tools)), setup%probes(size(scene%probes)))
+    do i = 1, size(scene%tools)
+      setup%tools(i)%name = scene%tools(i)%name
+      setup%tools(i)%surfaces = scene%tools(i)%surfaces
+    end do
+    do i = 1, size(scene%probes)
+      setup%probes(i)%value = scene%probes(i)%name
+    end do
+    setup%n_state = model%bodies%blank%law%n_state
+    setup%is_bezier = scene%output%is_bezier
+    call get_command(line)
+    setup%provenance = provenance_t(version, git_commit, build_flags, trim(line), scene%file, &
+                                    scene%text, scene%heading, scene%units, omp_get_max_threads())
+  end subroutine fill_setup
+
+  !> The path without its last ending.
+  function base_of(path) result(base)
+    character(*), intent(in) :: path
+    character(:), allocatable :: base
+    integer :: dot
+
+    dot = index(path, ".", back=.true.)
+    base = path
+    if (dot > index(path, "/", back=.true.) + 1) base = path(:dot - 1)
+  end function base_of
+
+  function file_name(path) result(name)
+    character(*), intent(in) :: path
+    character(:), allocatable :: name
+
+    name = path(index(path, "/", back=.true.) + 1:)
+  end function file_name
+
+  function percent(share) result(text)
+    real(wp), intent(in) :: share
+    character(:), allocatable :: text
+    character(16) :: buffer
+
+    write (buffer, "(f10.3)") 100.0_wp*share
+    text = trim(adjustl(buffer))//" %"
+  end function percent
+
+  function short(value) result(text)
+    real(wp), intent(in) :: value
+    character(:), allocatable :: text
+    character(12) :: buffer
+
+    write (buffer, "(es12.3e2)") value
+    text = trim(adjustl(buffer))
+  end function short
+
+end module deck_run

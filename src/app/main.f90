@@ -1,0 +1,39 @@
+!> igaform: explicit isogeometric analysis of sheet-metal forming, from a keyword deck.
+program main
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use command_line, only: command_t, read_command_line, usage_text
+  use build_info, only: version, git_commit
+  use keyword_manual, only: keyword_manual_text
+  use deck_run, only: run_deck, exit_input
+  implicit none
+
+  interface
+    subroutine c_exit(code) bind(C, name="exit")
+      import :: c_int
+      integer(c_int), value :: code
+    end subroutine c_exit
+  end interface
+
+  type(command_t) :: command
+  integer :: code
+
+  call read_command_line(command)
+  code = 0
+  if (command%fault /= "") then
+    write (error_unit, "(a)") "igaform: "//command%fault
+    write (error_unit, "(a)") usage_text()
+    code = exit_input
+  else if (command%wants_help) then
+    print "(a)", usage_text()
+  else if (command%wants_version) then
+    print "(a)", "igaform "//version//" ("//git_commit//")"
+  else if (command%wants_keywords) then
+    write (output_unit, "(a)", advance="no") keyword_manual_text()
+  else
+    code = run_deck(command)
+  end if
+  flush (output_unit)
+  ! STOP would print its code; the C library's exit does not.
+  call c_exit(int(code, c_int))
+end program main

@@ -1,0 +1,138 @@
+!> Balance of energy and of linear momentum over a run.
+!!
+!! The internal energy is summed from the stress power at the points, not from control-point
+!! forces: those would balance by construction and hide an instability. Kinetic energy at a time
+!! step uses the velocities half a step before and after it, which matches the trapezoidal work of
+!! the forces exactly (T. Belytschko et al., Nonlinear Finite Elements, 2nd ed., sec. 6.2.3).
+module energy_balance
+  use kinds, only: wp
+  use block_law, only: block_law_t
+  use ig_patch, only: force_report_t
+  use effect, only: effect_slot_t, tally_t
+  use blank, only: blank_t
+  implicit none
+  private
+
+  public :: energy_balance_t, start_balance, add_step, add_impulse, take_balance, elastic_energy
+
+  !> Running sums and the last balance.
+  type :: energy_balance_t
+    real(wp) :: internal = 0.0_wp, viscous = 0.0_wp      !! since the start
+    real(wp) :: impulse(3) = 0.0_wp                      !! of all forces from outside
+    real(wp) :: kinetic_at_start = 0.0_wp, momentum_at_start(3) = 0.0_wp
+    real(wp) :: kinetic = 0.0_wp, momentum(3) = 0.0_wp   !! at the last balance
+    real(wp) :: error = 0.0_wp          !! energy: relative, see `take_balance`
+    real(wp) :: momentum_error = 0.0_wp !! momentum gained but not given, relative
+    type(tally_t) :: tally
+  end type energy_balance_t
+
+contains
+
+  !> Energy and momentum of the initial velocities.
+  pure subroutine start_balance(balance, blank)
+    type(energy_balance_t), intent(out) :: balance
+    type(blank_t), intent(in) :: blank
+
+    associate (v => blank%motion%v)
+      balance%kinetic_at_start = kinetic_energy(blank%mass, v, v)
+      balance%momentum_at_start = momentum_of(blank%mass, v)
+    end associate
+  end subroutine start_balance
+
+  !> Add what the force evaluation of a step reported.
+  pure subroutine add_step(balance, report)
+    type(energy_balance_t), intent(inout) :: balance
+    type(force_report_t), intent(in) :: report
+
+    balance%internal = balance%internal + report%internal_work
+    balance%viscous = balance%viscous + report%viscous_work
+  end subroutine add_step
+
+  !> Add the impulse that effects give over one velocity update.
+  subroutine add_impulse(balance, effects, dt_mean)
+    type(energy_balance_t), intent(inout) :: balance
+    type(effect_slot_t), intent(in) :: effects(:)
+    real(wp), intent(in) :: dt_mean
+    integer :: i
+
+    do i = 1, size(effects)
+      balance%impulse = balance%impulse + dt_mean*effects(i)%item%force
+    end do
+  end subroutine add_impulse
+
+  !> Balance now. `v_before` and the blank's velocities lie half a step to either side. The energy
+  !! error is kinetic + internal + viscous + contact less external work and initial energy, over
+  !! the largest of initial energy, |external work| and kinetic + internal energy.
+  subroutine take_balance(balance, blank, v_before, forces, supports)
+    type(energy_balance_t), intent(inout) :: balance
+    type(blank_t), intent(in) :: blank
+    real(wp), intent(in) :: v_before(:, :, :, :)
+    type(effect_slot_t), intent(in) :: forces(:), supports(:)
+    real(wp) :: scaling, lost(3)
+    integer :: i, c
+
+    balance%tally = tally_t()
+    do i = 1, size(forces)
+      call forces(i)%item%tally(balance%tally)
+    end do
+    do i = 1, size(supports)
+      call supports(i)%item%tally(balance%tally)
+    end do
+    associate (v => blank%motion%v, work => balance%tally%external_work)
+      balance%kinetic = kinetic_energy(blank%mass, v_before, v)
+      scaling = max(balance%kinetic_at_start, abs(work), balance%kinetic + balance%internal, &
+                    tiny(1.0_wp))
+      balance%error = (balance%kinetic + balance%internal + balance%viscous &
+                       + balance%tally%contact_energy - work - balance%kinetic_at_start)/scaling
+      balance%momentum = momentum_of(blank%mass, v)
+      lost = balance%momentum - balance%momentum_at_start - balance%impulse
+      scaling = tiny(1.0_wp)
+      do c = 1, 3
+        scaling = scaling + sum(blank%mass*abs(v(:, :, :, c)))
+      end do
+      balance%momentum_error = norm2(lost)/max(scaling, norm2(balance%impulse))
+    end associate
+  end subroutine take_balance
+
+  pure real(wp) function kinetic_energy(mass, v1, v2) result(energy)
+    real(wp), intent(in) :: mass(:, :, :), v1(:, :, :, :), v2(:, :, :, :)
+    integer :: c
+
+    energy = 0.0_wp
+    do c = 1, 3
+      energy = energy + 0.5_wp*sum(mass*v1(:, :, :, c)*v2(:, :, :, c))
+    end do
+  end function kinetic_energy
+
+  pure function momentum_of(mass, v) result(momentum)
+    real(wp), intent(in) :: mass(:, :, :), v(:, :, :, :)
+    real(wp) :: momentum(3)
+    integer :: c
+
+    do c = 1, 3
+      momentum(c) = sum(mass*v(:, :, :, c))
+    end do
+  end function momentum_of
+
+  !> Elastic energy stored at the points, sum of s:C^-1:s/2 times their volume; what internal
+  !! energy exceeds it by is plastic work. `volumes` has the layout of the stress.
+  pure real(wp) function elastic_energy(law, n, m, stress, volumes) result(energy)
+    class(block_law_t), intent(in) :: law
+    integer, intent(in) :: n, m                      !! points of a row, rows
+    real(wp), intent(in) :: stress(n, 6, m), volumes(n, m)
+    real(wp) :: mean, shear_part
+    integer :: l, row
+
+    energy = 0.0_wp
+    do row = 1, m
+      do l = 1, n
+        associate (s => stress(l, :, row))
+          mean = (s(1) + s(2) + s(3))/3.0_wp
+          shear_part = 0.5_wp*sum((s(1:3) - mean)**2) + sum(s(4:6)**2)
+          energy = energy + volumes(l, row)*0.5_wp*(mean**2/law%bulk + shear_part/law%shear)
+        end associate
+      end do
+    end do
+  end function elastic_energy
+
+end module energy_balance

@@ -1,0 +1,259 @@
+!> The run: one explicit step after the other, with what is due in between.
+module forming_run
+  use, intrinsic :: iso_fortran_env, only: int64
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use timer, only: add_watch, start_watch, stop_watch, clock_ticks, ticks_to_seconds
+  use internal_force, only: internal_forces
+  use point_volumes, only: new_point_volumes
+  use rigid_motion, only: move_tool
+  use effect, only: effect_slot_t, instant_t
+  use model, only: model_t
+  use frames, only: results_t, frame_t, write_frame, record_history
+  use history, only: history_row_t
+  use run_log, only: run_log_t, log_line, log_progress
+  use step_control, only: step_control_t, new_step_control, next_step, is_due, count_output
+  use central_difference, only: advance_velocities, advance_positions
+  use energy_balance, only: energy_balance_t, start_balance, add_step, add_impulse, &
+                            take_balance, elastic_energy
+  use snapshot, only: new_frame, fill_frame, new_history_row, fill_history_row
+  use health, only: check_health
+  implicit none
+  private
+
+  public :: run_t, new_run, run_model
+
+  !> Everything that changes during a run beside the bodies themselves.
+  type :: run_t
+    type(step_control_t) :: control
+    type(energy_balance_t) :: balance
+    type(instant_t) :: instant
+    integer(int64) :: n_steps = 0
+    integer(int64) :: started = 0            !! clock at the start
+    real(wp) :: largest_error = 0.0_wp       !! of the energy balance over the run
+    real(wp) :: largest_penetration = 0.0_wp
+    integer :: watch_motion = 0, watch_blank = 0, watch_output = 0
+    real(wp), allocatable :: v_before(:, :, :, :)     !! kept for steps that take a balance
+    real(wp), allocatable :: volumes(:, :, :, :)      !! of the points at the start
+    type(frame_t) :: frame
+    type(history_row_t) :: row
+  end type run_t
+
+contains
+
+  !> Prepare a run of the model.
+  subroutine new_run(model, run)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(out) :: run
+    integer :: i
+
+    run%control = new_step_control(model%step, model%output, model%stable_step, model%rate)
+    call add_watch(model%timer, "blank", run%watch_blank)
+    do i = 1, size(model%forces)
+      call add_watch(model%timer, model%forces(i)%item%name, model%forces(i)%item%watch)
+    end do
+    do i = 1, size(model%supports)
+      call add_watch(model%timer, model%supports(i)%item%name, model%supports(i)%item%watch)
+    end do
+    call add_watch(model%timer, "motion", run%watch_motion)
+    call add_watch(model%timer, "output", run%watch_output)
+    call start_balance(run%balance, model%bodies%blank)
+    run%volumes = new_point_volumes(model%bodies%blank%patch, model%bodies%blank%solid)
+    allocate (run%v_before, source=model%bodies%blank%motion%v)
+    call new_frame(model, run%frame)
+    call new_history_row(model, run%row)
+  end subroutine new_run
+
+  !> Run to the end time. On failure `error` tells what happened, where and when, and the state
+  !! reached is written as a frame marked failed.
+  subroutine run_model(model, run, results, log, error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(results_t), intent(inout) :: results
+    type(run_log_t), intent(inout) :: log
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_end
+    real(wp) :: dt, rate
+
+    run%started = clock_ticks()
+    dt = 0.0_wp
+    rate = model%rate
+    call apply_forces(model, run)
+    do
+      is_end = run%instant%time >= model%step%end_time*(1.0_wp - 1.0e-12_wp)
+      call advance_step_size(run, rate, is_end, dt)
+      call update_velocities(model, run)
+      call output_if_due(model, run, results, log, is_end, error)
+      if (allocated(error) .or. is_end) exit
+      call update_positions(model, run)
+      call update_stress(model, run, rate, error)
+      if (allocated(error)) exit
+      call apply_forces(model, run)
+    end do
+    if (allocated(error)) call save_failed(model, run, results)
+  end subroutine run_model
+
+  !> Size of the coming step and the mean that its velocities span; the last one repeats.
+  subroutine advance_step_size(run, rate, is_end, dt)
+    type(run_t), intent(inout) :: run
+    real(wp), intent(in) :: rate
+    logical, intent(in) :: is_end
+    real(wp), intent(inout) :: dt
+    real(wp) :: before
+
+    before = dt
+    if (.not. is_end) dt = next_step(run%control, run%instant%time, rate)
+    run%instant%dt = dt
+    run%instant%dt_mean = 0.5_wp*(before + dt)
+  end subroutine advance_step_size
+
+  !> Half-step velocities, then the components that supports own.
+  subroutine update_velocities(model, run)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    integer :: i
+
+    call start_watch(model%timer, run%watch_motion)
+    associate (blank => model%bodies%blank)
+      if (is_due(run%control, run%control%history, run%instant%time)) &
+        run%v_before = blank%motion%v
+      call advance_velocities(size(blank%mass), run%instant%dt_mean, blank%mass, &
+                              blank%motion%external_force, blank%motion%internal_force, &
+                              blank%motion%v)
+    end associate
+    call add_impulse(run%balance, model%forces, run%instant%dt_mean)
+    call stop_watch(model%timer, run%watch_motion)
+    do i = 1, size(model%supports)
+      associate (item => model%supports(i)%item)
+        call start_watch(model%timer, item%watch)
+        call item%apply(model%bodies, run%instant)
+        call stop_watch(model%timer, item%watch)
+      end associate
+    end do
+    call add_impulse(run%balance, model%supports, run%instant%dt_mean)
+  end subroutine update_velocities
+
+  !> Control points and tools to the end of the step.
+  subroutine update_positions(model, run)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    integer :: t
+
+    call start_watch(model%timer, run%watch_motion)
+    run%instant%time = run%instant%time + run%instant%dt
+    run%n_steps = run%n_steps + 1
+    associate (motion => model%bodies%blank%motion)
+      call advance_positions(size(motion%x), run%instant%dt, motion%v, motion%x)
+    end associate
+    do t = 1, size(model%motions)
+      call move_tool(model%motions(t), run%instant%time, run%instant%dt, model%bodies%tools(t))
+    end do
+    call stop_watch(model%timer, run%watch_motion)
+  end subroutine update_positions
+
+  !> Stress and internal forces of the blank.
+  subroutine update_stress(model, run, rate, error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    real(wp), intent(out) :: rate
+    type(error_t), allocatable, intent(out) :: error
+
+    call start_watch(model%timer, run%watch_blank)
+    associate (blank => model%bodies%blank, motion => model%bodies%blank%motion)
+      call internal_forces(blank%patch, blank%buffers, blank%law, run%instant%dt, motion%x, &
+                           motion%v, motion%internal_force, blank%report)
+      rate = blank%report%largest_rate
+      call add_step(run%balance, blank%report)
+      call check_health(blank, run%instant, run%control, error)
+    end associate
+    call stop_watch(model%timer, run%watch_blank)
+  end subroutine update_stress
+
+  !> Contact and loads.
+  subroutine apply_forces(model, run)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    integer :: i, t
+
+    if (size(model%forces) == 0) return
+    model%bodies%blank%motion%external_force = 0.0_wp
+    do t = 1, size(model%bodies%tools)
+      model%bodies%tools(t)%force = 0.0_wp
+    end do
+    do i = 1, size(model%forces)
+      associate (item => model%forces(i)%item)
+        call start_watch(model%timer, item%watch)
+        call item%apply(model%bodies, run%instant)
+        call stop_watch(model%timer, item%watch)
+      end associate
+    end do
+  end subroutine apply_forces
+
+  !> History row and frame at their times; the balance must stay within the deck's limit.
+  subroutine output_if_due(model, run, results, log, is_end, error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(results_t), intent(inout) :: results
+    type(run_log_t), intent(inout) :: log
+    logical, intent(in) :: is_end
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_start
+
+    is_start = run%n_steps == 0
+    if (is_start .or. is_end .or. is_due(run%control, run%control%history, run%instant%time)) then
+      call start_watch(model%timer, run%watch_output)
+      if (.not. is_start) call count_output(run%control%history)
+      call take_row(model, run, results)
+      call log_progress(log, int(run%n_steps), run%instant%time, model%step%end_time, &
+                        run%instant%dt, run%balance%error, &
+                        ticks_to_seconds(clock_ticks() - run%started))
+      if (model%step%energy_limit > 0.0_wp .and. &
+          .not. abs(run%balance%error) <= model%step%energy_limit) then
+        call fail(error, "energy balance lost: the error exceeds the limit of the deck")
+      end if
+      call stop_watch(model%timer, run%watch_output)
+    end if
+    if (allocated(error)) return
+    if (is_start .or. is_end .or. is_due(run%control, run%control%frames, run%instant%time)) then
+      call start_watch(model%timer, run%watch_output)
+      if (.not. is_start) call count_output(run%control%frames)
+      call fill_frame(model, run%instant%time, run%frame)
+      call write_frame(results, run%frame, error)
+      call stop_watch(model%timer, run%watch_output)
+    end if
+  end subroutine output_if_due
+
+  !> Balance and history row of this instant.
+  subroutine take_row(model, run, results)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(results_t), intent(inout) :: results
+    real(wp) :: elastic
+
+    associate (blank => model%bodies%blank, q => model%bodies%blank%patch%axes%n_points)
+      call take_balance(run%balance, blank, run%v_before, model%forces, model%supports)
+      elastic = elastic_energy(blank%law, 8*q(3), q(1)*q(2)*blank%patch%n_blocks, &
+                               blank%patch%stress, run%volumes)
+    end associate
+    run%row%step = int(run%n_steps)
+    run%row%time = run%instant%time
+    run%row%dt = run%instant%dt
+    call fill_history_row(model, run%balance, elastic, run%row)
+    call record_history(results, run%row)
+    run%largest_error = max(run%largest_error, abs(run%balance%error))
+    run%largest_penetration = max(run%largest_penetration, run%balance%tally%max_penetration)
+  end subroutine take_row
+
+  !> The state reached, as a frame that says so. A second failure must not hide the first.
+  subroutine save_failed(model, run, results)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable :: ignored
+
+    call fill_frame(model, run%instant%time, run%frame)
+    run%frame%is_failed = .true.
+    call write_frame(results, run%frame, ignored)
+  end subroutine save_failed
+
+end module forming_run

@@ -1,0 +1,62 @@
+!> Is the run still sound? Checked after every force evaluation from what it reports anyway.
+module health
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use text, only: to_text
+  use basis_tables, only: n_lanes
+  use ig_patch, only: ig_patch_t
+  use patch_setup, only: element_of_lane
+  use blank, only: blank_t
+  use effect, only: instant_t
+  use step_control, only: step_control_t
+  implicit none
+  private
+
+  public :: check_health
+
+  real(wp), parameter :: collapse = 1.0e-3_wp   ! of the step at the start
+
+contains
+
+  !> Turned elements, laws that failed, values that are no numbers, a collapsed step.
+  subroutine check_health(blank, instant, control, error)
+    type(blank_t), intent(in) :: blank
+    type(instant_t), intent(in) :: instant
+    type(step_control_t), intent(in) :: control
+    type(error_t), allocatable, intent(out) :: error
+
+    if (blank%report%failed_block < huge(1)) then
+      call fail(error, failed_message(blank, instant))
+    else if (blank%report%largest_rate*collapse**2 > control%rate_at_start) then
+      call fail(error, "blank '"//blank%name//"': the stable step fell below a thousandth of "// &
+                "that at the start, "//when(instant)//"; an element is crushed")
+    end if
+  end subroutine check_health
+
+  !> What failed, where and when. The block's first lane stands for all eight.
+  function failed_message(blank, instant) result(message)
+    type(blank_t), intent(in) :: blank
+    type(instant_t), intent(in) :: instant
+    character(:), allocatable :: message
+    integer :: first(3), last(3)
+
+    first = element_of_lane(blank%patch, blank%report%failed_block, 1)
+    last = element_of_lane(blank%patch, blank%report%failed_block, n_lanes)
+    if (blank%report%smallest_det <= 0.0_wp) then
+      message = "an element turned inside out"
+    else
+      message = "the stress update failed or met values that are no numbers"
+    end if
+    message = "blank '"//blank%name//"': "//message//", "//when(instant)//", in elements ("// &
+              to_text(first(1))//" to "//to_text(last(1))//", "//to_text(first(2))//", "// &
+              to_text(first(3))//") along xi, eta, zeta"
+  end function failed_message
+
+  function when(instant) result(text)
+    type(instant_t), intent(in) :: instant
+    character(:), allocatable :: text
+
+    text = "at time "//to_text(instant%time)
+  end function when
+
+end module health

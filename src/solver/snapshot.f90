@@ -1,0 +1,159 @@
+!> The state of a run as the results file wants it: frames and history rows.
+module snapshot
+  use kinds, only: wp
+  use basis_tables, only: n_lanes
+  use ig_patch, only: ig_patch_t
+  use patch_setup, only: element_of_lane
+  use model, only: model_t
+  use frames, only: frame_t
+  use history, only: history_row_t
+  use knot_vector, only: find_span, basis_derivatives
+  use nurbs_solid, only: nurbs_solid_t
+  use energy_balance, only: energy_balance_t
+  implicit none
+  private
+
+  public :: new_frame, fill_frame, new_history_row, fill_history_row
+
+contains
+
+  !> A frame with room for the fields of the model.
+  subroutine new_frame(model, frame)
+    type(model_t), intent(in) :: model
+    type(frame_t), intent(out) :: frame
+    integer :: q(3), n(3), n_tools
+
+    associate (patch => model%bodies%blank%patch)
+      q = patch%axes%n_points
+      n = patch%axes%n_elements
+    end associate
+    n_tools = size(model%bodies%tools)
+    allocate (frame%points, frame%velocity, mold=model%bodies%blank%motion%x)
+    allocate (frame%eqps(q(1), q(2), q(3), n(1), n(2), n(3)), source=0.0_wp)
+    allocate (frame%stress(6, q(1), q(2), q(3), n(1), n(2), n(3)))
+    allocate (frame%state(model%bodies%blank%law%n_state, q(1), q(2), q(3), n(1), n(2), n(3)))
+    allocate (frame%tool_displacement(3, n_tools), frame%tool_velocity(3, n_tools))
+  end subroutine new_frame
+
+  !> Fields now; point fields in natural order.
+  subroutine fill_frame(model, time, frame)
+    type(model_t), intent(in) :: model
+    real(wp), intent(in) :: time
+    type(frame_t), intent(inout) :: frame
+    integer :: block, lane, e(3), t
+
+    frame%time = time
+    associate (blank => model%bodies%blank, patch => model%bodies%blank%patch)
+      frame%points = blank%motion%x
+      frame%velocity = blank%motion%v
+      do block = 1, patch%n_blocks
+        do lane = 1, n_lanes
+          if (.not. patch%lanes%is_owner(lane, mod(block - 1, patch%lanes%n_blocks) + 1)) cycle
+          e = element_of_lane(patch, block, lane)
+          call fill_element(patch, block, lane, blank%law%eqps_state, &
+                            frame%eqps(:, :, :, e(1), e(2), e(3)), &
+                            frame%stress(:, :, :, :, e(1), e(2), e(3)), &
+                            frame%state(:, :, :, :, e(1), e(2), e(3)))
+        end do
+      end do
+    end associate
+    do t = 1, size(model%bodies%tools)
+      frame%tool_displacement(:, t) = model%bodies%tools(t)%displacement
+      frame%tool_velocity(:, t) = model%bodies%tools(t)%velocity
+    end do
+  end subroutine fill_frame
+
+  pure subroutine fill_element(patch, block, lane, eqps_state, eqps, stress, state)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: block, lane, eqps_state
+    real(wp), intent(inout) :: eqps(:, :, :), stress(:, :, :, :), state(:, :, :, :)
+    integer :: qa, qb, qc, row, s
+
+    do qa = 1, size(eqps, 1)
+      do qb = 1, size(eqps, 2)
+        row = qb + size(eqps, 2)*(qa - 1)
+        do qc = 1, size(eqps, 3)
+          stress(:, qa, qb, qc) = patch%stress(lane, qc, :, row, block)
+          do s = 1, size(state, 1)
+            state(s, qa, qb, qc) = patch%state(lane, qc, s, row, block)
+          end do
+          if (eqps_state > 0) eqps(qa, qb, qc) = patch%state(lane, qc, eqps_state, row, block)
+        end do
+      end do
+    end do
+  end subroutine fill_element
+
+  !> A history row with room for the tools and probes of the model.
+  subroutine new_history_row(model, row)
+    type(model_t), intent(in) :: model
+    type(history_row_t), intent(out) :: row
+
+    associate (n_tools => size(model%bodies%tools), n_probes => size(model%probes))
+      allocate (row%tool_displacement(3, n_tools), row%tool_force(3, n_tools))
+      allocate (row%probe_displacement(3, n_probes), row%probe_velocity(3, n_probes))
+    end associate
+  end subroutine new_history_row
+
+  !> Balances, tools and probes now.
+  subroutine fill_history_row(model, balance, elastic, row)
+    type(model_t), intent(in) :: model
+    type(energy_balance_t), intent(in) :: balance
+    real(wp), intent(in) :: elastic           !! elastic energy now
+    type(history_row_t), intent(inout) :: row
+    real(wp) :: start(3)
+    integer :: t, p
+
+    row%kinetic_energy = balance%kinetic
+    row%internal_energy = balance%internal
+    row%plastic_work = balance%internal - elastic
+    row%viscous_energy = balance%viscous
+    row%contact_energy = balance%tally%contact_energy
+    row%external_work = balance%tally%external_work
+    row%max_penetration = balance%tally%max_penetration
+    row%energy_error = balance%error
+    row%momentum = balance%momentum
+    do t = 1, size(model%bodies%tools)
+      row%tool_displacement(:, t) = model%bodies%tools(t)%displacement
+      row%tool_force(:, t) = model%bodies%tools(t)%force
+    end do
+    associate (blank => model%bodies%blank)
+      do p = 1, size(model%probes)
+        start = field_at(blank%solid, blank%solid%points, model%probes(p)%xi)
+        row%probe_displacement(:, p) = field_at(blank%solid, blank%motion%x, &
+                                                model%probes(p)%xi) - start
+        row%probe_velocity(:, p) = field_at(blank%solid, blank%motion%v, model%probes(p)%xi)
+      end do
+    end associate
+  end subroutine fill_history_row
+
+  !> Value of a control-point field at a parametric point.
+  pure function field_at(solid, field, xi) result(value)
+    type(nurbs_solid_t), intent(in) :: solid
+    real(wp), intent(in) :: field(:, :, :, :), xi(3)
+    real(wp) :: value(3), total, share
+    real(wp) :: basis(maxval(solid%axes%degree) + 1, 3)
+    integer :: axis, first(3), i, j, k, span
+
+    do axis = 1, 3
+      associate (kv => solid%axes(axis))
+        span = find_span(kv, xi(axis))
+        call basis_derivatives(kv, span, xi(axis), 0, basis(:kv%degree + 1, axis))
+        first(axis) = span - kv%degree - 1
+      end associate
+    end do
+    value = 0.0_wp
+    total = 0.0_wp
+    do k = 1, solid%axes(3)%degree + 1
+      do j = 1, solid%axes(2)%degree + 1
+        do i = 1, solid%axes(1)%degree + 1
+          share = basis(i, 1)*basis(j, 2)*basis(k, 3) &
+                  *solid%weights(first(1) + i, first(2) + j, first(3) + k)
+          value = value + share*field(first(1) + i, first(2) + j, first(3) + k, :)
+          total = total + share
+        end do
+      end do
+    end do
+    value = value/total
+  end function field_at
+
+end module snapshot

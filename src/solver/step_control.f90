@@ -1,0 +1,80 @@
+!> Size of the next time step: stable for the present shape, and in equal shares up to the next
+!! time at which something is due.
+module step_control
+  use kinds, only: wp
+  use scene, only: step_spec_t, output_spec_t
+  implicit none
+  private
+
+  public :: step_control_t, new_step_control, next_step, is_due, count_output
+
+  !> Regular times of one kind of output.
+  type, public :: schedule_t
+    integer :: n = 0        !! intervals up to the end time
+    integer :: done = 0     !! outputs made after the one at time zero
+  end type schedule_t
+
+  !> Stable step and what is due next.
+  type :: step_control_t
+    real(wp) :: end_time = 0.0_wp
+    real(wp) :: largest = 0.0_wp       !! safe step of the shape at the start; never exceeded
+    real(wp) :: rate_at_start = 0.0_wp !! |J^-1|^2 that belongs to it
+    type(schedule_t) :: frames, history
+  end type step_control_t
+
+contains
+
+  !> Control from the deck's step and the stable step of the shape at the start.
+  pure function new_step_control(step, output, stable_step, rate) result(control)
+    type(step_spec_t), intent(in) :: step
+    type(output_spec_t), intent(in) :: output
+    real(wp), intent(in) :: stable_step, rate
+    type(step_control_t) :: control
+
+    control%end_time = step%end_time
+    control%largest = step%safety*stable_step
+    control%rate_at_start = rate
+    control%frames%n = output%n_frames
+    control%history%n = output%n_history
+  end function new_step_control
+
+  !> Step from `time`. The highest frequency is taken to grow with the norm of the inverse
+  !! jacobian; a step above the first one would undo what the contact stiffness was set for.
+  pure real(wp) function next_step(control, time, rate) result(dt)
+    type(step_control_t), intent(in) :: control
+    real(wp), intent(in) :: time     !! now
+    real(wp), intent(in) :: rate     !! largest |J^-1|^2 now
+    real(wp) :: left
+
+    dt = control%largest*min(1.0_wp, sqrt(control%rate_at_start/max(rate, tiny(rate))))
+    left = min(due_time(control, control%frames), due_time(control, control%history)) - time
+    if (left > 0.0_wp) dt = left/ceiling(left/dt*(1.0_wp - 1.0e-12_wp))
+  end function next_step
+
+  !> Is output of this kind due at `time`? Times are hit but for round-off.
+  pure logical function is_due(control, schedule, time)
+    type(step_control_t), intent(in) :: control
+    type(schedule_t), intent(in) :: schedule
+    real(wp), intent(in) :: time
+
+    is_due = time >= due_time(control, schedule) - 1.0e-9_wp*control%end_time/max(1, schedule%n)
+  end function is_due
+
+  !> Note that output of this kind was made.
+  pure subroutine count_output(schedule)
+    type(schedule_t), intent(inout) :: schedule
+
+    schedule%done = schedule%done + 1
+  end subroutine count_output
+
+  pure real(wp) function due_time(control, schedule)
+    type(step_control_t), intent(in) :: control
+    type(schedule_t), intent(in) :: schedule
+
+    due_time = control%end_time
+    if (schedule%done < schedule%n) then
+      due_time = control%end_time*(schedule%done + 1)/schedule%n
+    end if
+  end function due_time
+
+end module step_control
