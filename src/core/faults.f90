@@ -3,7 +3,7 @@ module faults
   implicit none
   private
 
-  public :: origin_t, fault_t, fault_list_t, add_fault, add_warning, n_errors
+  public :: origin_t, fault_t, fault_list_t, new_origin, add_fault, add_warning, n_errors
 
   !> The place in a deck that something came from.
   type :: origin_t
@@ -27,6 +27,17 @@ module faults
   end type fault_list_t
 
 contains
+
+  !> A place in a deck; line 0 stands for the whole file.
+  pure function new_origin(file, line, keyword) result(origin)
+    character(*), intent(in) :: file, keyword
+    integer, intent(in) :: line
+    type(origin_t) :: origin
+
+    origin%file = file
+    origin%line = line
+    origin%keyword = keyword
+  end function new_origin
 
   !> Note an error; reading goes on.
   pure subroutine add_fault(list, origin, found, expected)

@@ -46,7 +46,7 @@ module keyword_spec
     character(600) :: text = ""      !! meaning
     integer :: n_options = 0, n_lines = 0
     type(field_spec_t) :: options(7)
-    type(line_spec_t) :: lines(7)
+    type(line_spec_t) :: lines(8)
     type(string_t), allocatable :: example(:)
   end type keyword_spec_t
 

@@ -221,8 +221,8 @@ contains
                      "normal is the direction of xi crossed with that of eta.")
     call add_option(table, "NAME", kind_name, "name")
     call add_option(table, "TYPE", kind_choice, "SURFACE: knots and points listed; EXTRUDED: a "// &
-                    "curve listed, drawn along a vector; PLANE; CYLINDER", &
-                    choices="SURFACE|EXTRUDED|PLANE|CYLINDER")
+                    "curve listed, drawn along a vector; PLANE; CYLINDER; SPHERE", &
+                    choices="SURFACE|EXTRUDED|PLANE|CYLINDER|SPHERE")
     call add_option(table, "SIDE", kind_choice, "side of the surface on which the sheet lies: "// &
                     "where the normal points (POSITIVE) or the other", default="POSITIVE", &
                     choices="POSITIVE|NEGATIVE")
@@ -240,18 +240,23 @@ contains
     call add_vector(table, "a", "edge")
     call add_line(table, "Edge from the corner along eta.", when="PLANE")
     call add_vector(table, "b", "edge")
-    call add_line(table, "Centre of the base circle, and the axis of the cylinder in its full "// &
-                  "length, along eta.", when="CYLINDER")
-    call add_vector(table, "", "centre")
+    call add_line(table, "A point of the axis where the cylinder begins, and the axis in its "// &
+                  "full length, along eta; the normal points outwards.", when="CYLINDER")
+    call add_vector(table, "", "point")
     call add_vector(table, "a", "axis")
-    call add_line(table, "From the centre to the start of the arc, which turns about the axis, "// &
-                  "along xi; the normal points outwards.", when="CYLINDER")
-    call add_vector(table, "r", "radius")
+    call add_line(table, "Radius and arc. Angle 0 is the x direction (y if the axis is along "// &
+                  "x), angles turn right-handed about the axis, along xi.", when="CYLINDER")
+    call add_field(table, "radius", kind_real, "radius", unit="length", range="> 0")
+    call add_field(table, "start", kind_real, "angle where the arc starts", unit="degrees", &
+                   default="0")
     call add_field(table, "angle", kind_real, "angle of the arc", unit="degrees", default="360", &
                    range="> 0 and <= 360")
+    call add_line(table, "Centre and radius; the normal points outwards.", when="SPHERE")
+    call add_vector(table, "", "centre")
+    call add_field(table, "radius", kind_real, "radius", unit="length", range="> 0")
     call add_example(table, "*TOOL, NAME=punch, TYPE=CYLINDER, SIDE=POSITIVE")
     call add_example(table, "0, 60, 0, 0, 0, 100")
-    call add_example(table, "50, 0, 0, 360")
+    call add_example(table, "50")
   end subroutine add_tool_keyword
 
   !> Three fields for a vector, named x, y, z behind `prefix`.

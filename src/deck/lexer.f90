@@ -1,8 +1,7 @@
 !> From the files of a deck to its keyword blocks: comments, continued lines, includes, parameters.
 module lexer
-  use kinds, only: wp
   use errors, only: error_t
-  use faults, only: origin_t, fault_list_t, add_fault
+  use faults, only: origin_t, new_origin, fault_list_t, add_fault
   use text, only: string_t, upper_case, squeezed, to_text
   use source_file, only: read_source, next_line, path_beside
   use line_list, only: line_list_t, append_line, append_text
@@ -73,7 +72,7 @@ contains
     integer :: i
     character(:), allocatable :: name, nearest
 
-    nowhere = origin_t(path, 0, "")
+    nowhere = new_origin(path, 0, "")
     allocate (deck%files(8), deck%blocks(64))
     call take_overrides(overrides, state, nowhere, faults)
     call read_deck_file(path, nowhere, deck, state, faults)
@@ -104,6 +103,7 @@ contains
     type(state_t), intent(inout) :: state
     type(origin_t), intent(in) :: nowhere
     type(fault_list_t), intent(inout) :: faults
+    type(parameter_t) :: given
     integer :: i, equals
     logical :: is_new
 
@@ -115,8 +115,10 @@ contains
         call add_fault(faults, nowhere, "--set "//overrides(i)%value, "--set NAME=VALUE")
         cycle
       end if
+      given%is_text = .true.
+      given%words = overrides(i)%value(equals + 1:)
       call define_parameter(state%overrides, trim(adjustl(overrides(i)%value(:equals - 1))), &
-                            parameter_t(.true., 0.0_wp, overrides(i)%value(equals + 1:)), is_new)
+                            given, is_new)
       if (.not. is_new) call add_fault(faults, nowhere, "--set "//overrides(i)%value// &
                                        " after another --set of that name", "one --set a name")
     end do
@@ -267,7 +269,7 @@ contains
     type(block_t), intent(in) :: block
     type(origin_t) :: origin
 
-    origin = origin_t(deck%files(block%file)%value, block%line, "*"//block%keyword)
+    origin = new_origin(deck%files(block%file)%value, block%line, "*"//block%keyword)
   end function origin_of
 
   !> Keyword and options of a whole keyword line; underscores count as blanks in the keyword.
@@ -341,13 +343,13 @@ contains
     type(origin_t) :: origin
 
     if (state%block == 0 .and. .not. state%is_in_parameters) then
-      origin = origin_t(deck%files(cursor%file)%value, cursor%number, "")
+      origin = new_origin(deck%files(cursor%file)%value, cursor%number, "")
       call add_fault(faults, origin, "data before the first keyword", "a line such as *HEADING")
       cursor%place = len(cursor%contents) + 1
       return
     end if
     call substitute(line, state%parameters, error)
-    origin = origin_t(deck%files(cursor%file)%value, cursor%number, "*PARAMETER")
+    origin = new_origin(deck%files(cursor%file)%value, cursor%number, "*PARAMETER")
     if (.not. state%is_in_parameters) then
       origin%keyword = "*"//deck%blocks(state%block)%keyword
       call append_line(deck%lines, line, cursor%file, cursor%number)

@@ -67,8 +67,8 @@ contains
     end do
   end subroutine make_plain
 
-  !> The line from `place` on; `place` moves to the start of the next, beyond the end after the last.
-  !! LF, CR LF and CR end a line.
+  !> The line from `place` on; `place` moves to the start of the next, after the last one beyond
+  !! the end. LF, CR LF and CR end a line.
   pure subroutine next_line(contents, place, line)
     character(*), intent(in) :: contents
     integer, intent(inout) :: place

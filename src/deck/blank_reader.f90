@@ -1,0 +1,177 @@
+!> *BLANK: the solid, its material and its quadrature.
+module blank_reader
+  use kinds, only: wp
+  use errors, only: error_t
+  use faults, only: fault_list_t, add_fault
+  use text, only: upper_case, squeezed, to_text, read_integer
+  use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
+  use knot_vector, only: knot_vector_t
+  use primitives, only: box_solid
+  use scene, only: scene_t, blank_spec_t
+  use field_split, only: split_fields
+  use deck_names, only: deck_names_t, resolve
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given, &
+                          field_real, field_integer, field_word
+  use patch_reader, only: patch_parts_t, check_parts, read_axes, read_points, refine
+  implicit none
+  private
+
+  public :: box_frame_t, read_blank, read_count
+
+  integer, parameter :: most_points = 10   ! Gauss points or parts in one direction of an element
+
+  !> How a box blank lies in space: what turns coordinates into parametric coordinates. A blank
+  !! that is missing or faulty counts as a box, so that it makes no further faults.
+  type :: box_frame_t
+    logical :: is_box = .true.
+    integer :: axis_of(3) = [1, 2, 3]     !! coordinate along which each parametric axis runs
+    real(wp) :: from(3) = 0.0_wp          !! that coordinate where the parametric one is 0
+    real(wp) :: to(3) = 1.0_wp            !! and where it is 1
+  end type box_frame_t
+
+contains
+
+  !> Fill the blank of the scene; its solid stays empty if it cannot be made.
+  subroutine read_blank(deck, names, parts, scene, frame, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_names_t), intent(in) :: names
+    type(patch_parts_t), intent(in) :: parts(:)   !! by place in `names%patches`, blank first
+    type(scene_t), intent(inout) :: scene
+    type(box_frame_t), intent(out) :: frame
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+    logical :: is_complete
+
+    found = find_records(deck, "BLANK")
+    is_complete = .false.
+    if (size(found) == 0) return
+    associate (record => deck%records(found(1)), blank => scene%blank)
+      blank%origin = record%origin
+      blank%name = option_text(deck, record, "NAME")
+      if (is_option_given(deck, record, "MATERIAL")) then
+        call resolve(names%materials, option_text(deck, record, "MATERIAL"), "*MATERIAL", &
+                     record%origin, blank%material, faults)
+      end if
+      blank%is_green_naghdi = option_text(deck, record, "ROTATION") == "GREEN NAGHDI"
+      frame%is_box = option_text(deck, record, "TYPE") == "BOX"
+      if (.not. frame%is_box) then
+        call check_parts(deck, parts(1), 3, "the blank", faults)
+        call read_nurbs(deck, parts(1), record, blank%solid, is_complete, faults)
+      else
+        call check_parts(deck, parts(1), 0, "a blank of TYPE=BOX", faults)
+        if (record%is_valid) call read_box(record, blank%solid, frame, is_complete, faults)
+      end if
+      if (.not. is_complete) return
+      call refine(deck, parts(1), blank%solid, faults)
+      call read_rule(option_text(deck, record, "RULE"), record, blank, faults)
+    end associate
+  end subroutine read_blank
+
+  subroutine read_nurbs(deck, parts, record, solid, is_complete, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(patch_parts_t), intent(in) :: parts
+    type(record_t), intent(in) :: record
+    type(nurbs_solid_t), intent(out) :: solid
+    logical, intent(out) :: is_complete
+    type(fault_list_t), intent(inout) :: faults
+    type(error_t), allocatable :: error
+    type(knot_vector_t) :: axes(3)
+    real(wp), allocatable :: points(:, :), weights(:)
+    integer :: n(3)
+
+    call read_axes(deck, parts, record, axes, is_complete, faults)
+    if (.not. is_complete) return
+    call read_points(deck, parts, record, axes, points, weights, is_complete, faults)
+    if (.not. is_complete) return
+    n = axes%n_basis
+    call new_nurbs_solid(solid, axes, reshape(points, [n(1), n(2), n(3), 3]), &
+                         reshape(weights, n), error)
+    is_complete = .not. allocated(error)
+    if (allocated(error)) call add_fault(faults, record%origin, error%message, "a proper solid")
+  end subroutine read_nurbs
+
+  subroutine read_box(record, solid, frame, is_complete, faults)
+    type(record_t), intent(in) :: record
+    type(nurbs_solid_t), intent(out) :: solid
+    type(box_frame_t), intent(inout) :: frame
+    logical, intent(out) :: is_complete
+    type(fault_list_t), intent(inout) :: faults
+    type(error_t), allocatable :: error
+    real(wp) :: lower(3), upper(3)
+    integer :: a, axis_of(3), far_end(3)
+
+    lower = 0.0_wp
+    upper = 1.0_wp
+    do a = 1, 3
+      axis_of(a) = index("XYZ", field_word(record, a, 1))
+      lower(axis_of(a)) = field_real(record, a, 2)
+      upper(axis_of(a)) = field_real(record, a, 3)
+    end do
+    call box_solid(solid, lower, upper, [(field_integer(record, a, 4), a=1, 3)], &
+                   [(field_integer(record, a, 5), a=1, 3)], &
+                   [(field_real(record, a, 6), a=1, 3)], axis_of, error)
+    is_complete = .not. allocated(error)
+    if (allocated(error)) then
+      call add_fault(faults, record%origin, "a box that cannot be made ("//error%message//")", &
+                     "x, y and z in any order, each with `to` above `from`")
+      return
+    end if
+    frame%axis_of = axis_of
+    do a = 1, 3
+      far_end = 1
+      frame%from(a) = solid%points(1, 1, 1, frame%axis_of(a))
+      far_end(a) = solid%axes(a)%n_basis
+      frame%to(a) = solid%points(far_end(1), far_end(2), far_end(3), frame%axis_of(a))
+    end do
+  end subroutine read_box
+
+  !> Integration points of an element after all refinement.
+  subroutine read_rule(rule, record, blank, faults)
+    character(*), intent(in) :: rule
+    type(record_t), intent(in) :: record
+    type(blank_spec_t), intent(inout) :: blank
+    type(fault_list_t), intent(inout) :: faults
+    logical :: is_good
+
+    is_good = .true.
+    select case (squeezed(upper_case(rule)))
+    case ("FULL")
+      blank%n_points = blank%solid%axes%degree + 1
+    case ("REDUCED")
+      blank%n_points = blank%solid%axes%degree
+    case default
+      call read_count(rule, blank%n_points, blank%n_parts, is_good)
+    end select
+    if (.not. is_good) call add_fault(faults, record%origin, "RULE="//rule, &
+                                      "FULL, REDUCED or three counts from 1 to "// &
+                                      to_text(most_points)//" such as ""2,2,2x3""")
+  end subroutine read_rule
+
+  !> Read counts such as `2,2,2x3`: one for each direction, perhaps with a number of equal parts.
+  pure subroutine read_count(given, n_points, n_parts, is_good)
+    character(*), intent(in) :: given
+    integer, intent(out) :: n_points(:), n_parts(:)
+    logical, intent(out) :: is_good
+    integer, allocatable :: first(:), last(:)
+    integer :: i, cross
+    logical :: has_parts, has_points
+
+    n_points = 1
+    n_parts = 1
+    call split_fields(given, first, last)
+    is_good = size(first) == size(n_points)
+    if (.not. is_good) return
+    do i = 1, size(first)
+      associate (field => given(first(i):last(i)))
+        cross = scan(field, "xX")
+        has_parts = .true.
+        if (cross > 0) call read_integer(field(:cross - 1), n_parts(i), has_parts)
+        call read_integer(field(cross + 1:), n_points(i), has_points)
+      end associate
+      is_good = is_good .and. has_parts .and. has_points
+    end do
+    is_good = is_good .and. all(n_points >= 1 .and. n_points <= most_points) &
+              .and. all(n_parts >= 1 .and. n_parts <= most_points)
+  end subroutine read_count
+
+end module blank_reader

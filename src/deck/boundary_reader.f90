@@ -1,0 +1,126 @@
+!> *BOUNDARY and *INITIAL CONDITIONS.
+module boundary_reader
+  use kinds, only: wp
+  use faults, only: fault_list_t, add_fault
+  use text, only: upper_case, read_integer
+  use scene, only: scene_t, boundary_spec_t
+  use deck_names, only: deck_names_t
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
+                          field_word, field_real, field_integer, is_filled
+  use blank_reader, only: box_frame_t
+  use motion_reader, only: find_amplitude
+  use set_reader, only: find_set
+  implicit none
+  private
+
+  public :: read_boundaries, read_initial_velocities, n_data_lines
+
+contains
+
+  !> Number of data lines of all records of a keyword.
+  pure integer function n_data_lines(deck, keyword)
+    type(parsed_deck_t), intent(in) :: deck
+    character(*), intent(in) :: keyword
+
+    n_data_lines = sum(deck%records(find_records(deck, keyword))%n_lines)
+  end function n_data_lines
+
+  !> Fill the list of boundary conditions, one for each data line of *BOUNDARY.
+  subroutine read_boundaries(deck, frame, names, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(box_frame_t), intent(in) :: frame
+    type(deck_names_t), intent(inout) :: names
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+    integer :: i, line, n, set, curve
+
+    allocate (scene%boundaries(n_data_lines(deck, "BOUNDARY")))
+    found = find_records(deck, "BOUNDARY")
+    n = 0
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        call find_amplitude(deck, record, names, curve, faults)
+        if (.not. record%is_valid) cycle
+        do line = 1, record%n_lines
+          n = n + 1
+          scene%boundaries(n)%curve = curve
+          scene%boundaries(n)%origin = line_origin(deck, record, line)
+          call read_components(record, line, scene%boundaries(n), faults)
+          call find_set(names, frame, field_word(record, line, 1), &
+                        line_origin(deck, record, line), scene, set, faults)
+          scene%boundaries(n)%set = set
+        end do
+      end associate
+    end do
+  end subroutine read_boundaries
+
+  !> Which components a line prescribes, by number or by one of the names of Abaqus.
+  subroutine read_components(record, line, boundary, faults)
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line
+    type(boundary_spec_t), intent(inout) :: boundary
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: word
+    integer :: first, last
+    logical :: is_number
+
+    word = upper_case(field_word(record, line, 2))
+    call read_integer(word, first, is_number)
+    if (is_number) then
+      last = first
+      if (is_filled(record, line, 3)) last = field_integer(record, line, 3)
+      is_number = first >= 1 .and. last <= 3 .and. first <= last
+      if (is_number) boundary%is_prescribed(first:last) = .true.
+    else
+      select case (word)
+      case ("XSYMM"); boundary%is_prescribed(1) = .true.
+      case ("YSYMM"); boundary%is_prescribed(2) = .true.
+      case ("ZSYMM"); boundary%is_prescribed(3) = .true.
+      case ("PINNED", "ENCASTRE"); boundary%is_prescribed = .true.
+      end select
+      if (is_filled(record, line, 3)) boundary%is_prescribed = .false.
+    end if
+    boundary%velocity = merge(field_real(record, line, 4), 0.0_wp, boundary%is_prescribed)
+    if (.not. any(boundary%is_prescribed)) then
+      call add_fault(faults, boundary%origin, "`"//word//"` for the components", "1, 2 or 3, "// &
+                     "first and last, or one of XSYMM, YSYMM, ZSYMM, PINNED, ENCASTRE alone")
+    end if
+  end subroutine read_components
+
+  !> Fill the list of initial velocities, one for each data line of *INITIAL CONDITIONS.
+  subroutine read_initial_velocities(deck, frame, names, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(box_frame_t), intent(in) :: frame
+    type(deck_names_t), intent(inout) :: names
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+    integer :: i, j, line, n, set
+
+    allocate (scene%initial_velocities(n_data_lines(deck, "INITIAL CONDITIONS")))
+    found = find_records(deck, "INITIAL CONDITIONS")
+    n = 0
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        if (.not. record%is_valid) cycle
+        do line = 1, record%n_lines
+          n = n + 1
+          call find_set(names, frame, field_word(record, line, 1), &
+                        line_origin(deck, record, line), scene, set, faults)
+          associate (start => scene%initial_velocities(n))
+            start%origin = line_origin(deck, record, line)
+            start%set = set
+            if (option_text(deck, record, "TYPE") == "VELOCITY") then
+              start%velocity(field_integer(record, line, 2)) = field_real(record, line, 3)
+            else
+              start%omega = [(field_real(record, line, 1 + j), j=1, 3)]
+              start%centre = [(field_real(record, line, 4 + j), j=1, 3)]
+            end if
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine read_initial_velocities
+
+end module boundary_reader

@@ -1,0 +1,201 @@
+!> Checks that need more than one keyword: what is missing, what is empty, what never happens.
+module deck_check
+  use kinds, only: wp
+  use faults, only: new_origin, fault_list_t, add_fault, add_warning
+  use knot_vector, only: knot_vector_t, greville
+  use scene, only: scene_t, tool_spec_t, set_spec_t
+  use deck_records, only: parsed_deck_t, find_records
+  implicit none
+  private
+
+  public :: check_presence, check_scene
+
+  !> Box that holds control points, along x, y and z.
+  type :: bounds_t
+    real(wp) :: lower(3) = huge(1.0_wp), upper(3) = -huge(1.0_wp)
+  end type bounds_t
+
+contains
+
+  !> Faults for what every deck must have.
+  subroutine check_presence(deck, path, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    character(*), intent(in) :: path
+    type(fault_list_t), intent(inout) :: faults
+    character(*), parameter :: needed(2) = [character(7) :: "BLANK", "DYNAMIC"]
+    integer :: i
+
+    do i = 1, size(needed)
+      if (size(find_records(deck, trim(needed(i)))) == 0) then
+        call add_fault(faults, new_origin(path, 0, ""), "no *"//trim(needed(i))//" in the deck", &
+                       "one *"//trim(needed(i)))
+      end if
+    end do
+  end subroutine check_presence
+
+  !> Checks of a scene without faults so far.
+  subroutine check_scene(scene, faults)
+    type(scene_t), intent(in) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i
+
+    call check_sets(scene, faults)
+    call check_thickness(scene, faults)
+    do i = 1, size(scene%tools)
+      call check_tool(scene, i, faults)
+    end do
+  end subroutine check_scene
+
+  !> A set must hold control points: their Greville abscissae decide.
+  subroutine check_sets(scene, faults)
+    type(scene_t), intent(in) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i
+
+    do i = 1, size(scene%sets)
+      if (holds_points(scene%sets(i), scene%blank%solid%axes)) cycle
+      call add_fault(faults, scene%sets(i)%origin, "the set "//scene%sets(i)%name// &
+                     ", which holds no control point", "bounds that hold Greville abscissae")
+    end do
+  end subroutine check_sets
+
+  pure logical function holds_points(set, axes)
+    type(set_spec_t), intent(in) :: set
+    type(knot_vector_t), intent(in) :: axes(3)
+    real(wp), parameter :: rounding = 1.0e-9_wp
+    real(wp) :: slack
+    integer :: a
+
+    holds_points = .true.
+    do a = 1, 3
+      slack = rounding*(axes(a)%knots(size(axes(a)%knots)) - axes(a)%knots(1))
+      holds_points = holds_points .and. any(greville(axes(a)) >= set%lower(a) - slack .and. &
+                                            greville(axes(a)) <= set%upper(a) + slack)
+    end do
+  end function holds_points
+
+  !> The third axis must be the thickness, on which contact, thickness and rules rely.
+  subroutine check_thickness(scene, faults)
+    type(scene_t), intent(in) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    real(wp) :: extent(3)
+
+    associate (points => scene%blank%solid%points)
+      extent(1) = maxval(norm2(points(ubound(points, 1), :, :, :) - points(1, :, :, :), 3))
+      extent(2) = maxval(norm2(points(:, ubound(points, 2), :, :) - points(:, 1, :, :), 3))
+      extent(3) = maxval(norm2(points(:, :, ubound(points, 3), :) - points(:, :, 1, :), 3))
+    end associate
+    if (extent(3) > maxval(extent(:2))) then
+      call add_warning(faults, scene%blank%origin, "axis 3 of the blank as its longest", &
+                       "the thickness as axis 3, the longest side as axis 1")
+    end if
+  end subroutine check_thickness
+
+  !> Warn of a tool that no contact pair names, or that cannot reach the blank.
+  subroutine check_tool(scene, i, faults)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: i
+    type(fault_list_t), intent(inout) :: faults
+    type(bounds_t) :: blank, swept
+    character(:), allocatable :: found
+    real(wp) :: reach
+
+    associate (tool => scene%tools(i))
+      if (.not. any(scene%contacts%tool == i)) then
+        call add_warning(faults, tool%origin, "the tool "//tool%name//", which touches nothing", &
+                         "a *CONTACT PAIR that names it")
+        return
+      end if
+      reach = blank_reach(scene, i)
+      blank = solid_bounds(scene)
+      swept = swept_bounds(scene, tool)
+      if (all(swept%lower <= blank%upper + reach) .and. &
+          all(swept%upper >= blank%lower - reach)) return
+      found = "the tool "//tool%name//", which moves but cannot reach the blank"
+      if (.not. any(abs(tool%motion) > 0.0_wp)) then
+        found = "the tool "//tool%name//", which never moves and never touches the blank"
+      end if
+      call add_warning(faults, tool%origin, found, "a *TOOL MOTION towards the blank")
+    end associate
+  end subroutine check_tool
+
+  !> How far the blank may be carried by all but one tool: a generous guess, never too small for
+  !! a blank that is only pushed. Gravity and loads count as without limit.
+  pure real(wp) function blank_reach(scene, except)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: except
+    real(wp) :: way(2), speed
+    integer :: i
+
+    blank_reach = 0.0_wp
+    if (size(scene%loads) > 0) blank_reach = huge(1.0_wp)/4
+    speed = 0.0_wp
+    do i = 1, size(scene%initial_velocities)
+      if (any(abs(scene%initial_velocities(i)%omega) > 0.0_wp)) blank_reach = huge(1.0_wp)/4
+      speed = speed + norm2(scene%initial_velocities(i)%velocity)
+    end do
+    do i = 1, size(scene%boundaries)
+      speed = max(speed, norm2(scene%boundaries(i)%velocity) &
+                  *maxval(abs(curve_values(scene, scene%boundaries(i)%curve))))
+    end do
+    do i = 1, size(scene%tools)
+      if (i == except) cycle
+      way = travel(scene, scene%tools(i))
+      blank_reach = blank_reach + maxval(abs(way))*norm2(scene%tools(i)%motion)
+    end do
+    blank_reach = blank_reach + speed*scene%step%end_time
+  end function blank_reach
+
+  !> Least and largest multiple of its motion vector that a tool may be displaced by.
+  pure function travel(scene, tool) result(way)
+    type(scene_t), intent(in) :: scene
+    type(tool_spec_t), intent(in) :: tool
+    real(wp) :: way(2)
+
+    associate (values => curve_values(scene, tool%curve))
+      way = [min(0.0_wp, minval(values)), max(0.0_wp, maxval(values))]
+    end associate
+    if (.not. tool%is_displacement) way = way*scene%step%end_time
+  end function travel
+
+  !> Values of a curve, 1 where there is none.
+  pure function curve_values(scene, curve) result(values)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: curve
+    real(wp), allocatable :: values(:)
+
+    values = [1.0_wp]
+    if (curve > 0) values = scene%curves(curve)%values
+  end function curve_values
+
+  pure function solid_bounds(scene) result(bounds)
+    type(scene_t), intent(in) :: scene
+    type(bounds_t) :: bounds
+    integer :: c
+
+    do c = 1, 3
+      bounds%lower(c) = minval(scene%blank%solid%points(:, :, :, c))
+      bounds%upper(c) = maxval(scene%blank%solid%points(:, :, :, c))
+    end do
+  end function solid_bounds
+
+  !> Bounds of all places of a tool, from its control points.
+  pure function swept_bounds(scene, tool) result(bounds)
+    type(scene_t), intent(in) :: scene
+    type(tool_spec_t), intent(in) :: tool
+    type(bounds_t) :: bounds
+    real(wp) :: way(2)
+    integer :: i, c
+
+    way = travel(scene, tool)
+    do i = 1, size(tool%surfaces)
+      do c = 1, 3
+        associate (points => tool%surfaces(i)%points(:, :, c))
+          bounds%lower(c) = min(bounds%lower(c), minval(points) + minval(way*tool%motion(c)))
+          bounds%upper(c) = max(bounds%upper(c), maxval(points) + maxval(way*tool%motion(c)))
+        end associate
+      end do
+    end do
+  end function swept_bounds
+
+end module deck_check

@@ -1,0 +1,71 @@
+!> Names that a deck gives to things and uses elsewhere. Case does not matter.
+module deck_names
+  use faults, only: origin_t, fault_list_t, add_fault
+  use text, only: upper_case, to_text, squeezed
+  use name_table, only: name_table_t, insert, place_of
+  use field_check, only: did_you_mean
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given
+  implicit none
+  private
+
+  public :: deck_names_t, enter_names, enter_name, resolve
+
+  !> Upper-case names; the place of a name is the place of the thing in its list of the scene.
+  type :: deck_names_t
+    type(name_table_t) :: materials, curves, tools, sets, probes
+    type(name_table_t) :: patches   !! the blank and all tools
+  end type deck_names_t
+
+contains
+
+  !> Enter the NAME options of all records of a keyword; a name that is there already is a fault.
+  subroutine enter_names(deck, keyword, names, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    character(*), intent(in) :: keyword
+    type(name_table_t), intent(inout) :: names
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+    integer :: i
+
+    found = find_records(deck, keyword)
+    do i = 1, size(found)
+      call enter_name(deck, deck%records(found(i)), names, faults)
+    end do
+  end subroutine enter_names
+
+  !> Enter one name. A record without a new name takes a place too, under a name none can write.
+  subroutine enter_name(deck, record, names, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(name_table_t), intent(inout) :: names
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: name
+    logical :: is_new
+
+    name = squeezed(upper_case(option_text(deck, record, "NAME")))
+    is_new = .false.
+    if (name /= "") call insert(names, name, is_new)
+    if (is_new) return
+    if (name /= "") call add_fault(faults, record%origin, "the name "//name//" a second time", &
+                                   "a name of its own")
+    call insert(names, "="//to_text(names%n_names), is_new)
+  end subroutine enter_name
+
+  !> Place of the thing that goes by a name; 0 and a fault if there is none.
+  pure subroutine resolve(names, name, what, origin, place, faults)
+    type(name_table_t), intent(in) :: names
+    character(*), intent(in) :: name
+    character(*), intent(in) :: what   !! such as *MATERIAL
+    type(origin_t), intent(in) :: origin
+    integer, intent(out) :: place
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: hint
+
+    place = place_of(names, squeezed(upper_case(name)))
+    if (place > 0) return
+    hint = ""
+    if (names%n_names > 0) hint = did_you_mean(name, names%names(:names%n_names))
+    call add_fault(faults, origin, "the unknown name "//name, "the name of a "//what//hint)
+  end subroutine resolve
+
+end module deck_names

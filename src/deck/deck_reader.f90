@@ -1,0 +1,90 @@
+!> From a deck file to a scene: the road from lexer over records to the readers of the keywords.
+module deck_reader
+  use faults, only: new_origin, fault_list_t, add_fault, n_errors
+  use text, only: string_t
+  use scene, only: scene_t
+  use lexer, only: lexed_deck_t, lex_deck
+  use deck_records, only: parsed_deck_t
+  use record_check, only: check_records
+  use deck_names, only: deck_names_t, enter_names
+  use patch_reader, only: patch_parts_t, collect_parts
+  use material_reader, only: read_materials
+  use blank_reader, only: box_frame_t, read_blank
+  use tool_reader, only: read_tools
+  use motion_reader, only: read_amplitudes, read_tool_motions
+  use set_reader, only: read_sets
+  use boundary_reader, only: read_boundaries, read_initial_velocities
+  use load_reader, only: read_loads
+  use contact_reader, only: read_contacts
+  use step_reader, only: read_labels, read_step, read_output, read_probes
+  use deck_check, only: check_presence, check_scene
+  use fault_report, only: sort_faults
+  implicit none
+  private
+
+  public :: read_deck
+
+contains
+
+  !> Read a deck with all it includes. All faults and warnings come back in one list, in the order
+  !! of files and lines; the scene is of use only if `n_errors(faults)` is 0.
+  subroutine read_deck(path, overrides, scene, faults)
+    character(*), intent(in) :: path              !! of the deck
+    type(string_t), intent(in) :: overrides(:)    !! `name=value` for parameters of the deck
+    type(scene_t), intent(out) :: scene
+    type(fault_list_t), intent(out) :: faults
+    type(lexed_deck_t) :: lexed
+    type(parsed_deck_t) :: deck
+
+    call lex_deck(path, overrides, lexed, faults)
+    scene%file = path
+    if (lexed%n_files > 0) then
+      scene%text = lexed%characters(:lexed%n_characters)
+      if (lexed%n_blocks == 0 .and. faults%n_items == 0) then
+        call add_fault(faults, new_origin(path, 0, ""), "no keyword", "a deck of keywords")
+      end if
+    end if
+    if (lexed%n_blocks > 0) then
+      call check_records(lexed, deck, faults)
+      call check_presence(deck, path, faults)
+      call read_scene(deck, scene, faults)
+      if (n_errors(faults) == 0) call check_scene(scene, faults)
+      call sort_faults(faults, deck%lexed%files(:deck%lexed%n_files))
+    end if
+  end subroutine read_deck
+
+  !> Names first, then what they stand for, then what uses them.
+  subroutine read_scene(deck, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    type(deck_names_t) :: names
+    type(patch_parts_t), allocatable :: parts(:)
+    type(box_frame_t) :: frame
+    type(fault_list_t) :: known   ! what the names of patches have shown already
+
+    call enter_names(deck, "MATERIAL", names%materials, faults)
+    call enter_names(deck, "AMPLITUDE", names%curves, faults)
+    call enter_names(deck, "BLANK", names%patches, faults)
+    call enter_names(deck, "TOOL", names%patches, faults)
+    call enter_names(deck, "TOOL", names%tools, known)
+    call enter_names(deck, "SET", names%sets, faults)
+    call enter_names(deck, "PROBE", names%probes, faults)
+    call collect_parts(deck, names, parts, faults)
+    call read_labels(deck, scene)
+    call read_materials(deck, scene, faults)
+    call read_amplitudes(deck, scene, faults)
+    call read_blank(deck, names, parts, scene, frame, faults)
+    call read_tools(deck, names, parts, scene, faults)
+    call read_tool_motions(deck, names, scene, faults)
+    call read_sets(deck, frame, scene, faults)
+    call read_boundaries(deck, frame, names, scene, faults)
+    call read_initial_velocities(deck, frame, names, scene, faults)
+    call read_loads(deck, frame, names, scene, faults)
+    call read_contacts(deck, frame, names, scene, faults)
+    call read_probes(deck, scene, faults)
+    call read_step(deck, scene)
+    call read_output(deck, scene)
+  end subroutine read_scene
+
+end module deck_reader

@@ -1,0 +1,98 @@
+!> *PRESSURE, *TRACTION and *GRAVITY.
+module load_reader
+  use faults, only: fault_list_t, add_fault
+  use scene, only: scene_t, load_spec_t
+  use deck_names, only: deck_names_t
+  use deck_records, only: record_t, parsed_deck_t, find_records, line_origin, field_word, field_real
+  use blank_reader, only: box_frame_t
+  use boundary_reader, only: n_data_lines
+  use motion_reader, only: find_amplitude
+  use set_reader, only: find_set
+  implicit none
+  private
+
+  public :: read_loads
+
+  character(*), parameter :: kinds(3) = [character(8) :: "PRESSURE", "TRACTION", "GRAVITY"]
+
+contains
+
+  !> Fill the list of loads, one for each data line of these keywords.
+  subroutine read_loads(deck, frame, names, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(box_frame_t), intent(in) :: frame
+    type(deck_names_t), intent(inout) :: names
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+    integer :: kind, i, line, n, curve
+
+    allocate (scene%loads(sum([(n_data_lines(deck, trim(kinds(kind))), kind=1, size(kinds))])))
+    n = 0
+    do kind = 1, size(kinds)
+      found = find_records(deck, trim(kinds(kind)))
+      do i = 1, size(found)
+        associate (record => deck%records(found(i)))
+          call find_amplitude(deck, record, names, curve, faults)
+          if (.not. record%is_valid) cycle
+          do line = 1, record%n_lines
+            n = n + 1
+            scene%loads(n)%kind = trim(kinds(kind))
+            scene%loads(n)%curve = curve
+            scene%loads(n)%origin = line_origin(deck, record, line)
+            call read_load(deck, record, line, frame, names, scene, n, faults)
+          end do
+        end associate
+      end do
+    end do
+  end subroutine read_loads
+
+  !> Set and value of load `n`.
+  subroutine read_load(deck, record, line, frame, names, scene, n, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line, n
+    type(box_frame_t), intent(in) :: frame
+    type(deck_names_t), intent(inout) :: names
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i, set
+
+    if (scene%loads(n)%kind == "GRAVITY") then
+      scene%loads(n)%value = [(field_real(record, line, i), i=1, 3)]
+      return
+    end if
+    call find_set(names, frame, field_word(record, line, 1), line_origin(deck, record, line), &
+                  scene, set, faults)
+    scene%loads(n)%set = set
+    if (set > 0) then
+      if (.not. is_on_face(scene, set)) then
+        call add_fault(faults, scene%loads(n)%origin, "the set "//scene%sets(set)%name// &
+                       ", which is no face", "a face of the blank or a part of one")
+      end if
+    end if
+    if (scene%loads(n)%kind == "PRESSURE") then
+      scene%loads(n)%value(1) = field_real(record, line, 2)
+    else
+      scene%loads(n)%value = [(field_real(record, line, 1 + i), i=1, 3)]
+    end if
+  end subroutine read_load
+
+  !> Does the set lie on exactly one face of the blank?
+  pure logical function is_on_face(scene, set)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: set
+    logical :: is_layer(3)
+    integer :: a
+
+    is_on_face = .true.
+    do a = 1, 3
+      if (.not. allocated(scene%blank%solid%axes(a)%knots)) return
+      associate (knots => scene%blank%solid%axes(a)%knots, spec => scene%sets(set))
+        is_layer(a) = spec%upper(a) <= knots(1) .or. spec%lower(a) >= knots(size(knots))
+      end associate
+    end do
+    is_on_face = count(is_layer) == 1
+  end function is_on_face
+
+end module load_reader

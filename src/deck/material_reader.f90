@@ -1,0 +1,109 @@
+!> *MATERIAL with *DENSITY, *ELASTIC, *PLASTIC, *USER MATERIAL and *DEPVAR.
+module material_reader
+  use faults, only: fault_list_t, add_fault
+  use text, only: to_text
+  use scene, only: scene_t, material_spec_t
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
+                          field_real, field_integer, all_numbers
+  implicit none
+  private
+
+  public :: read_materials
+
+  character(*), parameter :: parts(5) = [character(13) :: "DENSITY", "ELASTIC", "PLASTIC", &
+                                         "USER MATERIAL", "DEPVAR"]
+
+contains
+
+  !> Fill the list of materials, one for each *MATERIAL in the order of the deck.
+  subroutine read_materials(deck, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:), behind(:)
+    integer, allocatable :: has(:, :)   ! record of each part, by that of *MATERIAL
+    integer :: i, j, part
+
+    allocate (has(size(parts), size(deck%records)), source=0)
+    do part = 1, size(parts)
+      behind = find_records(deck, trim(parts(part)))
+      do j = 1, size(behind)
+        i = deck%records(behind(j))%parent
+        if (i == 0) cycle
+        if (has(part, i) > 0) then
+          call add_fault(faults, deck%records(behind(j))%origin, &
+                         "the keyword a second time for one material", "one in each *MATERIAL")
+        end if
+        has(part, i) = behind(j)
+      end do
+    end do
+    found = find_records(deck, "MATERIAL")
+    allocate (scene%materials(size(found)))
+    do i = 1, size(found)
+      associate (material => scene%materials(i), record => deck%records(found(i)))
+        material%origin = record%origin
+        material%name = option_text(deck, record, "NAME")
+        call read_law(deck, has(:, found(i)), material, faults)
+      end associate
+    end do
+  end subroutine read_materials
+
+  subroutine read_law(deck, has, material, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: has(:)   !! record of each part, 0: none
+    type(material_spec_t), intent(inout) :: material
+    type(fault_list_t), intent(inout) :: faults
+    integer :: part
+
+    material%law = "ELASTIC"
+    allocate (material%constants(0))
+    do part = 1, size(parts)
+      if (has(part) == 0) then
+        if (part <= 2) call add_fault(faults, material%origin, "no *"//trim(parts(part))// &
+                                      " behind it", "*"//trim(parts(part))//" with its data line")
+        cycle
+      end if
+      associate (record => deck%records(has(part)))
+        if (.not. record%is_valid) cycle
+        select case (parts(part))
+        case ("DENSITY")
+          material%density = field_real(record, 1, 1)
+        case ("ELASTIC")
+          material%young = field_real(record, 1, 1)
+          material%poisson = field_real(record, 1, 2)
+        case ("PLASTIC")
+          material%law = option_text(deck, record, "HARDENING")
+          material%constants = all_numbers(record)
+        case ("USER MATERIAL")
+          material%law = "UMAT"
+          call read_constants(deck, record, material, faults)
+        case ("DEPVAR")
+          material%n_state = field_integer(record, 1, 1)
+        end select
+      end associate
+    end do
+    if (has(3) > 0 .and. has(4) > 0) then
+      call add_fault(faults, deck%records(has(4))%origin, "both *PLASTIC and *USER MATERIAL", &
+                     "one law for a material")
+    else if (has(5) > 0 .and. has(4) == 0) then
+      call add_fault(faults, deck%records(has(5))%origin, "no *USER MATERIAL in this material", &
+                     "*DEPVAR only with *USER MATERIAL")
+    end if
+  end subroutine read_law
+
+  subroutine read_constants(deck, record, material, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(material_spec_t), intent(inout) :: material
+    type(fault_list_t), intent(inout) :: faults
+    integer :: n
+
+    n = option_integer(deck, record, "CONSTANTS")
+    material%constants = all_numbers(record)
+    if (size(material%constants) /= n) then
+      call add_fault(faults, record%origin, to_text(size(material%constants))//" constants", &
+                     to_text(n)//" as CONSTANTS says")
+    end if
+  end subroutine read_constants
+
+end module material_reader

@@ -1,0 +1,130 @@
+!> *AMPLITUDE and *TOOL MOTION.
+module motion_reader
+  use kinds, only: wp
+  use faults, only: fault_list_t, add_fault
+  use text, only: to_text
+  use scene, only: scene_t, curve_spec_t
+  use deck_names, only: deck_names_t, resolve
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given, &
+                          field_real, all_numbers
+  implicit none
+  private
+
+  public :: read_amplitudes, read_tool_motions, find_amplitude
+
+contains
+
+  !> Fill the list of curves, one for each *AMPLITUDE in the order of the deck.
+  subroutine read_amplitudes(deck, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+    integer :: i
+
+    found = find_records(deck, "AMPLITUDE")
+    allocate (scene%curves(size(found)))
+    do i = 1, size(found)
+      scene%curves(i)%origin = deck%records(found(i))%origin
+      scene%curves(i)%name = option_text(deck, deck%records(found(i)), "NAME")
+      call read_curve(deck%records(found(i)), scene%curves(i), faults)
+    end do
+  end subroutine read_amplitudes
+
+  subroutine read_curve(record, curve, faults)
+    type(record_t), intent(in) :: record
+    type(curve_spec_t), intent(inout) :: curve
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), allocatable :: numbers(:)
+    integer :: i, n
+
+    allocate (curve%times(0), curve%values(0))
+    if (.not. record%is_valid) return
+    numbers = all_numbers(record)
+    if (mod(size(numbers), 2) == 1) then
+      call add_fault(faults, record%origin, to_text(size(numbers))//" numbers", &
+                     "pairs of time and value")
+      return
+    end if
+    curve%times = numbers(1::2)
+    curve%values = numbers(2::2)
+    n = size(curve%times)
+    do i = 2, n
+      if (curve%times(i) > curve%times(i - 1)) cycle
+      call add_fault(faults, record%origin, "the time "//to_text(curve%times(i))//" after "// &
+                     to_text(curve%times(i - 1)), "times that rise")
+      exit
+    end do
+  end subroutine read_curve
+
+  !> Place of the curve that the AMPLITUDE option names; 0 if there is no such option.
+  subroutine find_amplitude(deck, record, names, curve, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(deck_names_t), intent(in) :: names
+    integer, intent(out) :: curve
+    type(fault_list_t), intent(inout) :: faults
+
+    curve = 0
+    if (.not. is_option_given(deck, record, "AMPLITUDE")) return
+    call resolve(names%curves, option_text(deck, record, "AMPLITUDE"), "*AMPLITUDE", &
+                 record%origin, curve, faults)
+  end subroutine find_amplitude
+
+  !> Give the tools of the scene their motions.
+  subroutine read_tool_motions(deck, names, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_names_t), intent(in) :: names
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+    logical :: has_motion(size(scene%tools))
+    integer :: i, tool
+
+    has_motion = .false.
+    found = find_records(deck, "TOOL MOTION")
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        if (.not. is_option_given(deck, record, "TOOL")) cycle
+        call resolve(names%tools, option_text(deck, record, "TOOL"), "*TOOL", record%origin, &
+                     tool, faults)
+        if (tool == 0) cycle
+        if (has_motion(tool)) then
+          call add_fault(faults, record%origin, "a second motion of the tool "// &
+                         scene%tools(tool)%name, "one *TOOL MOTION a tool")
+        end if
+        has_motion(tool) = .true.
+        if (record%is_valid) call read_motion(deck, record, names, tool, scene, faults)
+      end associate
+    end do
+  end subroutine read_tool_motions
+
+  subroutine read_motion(deck, record, names, i, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(deck_names_t), intent(in) :: names
+    integer, intent(in) :: i   !! the tool
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+
+    associate (tool => scene%tools(i))
+      call find_amplitude(deck, record, names, tool%curve, faults)
+      tool%is_displacement = option_text(deck, record, "TYPE") == "DISPLACEMENT"
+      tool%motion = [field_real(record, 1, 1), field_real(record, 1, 2), field_real(record, 1, 3)]
+      if (.not. tool%is_displacement) return
+      if (.not. is_option_given(deck, record, "AMPLITUDE")) then
+        call add_fault(faults, record%origin, "TYPE=DISPLACEMENT without AMPLITUDE", &
+                       "an *AMPLITUDE that starts at 0")
+      else if (tool%curve > 0) then
+        associate (curve => scene%curves(tool%curve))
+          if (size(curve%values) == 0) return
+          if (abs(curve%values(1)) > 0.0_wp) then
+            call add_fault(faults, record%origin, "the amplitude "//curve%name//", which "// &
+                           "starts at "//to_text(curve%values(1)), "an *AMPLITUDE that starts at 0")
+          end if
+        end associate
+      end if
+    end associate
+  end subroutine read_motion
+
+end module motion_reader

@@ -1,0 +1,357 @@
+!> From keyword blocks to records: every block is checked against its entry in the keyword table.
+module record_check
+  use kinds, only: wp
+  use faults, only: origin_t, new_origin, fault_list_t, add_fault
+  use text, only: string_t, to_text, squeezed
+  use keyword_spec, only: keyword_table_t, keyword_spec_t, line_spec_t, field_spec_t, kind_flag, &
+                          kind_words, any_number
+  use keyword_table, only: new_keyword_table
+  use lexer, only: lexed_deck_t, block_t, option_place
+  use line_list, only: line_text
+  use field_split, only: split_fields, field_text
+  use field_check, only: check_field, expectation, did_you_mean
+  use deck_records, only: record_t, parsed_deck_t, find_records, line_origin
+  implicit none
+  private
+
+  public :: check_records
+
+  integer, parameter :: most_faults = 20   ! of the data lines of one block; the rest is the same
+
+contains
+
+  !> Check all blocks of a deck; the deck moves from `lexed` into `deck`.
+  subroutine check_records(lexed, deck, faults)
+    type(lexed_deck_t), intent(inout) :: lexed   !! empty afterwards
+    type(parsed_deck_t), intent(out) :: deck
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i, owner, n_before
+
+    call move_alloc(lexed%files, deck%lexed%files)
+    call move_alloc(lexed%blocks, deck%lexed%blocks)
+    call move_alloc(lexed%characters, deck%lexed%characters)
+    deck%lexed%n_files = lexed%n_files
+    deck%lexed%n_blocks = lexed%n_blocks
+    deck%lexed%n_characters = lexed%n_characters
+    deck%lexed%lines = lexed%lines
+    call new_keyword_table(deck%table)
+    allocate (deck%records(deck%lexed%n_blocks))
+    owner = 0
+    do i = 1, size(deck%records)
+      associate (block => deck%lexed%blocks(i), record => deck%records(i))
+        record%origin = new_origin(deck%lexed%files(block%file)%value, block%line, &
+                                 "*"//block%keyword)
+        n_before = faults%n_items
+        call find_keyword(block, deck%table, record, faults)
+        if (record%spec > 0) then
+          call find_owner(deck, i, owner, faults)
+          call check_options(block, deck%table%items(record%spec), record, faults)
+        end if
+      end associate
+      if (deck%records(i)%spec > 0) call check_lines(deck, i, faults)
+      deck%records(i)%is_valid = faults%n_items == n_before
+    end do
+    call check_uniqueness(deck, faults)
+  end subroutine check_records
+
+  pure subroutine find_keyword(block, table, record, faults)
+    type(block_t), intent(in) :: block
+    type(keyword_table_t), intent(in) :: table
+    type(record_t), intent(inout) :: record
+    type(fault_list_t), intent(inout) :: faults
+    type(string_t) :: names(table%n_keywords)
+    integer :: i
+
+    do i = 1, table%n_keywords
+      if (table%items(i)%name == block%keyword) record%spec = i
+    end do
+    if (record%spec > 0) return
+    do i = 1, table%n_keywords
+      names(i)%value = "*"//trim(table%items(i)%name)
+    end do
+    call add_fault(faults, record%origin, "an unknown keyword", &
+                   "a keyword of input/KEYWORDS.md"//did_you_mean("*"//block%keyword, names))
+  end subroutine find_keyword
+
+  !> Keep track of the keyword that others such as *DENSITY belong to.
+  pure subroutine find_owner(deck, i, owner, faults)
+    type(parsed_deck_t), intent(inout) :: deck
+    integer, intent(in) :: i         !! record in hand
+    integer, intent(inout) :: owner  !! last record that may have others behind it, 0: none
+    type(fault_list_t), intent(inout) :: faults
+    logical :: is_there
+
+    associate (record => deck%records(i))
+      associate (spec => deck%table%items(record%spec))
+        if (spec%parent == "") then
+          if (.not. any(spec%name == [character(9) :: "INCLUDE", "PARAMETER", "END"])) owner = i
+          return
+        end if
+        is_there = owner > 0
+        if (is_there) is_there = deck%records(owner)%origin%keyword == "*"//spec%parent
+        if (is_there) then
+          record%parent = owner
+        else
+          call add_fault(faults, record%origin, "no *"//trim(spec%parent)//" that it belongs to", &
+                         "a place right behind *"//trim(spec%parent))
+        end if
+      end associate
+    end associate
+  end subroutine find_owner
+
+  subroutine check_options(block, spec, record, faults)
+    type(block_t), intent(in) :: block
+    type(keyword_spec_t), intent(in) :: spec
+    type(record_t), intent(inout) :: record
+    type(fault_list_t), intent(inout) :: faults
+    type(string_t) :: names(spec%n_options)
+    integer :: i
+
+    allocate (record%options(spec%n_options), record%is_given(spec%n_options))
+    do i = 1, spec%n_options
+      names(i)%value = trim(spec%options(i)%name)
+      call check_option(block, spec%options(i), record%origin, record%options(i)%value, &
+                        record%is_given(i), faults)
+    end do
+    do i = 1, size(block%options)
+      associate (name => block%options(i)%name)
+        if (any(spec%options(:spec%n_options)%name == name)) then
+          cycle
+        else if (verify(name(:min(1, len(name))), "0123456789") == 0 .and. i > 1) then
+          call add_fault(faults, record%origin, "the option "//name, "lists in quotes, such as "// &
+                         block%options(i - 1)%name//"="""//block%options(i - 1)%value//","// &
+                         name//"""")
+        else
+          call add_fault(faults, record%origin, "the unknown option "//name, &
+                         listed(names)//did_you_mean(name, names))
+        end if
+      end associate
+    end do
+  end subroutine check_options
+
+  pure function listed(names) result(words)
+    type(string_t), intent(in) :: names(:)
+    character(:), allocatable :: words
+    integer :: i
+
+    words = "no option"
+    if (size(names) > 0) words = names(1)%value
+    do i = 2, size(names)
+      words = words//", "//names(i)%value
+    end do
+  end function listed
+
+  subroutine check_option(block, spec, origin, value, is_given, faults)
+    type(block_t), intent(in) :: block
+    type(field_spec_t), intent(in) :: spec
+    type(origin_t), intent(in) :: origin
+    character(:), allocatable, intent(out) :: value
+    logical, intent(out) :: is_given   !! by the deck or by default
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: found, expected
+    real(wp) :: number
+    integer :: place
+
+    place = option_place(block, trim(spec%name))
+    value = trim(spec%default)
+    is_given = place > 0 .or. value /= ""
+    if (place == 0) then
+      if (spec%is_required) call add_fault(faults, origin, "no option "//trim(spec%name), &
+                                           trim(spec%name)//"="//expectation(spec))
+    else if (block%options(place)%has_value .eqv. spec%kind == kind_flag) then
+      if (spec%kind == kind_flag) expected = trim(spec%name)//" alone"
+      if (spec%kind /= kind_flag) expected = trim(spec%name)//"="//expectation(spec)
+      found = trim(spec%name)//" with a value"
+      if (spec%kind /= kind_flag) found = trim(spec%name)//" without a value"
+      call add_fault(faults, origin, found, expected)
+    else
+      value = block%options(place)%value
+      call check_field(spec, squeezed(value), number, value, found, expected)
+      if (allocated(found)) call add_fault(faults, origin, found, expected)
+      if (value == "" .and. spec%kind /= kind_flag .and. .not. allocated(found)) then
+        call add_fault(faults, origin, trim(spec%name)//" without a value", &
+                       trim(spec%name)//"="//expectation(spec))
+      end if
+    end if
+  end subroutine check_option
+
+  !> Give each data line its form and check its fields.
+  subroutine check_lines(deck, i, faults)
+    type(parsed_deck_t), intent(inout) :: deck
+    integer, intent(in) :: i   !! record in hand
+    type(fault_list_t), intent(inout) :: faults
+    integer :: form, done, n_taken, n_of_form, line, n_before
+
+    associate (spec => deck%table%items(deck%records(i)%spec), record => deck%records(i))
+      record%first_line = deck%lexed%blocks(i)%first
+      record%n_lines = deck%lexed%blocks(i)%last - record%first_line + 1
+      allocate (record%first(record%n_lines + 1), record%words(4*record%n_lines))
+      allocate (record%numbers(4*record%n_lines), source=0.0_wp)
+      allocate (record%is_filled(4*record%n_lines), source=.false.)
+      record%first(1) = 1
+      n_before = faults%n_items
+      done = 0
+      do form = 1, spec%n_lines
+        if (.not. is_asked_for(record, spec, spec%lines(form))) cycle
+        n_taken = min(record%n_lines - done, spec%lines(form)%n_max)
+        n_of_form = done + n_taken
+        do line = done + 1, n_of_form
+          if (faults%n_items - n_before >= most_faults) then
+            record%first(line + 1:) = record%first(line)
+            return
+          end if
+          call check_line(deck, i, line, spec%lines(form), faults)
+        end do
+        done = n_of_form
+        if (n_taken < spec%lines(form)%n_min .and. spec%name /= "PARAMETER") then
+          call add_fault(faults, record%origin, to_text(n_taken)//" data lines", &
+                         wanted(spec%lines(form)))
+          return
+        end if
+      end do
+      if (done < record%n_lines) then
+        call add_fault(faults, line_origin(deck, record, done + 1), "a data line too many", &
+                       to_text(done)//" data lines")
+        record%first(done + 2:) = record%first(done + 1)
+      end if
+    end associate
+  end subroutine check_lines
+
+  !> Is this form of data lines there for the TYPE of the record?
+  pure logical function is_asked_for(record, spec, line)
+    type(record_t), intent(in) :: record
+    type(keyword_spec_t), intent(in) :: spec
+    type(line_spec_t), intent(in) :: line
+    integer :: place
+
+    is_asked_for = line%when == ""
+    do place = 1, spec%n_options
+      if (spec%options(place)%name /= "TYPE") cycle
+      if (record%is_given(place) .and. .not. is_asked_for) then
+        is_asked_for = record%options(place)%value == line%when
+      end if
+    end do
+  end function is_asked_for
+
+  !> Such as `3 data lines of axis, from, to`.
+  pure function wanted(line) result(expected)
+    type(line_spec_t), intent(in) :: line
+    character(:), allocatable :: expected
+
+    expected = to_text(line%n_min)//" data line"
+    if (line%n_max == any_number) expected = "at least "//expected
+    if (line%n_min > 1) expected = expected//"s"
+    expected = expected//" of "//field_names(line)
+  end function wanted
+
+  pure function field_names(line) result(names)
+    type(line_spec_t), intent(in) :: line
+    character(:), allocatable :: names
+    integer :: i
+
+    names = trim(line%fields(1)%name)
+    do i = 2, line%n_fields
+      names = names//", "//trim(line%fields(i)%name)
+    end do
+  end function field_names
+
+  subroutine check_line(deck, i, line, form, faults)
+    type(parsed_deck_t), intent(inout) :: deck
+    integer, intent(in) :: i, line
+    type(line_spec_t), intent(in) :: form
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: first(:), last(:)
+    character(:), allocatable :: given, field
+    integer :: j, n, place
+
+    given = line_text(deck%lexed%lines, deck%records(i)%first_line + line - 1)
+    if (form%fields(1)%kind == kind_words) then
+      first = [1]
+      last = [len(given)]
+    else
+      call split_fields(given, first, last)
+    end if
+    n = size(first)
+    if (n > form%n_fields .and. .not. form%is_repeated) then
+      call add_fault(faults, line_origin(deck, deck%records(i), line), to_text(n)//" fields", &
+                     to_text(form%n_fields)//" fields: "//field_names(form))
+      n = form%n_fields
+    end if
+    place = deck%records(i)%first(line)
+    deck%records(i)%first(line + 1) = place + max(n, form%n_fields)
+    call make_room(deck%records(i), deck%records(i)%first(line + 1) - 1)
+    do j = 1, max(n, form%n_fields)
+      field = ""
+      if (j <= n) field = field_text(given, first(j), last(j))
+      call take_field(deck, i, line, form%fields(min(j, form%n_fields)), place + j - 1, field, &
+                      faults)
+    end do
+  end subroutine check_line
+
+  subroutine take_field(deck, i, line, spec, place, given, faults)
+    type(parsed_deck_t), intent(inout) :: deck
+    integer, intent(in) :: i, line, place
+    type(field_spec_t), intent(in) :: spec
+    character(*), intent(in) :: given
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: found, expected
+
+    associate (record => deck%records(i))
+      record%is_filled(place) = given /= "" .or. spec%default /= ""
+      if (given /= "") then
+        call check_field(spec, given, record%numbers(place), record%words(place)%value, found, &
+                         expected)
+      else if (spec%default /= "") then
+        call check_field(spec, trim(spec%default), record%numbers(place), &
+                         record%words(place)%value, found, expected)
+      else if (spec%is_required) then
+        found = "no "//trim(spec%name)
+        expected = expectation(spec)
+      end if
+      if (allocated(found)) then
+        call add_fault(faults, line_origin(deck, record, line), found, expected)
+      end if
+    end associate
+  end subroutine take_field
+
+  !> Let the lists of a record hold `n` fields, growing by doubling.
+  pure subroutine make_room(record, n)
+    type(record_t), intent(inout) :: record
+    integer, intent(in) :: n
+    real(wp), allocatable :: numbers(:)
+    type(string_t), allocatable :: words(:)
+    logical, allocatable :: is_filled(:)
+    integer :: n_old, i
+
+    n_old = size(record%numbers)
+    if (n <= n_old) return
+    allocate (words(2*n))
+    allocate (numbers(2*n), source=0.0_wp)
+    allocate (is_filled(2*n), source=.false.)
+    numbers(:n_old) = record%numbers
+    is_filled(:n_old) = record%is_filled
+    do i = 1, n_old
+      call move_alloc(record%words(i)%value, words(i)%value)
+    end do
+    call move_alloc(numbers, record%numbers)
+    call move_alloc(words, record%words)
+    call move_alloc(is_filled, record%is_filled)
+  end subroutine make_room
+
+  pure subroutine check_uniqueness(deck, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+    integer :: i, j
+
+    do i = 1, deck%table%n_keywords
+      if (.not. deck%table%items(i)%is_unique) cycle
+      found = find_records(deck, trim(deck%table%items(i)%name))
+      do j = 2, size(found)
+        call add_fault(faults, deck%records(found(j))%origin, "the keyword a second time", &
+                       "one *"//trim(deck%table%items(i)%name)//" in the deck")
+      end do
+    end do
+  end subroutine check_uniqueness
+
+end module record_check

@@ -1,0 +1,220 @@
+!> *SET: parts of the blank in parameter space, and the names of its faces.
+module set_reader
+  use kinds, only: wp
+  use faults, only: origin_t, fault_list_t, add_fault
+  use text, only: string_t, upper_case, squeezed, to_text, read_real, strings
+  use name_table, only: insert, place_of
+  use scene, only: scene_t, set_spec_t
+  use field_check, only: did_you_mean
+  use deck_names, only: deck_names_t
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
+                          n_fields, field_word
+  use blank_reader, only: box_frame_t
+  implicit none
+  private
+
+  public :: read_sets, find_set, face_of, face_names
+
+  character(8), parameter :: faces(6) = [character(8) :: "XI_MIN", "XI_MAX", "ETA_MIN", &
+                                         "ETA_MAX", "ZETA_MIN", "ZETA_MAX"]
+  character(8), parameter :: sides(6) = [character(8) :: "X_MIN", "X_MAX", "Y_MIN", "Y_MAX", &
+                                         "Z_MIN", "Z_MAX"]
+  character(4), parameter :: axes(3) = ["XI  ", "ETA ", "ZETA"]
+
+contains
+
+  !> Fill the list of sets, one for each *SET in the order of the deck.
+  subroutine read_sets(deck, frame, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(box_frame_t), intent(in) :: frame
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    type(set_spec_t) :: set
+    integer, allocatable :: found(:)
+    integer :: i, line
+
+    found = find_records(deck, "SET")
+    allocate (scene%sets(size(found)))
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        set%origin = record%origin
+        set%name = option_text(deck, record, "NAME")
+        call take_whole(scene, set)
+        if (face_of(set%name, frame) > 0 .or. upper_case(set%name) == "ALL") then
+          call add_fault(faults, record%origin, "the name "//set%name, &
+                         "a name that is not ALL or that of a face")
+        end if
+        if (record%is_valid) then
+          do line = 1, record%n_lines
+            call read_line(deck, record, line, frame, scene, set, faults)
+          end do
+        end if
+        scene%sets(i) = set
+      end associate
+    end do
+  end subroutine read_sets
+
+  !> Number of the face that goes by this name (1 xi_min to 6 zeta_max), 0 if none does.
+  pure integer function face_of(name, frame)
+    character(*), intent(in) :: name
+    type(box_frame_t), intent(in) :: frame
+    integer :: i, axis
+    logical :: is_lower
+
+    face_of = 0
+    do i = 1, 6
+      if (upper_case(name) == faces(i)) face_of = i
+      if (upper_case(name) /= sides(i) .or. .not. frame%is_box) cycle
+      axis = findloc(frame%axis_of, (i + 1)/2, 1)
+      is_lower = mod(i, 2) == 1 .eqv. frame%from(axis) < frame%to(axis)
+      face_of = 2*axis - merge(1, 0, is_lower)
+    end do
+  end function face_of
+
+  !> Place of a set; names of faces and ALL become sets when first asked for.
+  subroutine find_set(names, frame, name, origin, scene, place, faults)
+    type(deck_names_t), intent(inout) :: names
+    type(box_frame_t), intent(in) :: frame
+    character(*), intent(in) :: name
+    type(origin_t), intent(in) :: origin
+    type(scene_t), intent(inout) :: scene
+    integer, intent(out) :: place
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: key
+    type(set_spec_t) :: set
+    logical :: is_new
+
+    key = squeezed(upper_case(name))
+    place = place_of(names%sets, key)
+    if (place > 0) return
+    if (key /= "ALL" .and. face_of(key, frame) == 0) then
+      call add_fault(faults, origin, "the unknown set "//name, "the name of a *SET or of a "// &
+                     "face, or ALL"//did_you_mean(key, known_sets(names, frame)))
+      return
+    end if
+    set%origin = origin
+    set%name = key
+    call take_whole(scene, set)
+    if (key /= "ALL") call narrow_to_face(scene, face_of(key, frame), set)
+    scene%sets = [scene%sets, set]
+    call insert(names%sets, key, is_new)
+    place = names%sets%n_names
+  end subroutine find_set
+
+  pure function known_sets(names, frame) result(known)
+    type(deck_names_t), intent(in) :: names
+    type(box_frame_t), intent(in) :: frame
+    type(string_t), allocatable :: known(:)
+
+    known = [face_names(frame), strings(["ALL"])]
+    if (names%sets%n_names > 0) known = [known, names%sets%names(:names%sets%n_names)]
+  end function known_sets
+
+  !> Names that the faces of the blank go by.
+  pure function face_names(frame) result(known)
+    type(box_frame_t), intent(in) :: frame
+    type(string_t), allocatable :: known(:)
+
+    known = strings(faces)
+    if (frame%is_box) known = [known, strings(sides)]
+  end function face_names
+
+  !> Bounds of the whole blank; 0 and 1 where its solid could not be made.
+  pure subroutine take_whole(scene, set)
+    type(scene_t), intent(in) :: scene
+    type(set_spec_t), intent(inout) :: set
+    integer :: a
+
+    set%lower = 0.0_wp
+    set%upper = 1.0_wp
+    do a = 1, 3
+      if (.not. allocated(scene%blank%solid%axes(a)%knots)) cycle
+      associate (knots => scene%blank%solid%axes(a)%knots)
+        set%lower(a) = knots(1)
+        set%upper(a) = knots(size(knots))
+      end associate
+    end do
+  end subroutine take_whole
+
+  !> Narrow a set by a line of face names or by an axis with its bounds.
+  subroutine read_line(deck, record, line, frame, scene, set, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line
+    type(box_frame_t), intent(in) :: frame
+    type(scene_t), intent(in) :: scene
+    type(set_spec_t), intent(inout) :: set
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: word
+    integer :: i, face, axis
+
+    word = upper_case(field_word(record, line, 1))
+    axis = findloc(axes, word, 1)
+    if (axis == 0 .and. frame%is_box .and. len(word) == 1) then
+      axis = findloc(frame%axis_of, index("XYZ", word), 1)
+    end if
+    if (axis > 0) then
+      call read_range(deck, record, line, axis, word, frame, set, faults)
+      return
+    end if
+    do i = 1, n_fields(record, line)
+      word = field_word(record, line, i)
+      face = face_of(word, frame)
+      if (face > 0) then
+        call narrow_to_face(scene, face, set)
+      else if (upper_case(word) /= "ALL") then
+        call add_fault(faults, line_origin(deck, record, line), "`"//word//"`", "a face such "// &
+                       "as XI_MIN, or an axis such as xi and two bounds"// &
+                       did_you_mean(word, face_names(frame)))
+      end if
+    end do
+  end subroutine read_line
+
+  !> Keep what a set has in common with a face; that may be nothing, `lower` above `upper`.
+  pure subroutine narrow_to_face(scene, face, set)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: face
+    type(set_spec_t), intent(inout) :: set
+    type(set_spec_t) :: whole
+
+    call take_whole(scene, whole)
+    associate (axis => (face + 1)/2)
+      if (mod(face, 2) == 1) set%upper(axis) = min(set%upper(axis), whole%lower(axis))
+      if (mod(face, 2) == 0) set%lower(axis) = max(set%lower(axis), whole%upper(axis))
+    end associate
+  end subroutine narrow_to_face
+
+  subroutine read_range(deck, record, line, axis, word, frame, set, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line, axis
+    character(*), intent(in) :: word   !! name of the axis
+    type(box_frame_t), intent(in) :: frame
+    type(set_spec_t), intent(inout) :: set
+    type(fault_list_t), intent(inout) :: faults
+    real(wp) :: bounds(2)
+    logical :: is_number(2)
+    integer :: i
+
+    is_number = .false.
+    if (n_fields(record, line) == 3) then
+      do i = 1, 2
+        call read_real(field_word(record, line, i + 1), bounds(i), is_number(i))
+      end do
+    end if
+    if (.not. all(is_number)) then
+      call add_fault(faults, line_origin(deck, record, line), "no two numbers behind "//word, &
+                     "the lower and the upper bound")
+    else if (bounds(1) > bounds(2)) then
+      call add_fault(faults, line_origin(deck, record, line), "the bounds "// &
+                     to_text(bounds(1))//", "//to_text(bounds(2)), "the lower bound first")
+    else
+      if (verify(word, "XYZ") == 0) then
+        bounds = (bounds - frame%from(axis))/(frame%to(axis) - frame%from(axis))
+      end if
+      set%lower(axis) = max(set%lower(axis), minval(bounds))
+      set%upper(axis) = min(set%upper(axis), maxval(bounds))
+    end if
+  end subroutine read_range
+
+end module set_reader

@@ -1,0 +1,112 @@
+!> *HEADING, *UNITS, *DYNAMIC, *BULK VISCOSITY, *ENERGY LIMIT, *OUTPUT and *PROBE.
+module step_reader
+  use kinds, only: wp
+  use faults, only: fault_list_t, add_fault
+  use text, only: to_text
+  use scene, only: scene_t
+  use deck_records, only: parsed_deck_t, find_records, option_text, option_real, &
+                          option_integer, field_word, field_real
+  implicit none
+  private
+
+  public :: read_labels, read_step, read_output, read_probes
+
+contains
+
+  !> Heading and units; of several headings the first counts.
+  subroutine read_labels(deck, scene)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(inout) :: scene
+    integer :: i, line
+
+    scene%heading = ""
+    scene%units = ""
+    i = first_of(deck, "HEADING")
+    if (i > 0) then
+      do line = 1, deck%records(i)%n_lines
+        if (line > 1) scene%heading = scene%heading//new_line("a")
+        scene%heading = scene%heading//trim(adjustl(field_word(deck%records(i), line, 1)))
+      end do
+    end if
+    i = first_of(deck, "UNITS")
+    if (i > 0) scene%units = trim(adjustl(field_word(deck%records(i), 1, 1)))
+  end subroutine read_labels
+
+  !> The first record of a keyword; 0 if there is none or it has faults.
+  pure integer function first_of(deck, keyword)
+    type(parsed_deck_t), intent(in) :: deck
+    character(*), intent(in) :: keyword
+    integer, allocatable :: found(:)
+
+    found = find_records(deck, keyword)
+    first_of = 0
+    if (size(found) == 0) return
+    if (deck%records(found(1))%is_valid) first_of = found(1)
+  end function first_of
+
+  !> End time, safety factor, viscosity and energy limit.
+  subroutine read_step(deck, scene)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(inout) :: scene
+    integer :: i
+
+    i = first_of(deck, "DYNAMIC")
+    if (i > 0) then
+      scene%step%origin = deck%records(i)%origin
+      scene%step%end_time = field_real(deck%records(i), 1, 1)
+      scene%step%safety = option_real(deck, deck%records(i), "SAFETY")
+    end if
+    i = first_of(deck, "BULK VISCOSITY")
+    if (i > 0) then
+      scene%step%viscosity_linear = field_real(deck%records(i), 1, 1)
+      scene%step%viscosity_quadratic = field_real(deck%records(i), 1, 2)
+    end if
+    i = first_of(deck, "ENERGY LIMIT")
+    if (i > 0) scene%step%energy_limit = field_real(deck%records(i), 1, 1)
+  end subroutine read_step
+
+  !> What is written and how often.
+  subroutine read_output(deck, scene)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(inout) :: scene
+    integer :: i
+
+    i = first_of(deck, "OUTPUT")
+    if (i == 0) return
+    scene%output%origin = deck%records(i)%origin
+    scene%output%n_frames = option_integer(deck, deck%records(i), "FRAMES")
+    scene%output%n_history = option_integer(deck, deck%records(i), "HISTORY")
+    scene%output%is_bezier = option_text(deck, deck%records(i), "CELLS") == "BEZIER"
+  end subroutine read_output
+
+  !> Fill the list of probes, one for each *PROBE in the order of the deck.
+  subroutine read_probes(deck, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+    integer :: i, a
+
+    found = find_records(deck, "PROBE")
+    allocate (scene%probes(size(found)))
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)), probe => scene%probes(i))
+        probe%origin = record%origin
+        probe%name = option_text(deck, record, "NAME")
+        if (.not. record%is_valid) cycle
+        probe%xi = [(field_real(record, 1, a), a=1, 3)]
+        do a = 1, 3
+          associate (axis => scene%blank%solid%axes(a))
+            if (.not. allocated(axis%knots)) exit
+            if (probe%xi(a) >= axis%knots(1) .and. &
+                probe%xi(a) <= axis%knots(size(axis%knots))) cycle
+            call add_fault(faults, record%origin, "the coordinate "//to_text(probe%xi(a))// &
+                           " of axis "//to_text(a), "a number from "//to_text(axis%knots(1))// &
+                           " to "//to_text(axis%knots(size(axis%knots))))
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine read_probes
+
+end module step_reader

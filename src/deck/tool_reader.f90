@@ -1,0 +1,138 @@
+!> *TOOL: rigid surfaces listed, extruded or generated.
+module tool_reader
+  use kinds, only: wp
+  use errors, only: error_t
+  use faults, only: fault_list_t, add_fault
+  use knot_vector, only: knot_vector_t
+  use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
+  use primitives, only: plane_surface, cylinder_surface, sphere_surface, extruded_surface
+  use scene, only: scene_t
+  use deck_names, only: deck_names_t
+  use name_table, only: place_of
+  use text, only: upper_case, squeezed
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, field_real, &
+                          field_integer
+  use patch_reader, only: patch_parts_t, check_parts, read_axes, read_points, refine
+  implicit none
+  private
+
+  public :: read_tools
+
+contains
+
+  !> Fill the list of tools, one for each *TOOL in the order of the deck. A tool whose surface
+  !! cannot be made has none.
+  subroutine read_tools(deck, names, parts, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_names_t), intent(in) :: names
+    type(patch_parts_t), intent(in) :: parts(:)   !! by place in `names%patches`
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    type(nurbs_surface_t) :: surface
+    integer, allocatable :: found(:)
+    integer :: i, patch
+    logical :: is_complete
+
+    found = find_records(deck, "TOOL")
+    allocate (scene%tools(size(found)))
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)), tool => scene%tools(i))
+        tool%origin = record%origin
+        tool%name = option_text(deck, record, "NAME")
+        tool%side = merge(-1, 1, option_text(deck, record, "SIDE") == "NEGATIVE")
+        allocate (tool%surfaces(0))
+        patch = place_of(names%patches, squeezed(upper_case(tool%name)))
+        if (patch == 0) cycle
+        call read_surface(deck, record, parts(patch), surface, is_complete, faults)
+        if (.not. is_complete) cycle
+        call refine(deck, parts(patch), surface, faults)
+        tool%surfaces = [surface]
+      end associate
+    end do
+  end subroutine read_tools
+
+  subroutine read_surface(deck, record, parts, surface, is_complete, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(patch_parts_t), intent(in) :: parts
+    type(nurbs_surface_t), intent(out) :: surface
+    logical, intent(out) :: is_complete
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: type
+    type(error_t), allocatable :: error
+    integer :: n_axes
+
+    type = option_text(deck, record, "TYPE")
+    n_axes = 0
+    if (type == "SURFACE") n_axes = 2
+    if (type == "EXTRUDED") n_axes = 1
+    call check_parts(deck, parts, n_axes, "a tool of TYPE="//type, faults)
+    is_complete = record%is_valid
+    select case (type)
+    case ("SURFACE", "EXTRUDED")
+      call read_listed(deck, record, parts, n_axes, surface, is_complete, error, faults)
+    case ("PLANE")
+      if (is_complete) call plane_surface(surface, vector(record, 1, 1), vector(record, 2, 1), &
+                                          vector(record, 3, 1), error)
+    case ("CYLINDER")
+      if (is_complete) then
+        call cylinder_surface(surface, vector(record, 1, 1), vector(record, 1, 4), &
+                              field_real(record, 2, 1), norm2(vector(record, 1, 4)), &
+                              field_real(record, 2, 2), field_real(record, 2, 3), error)
+      end if
+    case ("SPHERE")
+      if (is_complete) call sphere_surface(surface, vector(record, 1, 1), &
+                                           field_real(record, 1, 4), error)
+    end select
+    is_complete = is_complete .and. .not. allocated(error)
+    if (allocated(error)) then
+      call add_fault(faults, record%origin, "a surface that cannot be made ("//error%message//")", &
+                     "a proper surface")
+    end if
+  end subroutine read_surface
+
+  !> A surface, or a curve to be extruded, from knots and control points.
+  subroutine read_listed(deck, record, parts, n_axes, surface, is_complete, error, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(patch_parts_t), intent(in) :: parts
+    integer, intent(in) :: n_axes
+    type(nurbs_surface_t), intent(out) :: surface
+    logical, intent(inout) :: is_complete
+    type(error_t), allocatable, intent(out) :: error
+    type(fault_list_t), intent(inout) :: faults
+    type(knot_vector_t) :: axes(n_axes)
+    real(wp), allocatable :: points(:, :), weights(:)
+    real(wp) :: shift(3)
+    integer :: n(2)
+    logical :: has_axes, has_points
+
+    call read_axes(deck, parts, record, axes, has_axes, faults)
+    if (has_axes) call read_points(deck, parts, record, axes, points, weights, has_points, faults)
+    is_complete = is_complete .and. has_axes
+    if (is_complete) is_complete = has_points
+    if (.not. is_complete) return
+    if (n_axes == 2) then
+      n = axes%n_basis
+      call new_nurbs_surface(surface, axes(1), axes(2), reshape(points, [n(1), n(2), 3]), &
+                             reshape(weights, n), error)
+    else
+      shift = 0.0_wp
+      if (record%n_lines > 1) shift = vector(record, 2, 1)
+      points = points + spread(shift, 1, size(points, 1))
+      call extruded_surface(surface, axes(1), points, weights, vector(record, 1, 1), &
+                            field_integer(record, 1, 4), field_integer(record, 1, 5), error)
+    end if
+  end subroutine read_listed
+
+  !> Three fields of a line from `field` on.
+  pure function vector(record, line, field)
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line, field
+    real(wp) :: vector(3)
+    integer :: i
+
+    vector = [(field_real(record, line, field + i), i=0, 2)]
+  end function vector
+
+end module tool_reader
