@@ -24,7 +24,6 @@ module hdf5_file
   integer, parameter, public :: real_values = 1, integer_values = 2, byte_values = 3
 
   integer, parameter :: deflate_level = 4        ! above it time grows faster than size falls
-  integer, parameter :: least_compressed = 4096  ! smaller fixed datasets are not worth a filter
 
   !> An open file, or a closed one (id negative).
   type :: hdf5_file_t
@@ -47,7 +46,8 @@ contains
     logical :: is_there
 
     file%path = path
-    if (h5open() < 0 .or. .not. is_library_silenced()) call note(file, "open HDF5 for", "")
+    if (h5open() < 0) call note(file, "open HDF5 for", "")
+    if (.not. is_library_silenced()) call note(file, "silence HDF5 for", "")
     inquire (file=path, exist=is_there)
     if (is_there) call check_replaceable(file)
     if (allocated(file%error)) return
@@ -105,7 +105,7 @@ contains
     links = parent_maker()
     group = h5gcreate(file%id, c_text(name), links, h5_default, h5_default)
     if (group < 0) call note(file, "write", name)
-    if (h5pclose(links) < 0 .or. h5oclose(group) < 0) call note(file, "write", name)
+    if (any([h5pclose(links), h5oclose(group)] < 0)) call note(file, "write", name)
   end subroutine create_group
 
   !> A second name for an object.
@@ -199,13 +199,16 @@ contains
                      description)
   end subroutine write_integers
 
-  !> Create a dataset that grows row by row, compressed.
-  subroutine create_series(file, name, kind_of_values, row_shape, n_chunk_rows, unit, description)
+  !> Create a dataset that grows by rows. Compress only what grows by whole chunks: a compressed
+  !! chunk that is extended moves to another place, and a writer killed meanwhile leaves it broken.
+  subroutine create_series(file, name, kind_of_values, row_shape, n_chunk_rows, is_compressed, &
+                           unit, description)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: name
     integer, intent(in) :: kind_of_values   !! `real_values`, `integer_values` or `byte_values`
     integer, intent(in) :: row_shape(:)     !! of one row (Fortran order), empty for one number
-    integer, intent(in) :: n_chunk_rows     !! rows stored and compressed together
+    integer, intent(in) :: n_chunk_rows     !! rows stored together
+    logical, intent(in) :: is_compressed
     character(*), intent(in) :: unit, description
     integer(hsize_t) :: extents(size(row_shape) + 1), limits(size(row_shape) + 1)
     integer(hid_t) :: space, list
@@ -214,9 +217,9 @@ contains
     extents = [0_hsize_t, c_extents(row_shape)]
     limits = [h5_unlimited, c_extents(row_shape)]
     space = h5screate_simple(int(size(extents), c_int), extents, limits)
-    list = compressed([int(n_chunk_rows, hsize_t), c_extents(row_shape)])
+    list = chunked([int(n_chunk_rows, hsize_t), c_extents(row_shape)], is_compressed)
     call create_dataset(file, name, file_type(kind_of_values), space, list, unit, description)
-    if (h5sclose(space) < 0 .or. h5pclose(list) < 0) call note(file, "write", name)
+    if (any([h5sclose(space), h5pclose(list)] < 0)) call note(file, "write", name)
   end subroutine create_series
 
   !> Append rows of reals to a dataset made by `create_series`.
@@ -270,7 +273,7 @@ contains
     status(3) = h5sselect_hyperslab(space, h5_select_set, first, c_null_ptr, counts, c_null_ptr)
     status(4) = h5dwrite(dataset, memory_type, memory, space, h5_default, values)
     if (any(status < 0)) call note(file, "write", name)
-    if (h5sclose(space) < 0 .or. h5sclose(memory) < 0 .or. h5dclose(dataset) < 0) &
+    if (any([h5sclose(space), h5sclose(memory), h5dclose(dataset)] < 0)) &
       call note(file, "write", name)
   end subroutine append
 
@@ -293,7 +296,7 @@ contains
       space = h5screate_simple(int(size(shape), c_int), extents, extents)
       list = h5pcreate(h5_class_dataset)
       call create_dataset(file, name, type, space, list, unit, description)
-      if (h5sclose(space) < 0 .or. h5pclose(list) < 0) call note(file, "write", name)
+      if (any([h5sclose(space), h5pclose(list)] < 0)) call note(file, "write", name)
     end if
     if (allocated(file%error) .or. any(shape == 0)) return
     dataset = h5dopen(file%id, c_text(name), h5_default)
@@ -311,7 +314,7 @@ contains
     links = parent_maker()
     dataset = h5dcreate(file%id, c_text(name), type, space, links, list, h5_default)
     if (dataset < 0) call note(file, "write", name)
-    if (h5pclose(links) < 0 .or. h5dclose(dataset) < 0) call note(file, "write", name)
+    if (any([h5pclose(links), h5dclose(dataset)] < 0)) call note(file, "write", name)
     if (len(unit) > 0) call write_text_attribute(file, name, "unit", unit)
     call write_text_attribute(file, name, "description", description)
   end subroutine create_dataset
@@ -324,10 +327,16 @@ contains
     type(c_ptr), intent(in) :: values
     integer(hid_t) :: owner, attribute, space
     integer(c_int) :: status
+    logical :: is_known
 
     if (allocated(file%error)) return
     owner = h5oopen(file%id, c_text(object), h5_default)
-    if (h5aexists(owner, c_text(name)) > 0) then
+    is_known = h5aexists(owner, c_text(name)) > 0
+    if (is_known .and. type /= h5_int64) then   ! a text may have another length than before
+      if (h5adelete(owner, c_text(name)) < 0) call note(file, "write", object)
+      is_known = .false.
+    end if
+    if (is_known) then
       attribute = h5aopen(owner, c_text(name), h5_default)
     else
       space = h5screate_simple(int(size(extents), c_int), extents, extents)
@@ -336,7 +345,7 @@ contains
     end if
     status = h5awrite(attribute, type, values)
     if (status < 0) call note(file, "write", object)
-    if (h5aclose(attribute) < 0 .or. h5oclose(owner) < 0) call note(file, "write", object)
+    if (any([h5aclose(attribute), h5oclose(owner)] < 0)) call note(file, "write", object)
   end subroutine write_attribute
 
   subroutine check_replaceable(file)
@@ -369,17 +378,21 @@ contains
     if (h5pset_intermediate(links, 1_c_int) < 0) links = h5_default
   end function parent_maker
 
-  ! A creation list for chunks of these extents, shuffled and deflated.
-  integer(hid_t) function compressed(extents) result(list)
+  ! A creation list for chunks of these extents, shuffled and deflated if wanted.
+  integer(hid_t) function chunked(extents, is_compressed) result(list)
     integer(hsize_t), intent(in) :: extents(:)
+    logical, intent(in) :: is_compressed
     integer(c_int) :: status(3)
 
     list = h5pcreate(h5_class_dataset)
+    status = 0
     status(1) = h5pset_chunk(list, int(size(extents), c_int), extents)
-    status(2) = h5pset_shuffle(list)
-    status(3) = h5pset_deflate(list, int(deflate_level, c_int))
+    if (is_compressed) then
+      status(2) = h5pset_shuffle(list)
+      status(3) = h5pset_deflate(list, int(deflate_level, c_int))
+    end if
     if (any(status < 0)) list = h5_default
-  end function compressed
+  end function chunked
 
   integer(hid_t) function text_type(length) result(type)
     integer, intent(in) :: length

@@ -151,9 +151,11 @@ contains
     type(column_t) :: column
 
     if (present(kind_of_values)) then
-      call create_series(file, path, kind_of_values, row_shape(n), n_chunk_rows, unit, description)
+      call create_series(file, path, kind_of_values, row_shape(n), n_chunk_rows, &
+                         .false., unit, description)
     else
-      call create_series(file, path, real_values, row_shape(n), n_chunk_rows, unit, description)
+      call create_series(file, path, real_values, row_shape(n), n_chunk_rows, &
+                         .false., unit, description)
     end if
     column%path = path
     column%n = n

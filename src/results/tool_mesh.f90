@@ -1,8 +1,7 @@
 !> Tool surfaces as curved VTK cells.
 !!
-!! A surface without varying weights gives one exact cell per element. A rational surface gives
-!! four by four Lagrange cells per element (a quarter circle of degree 2 is then met within 2e-5
-!! of its radius), or one exact Bezier cell.
+!! One exact cell per element, but eight Lagrange cells along directions in which the weights vary:
+!! a quarter circle of degree 2 is then met within 1e-4 of its radius.
 module tool_mesh
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
@@ -16,7 +15,7 @@ module tool_mesh
 
   public :: surface_mesh_t, new_surface_mesh
 
-  integer, parameter :: n_rational_parts = 4   ! Lagrange cells per element and direction
+  integer, parameter :: n_rational_parts = 8   ! Lagrange cells per element and direction
 
   !> Cells of one surface.
   type :: surface_mesh_t
@@ -34,18 +33,21 @@ contains
     type(surface_mesh_t) :: mesh
     type(line_operator_t) :: basis(2)
     real(wp), allocatable :: weights(:)
-    integer :: degree, n_parts, d, i
+    integer :: degree, n_parts(2), d, i
 
     degree = maxval(surface%axes%degree)
     n_parts = 1
-    if (.not. is_bezier .and. maxval(surface%weights) > minval(surface%weights)) then
-      n_parts = n_rational_parts
+    if (.not. is_bezier) then
+      associate (w => surface%weights)
+        if (any(maxval(w, dim=1) > minval(w, dim=1))) n_parts(1) = n_rational_parts
+        if (any(maxval(w, dim=2) > minval(w, dim=2))) n_parts(2) = n_rational_parts
+      end associate
     end if
     do d = 1, 2
       if (is_bezier) then
         basis(d) = joined_bezier_operator(surface%axes(d), degree)
       else
-        basis(d) = basis_operator(surface%axes(d), equal_places(n_parts*degree), 0, &
+        basis(d) = basis_operator(surface%axes(d), equal_places(n_parts(d)*degree), 0, &
                                   is_joined=.true.)
       end if
     end do

@@ -16,6 +16,7 @@ module vtkhdf
   public :: append_step, write_rational_weights
 
   character(*), parameter :: root = "/VTKHDF"
+  integer, parameter :: n_chunk = 64   ! steps whose offsets are stored together
 
   !> Cells of all parts.
   type :: cells_t
@@ -73,8 +74,8 @@ contains
                         byte_values)
     call write_integers(file, root//"/CellData/part", cells%parts, [n_cells], &
                         "0 the blank, 1 ... the tools in the deck's order", integer_values)
-    call create_series(file, root//"/Points", real_values, [3], n_points, length_unit, &
-                       "points of the cells, step after step")
+    call create_series(file, root//"/Points", real_values, [3], n_points, .true., &
+                       length_unit, "points of the cells, step after step")
     call create_steps(file, time_unit)
   end subroutine create_grid
 
@@ -82,26 +83,29 @@ contains
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: time_unit
     character(*), parameter :: steps = root//"/Steps"
-    integer, parameter :: n_chunk = 64
 
     call create_group(file, root//"/PointData")
     call create_group(file, steps)
     call create_group(file, steps//"/PointDataOffsets")
     call write_integer_attribute(file, steps, "NSteps", [0])
-    call create_series(file, steps//"/Values", real_values, [integer ::], n_chunk, time_unit, &
-                       "time of each step")
-    call create_series(file, steps//"/NumberOfParts", integer_values, [integer ::], n_chunk, "1", &
-                       "always 1")
-    call create_series(file, steps//"/PartOffsets", integer_values, [integer ::], n_chunk, "1", &
-                       "always 0: the mesh is written once")
-    call create_series(file, steps//"/PointOffsets", integer_values, [integer ::], n_chunk, "1", &
-                       "first row of each step in Points")
-    call create_series(file, steps//"/CellOffsets", integer_values, [1], n_chunk, "1", "always 0")
-    call create_series(file, steps//"/ConnectivityIdOffsets", integer_values, [1], n_chunk, "1", &
-                       "always 0")
-    call create_series(file, steps//"/CellDataOffsets/part", integer_values, [integer ::], &
-                       n_chunk, "1", "always 0")
+    call create_series(file, steps//"/Values", real_values, [integer ::], n_chunk, .false., &
+                       time_unit, "time of each step")
+    call create_offsets(file, "NumberOfParts", [integer ::], "always 1")
+    call create_offsets(file, "PartOffsets", [integer ::], "always 0: the mesh is written once")
+    call create_offsets(file, "PointOffsets", [integer ::], "first row of each step in Points")
+    call create_offsets(file, "CellOffsets", [1], "always 0")
+    call create_offsets(file, "ConnectivityIdOffsets", [1], "always 0")
+    call create_offsets(file, "CellDataOffsets/part", [integer ::], "always 0")
   end subroutine create_steps
+
+  subroutine create_offsets(file, name, row_shape, description)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name, description
+    integer, intent(in) :: row_shape(:)
+
+    call create_series(file, root//"/Steps/"//name, integer_values, row_shape, n_chunk, .false., &
+                       "1", description)
+  end subroutine create_offsets
 
   !> Create a field on points, a scalar or a vector.
   subroutine create_point_data(file, name, n_components, n_points, unit, description)
@@ -112,9 +116,9 @@ contains
     character(*), intent(in) :: unit, description
 
     call create_series(file, root//"/PointData/"//name, real_values, row_shape(n_components), &
-                       n_points, unit, description)
-    call create_series(file, root//"/Steps/PointDataOffsets/"//name, integer_values, &
-                       [integer ::], 64, "1", "first row of each step in "//name)
+                       n_points, .true., unit, description)
+    call create_offsets(file, "PointDataOffsets/"//name, [integer ::], &
+                        "first row of each step in "//name)
   end subroutine create_point_data
 
   !> Weights of Bezier cells, the same in all steps; for readers that know them (VTK 9.7).
@@ -125,8 +129,7 @@ contains
 
     call write_reals(file, name, weights, shape(weights), "1", "weights of the Bezier points")
     call write_text_attribute(file, name, "Attribute", "RationalWeights")
-    call create_series(file, root//"/Steps/PointDataOffsets/RationalWeights", integer_values, &
-                       [integer ::], 64, "1", "always 0")
+    call create_offsets(file, "PointDataOffsets/RationalWeights", [integer ::], "always 0")
   end subroutine write_rational_weights
 
   !> Append the points of a step.

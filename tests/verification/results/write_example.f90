@@ -1,0 +1,193 @@
+!> Writes a results file whose contents are known: a sheet that bows to a parabola, a flat tool that
+!! moves and a quarter cylinder. Arguments: the file's name, then LAGRANGE or BEZIER, then, if a
+!! writer that never ends is wanted, the word FOREVER.
+program write_example
+  use kinds, only: wp
+  use errors, only: error_t
+  use text, only: string_t
+  use timer, only: add_watch, start_watch, stop_watch
+  use gauss_rule, only: new_gauss_rule
+  use knot_vector, only: greville, knot_vector_t, new_knot_vector
+  use nurbs_surface, only: nurbs_surface_t
+  use history, only: history_row_t
+  use run_log, only: timings_t
+  use frames, only: close_results, frame_t, open_results, record_history, results_setup_t, &
+                    results_t, write_frame
+  implicit none
+
+  integer, parameter :: n_elements(3) = [5, 2, 1], n_frames = 4
+  real(wp), parameter :: size_of_sheet(3) = [100.0_wp, 20.0_wp, 2.0_wp], radius = 30.0_wp
+  type(results_t) :: results
+  type(results_setup_t) :: setup
+  type(error_t), allocatable :: error
+  character(256) :: path, cells, ending
+  integer :: i
+
+  call get_command_argument(1, path)
+  call get_command_argument(2, cells)
+  call get_command_argument(3, ending)
+  call describe(setup, trim(path), cells == "BEZIER")
+  call open_results(results, setup, error)
+  call check(error)
+  i = 0
+  do while (i < n_frames .or. ending == "FOREVER")
+    call one_frame(results, setup, real(i, wp))
+    i = i + 1
+    if (ending == "FOREVER") print "(i0)", i
+  end do
+  call finish(results)
+
+contains
+
+  subroutine describe(setup, path, is_bezier)
+    type(results_setup_t), intent(out) :: setup
+    character(*), intent(in) :: path
+    logical, intent(in) :: is_bezier
+    integer :: d, n(3)
+
+    setup%path = path
+    setup%is_bezier = is_bezier
+    setup%n_state = 1
+    setup%provenance%version = "0.1.0"
+    setup%provenance%units = "mm, t, s"
+    setup%provenance%deck_text = "*HEADING"//new_line("a")//"a sheet that bows"
+    do d = 1, 3
+      setup%solid%axes(d) = uniform_axis(2, n_elements(d), size_of_sheet(d))
+      setup%rule(d) = new_gauss_rule(merge(3, 2, d == 3), merge(2, 1, d == 3))
+    end do
+    n = n_elements + 2
+    allocate (setup%solid%points(n(1), n(2), n(3), 3), setup%solid%weights(n(1), n(2), n(3)))
+    setup%solid%weights = 1.0_wp
+    setup%solid%points = bowed(setup, 0.0_wp)
+    allocate (setup%tools(2))
+    setup%tools(1)%name = "plate"
+    setup%tools(1)%surfaces = [plate()]
+    setup%tools(2)%name = "cylinder"
+    setup%tools(2)%surfaces = [quarter_cylinder()]
+    setup%probes = [string_t("middle")]
+  end subroutine describe
+
+  ! y = curvature*x^2 added to the flat sheet, which quadratic splines hold exactly.
+  function bowed(setup, curvature) result(points)
+    type(results_setup_t), intent(in) :: setup
+    real(wp), intent(in) :: curvature
+    real(wp), allocatable :: points(:, :, :, :)
+    real(wp), allocatable :: x(:), y(:), z(:)
+    integer :: i, j, k
+
+    x = greville(setup%solid%axes(1))
+    y = greville(setup%solid%axes(2))
+    z = greville(setup%solid%axes(3))
+    allocate (points(size(x), size(y), size(z), 3))
+    do k = 1, size(z)
+      do j = 1, size(y)
+        do i = 1, size(x)
+          associate (knots => setup%solid%axes(1)%knots)
+            points(i, j, k, :) = [x(i), z(k) + curvature*knots(i + 1)*knots(i + 2), -y(j)]
+          end associate
+        end do
+      end do
+    end do
+  end function bowed
+
+  subroutine one_frame(results, setup, time)
+    type(results_t), intent(inout) :: results
+    type(results_setup_t), intent(in) :: setup
+    real(wp), intent(in) :: time
+    type(frame_t) :: frame
+    type(error_t), allocatable :: error
+    integer :: e
+
+    frame%time = time
+    frame%points = bowed(setup, 1.0e-3_wp*time)
+    frame%velocity = bowed(setup, 1.0e-3_wp) - bowed(setup, 0.0_wp)
+    allocate (frame%eqps(2, 2, 6, 5, 2, 1), frame%stress(6, 2, 2, 6, 5, 2, 1))
+    frame%stress = 0.0_wp
+    do e = 1, 5
+      frame%eqps(:, :, :, e, :, :) = 0.01_wp*time*e
+    end do
+    frame%stress(1, :, :, :, :, :, :) = 100*time
+    frame%state = reshape(frame%eqps, [1, shape(frame%eqps)])
+    frame%tool_displacement = reshape([0.0_wp, -2*time, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [3, 2])
+    frame%tool_velocity = reshape([0.0_wp, -2.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [3, 2])
+    call record_history(results, row_at(time))
+    call record_history(results, row_at(time + 0.5_wp))
+    call write_frame(results, frame, error)
+    call check(error)
+  end subroutine one_frame
+
+  function row_at(time) result(row)
+    real(wp), intent(in) :: time
+    type(history_row_t) :: row
+
+    row%step = nint(10*time)
+    row%time = time
+    row%dt = 0.1_wp
+    row%external_work = 3*time
+    row%tool_displacement = reshape([0.0_wp, -2*time, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [3, 2])
+    row%tool_force = reshape([0.0_wp, 7*time, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [3, 2])
+    row%probe_displacement = reshape([1.0_wp, 2.0_wp, 3.0_wp]*time, [3, 1])
+    row%probe_velocity = reshape([1.0_wp, 2.0_wp, 3.0_wp], [3, 1])
+  end function row_at
+
+  subroutine finish(results)
+    type(results_t), intent(inout) :: results
+    type(timings_t) :: timings
+    type(error_t), allocatable :: error
+    integer :: watch
+
+    call add_watch(timings%timer, "blank forces", watch)
+    call start_watch(timings%timer, watch)
+    call stop_watch(timings%timer, watch)
+    timings%n_elements = product(n_elements)
+    timings%n_steps = 30
+    timings%wall_seconds = 3.0e-6_wp
+    call close_results(results, "completed", timings, error)
+    call check(error)
+  end subroutine finish
+
+  function plate() result(surface)
+    type(nurbs_surface_t) :: surface
+
+    surface%axes(1) = uniform_axis(2, 2, 100.0_wp)
+    surface%axes(2) = uniform_axis(1, 1, 20.0_wp)
+    allocate (surface%points(4, 2, 3), surface%weights(4, 2))
+    surface%weights = 1.0_wp
+    surface%points(:, :, 1) = spread(greville(surface%axes(1)), 2, 2)
+    surface%points(:, :, 2) = 20.0_wp
+    surface%points(:, :, 3) = -spread(greville(surface%axes(2)), 1, 4)
+  end function plate
+
+  function quarter_cylinder() result(surface)
+    type(nurbs_surface_t) :: surface
+
+    surface%axes(1) = uniform_axis(2, 1, 1.0_wp)
+    surface%axes(2) = uniform_axis(1, 1, 1.0_wp)
+    allocate (surface%points(3, 2, 3), surface%weights(3, 2))
+    surface%weights = spread([1.0_wp, sqrt(0.5_wp), 1.0_wp], 2, 2)
+    surface%points(:, :, 1) = spread([radius, radius, 0.0_wp], 2, 2)
+    surface%points(:, :, 2) = spread([0.0_wp, -radius, -radius], 2, 2)
+    surface%points(:, :, 3) = spread([0.0_wp, -20.0_wp], 1, 3)
+  end function quarter_cylinder
+
+  function uniform_axis(degree, n, length) result(axis)
+    integer, intent(in) :: degree, n
+    real(wp), intent(in) :: length
+    type(knot_vector_t) :: axis
+    type(error_t), allocatable :: error
+    integer :: i
+
+    call new_knot_vector(axis, degree, [(0.0_wp, i=1, degree), (length*i/n, i=0, n), &
+                                        (length, i=1, degree)], error)
+    call check(error)
+  end function uniform_axis
+
+  subroutine check(error)
+    type(error_t), allocatable, intent(in) :: error
+
+    if (.not. allocated(error)) return
+    print "(a)", error%message
+    error stop 1
+  end subroutine check
+
+end program write_example
