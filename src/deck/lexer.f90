@@ -46,8 +46,8 @@ module lexer
     integer :: block = 0                        !! block that data lines belong to, 0: none yet
     logical :: is_in_parameters = .false.       !! data lines define parameters
     logical :: is_default = .false.             !! only parameters that have no value yet
-    integer :: n_open = 0                       !! includes within each other
-    integer :: open_files(20) = 0
+    integer :: n_open = 0                       !! files that are being read
+    integer :: first(20) = 1, last(20) = 0      !! where their contents stand in `characters`
   end type state_t
 
   !> The file being read and how far.
@@ -149,7 +149,8 @@ contains
     state%n_open = state%n_open - 1
   end subroutine read_deck_file
 
-  !> Read the bytes of a file that is not open already; `cursor%file` stays 0 on a fault.
+  !> Read the bytes of a file that is not open already, whatever path leads to it; `cursor%file`
+  !! stays 0 on a fault.
   subroutine open_source(path, origin, deck, state, cursor, faults)
     character(*), intent(in) :: path
     type(origin_t), intent(in) :: origin
@@ -160,15 +161,8 @@ contains
     type(error_t), allocatable :: error
     integer :: i
 
-    do i = 1, state%n_open
-      if (deck%files(state%open_files(i))%value == path) then
-        call add_fault(faults, origin, "`"//path//"`, which is being read already: "// &
-                       "a file that includes itself", "another file")
-        return
-      end if
-    end do
-    if (state%n_open == size(state%open_files)) then
-      call add_fault(faults, origin, "more than "//to_text(size(state%open_files))// &
+    if (state%n_open == size(state%first)) then
+      call add_fault(faults, origin, "more than "//to_text(size(state%first))// &
                      " files within each other", "fewer levels of *INCLUDE")
       return
     end if
@@ -177,9 +171,16 @@ contains
       call add_fault(faults, origin, error%message, "a readable text file of keywords or data")
       return
     end if
+    do i = 1, state%n_open
+      if (deck%characters(state%first(i):state%last(i)) /= cursor%contents) cycle
+      call add_fault(faults, origin, "`"//path//"`, which is being read already: "// &
+                     "a file that includes itself", "another file")
+      return
+    end do
     call add_file(path, deck, cursor)
     state%n_open = state%n_open + 1
-    state%open_files(state%n_open) = cursor%file
+    state%last(state%n_open) = deck%n_characters - 1
+    state%first(state%n_open) = deck%n_characters - len(cursor%contents)
   end subroutine open_source
 
   pure subroutine add_file(path, deck, cursor)

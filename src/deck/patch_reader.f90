@@ -159,7 +159,7 @@ contains
     end do
     if (size(knots) > most_shown) shown = shown//" ..."
     call add_fault(faults, record%origin, to_text(size(knots))//" knots of degree "// &
-                   to_text(degree)//": "//shown, "an open knot vector; "//error%message)
+                   to_text(degree)//": "//shown, "an open "//error%message)
   end subroutine read_knots
 
   !> Control points of a patch with these axes, in the order of the deck.

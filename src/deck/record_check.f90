@@ -48,7 +48,7 @@ contains
           call check_options(block, deck%table%items(record%spec), record, faults)
         end if
       end associate
-      if (deck%records(i)%spec > 0) call check_lines(deck, i, faults)
+      if (has_known_type(deck, i)) call check_lines(deck, i, faults)
       deck%records(i)%is_valid = faults%n_items == n_before
     end do
     call check_uniqueness(deck, faults)
@@ -117,10 +117,10 @@ contains
       associate (name => block%options(i)%name)
         if (any(spec%options(:spec%n_options)%name == name)) then
           cycle
-        else if (verify(name(:min(1, len(name))), "0123456789") == 0 .and. i > 1) then
-          call add_fault(faults, record%origin, "the option "//name, "lists in quotes, such as "// &
-                         block%options(i - 1)%name//"="""//block%options(i - 1)%value//","// &
-                         name//"""")
+        else if (is_list_entry(block, i)) then
+          if (is_list_entry(block, i - 1)) cycle
+          call add_fault(faults, record%origin, "the option "//name, &
+                         "a list in quotes: "//quoted_list(block, i - 1))
         else
           call add_fault(faults, record%origin, "the unknown option "//name, &
                          listed(names)//did_you_mean(name, names))
@@ -128,6 +128,33 @@ contains
       end associate
     end do
   end subroutine check_options
+
+  !> Is option `i` an entry of a list that should stand in quotes?
+  pure logical function is_list_entry(block, i)
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: i
+
+    is_list_entry = .false.
+    if (i < 2) return
+    associate (name => block%options(i)%name)
+      if (len(name) > 0) is_list_entry = verify(name(1:1), "0123456789") == 0
+    end associate
+  end function is_list_entry
+
+  !> Option `i` with the entries behind it as one list.
+  pure function quoted_list(block, i) result(option)
+    type(block_t), intent(in) :: block
+    integer, intent(in) :: i
+    character(:), allocatable :: option
+    integer :: j
+
+    option = block%options(i)%name//"="""//block%options(i)%value
+    do j = i + 1, size(block%options)
+      if (.not. is_list_entry(block, j)) exit
+      option = option//","//block%options(j)%name
+    end do
+    option = option//""""
+  end function quoted_list
 
   pure function listed(names) result(words)
     type(string_t), intent(in) :: names(:)
@@ -175,6 +202,23 @@ contains
     end if
   end subroutine check_option
 
+  !> Is it clear what data lines the record should have?
+  pure logical function has_known_type(deck, i)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: i   !! record in hand
+    integer :: place
+
+    has_known_type = deck%records(i)%spec > 0
+    if (.not. has_known_type) return
+    associate (spec => deck%table%items(deck%records(i)%spec), record => deck%records(i))
+      do place = 1, spec%n_options
+        if (spec%options(place)%name /= "TYPE") cycle
+        has_known_type = index("|"//trim(spec%options(place)%choices)//"|", &
+                               "|"//record%options(place)%value//"|") > 0
+      end do
+    end associate
+  end function has_known_type
+
   !> Give each data line its form and check its fields.
   subroutine check_lines(deck, i, faults)
     type(parsed_deck_t), intent(inout) :: deck
@@ -204,14 +248,14 @@ contains
         end do
         done = n_of_form
         if (n_taken < spec%lines(form)%n_min .and. spec%name /= "PARAMETER") then
-          call add_fault(faults, record%origin, to_text(n_taken)//" data lines", &
+          call add_fault(faults, record%origin, lines_in_words(n_taken), &
                          wanted(spec%lines(form)))
           return
         end if
       end do
       if (done < record%n_lines) then
         call add_fault(faults, line_origin(deck, record, done + 1), "a data line too many", &
-                       to_text(done)//" data lines")
+                       lines_in_words(done))
         record%first(done + 2:) = record%first(done + 1)
       end if
     end associate
@@ -238,11 +282,17 @@ contains
     type(line_spec_t), intent(in) :: line
     character(:), allocatable :: expected
 
-    expected = to_text(line%n_min)//" data line"
+    expected = lines_in_words(line%n_min)//" of "//field_names(line)
     if (line%n_max == any_number) expected = "at least "//expected
-    if (line%n_min > 1) expected = expected//"s"
-    expected = expected//" of "//field_names(line)
   end function wanted
+
+  pure function lines_in_words(n) result(words)
+    integer, intent(in) :: n
+    character(:), allocatable :: words
+
+    words = to_text(n)//" data line"
+    if (n /= 1) words = words//"s"
+  end function lines_in_words
 
   pure function field_names(line) result(names)
     type(line_spec_t), intent(in) :: line

@@ -19,7 +19,6 @@ module set_reader
                                          "ETA_MAX", "ZETA_MIN", "ZETA_MAX"]
   character(8), parameter :: sides(6) = [character(8) :: "X_MIN", "X_MAX", "Y_MIN", "Y_MAX", &
                                          "Z_MIN", "Z_MAX"]
-  character(4), parameter :: axes(3) = ["XI  ", "ETA ", "ZETA"]
 
 contains
 
@@ -149,10 +148,7 @@ contains
     integer :: i, face, axis
 
     word = upper_case(field_word(record, line, 1))
-    axis = findloc(axes, word, 1)
-    if (axis == 0 .and. frame%is_box .and. len(word) == 1) then
-      axis = findloc(frame%axis_of, index("XYZ", word), 1)
-    end if
+    axis = axis_of(word, frame)
     if (axis > 0) then
       call read_range(deck, record, line, axis, word, frame, set, faults)
       return
@@ -183,6 +179,23 @@ contains
       if (mod(face, 2) == 0) set%lower(axis) = max(set%lower(axis), whole%upper(axis))
     end associate
   end subroutine narrow_to_face
+
+  !> Parametric axis that goes by this name, 0 if none does.
+  pure integer function axis_of(name, frame)
+    character(*), intent(in) :: name   !! upper case
+    type(box_frame_t), intent(in) :: frame
+
+    select case (name)
+    case ("XI"); axis_of = 1
+    case ("ETA"); axis_of = 2
+    case ("ZETA"); axis_of = 3
+    case ("X", "Y", "Z")
+      axis_of = 0
+      if (frame%is_box) axis_of = findloc(frame%axis_of, index("XYZ", name), 1)
+    case default
+      axis_of = 0
+    end select
+  end function axis_of
 
   subroutine read_range(deck, record, line, axis, word, frame, set, faults)
     type(parsed_deck_t), intent(in) :: deck
