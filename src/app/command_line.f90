@@ -82,7 +82,7 @@ contains
       i = i + 1
       value = argument(i)
       if (word == "--out") command%output = value
-      if (word == "--set") command%overrides = [command%overrides, string_t(value)]
+      if (word == "--set") call append(command%overrides, value)
       if (word == "--threads") then
         call read_integer(value, command%n_threads, is_number)
         if (.not. is_number .or. command%n_threads < 1) then
@@ -99,6 +99,15 @@ contains
       end if
     end select
   end subroutine take_argument
+
+  subroutine append(list, value)
+    type(string_t), allocatable, intent(inout) :: list(:)
+    character(*), intent(in) :: value
+    type(string_t) :: last
+
+    last%value = value
+    list = [list, last]
+  end subroutine append
 
   function nearest_option(word) result(nearest)
     character(*), intent(in) :: word

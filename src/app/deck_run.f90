@@ -15,7 +15,6 @@ module deck_run
   use fault_report, only: report_faults
   use model, only: model_t
   use model_setup, only: build_model
-  use provenance, only: provenance_t
   use frames, only: results_t, results_setup_t, open_results, close_results
   use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
   use forming_run, only: run_t, new_run, run_model
@@ -180,8 +179,18 @@ contains
     setup%n_state = model%bodies%blank%law%n_state
     setup%is_bezier = scene%output%is_bezier
     call get_command(line)
-    setup%provenance = provenance_t(version, git_commit, build_flags, trim(line), scene%file, &
-                                    scene%text, scene%heading, scene%units, omp_get_max_threads())
+    ! One by one: gfortran 12 takes wrong lengths from a structure constructor here.
+    associate (source => setup%provenance)
+      source%version = version
+      source%git_commit = git_commit
+      source%build_flags = build_flags
+      source%command_line = trim(line)
+      source%deck_file = scene%file
+      source%deck_text = scene%text
+      source%heading = scene%heading
+      source%units = scene%units
+      source%n_threads = omp_get_max_threads()
+    end associate
   end subroutine fill_setup
 
   !> The path without its last ending.
