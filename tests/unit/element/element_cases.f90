@@ -1,0 +1,220 @@
+!> Patches that several tests of the element layer share, and short ways to work with them.
+module element_cases
+  use kinds, only: wp
+  use errors, only: error_t
+  use knot_vector, only: knot_vector_t, new_knot_vector, greville
+  use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
+  use block_law, only: block_law_t
+  use elastic, only: elastic_t, new_elastic
+  use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use patch_setup, only: new_patch, new_tile_buffers
+  use internal_force, only: internal_forces
+  implicit none
+  private
+
+  public :: axis_with, box, bent, weighted, quarter_ring, patch_of, viscous_patch_of, evaluate
+  public :: steel, scatter, affine_field, stiffness, eigenvalues
+
+contains
+
+  !> Knots 0 to 1 with elements of uneven size; interior knots are repeated `multiplicity` times.
+  function axis_with(degree, n_elements, multiplicity, unevenness) result(kv)
+    integer, intent(in) :: degree, n_elements, multiplicity
+    real(wp), intent(in) :: unevenness   !! 0: equal elements, below 0.5
+    type(knot_vector_t) :: kv
+    type(error_t), allocatable :: error
+    real(wp) :: knots(2*(degree + 1) + multiplicity*(n_elements - 1))
+    integer :: e, first
+
+    knots(:degree + 1) = 0.0_wp
+    knots(size(knots) - degree:) = 1.0_wp
+    do e = 1, n_elements - 1
+      first = degree + 2 + multiplicity*(e - 1)
+      knots(first:first + multiplicity - 1) = (e + unevenness*sin(3.0_wp*e))/n_elements
+    end do
+    call new_knot_vector(kv, degree, knots, error)
+    if (allocated(error)) error stop "the knots of the test are wrong"
+  end function axis_with
+
+  !> Straight box of the given edges, its control points at the Greville abscissae.
+  function box(axes, edges) result(solid)
+    type(knot_vector_t), intent(in) :: axes(3)
+    real(wp), intent(in) :: edges(3)
+    type(nurbs_solid_t) :: solid
+    type(error_t), allocatable :: error
+    real(wp) :: points(axes(1)%n_basis, axes(2)%n_basis, axes(3)%n_basis, 3)
+    integer :: n(3)
+
+    n = axes%n_basis
+    points(:, :, :, 1) = edges(1)*spread(spread(greville(axes(1)), 2, n(2)), 3, n(3))
+    points(:, :, :, 2) = edges(2)*spread(spread(greville(axes(2)), 1, n(1)), 3, n(3))
+    points(:, :, :, 3) = edges(3)*spread(spread(greville(axes(3)), 1, n(2)), 1, n(1))
+    call new_nurbs_solid(solid, axes, points, 0.0_wp*points(:, :, :, 1) + 1.0_wp, error)
+    if (allocated(error)) error stop "the box of the test is wrong"
+  end function box
+
+  !> The same solid with its control points moved by up to `amplitude`, none like its neighbour.
+  function bent(straight, amplitude) result(solid)
+    type(nurbs_solid_t), intent(in) :: straight
+    real(wp), intent(in) :: amplitude
+    type(nurbs_solid_t) :: solid
+
+    solid = straight
+    solid%points = solid%points + amplitude*scatter(shape(solid%points), 1)
+  end function bent
+
+  !> The same control points with weights of 1 +- amplitude.
+  function weighted(plain, amplitude) result(solid)
+    type(nurbs_solid_t), intent(in) :: plain
+    real(wp), intent(in) :: amplitude
+    type(nurbs_solid_t) :: solid
+    real(wp) :: change(size(plain%weights, 1), size(plain%weights, 2), size(plain%weights, 3), 1)
+
+    solid = plain
+    change = scatter([shape(plain%weights), 1], 2)
+    solid%weights = 1.0_wp + amplitude*change(:, :, :, 1)
+  end function weighted
+
+  !> Quarter of a ring about z: axis 1 runs along the arc, axis 2 outward to inward, axis 3 along z.
+  function quarter_ring(inner, outer, width) result(solid)
+    real(wp), intent(in) :: inner, outer, width
+    type(nurbs_solid_t) :: solid
+    type(error_t), allocatable :: error
+    real(wp), parameter :: half_root = 0.5_wp*sqrt(2.0_wp)
+    real(wp) :: points(3, 2, 2, 3), weights(3, 2, 2), radius
+    integer :: j, k
+
+    do k = 1, 2
+      do j = 1, 2
+        radius = merge(outer, inner, j == 1)
+        points(:, j, k, 1) = [radius, radius, 0.0_wp]
+        points(:, j, k, 2) = [0.0_wp, radius, radius]
+        points(:, j, k, 3) = (k - 1)*width
+        weights(:, j, k) = [1.0_wp, half_root, 1.0_wp]
+      end do
+    end do
+    call new_nurbs_solid(solid, [axis_with(2, 1, 1, 0.0_wp), axis_with(1, 1, 1, 0.0_wp), &
+                                 axis_with(1, 1, 1, 0.0_wp)], points, weights, error)
+    if (allocated(error)) error stop "the ring of the test is wrong"
+  end function quarter_ring
+
+  !> Elastic steel in mm, t, s.
+  function steel() result(law)
+    type(elastic_t) :: law
+    law = new_elastic(7.85e-9_wp, 2.1e5_wp, 0.3_wp)
+  end function steel
+
+  !> Patch of a solid with a whole rule and no viscosity.
+  function patch_of(solid, n_points, law) result(patch)
+    type(nurbs_solid_t), intent(in) :: solid
+    integer, intent(in) :: n_points(3)
+    class(block_law_t), intent(in) :: law
+    type(ig_patch_t) :: patch
+    patch = viscous_patch_of(solid, n_points, law, [0.0_wp, 0.0_wp])
+  end function patch_of
+
+  !> Patch of a solid with bulk viscosity.
+  function viscous_patch_of(solid, n_points, law, viscosity) result(patch)
+    type(nurbs_solid_t), intent(in) :: solid
+    integer, intent(in) :: n_points(3)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: viscosity(2)
+    type(ig_patch_t) :: patch
+    type(error_t), allocatable :: error
+    call new_patch(patch, solid, n_points, [1, 1, 1], law, viscosity, error)
+    if (allocated(error)) error stop "the patch of the test is wrong"
+  end function viscous_patch_of
+
+  !> Internal forces with buffers of its own.
+  subroutine evaluate(patch, law, dt, x, v, force, report)
+    type(ig_patch_t), intent(inout) :: patch
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
+    real(wp), intent(out) :: force(:, :, :, :)
+    type(force_report_t), intent(out) :: report
+    type(tile_buffer_t), allocatable :: buffers(:)
+    buffers = new_tile_buffers(patch)
+    call internal_forces(patch, buffers, law, dt, x, v, force, report)
+  end subroutine evaluate
+
+  !> Numbers in (-1, 1) without a pattern, the same in every run.
+  pure function scatter(n, seed) result(numbers)
+    integer, intent(in) :: n(4), seed
+    real(wp) :: numbers(n(1), n(2), n(3), n(4))
+    integer :: i, j, k, c
+
+    do c = 1, n(4)
+      do k = 1, n(3)
+        do j = 1, n(2)
+          do i = 1, n(1)
+            numbers(i, j, k, c) = sin(1.0_wp*seed + 4.1_wp*i + 7.3_wp*j + 12.7_wp*k + 2.6_wp*c)
+          end do
+        end do
+      end do
+    end do
+  end function scatter
+
+  !> The field shift + gradient x at the control points.
+  pure function affine_field(x, gradient, shift) result(field)
+    real(wp), intent(in) :: x(:, :, :, :), gradient(3, 3), shift(3)
+    real(wp) :: field(size(x, 1), size(x, 2), size(x, 3), 3)
+    integer :: c
+
+    do c = 1, 3
+      field(:, :, :, c) = shift(c) + gradient(c, 1)*x(:, :, :, 1) + gradient(c, 2)*x(:, :, :, 2) &
+                          + gradient(c, 3)*x(:, :, :, 3)
+    end do
+  end function affine_field
+
+  !> Dense stiffness matrix of a stress-free patch, column by column from central differences of
+  !! the internal forces.
+  function stiffness(patch, law, x) result(k)
+    type(ig_patch_t), intent(in) :: patch
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: x(:, :, :, :)
+    real(wp) :: k(size(x), size(x))
+    real(wp), parameter :: tiny_move = 1.0e-6_wp
+    type(ig_patch_t) :: trial
+    type(tile_buffer_t), allocatable :: buffers(:)
+    type(force_report_t) :: report
+    real(wp), dimension(size(x)) :: unit
+    real(wp), dimension(size(x, 1), size(x, 2), size(x, 3), size(x, 4)) :: v, plus, minus
+    integer :: j
+
+    trial = patch
+    buffers = new_tile_buffers(patch)
+    do j = 1, size(x)
+      unit = 0.0_wp
+      unit(j) = tiny_move
+      v = reshape(unit, shape(x))
+      trial%stress = 0.0_wp
+      call internal_forces(trial, buffers, law, 1.0_wp, x, v, plus, report)
+      trial%stress = 0.0_wp
+      call internal_forces(trial, buffers, law, 1.0_wp, x, -v, minus, report)
+      k(:, j) = reshape(plus - minus, [size(x)])/(2.0_wp*tiny_move)
+    end do
+  end function stiffness
+
+  !> Eigenvalues of a symmetric matrix in rising order (LAPACK).
+  function eigenvalues(matrix) result(values)
+    real(wp), intent(in) :: matrix(:, :)
+    real(wp) :: values(size(matrix, 1))
+    real(wp) :: copy(size(matrix, 1), size(matrix, 1)), work(8*size(matrix, 1))
+    integer :: info
+    interface
+      subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+        import :: wp
+        character, intent(in) :: jobz, uplo
+        integer, intent(in) :: n, lda, lwork
+        real(wp), intent(inout) :: a(lda, *)
+        real(wp), intent(out) :: w(*), work(*)
+        integer, intent(out) :: info
+      end subroutine dsyev
+    end interface
+
+    copy = 0.5_wp*(matrix + transpose(matrix))
+    call dsyev("N", "U", size(matrix, 1), copy, size(matrix, 1), values, work, size(work), info)
+    if (info /= 0) error stop "the eigenvalues of the test were not found"
+  end function eigenvalues
+
+end module element_cases
