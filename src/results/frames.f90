@@ -1,4 +1,4 @@
-!> Results of a run in one HDF5 file: frames for VTK and ParaView, and beside them what those ignore:
+!> Results of a run in one HDF5 file: frames for VTK and ParaView, and beside them what VTK ignores:
 !! history, tools, integration points, exact geometry, provenance, timings.
 !!
 !! Between frames nothing is written: history rows wait in memory, and a frame is written in one go

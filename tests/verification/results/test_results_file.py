@@ -261,7 +261,8 @@ class RunningWriter(unittest.TestCase):
 
     def test_second_writer_is_refused(self):
         self.wait_for_frames(2)
-        second = subprocess.run([self.writer, self.path, "LAGRANGE"], capture_output=True, text=True)
+        second = subprocess.run([self.writer, self.path, "LAGRANGE"], capture_output=True,
+                                text=True)
         self.assertNotEqual(second.returncode, 0)
         self.assertIn("another program is using it", second.stdout)
         with h5py.File(self.path) as file:
