@@ -20,7 +20,8 @@ module frames
   use nurbs_solid, only: nurbs_solid_t
   use nurbs_surface, only: nurbs_surface_t
   use hdf5_file, only: close_file, create_file, create_group, create_series, append_integers, &
-                       byte_values, flush_file, hdf5_file_t, take_error, write_reals, &
+                       append_reals, byte_values, flush_file, hdf5_file_t, real_values, &
+                       take_error, write_reals, &
                        write_text_attribute
   use unit_system, only: new_unit_system, unit_of, unit_system_t
   use provenance, only: provenance_t, text_or_empty
@@ -123,6 +124,8 @@ contains
       call create_fields(results)
       call create_series(file, "/frames/is_failed", byte_values, [integer ::], 64, .false., "1", &
                          "1 for the state at which a run failed, 0 for all other frames")
+      call create_series(file, "/frames/eqps", real_values, results%geometry%n, 1, .true., "1", &
+                         "equivalent plastic strain at the integration points, all frames")
       call write_geometry(results)
       call write_point_geometry(results)
       call open_history(results%history, file, results%units, &
@@ -327,7 +330,7 @@ contains
     end associate
   end subroutine write_point_geometry
 
-  ! State at the integration points, of the last frame alone.
+  ! State at the integration points; all but the plastic strain of the last frame alone.
   subroutine write_points(results, frame)
     type(results_t), intent(inout) :: results
     type(frame_t), intent(in) :: frame
@@ -336,6 +339,7 @@ contains
     n_controls = size(results%solid%weights)
     associate (file => results%file, n => results%geometry%n, q => results%rule_size, &
                e => results%grid%n_elements)
+      call append_reals(file, "/frames/eqps", point_grid(1, q, e, frame%eqps), n, 1)
       call write_reals(file, "/points/eqps", point_grid(1, q, e, frame%eqps), n, "1", &
                        "equivalent plastic strain, last frame")
       call write_reals(file, "/points/stress", point_grid(6, q, e, frame%stress), [6, n], &

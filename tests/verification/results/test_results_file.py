@@ -211,6 +211,7 @@ class KnownContents(GeneralRules):
             self.assertAlmostEqual(volumes[:].sum(), 4000, delta=1e-9)
             self.assertAlmostEqual(positions[0, 0, 0, 0], 10 * (1 - 1 / np.sqrt(3)), delta=1e-12)
             np.testing.assert_allclose(file["points/eqps"][0, 0, ::2], 0.03 * np.arange(1, 6))
+            np.testing.assert_allclose(file["frames/eqps"][:, 0, 0, 8], 0.05 * np.arange(4))
             slope = 2 * 0.003 * positions[:, :, :, 0]
             np.testing.assert_allclose(file["points/principal_strain"][..., 0],
                                        0.5 * np.log1p(slope ** 2), atol=1e-14)
