@@ -1,4 +1,4 @@
-!> Closest point of a tool: Newton on the tangency conditions, kept on the faces, one point at a time.
+!> Closest point of a tool, one point at a time: Newton on the tangency conditions, with guards.
 !!
 !! [CA] R. P. R. Cardoso and O. B. Adetoro (2017), eqs. (48)-(55). Knot lines where the tangent
 !! breaks, borders and corners are normal cases here: the search stays on a face, crosses to the
@@ -7,7 +7,7 @@ module closest_point
   use kinds, only: wp
   use tool, only: tool_t
   use tool_face, only: separation_t, separation, face_position, unit_normal
-  use contact_territory, only: is_in_territory, distance_bound
+  use contact_territory, only: is_in_territory, distance_bound, relative_place
   use position_code, only: find_candidates
   implicit none
   private
@@ -86,11 +86,13 @@ contains
 
     hit%face = face
     hit%at = min(max(at, 0.0_wp), 1.0_wp)
-    call descend(tool, x, hit)
+    call descend(tool, x, .true., hit)
     call finish(tool, x, hit)
   end subroutine follow
 
-  !> Nearest of the local searches on some faces, the face bounded nearest first.
+  !> Nearest of the local searches on some faces. A search that would leave its face is dropped, for
+  !! the place it is after belongs to a face that is searched as well; only if this leaves nothing,
+  !! searches may leave their faces.
   pure subroutine search_faces(tool, x, faces, margin, is_corner_start, hit)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
@@ -98,27 +100,48 @@ contains
     real(wp), intent(in) :: margin
     logical, intent(in) :: is_corner_start
     type(hit_t), intent(out) :: hit
-    type(hit_t) :: trial
     real(wp) :: bounds(size(faces))
-    integer :: i, n, n_iterations
+    integer :: i, n_iterations
 
-    n_iterations = 0
     bounds = [(distance_bound(tool%territories(faces(i)), x), i=1, size(faces))]
-    do n = 1, size(faces)
-      i = minloc(bounds, 1)
-      if (bounds(i) > hit%distance + margin) exit
-      bounds(i) = huge(1.0_wp)
-      trial%face = faces(i)
-      trial%at = 0.0_wp
-      if (.not. is_corner_start) call start_nearest(tool, x, trial)
-      call descend(tool, x, trial)
-      n_iterations = n_iterations + trial%n_iterations
-      if (.not. trial%is_converged) cycle
-      call take_nearer(tool, trial, hit)
-    end do
+    call take_nearest(tool, x, faces, bounds, margin, is_corner_start, .false., hit)
+    n_iterations = hit%n_iterations
+    if (hit%face == 0) then
+      call take_nearest(tool, x, faces, bounds, margin, is_corner_start, .true., hit)
+      n_iterations = n_iterations + hit%n_iterations
+    end if
     if (hit%face /= 0) call finish(tool, x, hit)
     hit%n_iterations = n_iterations
   end subroutine search_faces
+
+  !> Local searches in rising order of the bounds, until no other face can matter.
+  pure subroutine take_nearest(tool, x, faces, bounds, margin, is_corner_start, may_leave, hit)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(3)
+    integer, intent(in) :: faces(:)
+    real(wp), intent(in) :: bounds(:)
+    real(wp), intent(in) :: margin
+    logical, intent(in) :: is_corner_start, may_leave
+    type(hit_t), intent(out) :: hit
+    type(hit_t) :: trial
+    logical :: is_left(size(faces))
+    integer :: i, n, n_iterations
+
+    n_iterations = 0
+    is_left = .true.
+    do n = 1, size(faces)
+      i = minloc(bounds, 1, is_left)
+      if (bounds(i) > hit%distance + margin) exit
+      is_left(i) = .false.
+      trial%face = faces(i)
+      trial%at = 0.0_wp
+      if (.not. is_corner_start) call start_nearest(tool, x, trial)
+      call descend(tool, x, may_leave, trial)
+      n_iterations = n_iterations + trial%n_iterations
+      if (trial%is_converged) call take_nearer(tool, trial, hit)
+    end do
+    hit%n_iterations = n_iterations
+  end subroutine take_nearest
 
   !> Keep the nearer of two, and the farther as its rival unless both are one place.
   pure subroutine take_nearer(tool, trial, hit)
@@ -138,13 +161,13 @@ contains
       other = hit
       hit = trial
     end if
-    between = norm2(face_position(tool%coefficients(:, :, :, other%face), other%at) &
-                    - face_position(tool%coefficients(:, :, :, hit%face), hit%at))
+    between = norm2(place_on(tool, other%face, other%at) - place_on(tool, hit%face, hit%at))
     hit%rival = rival
     if (between > same_place*tool%scale) hit%rival = min(rival, other%distance)
   end subroutine take_nearer
 
-  !> Put a start on the nearest of some points spread over its face.
+  !> Start near the closest point of a face: below the point where the face is gently curved, else
+  !! on the nearest of some points spread over it.
   pure subroutine start_nearest(tool, x, start)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
@@ -152,40 +175,66 @@ contains
     real(wp) :: square, least, at(2)
     integer :: i, j, n(2)
 
-    n = [size(tool%coefficients, 2), size(tool%coefficients, 3)] + 1
+    if (tool%is_gentle(start%face)) then
+      start%at = min(max(relative_place(tool%territories(start%face), x), 0.0_wp), 1.0_wp)
+      return
+    end if
+    n = tool%orders + 1
     least = huge(1.0_wp)
-    associate (face => start%face)
-      do j = 1, n(2)
-        do i = 1, n(1)
-          at = (real([i, j], wp) - 0.5_wp)/n
-          square = sum((x - face_position(tool%coefficients(:, :, :, face), at))**2)
-          if (square < least) then
-            least = square
-            start%at = at
-          end if
-        end do
+    do j = 1, n(2)
+      do i = 1, n(1)
+        at = (real([i, j], wp) - 0.5_wp)/n
+        square = sum((x - place_on(tool, start%face, at))**2)
+        if (square < least) then
+          least = square
+          start%at = at
+        end if
       end do
-    end associate
+    end do
   end subroutine start_nearest
+
+  !> Point of a face of a tool.
+  pure function place_on(tool, face, at) result(point)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: face
+    real(wp), intent(in) :: at(2)
+    real(wp) :: point(3)
+
+    point = face_position(tool%orders, tool%coefficients(:, :, :, face), at)
+  end function place_on
+
+  !> How the point `x` lies to a place on a face of a tool.
+  pure function seen_from(tool, face, at, x) result(state)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: face
+    real(wp), intent(in) :: at(2), x(3)
+    type(separation_t) :: state
+
+    state = separation(tool%orders, tool%coefficients(:, :, :, face), at, x)
+  end function seen_from
 
   !> Newton with the full second derivatives, eq. (52), from a start on a face, always downhill.
   !! Where the Hessian is not positive the metric alone is used (Gauss-Newton).
-  pure subroutine descend(tool, x, hit)
+  pure subroutine descend(tool, x, may_leave, hit)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
+    logical, intent(in) :: may_leave   !! the face it starts on
     type(hit_t), intent(inout) :: hit
     type(separation_t) :: here
     logical :: is_free(2), is_lower
     real(wp) :: step(2), gain
+    integer :: start
 
+    start = hit%face
     hit%n_iterations = 1
     hit%is_converged = .false.
-    here = separation(tool%coefficients(:, :, :, hit%face), hit%at, x)
+    here = seen_from(tool, hit%face, hit%at, x)
     do while (hit%n_iterations < max_iterations)
       call cross_edges(tool, x, hit, here, is_free)
       call newton_step(here, hit%at, is_free, step, gain)
       hit%is_converged = gain <= (step_tolerance*tool%scale)**2
       if (hit%is_converged) exit
+      if (hit%face /= start .and. .not. may_leave) return
       call step_down(tool, x, step, hit, here, is_lower)
       if (.not. is_lower) exit
     end do
@@ -213,7 +262,7 @@ contains
       if (face == 0) cycle
       at = hit%at
       at(d) = 1.0_wp - anint(at(d))
-      there = separation(tool%coefficients(:, :, :, face), at, x)
+      there = seen_from(tool, face, at, x)
       hit%n_iterations = hit%n_iterations + 1
       if (is_blocked(at(d), there%slope(d))) cycle
       hit%face = face
@@ -238,7 +287,7 @@ contains
     edge_of = 2*d - 1 + nint(at)
   end function edge_of
 
-  !> Newton step in the free coordinates and the fall of the half squared distance it promises twice.
+  !> Newton step in the free coordinates, and its gain: slope times step, about the step's square.
   pure subroutine newton_step(here, at, is_free, step, gain)
     type(separation_t), intent(in) :: here
     real(wp), intent(in) :: at(2)
@@ -297,7 +346,7 @@ contains
     factor = 1.0_wp
     do i = 1, max_halvings
       at = min(max(hit%at + factor*step, 0.0_wp), 1.0_wp)
-      there = separation(tool%coefficients(:, :, :, hit%face), at, x)
+      there = seen_from(tool, hit%face, at, x)
       hit%n_iterations = hit%n_iterations + 1
       is_lower = there%square <= here%square + slack
       if (is_lower) exit
@@ -324,8 +373,8 @@ contains
   !> Gap, normal and overhang at the place found.
   !!
   !! Inside a face, and on a smooth knot line, the point lies along the normal. On a break of the
-  !! tangent it lies between the normals of the faces that meet: there the gap is the signed distance
-  !! and the normal its gradient, both the same from whichever face the search came. Beyond the
+  !! tangent it lies between the normals of the faces that meet: there the gap is the signed
+  !! distance and the normal its gradient, the same from whichever face the search came. Beyond the
   !! border the part that sticks out is kept apart as `overhang`.
   pure subroutine finish(tool, x, hit)
     type(tool_t), intent(in) :: tool
@@ -336,7 +385,7 @@ contains
     logical :: has_break
     integer :: d
 
-    here = separation(tool%coefficients(:, :, :, hit%face), hit%at, x)
+    here = seen_from(tool, hit%face, hit%at, x)
     hit%distance = sqrt(here%square)
     normal = safe_normal(tool, hit%face, hit%at)
     mean = normal
@@ -389,15 +438,14 @@ contains
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: face
     real(wp), intent(in) :: at(2)
-    real(wp), parameter :: inside = 1.0e-5_wp
+    real(wp), parameter :: inside = 1.0e-5_wp, origin(3) = 0.0_wp
     real(wp) :: normal(3)
     type(separation_t) :: here
 
-    here = separation(tool%coefficients(:, :, :, face), at, [0.0_wp, 0.0_wp, 0.0_wp])
+    here = seen_from(tool, face, at, origin)
     normal = unit_normal(here%d1)
     if (norm2(normal) > 0.5_wp) return
-    here = separation(tool%coefficients(:, :, :, face), at + inside*(0.5_wp - at), &
-                      [0.0_wp, 0.0_wp, 0.0_wp])
+    here = seen_from(tool, face, at + inside*(0.5_wp - at), origin)
     normal = unit_normal(here%d1)
   end function safe_normal
 

@@ -68,7 +68,7 @@ module contact
     type(contact_options_t) :: options
     real(wp), allocatable :: stiffness(:)    !! frozen at the start [force/length]
     integer, allocatable :: face(:)          !! face of the tool last touched or seen, 0: none
-    real(wp), allocatable :: at(:, :)        !! local coordinates there, shape (2, n_points)
+    real(wp), allocatable :: at(:, :)        !! local coordinates s, t there, shape (n_points, 2)
     real(wp), allocatable :: test_at(:)      !! travel at which the point is tested again [length]
     real(wp), allocatable :: search_at(:)    !! travel at which it is searched anew [length]
     real(wp), allocatable :: force(:, :)     !! on the point now, shape (n_points, 3) [force]
@@ -106,7 +106,7 @@ contains
     if (allocated(error)) return
     contact%slave = slave
     associate (n => slave%n_points)
-      allocate (contact%stiffness(n), contact%face(n), contact%at(2, n))
+      allocate (contact%stiffness(n), contact%face(n), contact%at(n, 2))
       allocate (contact%test_at(n), contact%search_at(n), contact%force(n, 3))
       allocate (contact%net(slave%n_net(1), slave%n_net(2), 3))
     end associate
@@ -203,80 +203,106 @@ contains
     real(wp), intent(in) :: net_x(contact%slave%n_net(1), contact%slave%n_net(2), 3)
     integer, intent(in) :: index   !! number of the tile
     type(tile_result_t), intent(out) :: result
-    real(wp) :: x(contact%tiles(index)%first:contact%tiles(index)%last, 3), queued_x(n_lanes, 3)
-    integer :: queue(n_lanes), n_queued, before, point, i
+    real(wp) :: x(contact%tiles(index)%last - contact%tiles(index)%first + 1, 3)
+    integer :: queue(tile_size), n_queued, before, point, i, n, first, last
 
     associate (tile => contact%tiles(index))
+      before = (tile%row - 1)*contact%slave%n_along(1) + tile%first - 1
+      n = size(x, 1)
       call row_positions(contact%slave, net_x, tile%row, tile%first, tile%last, x)
       do i = 1, 3
         x(:, i) = x(:, i) - tool%displacement(i)
+        contact%force(before + 1:before + n, i) = 0.0_wp
       end do
-      before = (tile%row - 1)*contact%slave%n_along(1)
-      contact%force(before + tile%first:before + tile%last, :) = 0.0_wp
       n_queued = 0
-      do i = tile%first, tile%last
+      do i = 1, n
         point = before + i
         if (contact%travel < contact%test_at(point)) cycle
         result%counts%n_tested = result%counts%n_tested + 1
         if (contact%face(point) == 0 .or. contact%travel >= contact%search_at(point) &
             .or. contact%options%is_corner_start) then
           call search_point(contact, tool, x(i, :), point, result)
-          cycle
+        else
+          n_queued = n_queued + 1
+          queue(n_queued) = i
         end if
-        n_queued = n_queued + 1
-        queue(n_queued) = point
-        queued_x(n_queued, :) = x(i, :)
-        if (n_queued < n_lanes) cycle
-        call follow_points(contact, tool, queue, queued_x, result)
-        n_queued = 0
       end do
-      if (n_queued > 0) call follow_points(contact, tool, queue(:n_queued), queued_x, result)
-      tile%test_at = minval(contact%test_at(before + tile%first:before + tile%last))
+      do first = 1, n_queued, n_lanes
+        last = min(first + n_lanes - 1, n_queued)
+        call follow_points(contact, tool, before, n, x, queue(first:last), result)
+      end do
+      tile%test_at = minval(contact%test_at(before + 1:before + n))
     end associate
   end subroutine work_tile
 
-  !> Follow up to eight points from where they were; those that do not settle one by one.
-  subroutine follow_points(contact, tool, points, x, result)
+  !> Follow up to eight points of a tile from where they were.
+  subroutine follow_points(contact, tool, before, n_tile, x, points, result)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
-    integer, intent(in) :: points(:)          !! slave point numbers
-    real(wp), intent(in) :: x(n_lanes, 3)     !! their places in the tool's frame [length]
+    integer, intent(in) :: before            !! slave points before those of the tile
+    integer, intent(in) :: n_tile            !! slave points of the tile
+    real(wp), intent(in) :: x(n_tile, 3)     !! their places in the tool's frame [length]
+    integer, intent(in) :: points(:)         !! which of them
     type(tile_result_t), intent(inout) :: result
     type(lanes_t) :: lanes
-    type(hit_t) :: hit
-    integer :: lane, used
+    real(wp) :: depth, safe(n_lanes), push(n_lanes), energy(n_lanes)
+    integer :: lane, n, point(n_lanes)
 
-    do lane = 1, n_lanes
-      used = min(lane, size(points))
-      lanes%x(lane, :) = x(used, :)
-      lanes%face(lane) = contact%face(points(used))
-      lanes%s(lane) = contact%at(1, points(used))
-      lanes%t(lane) = contact%at(2, points(used))
-    end do
+    n = size(points)
+    point(:n) = before + points
+    point(n + 1:) = before + points(n)
+    lanes%x = x(point - before, :)
+    lanes%face = contact%face(point)
+    lanes%s = contact%at(point, 1)
+    lanes%t = contact%at(point, 2)
     call follow_lanes(tool, lanes)
-    call count_iterations(result%counts, lanes%n_iterations, size(points))
-    do lane = 1, size(points)
-      if (lanes%is_good(lane)) then
-        hit%face = lanes%face(lane)
-        hit%at = [lanes%s(lane), lanes%t(lane)]
-        hit%gap = lanes%gap(lane)
-        hit%distance = abs(hit%gap)
-        hit%normal = lanes%normal(lane, :)
-        hit%overhang = 0.0_wp
-      else
-        result%counts%n_fallbacks = result%counts%n_fallbacks + 1
-        call follow(tool, x(lane, :), lanes%face(lane), contact%at(:, points(lane)), hit)
-        call count_iterations(result%counts, hit%n_iterations, 1)
-        if (.not. hit%is_converged) then
-          call search_point(contact, tool, x(lane, :), points(lane), result)
-          cycle
-        end if
+    call count_iterations(result%counts, lanes%n_iterations, n)
+    do lane = 1, n_lanes
+      depth = -lanes%gap(lane)
+      safe(lane) = max(-depth, depth - contact%options%max_depth, 0.0_wp)
+      if (safe(lane) > 0.0_wp) depth = 0.0_wp
+      push(lane) = contact%stiffness(point(lane))*max(depth, 0.0_wp)
+      energy(lane) = 0.5_wp*push(lane)*depth
+    end do
+    do lane = 1, n
+      if (.not. lanes%is_good(lane)) then
+        call follow_point(contact, tool, point(lane), lanes%x(lane, :), result)
+        cycle
       end if
-      contact%test_at(points(lane)) = min(contact%search_at(points(lane)), &
-                                  contact%travel + safe_distance(contact, tool, x(lane, :), hit))
-      call push_point(contact, tool, points(lane), hit, result)
+      contact%at(point(lane), 1) = lanes%s(lane)
+      contact%at(point(lane), 2) = lanes%t(lane)
+      contact%test_at(point(lane)) = min(contact%travel + safe(lane), &
+                                         contact%search_at(point(lane)))
+      if (push(lane) <= 0.0_wp) cycle
+      contact%force(point(lane), :) = push(lane)*lanes%normal(lane, :)
+      contact%test_at(point(lane)) = contact%travel
+      result%reaction = result%reaction - push(lane)*lanes%normal(lane, :)
+      result%energy = result%energy + energy(lane)
+      result%depth = max(result%depth, -lanes%gap(lane))
+      result%counts%n_touching = result%counts%n_touching + 1
     end do
   end subroutine follow_points
+
+  !> Follow one point that did not settle among the eight.
+  subroutine follow_point(contact, tool, point, x, result)
+    type(contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: point
+    real(wp), intent(in) :: x(3)
+    type(tile_result_t), intent(inout) :: result
+    type(hit_t) :: hit
+
+    result%counts%n_fallbacks = result%counts%n_fallbacks + 1
+    call follow(tool, x, contact%face(point), contact%at(point, :), hit)
+    call count_iterations(result%counts, hit%n_iterations, 1)
+    if (hit%is_converged) then
+      contact%test_at(point) = min(contact%search_at(point), &
+                                   contact%travel + safe_distance(contact, tool, x, hit))
+      call push_point(contact, tool, point, hit, result)
+    else
+      call search_point(contact, tool, x, point, result)
+    end if
+  end subroutine follow_point
 
   !> Search one point anew, and note how far it may travel before another place can be the nearest.
   subroutine search_point(contact, tool, x, point, result)
@@ -330,7 +356,7 @@ contains
     real(wp) :: force(3)
 
     contact%face(point) = hit%face
-    contact%at(:, point) = hit%at
+    contact%at(point, :) = hit%at
     if (hit%face == 0 .or. hit%gap >= 0.0_wp .or. hit%gap <= -contact%options%max_depth &
         .or. hit%overhang > contact%options%overhang + border_slack*tool%scale) return
     force = -contact%stiffness(point)*hit%gap*hit%normal

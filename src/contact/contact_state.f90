@@ -42,7 +42,7 @@ contains
     contact%net = reshape(values(at + 1:at + size(contact%net)), shape(contact%net))
     at = at + size(contact%net)
     contact%face = nint(values(at + 1:at + n))
-    contact%at = reshape(values(at + n + 1:at + 3*n), [2, n])
+    contact%at = reshape(values(at + n + 1:at + 3*n), [n, 2])
     contact%test_at = values(at + 3*n + 1:at + 4*n)
     contact%search_at = values(at + 4*n + 1:at + 5*n)
     contact%force = 0.0_wp

@@ -26,16 +26,18 @@ module tool
     real(wp) :: search_distance = 0.0_wp    !! how far from a face the search reaches [length]
     real(wp) :: displacement(3) = 0.0_wp    !! of the frame, set by whoever moves the tool [length]
     real(wp) :: velocity(3) = 0.0_wp        !! of the frame [length/time]
-    real(wp) :: force(3) = 0.0_wp           !! reaction of the sheet, zeroed before each step [force]
+    real(wp) :: force(3) = 0.0_wp           !! reaction of the sheet, zeroed each step [force]
     real(wp) :: scale = 1.0_wp              !! size the tolerances are measured by [length]
     integer :: n_faces = 0
-    real(wp), allocatable :: coefficients(:, :, :, :)   !! power form, shape (4, n1, n2, n_faces)
+    integer :: orders(2) = least_order      !! highest degrees of the surfaces + 1
+    real(wp), allocatable :: coefficients(:, :, :, :)   !! power form, (4, orders(1:2), n_faces)
     integer, allocatable :: neighbours(:, :)   !! face across s = 0, s = 1, t = 0, t = 1, 0: border
     integer, allocatable :: surface_of(:)      !! surface of each face, shape (n_faces)
     real(wp), allocatable :: low(:, :)         !! xi and eta where a face begins, (2, n_faces)
     real(wp), allocatable :: high(:, :)        !! xi and eta where a face ends, (2, n_faces)
     real(wp) :: box(3, 2) = 0.0_wp             !! corners of the box around all faces [length]
     type(contact_territory_t), allocatable :: territories(:)   !! shape (n_faces)
+    logical, allocatable :: is_gentle(:)       !! too flat to have two places closest to a point
     type(position_code_t) :: codes             !! faces within the search distance of a place
   end type tool_t
 
@@ -90,19 +92,18 @@ contains
     type(tool_t), intent(inout) :: tool
     type(bezier_face_t), allocatable :: faces(:)
     real(wp), allocatable :: boxes(:, :, :)
-    integer :: surface, i, n, orders(2)
+    integer :: surface, i, n
 
-    orders = least_order
     do surface = 1, size(tool%surfaces)
       associate (axes => tool%surfaces(surface)%axes)
         tool%n_faces = tool%n_faces + n_spans(axes(1))*n_spans(axes(2))
-        orders = max(orders, axes%degree + 1)
+        tool%orders = max(tool%orders, axes%degree + 1)
       end associate
     end do
     n = tool%n_faces
-    allocate (tool%coefficients(4, orders(1), orders(2), n), source=0.0_wp)
+    allocate (tool%coefficients(4, tool%orders(1), tool%orders(2), n), source=0.0_wp)
     allocate (tool%neighbours(4, n), tool%surface_of(n), tool%low(2, n), tool%high(2, n))
-    allocate (tool%territories(n), boxes(3, 2, n))
+    allocate (tool%territories(n), tool%is_gentle(n), boxes(3, 2, n))
     n = 0
     do surface = 1, size(tool%surfaces)
       faces = bezier_faces(tool%surfaces(surface))
@@ -116,6 +117,8 @@ contains
           tool%coefficients(:, :d(1) + 1, :d(2) + 1, n) = power_form(faces(i))
         end associate
         call enclose(faces(i)%hull, tool%territories(n), boxes(:, :, n))
+        tool%is_gentle(n) = is_flat_enough(tool%territories(n), maxval(faces(i)%degree), &
+                                           tool%search_distance)
       end do
     end do
     tool%box(:, 1) = minval(boxes(:, 1, :), 2)
@@ -139,8 +142,22 @@ contains
     call new_territory(territory, points)
   end subroutine enclose
 
-  !> Faces across the four edges of each face of a surface, `before` being the faces of the surfaces
-  !! before it. A surface closed on itself has no border there.
+  !> Whether a face bends so little that a point within the search distance cannot be beyond its
+  !! centre of curvature. A curve of degree p and sagitta h is taken to bend no tighter than one of
+  !! degree 2 over 1/(p - 1) of its length l, whose radius is l^2/(8 h (p - 1)^2).
+  pure logical function is_flat_enough(territory, degree, distance)
+    type(contact_territory_t), intent(in) :: territory
+    integer, intent(in) :: degree
+    real(wp), intent(in) :: distance
+    real(wp), parameter :: safety = 2.0_wp
+    real(wp) :: extent(3)
+
+    extent = territory%high - territory%low
+    is_flat_enough = 8*safety*distance*extent(3)*max(degree - 1, 1)**2 < minval(extent(:2))**2
+  end function is_flat_enough
+
+  !> Faces across the four edges of each face of a surface, `before` being the number of faces of
+  !! the surfaces before it. A surface closed on itself has no border there.
   pure subroutine link_faces(surface, before, neighbours)
     type(nurbs_surface_t), intent(in) :: surface
     integer, intent(in) :: before

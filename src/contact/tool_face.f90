@@ -23,17 +23,18 @@ module tool_face
 contains
 
   !> Point of a face.
-  pure function face_position(coefficients, at) result(point)
-    real(wp), intent(in) :: coefficients(:, :, :)   !! power form, shape (4, n1, n2)
-    real(wp), intent(in) :: at(2)                   !! local coordinates s and t
+  pure function face_position(orders, coefficients, at) result(point)
+    integer, intent(in) :: orders(2)   !! degrees + 1
+    real(wp), intent(in) :: coefficients(4, orders(1), orders(2))   !! power form
+    real(wp), intent(in) :: at(2)      !! local coordinates s and t
     real(wp) :: point(3)
     real(wp) :: line(4), sum(4)
     integer :: a, b
 
     sum = 0.0_wp
-    do b = size(coefficients, 3), 1, -1
+    do b = orders(2), 1, -1
       line = 0.0_wp
-      do a = size(coefficients, 2), 1, -1
+      do a = orders(1), 1, -1
         line = line*at(1) + coefficients(:, a, b)
       end do
       sum = sum*at(2) + line
@@ -43,12 +44,13 @@ contains
 
   !> Point of a face with first and second derivatives, by Horner's scheme carried along for the
   !! derivatives and the quotient rule.
-  pure subroutine face_derivatives(coefficients, at, point, d1, d2)
-    real(wp), intent(in) :: coefficients(:, :, :)   !! power form, shape (4, n1, n2)
-    real(wp), intent(in) :: at(2)                   !! local coordinates s and t
-    real(wp), intent(out) :: point(3)               !! [length]
-    real(wp), intent(out) :: d1(3, 2)               !! by s and t
-    real(wp), intent(out) :: d2(3, 3)               !! by s s, t t, s t
+  pure subroutine face_derivatives(orders, coefficients, at, point, d1, d2)
+    integer, intent(in) :: orders(2)   !! degrees + 1
+    real(wp), intent(in) :: coefficients(4, orders(1), orders(2))   !! power form
+    real(wp), intent(in) :: at(2)      !! local coordinates s and t
+    real(wp), intent(out) :: point(3)  !! [length]
+    real(wp), intent(out) :: d1(3, 2)  !! by s and t
+    real(wp), intent(out) :: d2(3, 3)  !! by s s, t t, s t
     real(wp), dimension(4) :: line, line_s, half_ss, h, h_s, h_t, h_st, half_hss, half_htt
     real(wp) :: inverse
     integer :: a, b
@@ -59,11 +61,11 @@ contains
     h_st = 0.0_wp
     half_hss = 0.0_wp
     half_htt = 0.0_wp
-    do b = size(coefficients, 3), 1, -1
+    do b = orders(2), 1, -1
       line = 0.0_wp
       line_s = 0.0_wp
       half_ss = 0.0_wp
-      do a = size(coefficients, 2), 1, -1
+      do a = orders(1), 1, -1
         half_ss = half_ss*at(1) + line_s
         line_s = line_s*at(1) + line
         line = line*at(1) + coefficients(:, a, b)
@@ -85,14 +87,15 @@ contains
   end subroutine face_derivatives
 
   !> How the point `x` lies to a place on a face.
-  pure function separation(coefficients, at, x) result(state)
-    real(wp), intent(in) :: coefficients(:, :, :)   !! power form, shape (4, n1, n2)
-    real(wp), intent(in) :: at(2)                   !! local coordinates s and t
-    real(wp), intent(in) :: x(3)                    !! [length]
+  pure function separation(orders, coefficients, at, x) result(state)
+    integer, intent(in) :: orders(2)   !! degrees + 1
+    real(wp), intent(in) :: coefficients(4, orders(1), orders(2))   !! power form
+    real(wp), intent(in) :: at(2)      !! local coordinates s and t
+    real(wp), intent(in) :: x(3)       !! [length]
     type(separation_t) :: state
     real(wp) :: point(3), d2(3, 3)
 
-    call face_derivatives(coefficients, at, point, state%d1, d2)
+    call face_derivatives(orders, coefficients, at, point, state%d1, d2)
     state%r = x - point
     state%square = dot_product(state%r, state%r)
     state%slope = matmul(state%r, state%d1)

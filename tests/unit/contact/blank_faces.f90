@@ -11,8 +11,8 @@ module blank_faces
 
 contains
 
-  !> Face over 0 <= x <= length, 0 <= z <= width at height y, whose normal xi x eta points down, with
-  !! equal elements. `wave` is the height of a ripple, `spread` the variation of the weights.
+  !> Face over 0 <= x <= length, 0 <= z <= width at height y, whose normal xi x eta points down,
+  !! with equal elements. `wave` is the height of a ripple, `spread` the variation of the weights.
   function flat_face(degree, n_elements, length, width, y, wave, spread) result(face)
     integer, intent(in) :: degree, n_elements(2)
     real(wp), intent(in) :: length, width, y

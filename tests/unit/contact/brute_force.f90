@@ -1,4 +1,4 @@
-!> Distance from a point to a surface without Newton: dense samples, then a search by shrinking steps.
+!> Distance from a point to a surface without Newton: dense samples, then shrinking steps.
 module brute_force
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
