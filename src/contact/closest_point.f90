@@ -12,13 +12,14 @@ module closest_point
   implicit none
   private
 
-  public :: hit_t, search_tool, search_all_faces, follow
+  public :: hit_t, search_tool, search_all_faces, follow, is_beside
 
   integer, parameter :: max_iterations = 60   !! Newton steps before a start is given up
   integer, parameter :: max_halvings = 12     !! of one step
   real(wp), parameter :: step_tolerance = 1.0e-12_wp      !! last step, part of the tool's scale
   real(wp), parameter :: same_place = 1.0e-8_wp           !! part of the tool's scale
   real(wp), parameter :: along_normal = 1.0e-6_wp         !! sine of an angle taken for zero
+  real(wp), parameter :: border_slack = 1.0e-9_wp         !! part of the tool's scale
   real(wp), parameter :: round_off = 1.0e-14_wp           !! of a coordinate, part of the scale
 
   !> Where a point lies against a tool.
@@ -74,6 +75,15 @@ contains
 
     call search_faces(tool, x, [(i, i=1, tool%n_faces)], 0.0_wp, .false., hit)
   end subroutine search_all_faces
+
+  !> Whether a point is beyond the tool's border by more than is allowed, so that it does not touch.
+  pure logical function is_beside(tool, hit, allowed)
+    type(tool_t), intent(in) :: tool
+    type(hit_t), intent(in) :: hit
+    real(wp), intent(in) :: allowed   !! [length]
+
+    is_beside = hit%overhang > allowed + border_slack*tool%scale
+  end function is_beside
 
   !> Closest point from a place on a face nearby, across knot lines where need be. For a point that
   !! moved a little since that place was its closest.

@@ -15,7 +15,7 @@ module contact
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, row_positions, scatter_forces
   use penalty, only: stiffness_from_mass, stiffness_from_area
-  use closest_point, only: hit_t, search_tool, follow
+  use closest_point, only: hit_t, search_tool, follow, is_beside
   use closest_point_lanes, only: lanes_t, follow_lanes, n_lanes
   implicit none
   private
@@ -25,7 +25,6 @@ module contact
 
   integer, parameter :: tile_size = 256   !! most points of a tile
   real(wp), parameter :: refresh = 0.2_wp       !! travel between searches, of the search distance
-  real(wp), parameter :: border_slack = 1.0e-9_wp   !! of the tool's scale, beyond the border
 
   !> What the deck says about a contact.
   type :: contact_options_t
@@ -358,7 +357,7 @@ contains
     contact%face(point) = hit%face
     contact%at(point, :) = hit%at
     if (hit%face == 0 .or. hit%gap >= 0.0_wp .or. hit%gap <= -contact%options%max_depth &
-        .or. hit%overhang > contact%options%overhang + border_slack*tool%scale) return
+        .or. is_beside(tool, hit, contact%options%overhang)) return
     force = -contact%stiffness(point)*hit%gap*hit%normal
     contact%force(point, :) = force
     contact%test_at(point) = contact%travel

@@ -3,13 +3,11 @@ module contact_check
   use kinds, only: wp
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, slave_positions
-  use closest_point, only: hit_t, search_tool, search_all_faces
+  use closest_point, only: hit_t, search_tool, search_all_faces, is_beside
   implicit none
   private
 
   public :: initial_gap, face_gaps
-
-  real(wp), parameter :: border_slack = 1.0e-9_wp   !! of the tool's scale, beyond the border
 
 contains
 
@@ -33,7 +31,7 @@ contains
     do i = 1, slave%n_points
       call search_tool(tool, x(i, :) - tool%displacement, 0.0_wp, .false., hit)
       gaps(i) = huge(1.0_wp)
-      if (hit%face /= 0 .and. hit%overhang <= border_slack*tool%scale) gaps(i) = hit%gap
+      if (hit%face /= 0 .and. .not. is_beside(tool, hit, 0.0_wp)) gaps(i) = hit%gap
     end do
     !$omp end parallel do
     point = minloc(gaps, 1)
@@ -60,7 +58,7 @@ contains
     do i = 1, slave%n_points
       call search_all_faces(tool, x(i, :) - tool%displacement, hit)
       gaps(i) = hit%gap
-      is_proper(i) = hit%overhang <= border_slack*tool%scale
+      is_proper(i) = .not. is_beside(tool, hit, 0.0_wp)
     end do
     !$omp end parallel do
   end subroutine face_gaps
