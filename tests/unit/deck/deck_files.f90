@@ -1,0 +1,111 @@
+!> Decks written and read by the tests of the deck layer.
+module deck_files
+  use faults, only: fault_list_t
+  use text, only: string_t
+  use scene, only: scene_t
+  use deck_reader, only: read_deck
+  use fault_report, only: fault_line
+  implicit none
+  private
+
+  public :: write_file, write_bytes, read_lines, has_fault, all_faults, no_overrides, source_path
+
+  character(*), parameter, public :: feed = new_line("a")
+
+  !> A material, a blank of 20 x 10 x 1 and a step: what every deck needs.
+  character(*), parameter, public :: material_lines = &
+    "*MATERIAL, NAME=steel"//feed//"*DENSITY"//feed//"7.85e-9"//feed//"*ELASTIC"//feed// &
+    "210000, 0.3"//feed
+  character(*), parameter, public :: blank_lines = &
+    "*BLANK, NAME=sheet, MATERIAL=steel"//feed//"x, 0, 20, 2, 4"//feed//"y, 0, 10, 2, 2"//feed// &
+    "z, 0, 1, 2, 1"//feed
+  character(*), parameter, public :: step_lines = "*DYNAMIC, EXPLICIT"//feed//"1.0e-3"//feed
+  character(*), parameter, public :: base_lines = material_lines//blank_lines//step_lines
+
+contains
+
+  !> Write a text as it is, without anything behind it.
+  subroutine write_file(path, contents)
+    character(*), intent(in) :: path, contents
+    integer :: unit
+
+    open (newunit=unit, file=path, access="stream", form="unformatted", status="replace")
+    write (unit) contents
+    close (unit)
+  end subroutine write_file
+
+  !> Write all byte values, as no text holds them.
+  subroutine write_bytes(path)
+    character(*), intent(in) :: path
+    character(256) :: bytes
+    integer :: i
+
+    do i = 1, 256
+      bytes(i:i) = achar(i - 1)
+    end do
+    call write_file(path, bytes)
+  end subroutine write_bytes
+
+  !> Read a deck of these lines.
+  subroutine read_lines(lines, scene, faults)
+    character(*), intent(in) :: lines
+    type(scene_t), intent(out) :: scene
+    type(fault_list_t), intent(out) :: faults
+
+    call write_file("lines.key", lines)
+    call read_deck("lines.key", no_overrides(), scene, faults)
+  end subroutine read_lines
+
+  !> An empty list of --set options.
+  function no_overrides() result(overrides)
+    type(string_t), allocatable :: overrides(:)
+
+    allocate (overrides(0))
+  end function no_overrides
+
+  !> Does one fault hold all the fragments?
+  logical function has_fault(faults, fragment, other, third)
+    type(fault_list_t), intent(in) :: faults
+    character(*), intent(in) :: fragment
+    character(*), intent(in), optional :: other, third
+    character(:), allocatable :: line
+    integer :: i
+
+    has_fault = .false.
+    do i = 1, faults%n_items
+      line = fault_line(faults%items(i))
+      if (index(line, fragment) == 0) cycle
+      if (present(other)) then
+        if (index(line, other) == 0) cycle
+      end if
+      if (present(third)) then
+        if (index(line, third) == 0) cycle
+      end if
+      has_fault = .true.
+    end do
+  end function has_fault
+
+  !> All faults as text, for a look at what went wrong.
+  function all_faults(faults) result(lines)
+    type(fault_list_t), intent(in) :: faults
+    character(:), allocatable :: lines
+    integer :: i
+
+    lines = ""
+    do i = 1, faults%n_items
+      lines = lines//fault_line(faults%items(i))//feed
+    end do
+  end function all_faults
+
+  !> Path of a file of the source tree, which CTest names in the environment.
+  function source_path(relative) result(path)
+    character(*), intent(in) :: relative
+    character(:), allocatable :: path
+    character(1000) :: root
+    integer :: length
+
+    call get_environment_variable("IGAFORM_SOURCE", root, length)
+    path = root(:length)//"/"//relative
+  end function source_path
+
+end module deck_files
