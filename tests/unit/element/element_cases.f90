@@ -36,16 +36,28 @@ contains
     if (allocated(error)) error stop "the knots of the test are wrong"
   end function axis_with
 
-  !> Straight box of the given edges, its control points at the Greville abscissae.
-  function box(axes, edges) result(solid)
-    type(knot_vector_t), intent(in) :: axes(3)
+  !> Straight box, its control points at the Greville abscissae.
+  function box(degrees, n_elements, edges, unevenness, multiplicity) result(solid)
+    integer, intent(in) :: degrees(3), n_elements(3)
     real(wp), intent(in) :: edges(3)
+    real(wp), intent(in), optional :: unevenness       !! of the element sizes, default 0
+    integer, intent(in), optional :: multiplicity(3)   !! of interior knots, default 1
     type(nurbs_solid_t) :: solid
+    type(knot_vector_t) :: axes(3)
     type(error_t), allocatable :: error
-    real(wp) :: points(axes(1)%n_basis, axes(2)%n_basis, axes(3)%n_basis, 3)
-    integer :: n(3)
+    real(wp), allocatable :: points(:, :, :, :)
+    real(wp) :: uneven
+    integer :: n(3), axis, repeats(3)
 
+    uneven = 0.0_wp
+    if (present(unevenness)) uneven = unevenness
+    repeats = 1
+    if (present(multiplicity)) repeats = multiplicity
+    do axis = 1, 3
+      axes(axis) = axis_with(degrees(axis), n_elements(axis), repeats(axis), uneven)
+    end do
     n = axes%n_basis
+    allocate (points(n(1), n(2), n(3), 3))
     points(:, :, :, 1) = edges(1)*spread(spread(greville(axes(1)), 2, n(2)), 3, n(3))
     points(:, :, :, 2) = edges(2)*spread(spread(greville(axes(2)), 1, n(1)), 3, n(3))
     points(:, :, :, 3) = edges(3)*spread(spread(greville(axes(3)), 1, n(2)), 1, n(1))
@@ -81,9 +93,13 @@ contains
     type(nurbs_solid_t) :: solid
     type(error_t), allocatable :: error
     real(wp), parameter :: half_root = 0.5_wp*sqrt(2.0_wp)
+    type(knot_vector_t) :: axes(3)
     real(wp) :: points(3, 2, 2, 3), weights(3, 2, 2), radius
     integer :: j, k
 
+    axes(1) = axis_with(2, 1, 1, 0.0_wp)
+    axes(2) = axis_with(1, 1, 1, 0.0_wp)
+    axes(3) = axes(2)
     do k = 1, 2
       do j = 1, 2
         radius = merge(outer, inner, j == 1)
@@ -93,8 +109,7 @@ contains
         weights(:, j, k) = [1.0_wp, half_root, 1.0_wp]
       end do
     end do
-    call new_nurbs_solid(solid, [axis_with(2, 1, 1, 0.0_wp), axis_with(1, 1, 1, 0.0_wp), &
-                                 axis_with(1, 1, 1, 0.0_wp)], points, weights, error)
+    call new_nurbs_solid(solid, axes, points, weights, error)
     if (allocated(error)) error stop "the ring of the test is wrong"
   end function quarter_ring
 
