@@ -1,0 +1,121 @@
+"""Run the program on faulty decks: exit code 1, all faults told, no result file, no crash.
+
+Usage: run.py PROGRAM. The decks and what their reports must hold are listed in cases.txt; decks
+that are better made than kept (binary, CRLF line ends, very long) are made here.
+"""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+from collections import defaultdict
+
+HERE = pathlib.Path(__file__).resolve().parent
+LONG_DECK_SECONDS = 5.0   # about 1 on an idle machine
+
+
+def read_cases():
+    """Level and expected fragments of one report line, by deck."""
+    cases = defaultdict(list)
+    for line in (HERE / "cases.txt").read_text().splitlines():
+        if line and not line.startswith("#"):
+            level, deck, *fragments = (entry.strip() for entry in line.split("|"))
+            cases[deck].append((level, fragments))
+    return cases
+
+
+def run(program, deck, *options):
+    """Run the program on a deck in an empty folder; its result and the files it left there."""
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run([program, str(deck), *options], cwd=folder, capture_output=True,
+                              text=True, errors="replace", timeout=120)
+        return done, sorted(path.name for path in pathlib.Path(folder).iterdir())
+
+
+def is_told(report, fragments):
+    """Does one line of the report hold all fragments?"""
+    return any(all(fragment in line for fragment in fragments) for line in report.splitlines())
+
+
+def check_refusal(program, deck, expected, *options):
+    """Complaints about how the program refuses a deck; none if it does it well."""
+    done, left = run(program, deck, *options)
+    complaints = [f"no line with {fragments}" for fragments in expected
+                  if not is_told(done.stderr, fragments)]
+    if done.returncode != 1:
+        complaints.append(f"exit code {done.returncode} instead of 1")
+    if left:
+        complaints.append(f"it left {', '.join(left)}")
+    if "Fortran runtime error" in done.stderr or "Backtrace" in done.stderr:
+        complaints.append("it crashed")
+    return [f"{complaint}; stderr was:\n{done.stderr}" for complaint in complaints]
+
+
+def check_acceptance(program, deck, expected=()):
+    """Complaints about how the program checks a deck that can run."""
+    done, left = run(program, deck, "--check")
+    complaints = [f"no line with {fragments}" for fragments in expected
+                  if not is_told(done.stderr, fragments)]
+    if done.returncode != 0:
+        complaints.append(f"exit code {done.returncode} instead of 0")
+    if "error:" in done.stderr:
+        complaints.append("it found errors")
+    if left:
+        complaints.append(f"it left {', '.join(left)}")
+    return [f"{complaint}; stderr was:\n{done.stderr}" for complaint in complaints]
+
+
+def check_listed(program):
+    """Decks of cases.txt."""
+    for deck, expectations in read_cases().items():
+        fragments = [entry for _, entry in expectations]
+        if all(level == "warning" for level, _ in expectations):
+            yield deck, check_acceptance(program, HERE / deck, fragments)
+        else:
+            yield deck, check_refusal(program, HERE / deck, fragments)
+
+
+def check_made(program, folder):
+    """Decks that are made here."""
+    binary = folder / "binary.key"
+    binary.write_bytes(bytes(range(256)) * 8)
+    yield "binary file", check_refusal(program, binary, [["the binary file"]])
+
+    yield "missing deck", check_refusal(program, folder / "nowhere.key", [["no file"]])
+    yield "unknown setting", check_refusal(program, HERE / "unknown_parameter.key",
+                                           [["--set THICKNES", "did you mean THICKNESS?"]],
+                                           "--set", "thicknes=2")
+
+    parts = [(HERE / name).read_text() for name in ("steel.inc", "sheet.inc", "step.inc")]
+    crlf = folder / "crlf.key"
+    crlf.write_bytes("".join(parts).replace("\n", "\r\n").encode())
+    yield "CRLF line ends", check_acceptance(program, crlf)
+
+    long_deck = folder / "long.key"
+    probes = "".join(f"*PROBE, NAME=p{i}\n0.5, 0.5, 0.5\n" for i in range(50000))
+    long_deck.write_text("".join(parts) + probes + "*SET, NAME=last\n")
+    start = time.monotonic()
+    complaints = check_refusal(program, long_deck, [["long.key:100015: error: *SET:"]])
+    seconds = time.monotonic() - start
+    if seconds > LONG_DECK_SECONDS:
+        complaints.append(f"{seconds:.1f} s for 100,000 lines")
+    yield "100,000 lines", complaints
+
+
+def main(program):
+    """Run all checks; the exit code says whether all went well."""
+    program = str(pathlib.Path(program).resolve())
+    n_bad = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for checks in (check_listed(program), check_made(program, pathlib.Path(folder))):
+            for name, complaints in checks:
+                print("ok  " if not complaints else "FAIL", name)
+                for complaint in complaints:
+                    print("    " + complaint)
+                n_bad += bool(complaints)
+    print(f"{n_bad} decks failed")
+    return 1 if n_bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
