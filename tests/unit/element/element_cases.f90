@@ -155,14 +155,15 @@ contains
   !> Numbers in (-1, 1) without a pattern, the same in every run.
   pure function scatter(n, seed) result(numbers)
     integer, intent(in) :: n(4), seed
-    real(wp) :: numbers(n(1), n(2), n(3), n(4))
+    real(wp) :: numbers(n(1), n(2), n(3), n(4)), phase
     integer :: i, j, k, c
 
     do c = 1, n(4)
       do k = 1, n(3)
         do j = 1, n(2)
           do i = 1, n(1)
-            numbers(i, j, k, c) = sin(1.0_wp*seed + 4.1_wp*i + 7.3_wp*j + 12.7_wp*k + 2.6_wp*c)
+            phase = 1.0_wp*seed + 4.1_wp*i + 7.3_wp*j + 12.7_wp*k + 2.6_wp*c
+            numbers(i, j, k, c) = 2.0_wp*modulo(4375.8545_wp*sin(phase), 1.0_wp) - 1.0_wp
           end do
         end do
       end do
