@@ -3,7 +3,7 @@ module history
   use kinds, only: wp
   use text, only: string_t
   use hdf5_file, only: append_reals, create_group, create_series, hdf5_file_t, integer_values, &
-                       link_object, real_values
+                       link_object, real_values, write_integer_attribute
   use unit_system, only: unit_of, unit_system_t
   implicit none
   private
@@ -66,6 +66,7 @@ contains
         call add(history, file, folder//"/force", 3, unit_of(units, "force"), &
                  "force of the blank on the tool")
         call link_object(file, "/history/time", folder//"/time")
+        call write_integer_attribute(file, folder, "part", [i])
       end associate
     end do
     do i = 1, size(probes)
