@@ -4,11 +4,14 @@ module model_setup
   use kinds, only: wp
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault, n_errors
-  use scene, only: scene_t, contact_spec_t
+  use text, only: to_text
+  use scene, only: scene_t, blank_spec_t
+  use knot_vector, only: n_spans
   use nurbs_solid, only: evaluate_solid
   use block_law, only: block_law_t
   use material_table, only: new_law
   use tool, only: tool_t, new_tool
+  use spurious_modes, only: n_spurious_modes, serving_rule
   use stable_step, only: largest_frequency, viscous_step
   use blank, only: new_blank
   use motion_curve, only: curve_t, constant_curve
@@ -68,6 +71,7 @@ contains
     type(error_t), allocatable :: error
 
     associate (spec => scene%blank, material => scene%materials(scene%blank%material))
+      call check_rule(spec, faults)
       call new_law(material%law, material%density, material%young, material%poisson, &
                    material%constants, material%n_state, law, error)
       if (allocated(error)) then
@@ -81,6 +85,25 @@ contains
       end if
     end associate
   end subroutine build_blank
+
+  !> A rule that leaves deformations without energy is refused, and one that serves is named.
+  subroutine check_rule(spec, faults)
+    type(blank_spec_t), intent(in) :: spec
+    type(fault_list_t), intent(inout) :: faults
+    integer :: n_modes, axis, n_elements(3), rule(3)
+
+    do axis = 1, 3
+      n_elements(axis) = n_spans(spec%solid%axes(axis))
+    end do
+    associate (degrees => spec%solid%axes%degree)
+      n_modes = n_spurious_modes(degrees, n_elements, spec%n_points, spec%n_parts)
+      if (n_modes == 0) return
+      rule = serving_rule(degrees, n_elements, spec%n_points, spec%n_parts)
+    end associate
+    call add_fault(faults, spec%origin, "a quadrature rule that leaves "//to_text(n_modes)// &
+                   " or more deformations of this patch without energy", "more points, such as "// &
+                   'RULE="'//to_text(rule(1))//","//to_text(rule(2))//","//to_text(rule(3))//'"')
+  end subroutine check_rule
 
   !> Tools at their start position.
   subroutine build_tools(scene, model, faults)

@@ -1,0 +1,110 @@
+!> Does a quadrature rule see every deformation of a patch? The modes without energy are counted
+!! on a small straight patch of the same degrees and at most two elements in each direction:
+!! a row one element wide keeps its width, and more elements in a row add no new kind of mode.
+module spurious_modes
+  use kinds, only: wp
+  use errors, only: error_t
+  use nurbs_solid, only: nurbs_solid_t
+  use primitives, only: box_solid
+  use elastic, only: elastic_t, new_elastic
+  use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use patch_setup, only: new_patch, new_tile_buffers
+  use internal_force, only: internal_forces
+  implicit none
+  private
+
+  public :: n_spurious_modes, serving_rule
+
+contains
+
+  !> Modes without energy beside the six rigid ones.
+  integer function n_spurious_modes(degrees, n_elements, n_points, n_parts) result(n_modes)
+    integer, intent(in) :: degrees(3), n_elements(3)
+    integer, intent(in) :: n_points(3), n_parts(3)      !! Gauss points a part, parts an element
+    real(wp), parameter :: no_energy = 1.0e-9_wp        ! of the largest eigenvalue
+    type(nurbs_solid_t) :: solid
+    type(ig_patch_t) :: patch
+    type(elastic_t) :: law
+    type(error_t), allocatable :: error
+    real(wp), allocatable :: stiffness(:, :), values(:)
+    integer :: n(3)
+
+    ! At full quadrature nothing can hide: the strain of a mode would vanish at all its points.
+    n_modes = 0
+    if (all(n_points*n_parts > degrees)) return
+    n = min(n_elements, 2)
+    call box_solid(solid, [0.0_wp, 0.0_wp, 0.0_wp], real(n, wp), degrees, n, &
+                   [1.0_wp, 1.0_wp, 1.0_wp], [1, 2, 3], error)
+    if (allocated(error)) return
+    law = new_elastic(1.0_wp, 1.0_wp, 0.3_wp)
+    call new_patch(patch, solid, n_points, n_parts, law, [0.0_wp, 0.0_wp], error)
+    if (allocated(error)) return
+    stiffness = dense_stiffness(patch, law, solid%points)
+    values = eigenvalues(stiffness)
+    n_modes = count(abs(values) < no_energy*maxval(values)) - 6
+  end function n_spurious_modes
+
+  !> The nearest rule without such modes: points are added along axis 3 first, then 2, then 1.
+  function serving_rule(degrees, n_elements, n_points, n_parts) result(rule)
+    integer, intent(in) :: degrees(3), n_elements(3), n_points(3), n_parts(3)
+    integer :: rule(3), axis
+
+    rule = n_points*n_parts
+    do axis = 3, 1, -1
+      rule(axis) = max(rule(axis), degrees(axis) + 1)
+      if (n_spurious_modes(degrees, n_elements, rule, [1, 1, 1]) == 0) return
+    end do
+  end function serving_rule
+
+  !> Stiffness of a stress-free patch: the forces that a tiny motion of each component raises.
+  function dense_stiffness(patch, law, x) result(stiffness)
+    type(ig_patch_t), intent(inout) :: patch
+    type(elastic_t), intent(in) :: law
+    real(wp), intent(in) :: x(:, :, :, :)
+    real(wp), allocatable :: stiffness(:, :)
+    real(wp), parameter :: tiny_motion = 1.0e-7_wp
+    type(tile_buffer_t), allocatable :: buffers(:)
+    type(force_report_t) :: report
+    real(wp), dimension(size(x, 1), size(x, 2), size(x, 3), size(x, 4)) :: v, force
+    real(wp) :: unit(size(x))
+    integer :: column
+
+    buffers = new_tile_buffers(patch)
+    allocate (stiffness(size(x), size(x)))
+    do column = 1, size(x)
+      unit = 0.0_wp
+      unit(column) = tiny_motion
+      v = reshape(unit, shape(x))
+      patch%stress = 0.0_wp
+      ! Positions are those before the motion: what they miss is of second order.
+      call internal_forces(patch, buffers, law, 1.0_wp, x, v, force, report)
+      stiffness(:, column) = reshape(force, [size(x)])/tiny_motion
+    end do
+    stiffness = 0.5_wp*(stiffness + transpose(stiffness))
+  end function dense_stiffness
+
+  !> Eigenvalues of a symmetric matrix (LAPACK).
+  function eigenvalues(matrix) result(values)
+    real(wp), intent(in) :: matrix(:, :)
+    real(wp) :: values(size(matrix, 1))
+    real(wp), allocatable :: copy(:, :), work(:)
+    integer :: n, info
+    interface
+      subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+        import :: wp
+        character, intent(in) :: jobz, uplo
+        integer, intent(in) :: n, lda, lwork
+        real(wp), intent(inout) :: a(lda, *)
+        real(wp), intent(out) :: w(*), work(*)
+        integer, intent(out) :: info
+      end subroutine dsyev
+    end interface
+
+    n = size(matrix, 1)
+    allocate (copy(n, n), source=matrix)
+    allocate (work(34*n))
+    call dsyev("N", "U", n, copy, n, values, work, size(work), info)
+    if (info /= 0) values = huge(1.0_wp)
+  end function eigenvalues
+
+end module spurious_modes
