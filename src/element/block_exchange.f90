@@ -62,30 +62,40 @@ contains
     real(wp), intent(inout) :: field(lower(1):upper(1), lower(2):upper(2), n3, 3)
     integer :: a, j, k, c, l, i, m2, m3
 
-    do c = 1, 3
-      do k = 1, p(3) + 1
-        m3 = first3 + k - 1
-        do j = 1, p(2) + 1
-          m2 = first2 + j - 1
-          if (is_contiguous) then
-            do a = 1, p(1) + 1
-              i = first(1) + a - 2
+    if (is_contiguous) then
+      ! Axis 1 outermost: the next function along it would read what has just been stored,
+      ! shifted by one, which stalls.
+      do a = 1, p(1) + 1
+        i = first(1) + a - 2
+        do c = 1, 3
+          do k = 1, p(3) + 1
+            m3 = first3 + k - 1
+            do j = 1, p(2) + 1
+              m2 = first2 + j - 1
               !$omp simd
               do l = 1, 8
                 field(i + l, m2, m3, c) = field(i + l, m2, m3, c) + f(l, a, j, k, c)
               end do
             end do
-          else
+          end do
+        end do
+      end do
+    else
+      do c = 1, 3
+        do k = 1, p(3) + 1
+          m3 = first3 + k - 1
+          do j = 1, p(2) + 1
+            m2 = first2 + j - 1
             do a = 1, p(1) + 1
               do l = 1, 8
                 i = first(l) + a - 1
                 field(i, m2, m3, c) = field(i, m2, m3, c) + f(l, a, j, k, c)
               end do
             end do
-          end if
+          end do
         end do
       end do
-    end do
+    end if
   end subroutine add_block
 
 end module block_exchange
