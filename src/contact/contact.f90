@@ -274,7 +274,6 @@ contains
                                          contact%search_at(point(lane)))
       if (push(lane) <= 0.0_wp) cycle
       contact%force(point(lane), :) = push(lane)*lanes%normal(lane, :)
-      contact%test_at(point(lane)) = contact%travel
       result%reaction = result%reaction - push(lane)*lanes%normal(lane, :)
       result%energy = result%energy + energy(lane)
       result%depth = max(result%depth, -lanes%gap(lane))
@@ -360,7 +359,6 @@ contains
         .or. is_beside(tool, hit, contact%options%overhang)) return
     force = -contact%stiffness(point)*hit%gap*hit%normal
     contact%force(point, :) = force
-    contact%test_at(point) = contact%travel
     result%reaction = result%reaction - force
     result%energy = result%energy + 0.5_wp*contact%stiffness(point)*hit%gap**2
     result%depth = max(result%depth, -hit%gap)
