@@ -109,17 +109,19 @@ contains
     logical, intent(out) :: ok
     integer, parameter :: max_iterations = 50
     real(wp), parameter :: tolerance = 1.0e-16_wp, tiny_stress = 1.0e-30_wp
-    real(wp) :: dgamma(n), left(n), now, step, worst, curvature, scaling, mean
+    real(wp) :: dgamma(n), left(n), faded(n), now, step, worst, curvature, scaling, mean
     integer :: l, iteration
 
-    !$omp simd private(now)
+    left = -rate*eqps
+    call exp_nonpositive(n, left)
+    !$omp simd
     do l = 1, n
-      now = saturation*exp_nonpositive(-rate*eqps(l))
-      left(l) = now
-      dgamma(l) = max(mises(l) - (limit - now), 0.0_wp)/(shear3 + rate*now)
+      left(l) = saturation*left(l)
+      dgamma(l) = max(mises(l) - (limit - left(l)), 0.0_wp)/(shear3 + rate*left(l))
     end do
     curvature = 0.5_wp*rate*rate*saturation/shear3
     worst = 0.0_wp
+    !$omp simd reduction(max:worst)
     do l = 1, n
       worst = max(worst, dgamma(l))
     end do
@@ -130,10 +132,12 @@ contains
     ok = curvature*worst*worst <= tolerance
     do iteration = 2, max_iterations
       if (ok) exit
+      faded = -rate*dgamma
+      call exp_nonpositive(n, faded)
       worst = 0.0_wp
       !$omp simd private(now, step) reduction(max:worst)
       do l = 1, n
-        now = left(l)*exp_nonpositive(-rate*dgamma(l))
+        now = left(l)*faded(l)
         step = (mises(l) - shear3*dgamma(l) - (limit - now))/(shear3 + rate*now)
         ! A point inside the yield surface has dgamma = 0 and must stay there.
         step = max(step, 0.0_wp)
@@ -156,28 +160,34 @@ contains
     end do
   end subroutine radial_return
 
-  !> exp(x) for x <= 0 without a library call, so that the loops around it vectorise:
+  !> x becomes exp(x), for x <= 0, in a loop that vectorises as no library call would:
   !! x = k ln 2 + r with |r| <= ln(2)/2 and the Taylor polynomial of degree 12 in r.
   !! Relative error below 3e-16; values below exp(-708) become exp(-708).
-  elemental real(wp) function exp_nonpositive(x) result(value)
-    real(wp), intent(in) :: x
+  pure subroutine exp_nonpositive(n, x)
+    integer, intent(in) :: n
+    real(wp), intent(inout) :: x(n)
     real(wp), parameter :: per_ln2 = 1.4426950408889634074_wp
     real(wp), parameter :: ln2_high = 6.93147180369123816490e-1_wp
     real(wp), parameter :: ln2_low = 1.90821492927058770002e-10_wp
-    real(wp) :: r, r2, r4, whole, bounded
+    real(wp) :: r, r2, r4, whole, bounded, polynomial
     integer(int64) :: k
+    integer :: l
 
-    bounded = max(x, -708.0_wp)
-    k = int(bounded*per_ln2 - 0.5_wp, int64)
-    whole = real(k, wp)
-    r = (bounded - whole*ln2_high) - whole*ln2_low
-    r2 = r*r
-    r4 = r2*r2
-    value = ((1.0_wp/3628800 + r*(1.0_wp/39916800) + r2*(1.0_wp/479001600))*r2 &
-             + (1.0_wp/40320 + r*(1.0_wp/362880)))*(r4*r4) &
-            + (((1.0_wp/720 + r*(1.0_wp/5040))*r2 + (1.0_wp/24 + r*(1.0_wp/120)))*r4 &
-               + ((0.5_wp + r*(1.0_wp/6))*r2 + (1.0_wp + r)))
-    value = value*transfer(ishft(k + 1023_int64, 52), value)
-  end function exp_nonpositive
+    !$omp simd private(r, r2, r4, whole, bounded, polynomial, k)
+    do l = 1, n
+      bounded = max(x(l), -708.0_wp)
+      k = int(bounded*per_ln2 - 0.5_wp, int64)
+      whole = real(k, wp)
+      r = (bounded - whole*ln2_high) - whole*ln2_low
+      r2 = r*r
+      r4 = r2*r2
+      polynomial = ((1.0_wp/3628800 + r*(1.0_wp/39916800) + r2*(1.0_wp/479001600))*r2 &
+                    + (1.0_wp/40320 + r*(1.0_wp/362880)))*(r4*r4) &
+                   + (((1.0_wp/720 + r*(1.0_wp/5040))*r2 + (1.0_wp/24 + r*(1.0_wp/120)))*r4 &
+                      + ((0.5_wp + r*(1.0_wp/6))*r2 + (1.0_wp + r)))
+      ! Two to the power k, by its bits.
+      x(l) = polynomial*transfer(ishft(k + 1023_int64, 52), 1.0_wp)
+    end do
+  end subroutine exp_nonpositive
 
 end module voce
