@@ -5,6 +5,7 @@ module contact_setup
   use faults, only: origin_t, fault_list_t, add_fault
   use text, only: to_text
   use scene, only: contact_spec_t
+  use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: solid_face
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss, points_knot, &
                            points_greville
@@ -39,6 +40,11 @@ contains
 
     face = spec%face
     if (face == 0) face = facing_face(spec, model)
+    if (face == 0) then
+      call add_fault(faults, spec%origin, "tool '"//model%bodies%tools(spec%tool)%name// &
+                     "', which lies beside the blank", "a tool that faces the blank, or a FACE")
+      return
+    end if
     call new_slave_surface(slave, solid_face(model%bodies%blank%solid, face), &
                            point_kind(spec%points), spec%n_points, error)
     if (allocated(error)) then
@@ -87,7 +93,7 @@ contains
                                            bounds(3, 1):bounds(3, 2)), n)
   end function face_mass
 
-  !> Of the two large faces the one that is nearer to the tool.
+  !> Of the two large faces the one that is nearer to the tool; 0 where the tool faces neither.
   integer function facing_face(spec, model) result(face)
     type(contact_spec_t), intent(in) :: spec
     type(model_t), intent(in) :: model
@@ -98,24 +104,26 @@ contains
       mean(side) = mean_gap(spec, model, side + 4)
     end do
     face = merge(5, 6, mean(1) <= mean(2))
+    if (minval(mean) >= huge(1.0_wp)) face = 0
   end function facing_face
 
+  !> Mean gap between a face and the tool where they face each other; huge where they do not.
   real(wp) function mean_gap(spec, model, face) result(mean)
     type(contact_spec_t), intent(in) :: spec
     type(model_t), intent(in) :: model
     integer, intent(in) :: face
+    type(nurbs_surface_t) :: surface
     type(slave_surface_t) :: slave
     type(error_t), allocatable :: error
     real(wp), allocatable :: gaps(:)
     logical, allocatable :: is_proper(:)
 
     mean = huge(1.0_wp)
-    associate (surface => solid_face(model%bodies%blank%solid, face))
-      call new_slave_surface(slave, surface, points_greville, [0, 0], error)
-      if (allocated(error)) return
-      allocate (gaps(slave%n_points), is_proper(slave%n_points))
-      call face_gaps(slave, model%bodies%tools(spec%tool), surface%points, gaps, is_proper)
-    end associate
+    surface = solid_face(model%bodies%blank%solid, face)
+    call new_slave_surface(slave, surface, points_greville, [0, 0], error)
+    if (allocated(error)) return
+    allocate (gaps(slave%n_points), is_proper(slave%n_points))
+    call face_gaps(slave, model%bodies%tools(spec%tool), surface%points, gaps, is_proper)
     if (any(is_proper)) mean = sum(gaps, mask=is_proper)/count(is_proper)
   end function mean_gap
 

@@ -11,7 +11,7 @@ module load_setup
   use dead_load, only: gravity_load, traction_load
   use pressure, only: pressure_t
   use set_range, only: face_of_set
-  use effect, only: effect_t, effect_slot_t
+  use effect, only: effect_slot_t
   use model, only: model_t
   implicit none
   private
@@ -20,7 +20,7 @@ module load_setup
 
 contains
 
-  !> Append one load to the force stage.
+  !> Append one load to the force stage. A set that is on no face or holds no element is a fault.
   subroutine add_load(scene, spec, curve, model, faults)
     type(scene_t), intent(in) :: scene
     type(load_spec_t), intent(in) :: spec
@@ -46,6 +46,11 @@ contains
         bounds = face_slice(model%bodies%blank%patch%n_control, face)
         axes = face_axes(face)
         rule = new_face_rule(surface, set%lower(axes), set%upper(axes), face_side(face))
+        if (.not. any(rule%is_loaded)) then
+          call add_fault(faults, spec%origin, "set '"//set%name//"', which holds no element", &
+                         "a set that holds the middle of an element of its face")
+          return
+        end if
         if (spec%kind == "PRESSURE") then
           allocate (slot%item, source=new_pressure(rule, bounds, spec%value(1), curve))
         else

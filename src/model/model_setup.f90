@@ -10,15 +10,15 @@ module model_setup
   use nurbs_solid, only: evaluate_solid
   use block_law, only: block_law_t
   use material_table, only: new_law
-  use tool, only: tool_t, new_tool
+  use tool, only: new_tool
   use spurious_modes, only: n_spurious_modes, serving_rule
   use stable_step, only: largest_frequency, viscous_step
   use blank, only: new_blank
-  use motion_curve, only: curve_t, constant_curve
+  use motion_curve, only: curve_t, constant_curve, curve_value
   use rigid_motion, only: move_tool
   use boundary, only: boundary_t
   use set_range, only: control_range, control_points
-  use effect, only: effect_t, effect_slot_t
+  use effect, only: effect_slot_t
   use load_setup, only: add_load
   use contact_setup, only: add_contact
   use model, only: model_t
@@ -186,16 +186,17 @@ contains
     end do
   end subroutine set_initial_velocities
 
-  !> One support per prescribed component.
+  !> One support per prescribed component. What it holds starts with its velocity: the impulse of
+  !! a sudden start would do work that no balance of finite forces can follow.
   subroutine add_supports(scene, number, model)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: number
     type(model_t), intent(inout) :: model
     type(boundary_t) :: support
     type(effect_slot_t) :: slot
-    integer :: c
+    integer :: c, p
 
-    associate (spec => scene%boundaries(number))
+    associate (spec => scene%boundaries(number), v => model%bodies%blank%motion%v)
       support%name = "boundary"
       support%points = control_points(control_range(scene%blank%solid, scene%sets(spec%set)))
       support%curve = curve_of(scene, spec%curve)
@@ -203,6 +204,10 @@ contains
         if (.not. spec%is_prescribed(c)) cycle
         support%component = c
         support%velocity = spec%velocity(c)
+        do p = 1, size(support%points, 2)
+          v(support%points(1, p), support%points(2, p), support%points(3, p), c) = &
+            support%velocity*curve_value(support%curve, 0.0_wp)
+        end do
         allocate (slot%item, source=support)
         model%supports = [model%supports, slot]
         deallocate (slot%item)

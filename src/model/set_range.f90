@@ -27,8 +27,11 @@ contains
       associate (xi => greville(solid%axes(axis)))
         is_in = xi >= set%lower(axis) - slack .and. xi <= set%upper(axis) + slack
       end associate
-      bounds(axis, 1) = minval([(i, i=1, size(is_in))], mask=is_in)
-      bounds(axis, 2) = maxval([(i, i=1, size(is_in))], mask=is_in)
+      bounds(axis, :) = [1, 0]
+      if (any(is_in)) then
+        bounds(axis, 1) = minval([(i, i=1, size(is_in))], mask=is_in)
+        bounds(axis, 2) = maxval([(i, i=1, size(is_in))], mask=is_in)
+      end if
     end do
   end function control_range
 

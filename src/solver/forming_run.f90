@@ -7,11 +7,11 @@ module forming_run
   use internal_force, only: internal_forces
   use point_volumes, only: new_point_volumes
   use rigid_motion, only: move_tool
-  use effect, only: effect_slot_t, instant_t
+  use effect, only: instant_t
   use model, only: model_t
   use frames, only: results_t, frame_t, write_frame, record_history
   use history, only: history_row_t
-  use run_log, only: run_log_t, log_line, log_progress
+  use run_log, only: run_log_t, log_progress
   use step_control, only: step_control_t, new_step_control, next_step, is_due, count_output
   use central_difference, only: advance_velocities, advance_positions
   use energy_balance, only: energy_balance_t, start_balance, add_step, add_impulse, &

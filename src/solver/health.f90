@@ -4,7 +4,6 @@ module health
   use errors, only: error_t, fail
   use text, only: to_text
   use basis_tables, only: n_lanes
-  use ig_patch, only: ig_patch_t
   use patch_setup, only: element_of_lane
   use blank, only: blank_t
   use effect, only: instant_t
