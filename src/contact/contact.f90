@@ -24,6 +24,7 @@ module contact
   public :: set_tile_tests
 
   integer, parameter :: tile_size = 256   !! most points of a tile
+  integer, parameter :: parallel_size = 2048    !! fewer points are not worth waking threads for
   real(wp), parameter :: refresh = 0.2_wp       !! travel between searches, of the search distance
 
   !> What the deck says about a contact.
@@ -139,7 +140,7 @@ contains
     real(wp), intent(out) :: max_penetration   !! deepest -g of touching points, 0: none [length]
     type(tile_result_t), allocatable :: results(:)
     logical :: has_force(contact%slave%n_along(2))
-    integer :: i
+    integer :: i, n_due
 
     call advance_travel(contact, tool, net_x)
     contact%statistics%n_calls = contact%statistics%n_calls + 1
@@ -150,7 +151,9 @@ contains
     if (all(contact%travel < contact%tiles%test_at)) return
 
     allocate (results(size(contact%tiles)))
-    !$omp parallel do schedule(dynamic)
+    n_due = sum(contact%tiles%last - contact%tiles%first + 1, &
+                contact%travel >= contact%tiles%test_at)
+    !$omp parallel do schedule(dynamic) if (n_due > parallel_size)
     do i = 1, size(contact%tiles)
       if (contact%travel < contact%tiles(i)%test_at) cycle
       call work_tile(contact, tool, net_x, i, results(i))

@@ -125,7 +125,7 @@ contains
     if (present(has_force)) is_loaded = has_force
     if (.not. any(is_loaded)) return
     allocate (rows(slave%n_net(1), 3, slave%n_along(2)))
-    !$omp parallel if (slave%n_points > parallel_size)
+    !$omp parallel if (count(is_loaded)*slave%n_along(1) > parallel_size)
     !$omp do schedule(static)
     do row = 1, slave%n_along(2)
       if (is_loaded(row)) call gather_row(slave, forces, row, rows(:, :, row))
