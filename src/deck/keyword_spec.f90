@@ -132,9 +132,11 @@ contains
   pure subroutine add_example(table, line)
     type(keyword_table_t), intent(inout) :: table
     character(*), intent(in) :: line
+    type(string_t) :: added   ! gfortran 12 leaks a structure constructor in an array constructor
 
+    added%value = line
     associate (keyword => table%items(table%n_keywords))
-      keyword%example = [keyword%example, string_t(line)]
+      keyword%example = [keyword%example, added]
     end associate
   end subroutine add_example
 

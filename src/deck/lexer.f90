@@ -235,10 +235,7 @@ contains
 
     line = trim(adjustl(given))
     block%line = cursor%number
-    do while (line(len(line):) == "," .and. cursor%place <= len(cursor%contents))
-      call read_line(cursor, more)
-      if (.not. is_comment(more)) line = line//" "//adjustl(more)
-    end do
+    call read_continuation(cursor, line)
     call substitute(line, state%parameters, error)
     block%file = cursor%file
     call read_options(line, deck, block, faults)
@@ -265,6 +262,27 @@ contains
     end if
   end subroutine read_keyword_line
 
+  !> Add the lines that go on with a keyword line which ends with a comma.
+  pure subroutine read_continuation(cursor, line)
+    type(cursor_t), intent(inout) :: cursor
+    character(:), allocatable, intent(inout) :: line
+    character(:), allocatable :: more
+    integer :: place
+
+    do while (line(len(line):) == "," .and. cursor%place <= len(cursor%contents))
+      place = cursor%place
+      call read_line(cursor, more)
+      if (is_comment(more)) cycle
+      more = adjustl(more)
+      if (more(1:1) == "*") then   ! a comma too many, not a keyword too few
+        cursor%place = place
+        cursor%number = cursor%number - 1
+        exit
+      end if
+      line = line//" "//trim(more)
+    end do
+  end subroutine read_continuation
+
   pure function origin_of(deck, block) result(origin)
     type(lexed_deck_t), intent(in) :: deck
     type(block_t), intent(in) :: block
@@ -280,11 +298,15 @@ contains
     type(block_t), intent(inout) :: block
     type(fault_list_t), intent(inout) :: faults
     integer, allocatable :: first(:), last(:)
-    character(:), allocatable :: name
+    character(:), allocatable :: closed, option, name
+    logical :: is_open
     integer :: i, equals, n
 
-    call split_fields(line(2:)//",", first, last)
-    block%keyword = line(1 + first(1):1 + last(1))
+    is_open = mod(count([(line(i:i) == '"', i=1, len(line))]), 2) == 1
+    closed = line(2:)//","
+    if (is_open) closed = line(2:)//""","
+    call split_fields(closed, first, last)
+    block%keyword = closed(first(1):last(1))
     do i = 1, len(block%keyword)
       if (block%keyword(i:i) == "_") block%keyword(i:i) = " "
     end do
@@ -292,20 +314,20 @@ contains
     n = size(first) - 1
     allocate (block%options(n))
     do i = 1, n
-      associate (option => line(1 + first(i + 1):1 + last(i + 1)), found => block%options(i))
-        equals = index(option, "=")
-        found%has_value = equals > 0
-        if (.not. found%has_value) equals = len(option) + 1
-        name = squeezed(upper_case(option(:equals - 1)))
-        if (option_place_before(block, name, i) > 0) then
-          call add_fault(faults, origin_of(deck, block), "the option "//name//" twice", &
-                         "each option once")
-        end if
-        found%name = name
-        found%value = adjustl(option(min(equals + 1, len(option) + 1):))
-        found%value = field_text(found%value, 1, len(found%value))
-      end associate
+      option = closed(first(i + 1):last(i + 1))
+      equals = index(option//"=", "=")
+      name = squeezed(upper_case(option(:equals - 1)))
+      if (option_place_before(block, name, i) > 0) then
+        call add_fault(faults, origin_of(deck, block), "the option "//name//" twice", &
+                       "each option once")
+      end if
+      block%options(i)%name = name
+      block%options(i)%has_value = equals <= len(option)
+      option = adjustl(option(min(equals, len(option)) + 1:))
+      block%options(i)%value = field_text(option, 1, len(option))
     end do
+    if (is_open) call add_fault(faults, origin_of(deck, block), "a quote that is not closed", &
+                                "quotes in pairs")
   end subroutine read_options
 
   pure integer function option_place_before(block, name, i)
