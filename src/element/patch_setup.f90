@@ -9,6 +9,7 @@ module patch_setup
   use basis_tables, only: n_lanes, new_axis_table, new_lane_table
   use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, viscosity_t
   use tile_forces, only: kernel_of
+  use lapack, only: eigenvalues
   implicit none
   private
 
@@ -194,7 +195,7 @@ contains
         end do
         det = determinant(jacobian)
         metric = matmul(transpose(jacobian), jacobian)
-        call smallest_eigenvalue(metric, smallest)
+        smallest = minval(eigenvalues(metric))
         if (.not. (det > 0.0_wp .and. smallest > 0.0_wp)) then
           call fail(error, "blank: an element is turned inside out or flat (its jacobian is "// &
                     "not positive); axes 1, 2, 3 must form a right-handed patch")
@@ -223,27 +224,5 @@ contains
                   + a(1, 2)*(a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)) &
                   + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
   end function determinant
-
-  !> Smallest eigenvalue of a symmetric 3 x 3 matrix (LAPACK).
-  subroutine smallest_eigenvalue(a, smallest)
-    real(wp), intent(in) :: a(3, 3)
-    real(wp), intent(out) :: smallest
-    real(wp) :: copy(3, 3), values(3), work(34*3)
-    integer :: info
-    interface
-      subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
-        import :: wp
-        character, intent(in) :: jobz, uplo
-        integer, intent(in) :: n, lda, lwork
-        real(wp), intent(inout) :: a(lda, *)
-        real(wp), intent(out) :: w(*), work(*)
-        integer, intent(out) :: info
-      end subroutine dsyev
-    end interface
-
-    copy = a
-    call dsyev("N", "U", 3, copy, 3, values, work, size(work), info)
-    smallest = merge(values(1), -1.0_wp, info == 0)
-  end subroutine smallest_eigenvalue
 
 end module patch_setup

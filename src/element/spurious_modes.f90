@@ -7,13 +7,15 @@ module spurious_modes
   use nurbs_solid, only: nurbs_solid_t
   use primitives, only: box_solid
   use elastic, only: elastic_t, new_elastic
+  use block_law, only: block_law_t
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
   use patch_setup, only: new_patch, new_tile_buffers
   use internal_force, only: internal_forces
+  use lapack, only: eigenvalues
   implicit none
   private
 
-  public :: n_spurious_modes, serving_rule
+  public :: n_spurious_modes, serving_rule, dense_stiffness
 
 contains
 
@@ -26,7 +28,7 @@ contains
     type(ig_patch_t) :: patch
     type(elastic_t) :: law
     type(error_t), allocatable :: error
-    real(wp), allocatable :: stiffness(:, :), values(:)
+    real(wp), allocatable :: values(:)
     integer :: n(3)
 
     ! At full quadrature nothing can hide: the strain of a mode would vanish at all its points.
@@ -39,8 +41,7 @@ contains
     law = new_elastic(1.0_wp, 1.0_wp, 0.3_wp)
     call new_patch(patch, solid, n_points, n_parts, law, [0.0_wp, 0.0_wp], error)
     if (allocated(error)) return
-    stiffness = dense_stiffness(patch, law, solid%points)
-    values = eigenvalues(stiffness)
+    values = eigenvalues(dense_stiffness(patch, law, solid%points))
     n_modes = count(abs(values) < no_energy*maxval(values)) - 6
   end function n_spurious_modes
 
@@ -56,55 +57,34 @@ contains
     end do
   end function serving_rule
 
-  !> Stiffness of a stress-free patch: the forces that a tiny motion of each component raises.
+  !> Stiffness of a stress-free patch of few elements: the forces that a tiny motion of each
+  !! component raises, symmetric to their second order. State and stress are left alone.
   function dense_stiffness(patch, law, x) result(stiffness)
-    type(ig_patch_t), intent(inout) :: patch
-    type(elastic_t), intent(in) :: law
-    real(wp), intent(in) :: x(:, :, :, :)
+    type(ig_patch_t), intent(in) :: patch
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: x(:, :, :, :)           !! control points
     real(wp), allocatable :: stiffness(:, :)
-    real(wp), parameter :: tiny_motion = 1.0e-7_wp
+    type(ig_patch_t) :: trial
     type(tile_buffer_t), allocatable :: buffers(:)
     type(force_report_t) :: report
-    real(wp), dimension(size(x, 1), size(x, 2), size(x, 3), size(x, 4)) :: v, force
-    real(wp) :: unit(size(x))
+    real(wp), dimension(size(x, 1), size(x, 2), size(x, 3), size(x, 4)) :: v, plus, minus
+    real(wp) :: unit(size(x)), tiny_motion
     integer :: column
 
+    trial = patch
     buffers = new_tile_buffers(patch)
+    tiny_motion = 1.0e-6_wp*minval(patch%viscosity%length)
     allocate (stiffness(size(x), size(x)))
     do column = 1, size(x)
       unit = 0.0_wp
       unit(column) = tiny_motion
       v = reshape(unit, shape(x))
-      patch%stress = 0.0_wp
-      ! Positions are those before the motion: what they miss is of second order.
-      call internal_forces(patch, buffers, law, 1.0_wp, x, v, force, report)
-      stiffness(:, column) = reshape(force, [size(x)])/tiny_motion
+      trial%stress = 0.0_wp
+      call internal_forces(trial, buffers, law, 1.0_wp, x, v, plus, report)
+      trial%stress = 0.0_wp
+      call internal_forces(trial, buffers, law, 1.0_wp, x, -v, minus, report)
+      stiffness(:, column) = reshape(plus - minus, [size(x)])/(2.0_wp*tiny_motion)
     end do
-    stiffness = 0.5_wp*(stiffness + transpose(stiffness))
   end function dense_stiffness
-
-  !> Eigenvalues of a symmetric matrix (LAPACK).
-  function eigenvalues(matrix) result(values)
-    real(wp), intent(in) :: matrix(:, :)
-    real(wp) :: values(size(matrix, 1))
-    real(wp), allocatable :: copy(:, :), work(:)
-    integer :: n, info
-    interface
-      subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
-        import :: wp
-        character, intent(in) :: jobz, uplo
-        integer, intent(in) :: n, lda, lwork
-        real(wp), intent(inout) :: a(lda, *)
-        real(wp), intent(out) :: w(*), work(*)
-        integer, intent(out) :: info
-      end subroutine dsyev
-    end interface
-
-    n = size(matrix, 1)
-    allocate (copy(n, n), source=matrix)
-    allocate (work(34*n))
-    call dsyev("N", "U", n, copy, n, values, work, size(work), info)
-    if (info /= 0) values = huge(1.0_wp)
-  end function eigenvalues
 
 end module spurious_modes

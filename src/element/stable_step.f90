@@ -11,6 +11,7 @@ module stable_step
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
   use internal_force, only: internal_forces
   use patch_setup, only: new_tile_buffers
+  use lapack, only: tridiagonal_eigensystem
   implicit none
   private
 
@@ -107,30 +108,18 @@ contains
     end do
   end subroutine apply_operator
 
-  !> Largest eigenvalue of the tridiagonal matrix and the norm of its residual (LAPACK).
+  !> Largest eigenvalue of the tridiagonal matrix and the norm of its residual.
   subroutine top_ritz_value(alpha, beta, ritz, residual)
     real(wp), intent(in) :: alpha(:), beta(:)
     real(wp), intent(out) :: ritz, residual
-    real(wp) :: d(size(alpha)), e(size(alpha)), z(size(alpha), size(alpha))
-    real(wp) :: work(max(1, 2*size(alpha) - 2))
-    integer :: info, n
-    interface
-      subroutine dstev(jobz, n, d, e, z, ldz, work, info)
-        import :: wp
-        character, intent(in) :: jobz
-        integer, intent(in) :: n, ldz
-        real(wp), intent(inout) :: d(*), e(*)
-        real(wp), intent(out) :: z(ldz, *), work(*)
-        integer, intent(out) :: info
-      end subroutine dstev
-    end interface
+    real(wp) :: values(size(alpha)), vectors(size(alpha), size(alpha))
+    logical :: is_solved
+    integer :: n
 
     n = size(alpha)
-    d = alpha
-    e = beta
-    call dstev("V", n, d, e, z, n, work, info)
-    ritz = d(n)
-    residual = merge(beta(n)*abs(z(n, n)), huge(1.0_wp), info == 0)
+    call tridiagonal_eigensystem(alpha, beta, values, vectors, is_solved)
+    ritz = values(n)
+    residual = merge(beta(n)*abs(vectors(n, n)), huge(1.0_wp), is_solved)
   end subroutine top_ritz_value
 
   !> A start vector that no symmetry of the patch can hide from, the same in every run.

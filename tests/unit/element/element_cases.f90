@@ -13,7 +13,7 @@ module element_cases
   private
 
   public :: axis_with, box, bent, weighted, quarter_ring, patch_of, viscous_patch_of, evaluate
-  public :: steel, scatter, affine_field, stiffness, eigenvalues
+  public :: steel, scatter, affine_field
 
 contains
 
@@ -181,56 +181,5 @@ contains
                           + gradient(c, 3)*x(:, :, :, 3)
     end do
   end function affine_field
-
-  !> Dense stiffness matrix of a stress-free patch, column by column from central differences of
-  !! the internal forces.
-  function stiffness(patch, law, x) result(k)
-    type(ig_patch_t), intent(in) :: patch
-    class(block_law_t), intent(in) :: law
-    real(wp), intent(in) :: x(:, :, :, :)
-    real(wp) :: k(size(x), size(x))
-    real(wp), parameter :: tiny_move = 1.0e-6_wp
-    type(ig_patch_t) :: trial
-    type(tile_buffer_t), allocatable :: buffers(:)
-    type(force_report_t) :: report
-    real(wp), dimension(size(x)) :: unit
-    real(wp), dimension(size(x, 1), size(x, 2), size(x, 3), size(x, 4)) :: v, plus, minus
-    integer :: j
-
-    trial = patch
-    buffers = new_tile_buffers(patch)
-    do j = 1, size(x)
-      unit = 0.0_wp
-      unit(j) = tiny_move
-      v = reshape(unit, shape(x))
-      trial%stress = 0.0_wp
-      call internal_forces(trial, buffers, law, 1.0_wp, x, v, plus, report)
-      trial%stress = 0.0_wp
-      call internal_forces(trial, buffers, law, 1.0_wp, x, -v, minus, report)
-      k(:, j) = reshape(plus - minus, [size(x)])/(2.0_wp*tiny_move)
-    end do
-  end function stiffness
-
-  !> Eigenvalues of a symmetric matrix in rising order (LAPACK).
-  function eigenvalues(matrix) result(values)
-    real(wp), intent(in) :: matrix(:, :)
-    real(wp) :: values(size(matrix, 1))
-    real(wp) :: copy(size(matrix, 1), size(matrix, 1)), work(8*size(matrix, 1))
-    integer :: info
-    interface
-      subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
-        import :: wp
-        character, intent(in) :: jobz, uplo
-        integer, intent(in) :: n, lda, lwork
-        real(wp), intent(inout) :: a(lda, *)
-        real(wp), intent(out) :: w(*), work(*)
-        integer, intent(out) :: info
-      end subroutine dsyev
-    end interface
-
-    copy = 0.5_wp*(matrix + transpose(matrix))
-    call dsyev("N", "U", size(matrix, 1), copy, size(matrix, 1), values, work, size(work), info)
-    if (info /= 0) error stop "the eigenvalues of the test were not found"
-  end function eigenvalues
 
 end module element_cases

@@ -1,0 +1,60 @@
+!> The LAPACK routines that the element layer uses, behind plain functions.
+module lapack
+  use kinds, only: wp
+  implicit none
+  private
+
+  public :: eigenvalues, tridiagonal_eigensystem
+
+  interface
+    subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+      import :: wp
+      character, intent(in) :: jobz, uplo
+      integer, intent(in) :: n, lda, lwork
+      real(wp), intent(inout) :: a(lda, *)
+      real(wp), intent(out) :: w(*), work(*)
+      integer, intent(out) :: info
+    end subroutine dsyev
+
+    subroutine dstev(jobz, n, d, e, z, ldz, work, info)
+      import :: wp
+      character, intent(in) :: jobz
+      integer, intent(in) :: n, ldz
+      real(wp), intent(inout) :: d(*), e(*)
+      real(wp), intent(out) :: z(ldz, *), work(*)
+      integer, intent(out) :: info
+    end subroutine dstev
+  end interface
+
+contains
+
+  !> Eigenvalues of a symmetric matrix in rising order; huge where LAPACK found none.
+  function eigenvalues(matrix) result(values)
+    real(wp), intent(in) :: matrix(:, :)
+    real(wp) :: values(size(matrix, 1))
+    real(wp), allocatable :: copy(:, :), work(:)
+    integer :: n, info
+
+    n = size(matrix, 1)
+    allocate (copy(n, n), source=matrix)
+    allocate (work(34*n))
+    call dsyev("N", "U", n, copy, n, values, work, size(work), info)
+    if (info /= 0) values = huge(1.0_wp)
+  end function eigenvalues
+
+  !> Eigenvalues (rising) and unit eigenvectors of a symmetric tridiagonal matrix.
+  subroutine tridiagonal_eigensystem(diagonal, beside, values, vectors, is_solved)
+    real(wp), intent(in) :: diagonal(:)
+    real(wp), intent(in) :: beside(:)          !! at least size(diagonal) - 1 entries
+    real(wp), intent(out) :: values(:), vectors(:, :)
+    logical, intent(out) :: is_solved
+    real(wp) :: e(size(beside)), work(max(1, 2*size(diagonal) - 2))
+    integer :: info
+
+    values = diagonal
+    e = beside
+    call dstev("V", size(diagonal), values, e, vectors, size(diagonal), work, info)
+    is_solved = info == 0
+  end subroutine tridiagonal_eigensystem
+
+end module lapack
