@@ -52,7 +52,6 @@ contains
         call resolve(names%materials, option_text(deck, record, "MATERIAL"), "*MATERIAL", &
                      record%origin, blank%material, faults)
       end if
-      blank%is_green_naghdi = option_text(deck, record, "ROTATION") == "GREEN NAGHDI"
       frame%is_box = option_text(deck, record, "TYPE") == "BOX"
       if (.not. frame%is_box) then
         call check_parts(deck, parts(1), 3, "the blank", faults)

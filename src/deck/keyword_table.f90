@@ -148,9 +148,6 @@ contains
                     "+ 1 per direction), REDUCED (degree per direction) or three counts in "// &
                     "quotes; 2x3 splits the element in 2 equal parts of 3 points each", &
                     default="FULL")
-    call add_option(table, "ROTATION", kind_choice, "objective rate: JAUMANN turns stress with "// &
-                    "the spin, GREEN NAGHDI with the rotation of the polar decomposition", &
-                    default="JAUMANN", choices="JAUMANN|GREEN NAGHDI")
     call add_line(table, "One line each for the parametric axes xi, eta and zeta, in this "// &
                   "order. If the three would make a left-handed patch, eta runs from `to` to "// &
                   "`from`.", &
@@ -392,7 +389,8 @@ contains
     call add_example(table, "*PRESSURE, AMPLITUDE=soft start")
     call add_example(table, "ZETA_MAX, 0.5")
 
-    call add_keyword(table, "TRACTION", "Load of fixed direction per current area of a face.")
+    call add_keyword(table, "TRACTION", "Load of fixed direction, per area that a face "// &
+                     "has at the start.")
     call add_option(table, "AMPLITUDE", kind_name, scaling, is_required=.false.)
     call add_line(table, "", n_max=any_number)
     call add_field(table, "set", kind_name, "name of a face, or of a set that is a part of one")

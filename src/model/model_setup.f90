@@ -40,7 +40,7 @@ contains
     before = n_errors(faults)
     model%step = scene%step
     model%output = scene%output
-    allocate (model%forces(0), model%supports(0))
+    allocate (model%forces(0))
     allocate (model%probes, source=scene%probes)
     call build_blank(scene, model, faults)
     call build_tools(scene, model, faults)
@@ -57,9 +57,7 @@ contains
     do i = 1, size(scene%loads)
       call add_load(scene, scene%loads(i), curve_of(scene, scene%loads(i)%curve), model, faults)
     end do
-    do i = 1, size(scene%boundaries)
-      call add_supports(scene, i, model)
-    end do
+    call add_supports(scene, model)
   end subroutine build_model
 
   !> Law, patch and mass.
@@ -159,7 +157,7 @@ contains
     if (index > 0) curve = curve_t(scene%curves(index)%times, scene%curves(index)%values)
   end function curve_of
 
-  !> Initial velocities in the order of the deck; later ones replace earlier ones.
+  !> Initial velocities; those of several entries add up.
   subroutine set_initial_velocities(scene, model)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
@@ -178,7 +176,7 @@ contains
         do p = 1, size(points, 2)
           associate (a => points(1, p), b => points(2, p), c => points(3, p), w => spec%omega)
             arm = motion%x(a, b, c, :) - spec%centre
-            motion%v(a, b, c, :) = spec%velocity &
+            motion%v(a, b, c, :) = motion%v(a, b, c, :) + spec%velocity &
               + [w(2)*arm(3) - w(3)*arm(2), w(3)*arm(1) - w(1)*arm(3), w(1)*arm(2) - w(2)*arm(1)]
           end associate
         end do
@@ -186,33 +184,49 @@ contains
     end do
   end subroutine set_initial_velocities
 
-  !> One support per prescribed component. What it holds starts with its velocity: the impulse of
-  !! a sudden start would do work that no balance of finite forces can follow.
-  subroutine add_supports(scene, number, model)
+  !> One support per prescribed component.
+  subroutine add_supports(scene, model)
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: number
     type(model_t), intent(inout) :: model
-    type(boundary_t) :: support
-    type(effect_slot_t) :: slot
-    integer :: c, p
+    integer :: i, c, n
 
-    associate (spec => scene%boundaries(number), v => model%bodies%blank%motion%v)
+    n = 0
+    do i = 1, size(scene%boundaries)
+      n = n + count(scene%boundaries(i)%is_prescribed)
+    end do
+    allocate (model%supports(n))
+    n = 0
+    do i = 1, size(scene%boundaries)
+      do c = 1, 3
+        if (.not. scene%boundaries(i)%is_prescribed(c)) cycle
+        n = n + 1
+        call set_support(scene, i, c, model%bodies%blank%motion%v, model%supports(n))
+      end do
+    end do
+  end subroutine add_supports
+
+  !> One component of one boundary condition. What it holds starts with its velocity: the impulse
+  !! of a sudden start would do work that no balance of finite forces can follow.
+  subroutine set_support(scene, number, component, v, slot)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: number, component
+    real(wp), intent(inout) :: v(:, :, :, :)
+    type(effect_slot_t), intent(out) :: slot
+    type(boundary_t) :: support
+    integer :: p
+
+    associate (spec => scene%boundaries(number))
       support%name = "boundary"
       support%points = control_points(control_range(scene%blank%solid, scene%sets(spec%set)))
       support%curve = curve_of(scene, spec%curve)
-      do c = 1, 3
-        if (.not. spec%is_prescribed(c)) cycle
-        support%component = c
-        support%velocity = spec%velocity(c)
-        do p = 1, size(support%points, 2)
-          v(support%points(1, p), support%points(2, p), support%points(3, p), c) = &
-            support%velocity*curve_value(support%curve, 0.0_wp)
-        end do
-        allocate (slot%item, source=support)
-        model%supports = [model%supports, slot]
-        deallocate (slot%item)
-      end do
+      support%component = component
+      support%velocity = spec%velocity(component)
     end associate
-  end subroutine add_supports
+    do p = 1, size(support%points, 2)
+      v(support%points(1, p), support%points(2, p), support%points(3, p), component) = &
+        support%velocity*curve_value(support%curve, 0.0_wp)
+    end do
+    allocate (slot%item, source=support)
+  end subroutine set_support
 
 end module model_setup

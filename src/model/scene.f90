@@ -28,7 +28,6 @@ module scene
     integer :: material = 0                 !! index into `materials`
     integer :: n_points(3) = 0              !! Gauss points per part of an element and direction
     integer :: n_parts(3) = 1               !! equal parts of an element per direction: 2x3 has 2
-    logical :: is_green_naghdi = .false.    !! polar rotation instead of Hughes-Winget
   end type blank_spec_t
 
   !> A value against time, linear between the rows and constant outside.
