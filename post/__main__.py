@@ -1,0 +1,38 @@
+"""Command line of the package: `python -m post COMMAND FILE [options]`."""
+import argparse
+import sys
+
+from post import compare, history, picture, profile
+from post.results import ResultsError
+
+
+def parser():
+    top = argparse.ArgumentParser(prog="python -m post", description=__doc__)
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for module, name, text in (
+            (picture, "picture", "the formed sheet in 3-D with the plastic strain and the tools"),
+            (profile, "profile", "the sheet's mid-section and the tools at chosen times"),
+            (history, "history", "energies and tool forces against time"),
+            (compare, "compare", "a strip of the channel against reference data")):
+        command = commands.add_parser(name, help=text, description=text.capitalize() + ".")
+        command.add_argument("file", metavar="FILE", help="results file of igaform")
+        command.add_argument("-o", "--out", metavar="PNG",
+                             help=f"the picture to write (default: FILE without .h5, -{name}.png)")
+        module.add_arguments(command)
+        command.set_defaults(run=module.run)
+    return top
+
+
+def main():
+    arguments = parser().parse_args()
+    if arguments.out is None:
+        arguments.out = arguments.file.removesuffix(".h5") + f"-{arguments.command}.png"
+    try:
+        return arguments.run(arguments)
+    except ResultsError as fault:
+        print(f"post: {fault}", file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

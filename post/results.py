@@ -1,0 +1,122 @@
+"""Reading a results file: frames, curved cells, history."""
+import os
+
+import h5py
+import numpy as np
+
+from post import cells
+
+
+class ResultsError(Exception):
+    """Something the user can put right: said without a traceback."""
+
+
+class Results:
+    """An open results file. Arrays are in C order: indices (zeta, eta, xi)."""
+
+    def __init__(self, path):
+        if not os.path.isfile(path):
+            raise ResultsError(f"there is no file '{path}'")
+        try:
+            self.file = h5py.File(path)
+        except OSError as fault:
+            raise ResultsError(f"'{path}' cannot be opened as an HDF5 file: {fault}") from None
+        if text_of(self.file.attrs.get("generator", b"")) != "igaform":
+            raise ResultsError(f"'{path}' is not a results file of igaform")
+        self.path = path
+        n_frames = int(self.file["VTKHDF/Steps"].attrs["NSteps"])
+        self.times = self.file["VTKHDF/Steps/Values"][:n_frames]
+        if n_frames == 0:
+            raise ResultsError(f"'{path}' holds no frame yet")
+        self.n_points = int(self.file["VTKHDF/NumberOfPoints"][0])
+        blank = self.file["nurbs/blank"]
+        self.degrees = blank["degrees"][:]
+        self.n_elements = np.array([len(np.unique(blank[f"knots_{d}"][:])) - 1 for d in (1, 2, 3)])
+        self.degree = int(self.degrees.max())
+        self.grid = tuple(self.degree * self.n_elements[::-1] + 1)
+        self.n_blank = int(np.prod(self.grid))
+        self.is_bezier = "RationalWeights" in self.file["VTKHDF/PointData"]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.file.close()
+
+    @property
+    def tools(self):
+        """Names of the tools in the deck's order."""
+        tools = self.file["tools"]
+        return sorted(tools, key=lambda name: int(tools[name].attrs["part"]))
+
+    def unit(self, dataset):
+        return text_of(self.file[dataset].attrs.get("unit", b""))
+
+    def frame(self, number=None, time=None):
+        """Index of a frame by number (from 0, negative from the end) or by the nearest time."""
+        if time is not None:
+            span = self.times[-1] - self.times[0]
+            if not self.times[0] - 0.01 * span <= time <= self.times[-1] + 0.01 * span:
+                raise ResultsError(f"time {time:g} is outside the frames, "
+                                   f"{self.times[0]:g} to {self.times[-1]:g}")
+            return int(np.argmin(np.abs(self.times - time)))
+        number = -1 if number is None else number
+        if not -len(self.times) <= number < len(self.times):
+            raise ResultsError(f"frame {number} does not exist: there are {len(self.times)}, "
+                               f"0 to {len(self.times) - 1}")
+        return number % len(self.times)
+
+    def point_data(self, name, frame):
+        """A field (or `Points`) at all display points of a frame."""
+        folder = "VTKHDF" if name == "Points" else "VTKHDF/PointData"
+        if name == "RationalWeights":
+            frame = 0
+        return self.file[folder][name][frame * self.n_points:(frame + 1) * self.n_points]
+
+    def blank_grid(self, name, frame):
+        """A field of the blank on its grid of display points."""
+        return self.point_data(name, frame)[:self.n_blank].reshape(*self.grid, -1)
+
+    def sample_blank(self, name, frame, xi, eta, zeta):
+        """A field of the blank at a tensor grid of places; places count elements from 0.
+        Vectors are evaluated as the cells have them, scalars stay in the range of their nodes."""
+        values = self.blank_grid(name, frame)
+        if values.shape[-1] == 1:
+            return cells.interpolate_grid(values, (zeta, eta, xi), self.degree)
+        weights = None
+        if self.is_bezier:
+            weights = self.blank_grid("RationalWeights", frame)
+        return cells.evaluate_grid(values, weights, (zeta, eta, xi), self.degree)
+
+    def tool_surfaces(self, frame, n_parts):
+        """For each tool a list of facetted surfaces (points, quadrilaterals), each cell cut into
+        n_parts x n_parts quadrilaterals."""
+        group = self.file["VTKHDF"]
+        parts, offsets = group["CellData/part"][:], group["Offsets"][:]
+        connectivity = group["Connectivity"][:]
+        points = self.point_data("Points", frame)
+        weights = self.point_data("RationalWeights", frame) if self.is_bezier else None
+        surfaces = []
+        for tool in range(1, len(self.tools) + 1):
+            nodes = [connectivity[offsets[i]:offsets[i + 1]]
+                     for i in np.flatnonzero(parts == tool)]
+            surfaces.append(cells.facets(points, weights, nodes, n_parts))
+        return surfaces
+
+    def history(self, name):
+        return self.file["history"][name][:]
+
+    def tool_history(self, tool, name):
+        return self.file["tools"][tool][name][:]
+
+    def points(self, name):
+        """A dataset of /points: the integration points on their grid."""
+        return self.file["points"][name][:]
+
+    def plastic_strain(self, frame):
+        """Plastic strain at the integration points of a frame."""
+        return self.file["frames/eqps"][frame]
+
+
+def text_of(value):
+    return value.decode() if isinstance(value, bytes) else str(value)

@@ -1,0 +1,46 @@
+"""The mid-section of the sheet: across its width in the middle, along its length."""
+import numpy as np
+
+from post import cells
+
+N_PER_ELEMENT = 8    # places along the sheet
+N_TOOL_PARTS = 8     # cuts of a tool's cell
+
+
+class Section:
+    """A plane through the sheet's middle with axes along the sheet and across its thickness.
+
+    The axes are those of the undeformed sheet, rounded to the nearest coordinate axes, so that
+    pictures show the deck's coordinates."""
+
+    def __init__(self, results):
+        self.results = results
+        n = results.n_elements
+        self.xi = np.linspace(0, n[0], N_PER_ELEMENT * n[0] + 1)
+        self.eta = [0.5 * n[1]]
+        start = self._lines(0, "Points") - self._lines(0, "displacement")
+        along = start[1, -1] - start[1, 0]
+        across = start[2, len(self.xi) // 2] - start[0, len(self.xi) // 2]
+        self.axes = np.eye(3)[[np.argmax(np.abs(along)), np.argmax(np.abs(across))]]
+        self.axis_names = ["xyz"[np.argmax(axis)] for axis in self.axes]
+        self.normal = np.cross(*self.axes)
+        self.start = start[1] @ self.axes[0]
+
+    def _lines(self, frame, name):
+        zeta = np.array([0, 0.5, 1]) * self.results.n_elements[2]
+        return self.results.sample_blank(name, frame, self.xi, self.eta, zeta)[:, 0]
+
+    def sheet(self, frame):
+        """Lower face, mid-surface and upper face (3, n, 2) in the section's axes."""
+        return self._lines(frame, "Points") @ self.axes.T
+
+    def thickness(self, frame):
+        """Distance of both faces at equal places along the sheet."""
+        lines = self._lines(frame, "Points")
+        return np.linalg.norm(lines[2] - lines[0], axis=1)
+
+    def tools(self, frame):
+        """For each tool the segments (m, 2, 2) of its section."""
+        origin = self._lines(frame, "Points")[1].mean(axis=0)
+        return [cells.cut(points, corners, origin, self.normal) @ self.axes.T
+                for points, corners in self.results.tool_surfaces(frame, N_TOOL_PARTS)]
