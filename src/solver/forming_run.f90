@@ -3,6 +3,7 @@ module forming_run
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use errors, only: error_t, fail
+  use text, only: to_text
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks, ticks_to_seconds
   use internal_force, only: internal_forces
   use point_volumes, only: new_point_volumes
@@ -209,7 +210,8 @@ contains
                         ticks_to_seconds(clock_ticks() - run%started))
       if (model%step%energy_limit > 0.0_wp .and. &
           .not. abs(run%balance%error) <= model%step%energy_limit) then
-        call fail(error, "energy balance lost: the error exceeds the limit of the deck")
+        call fail(error, "energy balance lost at time "//to_text(run%instant%time)//": error "// &
+                  to_text(run%balance%error)//", limit "//to_text(model%step%energy_limit))
       end if
       call stop_watch(model%timer, run%watch_output)
     end if
@@ -231,7 +233,7 @@ contains
     real(wp) :: elastic
 
     associate (blank => model%bodies%blank, q => model%bodies%blank%patch%axes%n_points)
-      call take_balance(run%balance, blank, run%v_before, model%forces, model%supports)
+      call take_balance(run%balance, model%bodies, run%v_before, model%forces, model%supports)
       elastic = elastic_energy(blank%law, 8*q(3), q(1)*q(2)*blank%patch%n_blocks, &
                                blank%patch%stress, run%volumes)
     end associate

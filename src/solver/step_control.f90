@@ -38,8 +38,9 @@ contains
     control%history%n = output%n_history
   end function new_step_control
 
-  !> Step from `time`. The highest frequency is taken to grow with the norm of the inverse
-  !! jacobian; a step above the first one would undo what the contact stiffness was set for.
+  !> Step from `time`, which may itself be an output time not counted yet. The highest frequency
+  !! is taken to grow with the norm of the inverse jacobian; a step above the first one would undo
+  !! what the contact stiffness was set for.
   pure real(wp) function next_step(control, time, rate) result(dt)
     type(step_control_t), intent(in) :: control
     real(wp), intent(in) :: time     !! now
@@ -47,7 +48,8 @@ contains
     real(wp) :: left
 
     dt = control%largest*min(1.0_wp, sqrt(control%rate_at_start/max(rate, tiny(rate))))
-    left = min(due_time(control, control%frames), due_time(control, control%history)) - time
+    left = min(due_after(control, control%frames, time), &
+               due_after(control, control%history, time)) - time
     if (left > 0.0_wp) dt = left/ceiling(left/dt*(1.0_wp - 1.0e-12_wp))
   end function next_step
 
@@ -67,6 +69,19 @@ contains
     schedule%done = schedule%done + 1
   end subroutine count_output
 
+  !> The first time after `time` at which output is due.
+  pure real(wp) function due_after(control, schedule, time)
+    type(step_control_t), intent(in) :: control
+    type(schedule_t), intent(in) :: schedule
+    real(wp), intent(in) :: time
+    type(schedule_t) :: next
+
+    next = schedule
+    if (is_due(control, schedule, time)) call count_output(next)
+    due_after = due_time(control, next)
+  end function due_after
+
+  !> The time of the first output not counted yet; the end time if all are.
   pure real(wp) function due_time(control, schedule)
     type(step_control_t), intent(in) :: control
     type(schedule_t), intent(in) :: schedule
