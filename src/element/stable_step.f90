@@ -66,19 +66,31 @@ contains
     omega = sqrt(ritz + residual)
   end subroutine largest_frequency
 
-  !> Stable step of the central difference with bulk viscosity: the linear factor damps the
-  !! highest mode with the ratio `damping` and shortens the step, the velocity being half a step
-  !! late (T. Belytschko et al., Nonlinear Finite Elements, 2nd ed., Wiley 2014, eq. (6.2.17)).
-  pure real(wp) function viscous_step(patch, omega) result(dt)
+  !> Stable step of the central difference with bulk viscosity. The velocity being half a step
+  !! late, damping with the ratio `damping` shortens the step (T. Belytschko et al., Nonlinear
+  !! Finite Elements, 2nd ed., Wiley 2014, eq. (6.2.17)). The linear factor damps like the bulk part
+  !! of the stiffness times a time, so the largest ratio follows from the frequency of that part.
+  real(wp) function viscous_step(patch, law, x, mass, omega) result(dt)
     type(ig_patch_t), intent(in) :: patch
-    real(wp), intent(in) :: omega
-    real(wp) :: damping
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: x(:, :, :, :)     !! control points
+    real(wp), intent(in) :: mass(:, :, :)     !! lumped mass of the control points
+    real(wp), intent(in) :: omega             !! from `largest_frequency`
+    type(elastic_t) :: dilatation
+    real(wp) :: damping, lag, omega_bulk, rate
 
     damping = 0.0_wp
-    if (patch%viscosity%is_active) then
-      damping = 0.5_wp*patch%viscosity%linear*omega*maxval(patch%viscosity%length) &
-                /patch%viscosity%wave_speed
-    end if
+    associate (viscosity => patch%viscosity)
+      if (viscosity%is_active .and. viscosity%linear > 0.0_wp) then
+        dilatation%density = law%density
+        dilatation%bulk = law%bulk
+        dilatation%shear = 0.0_wp
+        call largest_frequency(patch, dilatation, x, mass, omega_bulk, rate)
+        lag = viscosity%linear*viscosity%density*viscosity%wave_speed*maxval(viscosity%length) &
+              /law%bulk
+        damping = 0.5_wp*lag*omega_bulk**2/omega
+      end if
+    end associate
     dt = 2.0_wp/omega*(sqrt(1.0_wp + damping**2) - damping)
   end function viscous_step
 

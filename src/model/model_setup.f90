@@ -48,7 +48,7 @@ contains
 
     associate (blank => model%bodies%blank)
       call largest_frequency(blank%patch, blank%law, blank%motion%x, blank%mass, omega, model%rate)
-      model%stable_step = viscous_step(blank%patch, omega)
+      model%stable_step = viscous_step(blank%patch, blank%law, blank%motion%x, blank%mass, omega)
     end associate
     call set_initial_velocities(scene, model)
     do i = 1, size(scene%contacts)
