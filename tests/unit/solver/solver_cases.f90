@@ -1,0 +1,97 @@
+!> What the tests of the solver share: whole runs of small models, and laws that fail.
+module solver_cases
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+  use kinds, only: wp
+  use errors, only: error_t
+  use gauss_rule, only: gauss_rule_t
+  use elastic, only: elastic_t
+  use model, only: model_t
+  use frames, only: results_t, results_setup_t, open_results, close_results
+  use run_log, only: run_log_t, timings_t, open_log, close_log
+  use forming_run, only: run_t, new_run, run_model
+  implicit none
+  private
+
+  public :: run_to_end, watch_names
+
+  !> Elastic until the shear strain 12 of a step exceeds a limit; then it returns no numbers, or
+  !! says that it failed.
+  type, extends(elastic_t), public :: brittle_t
+    real(wp) :: limit = 0.0_wp
+    logical :: is_silent = .false.   !! no numbers without a word
+  contains
+    procedure :: update
+  end type brittle_t
+
+contains
+
+  !> Run a model to its end time with results in NAME.h5 and NAME.log.
+  subroutine run_to_end(model, name, run, error)
+    type(model_t), intent(inout) :: model
+    character(*), intent(in) :: name
+    type(run_t), intent(out) :: run
+    type(error_t), allocatable, intent(out) :: error
+    type(results_t) :: results
+    type(results_setup_t) :: setup
+    type(run_log_t) :: log
+    type(timings_t) :: timings
+    type(error_t), allocatable :: file_error
+    integer :: axis, i
+
+    setup%path = name//".h5"
+    setup%solid = model%bodies%blank%solid
+    do axis = 1, 3
+      associate (table => model%bodies%blank%patch%axes(axis))
+        setup%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, table%weights)
+      end associate
+    end do
+    allocate (setup%tools(size(model%bodies%tools)), setup%probes(size(model%probes)))
+    do i = 1, size(setup%tools)
+      setup%tools(i)%name = model%bodies%tools(i)%name
+      setup%tools(i)%surfaces = model%bodies%tools(i)%surfaces
+    end do
+    do i = 1, size(setup%probes)
+      setup%probes(i)%value = model%probes(i)%name
+    end do
+    setup%n_state = model%bodies%blank%law%n_state
+    call new_run(model, run)
+    call open_results(results, setup, file_error)
+    if (allocated(file_error)) error stop "the results of the test cannot be written"
+    call open_log(log, name//".log", .true., file_error)
+    call run_model(model, run, results, log, error)
+    timings%timer = model%timer
+    call close_results(results, "completed", timings, file_error)
+    call close_log(log)
+  end subroutine run_to_end
+
+  !> Names of the stopwatches of a model, with blanks between.
+  function watch_names(model) result(names)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: names
+    integer :: i
+
+    names = ""
+    do i = 1, size(model%timer%watches)
+      if (i > 1) names = names//" "
+      names = names//model%timer%watches(i)%name
+    end do
+  end function watch_names
+
+  !> Elastic, or a failure.
+  subroutine update(self, n, dt, dstrain, stress, state, ok)
+    class(brittle_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 6)
+    real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
+    logical, intent(out) :: ok
+
+    call self%elastic_t%update(n, dt, dstrain, stress, state, ok)
+    if (maxval(abs(dstrain(:, 4))) <= self%limit) return
+    if (self%is_silent) then
+      stress = ieee_value(1.0_wp, ieee_quiet_nan)
+    else
+      ok = .false.
+    end if
+  end subroutine update
+
+end module solver_cases
