@@ -127,6 +127,7 @@ contains
     character(*), intent(in) :: object   !! path of the group or dataset
     character(*), intent(in) :: name, value
     character(kind=c_char), target :: buffer(max(len(value), 1))
+    type(c_ptr) :: address
     integer(hid_t) :: type
     integer :: i
 
@@ -136,7 +137,8 @@ contains
       buffer(i) = value(i:i)
     end do
     type = text_type(len(value))
-    call write_attribute(file, object, name, type, [integer(hsize_t) ::], c_loc(buffer))
+    address = c_loc(buffer)
+    call write_attribute(file, object, name, type, [integer(hsize_t) ::], address)
     if (h5tclose(type) < 0) call note(file, "write", object)
   end subroutine write_text_attribute
 
@@ -162,6 +164,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: name, value, description
     character(kind=c_char), target :: buffer(max(len(value), 1))
+    type(c_ptr) :: address
     integer(hid_t) :: type
     integer :: i
 
@@ -171,7 +174,8 @@ contains
       buffer(i) = value(i:i)
     end do
     type = text_type(len(value))
-    call write_fixed(file, name, type, type, [integer :: ], c_loc(buffer), "", description)
+    address = c_loc(buffer)   ! in place of the argument gfortran 12 mixes up the lengths of texts
+    call write_fixed(file, name, type, type, [integer ::], address, "", description)
     if (h5tclose(type) < 0) call note(file, "write", name)
   end subroutine write_text
 

@@ -93,9 +93,11 @@ class GeneralRules(unittest.TestCase):
     def test_every_dataset_is_described(self):
         def check(name, item):
             if isinstance(item, h5py.Dataset):
-                self.assertIn("description", item.attrs, name)
+                self.assertNotEqual(item.attrs.get("description", b""), b"", name)
                 if item.dtype.kind in "fiu":
-                    self.assertIn("unit", item.attrs, name)
+                    self.assertNotEqual(item.attrs.get("unit", b""), b"", name)
+                else:
+                    self.assertNotIn("unit", item.attrs, name)
 
         with h5py.File(self.path) as file:
             file.visititems(check)

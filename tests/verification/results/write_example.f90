@@ -4,7 +4,6 @@
 program write_example
   use kinds, only: wp
   use errors, only: error_t
-  use text, only: string_t
   use timer, only: add_watch, start_watch, stop_watch
   use gauss_rule, only: new_gauss_rule
   use knot_vector, only: greville, knot_vector_t, new_knot_vector
@@ -61,10 +60,11 @@ contains
     setup%solid%points = bowed(setup, 0.0_wp)
     allocate (setup%tools(2))
     setup%tools(1)%name = "plate"
-    setup%tools(1)%surfaces = [plate()]
+    allocate (setup%tools(1)%surfaces(1), setup%tools(2)%surfaces(1), setup%probes(1))
+    setup%tools(1)%surfaces(1) = plate()
     setup%tools(2)%name = "cylinder"
-    setup%tools(2)%surfaces = [quarter_cylinder()]
-    setup%probes = [string_t("middle")]
+    setup%tools(2)%surfaces(1) = quarter_cylinder()
+    setup%probes(1)%value = "middle"
   end subroutine describe
 
   ! y = curvature*x^2 added to the flat sheet, which quadratic splines hold exactly.
