@@ -2,6 +2,7 @@
 program main
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use thread_waiting, only: shorten_waiting
   use command_line, only: command_t, read_command_line, usage_text
   use build_info, only: version, git_commit
   use keyword_manual, only: keyword_manual_text
@@ -18,6 +19,7 @@ program main
   type(command_t) :: command
   integer :: code
 
+  call shorten_waiting()
   call read_command_line(command)
   code = 0
   if (command%fault /= "") then
