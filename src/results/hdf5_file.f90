@@ -136,7 +136,7 @@ contains
     do i = 1, len(value)
       buffer(i) = value(i:i)
     end do
-    type = text_type(len(value))
+    type = text_type(value)
     address = c_loc(buffer)
     call write_attribute(file, object, name, type, [integer(hsize_t) ::], address)
     if (h5tclose(type) < 0) call note(file, "write", object)
@@ -173,7 +173,7 @@ contains
     do i = 1, len(value)
       buffer(i) = value(i:i)
     end do
-    type = text_type(len(value))
+    type = text_type(value)
     address = c_loc(buffer)   ! in place of the argument gfortran 12 mixes up the lengths of texts
     call write_fixed(file, name, type, type, [integer ::], address, "", description)
     if (h5tclose(type) < 0) call note(file, "write", name)
@@ -398,14 +398,17 @@ contains
     if (any(status < 0)) list = h5_default
   end function chunked
 
-  integer(hid_t) function text_type(length) result(type)
-    integer, intent(in) :: length
+  ! Fixed-length text, marked as UTF-8 only if it needs to be: VTK 9.3 reads ASCII alone.
+  integer(hid_t) function text_type(value) result(type)
+    character(*), intent(in) :: value
     integer(c_int) :: status(3)
+    integer :: i
 
     type = h5tcopy(h5_character)
-    status(1) = h5tset_size(type, int(max(length, 1), c_size_t))
+    status(1) = h5tset_size(type, int(max(len(value), 1), c_size_t))
     status(2) = h5tset_strpad(type, h5_null_padded)
-    status(3) = h5tset_cset(type, h5_utf8)
+    status(3) = 0
+    if (any([(iachar(value(i:i)) > 127, i=1, len(value))])) status(3) = h5tset_cset(type, h5_utf8)
     if (any(status < 0)) type = -1
   end function text_type
 

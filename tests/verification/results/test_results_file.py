@@ -218,6 +218,14 @@ class KnownContents(GeneralRules):
             np.testing.assert_allclose(file["points/principal_strain"][..., 0],
                                        0.5 * np.log1p(slope ** 2), atol=1e-14)
 
+    def test_texts_are_ascii_where_they_can_be(self):
+        with h5py.File(self.path) as file:
+            kind = h5py.h5a.open(file["VTKHDF"].id, b"Type").get_type()
+            self.assertEqual(kind.get_cset(), h5py.h5t.CSET_ASCII)
+            text = file["provenance/deck_text"]
+            self.assertEqual(text.id.get_type().get_cset(), h5py.h5t.CSET_UTF8)
+            self.assertTrue(text[()].decode("utf-8").endswith("bows, \u00b5"))
+
     def test_exact_geometry(self):
         with h5py.File(self.path) as file:
             points = file["nurbs/tools/plate/surface_1/points"][:]

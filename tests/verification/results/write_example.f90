@@ -49,7 +49,7 @@ contains
     setup%n_state = 1
     setup%provenance%version = "0.1.0"
     setup%provenance%units = "mm, t, s"
-    setup%provenance%deck_text = "*HEADING"//new_line("a")//"a sheet that bows"
+    setup%provenance%deck_text = "*HEADING"//new_line("a")//"a sheet that bows, µ"
     do d = 1, 3
       setup%solid%axes(d) = uniform_axis(2, n_elements(d), size_of_sheet(d))
       setup%rule(d) = new_gauss_rule(merge(3, 2, d == 3), merge(2, 1, d == 3))
