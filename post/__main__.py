@@ -1,5 +1,6 @@
 """Command line of the package: `python -m post COMMAND FILE [options]`."""
 import argparse
+import os
 import sys
 
 from post import compare, history, picture, profile
@@ -28,6 +29,9 @@ def main():
     if arguments.out is None:
         arguments.out = arguments.file.removesuffix(".h5") + f"-{arguments.command}.png"
     try:
+        folder = os.path.dirname(arguments.out) or "."
+        if not os.path.isdir(folder):
+            raise ResultsError(f"there is no folder '{folder}' for the picture")
         return arguments.run(arguments)
     except ResultsError as fault:
         print(f"post: {fault}", file=sys.stderr)

@@ -4,6 +4,7 @@ VTK draws it in a process of its own, since a machine without usable graphics li
 process; matplotlib then draws a simpler picture.
 """
 import os
+import re
 import subprocess
 import sys
 
@@ -78,7 +79,8 @@ def draw_with_vtk(path, frame, field, limits, out):
         return f"no picture after {TIME_LIMIT} s"
     if done.returncode == 0 and os.path.exists(out):
         return None
-    lines = [line for line in done.stderr.splitlines() if line.strip()]
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", done.stderr)   # VTK colours its messages
+    lines = [line for line in plain.splitlines() if line.strip()]
     return lines[-1] if lines else f"exit code {done.returncode}"
 
 

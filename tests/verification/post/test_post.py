@@ -190,6 +190,7 @@ class TestCommands(Known):
                                  (["picture", good, "--frame", "9"], "frame 9 does not exist"),
                                  (["profile", good, "--times", "99"], "outside the frames"),
                                  (["compare", good, "missing"], "the dies have closed by"),
+                                 (["history", good, "--out", "nowhere/x.png"], "no folder"),
                                  (["compare", good], "REFERENCE_DIR")):
             done = self.run_post(*arguments)
             self.assertIn(done.returncode, (1, 2), arguments)
