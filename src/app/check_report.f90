@@ -1,7 +1,7 @@
 !> What `igaform --check` tells of a model without running it.
 module check_report
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, rounded_text
   use timer, only: clock_ticks, ticks_to_seconds
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
   use internal_force, only: internal_forces
@@ -33,7 +33,7 @@ contains
       print "(a)", "control points   "//to_text(product(patch%n_control))
       print "(a)", "points           "//to_text(product(patch%axes%n_points))//" an element ("// &
         triple(patch%axes%n_points)//"), kernel "//kernel_name(patch%kernel)
-      print "(a)", "mass             "//short(sum(blank%mass))
+      print "(a)", "mass             "//rounded_text(sum(blank%mass))
     end associate
     print "(a)", "tools            "//to_text(size(model%bodies%tools))
     do i = 1, size(model%forces)
@@ -42,10 +42,10 @@ contains
     do i = 1, size(model%supports)
       print "(a)", "effect           "//model%supports(i)%item%name
     end do
-    print "(a)", "stable step      "//short(model%stable_step)
+    print "(a)", "stable step      "//rounded_text(model%stable_step)
     print "(a)", "steps            about "//to_text(nint(n_steps))
-    print "(a)", "run time         about "//short(seconds)//" s for the blank, up to half more "// &
-      "for the rest"
+    print "(a)", "run time         about "//rounded_text(seconds)// &
+      " s for the blank, up to half more for the rest"
   end subroutine print_check
 
   !> Seconds of one force evaluation of the blank here and now.
@@ -79,15 +79,5 @@ contains
 
     text = to_text(n(1))//" x "//to_text(n(2))//" x "//to_text(n(3))
   end function triple
-
-  !> A number to four digits.
-  function short(value) result(text)
-    real(wp), intent(in) :: value
-    character(:), allocatable :: text
-    character(12) :: buffer
-
-    write (buffer, "(es12.3e2)") value
-    text = trim(adjustl(buffer))
-  end function short
 
 end module check_report

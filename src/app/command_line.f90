@@ -1,10 +1,10 @@
 !> The command line of igaform, taken apart and checked.
 module command_line
-  use text, only: string_t, nearest_name, read_integer, to_text
+  use text, only: string_t, nearest_name, read_integer
   implicit none
   private
 
-  public :: command_t, read_command_line, usage_text
+  public :: command_t, read_command_line, parse_arguments, usage_text
 
   !> What the user asked for.
   type :: command_t
@@ -22,6 +22,19 @@ contains
   !> Read the arguments of the program.
   subroutine read_command_line(command)
     type(command_t), intent(out) :: command
+    type(string_t) :: arguments(command_argument_count())
+    integer :: i
+
+    do i = 1, size(arguments)
+      arguments(i)%value = argument(i)
+    end do
+    call parse_arguments(arguments, command)
+  end subroutine read_command_line
+
+  !> Take a list of arguments apart, as far as the first fault.
+  subroutine parse_arguments(arguments, command)
+    type(string_t), intent(in) :: arguments(:)
+    type(command_t), intent(out) :: command
     integer :: i
 
     command%deck = ""
@@ -29,15 +42,15 @@ contains
     command%fault = ""
     allocate (command%overrides(0))
     i = 0
-    do while (i < command_argument_count() .and. command%fault == "")
+    do while (i < size(arguments) .and. command%fault == "")
       i = i + 1
-      call take_argument(command, i)
+      call take_argument(arguments, command, i)
     end do
     if (command%fault == "" .and. command%deck == "" .and. .not. (command%wants_help &
         .or. command%wants_version .or. command%wants_keywords)) then
       command%fault = "no deck given"
     end if
-  end subroutine read_command_line
+  end subroutine parse_arguments
 
   !> The text of --help.
   function usage_text() result(text)
@@ -56,13 +69,14 @@ contains
   end function usage_text
 
   !> Argument number i; takes its value too where it has one.
-  subroutine take_argument(command, i)
+  subroutine take_argument(arguments, command, i)
+    type(string_t), intent(in) :: arguments(:)
     type(command_t), intent(inout) :: command
     integer, intent(inout) :: i
     character(:), allocatable :: word, value
     logical :: is_number
 
-    word = argument(i)
+    word = arguments(i)%value
     select case (word)
     case ("--check")
       command%is_check = .true.
@@ -75,12 +89,12 @@ contains
     case ("--keywords")
       command%wants_keywords = .true.
     case ("--out", "--threads", "--set")
-      if (i == command_argument_count()) then
+      if (i == size(arguments)) then
         command%fault = "option "//word//" needs a value"
         return
       end if
       i = i + 1
-      value = argument(i)
+      value = arguments(i)%value
       if (word == "--out") command%output = value
       if (word == "--set") call append(command%overrides, value)
       if (word == "--threads") then
@@ -91,7 +105,9 @@ contains
       end if
     case default
       if (index(word, "-") == 1) then
-        command%fault = "unknown option '"//word//"'; nearest is "//nearest_option(word)
+        command%fault = "unknown option '"//word//"'"
+        if (nearest_option(word) /= "") command%fault = command%fault//"; nearest is "// &
+                                                        nearest_option(word)
       else if (command%deck /= "") then
         command%fault = "one deck at a time: '"//command%deck//"' and '"//word//"' given"
       else
@@ -109,6 +125,7 @@ contains
     list = [list, last]
   end subroutine append
 
+  !> The option most like `word`; empty where none is.
   function nearest_option(word) result(nearest)
     character(*), intent(in) :: word
     character(:), allocatable :: nearest

@@ -6,7 +6,7 @@ module deck_run
   use errors, only: error_t
   use faults, only: fault_list_t, n_errors
   use timer, only: clock_ticks, ticks_to_seconds
-  use text, only: to_text
+  use text, only: to_text, rounded_text
   use build_info, only: version, git_commit, build_flags
   use command_line, only: command_t
   use gauss_rule, only: gauss_rule_t
@@ -116,7 +116,7 @@ contains
       call log_line(log, "blank      "//blank%name//", "//to_text(product( &
                     blank%patch%axes%n_elements))//" elements, "//to_text( &
                     product(blank%patch%n_control))//" control points, mass "// &
-                    short(sum(blank%mass)))
+                    rounded_text(sum(blank%mass)))
       if (blank%patch%viscosity%is_active) call log_line(log, "effect     bulk viscosity")
     end associate
     do i = 1, size(model%forces)
@@ -135,7 +135,7 @@ contains
 
     call log_line(log, "energy     largest balance error "//percent(run%largest_error))
     call log_line(log, "momentum   balance error "//percent(run%balance%momentum_error))
-    call log_line(log, "contact    deepest penetration "//short(run%largest_penetration))
+    call log_line(log, "contact    deepest penetration "//rounded_text(run%largest_penetration))
     if (run%balance%kinetic > small*run%balance%internal) then
       call log_line(log, "warning: kinetic energy is "//percent(run%balance%kinetic &
                     /max(run%balance%internal, tiny(1.0_wp)))//" of the internal energy: this "// &
@@ -219,14 +219,5 @@ contains
     write (buffer, "(f10.3)") 100.0_wp*share
     text = trim(adjustl(buffer))//" %"
   end function percent
-
-  function short(value) result(text)
-    real(wp), intent(in) :: value
-    character(:), allocatable :: text
-    character(12) :: buffer
-
-    write (buffer, "(es12.3e2)") value
-    text = trim(adjustl(buffer))
-  end function short
 
 end module deck_run

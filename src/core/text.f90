@@ -5,8 +5,8 @@ module text
   implicit none
   private
 
-  public :: string_t, upper_case, lower_case, squeezed, to_text, read_real, read_integer
-  public :: edit_distance, nearest_name, strings, joined
+  public :: string_t, upper_case, lower_case, squeezed, to_text, rounded_text
+  public :: read_real, read_integer, edit_distance, nearest_name, strings, joined
 
   !> Text of its own length, for lists of texts.
   type :: string_t
@@ -103,6 +103,16 @@ contains
     read (buffer(index(buffer, "E") + 1:), *) exponent
     written = positional(buffer(:index(buffer, "E") - 1), exponent)
   end function real_to_text
+
+  !> A number to four digits, such as 1.235E-04.
+  pure function rounded_text(number) result(written)
+    real(wp), intent(in) :: number
+    character(:), allocatable :: written
+    character(12) :: buffer
+
+    write (buffer, "(es12.3e2)") number
+    written = trim(adjustl(buffer))
+  end function rounded_text
 
   !> Digits `d.ddd` times ten to the exponent, without an exponent where that stays short.
   pure function positional(mantissa, exponent) result(written)
