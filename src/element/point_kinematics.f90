@@ -43,8 +43,7 @@ contains
   pure subroutine strain_increment(n, q, dt, g, weight, dstrain, spin, volume, rate)
     integer, intent(in) :: n, q
     real(wp), intent(in) :: dt, g(8, 18), weight(8)
-    real(wp), intent(inout) :: dstrain(8, n, 6)
-    real(wp), intent(out) :: spin(8, 3)
+    real(wp), intent(inout) :: dstrain(8, n, 6), spin(8, n, 3)
     real(wp), intent(out) :: volume(8)    !! of the point, at the middle of the step
     real(wp), intent(out) :: rate(8)      !! squared Frobenius norm of the inverse jacobian
     real(wp) :: j11, j12, j13, j21, j22, j23, j31, j32, j33, det, scaling
@@ -84,9 +83,9 @@ contains
       dstrain(l, q, 4) = e12 + e21
       dstrain(l, q, 5) = e13 + e31
       dstrain(l, q, 6) = e23 + e32
-      spin(l, 1) = 0.5_wp*(e12 - e21)
-      spin(l, 2) = 0.5_wp*(e13 - e31)
-      spin(l, 3) = 0.5_wp*(e23 - e32)
+      spin(l, q, 1) = 0.5_wp*(e12 - e21)
+      spin(l, q, 2) = 0.5_wp*(e13 - e31)
+      spin(l, q, 3) = 0.5_wp*(e23 - e32)
     end do
   end subroutine strain_increment
 
@@ -94,7 +93,7 @@ contains
   !! rigid rotation (T. J. R. Hughes and J. Winget, IJNME 15 (1980), eq. (13)).
   pure subroutine rotate_stress(n, q, spin, stress)
     integer, intent(in) :: n, q
-    real(wp), intent(in) :: spin(8, 3)
+    real(wp), intent(in) :: spin(8, n, 3)
     real(wp), intent(inout) :: stress(8, n, 6)
     real(wp) :: h1, h2, h3, w, r11, r12, r13, r21, r22, r23, r31, r32, r33
     real(wp) :: s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, t7, t8, t9
@@ -103,7 +102,7 @@ contains
     !$omp simd private(h1, h2, h3, w, r11, r12, r13, r21, r22, r23, r31, r32, r33, &
     !$omp s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, t7, t8, t9)
     do l = 1, 8
-      h1 = 0.5_wp*spin(l, 1); h2 = 0.5_wp*spin(l, 2); h3 = 0.5_wp*spin(l, 3)
+      h1 = 0.5_wp*spin(l, q, 1); h2 = 0.5_wp*spin(l, q, 2); h3 = 0.5_wp*spin(l, q, 3)
       w = 2.0_wp/(1.0_wp + h1*h1 + h2*h2 + h3*h3)
       r11 = 1.0_wp - w*(h1*h1 + h2*h2); r12 = w*(h1 - h2*h3); r13 = w*(h2 + h1*h3)
       r21 = -w*(h1 + h2*h3); r22 = 1.0_wp - w*(h1*h1 + h3*h3); r23 = w*(h3 - h1*h2)

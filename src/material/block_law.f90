@@ -16,8 +16,9 @@ module block_law
   end type block_law_t
 
   abstract interface
-    !> Carry stress and state of `n` points over one increment, elastic predictor inside.
-    subroutine update_row(self, n, dt, dstrain, stress, state, ok)
+    !> Carry stress and state of `n` points over one increment, elastic predictor inside. The
+    !! stress comes rotated by the spin; a law with directions of its own turns them by it too.
+    subroutine update_row(self, n, dt, dstrain, stress, state, ok, spin)
       import :: block_law_t, wp
       class(block_law_t), intent(in) :: self
       integer, intent(in) :: n
@@ -26,6 +27,7 @@ module block_law
       real(wp), intent(inout) :: stress(n, 6)                  !! Cauchy, already rotated
       real(wp), intent(inout) :: state(n, self%n_state)
       logical, intent(out) :: ok                               !! false: some point failed
+      real(wp), intent(in), optional :: spin(n, 3)             !! increment 12 13 23, absent: none
     end subroutine update_row
   end interface
 

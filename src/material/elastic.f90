@@ -26,12 +26,13 @@ contains
   end function new_elastic
 
   !> Add the elastic increment; never fails.
-  subroutine update(self, n, dt, dstrain, stress, state, ok)
+  subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
     class(elastic_t), intent(in) :: self
     integer, intent(in) :: n
     real(wp), intent(in) :: dt, dstrain(n, 6)
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
+    real(wp), intent(in), optional :: spin(n, 3)
     real(wp) :: lame, volume
     integer :: l
 

@@ -64,12 +64,13 @@ contains
 
   !> One call of the UMAT for each point. Fails where PNEWDT comes back below one, or stress or
   !! state not finite; points behind the one that failed are left as they were.
-  subroutine update(self, n, dt, dstrain, stress, state, ok)
+  subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
     class(umat_adapter_t), intent(in) :: self
     integer, intent(in) :: n
     real(wp), intent(in) :: dt, dstrain(n, 6)
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
+    real(wp), intent(in), optional :: spin(n, 3)
     integer :: l
 
     ok = .true.

@@ -46,12 +46,13 @@ contains
   end function flow_stress
 
   !> Elastic trial and radial return. Rows that stay below the initial yield stress end there.
-  pure subroutine update(self, n, dt, dstrain, stress, state, ok)
+  pure subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
     class(voce_t), intent(in) :: self
     integer, intent(in) :: n
     real(wp), intent(in) :: dt, dstrain(n, 6)
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
+    real(wp), intent(in), optional :: spin(n, 3)
     real(wp) :: mises(n), worst
 
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)

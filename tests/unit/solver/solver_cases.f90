@@ -78,14 +78,15 @@ contains
   end function watch_names
 
   !> Elastic, or a failure.
-  subroutine update(self, n, dt, dstrain, stress, state, ok)
+  subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
     class(brittle_t), intent(in) :: self
     integer, intent(in) :: n
     real(wp), intent(in) :: dt, dstrain(n, 6)
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
+    real(wp), intent(in), optional :: spin(n, 3)
 
-    call self%elastic_t%update(n, dt, dstrain, stress, state, ok)
+    call self%elastic_t%update(n, dt, dstrain, stress, state, ok, spin)
     if (maxval(abs(dstrain(:, 4))) <= self%limit) return
     if (self%is_silent) then
       stress = ieee_value(1.0_wp, ieee_quiet_nan)
