@@ -1,6 +1,7 @@
 !> What every constitutive law offers: the stress update of a row of points in one call.
 module block_law
   use kinds, only: wp
+  use point_context, only: point_context_t
   implicit none
   private
 
@@ -11,8 +12,12 @@ module block_law
     real(wp) :: density = 0.0_wp  !! [mass/length^3]
     real(wp) :: bulk = 0.0_wp     !! elastic bulk modulus [stress]
     real(wp) :: shear = 0.0_wp    !! elastic shear modulus [stress]
+    logical :: needs_context = .false.   !! it is called through `update_in_context`
+    logical :: is_rotating = .false.     !! it rotates the stress itself (co-rotational frame)
+    logical :: is_serial = .false.       !! one thread, in the order of the elements
   contains
     procedure(update_row), deferred :: update
+    procedure :: update_in_context
   end type block_law_t
 
   abstract interface
@@ -30,5 +35,19 @@ module block_law
       real(wp), intent(in), optional :: spin(n, 3)             !! increment 12 13 23, absent: none
     end subroutine update_row
   end interface
+
+contains
+
+  !> Update of a law that asks for kinematics and places; others need none of it.
+  subroutine update_in_context(self, context, dt, dstrain, stress, state, ok, spin)
+    class(block_law_t), intent(in) :: self
+    type(point_context_t), intent(in) :: context
+    real(wp), intent(in) :: dt, dstrain(context%n, 6)
+    real(wp), intent(inout) :: stress(context%n, 6), state(context%n, self%n_state)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(context%n, 3)
+
+    call self%update(context%n, dt, dstrain, stress, state, ok, spin)
+  end subroutine update_in_context
 
 end module block_law

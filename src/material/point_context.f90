@@ -1,0 +1,39 @@
+!> What only laws of users ask for: kinematics and place of the points of a row. Kept and passed
+!! only while such a law is active.
+module point_context
+  use kinds, only: wp
+  implicit none
+  private
+
+  public :: point_context_t, new_point_context
+
+  !> Kinematics of the n points of a row over one step. Tensors stand row by row: 11, 12, 13, 21 ...
+  type :: point_context_t
+    integer :: n = 0                             !! points of the row
+    real(wp) :: time = 0.0_wp                    !! total time at the start of the increment
+    integer :: increment = 0                     !! number of the increment, from 1
+    integer, allocatable :: element(:)           !! element number, from 1, shape (n)
+    integer, allocatable :: point(:)             !! integration point number, from 1, shape (n)
+    logical, allocatable :: is_owner(:)          !! false: a lane that repeats an element
+    real(wp), allocatable :: f0(:, :)            !! deformation gradient at the start, (n, 9)
+    real(wp), allocatable :: f1(:, :)            !! and at the end of the increment, (n, 9)
+    real(wp), allocatable :: place(:, :)         !! coordinates at the end, shape (n, 3)
+    real(wp), allocatable :: length(:)           !! characteristic element length, shape (n)
+  end type point_context_t
+
+contains
+
+  !> A context with room for n points.
+  pure function new_point_context(n) result(context)
+    integer, intent(in) :: n
+    type(point_context_t) :: context
+
+    context%n = n
+    allocate (context%element(n), context%point(n), source=0)
+    allocate (context%is_owner(n), source=.true.)
+    allocate (context%f0(n, 9), context%f1(n, 9), source=0.0_wp)
+    allocate (context%place(n, 3), source=0.0_wp)
+    allocate (context%length(n), source=0.0_wp)
+  end function new_point_context
+
+end module point_context
