@@ -1,6 +1,6 @@
 !> The command line of igaform, taken apart and checked.
 module command_line
-  use text, only: string_t, nearest_name, read_integer
+  use text, only: string_t, strings, nearest_name, read_integer
   implicit none
   private
 
@@ -129,11 +129,11 @@ contains
   function nearest_option(word) result(nearest)
     character(*), intent(in) :: word
     character(:), allocatable :: nearest
+    type(string_t), allocatable :: options(:)
 
-    nearest = nearest_name(word, [string_t("--out"), string_t("--threads"), string_t("--set"), &
-                                  string_t("--check"), string_t("--quiet"), &
-                                  string_t("--keywords"), string_t("--version"), &
-                                  string_t("--help")])
+    options = strings([character(10) :: "--out", "--threads", "--set", "--check", "--quiet", &
+                       "--keywords", "--version", "--help"])
+    nearest = nearest_name(word, options)
   end function nearest_option
 
   function argument(i) result(word)
