@@ -21,7 +21,7 @@ module tile_forces
   public :: forces_of_tile, kernel_of, kernel_name
 
   !> Degrees and points of the tuned instances; instance k serves column (k + 1)/2, even ones
-  !! are rational, and what comes after the table is general. `run_kernel` follows this order.
+  !! are rational, and what comes after the table is general. the calls below follow this order.
   integer, parameter :: tuned(6, 4) = reshape([2, 2, 2, 2, 2, 2, &
                                                2, 2, 2, 2, 2, 3, &
                                                2, 2, 2, 2, 2, 6, &
@@ -90,8 +90,12 @@ contains
                               patch%weights, w)
             call weigh_block(n_values, 6, w, u)
           end if
-          call run_kernel(patch, law, b, e2, e3, block, dt, u, f, sums, ok)
-          if (patch%is_rational) call weigh_block(n_values, 3, w, f)
+          if (patch%is_rational) then
+            call run_rational_kernel(patch, law, b, e2, e3, block, dt, u, f, sums, ok)
+            call weigh_block(n_values, 3, w, f)
+          else
+            call run_plain_kernel(patch, law, b, e2, e3, block, dt, u, f, sums, ok)
+          end if
           call add_block(p, tile%control_first, tile%control_last, patch%n_control(3), &
                          is_contiguous, first, i2, i3, f, force)
           call add_report(report, sums, ok, block)
@@ -132,9 +136,9 @@ contains
     end associate
   end function viscous_factors
 
-  !> The instance for this patch; every case passes the same arrays, by their first elements so
-  !! that no descriptor is looked at twice.
-  subroutine run_kernel(patch, law, b, e2, e3, block, dt, u, f, sums, ok)
+  !> The instance for a patch without weights; every case passes the same arrays, by their first
+  !! elements so that no descriptor is looked at twice.
+  subroutine run_plain_kernel(patch, law, b, e2, e3, block, dt, u, f, sums, ok)
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: b, e2, e3, block
@@ -159,14 +163,6 @@ contains
         patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
         patch%stress(1, 1, 1, 1, block), &
         patch%state(1, 1, 1, 1, block), f, sums, ok)
-    case (2)
-      call p222_q222_rational( &
-        law, dt, on, viscous, u, patch%lanes%values(1, 1, 1, b), &
-        patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), &
-        patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, &
-        patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
-        patch%rational(1, 1, 1, 1, block), patch%stress(1, 1, 1, 1, block), &
-        patch%state(1, 1, 1, 1, block), f, sums, ok)
     case (3)
       call p222_q223( &
         law, dt, on, viscous, u, patch%lanes%values(1, 1, 1, b), &
@@ -174,14 +170,6 @@ contains
         patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, &
         patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
         patch%stress(1, 1, 1, 1, block), &
-        patch%state(1, 1, 1, 1, block), f, sums, ok)
-    case (4)
-      call p222_q223_rational( &
-        law, dt, on, viscous, u, patch%lanes%values(1, 1, 1, b), &
-        patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), &
-        patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, &
-        patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
-        patch%rational(1, 1, 1, 1, block), patch%stress(1, 1, 1, 1, block), &
         patch%state(1, 1, 1, 1, block), f, sums, ok)
     case (5)
       call p222_q226( &
@@ -191,14 +179,6 @@ contains
         patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
         patch%stress(1, 1, 1, 1, block), &
         patch%state(1, 1, 1, 1, block), f, sums, ok)
-    case (6)
-      call p222_q226_rational( &
-        law, dt, on, viscous, u, patch%lanes%values(1, 1, 1, b), &
-        patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), &
-        patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, &
-        patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
-        patch%rational(1, 1, 1, 1, block), patch%stress(1, 1, 1, 1, block), &
-        patch%state(1, 1, 1, 1, block), f, sums, ok)
     case (7)
       call p222_q333( &
         law, dt, on, viscous, u, patch%lanes%values(1, 1, 1, b), &
@@ -207,15 +187,7 @@ contains
         patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
         patch%stress(1, 1, 1, 1, block), &
         patch%state(1, 1, 1, 1, block), f, sums, ok)
-    case (8)
-      call p222_q333_rational( &
-        law, dt, on, viscous, u, patch%lanes%values(1, 1, 1, b), &
-        patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), &
-        patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, &
-        patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
-        patch%rational(1, 1, 1, 1, block), patch%stress(1, 1, 1, 1, block), &
-        patch%state(1, 1, 1, 1, block), f, sums, ok)
-    case (9)
+    case default
       call general( &
         p(1), p(2), p(3), q(1), q(2), q(3), &
         law, dt, on, viscous, u, patch%lanes%values(1, 1, 1, b), &
@@ -223,6 +195,59 @@ contains
         patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, &
         patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
         patch%stress(1, 1, 1, 1, block), &
+        patch%state(1, 1, 1, 1, block), f, sums, ok)
+    end select
+  end subroutine run_plain_kernel
+
+  !> The instance for a patch with weights, as `run_plain_kernel`.
+  subroutine run_rational_kernel(patch, law, b, e2, e3, block, dt, u, f, sums, ok)
+    type(ig_patch_t), intent(inout) :: patch
+    class(block_law_t), intent(in) :: law
+    integer, intent(in) :: b, e2, e3, block
+    real(wp), intent(in) :: dt, u(*)
+    real(wp), intent(inout) :: f(*)
+    real(wp), intent(out) :: sums(n_lanes, 4)
+    logical, intent(out) :: ok
+    real(wp) :: viscous(n_lanes, 2)
+    logical :: on
+    integer :: p(3), q(3)
+
+    on = patch%viscosity%is_active
+    viscous = viscous_factors(patch%viscosity, block, dt)
+    p = patch%axes%degree
+    q = patch%axes%n_points
+    select case (patch%kernel)
+    case (2)
+      call p222_q222_rational( &
+        law, dt, on, viscous, u, patch%lanes%values(1, 1, 1, b), &
+        patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), &
+        patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, &
+        patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
+        patch%rational(1, 1, 1, 1, block), patch%stress(1, 1, 1, 1, block), &
+        patch%state(1, 1, 1, 1, block), f, sums, ok)
+    case (4)
+      call p222_q223_rational( &
+        law, dt, on, viscous, u, patch%lanes%values(1, 1, 1, b), &
+        patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), &
+        patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, &
+        patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
+        patch%rational(1, 1, 1, 1, block), patch%stress(1, 1, 1, 1, block), &
+        patch%state(1, 1, 1, 1, block), f, sums, ok)
+    case (6)
+      call p222_q226_rational( &
+        law, dt, on, viscous, u, patch%lanes%values(1, 1, 1, b), &
+        patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), &
+        patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, &
+        patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
+        patch%rational(1, 1, 1, 1, block), patch%stress(1, 1, 1, 1, block), &
+        patch%state(1, 1, 1, 1, block), f, sums, ok)
+    case (8)
+      call p222_q333_rational( &
+        law, dt, on, viscous, u, patch%lanes%values(1, 1, 1, b), &
+        patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), &
+        patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, &
+        patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, &
+        patch%rational(1, 1, 1, 1, block), patch%stress(1, 1, 1, 1, block), &
         patch%state(1, 1, 1, 1, block), f, sums, ok)
     case default
       call general_rational( &
@@ -234,6 +259,6 @@ contains
         patch%rational(1, 1, 1, 1, block), patch%stress(1, 1, 1, 1, block), &
         patch%state(1, 1, 1, 1, block), f, sums, ok)
     end select
-  end subroutine run_kernel
+  end subroutine run_rational_kernel
 
 end module tile_forces
