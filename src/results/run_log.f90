@@ -93,12 +93,15 @@ contains
     real(wp), intent(in) :: energy_error
     real(wp), intent(in) :: elapsed            !! wall clock since the first step [s]
     character(120) :: line
+    character(:), allocatable :: left
     real(wp) :: share
 
     share = time/max(end_time, tiny(1.0_wp))
-    write (line, "(a, i10, a, es11.4, a, f5.1, a, es10.3, a, es9.2, a, a)") &
+    left = ""
+    if (share > 0.0_wp) left = "  left "//duration(elapsed*(1 - share)/share)
+    write (line, "(a, i10, a, es11.4, a, f5.1, a, es10.3, a, es9.2, a)") &
       "step", step, "  time", time, " (", 100*share, " %)  dt", dt, "  energy error", &
-      energy_error, "  left ", duration(elapsed*(1 - share)/max(share, tiny(1.0_wp)))
+      energy_error, left
     call write_to_file(log, trim(line))
     if (log%is_quiet) return
     if (log%is_terminal) then
@@ -118,20 +121,20 @@ contains
     character(100) :: line
     integer :: i
 
-    call log_line(log, "effect                        seconds   share %         calls")
+    call log_line(log, "effect                                seconds   share %         calls")
     measured = 0.0_wp
     do i = 1, size(timings%timer%watches)
       seconds = watch_seconds(timings%timer, i)
       measured = measured + seconds
-      write (line, "(a24, f13.3, f10.1, i14)") timings%timer%watches(i)%name//repeat(" ", 24), &
+      write (line, "(a32, f13.3, f10.1, i14)") timings%timer%watches(i)%name//repeat(" ", 32), &
         seconds, percent(seconds, timings%wall_seconds), timings%timer%watches(i)%n_calls
       call log_line(log, trim(line))
     end do
     seconds = timings%wall_seconds - measured
-    write (line, "(a24, f13.3, f10.1)") "other"//repeat(" ", 24), seconds, &
+    write (line, "(a32, f13.3, f10.1)") "other"//repeat(" ", 32), seconds, &
       percent(seconds, timings%wall_seconds)
     call log_line(log, trim(line))
-    write (line, "(a24, f13.3, f10.1, i14)") "all steps"//repeat(" ", 24), timings%wall_seconds, &
+    write (line, "(a32, f13.3, f10.1, i14)") "all steps"//repeat(" ", 32), timings%wall_seconds, &
       100.0_wp, timings%n_steps
     call log_line(log, trim(line))
     write (line, "(i0, a, i0, a, i0, a, f0.1, a)") timings%n_elements, " elements, ", &
