@@ -5,7 +5,7 @@ module check_report
   use timer, only: clock_ticks, ticks_to_seconds
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
   use internal_force, only: internal_forces
-  use tile_forces, only: kernel_name
+  use kernel_dispatch, only: kernel_name
   use model, only: model_t
   use step_control, only: step_control_t, new_step_control, next_step
   implicit none

@@ -5,6 +5,8 @@ module ig_patch
   implicit none
   private
 
+  public :: element_of_lane
+
   !> Bulk viscosity, linear and quadratic; the lengths are those of the elements at the start.
   type, public :: viscosity_t
     logical :: is_active = .false.
@@ -48,8 +50,27 @@ module ig_patch
     real(wp), allocatable :: rational(:, :, :, :, :)
     real(wp), allocatable :: stress(:, :, :, :, :) !! (8, q3, 6, q1*q2, n_blocks)
     real(wp), allocatable :: state(:, :, :, :, :)  !! (8, q3, n_state, q1*q2, n_blocks)
+    !> Inverse of the jacobian at the start, row by row, (8, q3, 9, q1*q2, n_blocks); only for laws
+    !! that need the context of their points, as are time and increment.
+    real(wp), allocatable :: reference(:, :, :, :, :)
+    real(wp) :: time = 0.0_wp                      !! of the last force evaluation
+    integer :: increment = 0                       !! force evaluations so far
     type(viscosity_t) :: viscosity
     type(tile_t), allocatable :: tiles(:)
   end type ig_patch_t
+
+contains
+
+  !> Element (e1, e2, e3) of a lane of a block.
+  pure function element_of_lane(patch, block, lane) result(element)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: block, lane
+    integer :: element(3), b
+
+    b = mod(block - 1, patch%lanes%n_blocks) + 1
+    element(1) = patch%lanes%element(lane, b)
+    element(2) = mod((block - 1)/patch%lanes%n_blocks, patch%axes(2)%n_elements) + 1
+    element(3) = (block - 1)/(patch%lanes%n_blocks*patch%axes(2)%n_elements) + 1
+  end function element_of_lane
 
 end module ig_patch

@@ -25,11 +25,13 @@ contains
     type(force_report_t) :: reports(size(buffers))
     integer :: t
 
-    !$omp parallel do schedule(static) default(shared) private(t)
+    !$omp parallel do schedule(static) default(shared) private(t) if (.not. law%is_serial)
     do t = 1, size(buffers)
       call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, buffers(t)%force, reports(t))
     end do
     !$omp end parallel do
+    patch%time = patch%time + dt
+    patch%increment = patch%increment + 1
     call add_tiles(patch, buffers, force)
     do t = 1, size(buffers)
       report%internal_work = report%internal_work + reports(t)%internal_work

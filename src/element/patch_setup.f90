@@ -7,13 +7,14 @@ module patch_setup
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes, new_axis_table, new_lane_table
-  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, viscosity_t
-  use tile_forces, only: kernel_of
+  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, element_of_lane
+  use point_volumes, only: new_inverse_jacobians
+  use kernel_dispatch, only: kernel_of
   use lapack, only: eigenvalues
   implicit none
   private
 
-  public :: new_patch, new_tile_buffers, element_of_lane
+  public :: new_patch, new_tile_buffers
 
 contains
 
@@ -38,25 +39,29 @@ contains
     patch%is_rational = any(abs(solid%weights/solid%weights(1, 1, 1) - 1.0_wp) > 1.0e-14_wp)
     patch%weights = solid%weights
     q = patch%axes%n_points
-    patch%kernel = kernel_of(patch%axes%degree, q, patch%is_rational)
+    ! The kernel with context is written for weights and takes those that are all one, too.
+    patch%is_rational = patch%is_rational .or. law%needs_context
+    patch%kernel = kernel_of(patch%axes%degree, q, patch%is_rational, law%needs_context)
     allocate (patch%stress(n_lanes, q(3), 6, q(1)*q(2), patch%n_blocks), source=0.0_wp)
     allocate (patch%state(n_lanes, q(3), max(1, law%n_state), q(1)*q(2), patch%n_blocks), &
               source=0.0_wp)
     if (patch%is_rational) call set_rational(patch)
+    if (law%needs_context) patch%reference = new_inverse_jacobians(patch, solid)
     call set_lengths(patch, solid, patch%viscosity%length, error)
     patch%viscosity%is_active = any(viscosity > 0.0_wp)
     patch%viscosity%linear = viscosity(1)
     patch%viscosity%quadratic = viscosity(2)
     patch%viscosity%density = law%density
     patch%viscosity%wave_speed = sqrt((law%bulk + 4.0_wp/3.0_wp*law%shear)/law%density)
-    patch%tiles = new_tiles(patch)
+    ! A law that must run on one thread gets the elements in their order: one tile for all.
+    patch%tiles = new_tiles(patch, merge(1, 16, law%is_serial))
   end subroutine new_patch
 
-  !> About sixteen tiles: rows of axis 2 first, then shares of axis 1.
-  pure function new_tiles(patch) result(tiles)
+  !> At most `target_count` tiles: rows of axis 2 first, then shares of axis 1.
+  pure function new_tiles(patch, target_count) result(tiles)
     type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: target_count
     type(tile_t), allocatable :: tiles(:)
-    integer, parameter :: target_count = 16
     integer :: n_rows, n_shares, row, share, t
 
     n_rows = min(patch%axes(2)%n_elements, target_count)
@@ -97,18 +102,6 @@ contains
       end associate
     end do
   end function new_tile_buffers
-
-  !> Element (e1, e2, e3) of a lane of a block.
-  pure function element_of_lane(patch, block, lane) result(element)
-    type(ig_patch_t), intent(in) :: patch
-    integer, intent(in) :: block, lane
-    integer :: element(3), b
-
-    b = mod(block - 1, patch%lanes%n_blocks) + 1
-    element(1) = patch%lanes%element(lane, b)
-    element(2) = mod((block - 1)/patch%lanes%n_blocks, patch%axes(2)%n_elements) + 1
-    element(3) = (block - 1)/(patch%lanes%n_blocks*patch%axes(2)%n_elements) + 1
-  end function element_of_lane
 
   !> Factors of the rational basis at every point; the weights never change.
   pure subroutine set_rational(patch)

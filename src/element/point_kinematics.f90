@@ -7,7 +7,7 @@ module point_kinematics
   implicit none
   private
 
-  public :: end_cofactors, strain_increment, rotate_stress
+  public :: end_cofactors, strain_increment, rotate_stress, deformation_gradients
 
 contains
 
@@ -120,5 +120,29 @@ contains
       stress(l, q, 6) = t4*r31 + t5*r32 + t6*r33
     end do
   end subroutine rotate_stress
+
+  !> Deformation gradients at the start and the end of the step: the jacobians there times the
+  !! inverse jacobian of the shape at the start of all, row by row.
+  pure subroutine deformation_gradients(dt, g, scaling, reference, f0, f1)
+    real(wp), intent(in) :: dt, g(8, 18)
+    real(wp), intent(in) :: scaling(8)           !! that turns g into gradients of x and v
+    real(wp), intent(in) :: reference(8, 9)      !! inverse jacobian, row by row
+    real(wp), intent(out) :: f0(8, 9), f1(8, 9)
+    integer :: i, j, k
+
+    f0 = 0.0_wp
+    f1 = 0.0_wp
+    do i = 1, 3
+      do k = 1, 3
+        do j = 1, 3
+          associate (x => g(:, j + 3*(i - 1)), v => g(:, 9 + j + 3*(i - 1)), &
+                     inverse => scaling*reference(:, k + 3*(j - 1)))
+            f1(:, k + 3*(i - 1)) = f1(:, k + 3*(i - 1)) + x*inverse
+            f0(:, k + 3*(i - 1)) = f0(:, k + 3*(i - 1)) + (x - dt*v)*inverse
+          end associate
+        end do
+      end do
+    end do
+  end subroutine deformation_gradients
 
 end module point_kinematics

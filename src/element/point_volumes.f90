@@ -1,14 +1,14 @@
-!> Volume that each quadrature point of a patch stands for, in the shape of the solid given.
+!> Jacobians of a patch at its quadrature points, in the shape of the solid given: the volume that
+!! each point stands for, and their inverses.
 module point_volumes
   use kinds, only: wp
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use basis_tables, only: n_lanes
-  use ig_patch, only: ig_patch_t
-  use patch_setup, only: element_of_lane
+  use ig_patch, only: ig_patch_t, element_of_lane
   implicit none
   private
 
-  public :: new_point_volumes
+  public :: new_point_volumes, new_inverse_jacobians
 
 contains
 
@@ -39,26 +39,79 @@ contains
     !$omp end parallel do
   end function new_point_volumes
 
+  !> Inverse jacobians by element-local coordinates in the layout of the point state, row by row.
+  function new_inverse_jacobians(patch, solid) result(inverses)
+    type(ig_patch_t), intent(in) :: patch
+    type(nurbs_solid_t), intent(in) :: solid
+    real(wp), allocatable :: inverses(:, :, :, :, :)   !! shape (8, q3, 9, q1*q2, n_blocks)
+    integer :: q(3), block, lane, qa, qb, qc
+
+    q = patch%axes%n_points
+    allocate (inverses(n_lanes, q(3), 9, q(1)*q(2), patch%n_blocks))
+    do block = 1, patch%n_blocks
+      do lane = 1, n_lanes
+        do qa = 1, q(1)
+          do qb = 1, q(2)
+            do qc = 1, q(3)
+              inverses(lane, qc, :, qb + q(2)*(qa - 1), block) = inverse_rows( &
+                jacobian_at(patch, solid, element_of_lane(patch, block, lane), [qa, qb, qc]))
+            end do
+          end do
+        end do
+      end do
+    end do
+  end function new_inverse_jacobians
+
   pure real(wp) function volume_at(patch, solid, element, point) result(volume)
     type(ig_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid
     integer, intent(in) :: element(3), point(3)
-    real(wp) :: xi(3), place(3), j(3, 3), half
+
+    volume = determinant(jacobian_at(patch, solid, element, point)) &
+             *patch%axes(1)%weights(point(1))*patch%axes(2)%weights(point(2)) &
+             *patch%axes(3)%weights(point(3))
+  end function volume_at
+
+  !> Jacobian by element-local coordinates.
+  pure function jacobian_at(patch, solid, element, point) result(j)
+    type(ig_patch_t), intent(in) :: patch
+    type(nurbs_solid_t), intent(in) :: solid
+    integer, intent(in) :: element(3), point(3)
+    real(wp) :: j(3, 3), xi(3), half(3), place(3)
     integer :: axis, span
 
-    volume = 1.0_wp
     do axis = 1, 3
       span = patch%axes(axis)%first(element(axis)) + patch%axes(axis)%degree
       associate (knots => solid%axes(axis)%knots)
-        half = 0.5_wp*(knots(span + 1) - knots(span))
-        xi(axis) = knots(span) + half*(1.0_wp + patch%axes(axis)%abscissae(point(axis)))
+        half(axis) = 0.5_wp*(knots(span + 1) - knots(span))
+        xi(axis) = knots(span) &
+                   + half(axis)*(1.0_wp + patch%axes(axis)%abscissae(point(axis)))
       end associate
-      volume = volume*half*patch%axes(axis)%weights(point(axis))
     end do
     call evaluate_solid(solid, xi, place, j)
-    volume = volume*(j(1, 1)*(j(2, 2)*j(3, 3) - j(2, 3)*j(3, 2)) &
-                     + j(1, 2)*(j(2, 3)*j(3, 1) - j(2, 1)*j(3, 3)) &
-                     + j(1, 3)*(j(2, 1)*j(3, 2) - j(2, 2)*j(3, 1)))
-  end function volume_at
+    do axis = 1, 3
+      j(:, axis) = half(axis)*j(:, axis)
+    end do
+  end function jacobian_at
+
+  pure real(wp) function determinant(j)
+    real(wp), intent(in) :: j(3, 3)
+
+    determinant = j(1, 1)*(j(2, 2)*j(3, 3) - j(2, 3)*j(3, 2)) &
+                  + j(1, 2)*(j(2, 3)*j(3, 1) - j(2, 1)*j(3, 3)) &
+                  + j(1, 3)*(j(2, 1)*j(3, 2) - j(2, 2)*j(3, 1))
+  end function determinant
+
+  !> Inverse of a 3 x 3 matrix by its cofactors, listed row by row.
+  pure function inverse_rows(j) result(rows)
+    real(wp), intent(in) :: j(3, 3)
+    real(wp) :: rows(9)
+
+    rows = [j(2, 2)*j(3, 3) - j(2, 3)*j(3, 2), j(1, 3)*j(3, 2) - j(1, 2)*j(3, 3), &
+            j(1, 2)*j(2, 3) - j(1, 3)*j(2, 2), j(2, 3)*j(3, 1) - j(2, 1)*j(3, 3), &
+            j(1, 1)*j(3, 3) - j(1, 3)*j(3, 1), j(1, 3)*j(2, 1) - j(1, 1)*j(2, 3), &
+            j(2, 1)*j(3, 2) - j(2, 2)*j(3, 1), j(1, 2)*j(3, 1) - j(1, 1)*j(3, 2), &
+            j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1)]/determinant(j)
+  end function inverse_rows
 
 end module point_volumes

@@ -4,7 +4,7 @@ module health
   use errors, only: error_t, fail
   use text, only: to_text
   use basis_tables, only: n_lanes
-  use patch_setup, only: element_of_lane
+  use ig_patch, only: element_of_lane
   use blank, only: blank_t
   use effect, only: instant_t
   use step_control, only: step_control_t

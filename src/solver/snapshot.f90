@@ -3,7 +3,7 @@ module snapshot
   use kinds, only: wp
   use basis_tables, only: n_lanes
   use ig_patch, only: ig_patch_t
-  use patch_setup, only: element_of_lane
+  use ig_patch, only: element_of_lane
   use model, only: model_t
   use frames, only: frame_t
   use history, only: history_row_t

@@ -1,0 +1,100 @@
+!> Internal forces of one tile: gather, block kernel of the right instance, add back.
+module tile_forces
+  use kinds, only: wp
+  use block_law, only: block_law_t
+  use basis_tables, only: n_lanes
+  use point_context, only: point_context_t, new_point_context
+  use ig_patch, only: ig_patch_t, tile_t, force_report_t
+  use block_exchange, only: gather_block, weigh_block, add_block
+  use kernel_dispatch, only: run_kernel
+  implicit none
+  private
+
+  public :: forces_of_tile
+
+contains
+
+  !> Internal forces of the blocks of one tile, on the control points of the tile.
+  subroutine forces_of_tile(patch, law, tile, dt, x, v, force, report)
+    type(ig_patch_t), intent(inout) :: patch
+    class(block_law_t), intent(in) :: law
+    type(tile_t), intent(in) :: tile
+    real(wp), intent(in) :: dt           !! [time]
+    real(wp), intent(in) :: x(:, :, :, :), v(:, :, :, :)   !! end of step, middle of step
+    real(wp), intent(out) :: force(tile%control_first(1):tile%control_last(1), &
+                                   tile%control_first(2):tile%control_last(2), &
+                                   patch%n_control(3), 3)
+    type(force_report_t), intent(out) :: report
+    real(wp), allocatable :: u(:, :), f(:, :), w(:)   ! on the heap: thread stacks are small
+    type(point_context_t) :: context
+    real(wp) :: sums(n_lanes, 4)
+    integer :: p(3), e2, e3, b, block, first(n_lanes), i2, i3, n_values
+    logical :: ok, is_contiguous
+
+    p = patch%axes%degree
+    n_values = n_lanes*product(p + 1)
+    allocate (u(n_values, 6), f(n_values, 3), w(merge(n_values, 0, patch%is_rational)))
+    if (allocated(patch%reference)) context = new_point_context(n_lanes*patch%axes(3)%n_points)
+    force = 0.0_wp
+    do e3 = 1, patch%axes(3)%n_elements
+      i3 = patch%axes(3)%first(e3)
+      do e2 = tile%row_first, tile%row_last
+        i2 = patch%axes(2)%first(e2)
+        do b = tile%block_first, tile%block_last
+          block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
+          first = patch%axes(1)%first(patch%lanes%element(:, b))
+          is_contiguous = patch%lanes%is_contiguous(b)
+          call gather_block(p, patch%n_control, 3, is_contiguous, first, i2, i3, x, u(:, 1:3))
+          call gather_block(p, patch%n_control, 3, is_contiguous, first, i2, i3, v, u(:, 4:6))
+          if (patch%is_rational) then
+            call gather_block(p, patch%n_control, 1, is_contiguous, first, i2, i3, &
+                              patch%weights, w)
+            call weigh_block(n_values, 6, w, u)
+          end if
+          if (allocated(patch%reference)) call place_context(patch, b, e2, e3, block, context)
+          call run_kernel(patch, law, b, e2, e3, block, dt, u, context, f, sums, ok)
+          if (patch%is_rational) call weigh_block(n_values, 3, w, f)
+          call add_block(p, tile%control_first, tile%control_last, patch%n_control(3), &
+                         is_contiguous, first, i2, i3, f, force)
+          call add_report(report, sums, ok, block)
+        end do
+      end do
+    end do
+  end subroutine forces_of_tile
+
+  !> Time, elements and lengths of a block; the kernel adds what differs from row to row.
+  pure subroutine place_context(patch, b, e2, e3, block, context)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, e2, e3, block
+    type(point_context_t), intent(inout) :: context
+    integer :: q, lanes(2)
+
+    context%time = patch%time
+    context%increment = patch%increment + 1
+    do q = 1, patch%axes(3)%n_points
+      lanes = n_lanes*(q - 1) + [1, n_lanes]
+      context%element(lanes(1):lanes(2)) = patch%lanes%element(:, b) &
+        + patch%axes(1)%n_elements*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
+      context%is_owner(lanes(1):lanes(2)) = patch%lanes%is_owner(:, b)
+      context%length(lanes(1):lanes(2)) = patch%viscosity%length(:, block)
+    end do
+  end subroutine place_context
+
+  !> Sums of a block into the report of its tile.
+  pure subroutine add_report(report, sums, ok, block)
+    type(force_report_t), intent(inout) :: report
+    real(wp), intent(in) :: sums(n_lanes, 4)
+    logical, intent(in) :: ok
+    integer, intent(in) :: block
+    logical :: is_sound
+
+    report%internal_work = report%internal_work + sum(sums(:, 1))
+    report%viscous_work = report%viscous_work + sum(sums(:, 2))
+    report%largest_rate = max(report%largest_rate, maxval(sums(:, 3)))
+    report%smallest_det = min(report%smallest_det, minval(sums(:, 4)))
+    ! Written so that a NaN counts as unsound.
+    is_sound = ok .and. minval(sums(:, 4)) > 0.0_wp .and. all(abs(sums(:, 1)) < huge(1.0_wp))
+    if (.not. is_sound) report%failed_block = min(report%failed_block, block)
+  end subroutine add_report
+
+end module tile_forces
