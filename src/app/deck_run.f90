@@ -72,6 +72,9 @@ contains
       return
     end if
     call open_log(log, base_of(setup%path)//".log", command%is_quiet, error)
+    if (allocated(error)) then
+      write (error_unit, "(a)") "igaform: warning: "//error%message//"; the run goes on without it"
+    end if
     call log_header(log, setup%provenance)
     call log_model(log, model)
     call run_model(model, run, results, log, error)
