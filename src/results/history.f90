@@ -103,8 +103,7 @@ contains
     call add(history, file, "/history/external_work", 1, energy, &
              "work of tools, loads and prescribed motion")
     call add(history, file, "/history/energy_error", 1, "1", "balance of all energies over the " &
-             //"largest so far of initial energy, |external work|, kinetic + internal energy and " &
-             //"kinetic energy of the blank at the speed of the fastest tool")
+             //"largest of initial energy, |external work| and kinetic + internal energy")
     call add(history, file, "/history/max_penetration", 1, unit_of(units, "length"), &
              "largest depth of the blank in a tool at this time")
     call add(history, file, "/history/added_mass", 1, unit_of(units, "mass"), &

@@ -22,8 +22,9 @@ module energy_balance
     real(wp) :: impulse(3) = 0.0_wp                      !! of all forces from outside
     real(wp) :: kinetic_at_start = 0.0_wp, momentum_at_start(3) = 0.0_wp
     real(wp) :: kinetic = 0.0_wp, momentum(3) = 0.0_wp   !! at the last balance
+    real(wp) :: error = 0.0_wp          !! of the energy, relative to the energies now
+    real(wp) :: alarm = 0.0_wp          !! the same, relative to `reference`
     real(wp) :: reference = 0.0_wp      !! largest energy so far, see `take_balance`
-    real(wp) :: error = 0.0_wp          !! of the energy, relative to `reference`
     real(wp) :: momentum_error = 0.0_wp !! momentum gained but not given, relative
     type(tally_t) :: tally
   end type energy_balance_t
@@ -63,16 +64,16 @@ contains
   end subroutine add_impulse
 
   !> Balance now. `v_before` and the blank's velocities lie half a step to either side. The energy
-  !! error is kinetic + internal + viscous + contact less external work and initial energy. It is
-  !! measured by the largest energy at any balance so far: initial, |external work|, kinetic +
-  !! internal, and what the blank would have at the speed of a tool. Without the last one the step
-  !! in which a tool first touches a blank at rest would look like a loss of all energy.
+  !! error is kinetic + internal + viscous + contact less external work and initial energy, over
+  !! the largest of initial energy, |external work| and kinetic + internal energy. The alarm is
+  !! the same over the largest of these at any balance so far and of what the blank would have at
+  !! the speed of a tool: the step in which a tool first touches a blank at rest is no alarm.
   subroutine take_balance(balance, bodies, v_before, forces, supports)
     type(energy_balance_t), intent(inout) :: balance
     type(assembly_t), intent(in) :: bodies
     real(wp), intent(in) :: v_before(:, :, :, :)
     type(effect_slot_t), intent(in) :: forces(:), supports(:)
-    real(wp) :: momentum_scale, lost(3)
+    real(wp) :: scaling, lack, momentum_scale, lost(3)
     integer :: i, c
 
     balance%tally = tally_t()
@@ -85,12 +86,13 @@ contains
     associate (mass => bodies%blank%mass, v => bodies%blank%motion%v, &
                work => balance%tally%external_work)
       balance%kinetic = kinetic_energy(mass, v_before, v)
-      balance%reference = max(balance%reference, balance%kinetic_at_start, abs(work), &
-                              balance%kinetic + balance%internal, energy_of_pace(bodies), &
-                              tiny(1.0_wp))
-      balance%error = (balance%kinetic + balance%internal + balance%viscous &
-                       + balance%tally%contact_energy - work - balance%kinetic_at_start) &
-                      /balance%reference
+      scaling = max(balance%kinetic_at_start, abs(work), balance%kinetic + balance%internal, &
+                    tiny(1.0_wp))
+      balance%reference = max(balance%reference, scaling, energy_of_pace(bodies))
+      lack = balance%kinetic + balance%internal + balance%viscous &
+             + balance%tally%contact_energy - work - balance%kinetic_at_start
+      balance%error = lack/scaling
+      balance%alarm = lack/balance%reference
       balance%momentum = momentum_of(mass, v)
       lost = balance%momentum - balance%momentum_at_start - balance%impulse
       momentum_scale = tiny(1.0_wp)

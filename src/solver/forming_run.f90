@@ -209,9 +209,9 @@ contains
                         run%instant%dt, run%balance%error, &
                         ticks_to_seconds(clock_ticks() - run%started))
       if (model%step%energy_limit > 0.0_wp .and. &
-          .not. abs(run%balance%error) <= model%step%energy_limit) then
+          .not. abs(run%balance%alarm) <= model%step%energy_limit) then
         call fail(error, "energy balance lost at time "//to_text(run%instant%time)//": error "// &
-                  to_text(run%balance%error)//", limit "//to_text(model%step%energy_limit))
+                  to_text(run%balance%alarm)//", limit "//to_text(model%step%energy_limit))
       end if
       call stop_watch(model%timer, run%watch_output)
     end if
