@@ -31,7 +31,7 @@ module forming_run
     type(instant_t) :: instant
     integer(int64) :: n_steps = 0
     integer(int64) :: started = 0            !! clock at the start
-    real(wp) :: largest_error = 0.0_wp       !! of the energy balance over the run
+    real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
     real(wp) :: largest_penetration = 0.0_wp
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0
     real(wp), allocatable :: v_before(:, :, :, :)     !! kept for steps that take a balance
@@ -242,7 +242,7 @@ contains
     run%row%dt = run%instant%dt
     call fill_history_row(model, run%balance, elastic, run%row)
     call record_history(results, run%row)
-    run%largest_error = max(run%largest_error, abs(run%balance%error))
+    run%largest_error = max(run%largest_error, abs(run%balance%alarm))
     run%largest_penetration = max(run%largest_penetration, run%balance%tally%max_penetration)
   end subroutine take_row
 
