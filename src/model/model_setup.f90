@@ -184,40 +184,54 @@ contains
     end do
   end subroutine set_initial_velocities
 
-  !> One support per prescribed component.
+  !> One support per prescribed component. Where supports meet, the last one alone holds the point:
+  !! two that pull at it would each count work on a path that is the other's.
   subroutine add_supports(scene, model)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
-    integer :: i, c, n
+    integer, allocatable :: holder(:, :, :, :)   ! number of the support of each component
+    integer :: i, c, n, bounds(3, 2)
 
-    n = 0
-    do i = 1, size(scene%boundaries)
-      n = n + count(scene%boundaries(i)%is_prescribed)
-    end do
-    allocate (model%supports(n))
-    n = 0
-    do i = 1, size(scene%boundaries)
-      do c = 1, 3
-        if (.not. scene%boundaries(i)%is_prescribed(c)) cycle
-        n = n + 1
-        call set_support(scene, i, c, model%bodies%blank%motion%v, model%supports(n))
+    associate (v => model%bodies%blank%motion%v, boundaries => scene%boundaries)
+      allocate (holder(size(v, 1), size(v, 2), size(v, 3), 3), source=0)
+      n = 0
+      do i = 1, size(boundaries)
+        bounds = control_range(scene%blank%solid, scene%sets(boundaries(i)%set))
+        do c = 1, 3
+          if (.not. boundaries(i)%is_prescribed(c)) cycle
+          n = n + 1
+          holder(bounds(1, 1):bounds(1, 2), bounds(2, 1):bounds(2, 2), &
+                 bounds(3, 1):bounds(3, 2), c) = n
+        end do
       end do
-    end do
+      allocate (model%supports(n))
+      n = 0
+      do i = 1, size(boundaries)
+        do c = 1, 3
+          if (.not. boundaries(i)%is_prescribed(c)) cycle
+          n = n + 1
+          call set_support(scene, i, c, holder(:, :, :, c) == n, v, model%supports(n))
+        end do
+      end do
+    end associate
   end subroutine add_supports
 
   !> One component of one boundary condition. What it holds starts with its velocity: the impulse
   !! of a sudden start would do work that no balance of finite forces can follow.
-  subroutine set_support(scene, number, component, v, slot)
+  subroutine set_support(scene, number, component, is_held, v, slot)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: number, component
+    logical, intent(in) :: is_held(:, :, :)   !! control points, shape (n1, n2, n3)
     real(wp), intent(inout) :: v(:, :, :, :)
     type(effect_slot_t), intent(out) :: slot
     type(boundary_t) :: support
     integer :: p
+    integer, allocatable :: all_points(:, :)
 
+    all_points = control_points(reshape([1, 1, 1, shape(is_held)], [3, 2]))
     associate (spec => scene%boundaries(number))
-      support%name = "boundary"
-      support%points = control_points(control_range(scene%blank%solid, scene%sets(spec%set)))
+      support%name = "boundary "//scene%sets(spec%set)%name
+      support%points = all_points(:, pack([(p, p=1, size(is_held))], [is_held]))
       support%curve = curve_of(scene, spec%curve)
       support%component = component
       support%velocity = spec%velocity(component)
