@@ -34,6 +34,7 @@ contains
   end subroutine enter_names
 
   !> Enter one name. A record without a new name takes a place too, under a name none can write.
+  !! Names become those of groups in the result file, where slashes and lone points have a meaning.
   subroutine enter_name(deck, record, names, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
@@ -45,6 +46,10 @@ contains
     name = squeezed(upper_case(option_text(deck, record, "NAME")))
     is_new = .false.
     if (name /= "") call insert(names, name, is_new)
+    if (name /= "" .and. (scan(name, "/") > 0 .or. verify(name, ".") == 0)) then
+      call add_fault(faults, record%origin, "the name "//name, "a name without slashes that is "// &
+                     "not made of points alone")
+    end if
     if (is_new) return
     if (name /= "") call add_fault(faults, record%origin, "the name "//name//" a second time", &
                                    "a name of its own")
