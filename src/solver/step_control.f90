@@ -1,6 +1,7 @@
 !> Size of the next time step: stable for the present shape, and in equal shares up to the next
 !! time at which something is due.
 module step_control
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use scene, only: step_spec_t, output_spec_t
   implicit none
@@ -45,12 +46,14 @@ contains
     type(step_control_t), intent(in) :: control
     real(wp), intent(in) :: time     !! now
     real(wp), intent(in) :: rate     !! largest |J^-1|^2 now
-    real(wp) :: left
+    real(wp), parameter :: countless = 1.0e15_wp   ! so many steps need no equal shares
+    real(wp) :: left, n_steps
 
     dt = control%largest*min(1.0_wp, sqrt(control%rate_at_start/max(rate, tiny(rate))))
     left = min(due_after(control, control%frames, time), &
                due_after(control, control%history, time)) - time
-    if (left > 0.0_wp) dt = left/ceiling(left/dt*(1.0_wp - 1.0e-12_wp))
+    n_steps = left/dt*(1.0_wp - 1.0e-12_wp)
+    if (n_steps > 0.0_wp .and. n_steps < countless) dt = left/ceiling(n_steps, int64)
   end function next_step
 
   !> Is output of this kind due at `time`? Times are hit but for round-off.
