@@ -137,12 +137,14 @@ contains
     real(wp), parameter :: small = 0.1_wp
 
     call log_line(log, "energy     largest balance error "//percent(run%largest_error))
-    call log_line(log, "momentum   balance error "//percent(run%balance%momentum_error))
+    call log_line(log, "momentum   balance error "//rounded_text(run%balance%momentum_error)// &
+                  ", relative")
     call log_line(log, "contact    deepest penetration "//rounded_text(run%largest_penetration))
     if (run%balance%kinetic > small*run%balance%internal) then
-      call log_line(log, "warning: kinetic energy is "//percent(run%balance%kinetic &
-                    /max(run%balance%internal, tiny(1.0_wp)))//" of the internal energy: this "// &
-                    "is an impact; a forming process should stay below 10 %")
+      call log_line(log, "warning: the kinetic energy "//rounded_text(run%balance%kinetic)// &
+                    " is not small beside the internal energy "// &
+                    rounded_text(run%balance%internal)//": this is an impact; a forming "// &
+                    "process should stay below 10 %")
     end if
   end subroutine log_balance
 

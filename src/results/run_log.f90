@@ -99,7 +99,7 @@ contains
     share = time/max(end_time, tiny(1.0_wp))
     left = ""
     if (share > 0.0_wp) left = "  left "//duration(elapsed*(1 - share)/share)
-    write (line, "(a, i10, a, es11.4, a, f5.1, a, es10.3, a, es9.2, a)") &
+    write (line, "(a, i10, a, es11.4, a, f5.1, a, es10.3, a, es10.2, a)") &
       "step", step, "  time", time, " (", 100*share, " %)  dt", dt, "  energy error", &
       energy_error, left
     call write_to_file(log, trim(line))
