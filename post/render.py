@@ -6,6 +6,7 @@ import pyvista
 
 from post.picture import colour_label, magnitude, title
 from post.results import Results
+from post.section import Section
 from post.style import COLOUR_MAP, tool_colour
 
 N_PARTS = 4            # cuts of an element along and across the sheet
@@ -41,23 +42,24 @@ def element_lines(results, frame):
     return lines.combine()
 
 
-def is_above(points, sheet):
+def is_above(points, sheet, up):
     """Whether a tool lies above the sheet where both are close to each other."""
     some = points[::max(len(points) // 300, 1)]
     nearest = sheet.points[[sheet.find_closest_point(point) for point in some]]
     close = np.argsort(np.linalg.norm(some - nearest, axis=1))[:max(len(some) // 3, 1)]
-    return (some - nearest)[close, 1].mean() > 0
+    return ((some - nearest)[close] @ up).mean() > 0
 
 
 def add_tools(plotter, results, frame, sheet):
     """Tools in glass with their outlines, those above the sheet clearer; names in a legend."""
     labels = []
+    up = Section(results).axes[1]
     for i, (points, corners) in enumerate(results.tool_surfaces(frame, N_TOOL_PARTS)):
         if not len(points):
             continue
         mesh = pyvista.PolyData(points, np.hstack([np.full((len(corners), 1), 4), corners]))
         mesh = mesh.clean(tolerance=1e-6).compute_normals(auto_orient_normals=False)
-        opacity = 0.06 if is_above(points, sheet) else 0.3
+        opacity = 0.06 if is_above(points, sheet, up) else 0.3
         plotter.add_mesh(mesh, color=tool_colour(i), opacity=opacity, smooth_shading=True)
         outline = mesh.extract_feature_edges(boundary_edges=True, feature_edges=False,
                                              manifold_edges=False, non_manifold_edges=False)
@@ -91,16 +93,19 @@ def main(path, frame, field, low, high, out):
         add_tools(plotter, results, frame, surface)
         plotter.add_text(title(results, frame), position="upper_left", font_size=12, color="black")
         plotter.add_axes(color="black")
-        look(plotter, size)
+        look(plotter, size, Section(results).axes)
         plotter.screenshot(out)
 
 
-def look(plotter, size):
-    """From the front, above and a little aside; y is up."""
-    plotter.camera.up = (0, 1, 0)
+def look(plotter, size, axes):
+    """From the front, above and a little aside; the sheet's length runs to the right, up is across
+    its thickness."""
+    along, up = axes
+    front = np.cross(along, up)
+    plotter.camera.up = up
     centre = np.array(plotter.center)
     plotter.camera.focal_point = centre
-    plotter.camera.position = centre + 3 * size * np.array([-0.35, 0.45, 0.8])
+    plotter.camera.position = centre + 3 * size * (-0.35 * along + 0.45 * up + 0.8 * front)
     plotter.reset_camera()
     plotter.camera.zoom(1.3)
 
