@@ -23,12 +23,18 @@ contains
     character(*), intent(in) :: path
     type(fault_list_t), intent(inout) :: faults
     character(*), parameter :: needed(2) = [character(7) :: "BLANK", "DYNAMIC"]
+    character(:), allocatable :: hint
     integer :: i
+
+    hint = ""
+    if (size(find_records(deck, "MATERIAL TEST")) > 0) then
+      hint = "; `igaform material DECK` carries out its *MATERIAL TEST"
+    end if
 
     do i = 1, size(needed)
       if (size(find_records(deck, trim(needed(i)))) == 0) then
         call add_fault(faults, new_origin(path, 0, ""), "no *"//trim(needed(i))//" in the deck", &
-                       "one *"//trim(needed(i)))
+                       "one *"//trim(needed(i))//hint)
       end if
     end do
   end subroutine check_presence

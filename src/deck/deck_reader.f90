@@ -4,7 +4,7 @@ module deck_reader
   use text, only: string_t
   use scene, only: scene_t
   use lexer, only: lexed_deck_t, lex_deck
-  use deck_records, only: parsed_deck_t
+  use deck_records, only: parsed_deck_t, find_records
   use record_check, only: check_records
   use deck_names, only: deck_names_t, enter_names
   use patch_reader, only: patch_parts_t, collect_parts
@@ -16,13 +16,14 @@ module deck_reader
   use boundary_reader, only: read_boundaries, read_initial_velocities
   use load_reader, only: read_loads
   use contact_reader, only: read_contacts
+  use test_reader, only: read_tests
   use step_reader, only: read_labels, read_step, read_output, read_probes
   use deck_check, only: check_presence, check_scene
   use fault_report, only: sort_faults
   implicit none
   private
 
-  public :: read_deck
+  public :: read_deck, read_material_deck
 
 contains
 
@@ -33,25 +34,62 @@ contains
     type(string_t), intent(in) :: overrides(:)    !! `name=value` for parameters of the deck
     type(scene_t), intent(out) :: scene
     type(fault_list_t), intent(out) :: faults
-    type(lexed_deck_t) :: lexed
     type(parsed_deck_t) :: deck
+    logical :: is_deck
+
+    call read_records(path, overrides, deck, scene, faults, is_deck)
+    if (.not. is_deck) return
+    call check_presence(deck, path, faults)
+    call read_scene(deck, scene, faults)
+    if (n_errors(faults) == 0) call check_scene(scene, faults)
+    call sort_faults(faults, deck%lexed%files(:deck%lexed%n_files))
+  end subroutine read_deck
+
+  !> Read labels, materials and material tests of a deck, as `read_deck` does; what else it says is
+  !! left out, so a forming deck may hold tests of its materials.
+  subroutine read_material_deck(path, overrides, scene, faults)
+    character(*), intent(in) :: path              !! of the deck
+    type(string_t), intent(in) :: overrides(:)    !! `name=value` for parameters of the deck
+    type(scene_t), intent(out) :: scene
+    type(fault_list_t), intent(out) :: faults
+    type(parsed_deck_t) :: deck
+    type(deck_names_t) :: names
+    logical :: is_deck
+
+    call read_records(path, overrides, deck, scene, faults, is_deck)
+    if (.not. is_deck) return
+    if (size(find_records(deck, "MATERIAL TEST")) == 0) then
+      call add_fault(faults, new_origin(path, 0, ""), "no *MATERIAL TEST in the deck", &
+                     "at least one *MATERIAL TEST")
+    end if
+    call enter_names(deck, "MATERIAL", names%materials, faults)
+    call read_labels(deck, scene)
+    call read_materials(deck, scene, faults)
+    call read_tests(deck, names, scene, faults)
+    call sort_faults(faults, deck%lexed%files(:deck%lexed%n_files))
+  end subroutine read_material_deck
+
+  !> The records of a deck, checked one by one against the table of keywords.
+  subroutine read_records(path, overrides, deck, scene, faults, is_deck)
+    character(*), intent(in) :: path
+    type(string_t), intent(in) :: overrides(:)
+    type(parsed_deck_t), intent(out) :: deck
+    type(scene_t), intent(inout) :: scene         !! its file and text
+    type(fault_list_t), intent(inout) :: faults
+    logical, intent(out) :: is_deck               !! there are keywords to read
+    type(lexed_deck_t) :: lexed
 
     call lex_deck(path, overrides, lexed, faults)
     scene%file = path
+    is_deck = lexed%n_blocks > 0
     if (lexed%n_files > 0) then
       scene%text = lexed%characters(:lexed%n_characters)
-      if (lexed%n_blocks == 0 .and. faults%n_items == 0) then
+      if (.not. is_deck .and. faults%n_items == 0) then
         call add_fault(faults, new_origin(path, 0, ""), "no keyword", "a deck of keywords")
       end if
     end if
-    if (lexed%n_blocks > 0) then
-      call check_records(lexed, deck, faults)
-      call check_presence(deck, path, faults)
-      call read_scene(deck, scene, faults)
-      if (n_errors(faults) == 0) call check_scene(scene, faults)
-      call sort_faults(faults, deck%lexed%files(:deck%lexed%n_files))
-    end if
-  end subroutine read_deck
+    if (is_deck) call check_records(lexed, deck, faults)
+  end subroutine read_records
 
   !> Names first, then what they stand for, then what uses them.
   subroutine read_scene(deck, scene, faults)
@@ -83,6 +121,7 @@ contains
     call read_loads(deck, frame, names, scene, faults)
     call read_contacts(deck, frame, names, scene, faults)
     call read_probes(deck, scene, faults)
+    call read_tests(deck, names, scene, faults)
     call read_step(deck, scene)
     call read_output(deck, scene)
   end subroutine read_scene

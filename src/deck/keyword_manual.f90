@@ -115,7 +115,7 @@ contains
       title = "Data lines"
       if (line%n_min == 0) title = "Data lines, may be missing"
     end if
-    if (line%when /= "") title = title//" (TYPE="//trim(line%when)//")"
+    if (line%when /= "") title = title//" (TYPE="//listed(trim(line%when))//")"
     call put(page, "")
     call put(page, trim(title//". "//line%text))
     if (line%fields(1)%kind == kind_words) return
@@ -128,6 +128,25 @@ contains
       call put_field(page, line%fields(i), name)
     end do
   end subroutine put_line
+
+  !> Words separated by bars as `A, B or C`.
+  pure function listed(words) result(list)
+    character(*), intent(in) :: words
+    character(:), allocatable :: list
+    integer :: i, last
+
+    last = index(words, "|", back=.true.)
+    list = ""
+    do i = 1, len(words)
+      if (words(i:i) /= "|") then
+        list = list//words(i:i)
+      else if (i == last) then
+        list = list//" or "
+      else
+        list = list//", "
+      end if
+    end do
+  end function listed
 
   pure subroutine put_field(page, field, name)
     type(page_t), intent(inout) :: page

@@ -24,13 +24,13 @@ module keyword_spec
     character(16) :: default = ""    !! value where the deck gives none, as it would write it
     character(24) :: unit = ""
     character(24) :: range = ""      !! such as `> 0` or `>= 1 and <= 5`
-    character(60) :: choices = ""    !! words separated by |
+    character(120) :: choices = ""    !! words separated by |
     character(300) :: text = ""      !! meaning
   end type field_spec_t
 
   !> Data lines of one form; the lines of a keyword follow each other in the order of the table.
   type :: line_spec_t
-    character(20) :: when = ""       !! value of TYPE for which these lines are there, "": always
+    character(80) :: when = ""       !! values of TYPE with these lines, by |; "": always
     integer :: n_min = 1, n_max = 1  !! how many lines of this form
     logical :: is_repeated = .false. !! the last field may come any number of times
     character(300) :: text = ""      !! meaning
@@ -45,7 +45,7 @@ module keyword_spec
     logical :: is_unique = .false.   !! may stand only once in a deck
     character(600) :: text = ""      !! meaning
     integer :: n_options = 0, n_lines = 0
-    type(field_spec_t) :: options(7)
+    type(field_spec_t) :: options(8)
     type(line_spec_t) :: lines(8)
     type(string_t), allocatable :: example(:)
   end type keyword_spec_t

@@ -5,6 +5,7 @@ module keyword_table
   use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                           add_example, kind_real, kind_integer, kind_name, kind_choice, &
                           kind_flag, kind_words, any_number
+  use test_keywords, only: add_test_keyword
   implicit none
   private
 
@@ -32,6 +33,7 @@ contains
     call add_load_keywords(table)
     call add_step_keywords(table)
     call add_output_keywords(table)
+    call add_test_keyword(table)
   end subroutine new_keyword_table
 
   pure subroutine add_general_keywords(table)

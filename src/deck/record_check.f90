@@ -272,7 +272,8 @@ contains
     do place = 1, spec%n_options
       if (spec%options(place)%name /= "TYPE") cycle
       if (record%is_given(place) .and. .not. is_asked_for) then
-        is_asked_for = record%options(place)%value == line%when
+        is_asked_for = index("|"//trim(line%when)//"|", &
+                             "|"//record%options(place)%value//"|") > 0
       end if
     end do
   end function is_asked_for

@@ -1,10 +1,10 @@
-!> The LAPACK routines that the element layer uses, behind plain functions.
+!> The LAPACK routines that the program uses, behind plain functions.
 module lapack
   use kinds, only: wp
   implicit none
   private
 
-  public :: eigenvalues, tridiagonal_eigensystem
+  public :: eigenvalues, tridiagonal_eigensystem, solve
 
   interface
     subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
@@ -24,6 +24,13 @@ module lapack
       real(wp), intent(out) :: z(ldz, *), work(*)
       integer, intent(out) :: info
     end subroutine dstev
+
+    subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
+      import :: wp
+      integer, intent(in) :: n, nrhs, lda, ldb
+      real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+      integer, intent(out) :: ipiv(*), info
+    end subroutine dgesv
   end interface
 
 contains
@@ -56,5 +63,20 @@ contains
     call dstev("V", size(diagonal), values, e, vectors, size(diagonal), work, info)
     is_solved = info == 0
   end subroutine tridiagonal_eigensystem
+
+  !> Solve a system of linear equations; false where the matrix is singular or not finite.
+  subroutine solve(matrix, x, is_solved)
+    real(wp), intent(in) :: matrix(:, :)
+    real(wp), intent(inout) :: x(:)   !! the right side, then the solution
+    logical, intent(out) :: is_solved
+    real(wp) :: copy(size(x), size(x)), column(size(x), 1)
+    integer :: pivots(size(x)), info
+
+    copy = matrix
+    column(:, 1) = x
+    call dgesv(size(x), 1, copy, size(x), pivots, column, size(x), info)
+    x = column(:, 1)
+    is_solved = info == 0 .and. all(abs(x) <= huge(1.0_wp))
+  end subroutine solve
 
 end module lapack

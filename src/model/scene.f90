@@ -116,6 +116,22 @@ module scene
     logical :: is_bezier = .false.          !! Bezier cells instead of Lagrange cells
   end type output_spec_t
 
+  !> A test of one material point.
+  type, public :: material_test_spec_t
+    type(origin_t) :: origin
+    character(:), allocatable :: name
+    character(:), allocatable :: kind       !! UNIAXIAL, COMPRESSION, ... as *MATERIAL TEST has it
+    integer :: material = 0                 !! index into `materials`
+    real(wp) :: angle = 0.0_wp              !! of the test's axis 1 from that of the material [rad]
+    integer :: n_increments = 100           !! of each leg
+    real(wp) :: rate = 1.0_wp               !! of the leading strain [1/time]
+    real(wp) :: strain = 0.0_wp             !! logarithmic; simple shear: gamma
+    integer :: n_repeats = 1                !! cycles, angles or directions
+    real(wp) :: threshold = 0.0_wp          !! plastic strain that counts as yielding
+    logical :: is_stress(6) = .false.       !! PATH: components that are stresses
+    real(wp), allocatable :: path(:, :)     !! PATH: time and six components, shape (7, corners)
+  end type material_test_spec_t
+
   !> All of a deck.
   type, public :: scene_t
     character(:), allocatable :: file       !! path of the deck
@@ -131,6 +147,7 @@ module scene
     type(initial_velocity_spec_t), allocatable :: initial_velocities(:)
     type(load_spec_t), allocatable :: loads(:)
     type(probe_spec_t), allocatable :: probes(:)
+    type(material_test_spec_t), allocatable :: tests(:)
     type(step_spec_t) :: step
     type(output_spec_t) :: output
   end type scene_t

@@ -1,0 +1,136 @@
+!> *MATERIAL TEST.
+module test_reader
+  use kinds, only: wp
+  use faults, only: fault_list_t, add_fault
+  use text, only: string_t, strings, to_text, squeezed, joined
+  use name_table, only: name_table_t
+  use scene, only: scene_t, material_test_spec_t
+  use field_split, only: split_fields, field_text
+  use deck_names, only: deck_names_t, enter_name, resolve
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
+                          option_integer, is_option_given, line_origin, field_real, field_integer
+  implicit none
+  private
+
+  public :: read_tests
+
+contains
+
+  !> Fill the list of tests, one for each *MATERIAL TEST in the order of the deck.
+  subroutine read_tests(deck, names, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_names_t), intent(in) :: names
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    type(name_table_t) :: own
+    integer, allocatable :: found(:)
+    integer :: i
+
+    found = find_records(deck, "MATERIAL TEST")
+    allocate (scene%tests(size(found)))
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)), test => scene%tests(i))
+        call enter_name(deck, record, own, faults)
+        test%origin = record%origin
+        test%name = squeezed(option_text(deck, record, "NAME"))
+        test%kind = option_text(deck, record, "TYPE")
+        call check_name(test, faults)
+        call resolve(names%materials, option_text(deck, record, "MATERIAL"), "*MATERIAL", &
+                     record%origin, test%material, faults)
+        if (record%is_valid) call read_test(deck, record, test, faults)
+      end associate
+    end do
+  end subroutine read_tests
+
+  !> The name is that of a group in the results and part of the name of a file.
+  subroutine check_name(test, faults)
+    type(material_test_spec_t), intent(in) :: test
+    type(fault_list_t), intent(inout) :: faults
+    character(*), parameter :: letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+
+    if (verify(test%name, letters//"0123456789 -_") > 0) then
+      call add_fault(faults, test%origin, "the name "//test%name, &
+                     "a name of letters, digits, blanks, - and _")
+    end if
+  end subroutine check_name
+
+  subroutine read_test(deck, record, test, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(material_test_spec_t), intent(inout) :: test
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
+
+    test%angle = degree*option_real(deck, record, "ANGLE")
+    test%n_increments = option_integer(deck, record, "INCREMENTS")
+    test%rate = option_real(deck, record, "RATE")
+    if (is_option_given(deck, record, "STRESS") .and. test%kind /= "PATH") then
+      call add_fault(faults, record%origin, "STRESS with TYPE="//test%kind, &
+                     "STRESS with TYPE=PATH alone")
+    end if
+    select case (test%kind)
+    case ("PATH")
+      call read_path(deck, record, test, faults)
+      call read_components(option_text(deck, record, "STRESS"), test, faults)
+    case ("YIELD LOCUS")
+      test%n_repeats = field_integer(record, 1, 1)
+      test%threshold = field_real(record, 1, 2)
+    case default
+      test%strain = field_real(record, 1, 1)
+      if (test%kind == "CYCLIC" .or. test%kind == "R VALUES") then
+        test%n_repeats = field_integer(record, 1, 2)
+      end if
+      if (abs(test%strain) <= 0.0_wp .or. abs(test%strain) > 10.0_wp) then
+        call add_fault(faults, line_origin(deck, record, 1), "the strain "// &
+                       to_text(test%strain), "a strain from -10 to 10 other than 0")
+      end if
+    end select
+  end subroutine read_test
+
+  subroutine read_path(deck, record, test, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(material_test_spec_t), intent(inout) :: test
+    type(fault_list_t), intent(inout) :: faults
+    integer :: line, i
+
+    allocate (test%path(7, record%n_lines))
+    do line = 1, record%n_lines
+      test%path(:, line) = [(field_real(record, line, i), i=1, 7)]
+      if (line == 1) cycle
+      if (test%path(1, line) > test%path(1, line - 1)) cycle
+      call add_fault(faults, line_origin(deck, record, line), "the time "// &
+                     to_text(test%path(1, line))//" after "//to_text(test%path(1, line - 1)), &
+                     "times that rise")
+      exit
+    end do
+  end subroutine read_path
+
+  !> Components that the path gives as stresses, from a list such as `33, 13`.
+  subroutine read_components(list, test, faults)
+    character(*), intent(in) :: list
+    type(material_test_spec_t), intent(inout) :: test
+    type(fault_list_t), intent(inout) :: faults
+    type(string_t), allocatable :: names(:)
+    integer, allocatable :: first(:), last(:)
+    character(:), allocatable :: word
+    integer :: i, k
+
+    if (list == "") return
+    names = strings(["11", "22", "33", "12", "13", "23"])
+    call split_fields(list, first, last)
+    do i = 1, size(first)
+      word = field_text(list, first(i), last(i))
+      do k = size(names), 1, -1
+        if (names(k)%value == word) exit
+      end do
+      if (k > 0) then
+        test%is_stress(k) = .true.
+      else
+        call add_fault(faults, test%origin, "`"//word//"` for STRESS", &
+                       "some of "//joined(names, ", "))
+      end if
+    end do
+  end subroutine read_components
+
+end module test_reader

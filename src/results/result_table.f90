@@ -1,0 +1,140 @@
+!> Columns of numbers with names and units: written as a CSV file and as a group of an HDF5 file.
+module result_table
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use text, only: string_t, strings, to_text
+  use hdf5_file, only: hdf5_file_t, create_group, write_reals
+  use unit_system, only: unit_system_t, unit_of
+  implicit none
+  private
+
+  public :: add_column, n_rows, write_csv, write_group, tensor_components
+
+  !> A quantity with one or more components.
+  type, public :: column_t
+    character(:), allocatable :: name
+    character(:), allocatable :: quantity        !! such as time or stress, see `unit_of`
+    character(:), allocatable :: text            !! description
+    type(string_t), allocatable :: components(:) !! their names, empty for a single number
+    real(wp), allocatable :: values(:, :)        !! shape (components, rows)
+  end type column_t
+
+  !> Columns with the same number of rows.
+  type, public :: result_table_t
+    type(column_t), allocatable :: columns(:)
+  end type result_table_t
+
+contains
+
+  !> Add a column; all columns of a table need the same number of rows.
+  subroutine add_column(table, name, quantity, text, values, components)
+    type(result_table_t), intent(inout) :: table
+    character(*), intent(in) :: name, quantity, text
+    real(wp), intent(in) :: values(:, :)                     !! shape (components, rows)
+    type(string_t), intent(in), optional :: components(:)    !! more than one component: names
+    type(column_t) :: column
+
+    column%name = name
+    column%quantity = quantity
+    column%text = text
+    column%values = values
+    allocate (column%components(0))
+    if (present(components)) column%components = components
+    if (.not. allocated(table%columns)) allocate (table%columns(0))
+    table%columns = [table%columns, column]
+  end subroutine add_column
+
+  !> Names of the components of stress and strain.
+  function tensor_components() result(names)
+    type(string_t), allocatable :: names(:)
+
+    names = strings(["11", "22", "33", "12", "13", "23"])
+  end function tensor_components
+
+  !> Number of rows.
+  pure integer function n_rows(table)
+    type(result_table_t), intent(in) :: table
+
+    n_rows = 0
+    if (allocated(table%columns)) n_rows = size(table%columns(1)%values, 2)
+  end function n_rows
+
+  !> Write the table as text: names with units, then a line a row. Fails if the file cannot be
+  !! written; an older file is replaced.
+  subroutine write_csv(table, path, units, error)
+    type(result_table_t), intent(in) :: table
+    character(*), intent(in) :: path
+    type(unit_system_t), intent(in) :: units
+    type(error_t), allocatable, intent(out) :: error
+    integer :: unit, status, closing, row
+
+    open (newunit=unit, file=path, status="replace", action="write", iostat=status)
+    if (status == 0) then
+      write (unit, "(a)", iostat=status) head_line(table, units)
+      do row = 1, n_rows(table)
+        if (status == 0) write (unit, "(a)", iostat=status) row_line(table, row)
+      end do
+      close (unit, iostat=closing)
+      if (status == 0) status = closing
+    end if
+    if (status /= 0) call fail(error, "result file '"//path//"': cannot write it")
+  end subroutine write_csv
+
+  function head_line(table, units) result(line)
+    type(result_table_t), intent(in) :: table
+    type(unit_system_t), intent(in) :: units
+    character(:), allocatable :: line
+    integer :: i, k
+
+    line = ""
+    do i = 1, size(table%columns)
+      associate (column => table%columns(i))
+        do k = 1, size(column%values, 1)
+          if (line /= "") line = line//","
+          line = line//column%name
+          if (size(column%components) > 0) line = line//"_"//column%components(k)%value
+          line = line//" ["//unit_of(units, column%quantity)//"]"
+        end do
+      end associate
+    end do
+  end function head_line
+
+  function row_line(table, row) result(line)
+    type(result_table_t), intent(in) :: table
+    integer, intent(in) :: row
+    character(:), allocatable :: line
+    integer :: i, k
+
+    line = ""
+    do i = 1, size(table%columns)
+      do k = 1, size(table%columns(i)%values, 1)
+        if (line /= "") line = line//","
+        line = line//to_text(table%columns(i)%values(k, row))
+      end do
+    end do
+  end function row_line
+
+  !> Write the table as datasets of one group, rows first.
+  subroutine write_group(table, file, folder, units)
+    type(result_table_t), intent(in) :: table
+    type(hdf5_file_t), intent(inout) :: file   !! keeps its failures, see `take_error`
+    character(*), intent(in) :: folder         !! of the new group
+    type(unit_system_t), intent(in) :: units
+    integer :: i
+
+    call create_group(file, folder)
+    do i = 1, size(table%columns)
+      associate (column => table%columns(i))
+        if (size(column%values, 1) == 0) cycle
+        if (size(column%components) == 0) then
+          call write_reals(file, folder//"/"//column%name, column%values, &
+                           [size(column%values, 2)], unit_of(units, column%quantity), column%text)
+        else
+          call write_reals(file, folder//"/"//column%name, column%values, &
+                           shape(column%values), unit_of(units, column%quantity), column%text)
+        end if
+      end associate
+    end do
+  end subroutine write_group
+
+end module result_table

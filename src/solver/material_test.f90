@@ -1,0 +1,297 @@
+!> Tests of a law on one material point: tension, shear, cycles and the like as rows against time,
+!! r-values over the angle to the rolling direction, a section of the yield surface.
+module material_test
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use text, only: strings, string_t, to_text
+  use scene, only: material_test_spec_t
+  use block_law, only: block_law_t
+  use material_point, only: material_point_t, control_t, new_point, new_control, advance, &
+                            strain_to_frame, stress_to_frame, plastic_strain
+  use result_table, only: result_table_t, add_column, tensor_components
+  implicit none
+  private
+
+  public :: run_test, test_fault
+
+  !> What leads the point: conditions, and their values at the corners of the path.
+  type :: program_t
+    type(control_t) :: control
+    logical :: is_stress(6) = .false.        !! the condition is on the stress
+    real(wp), allocatable :: corners(:, :)   !! values of the conditions, shape (6, corners)
+    real(wp), allocatable :: times(:)        !! of the corners; the start is at 0
+    real(wp) :: spin(3) = 0.0_wp             !! for each unit of the fourth condition
+  end type program_t
+
+  !> What the point went through, a column for each increment behind the start.
+  type :: history_t
+    integer :: n = 0
+    real(wp), allocatable :: time(:), strain(:, :), stress(:, :), state(:, :)
+  end type history_t
+
+contains
+
+  !> Why this law cannot go through this test; empty where it can.
+  pure function test_fault(spec, law) result(fault)
+    type(material_test_spec_t), intent(in) :: spec
+    class(block_law_t), intent(in) :: law
+    character(:), allocatable :: fault
+
+    fault = ""
+    if ((spec%kind == "R VALUES" .or. spec%kind == "YIELD LOCUS") .and. law%eqps_state == 0) then
+      fault = "TYPE="//spec%kind//" of a material that reports no plastic strain"
+    end if
+  end function test_fault
+
+  !> Carry out a test. Fails where the point cannot be led on; the table then ends there.
+  subroutine run_test(spec, law, table, error)
+    type(material_test_spec_t), intent(in) :: spec
+    class(block_law_t), intent(in) :: law
+    type(result_table_t), intent(out) :: table
+    type(error_t), allocatable, intent(out) :: error
+    type(material_point_t) :: point
+    type(history_t) :: history
+
+    select case (spec%kind)
+    case ("R VALUES")
+      call find_r_values(spec, law, table, error)
+    case ("YIELD LOCUS")
+      call find_yield_locus(spec, law, table, error)
+    case default
+      call follow(new_program(spec), law, spec%n_increments, point, history, error)
+      call fill_table(history, law, spec%angle, table)
+    end select
+  end subroutine run_test
+
+  !> Conditions and corners of a test.
+  pure function new_program(spec) result(program)
+    type(material_test_spec_t), intent(in) :: spec
+    type(program_t) :: program
+    logical, parameter :: pulled(6) = [.false., .true., .true., .true., .true., .true.]
+    real(wp) :: strains(6, 6), stresses(6, 6)
+    integer :: i
+
+    program%is_stress = pulled
+    allocate (program%corners(6, 1), source=0.0_wp)
+    program%corners(1, 1) = spec%strain
+    select case (spec%kind)
+    case ("COMPRESSION")
+      program%is_stress = pulled([3, 2, 1, 4, 5, 6])
+      program%corners(:, 1) = 0.0_wp
+      program%corners(3, 1) = -abs(spec%strain)
+    case ("CYCLIC")
+      program%corners = spread([spec%strain, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 2, &
+                               2*spec%n_repeats + 1)
+      program%corners(1, 2::2) = -spec%strain
+    case ("SIMPLE SHEAR")
+      program%is_stress = .false.
+      program%corners(:, 1) = 0.0_wp
+      program%corners(4, 1) = spec%strain
+      program%spin(1) = 0.5_wp
+    case ("PLANE STRAIN")
+      program%is_stress([2, 4]) = .false.
+    case ("PATH")
+      program%is_stress = spec%is_stress
+      program%corners = spec%path(2:, :)
+      program%times = spec%path(1, :)
+    end select
+    program%control = new_control(program%is_stress, spec%angle)
+    if (spec%kind == "EQUIBIAXIAL") then
+      strains = strain_to_frame(spec%angle)
+      stresses = stress_to_frame(spec%angle)
+      program%control%on_strain(1, :) = 0.5_wp*(strains(1, :) + strains(2, :))
+      program%control%on_stress(2, :) = stresses(1, :) - stresses(2, :)
+    end if
+    if (allocated(program%times)) return
+    program%times = [(abs(spec%strain)*(2*i - 1)/spec%rate, i=1, size(program%corners, 2))]
+  end function new_program
+
+  !> Lead a new point from corner to corner, `n_increments` to each.
+  subroutine follow(program, law, n_increments, point, history, error)
+    type(program_t), intent(in) :: program
+    class(block_law_t), intent(in) :: law
+    integer, intent(in) :: n_increments
+    type(material_point_t), intent(out) :: point
+    type(history_t), intent(out) :: history
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: start(6), aim(6), change(6), dt, before
+    integer :: corner, i, n
+
+    n = n_increments*size(program%times)
+    point = new_point(law)
+    allocate (history%time(0:n), history%strain(6, 0:n), history%stress(6, 0:n))
+    allocate (history%state(law%n_state, 0:n))
+    call note(point, history)
+    start = 0.0_wp
+    before = 0.0_wp
+    do corner = 1, size(program%times)
+      change = (program%corners(:, corner) - start)/n_increments
+      dt = (program%times(corner) - before)/n_increments
+      do i = 1, n_increments
+        aim = merge(start + i*change, change, program%is_stress)
+        call advance(law, program%control, aim, program%spin*change(4), dt, point, error)
+        if (allocated(error)) then
+          error%message = error%message//" (increment "//to_text(point%increment + 1)//" of "// &
+                          to_text(n)//"); more increments may help"
+          return
+        end if
+        call note(point, history)
+      end do
+      start = program%corners(:, corner)
+      before = program%times(corner)
+    end do
+  end subroutine follow
+
+  pure subroutine note(point, history)
+    type(material_point_t), intent(in) :: point
+    type(history_t), intent(inout) :: history
+
+    history%n = point%increment
+    history%time(history%n) = point%time
+    history%strain(:, history%n) = point%strain
+    history%stress(:, history%n) = point%stress
+    history%state(:, history%n) = point%state
+  end subroutine note
+
+  !> The history as columns, stress and strain in the frame of the test.
+  subroutine fill_table(history, law, angle, table)
+    type(history_t), intent(in) :: history
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: angle
+    type(result_table_t), intent(out) :: table
+    type(string_t) :: names(law%n_state)
+    real(wp) :: eqps(1, 0:history%n)
+    integer :: i, n
+
+    n = history%n
+    eqps = 0.0_wp
+    if (law%eqps_state > 0) eqps(1, :) = history%state(law%eqps_state, :n)
+    do i = 1, law%n_state
+      names(i)%value = to_text(i)
+    end do
+    call add_column(table, "time", "time", "time", reshape(history%time(:n), [1, n + 1]))
+    call add_column(table, "strain", "1", "sum of the strain increments in the frame of the "// &
+                    "test, engineering shear: 11, 22, 33, 12, 13, 23", &
+                    matmul(strain_to_frame(angle), history%strain(:, :n)), tensor_components())
+    call add_column(table, "stress", "stress", "Cauchy stress in the frame of the test: 11, "// &
+                    "22, 33, 12, 13, 23", &
+                    matmul(stress_to_frame(angle), history%stress(:, :n)), tensor_components())
+    call add_column(table, "eqps", "1", "equivalent plastic strain", eqps)
+    call add_column(table, "state", "1", "state variables of the law", history%state(:, :n), names)
+  end subroutine fill_table
+
+  !> Tension at angles from 0 to 90 degrees to axis 1 of the material: stress at the end and
+  !! r = plastic strain across over that through the thickness.
+  subroutine find_r_values(spec, law, table, error)
+    type(material_test_spec_t), intent(in) :: spec
+    class(block_law_t), intent(in) :: law
+    type(result_table_t), intent(out) :: table
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: right_angle = acos(0.0_wp)
+    real(wp), dimension(1, spec%n_repeats) :: degrees, r, stress
+    real(wp) :: plastic(6), rotated(6)
+    type(material_test_spec_t) :: tension
+    type(material_point_t) :: point
+    type(history_t) :: history
+    integer :: i, n
+
+    tension = spec
+    tension%kind = "UNIAXIAL"
+    n = spec%n_repeats
+    do i = 1, n
+      tension%angle = right_angle*(i - 1)/(n - 1)
+      call follow(new_program(tension), law, spec%n_increments, point, history, error)
+      if (allocated(error)) exit
+      plastic = matmul(strain_to_frame(tension%angle), plastic_strain(law, point))
+      rotated = matmul(stress_to_frame(tension%angle), point%stress)
+      degrees(1, i) = 90.0_wp*(i - 1)/(n - 1)
+      r(1, i) = plastic(2)/plastic(3)
+      stress(1, i) = rotated(1)
+    end do
+    n = i - 1
+    call add_column(table, "angle", "1", "degrees from axis 1 of the material to the pull", &
+                    degrees(:, :n))
+    call add_column(table, "r_value", "1", "plastic strain across over plastic strain through "// &
+                    "the thickness, at the end", r(:, :n))
+    call add_column(table, "stress", "stress", "Cauchy stress along the pull at the end", &
+                    stress(:, :n))
+  end subroutine find_r_values
+
+  !> Stresses s11, s22 at which a plastic strain first shows, s33 and shear being zero. The stress
+  !! keeps its direction while strain steps double, then are halved back to the threshold.
+  subroutine find_yield_locus(spec, law, table, error)
+    type(material_test_spec_t), intent(in) :: spec
+    class(block_law_t), intent(in) :: law
+    type(result_table_t), intent(out) :: table
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: full_turn = 4.0_wp*acos(0.0_wp)
+    real(wp) :: degrees(1, spec%n_repeats), stress(2, spec%n_repeats), eqps(1, spec%n_repeats)
+    type(material_point_t) :: point
+    integer :: i, n
+
+    n = spec%n_repeats
+    do i = 1, n
+      call probe(law, full_turn*(i - 1)/n, spec%angle, spec%threshold, spec%rate, point, error)
+      if (allocated(error)) exit
+      degrees(1, i) = 360.0_wp*(i - 1)/n
+      associate (rotated => matmul(stress_to_frame(spec%angle), point%stress))
+        stress(:, i) = rotated(:2)
+      end associate
+      eqps(1, i) = point%state(law%eqps_state)
+    end do
+    n = i - 1
+    call add_column(table, "direction", "1", "degrees in the plane of s11 and s22, from s11", &
+                    degrees(:, :n))
+    call add_column(table, "stress", "stress", "stresses at first yield, s33 and shear being "// &
+                    "zero: 11, 22", stress(:, :n), strings(["11", "22"]))
+    call add_column(table, "eqps", "1", "plastic strain reached", eqps(:, :n))
+  end subroutine find_yield_locus
+
+  !> From zero along one direction of stress until the plastic strain passes the threshold.
+  subroutine probe(law, direction, angle, threshold, rate, point, error)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: direction, angle       !! [radians]
+    real(wp), intent(in) :: threshold, rate
+    type(material_point_t), intent(out) :: point   !! just beyond the threshold
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: first_step = 1.0e-5_wp, last_step = 1.0e-8_wp, far = 1.0_wp
+    real(wp) :: aim(6), rows(6, 6), step, way
+    type(material_point_t) :: next
+    type(control_t) :: control
+    logical :: is_beyond
+
+    control = new_control([.false., .true., .true., .true., .true., .true.], angle)
+    rows = strain_to_frame(angle)
+    control%on_strain(1, :) = cos(direction)*rows(1, :) + sin(direction)*rows(2, :)
+    rows = stress_to_frame(angle)
+    control%on_stress(2, :) = cos(direction)*rows(2, :) - sin(direction)*rows(1, :)
+    point = new_point(law)
+    aim = 0.0_wp
+    step = first_step
+    way = 0.0_wp
+    is_beyond = .false.
+    do
+      next = point
+      aim(1) = step
+      call advance(law, control, aim, [0.0_wp, 0.0_wp, 0.0_wp], step/rate, next, error)
+      if (allocated(error)) return
+      if (next%state(law%eqps_state) > threshold) then
+        is_beyond = .true.
+        if (step <= min(last_step, 0.1_wp*threshold)) exit
+        step = 0.5_wp*step
+      else
+        point = next
+        way = way + step
+        if (is_beyond) cycle
+        step = 2.0_wp*step
+        if (way > far) then
+          call fail(error, "no plastic strain along "// &
+                    to_text(nint(direction*180.0_wp/acos(-1.0_wp)))//" degrees")
+          return
+        end if
+      end if
+    end do
+    point = next
+  end subroutine probe
+
+end module material_test
