@@ -12,6 +12,7 @@ module command_line
     character(:), allocatable :: output    !! path of the result file, empty: from the deck's name
     integer :: n_threads = 0               !! 0: as many as OpenMP gives
     type(string_t), allocatable :: overrides(:)   !! name=value of --set
+    logical :: is_material = .false.       !! tests of one material point instead of a forming run
     logical :: is_check = .false., is_quiet = .false.
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
     character(:), allocatable :: fault     !! why the command cannot be carried out; else empty
@@ -42,6 +43,8 @@ contains
     command%fault = ""
     allocate (command%overrides(0))
     i = 0
+    if (size(arguments) > 0) command%is_material = arguments(1)%value == "material"
+    if (command%is_material) i = 1
     do while (i < size(arguments) .and. command%fault == "")
       i = i + 1
       call take_argument(arguments, command, i)
@@ -58,6 +61,7 @@ contains
     character(1), parameter :: feed = new_line("a")
 
     text = "usage: igaform DECK [options]"//feed &
+           //"       igaform material DECK [options]   tests of one material point"//feed &
            //"  --out FILE.h5      result file (default: name of the deck, here)"//feed &
            //"  --threads N        OpenMP threads"//feed &
            //"  --set NAME=VALUE   replace the value of a *PARAMETER of the deck"//feed &

@@ -22,7 +22,7 @@ module deck_run
   implicit none
   private
 
-  public :: run_deck
+  public :: run_deck, base_of, file_name
 
   integer, parameter, public :: exit_done = 0, exit_input = 1, exit_numerics = 2
 

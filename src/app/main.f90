@@ -7,6 +7,7 @@ program main
   use build_info, only: version, git_commit
   use keyword_manual, only: keyword_manual_text
   use deck_run, only: run_deck, exit_input
+  use material_run, only: run_material_tests
   implicit none
 
   interface
@@ -32,6 +33,8 @@ program main
     print "(a)", "igaform "//version//" ("//git_commit//")"
   else if (command%wants_keywords) then
     write (output_unit, "(a)", advance="no") keyword_manual_text()
+  else if (command%is_material) then
+    code = run_material_tests(command)
   else
     code = run_deck(command)
   end if

@@ -16,8 +16,8 @@ contains
     type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "MATERIAL TEST", "A test of one material point, carried out by "// &
-                     "`igaform material DECK`; a forming run leaves it out. Axes 1 and 2 lie in "// &
-                     "the sheet, 3 is its thickness; axis 1 of the material is its rolling "// &
+                     "`igaform material DECK`; a forming run leaves it out. Axes 1 and 2 lie "// &
+                     "in the sheet, 3 is its thickness; axis 1 of the material is its rolling "// &
                      "direction. Strains are logarithmic, shears are engineering ones.")
     call add_options(table)
     call add_line(table, "UNIAXIAL: strain 11, a negative one compresses. COMPRESSION: through "// &

@@ -1,0 +1,211 @@
+!> The tests of one material point that a deck asks for, from reading to closing the results.
+module material_run
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use kinds, only: wp
+  use errors, only: error_t
+  use faults, only: fault_list_t, add_fault, n_errors
+  use text, only: to_text
+  use command_line, only: command_t
+  use build_info, only: version, git_commit, build_flags
+  use scene, only: scene_t, material_test_spec_t
+  use block_law, only: block_law_t
+  use material_table, only: new_law
+  use deck_reader, only: read_material_deck
+  use fault_report, only: report_faults
+  use material_test, only: run_test, test_fault
+  use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_text_attribute
+  use provenance_record, only: write_provenance
+  use provenance, only: provenance_t
+  use unit_system, only: unit_system_t, new_unit_system
+  use result_table, only: result_table_t, n_rows, write_csv, write_group
+  use deck_run, only: exit_done, exit_input, exit_numerics, base_of, file_name
+  implicit none
+  private
+
+  public :: run_material_tests
+
+  !> The law of a test.
+  type :: law_slot_t
+    class(block_law_t), allocatable :: law
+  end type law_slot_t
+
+contains
+
+  !> Carry out the tests of a deck; the exit code tells how it went. Nothing is written before the
+  !! deck and all laws are accepted. Each test becomes a group of `/tests` and a CSV file.
+  integer function run_material_tests(command) result(code)
+    type(command_t), intent(in) :: command
+    type(scene_t) :: scene
+    type(fault_list_t) :: faults
+    type(law_slot_t), allocatable :: slots(:)
+
+    call read_material_deck(command%deck, command%overrides, scene, faults)
+    if (n_errors(faults) == 0) call make_laws(scene, slots, faults)
+    call report_faults(faults, error_unit)
+    if (n_errors(faults) > 0) then
+      code = exit_input
+    else if (command%is_check) then
+      call print_tests(scene)
+      code = exit_done
+    else
+      code = run_accepted(command, scene, slots)
+    end if
+  end function run_material_tests
+
+  !> The law of each test, with its constants checked.
+  subroutine make_laws(scene, slots, faults)
+    type(scene_t), intent(in) :: scene
+    type(law_slot_t), allocatable, intent(out) :: slots(:)
+    type(fault_list_t), intent(inout) :: faults
+    type(error_t), allocatable :: error
+    character(:), allocatable :: fault
+    integer :: i
+
+    allocate (slots(size(scene%tests)))
+    do i = 1, size(scene%tests)
+      associate (test => scene%tests(i), material => scene%materials(scene%tests(i)%material))
+        call new_law(material%law, material%density, material%young, material%poisson, &
+                     material%constants, material%n_state, slots(i)%law, error)
+        if (allocated(error)) then
+          call add_fault(faults, material%origin, error%message, "constants that the law accepts")
+          cycle
+        end if
+        fault = test_fault(test, slots(i)%law)
+        if (fault /= "") call add_fault(faults, test%origin, fault, "a law with plasticity")
+      end associate
+    end do
+  end subroutine make_laws
+
+  !> What --check tells.
+  subroutine print_tests(scene)
+    type(scene_t), intent(in) :: scene
+    integer :: i
+
+    do i = 1, size(scene%tests)
+      associate (test => scene%tests(i))
+        print "(a)", "test "//test%name//": "//test%kind//" of "// &
+          scene%materials(test%material)%name
+      end associate
+    end do
+  end subroutine print_tests
+
+  !> All tests of an accepted deck, one after the other; one that fails does not stop the rest.
+  integer function run_accepted(command, scene, slots) result(code)
+    type(command_t), intent(in) :: command
+    type(scene_t), intent(in) :: scene
+    type(law_slot_t), intent(in) :: slots(:)
+    type(hdf5_file_t) :: file
+    type(unit_system_t) :: units
+    type(error_t), allocatable :: error
+    character(:), allocatable :: path
+    integer :: i
+
+    path = command%output
+    if (path == "") path = base_of(file_name(command%deck))//".h5"
+    units = new_unit_system(scene%units)
+    call create_file(file, path)
+    call write_text_attribute(file, "/", "generator", "igaform")
+    call write_text_attribute(file, "/", "content", "material tests")
+    call write_provenance(file, new_provenance(scene))
+    call take_error(file, error)
+    code = exit_input
+    if (.not. allocated(error)) then
+      code = exit_done
+      do i = 1, size(scene%tests)
+        call carry_out(scene, i, slots(i)%law, file, base_of(path), units, command%is_quiet, code)
+      end do
+      call write_text_attribute(file, "/provenance", "status", &
+                                trim(merge("completed", "failed   ", code == exit_done)))
+      call close_file(file)
+      call take_error(file, error)
+      if (allocated(error)) code = exit_numerics
+    end if
+    if (allocated(error)) write (error_unit, "(a)") "igaform: error: "//error%message
+  end function run_accepted
+
+  !> One test: its rows to the result file and to a CSV file of its own.
+  subroutine carry_out(scene, i, law, file, base, units, is_quiet, code)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: i
+    class(block_law_t), intent(in) :: law
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: base       !! of the names of the CSV files
+    type(unit_system_t), intent(in) :: units
+    logical, intent(in) :: is_quiet
+    integer, intent(inout) :: code         !! set where something fails
+    type(result_table_t) :: table
+    type(error_t), allocatable :: error, failure
+    character(:), allocatable :: path
+
+    associate (test => scene%tests(i))
+      call run_test(test, law, table, failure)
+      call record(scene, test, file, table, units, .not. allocated(failure))
+      path = base//"-"//underscored(test%name)//".csv"
+      call write_csv(table, path, units, error)
+      if (.not. is_quiet) then
+        print "(a)", "test "//test%name//": "//test%kind//", "//to_text(n_rows(table))// &
+          " rows in "//path
+      end if
+      if (allocated(failure)) call say(test%name, failure%message)
+      if (allocated(error)) call say(test%name, error%message)
+    end associate
+    if (allocated(failure) .or. allocated(error)) code = exit_numerics
+  end subroutine carry_out
+
+  !> Group of one test with what was tested and how.
+  subroutine record(scene, test, file, table, units, is_complete)
+    type(scene_t), intent(in) :: scene
+    type(material_test_spec_t), intent(in) :: test
+    type(hdf5_file_t), intent(inout) :: file
+    type(result_table_t), intent(in) :: table
+    type(unit_system_t), intent(in) :: units
+    logical, intent(in) :: is_complete
+    character(:), allocatable :: folder
+
+    folder = "/tests/"//test%name
+    call write_group(table, file, folder, units)
+    call write_text_attribute(file, folder, "type", test%kind)
+    call write_text_attribute(file, folder, "material", scene%materials(test%material)%name)
+    call write_text_attribute(file, folder, "law", scene%materials(test%material)%law)
+    call write_text_attribute(file, folder, "angle", &
+                              to_text(nint(1.0e6_wp*test%angle*180.0_wp/acos(-1.0_wp))/1.0e6_wp))
+    call write_text_attribute(file, folder, "status", &
+                              trim(merge("completed", "failed   ", is_complete)))
+  end subroutine record
+
+  subroutine say(name, message)
+    character(*), intent(in) :: name, message
+
+    write (error_unit, "(a)") "igaform: error: test "//name//": "//message
+  end subroutine say
+
+  !> What the result file tells of where it comes from.
+  function new_provenance(scene) result(source)
+    type(scene_t), intent(in) :: scene
+    type(provenance_t) :: source
+    character(4096) :: line
+
+    call get_command(line)
+    source%version = version
+    source%git_commit = git_commit
+    source%build_flags = build_flags
+    source%command_line = trim(line)
+    source%deck_file = scene%file
+    source%deck_text = scene%text
+    source%heading = scene%heading
+    source%units = scene%units
+  end function new_provenance
+
+  !> The name with underscores for blanks, for the name of a file.
+  pure function underscored(name) result(word)
+    character(*), intent(in) :: name
+    character(len(name)) :: word
+    integer :: i
+
+    word = name
+    do i = 1, len(name)
+      if (name(i:i) == " ") word(i:i) = "_"
+    end do
+  end function underscored
+
+end module material_run
