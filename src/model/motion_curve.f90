@@ -52,7 +52,7 @@ contains
     low = 0.0_wp
     do row = 1, size(curve%times) + 1
       high = time
-      if (row <= size(curve%times)) high = min(time, max(curve%times(row), 0.0_wp))
+      if (row <= size(curve%times)) high = min(time, curve%times(row))
       if (high > low) then
         total = total + 0.5_wp*(high - low)*(curve_value(curve, low) + curve_value(curve, high))
         low = high
