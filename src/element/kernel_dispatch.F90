@@ -73,7 +73,7 @@ contains
 #define WEIGHTS patch%rational(1, 1, 1, 1, block)
 #define COUNTS p(1), p(2), p(3), q(1), q(2), q(3)
 
-  !> Stress update and forces of block `b` of the row (e2, e3), which is number `block` of the patch.
+  !> Stress update and forces of block `b` of the row (e2, e3): number `block` of the patch.
   subroutine run_kernel(patch, law, b, e2, e3, block, dt, u, context, f, sums, ok)
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
