@@ -9,7 +9,7 @@ module material_run
   use build_info, only: version, git_commit, build_flags
   use scene, only: scene_t, material_test_spec_t
   use block_law, only: block_law_t
-  use material_table, only: new_law
+  use material_setup, only: new_material_law
   use deck_reader, only: read_material_deck
   use fault_report, only: report_faults
   use material_test, only: run_test, test_fault
@@ -64,8 +64,7 @@ contains
     allocate (slots(size(scene%tests)))
     do i = 1, size(scene%tests)
       associate (test => scene%tests(i), material => scene%materials(scene%tests(i)%material))
-        call new_law(material%law, material%density, material%young, material%poisson, &
-                     material%constants, material%n_state, slots(i)%law, error)
+        call new_material_law(material, slots(i)%law, error)
         if (allocated(error)) then
           call add_fault(faults, material%origin, error%message, "constants that the law accepts")
           cycle

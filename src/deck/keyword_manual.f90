@@ -2,7 +2,7 @@
 module keyword_manual
   use text, only: to_text, lower_case
   use keyword_spec, only: keyword_table_t, keyword_spec_t, line_spec_t, field_spec_t, kind_flag, &
-                          kind_name, kind_words, any_number
+                          kind_name, kind_words, any_number, selects_lines
   use keyword_table, only: new_keyword_table
   use field_check, only: expectation
   use line_list, only: append_text
@@ -92,7 +92,7 @@ contains
       call put_field(page, keyword%options(i), trim(keyword%options(i)%name))
     end do
     do i = 1, keyword%n_lines
-      call put_line(page, keyword%lines(i))
+      call put_line(page, keyword, keyword%lines(i))
     end do
     call put(page, "")
     call put(page, "```")
@@ -102,8 +102,9 @@ contains
     call put(page, "```")
   end subroutine put_keyword
 
-  pure subroutine put_line(page, line)
+  pure subroutine put_line(page, keyword, line)
     type(page_t), intent(inout) :: page
+    type(keyword_spec_t), intent(in) :: keyword
     type(line_spec_t), intent(in) :: line
     character(:), allocatable :: title, name
     integer :: i
@@ -115,7 +116,14 @@ contains
       title = "Data lines"
       if (line%n_min == 0) title = "Data lines, may be missing"
     end if
-    if (line%when /= "") title = title//" (TYPE="//listed(trim(line%when))//")"
+    if (line%when /= "") then
+      do i = 1, keyword%n_options
+        if (selects_lines(keyword%options(i))) then
+          title = title//" ("//trim(keyword%options(i)%name)//"="// &
+                  listed(trim(line%when))//")"
+        end if
+      end do
+    end if
     call put(page, "")
     call put(page, trim(title//". "//line%text))
     if (line%fields(1)%kind == kind_words) return

@@ -5,7 +5,7 @@ module keyword_spec
   private
 
   public :: field_spec_t, line_spec_t, keyword_spec_t, keyword_table_t
-  public :: add_keyword, add_option, add_line, add_field, add_example
+  public :: add_keyword, add_option, add_line, add_field, add_example, selects_lines
 
   integer, parameter, public :: kind_real = 1      !! a number
   integer, parameter, public :: kind_integer = 2   !! a whole number
@@ -30,7 +30,7 @@ module keyword_spec
 
   !> Data lines of one form; the lines of a keyword follow each other in the order of the table.
   type :: line_spec_t
-    character(80) :: when = ""       !! values of TYPE with these lines, by |; "": always
+    character(80) :: when = ""       !! values of TYPE or HARDENING, by |; "": always
     integer :: n_min = 1, n_max = 1  !! how many lines of this form
     logical :: is_repeated = .false. !! the last field may come any number of times
     character(300) :: text = ""      !! meaning
@@ -139,6 +139,13 @@ contains
       keyword%example = [keyword%example, added]
     end associate
   end subroutine add_example
+
+  !> Does the value of this option decide which data lines there are?
+  pure logical function selects_lines(option)
+    type(field_spec_t), intent(in) :: option
+
+    selects_lines = option%name == "TYPE" .or. option%name == "HARDENING"
+  end function selects_lines
 
   pure function new_field(name, kind, text, default, unit, range, choices, is_required) &
       result(field)

@@ -5,6 +5,7 @@ module keyword_table
   use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                           add_example, kind_real, kind_integer, kind_name, kind_choice, &
                           kind_flag, kind_words, any_number
+  use material_keywords, only: add_material_keywords
   use test_keywords, only: add_test_keyword
   implicit none
   private
@@ -83,56 +84,6 @@ contains
     call add_example(table, "end_time = 150/(2*speed)")
     call add_example(table, "rule = ""2,2,2x3""")
   end subroutine add_parameter_keyword
-
-  pure subroutine add_material_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "MATERIAL", "Begins a material; the keywords *DENSITY, *ELASTIC, "// &
-                     "*PLASTIC, *USER MATERIAL and *DEPVAR behind it describe it.")
-    call add_option(table, "NAME", kind_name, "name, for the MATERIAL option of *BLANK")
-    call add_example(table, "*MATERIAL, NAME=steel")
-
-    call add_keyword(table, "DENSITY", "Mass density.", parent="MATERIAL")
-    call add_line(table, "")
-    call add_field(table, "density", kind_real, "mass density", unit="mass/length^3", range="> 0")
-    call add_example(table, "*DENSITY")
-    call add_example(table, "7.85e-9")
-
-    call add_keyword(table, "ELASTIC", "Isotropic elastic constants.", parent="MATERIAL")
-    call add_line(table, "")
-    call add_field(table, "E", kind_real, "Young's modulus", unit="stress", range="> 0")
-    call add_field(table, "nu", kind_real, "Poisson's ratio", range="> -1 and < 0.5")
-    call add_example(table, "*ELASTIC")
-    call add_example(table, "210000, 0.3")
-
-    call add_keyword(table, "PLASTIC", "Von Mises plasticity. VOCE hardening has the flow "// &
-                     "stress sigma_0 + Q (1 - exp(-b eqps)) after the equivalent plastic "// &
-                     "strain eqps: 500 - 250 exp(-6 eqps) is 250, 250, 6.", parent="MATERIAL")
-    call add_option(table, "HARDENING", kind_choice, "hardening law", default="VOCE", &
-                    choices="VOCE")
-    call add_line(table, "")
-    call add_field(table, "sigma_0", kind_real, "initial yield stress", unit="stress", range="> 0")
-    call add_field(table, "Q", kind_real, "hardening in all", unit="stress", range=">= 0")
-    call add_field(table, "b", kind_real, "rate of saturation", range=">= 0")
-    call add_example(table, "*PLASTIC, HARDENING=VOCE")
-    call add_example(table, "250, 250, 6")
-
-    call add_keyword(table, "USER MATERIAL", "Law of a user's subroutine UMAT; *ELASTIC is "// &
-                     "still needed, for the wave speed.", parent="MATERIAL")
-    call add_option(table, "CONSTANTS", kind_integer, "number of constants, NPROPS", range=">= 0")
-    call add_line(table, "The constants PROPS, any number on a line.", n_min=0, n_max=any_number, &
-                  is_repeated=.true.)
-    call add_field(table, "constant", kind_real, "one constant", default="0")
-    call add_example(table, "*USER MATERIAL, CONSTANTS=5")
-    call add_example(table, "210000, 0.3, 250, 250, 6")
-
-    call add_keyword(table, "DEPVAR", "Number of state variables of the user material.", &
-                     parent="MATERIAL")
-    call add_line(table, "")
-    call add_field(table, "NSTATV", kind_integer, "number of state variables", range=">= 0")
-    call add_example(table, "*DEPVAR")
-    call add_example(table, "1")
-  end subroutine add_material_keywords
 
   pure subroutine add_blank_keyword(table)
     type(keyword_table_t), intent(inout) :: table

@@ -1,4 +1,4 @@
-!> *MATERIAL with *DENSITY, *ELASTIC, *PLASTIC, *USER MATERIAL and *DEPVAR.
+!> *MATERIAL with the keywords that belong to it.
 module material_reader
   use faults, only: fault_list_t, add_fault
   use text, only: to_text
@@ -10,8 +10,9 @@ module material_reader
 
   public :: read_materials
 
-  character(*), parameter :: parts(5) = [character(13) :: "DENSITY", "ELASTIC", "PLASTIC", &
-                                         "USER MATERIAL", "DEPVAR"]
+  character(*), parameter :: parts(*) = [character(18) :: "DENSITY", "ELASTIC", "PLASTIC", &
+                                         "USER MATERIAL", "DEPVAR", "RATE DEPENDENT"]
+  integer, parameter :: plastic_part = 3, first_of_plastic = 6
 
 contains
 
@@ -72,8 +73,10 @@ contains
           material%young = field_real(record, 1, 1)
           material%poisson = field_real(record, 1, 2)
         case ("PLASTIC")
-          material%law = option_text(deck, record, "HARDENING")
-          material%constants = all_numbers(record)
+          call read_plastic(deck, record, material)
+        case ("RATE DEPENDENT")
+          material%plasticity%rate = option_text(deck, record, "TYPE")
+          material%plasticity%rate_constants = all_numbers(record)
         case ("USER MATERIAL")
           material%law = "UMAT"
           call read_constants(deck, record, material, faults)
@@ -89,7 +92,25 @@ contains
       call add_fault(faults, deck%records(has(5))%origin, "no *USER MATERIAL in this material", &
                      "*DEPVAR only with *USER MATERIAL")
     end if
+    do part = first_of_plastic, size(parts)
+      if (has(part) == 0 .or. has(plastic_part) > 0) cycle
+      call add_fault(faults, deck%records(has(part))%origin, "no *PLASTIC in this material", &
+                     "*"//trim(parts(part))//" only with *PLASTIC")
+    end do
   end subroutine read_law
+
+  subroutine read_plastic(deck, record, material)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(material_spec_t), intent(inout) :: material
+
+    material%law = "PLASTIC"
+    material%constants = all_numbers(record)
+    material%plasticity%hardening = option_text(deck, record, "HARDENING")
+    if (option_text(deck, record, "RETURN") == "MULTISTAGE") then
+      material%plasticity%n_stages = option_integer(deck, record, "STAGES")
+    end if
+  end subroutine read_plastic
 
   subroutine read_constants(deck, record, material, faults)
     type(parsed_deck_t), intent(in) :: deck

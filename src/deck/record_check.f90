@@ -4,7 +4,7 @@ module record_check
   use faults, only: origin_t, new_origin, fault_list_t, add_fault
   use text, only: string_t, to_text, squeezed
   use keyword_spec, only: keyword_table_t, keyword_spec_t, line_spec_t, field_spec_t, kind_flag, &
-                          kind_words, any_number
+                          kind_words, any_number, selects_lines
   use keyword_table, only: new_keyword_table
   use lexer, only: lexed_deck_t, block_t, option_place
   use line_list, only: line_text
@@ -212,7 +212,7 @@ contains
     if (.not. has_known_type) return
     associate (spec => deck%table%items(deck%records(i)%spec), record => deck%records(i))
       do place = 1, spec%n_options
-        if (spec%options(place)%name /= "TYPE") cycle
+        if (.not. selects_lines(spec%options(place))) cycle
         has_known_type = index("|"//trim(spec%options(place)%choices)//"|", &
                                "|"//record%options(place)%value//"|") > 0
       end do
@@ -261,7 +261,7 @@ contains
     end associate
   end subroutine check_lines
 
-  !> Is this form of data lines there for the TYPE of the record?
+  !> Is this form of data lines there for the TYPE (or HARDENING) of the record?
   pure logical function is_asked_for(record, spec, line)
     type(record_t), intent(in) :: record
     type(keyword_spec_t), intent(in) :: spec
@@ -270,7 +270,7 @@ contains
 
     is_asked_for = line%when == ""
     do place = 1, spec%n_options
-      if (spec%options(place)%name /= "TYPE") cycle
+      if (.not. selects_lines(spec%options(place))) cycle
       if (record%is_given(place) .and. .not. is_asked_for) then
         is_asked_for = index("|"//trim(line%when)//"|", &
                              "|"//record%options(place)%value//"|") > 0

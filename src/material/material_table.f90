@@ -4,7 +4,9 @@ module material_table
   use errors, only: error_t, fail
   use block_law, only: block_law_t
   use elastic, only: new_elastic
-  use voce, only: new_voce
+  use law_spec, only: law_spec_t
+  use hardening, only: hardening_t, new_hardening
+  use plastic_laws, only: new_plastic
   use umat_adapter, only: new_umat_adapter
   use umat_voce, only: umat
   implicit none
@@ -14,38 +16,33 @@ module material_table
 
 contains
 
-  !> The law of this name with its constants checked.
+  !> The law that a deck asks for, with its constants checked.
   !!
   !! Refused: unknown names, constants that are not finite, too many or too few of them, density
   !! or stiffness not positive, Poisson's ratio outside (-1, 0.5), hardening constants that give
   !! a yield stress that is not positive or that falls, a UMAT without room for its state.
-  subroutine new_law(law_name, density, young, poisson, constants, n_state, law, error)
-    character(*), intent(in) :: law_name          !! ELASTIC, VOCE or UMAT
-    real(wp), intent(in) :: density               !! [mass/length^3]
-    real(wp), intent(in) :: young, poisson        !! [stress], [1]
-    real(wp), intent(in) :: constants(:)          !! VOCE: sigma_0, Q, b; UMAT: its PROPS
-    integer, intent(in) :: n_state                !! UMAT: number of STATEV; else not used
+  subroutine new_law(spec, law, error)
+    type(law_spec_t), intent(in) :: spec
     class(block_law_t), allocatable, intent(out) :: law
     type(error_t), allocatable, intent(out) :: error
 
-    call check_elastic(density, young, poisson, error)
+    call check_elastic(spec%density, spec%young, spec%poisson, error)
     if (allocated(error)) return
-    select case (law_name)
+    select case (spec%law)
     case ("ELASTIC")
-      call check_count("ELASTIC", constants, 0, "no constants of its own", error)
-      if (.not. allocated(error)) allocate (law, source=new_elastic(density, young, poisson))
-    case ("VOCE")
-      call check_voce("VOCE", constants, error)
+      call check_count("ELASTIC", spec%constants, 0, "no constants of its own", error)
       if (.not. allocated(error)) &
-        allocate (law, source=new_voce(density, young, poisson, constants(1), constants(2), &
-                                       constants(3)))
+        allocate (law, source=new_elastic(spec%density, spec%young, spec%poisson))
+    case ("PLASTIC")
+      call new_plastic(spec, law, error)
     case ("UMAT")
-      call check_umat(young, poisson, constants, n_state, error)
+      call check_umat(spec%young, spec%poisson, spec%constants, spec%n_state, error)
       if (.not. allocated(error)) &
-        allocate (law, source=new_umat_adapter(umat, "UMAT", density, young, poisson, &
-                                               constants, n_state))
+        allocate (law, source=new_umat_adapter(umat, "UMAT", spec%density, spec%young, &
+                                               spec%poisson, spec%constants, spec%n_state))
     case default
-      call fail(error, "material: unknown law "//law_name//", known are ELASTIC, VOCE and UMAT")
+      call fail(error, "material: unknown law "//trim(spec%law)// &
+                ", known are ELASTIC, PLASTIC and UMAT")
     end select
   end subroutine new_law
 
@@ -63,23 +60,6 @@ contains
     end if
   end subroutine check_elastic
 
-  !> sigma_0, Q, b of the Voce law.
-  pure subroutine check_voce(law_name, constants, error)
-    character(*), intent(in) :: law_name
-    real(wp), intent(in) :: constants(:)
-    type(error_t), allocatable, intent(out) :: error
-
-    call check_count(law_name, constants, 3, "three constants: sigma_0, Q, b", error)
-    if (allocated(error)) return
-    if (constants(1) <= 0.0_wp) then
-      call fail(error, "material: the yield stress sigma_0 must be positive")
-    else if (constants(2) < 0.0_wp) then
-      call fail(error, "material: the hardening Q must not be negative")
-    else if (constants(3) < 0.0_wp) then
-      call fail(error, "material: the saturation rate b must not be negative")
-    end if
-  end subroutine check_voce
-
   !> PROPS of the UMAT that is built in: E, nu, sigma_0, Q, b. The elastic ones must be those of
   !! the material, or its stable step would belong to another law.
   pure subroutine check_umat(young, poisson, constants, n_state, error)
@@ -87,10 +67,11 @@ contains
     integer, intent(in) :: n_state
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: tolerance = 1.0e-9_wp
+    type(hardening_t) :: curve
 
     call check_count("UMAT", constants, 5, "five constants: E, nu, sigma_0, Q, b", error)
     if (allocated(error)) return
-    call check_voce("UMAT", constants(3:), error)
+    call new_hardening("VOCE", constants(3:), curve, error)
     if (allocated(error)) return
     if (abs(constants(1) - young) > tolerance*young &
         .or. abs(constants(2) - poisson) > tolerance) then

@@ -9,7 +9,7 @@ module voce
   implicit none
   private
 
-  public :: new_voce, flow_stress
+  public :: new_voce, flow_stress, elastic_trial
 
   !> Hardening sigma_0 + Q (1 - exp(-b eqps)); the only state is the equivalent plastic strain.
   type, extends(block_law_t), public :: voce_t

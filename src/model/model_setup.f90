@@ -9,7 +9,7 @@ module model_setup
   use knot_vector, only: n_spans
   use nurbs_solid, only: evaluate_solid
   use block_law, only: block_law_t
-  use material_table, only: new_law
+  use material_setup, only: new_material_law
   use tool, only: new_tool
   use spurious_modes, only: n_spurious_modes, serving_rule
   use stable_step, only: largest_frequency, viscous_step
@@ -70,8 +70,7 @@ contains
 
     associate (spec => scene%blank, material => scene%materials(scene%blank%material))
       call check_rule(spec, faults)
-      call new_law(material%law, material%density, material%young, material%poisson, &
-                   material%constants, material%n_state, law, error)
+      call new_material_law(material, law, error)
       if (allocated(error)) then
         call add_fault(faults, material%origin, error%message, "constants that the law accepts")
         return

@@ -5,6 +5,7 @@ module scene
   use faults, only: origin_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t
+  use law_spec, only: plasticity_spec_t
   implicit none
   private
 
@@ -15,9 +16,10 @@ module scene
     real(wp) :: density = 0.0_wp            !! [mass/length^3]
     real(wp) :: young = 0.0_wp              !! Young's modulus [stress]
     real(wp) :: poisson = 0.0_wp            !! Poisson's ratio
-    character(:), allocatable :: law        !! ELASTIC, VOCE or UMAT
-    real(wp), allocatable :: constants(:)   !! VOCE: sigma_0, Q, b; UMAT: its PROPS
+    character(:), allocatable :: law        !! ELASTIC, PLASTIC or UMAT
+    real(wp), allocatable :: constants(:)   !! PLASTIC: of the hardening; UMAT: its PROPS
     integer :: n_state = 0                  !! UMAT: number of STATEV
+    type(plasticity_spec_t) :: plasticity   !! of PLASTIC
   end type material_spec_t
 
   !> The blank: one solid patch (already refined), its material and its quadrature.

@@ -97,7 +97,7 @@ contains
     end do
   end function messages
 
-  !> Another law for the blank.
+  !> Another law for the blank; a plastic one is named by its hardening.
   subroutine set_law(scene, law, poisson, constants)
     type(scene_t), intent(inout) :: scene
     character(*), intent(in) :: law
@@ -106,6 +106,10 @@ contains
     scene%materials(1)%law = law
     scene%materials(1)%poisson = poisson
     scene%materials(1)%constants = constants
+    if (law == "VOCE") then
+      scene%materials(1)%law = "PLASTIC"
+      scene%materials(1)%plasticity%hardening = law
+    end if
   end subroutine set_law
 
   !> Append a curve.

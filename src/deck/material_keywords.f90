@@ -1,0 +1,133 @@
+!> The entries of the keyword table for materials.
+module material_keywords
+  use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
+                          add_example, kind_real, kind_integer, kind_name, kind_choice, any_number
+  implicit none
+  private
+
+  public :: add_material_keywords
+
+contains
+
+  !> Add *MATERIAL and all that belongs to it.
+  pure subroutine add_material_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "MATERIAL", "Begins a material; the keywords behind it that belong "// &
+                     "to *MATERIAL describe it.")
+    call add_option(table, "NAME", kind_name, "name, for the MATERIAL option of *BLANK")
+    call add_example(table, "*MATERIAL, NAME=steel")
+
+    call add_keyword(table, "DENSITY", "Mass density.", parent="MATERIAL")
+    call add_line(table, "")
+    call add_field(table, "density", kind_real, "mass density", unit="mass/length^3", range="> 0")
+    call add_example(table, "*DENSITY")
+    call add_example(table, "7.85e-9")
+
+    call add_keyword(table, "ELASTIC", "Isotropic elastic constants.", parent="MATERIAL")
+    call add_line(table, "")
+    call add_field(table, "E", kind_real, "Young's modulus", unit="stress", range="> 0")
+    call add_field(table, "nu", kind_real, "Poisson's ratio", range="> -1 and < 0.5")
+    call add_example(table, "*ELASTIC")
+    call add_example(table, "210000, 0.3")
+
+    call add_plastic_keywords(table)
+
+    call add_keyword(table, "USER MATERIAL", "Law of a user's subroutine UMAT; *ELASTIC is "// &
+                     "still needed, for the wave speed.", parent="MATERIAL")
+    call add_option(table, "CONSTANTS", kind_integer, "number of constants, NPROPS", range=">= 0")
+    call add_line(table, "The constants PROPS, any number on a line.", n_min=0, n_max=any_number, &
+                  is_repeated=.true.)
+    call add_field(table, "constant", kind_real, "one constant", default="0")
+    call add_example(table, "*USER MATERIAL, CONSTANTS=5")
+    call add_example(table, "210000, 0.3, 250, 250, 6")
+
+    call add_keyword(table, "DEPVAR", "Number of state variables of the user material.", &
+                     parent="MATERIAL")
+    call add_line(table, "")
+    call add_field(table, "NSTATV", kind_integer, "number of state variables", range=">= 0")
+    call add_example(table, "*DEPVAR")
+    call add_example(table, "1")
+  end subroutine add_material_keywords
+
+  pure subroutine add_plastic_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "PLASTIC", "Von Mises plasticity with isotropic hardening: the "// &
+                     "flow stress after the equivalent plastic strain eqps. Curves that fall "// &
+                     "are refused.", parent="MATERIAL")
+    call add_option(table, "HARDENING", kind_choice, "hardening law", default="VOCE", &
+                    choices="VOCE|SWIFT|LINEAR|TABLE|VOCE SWIFT|PERFECT")
+    call add_option(table, "RETURN", kind_choice, "return to the yield surface: backward "// &
+                    "Euler, or the semi-implicit scheme of Cardoso and Adetoro (2017, box 1), "// &
+                    "one Newton step for each of STAGES residual levels that fall evenly to zero", &
+                    default="BACKWARD EULER", choices="BACKWARD EULER|MULTISTAGE")
+    call add_option(table, "STAGES", kind_integer, "residual levels of RETURN=MULTISTAGE", &
+                    default="10", range=">= 1")
+    call add_hardening_lines(table)
+    call add_example(table, "*PLASTIC, HARDENING=VOCE")
+    call add_example(table, "250, 250, 6")
+
+    call add_keyword(table, "RATE DEPENDENT", "Factor on the flow stress from the rate of the "// &
+                     "equivalent plastic strain. COWPER SYMONDS (1957): 1 + (rate/D)^(1/p); "// &
+                     "JOHNSON COOK (1983): 1 + C ln(rate/reference) above the reference rate, "// &
+                     "1 below it.", parent="MATERIAL")
+    call add_option(table, "TYPE", kind_choice, "formula of the factor", &
+                    choices="COWPER SYMONDS|JOHNSON COOK")
+    call add_line(table, "", when="COWPER SYMONDS")
+    call add_field(table, "D", kind_real, "rate that doubles the flow stress", unit="1/time", &
+                   range="> 0")
+    call add_field(table, "p", kind_real, "exponent", range="> 0")
+    call add_line(table, "", when="JOHNSON COOK")
+    call add_field(table, "C", kind_real, "growth of the factor with the logarithm of the rate", &
+                   range=">= 0")
+    call add_field(table, "reference", kind_real, "rate of the curve of *PLASTIC", &
+                   unit="1/time", range="> 0")
+    call add_example(table, "*RATE DEPENDENT, TYPE=COWPER SYMONDS")
+    call add_example(table, "40, 5")
+  end subroutine add_plastic_keywords
+
+  !> Constants of *PLASTIC. Signs that would let the flow stress fall are left to the law, which
+  !! says why they are refused.
+  pure subroutine add_hardening_lines(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_line(table, "sigma_0 + Q (1 - exp(-b eqps)), Voce (1948): 500 - 250 exp(-6 eqps) "// &
+                  "is 250, 250, 6.", when="VOCE")
+    call add_voce_fields(table)
+    call add_line(table, "K (eps_0 + eqps)^n, Swift (1952); eps_0 = 0 is Hollomon (1945), "// &
+                  "which yields from the start.", when="SWIFT")
+    call add_swift_fields(table)
+    call add_line(table, "sigma_0 + H eqps.", when="LINEAR")
+    call add_field(table, "sigma_0", kind_real, "initial yield stress", unit="stress", range="> 0")
+    call add_field(table, "H", kind_real, "hardening modulus, at least 0", unit="stress")
+    call add_line(table, "Points of the curve from plastic strain 0 on; linear between them, "// &
+                  "constant behind the last.", when="TABLE", n_max=any_number)
+    call add_field(table, "stress", kind_real, "flow stress", unit="stress", range="> 0")
+    call add_field(table, "plastic strain", kind_real, "equivalent plastic strain", range=">= 0")
+    call add_line(table, "alpha times Swift plus 1 - alpha times Voce, Roth and Mohr (2014).", &
+                  when="VOCE SWIFT")
+    call add_field(table, "alpha", kind_real, "share of Swift", range=">= 0 and <= 1")
+    call add_swift_fields(table)
+    call add_voce_fields(table)
+    call add_line(table, "No hardening: sigma_0 always.", when="PERFECT")
+    call add_field(table, "sigma_0", kind_real, "yield stress", unit="stress", range="> 0")
+  end subroutine add_hardening_lines
+
+  pure subroutine add_voce_fields(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_field(table, "sigma_0", kind_real, "initial yield stress", unit="stress", range="> 0")
+    call add_field(table, "Q", kind_real, "hardening in all, at least 0", unit="stress")
+    call add_field(table, "b", kind_real, "rate of saturation, at least 0")
+  end subroutine add_voce_fields
+
+  pure subroutine add_swift_fields(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_field(table, "K", kind_real, "strength", unit="stress", range="> 0")
+    call add_field(table, "eps_0", kind_real, "strain offset", range=">= 0")
+    call add_field(table, "n", kind_real, "exponent, 0 to 1")
+  end subroutine add_swift_fields
+
+end module material_keywords

@@ -1,0 +1,269 @@
+!> Isotropic hardening: flow stress and slope against the equivalent plastic strain.
+!!
+!! Sources: E. Voce, J. Inst. Metals 74 (1948); H. W. Swift, J. Mech. Phys. Solids 1 (1952);
+!! mix of both: C. C. Roth and D. Mohr, Int. J. Plasticity 56 (2014), eq. (8).
+module hardening
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  implicit none
+  private
+
+  public :: new_hardening, harden, is_steep_at_start
+
+  integer, parameter, public :: no_hardening = 0, linear_kind = 1, voce_kind = 2, swift_kind = 3
+  integer, parameter, public :: mixed_kind = 4, table_kind = 5
+
+  !> One hardening curve; which constants count depends on `kind`.
+  type, public :: hardening_t
+    integer :: kind = no_hardening
+    real(wp) :: yield = 0.0_wp        !! sigma_0 of linear and Voce [stress]
+    real(wp) :: modulus = 0.0_wp      !! slope of linear hardening [stress]
+    real(wp) :: saturation = 0.0_wp   !! Q of Voce [stress]
+    real(wp) :: rate = 0.0_wp         !! b of Voce
+    real(wp) :: strength = 0.0_wp     !! K of Swift [stress]
+    real(wp) :: offset = 0.0_wp       !! eps_0 of Swift
+    real(wp) :: exponent = 0.0_wp     !! n of Swift
+    real(wp) :: fraction = 0.0_wp     !! alpha, share of Swift in the mix
+    real(wp), allocatable :: strains(:), stresses(:)   !! points of the table
+  end type hardening_t
+
+  character(*), parameter :: softening = &
+    "the flow stress would fall: softening gathers in one element, whatever its size"
+
+contains
+
+  !> Curve of this name with its constants checked: VOCE (sigma_0, Q, b), SWIFT (K, eps_0, n),
+  !! LINEAR (sigma_0, H), PERFECT (sigma_0), VOCE SWIFT (alpha, K, eps_0, n, sigma_0, Q, b) or
+  !! TABLE (stress, plastic strain, stress, ...). Softening is refused.
+  pure subroutine new_hardening(name, constants, curve, error)
+    character(*), intent(in) :: name
+    real(wp), intent(in) :: constants(:)
+    type(hardening_t), intent(out) :: curve
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. all(abs(constants) <= huge(1.0_wp))) then
+      call fail(error, "material: the constants must be finite numbers")
+      return
+    end if
+    select case (name)
+    case ("VOCE")
+      call check_count(name, constants, 3, "three constants: sigma_0, Q, b", error)
+      if (.not. allocated(error)) call set_voce(constants, curve, error)
+      curve%kind = voce_kind
+    case ("SWIFT")
+      call check_count(name, constants, 3, "three constants: K, eps_0, n", error)
+      if (.not. allocated(error)) call set_swift(constants, curve, error)
+      curve%kind = swift_kind
+    case ("LINEAR")
+      call check_count(name, constants, 2, "two constants: sigma_0, H", error)
+      if (.not. allocated(error)) call set_linear([constants], curve, error)
+    case ("PERFECT")
+      call check_count(name, constants, 1, "one constant: sigma_0", error)
+      if (.not. allocated(error)) call set_linear([constants, 0.0_wp], curve, error)
+    case ("VOCE SWIFT")
+      call check_count(name, constants, 7, "seven constants: alpha, K, eps_0, n, sigma_0, Q, b", &
+                       error)
+      if (.not. allocated(error)) call set_mix(constants, curve, error)
+    case ("TABLE")
+      call set_table(constants, curve, error)
+    case default
+      call fail(error, "material: unknown hardening "//trim(name)//", known are VOCE, SWIFT, "// &
+                "LINEAR, PERFECT, VOCE SWIFT and TABLE")
+    end select
+  end subroutine new_hardening
+
+  pure subroutine check_count(name, constants, n, expected, error)
+    character(*), intent(in) :: name, expected
+    real(wp), intent(in) :: constants(:)
+    integer, intent(in) :: n
+    type(error_t), allocatable, intent(out) :: error
+
+    if (size(constants) /= n) then
+      call fail(error, "material: the hardening "//trim(name)//" takes "//expected)
+    end if
+  end subroutine check_count
+
+  pure subroutine set_voce(constants, curve, error)
+    real(wp), intent(in) :: constants(3)
+    type(hardening_t), intent(inout) :: curve
+    type(error_t), allocatable, intent(out) :: error
+
+    curve%yield = constants(1)
+    curve%saturation = constants(2)
+    curve%rate = constants(3)
+    if (curve%yield <= 0.0_wp) then
+      call fail(error, "material: the yield stress sigma_0 must be positive")
+    else if (curve%saturation < 0.0_wp) then
+      call fail(error, "material: the hardening Q must not be negative, "//softening)
+    else if (curve%rate < 0.0_wp) then
+      call fail(error, "material: the saturation rate b must not be negative, "//softening)
+    end if
+  end subroutine set_voce
+
+  pure subroutine set_swift(constants, curve, error)
+    real(wp), intent(in) :: constants(3)
+    type(hardening_t), intent(inout) :: curve
+    type(error_t), allocatable, intent(out) :: error
+
+    curve%strength = constants(1)
+    curve%offset = constants(2)
+    curve%exponent = constants(3)
+    if (curve%strength <= 0.0_wp) then
+      call fail(error, "material: the strength K must be positive")
+    else if (curve%offset < 0.0_wp) then
+      call fail(error, "material: the strain eps_0 must not be negative")
+    else if (curve%exponent < 0.0_wp) then
+      call fail(error, "material: the exponent n must not be negative, "//softening)
+    else if (curve%exponent > 1.0_wp) then
+      call fail(error, "material: the exponent n must not exceed 1")
+    end if
+  end subroutine set_swift
+
+  pure subroutine set_linear(constants, curve, error)
+    real(wp), intent(in) :: constants(2)
+    type(hardening_t), intent(inout) :: curve
+    type(error_t), allocatable, intent(out) :: error
+
+    curve%kind = linear_kind
+    curve%yield = constants(1)
+    curve%modulus = constants(2)
+    if (curve%yield <= 0.0_wp) then
+      call fail(error, "material: the yield stress sigma_0 must be positive")
+    else if (curve%modulus < 0.0_wp) then
+      call fail(error, "material: the modulus H must not be negative, "//softening)
+    end if
+  end subroutine set_linear
+
+  pure subroutine set_mix(constants, curve, error)
+    real(wp), intent(in) :: constants(7)
+    type(hardening_t), intent(inout) :: curve
+    type(error_t), allocatable, intent(out) :: error
+
+    curve%kind = mixed_kind
+    curve%fraction = constants(1)
+    if (curve%fraction < 0.0_wp .or. curve%fraction > 1.0_wp) then
+      call fail(error, "material: the share alpha of Swift must lie between 0 and 1")
+      return
+    end if
+    call set_swift(constants(2:4), curve, error)
+    if (.not. allocated(error)) call set_voce(constants(5:7), curve, error)
+  end subroutine set_mix
+
+  pure subroutine set_table(constants, curve, error)
+    real(wp), intent(in) :: constants(:)   !! stress and plastic strain in turn
+    type(hardening_t), intent(inout) :: curve
+    type(error_t), allocatable, intent(out) :: error
+    integer :: n
+
+    curve%kind = table_kind
+    n = size(constants)/2
+    curve%stresses = constants(1::2)
+    curve%strains = constants(2::2)
+    if (n == 0 .or. size(constants) /= 2*n) then
+      call fail(error, "material: a table of hardening takes pairs of stress and plastic strain")
+    else if (abs(curve%strains(1)) > 0.0_wp) then
+      call fail(error, "material: a table of hardening begins at plastic strain 0")
+    else if (any(curve%strains(2:) <= curve%strains(:n - 1))) then
+      call fail(error, "material: the plastic strains of a table of hardening must rise")
+    else if (curve%stresses(1) <= 0.0_wp) then
+      call fail(error, "material: the yield stress of a table of hardening must be positive")
+    else if (any(curve%stresses(2:) < curve%stresses(:n - 1))) then
+      call fail(error, "material: the stresses of a table of hardening must not fall, "//softening)
+    end if
+  end subroutine set_table
+
+  !> Is the slope infinite at zero plastic strain, as Hollomon has it?
+  elemental logical function is_steep_at_start(curve)
+    type(hardening_t), intent(in) :: curve
+
+    is_steep_at_start = (curve%kind == swift_kind .or. curve%kind == mixed_kind) &
+                        .and. curve%offset <= 0.0_wp .and. curve%exponent < 1.0_wp
+  end function is_steep_at_start
+
+  !> Flow stress and its slope at the plastic strains of a row. Where the slope is infinite
+  !! it comes back as a very large number.
+  pure subroutine harden(curve, n, eqps, flow, slope)
+    type(hardening_t), intent(in) :: curve
+    integer, intent(in) :: n
+    real(wp), intent(in) :: eqps(n)
+    real(wp), intent(out) :: flow(n), slope(n)   !! [stress]
+    real(wp) :: other(n), other_slope(n)
+
+    select case (curve%kind)
+    case (voce_kind)
+      call voce_row(curve, n, eqps, flow, slope)
+    case (swift_kind)
+      call swift_row(curve, n, eqps, flow, slope)
+    case (mixed_kind)
+      call swift_row(curve, n, eqps, flow, slope)
+      call voce_row(curve, n, eqps, other, other_slope)
+      flow = curve%fraction*flow + (1.0_wp - curve%fraction)*other
+      slope = curve%fraction*slope + (1.0_wp - curve%fraction)*other_slope
+    case (table_kind)
+      call table_row(curve, n, eqps, flow, slope)
+    case default
+      flow = curve%yield + curve%modulus*eqps
+      slope = curve%modulus
+    end select
+  end subroutine harden
+
+  pure subroutine voce_row(curve, n, eqps, flow, slope)
+    type(hardening_t), intent(in) :: curve
+    integer, intent(in) :: n
+    real(wp), intent(in) :: eqps(n)
+    real(wp), intent(out) :: flow(n), slope(n)
+    real(wp) :: left
+    integer :: l
+
+    do l = 1, n
+      left = curve%saturation*exp(-curve%rate*eqps(l))
+      flow(l) = curve%yield + curve%saturation - left
+      slope(l) = curve%rate*left
+    end do
+  end subroutine voce_row
+
+  pure subroutine swift_row(curve, n, eqps, flow, slope)
+    type(hardening_t), intent(in) :: curve
+    integer, intent(in) :: n
+    real(wp), intent(in) :: eqps(n)
+    real(wp), intent(out) :: flow(n), slope(n)
+    real(wp), parameter :: least = 1.0e-200_wp   ! its slope stays a number for all n
+    real(wp) :: strain
+    integer :: l
+
+    do l = 1, n
+      strain = max(curve%offset + eqps(l), least)
+      flow(l) = curve%strength*strain**curve%exponent
+      slope(l) = curve%exponent*flow(l)/strain
+    end do
+  end subroutine swift_row
+
+  !> Linear between the points of the table, constant behind the last.
+  pure subroutine table_row(curve, n, eqps, flow, slope)
+    type(hardening_t), intent(in) :: curve
+    integer, intent(in) :: n
+    real(wp), intent(in) :: eqps(n)
+    real(wp), intent(out) :: flow(n), slope(n)
+    integer :: l, low, high, middle
+
+    do l = 1, n
+      low = 1
+      high = size(curve%strains) + 1
+      do while (high - low > 1)
+        middle = (low + high)/2
+        if (curve%strains(middle) <= eqps(l)) then
+          low = middle
+        else
+          high = middle
+        end if
+      end do
+      slope(l) = 0.0_wp
+      if (high <= size(curve%strains)) then
+        slope(l) = (curve%stresses(high) - curve%stresses(low)) &
+                   /(curve%strains(high) - curve%strains(low))
+      end if
+      flow(l) = curve%stresses(low) + slope(l)*(eqps(l) - curve%strains(low))
+    end do
+  end subroutine table_row
+
+end module hardening

@@ -1,0 +1,26 @@
+!> What a deck says about a constitutive law, as plain data for `material_table`.
+module law_spec
+  use kinds, only: wp
+  implicit none
+  private
+
+  !> Plasticity: names as the deck writes them, "" meaning that the deck names none.
+  type, public :: plasticity_spec_t
+    character(16) :: hardening = ""            !! VOCE, SWIFT, LINEAR, TABLE, VOCE SWIFT, PERFECT
+    character(16) :: rate = ""                 !! COWPER SYMONDS or JOHNSON COOK
+    real(wp), allocatable :: rate_constants(:) !! D, p, or C, reference rate
+    integer :: n_stages = 0                    !! of the multi-stage return, 0: backward Euler
+  end type plasticity_spec_t
+
+  !> A law with its density, elastic constants and constants of its own.
+  type, public :: law_spec_t
+    character(16) :: law = "ELASTIC"           !! ELASTIC, PLASTIC or UMAT
+    real(wp) :: density = 0.0_wp               !! [mass/length^3]
+    real(wp) :: young = 0.0_wp                 !! Young's modulus [stress]
+    real(wp) :: poisson = 0.0_wp               !! Poisson's ratio
+    real(wp), allocatable :: constants(:)      !! PLASTIC: of the hardening; UMAT: its PROPS
+    integer :: n_state = 0                     !! UMAT: number of STATEV
+    type(plasticity_spec_t) :: plasticity      !! of PLASTIC
+  end type law_spec_t
+
+end module law_spec
