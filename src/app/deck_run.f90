@@ -71,7 +71,7 @@ contains
       code = exit_input
       return
     end if
-    call open_log(log, base_of(setup%path)//".log", command%is_quiet, error)
+    call open_log(log, log_path(setup%path, command%deck), command%is_quiet, error)
     if (allocated(error)) then
       write (error_unit, "(a)") "igaform: warning: "//error%message//"; the run goes on without it"
     end if
@@ -197,6 +197,15 @@ contains
       source%n_threads = omp_get_max_threads()
     end associate
   end subroutine fill_setup
+
+  !> The log stands beside the result file, and never in place of it or of the deck.
+  function log_path(result_path, deck_path) result(path)
+    character(*), intent(in) :: result_path, deck_path
+    character(:), allocatable :: path
+
+    path = base_of(result_path)//".log"
+    if (path == result_path .or. path == deck_path) path = result_path//".log"
+  end function log_path
 
   !> The path without its last ending.
   function base_of(path) result(base)
