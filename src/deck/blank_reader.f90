@@ -18,6 +18,7 @@ module blank_reader
 
   public :: box_frame_t, read_blank, read_count
 
+  real(wp), parameter :: most_elements = 1.0e7_wp   ! beyond the memory of one machine
   integer, parameter :: most_points = 10   ! Gauss points or parts in one direction of an element
 
   !> How a box blank lies in space: what turns coordinates into parametric coordinates. A blank
@@ -96,9 +97,16 @@ contains
     logical, intent(out) :: is_complete
     type(fault_list_t), intent(inout) :: faults
     type(error_t), allocatable :: error
-    real(wp) :: lower(3), upper(3)
+    real(wp) :: lower(3), upper(3), n_elements
     integer :: a, axis_of(3), far_end(3)
 
+    n_elements = product([(field_real(record, a, 5), a=1, 3)])
+    is_complete = n_elements <= most_elements
+    if (.not. is_complete) then
+      call add_fault(faults, record%origin, to_text(n_elements)//" elements", "at most "// &
+                     to_text(most_elements))
+      return
+    end if
     lower = 0.0_wp
     upper = 1.0_wp
     do a = 1, 3
