@@ -85,6 +85,21 @@ contains
                    unit="1/time", range="> 0")
     call add_example(table, "*RATE DEPENDENT, TYPE=COWPER SYMONDS")
     call add_example(table, "40, 5")
+
+    call add_keyword(table, "BACK STRESS", "Kinematic hardening for springback and cyclic "// &
+                     "loads: back stresses of Armstrong and Frederick (1966), several as "// &
+                     "Chaboche (1986). Each grows by C n deqps - gamma alpha deqps, n being "// &
+                     "the direction of the relative stress. In tension it reaches (C/gamma) "// &
+                     "(1 - exp(-gamma eqps)), on top of the curve of *PLASTIC. C and gamma are "// &
+                     "those of HARDENING=COMBINED, DATA TYPE=PARAMETERS in Abaqus, with the "// &
+                     "three numbers of its *CYCLIC HARDENING, PARAMETERS behind *PLASTIC, "// &
+                     "HARDENING=VOCE.", parent="MATERIAL")
+    call add_line(table, "One line for each back stress.", n_max=any_number)
+    call add_field(table, "C", kind_real, "slope at the start", unit="stress", range="> 0")
+    call add_field(table, "gamma", kind_real, "rate of saturation; 0: linear", range=">= 0")
+    call add_example(table, "*BACK STRESS")
+    call add_example(table, "20000, 200")
+    call add_example(table, "1500, 10")
   end subroutine add_plastic_keywords
 
   !> Constants of *PLASTIC. Signs that would let the flow stress fall are left to the law, which

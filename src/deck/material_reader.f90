@@ -11,7 +11,8 @@ module material_reader
   public :: read_materials
 
   character(*), parameter :: parts(*) = [character(18) :: "DENSITY", "ELASTIC", "PLASTIC", &
-                                         "USER MATERIAL", "DEPVAR", "RATE DEPENDENT"]
+                                         "USER MATERIAL", "DEPVAR", "RATE DEPENDENT", &
+                                         "BACK STRESS"]
   integer, parameter :: plastic_part = 3, first_of_plastic = 6
 
 contains
@@ -77,6 +78,8 @@ contains
         case ("RATE DEPENDENT")
           material%plasticity%rate = option_text(deck, record, "TYPE")
           material%plasticity%rate_constants = all_numbers(record)
+        case ("BACK STRESS")
+          material%plasticity%back_stresses = all_numbers(record)
         case ("USER MATERIAL")
           material%law = "UMAT"
           call read_constants(deck, record, material, faults)

@@ -10,6 +10,7 @@ module law_spec
     character(16) :: rate = ""                 !! COWPER SYMONDS or JOHNSON COOK
     real(wp), allocatable :: rate_constants(:) !! D, p, or C, reference rate
     integer :: n_stages = 0                    !! of the multi-stage return, 0: backward Euler
+    real(wp), allocatable :: back_stresses(:)  !! pairs C [stress], gamma
   end type plasticity_spec_t
 
   !> A law with its density, elastic constants and constants of its own.

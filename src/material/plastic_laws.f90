@@ -8,6 +8,7 @@ module plastic_laws
   use flow_curve, only: flow_curve_t, set_rate_factor, is_steep
   use voce, only: new_voce
   use mises_plastic, only: new_mises_plastic
+  use combined_hardening, only: new_combined_hardening, check_back_stresses
   implicit none
   private
 
@@ -34,7 +35,9 @@ contains
                 "take the backward Euler return")
       return
     end if
-    if (is_plain_voce(spec, curve)) then
+    if (allocated(spec%plasticity%back_stresses)) then
+      call new_combined(spec, curve, law, error)
+    else if (is_plain_voce(spec, curve)) then
       allocate (law, source=new_voce(spec%density, spec%young, spec%poisson, spec%constants(1), &
                                      spec%constants(2), spec%constants(3)))
     else
@@ -42,6 +45,24 @@ contains
                                               spec%plasticity%n_stages))
     end if
   end subroutine new_plastic
+
+  !> Von Mises with back stresses.
+  subroutine new_combined(spec, curve, law, error)
+    type(law_spec_t), intent(in) :: spec
+    type(flow_curve_t), intent(in) :: curve
+    class(block_law_t), allocatable, intent(out) :: law
+    type(error_t), allocatable, intent(out) :: error
+
+    call check_back_stresses(spec%plasticity%back_stresses, error)
+    if (allocated(error)) return
+    if (spec%plasticity%n_stages > 0) then
+      call fail(error, "material: the multi-stage return knows no back stresses; take the "// &
+                "backward Euler return")
+      return
+    end if
+    allocate (law, source=new_combined_hardening(spec%density, spec%young, spec%poisson, curve, &
+                                                 spec%plasticity%back_stresses))
+  end subroutine new_combined
 
   !> Does the tuned law for Voce hardening do?
   pure logical function is_plain_voce(spec, curve)

@@ -5,7 +5,8 @@ module law_paths
   implicit none
   private
 
-  public :: pull, step_point, mises_of, random, random_increment, rotation_of, turned, reference
+  public :: pull, step_point, mises_of, random_increment, rotation_of, turned
+  public :: objectivity_error
 
   !> State of one point.
   type, public :: point_t
@@ -154,28 +155,33 @@ contains
     new = [full(1, 1), full(2, 2), full(3, 3), full(1, 2), full(1, 3), full(2, 3)]
   end function turned
 
-  !> Root of a rising function between two bounds, by bisection to the last bit.
-  real(wp) function reference(rising, low, high) result(middle)
-    interface
-      real(wp) function rising(x)
-        import :: wp
-        real(wp), intent(in) :: x
-      end function rising
-    end interface
-    real(wp), intent(in) :: low, high
-    real(wp) :: a, b
-    integer :: i
+  !> Largest difference, over the stress, between a path in a fixed frame and the same path in a
+  !! frame that turns by a random spin in each increment.
+  real(wp) function objectivity_error(law, n_steps, scaling)
+    class(block_law_t), intent(in) :: law
+    integer, intent(in) :: n_steps
+    real(wp), intent(in) :: scaling     !! of the strain increments
+    type(point_t) :: fixed, turning
+    real(wp) :: frame(3, 3), dstrain(6), spin(6), e(6)
+    integer :: i, seed
 
-    a = low
-    b = high
-    do i = 1, 200
-      middle = 0.5_wp*(a + b)
-      if (rising(middle) > 0.0_wp) then
-        b = middle
-      else
-        a = middle
-      end if
+    seed = 5
+    frame = rotation_of([0.0_wp, 0.0_wp, 0.0_wp])
+    objectivity_error = 0.0_wp
+    do i = 1, n_steps
+      e = random_increment(seed, scaling)
+      spin = random_increment(seed, 0.3_wp)
+      call step_point(law, 1.0_wp, e, fixed)
+      frame = matmul(rotation_of(spin(:3)), frame)
+      e(4:) = 0.5_wp*e(4:)
+      dstrain = turned(frame, e)
+      dstrain(4:) = 2.0_wp*dstrain(4:)
+      call step_point(law, 1.0_wp, dstrain, turning, spin(:3))
+      objectivity_error = max(objectivity_error, &
+                              maxval(abs(turning%stress - turned(frame, fixed%stress))) &
+                              /maxval(abs(fixed%stress)))
     end do
-  end function reference
+    if (.not. (fixed%ok .and. turning%ok)) objectivity_error = huge(1.0_wp)
+  end function objectivity_error
 
 end module law_paths
