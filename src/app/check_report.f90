@@ -36,6 +36,9 @@ contains
       print "(a)", "mass             "//rounded_text(sum(blank%mass))
     end associate
     print "(a)", "tools            "//to_text(size(model%bodies%tools))
+    if (model%bodies%blank%patch%viscosity%is_active) then
+      print "(a)", "effect           bulk viscosity"
+    end if
     do i = 1, size(model%forces)
       print "(a)", "effect           "//model%forces(i)%item%name
     end do
@@ -43,7 +46,7 @@ contains
       print "(a)", "effect           "//model%supports(i)%item%name
     end do
     print "(a)", "stable step      "//rounded_text(model%stable_step)
-    print "(a)", "steps            about "//to_text(nint(n_steps))
+    print "(a)", "steps            about "//rounded_text(n_steps)
     print "(a)", "run time         about "//rounded_text(seconds)// &
       " s for the blank, up to half more for the rest"
   end subroutine print_check

@@ -14,6 +14,7 @@ module deck_run
   use deck_reader, only: read_deck
   use fault_report, only: report_faults
   use model, only: model_t
+  use contact_effect, only: contact_effect_t
   use model_setup, only: build_model
   use frames, only: results_t, results_setup_t, open_results, close_results
   use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
@@ -105,7 +106,7 @@ contains
       call say_error(log, error%message)
       code = exit_numerics
     end if
-    call log_balance(log, run)
+    call log_balance(log, model, run)
     call log_timings(log, timings)
   end subroutine finish
 
@@ -131,8 +132,9 @@ contains
   end subroutine log_model
 
   !> How well energy, mass and momentum were kept, with a warning where inertia governs.
-  subroutine log_balance(log, run)
+  subroutine log_balance(log, model, run)
     type(run_log_t), intent(inout) :: log
+    type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
     real(wp), parameter :: small = 0.1_wp
 
@@ -140,6 +142,7 @@ contains
     call log_line(log, "momentum   balance error "//rounded_text(run%balance%momentum_error)// &
                   ", relative")
     call log_line(log, "contact    deepest penetration "//rounded_text(run%largest_penetration))
+    call log_searches(log, model)
     if (run%balance%kinetic > small*run%balance%internal) then
       call log_line(log, "warning: the kinetic energy "//rounded_text(run%balance%kinetic)// &
                     " is not small beside the internal energy "// &
@@ -147,6 +150,27 @@ contains
                     "process should stay below 10 %")
     end if
   end subroutine log_balance
+
+  !> What the contact searches did, pair by pair.
+  subroutine log_searches(log, model)
+    type(run_log_t), intent(inout) :: log
+    type(model_t), intent(in) :: model
+    integer :: i
+
+    do i = 1, size(model%forces)
+      select type (item => model%forces(i)%item)
+      type is (contact_effect_t)
+        associate (s => item%pair%statistics)
+          call log_line(log, item%name//": "//rounded_text(real(s%n_tested, wp))//" of "// &
+                        rounded_text(real(s%n_points, wp))//" points tested, "// &
+                        rounded_text(real(s%n_iterations, wp)/max(1.0_wp, real(s%n_tested, wp)))// &
+                        " face evaluations a point, at most "//to_text(s%max_iterations)//", "// &
+                        rounded_text(real(s%n_fallbacks, wp))//" guarded searches, "// &
+                        rounded_text(real(s%n_failures, wp))//" failed")
+        end associate
+      end select
+    end do
+  end subroutine log_searches
 
   subroutine say_error(log, message)
     type(run_log_t), intent(inout) :: log

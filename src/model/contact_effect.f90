@@ -13,7 +13,7 @@ module contact_effect
     integer :: lower(3) = 1, upper(3) = 0  !! control points of the face
     type(contact_t) :: pair
     real(wp) :: energy = 0.0_wp            !! stored in the penalty springs
-    real(wp) :: max_penetration = 0.0_wp
+    real(wp) :: max_penetration = 0.0_wp   !! deepest since the last tally
   contains
     procedure :: apply
     procedure :: tally => tally_contact
@@ -27,15 +27,15 @@ contains
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
     real(wp), allocatable :: net_x(:, :, :, :), net_force(:, :, :, :)
-    real(wp) :: before(3), on_blank(3)
+    real(wp) :: before(3), on_blank(3), depth
 
     associate (low => self%lower, high => self%upper, motion => bodies%blank%motion)
       net_x = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
       allocate (net_force, mold=net_x)
       net_force = 0.0_wp
       before = bodies%tools(self%tool)%force
-      call apply_contact(self%pair, bodies%tools(self%tool), net_x, net_force, self%energy, &
-                         self%max_penetration)
+      call apply_contact(self%pair, bodies%tools(self%tool), net_x, net_force, self%energy, depth)
+      self%max_penetration = max(self%max_penetration, depth)
       on_blank = before - bodies%tools(self%tool)%force
       if (any(abs(on_blank) > 0.0_wp)) then
         motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
@@ -48,15 +48,16 @@ contains
     self%force = on_blank
   end subroutine apply
 
-  !> Add work, force, spring energy and penetration to the balances.
+  !> Add work, force, spring energy and penetration to the balances; a new maximum begins.
   subroutine tally_contact(self, tally)
-    class(contact_effect_t), intent(in) :: self
+    class(contact_effect_t), intent(inout) :: self
     type(tally_t), intent(inout) :: tally
 
     tally%external_work = tally%external_work + self%external_work
     tally%force = tally%force + self%force
     tally%contact_energy = tally%contact_energy + self%energy
     tally%max_penetration = max(tally%max_penetration, self%max_penetration)
+    self%max_penetration = 0.0_wp
   end subroutine tally_contact
 
 end module contact_effect

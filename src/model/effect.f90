@@ -13,12 +13,13 @@ module effect
     real(wp) :: dt_mean = 0.0_wp    !! between the last two half steps (velocities)
   end type instant_t
 
-  !> What the effects add to the balances: work since the start, the rest as it is now.
+  !> What the effects add to the balances: work since the start, the rest as it is now but for
+  !! the penetration.
   type, public :: tally_t
     real(wp) :: external_work = 0.0_wp
     real(wp) :: force(3) = 0.0_wp          !! on the blank from outside, now
     real(wp) :: contact_energy = 0.0_wp    !! stored in the penalty springs now
-    real(wp) :: max_penetration = 0.0_wp   !! now
+    real(wp) :: max_penetration = 0.0_wp   !! deepest since the last tally
   end type tally_t
 
   !> Base of all effects. `apply` is called once a step, at the stage whose list it is in.
@@ -51,7 +52,7 @@ contains
 
   !> Add what this effect holds to the balances of the run.
   subroutine tally_effect(self, tally)
-    class(effect_t), intent(in) :: self
+    class(effect_t), intent(inout) :: self
     type(tally_t), intent(inout) :: tally
 
     tally%external_work = tally%external_work + self%external_work

@@ -57,7 +57,7 @@ module scene
     integer :: face = 0                     !! 1 xi_min, 2 xi_max, ... 6 zeta_max; 0 automatic
     character(:), allocatable :: points     !! GAUSS, KNOT or GREVILLE
     integer :: n_points(2) = 0              !! Gauss points per element and direction, 0: p + 1
-    real(wp) :: penalty_scale = 0.25_wp     !! s of k = s m/dt^2
+    real(wp) :: penalty_scale = 0.3_wp      !! s of k = s m/dt^2
     real(wp) :: stiffness = 0.0_wp          !! given instead, per area [stress/length]; 0: none
     logical :: is_corner_start = .false.    !! local search from the face corner, as the seed
   end type contact_spec_t

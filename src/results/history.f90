@@ -105,7 +105,7 @@ contains
     call add(history, file, "/history/energy_error", 1, "1", "balance of all energies over the " &
              //"largest of initial energy, |external work| and kinetic + internal energy")
     call add(history, file, "/history/max_penetration", 1, unit_of(units, "length"), &
-             "largest depth of the blank in a tool at this time")
+             "largest depth of the blank in a tool since the row before")
     call add(history, file, "/history/added_mass", 1, unit_of(units, "mass"), &
              "mass added by scaling")
     call add(history, file, "/history/momentum", 3, unit_of(units, "momentum"), &

@@ -72,7 +72,7 @@ contains
     type(energy_balance_t), intent(inout) :: balance
     type(assembly_t), intent(in) :: bodies
     real(wp), intent(in) :: v_before(:, :, :, :)
-    type(effect_slot_t), intent(in) :: forces(:), supports(:)
+    type(effect_slot_t), intent(inout) :: forces(:), supports(:)   !! a new tally begins
     real(wp) :: scaling, lack, momentum_scale, lost(3)
     integer :: i, c
 
