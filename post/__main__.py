@@ -3,7 +3,7 @@ import argparse
 import os
 import sys
 
-from post import compare, history, picture, profile
+from post import compare, history, material, picture, profile
 from post.results import ResultsError
 
 
@@ -14,6 +14,7 @@ def parser():
             (picture, "picture", "the formed sheet in 3-D with the plastic strain and the tools"),
             (profile, "profile", "the sheet's mid-section and the tools at chosen times"),
             (history, "history", "energies and tool forces against time"),
+            (material, "material", "tests of a material: stress-strain, r-values, yield locus"),
             (compare, "compare", "a strip of the channel against reference data")):
         command = commands.add_parser(name, help=text, description=text.capitalize() + ".")
         command.add_argument("file", metavar="FILE", help="results file of igaform")

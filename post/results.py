@@ -11,18 +11,27 @@ class ResultsError(Exception):
     """Something the user can put right: said without a traceback."""
 
 
+def open_results(path):
+    """Any file that igaform has written, open for reading."""
+    if not os.path.isfile(path):
+        raise ResultsError(f"there is no file '{path}'")
+    try:
+        file = h5py.File(path)
+    except OSError as fault:
+        raise ResultsError(f"'{path}' cannot be opened as an HDF5 file: {fault}") from None
+    if text_of(file.attrs.get("generator", b"")) != "igaform":
+        raise ResultsError(f"'{path}' is not a results file of igaform")
+    return file
+
+
 class Results:
     """An open results file. Arrays are in C order: indices (zeta, eta, xi)."""
 
     def __init__(self, path):
-        if not os.path.isfile(path):
-            raise ResultsError(f"there is no file '{path}'")
-        try:
-            self.file = h5py.File(path)
-        except OSError as fault:
-            raise ResultsError(f"'{path}' cannot be opened as an HDF5 file: {fault}") from None
-        if text_of(self.file.attrs.get("generator", b"")) != "igaform":
-            raise ResultsError(f"'{path}' is not a results file of igaform")
+        self.file = open_results(path)
+        if "VTKHDF" not in self.file:
+            raise ResultsError(f"'{path}' holds no frames; if it holds material tests, "
+                               "`python -m post material` draws them")
         self.path = path
         n_frames = int(self.file["VTKHDF/Steps"].attrs["NSteps"])
         self.times = self.file["VTKHDF/Steps/Values"][:n_frames]

@@ -1,19 +1,19 @@
 !> The tests of one material point that a deck asks for, from reading to closing the results.
 module material_run
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use kinds, only: wp
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault, n_errors
   use text, only: to_text
   use command_line, only: command_t
   use build_info, only: version, git_commit, build_flags
-  use scene, only: scene_t, material_test_spec_t
+  use scene, only: scene_t
   use block_law, only: block_law_t
   use material_setup, only: new_material_law
   use deck_reader, only: read_material_deck
   use fault_report, only: report_faults
   use material_test, only: run_test, test_fault
-  use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_text_attribute
+  use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_text_attribute, &
+                       write_integer_attribute
   use provenance_record, only: write_provenance
   use provenance, only: provenance_t
   use unit_system, only: unit_system_t, new_unit_system
@@ -138,7 +138,7 @@ contains
 
     associate (test => scene%tests(i))
       call run_test(test, law, table, failure)
-      call record(scene, test, file, table, units, .not. allocated(failure))
+      call record(scene, i, file, table, units, .not. allocated(failure))
       path = base//"-"//underscored(test%name)//".csv"
       call write_csv(table, path, units, error)
       if (.not. is_quiet) then
@@ -152,22 +152,23 @@ contains
   end subroutine carry_out
 
   !> Group of one test with what was tested and how.
-  subroutine record(scene, test, file, table, units, is_complete)
+  subroutine record(scene, i, file, table, units, is_complete)
     type(scene_t), intent(in) :: scene
-    type(material_test_spec_t), intent(in) :: test
+    integer, intent(in) :: i
     type(hdf5_file_t), intent(inout) :: file
     type(result_table_t), intent(in) :: table
     type(unit_system_t), intent(in) :: units
     logical, intent(in) :: is_complete
     character(:), allocatable :: folder
 
-    folder = "/tests/"//test%name
-    call write_group(table, file, folder, units)
-    call write_text_attribute(file, folder, "type", test%kind)
-    call write_text_attribute(file, folder, "material", scene%materials(test%material)%name)
-    call write_text_attribute(file, folder, "law", scene%materials(test%material)%law)
-    call write_text_attribute(file, folder, "angle", &
-                              to_text(nint(1.0e6_wp*test%angle*180.0_wp/acos(-1.0_wp))/1.0e6_wp))
+    associate (test => scene%tests(i))
+      folder = "/tests/"//test%name
+      call write_group(table, file, folder, units)
+      call write_integer_attribute(file, folder, "number", [i])
+      call write_text_attribute(file, folder, "type", test%kind)
+      call write_text_attribute(file, folder, "material", scene%materials(test%material)%name)
+      call write_text_attribute(file, folder, "angle", to_text(test%angle))
+    end associate
     call write_text_attribute(file, folder, "status", &
                               trim(merge("completed", "failed   ", is_complete)))
   end subroutine record

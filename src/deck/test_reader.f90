@@ -59,9 +59,8 @@ contains
     type(record_t), intent(in) :: record
     type(material_test_spec_t), intent(inout) :: test
     type(fault_list_t), intent(inout) :: faults
-    real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
 
-    test%angle = degree*option_real(deck, record, "ANGLE")
+    test%angle = option_real(deck, record, "ANGLE")
     test%n_increments = option_integer(deck, record, "INCREMENTS")
     test%rate = option_real(deck, record, "RATE")
     if (is_option_given(deck, record, "STRESS") .and. test%kind /= "PATH") then

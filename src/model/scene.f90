@@ -124,7 +124,7 @@ module scene
     character(:), allocatable :: name
     character(:), allocatable :: kind       !! UNIAXIAL, COMPRESSION, ... as *MATERIAL TEST has it
     integer :: material = 0                 !! index into `materials`
-    real(wp) :: angle = 0.0_wp              !! of the test's axis 1 from that of the material [rad]
+    real(wp) :: angle = 0.0_wp              !! axis 1 of the material to that of the test [degrees]
     integer :: n_increments = 100           !! of each leg
     real(wp) :: rate = 1.0_wp               !! of the leading strain [1/time]
     real(wp) :: strain = 0.0_wp             !! logarithmic; simple shear: gamma

@@ -14,6 +14,8 @@ module material_test
 
   public :: run_test, test_fault
 
+  real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
+
   !> What leads the point: conditions, and their values at the corners of the path.
   type :: program_t
     type(control_t) :: control
@@ -59,7 +61,7 @@ contains
       call find_yield_locus(spec, law, table, error)
     case default
       call follow(new_program(spec), law, spec%n_increments, point, history, error)
-      call fill_table(history, law, spec%angle, table)
+      call fill_table(history, law, degree*spec%angle, table)
     end select
   end subroutine run_test
 
@@ -95,10 +97,10 @@ contains
       program%corners = spec%path(2:, :)
       program%times = spec%path(1, :)
     end select
-    program%control = new_control(program%is_stress, spec%angle)
+    program%control = new_control(program%is_stress, degree*spec%angle)
     if (spec%kind == "EQUIBIAXIAL") then
-      strains = strain_to_frame(spec%angle)
-      stresses = stress_to_frame(spec%angle)
+      strains = strain_to_frame(degree*spec%angle)
+      stresses = stress_to_frame(degree*spec%angle)
       program%control%on_strain(1, :) = 0.5_wp*(strains(1, :) + strains(2, :))
       program%control%on_stress(2, :) = stresses(1, :) - stresses(2, :)
     end if
@@ -187,7 +189,6 @@ contains
     class(block_law_t), intent(in) :: law
     type(result_table_t), intent(out) :: table
     type(error_t), allocatable, intent(out) :: error
-    real(wp), parameter :: right_angle = acos(0.0_wp)
     real(wp), dimension(1, spec%n_repeats) :: degrees, r, stress
     real(wp) :: plastic(6), rotated(6)
     type(material_test_spec_t) :: tension
@@ -199,12 +200,12 @@ contains
     tension%kind = "UNIAXIAL"
     n = spec%n_repeats
     do i = 1, n
-      tension%angle = right_angle*(i - 1)/(n - 1)
+      tension%angle = 90.0_wp*(i - 1)/(n - 1)
       call follow(new_program(tension), law, spec%n_increments, point, history, error)
       if (allocated(error)) exit
-      plastic = matmul(strain_to_frame(tension%angle), plastic_strain(law, point))
-      rotated = matmul(stress_to_frame(tension%angle), point%stress)
-      degrees(1, i) = 90.0_wp*(i - 1)/(n - 1)
+      plastic = matmul(strain_to_frame(degree*tension%angle), plastic_strain(law, point))
+      rotated = matmul(stress_to_frame(degree*tension%angle), point%stress)
+      degrees(1, i) = tension%angle
       r(1, i) = plastic(2)/plastic(3)
       stress(1, i) = rotated(1)
     end do
@@ -224,17 +225,17 @@ contains
     class(block_law_t), intent(in) :: law
     type(result_table_t), intent(out) :: table
     type(error_t), allocatable, intent(out) :: error
-    real(wp), parameter :: full_turn = 4.0_wp*acos(0.0_wp)
     real(wp) :: degrees(1, spec%n_repeats), stress(2, spec%n_repeats), eqps(1, spec%n_repeats)
     type(material_point_t) :: point
     integer :: i, n
 
     n = spec%n_repeats
     do i = 1, n
-      call probe(law, full_turn*(i - 1)/n, spec%angle, spec%threshold, spec%rate, point, error)
+      call probe(law, degree*360.0_wp*(i - 1)/n, degree*spec%angle, spec%threshold, spec%rate, &
+                 point, error)
       if (allocated(error)) exit
       degrees(1, i) = 360.0_wp*(i - 1)/n
-      associate (rotated => matmul(stress_to_frame(spec%angle), point%stress))
+      associate (rotated => matmul(stress_to_frame(degree*spec%angle), point%stress))
         stress(:, i) = rotated(:2)
       end associate
       eqps(1, i) = point%state(law%eqps_state)
@@ -286,7 +287,7 @@ contains
         step = 2.0_wp*step
         if (way > far) then
           call fail(error, "no plastic strain along "// &
-                    to_text(nint(direction*180.0_wp/acos(-1.0_wp)))//" degrees")
+                    to_text(nint(direction/degree))//" degrees")
           return
         end if
       end if

@@ -1,0 +1,201 @@
+"""`igaform material` as a user meets it: results, files, exit codes, pictures.
+
+Usage: test_material.py PROGRAM PROJECT_FOLDER. The stresses are those of an independent solution
+of the rate equations (relative tolerance 1e-10) for the flow stress 500 - 250 exp(-6 eqps).
+"""
+import csv
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import h5py
+import numpy as np
+
+PROGRAM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
+EXAMPLE = os.path.join(PROJECT, "input", "material_tests.key")
+sys.path.insert(0, PROJECT)
+
+from post import material  # noqa: E402
+
+STEEL = """*MATERIAL, NAME=steel
+*DENSITY
+7.85e-9
+*ELASTIC
+210000, 0.3
+*PLASTIC, HARDENING=VOCE
+250, {hardening}, 6
+"""
+TENSION = "*MATERIAL TEST, NAME={name}, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=20\n{strain}\n"
+
+
+def columns(path):
+    """A CSV file as arrays by the names in its first line."""
+    with open(path, encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))
+    return dict(zip(rows[0], np.array(rows[1:], dtype=float).T))
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, name):
+        return os.path.join(self.folder.name, name)
+
+    def run_program(self, *arguments, code=0):
+        done = subprocess.run([PROGRAM, *arguments], cwd=self.folder.name, capture_output=True,
+                              text=True, timeout=300, check=False)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done
+
+    def write(self, text, name="deck.key"):
+        with open(self.path(name), "w", encoding="utf-8") as file:
+            file.write(text)
+        return self.path(name)
+
+
+class TestExample(Folder):
+    def setUp(self):
+        super().setUp()
+        self.run_program("material", EXAMPLE, "--quiet")
+        self.file = h5py.File(self.path("material_tests.h5"))
+        self.addCleanup(self.file.close)
+
+    def test_curves_match_the_reference(self):
+        tension = self.file["tests/tension"]
+        for strain, stress in ((0.02, 276.5112140079883), (0.1, 361.37313977264375),
+                               (0.3, 458.13080434077483)):
+            row = int(np.argmin(abs(tension["strain"][:, 0] - strain)))
+            np.testing.assert_allclose(tension["stress"][row, 0], stress, atol=1e-7)
+            np.testing.assert_allclose(tension["stress"][row, 1:], 0, atol=2.5e-8)
+        compression = self.file["tests/compression/stress"][-1]
+        np.testing.assert_allclose(compression[2], -458.13080434077483, atol=1e-7)
+        shear = self.file["tests/shear"]
+        np.testing.assert_allclose(shear["stress"][-1, [0, 3]], [0.99912, 284.101], atol=1.1e-3)
+        np.testing.assert_allclose(shear["eqps"][-1], 0.575317, atol=2e-6)
+
+    def test_bulge_lies_on_compression(self):
+        strain, stress = material.stress_strain(self.file["tests/bulge"])
+        other, pressed = material.stress_strain(self.file["tests/compression"])
+        elastic = stress * 2 * (1 - 2 * 0.3) / 2.1e5 / 2   # of the pressure between the two
+        np.testing.assert_allclose(np.interp(strain[20:90] + elastic[20:90], other, pressed),
+                                   stress[20:90], rtol=2e-4)
+
+    def test_csv_holds_the_same_rows(self):
+        for name, test in self.file["tests"].items():
+            table = columns(self.path(f"material_tests-{name.replace(' ', '_')}.csv"))
+            for dataset in test.values():
+                values = np.atleast_2d(dataset[:].T)
+                found = [column for title, column in table.items()
+                         if title.rsplit(" [", 1)[0].startswith(dataset.name.split("/")[-1])]
+                np.testing.assert_allclose(found, values, rtol=1e-14, atol=0)
+        self.assertIn("stress_11 [MPa]", table)
+
+    def test_datasets_are_described(self):
+        tension = self.file["tests/tension"]
+        self.assertEqual(tension["stress"].attrs["unit"], b"MPa")
+        self.assertEqual(tension["time"].attrs["unit"], b"s")
+        self.assertEqual(tension.attrs["type"], b"UNIAXIAL")
+        self.assertEqual(tension.attrs["material"], b"steel")
+        for dataset in tension.values():
+            self.assertTrue(dataset.attrs["description"])
+        self.assertEqual(self.file["provenance"].attrs["status"], b"completed")
+        self.assertIn(b"*MATERIAL TEST", self.file["provenance/deck_text"][()])
+
+    def test_isotropy_shows(self):
+        np.testing.assert_allclose(self.file["tests/r-values/r_value"], 1, atol=1e-9)
+        s11, s22 = self.file["tests/yield locus/stress"][:].T
+        np.testing.assert_allclose(np.sqrt(s11**2 - s11 * s22 + s22**2), 250.0015, atol=1e-4)
+
+
+class TestRuns(Folder):
+    def test_faults_leave_nothing_behind(self):
+        for deck, words in ((STEEL.format(hardening=250), "no *MATERIAL TEST in the deck"),
+                            (TENSION.format(name="a", strain=0.1), "unknown name steel"),
+                            (STEEL.format(hardening=-1) + TENSION.format(name="a", strain=0.1),
+                             "must not be negative")):
+            path = self.write(deck)
+            done = self.run_program("material", path, code=1)
+            self.assertIn(words, done.stderr)
+            self.assertEqual(os.listdir(self.folder.name), ["deck.key"])
+
+    def test_laws_without_plastic_strain_have_no_locus(self):
+        elastic = STEEL.split("*PLASTIC", maxsplit=1)[0]
+        path = self.write(elastic + "*MATERIAL TEST, NAME=a, MATERIAL=steel, TYPE=YIELD LOCUS\n"
+                          "36\n")
+        done = self.run_program("material", path, code=1)
+        self.assertIn("reports no plastic strain", done.stderr)
+        self.assertEqual(os.listdir(self.folder.name), ["deck.key"])
+
+    def test_a_test_that_fails_is_told_and_kept(self):
+        path = self.write(STEEL.format(hardening=0) + "*MATERIAL TEST, NAME=high, MATERIAL=steel, "
+                          'TYPE=PATH, INCREMENTS=10, STRESS="11, 22, 33, 12, 13, 23"\n1, 500\n'
+                          + TENSION.format(name="low", strain=0.1))
+        done = self.run_program("material", path, code=2)
+        self.assertIn("error: test high: ", done.stderr)
+        self.assertIn("of 10", done.stderr)
+        with h5py.File(self.path("deck.h5")) as file:
+            self.assertEqual(file["provenance"].attrs["status"], b"failed")
+            self.assertEqual(file["tests/high"].attrs["status"], b"failed")
+            self.assertLess(file["tests/high/stress"][-1, 0], 251)
+            self.assertEqual(file["tests/low"].attrs["status"], b"completed")
+            np.testing.assert_allclose(file["tests/low/stress"][-1, 0], 250, atol=1e-7)
+
+    def test_results_may_go_elsewhere(self):
+        path = self.write(STEEL.format(hardening=250) + TENSION.format(name="a b", strain=0.1))
+        done = self.run_program("material", path, "--out", "other.h5")
+        self.assertIn("test a b: UNIAXIAL, 21 rows in other-a_b.csv", done.stdout)
+        self.assertEqual(sorted(os.listdir(self.folder.name)),
+                         ["deck.key", "other-a_b.csv", "other.h5"])
+        self.run_program("material", path, "--out", "nowhere/other.h5", code=1)
+
+    def test_check_writes_nothing(self):
+        path = self.write(STEEL.format(hardening=250) + TENSION.format(name="a", strain=0.1))
+        done = self.run_program("material", path, "--check")
+        self.assertIn("test a: UNIAXIAL of steel", done.stdout)
+        self.assertEqual(os.listdir(self.folder.name), ["deck.key"])
+
+    def test_a_path_comes_from_a_file(self):
+        self.write("time,11\n1,0.02\n2,0.1\n", "path.csv")
+        path = self.write(STEEL.format(hardening=250) + "*MATERIAL TEST, NAME=a, MATERIAL=steel, "
+                          'TYPE=PATH, INPUT=path.csv, STRESS="22, 33, 12, 13, 23"\n')
+        self.run_program("material", path)
+        table = columns(self.path("deck-a.csv"))
+        stress = table["stress_11 [mass*length/time^2/length^2]"]
+        np.testing.assert_allclose(stress[[100, 200]], [276.5112140079883, 361.37313977264375],
+                                   atol=1e-7)
+
+
+class TestPicture(Folder):
+    def run_post(self, *arguments):
+        return subprocess.run([sys.executable, "-m", "post", *arguments], cwd=PROJECT,
+                              capture_output=True, text=True, check=False)
+
+    def test_pictures_are_drawn(self):
+        self.run_program("material", EXAMPLE, "--quiet")
+        results = self.path("material_tests.h5")
+        for chosen in ([], ["--tests", "tension"], ["--tests", "yield locus", "r-values"]):
+            out = self.path("picture.png")
+            done = self.run_post("material", results, "-o", out, *chosen)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertGreater(os.path.getsize(out), 10000)
+            os.remove(out)
+        done = self.run_post("material", results, "--tests", "tensoin")
+        self.assertIn("there is no test 'tensoin'; the tests are", done.stderr)
+        self.assertEqual(done.returncode, 1)
+        done = self.run_post("history", results)
+        self.assertIn("holds no frames", done.stderr)
+        self.assertEqual(done.returncode, 1)
+
+    def test_measures_are_those_of_von_mises(self):
+        stress = np.array([[100.0, 0, 0, 0, 0, 0], [0, 0, 0, 100, 0, 0], [50, 50, 50, 0, 0, 0]])
+        np.testing.assert_allclose(material.mises(stress), [100, 173.20508, 0], atol=1e-5)
+        strain = np.array([[0.0] * 6, [0.2, -0.1, -0.1, 0, 0, 0], [0.2, -0.1, -0.1, 0.3, 0, 0]])
+        np.testing.assert_allclose(material.path_length(strain), [0, 0.2, 0.2 + 0.3 / 3**0.5])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
