@@ -32,6 +32,7 @@ contains
     call add_example(table, "210000, 0.3")
 
     call add_plastic_keywords(table)
+    call add_yield_keywords(table)
 
     call add_keyword(table, "USER MATERIAL", "Law of a user's subroutine UMAT; *ELASTIC is "// &
                      "still needed, for the wave speed.", parent="MATERIAL")
@@ -101,6 +102,60 @@ contains
     call add_example(table, "20000, 200")
     call add_example(table, "1500, 10")
   end subroutine add_plastic_keywords
+
+  pure subroutine add_yield_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+    integer :: i
+
+    call add_keyword(table, "POTENTIAL", "Anisotropic yield function, with associated flow, in "// &
+                     "place of von Mises; its axes are those of *ORIENTATION. The curve of "// &
+                     "*PLASTIC is that of the equivalent stress. YLD91 (Barlat, Lege and Brem "// &
+                     "1991): |S1-S2|^m + |S2-S3|^m + |S3-S1|^m = 2 sigma^m with the principal "// &
+                     "values of a transform of the stress, YLD2004 (Yld2004-18p, Barlat et al. "// &
+                     "2005): the sum of |S'i-S''j|^m = 4 sigma^m with two of them.", &
+                     parent="MATERIAL")
+    call add_option(table, "TYPE", kind_choice, "yield function", choices="HILL48|YLD91|YLD2004")
+    call add_line(table, "r-values of Hill's function of 1948, scaled to tension along the "// &
+                  "rolling direction; L = M = 3/2 for shear through the thickness.", when="HILL48")
+    call add_field(table, "r_0", kind_real, "r-value along the rolling direction", range="> 0")
+    call add_field(table, "r_45", kind_real, "r-value at 45 degrees from it", range="> 0")
+    call add_field(table, "r_90", kind_real, "r-value across it", range="> 0")
+    call add_line(table, "Coefficients, all 1 for an isotropic sheet.", when="YLD91")
+    do i = 1, 6
+      call add_field(table, "c"//achar(iachar("0") + i), kind_real, weights(i))
+    end do
+    call add_field(table, "m", kind_real, "exponent, about 6 for bcc, 8 for fcc metals", &
+                   range=">= 2 and <= 100")
+    call add_line(table, "c'12, c'13, c'21, c'23, c'31, c'32, c'44, c'55, c'66, the same nine "// &
+                  "of c'', and the exponent m; any number on a line. 44, 55, 66 weigh the "// &
+                  "shears 23, 13, 12. All coefficients are 1 for an isotropic sheet.", &
+                  when="YLD2004", n_max=any_number, is_repeated=.true.)
+    call add_field(table, "coefficient", kind_real, "one of the 19 numbers")
+    call add_example(table, "*POTENTIAL, TYPE=HILL48")
+    call add_example(table, "1.8, 1.5, 2.2")
+
+    call add_keyword(table, "ORIENTATION", "Axes of the material at the start: 1, the rolling "// &
+                     "direction, along a; 3, the normal of the sheet, along a x b. They turn "// &
+                     "with the material.", parent="MATERIAL")
+    call add_line(table, "")
+    do i = 1, 6
+      call add_field(table, merge("a", "b", i <= 3)//achar(iachar("x") + mod(i - 1, 3)), &
+                     kind_real, merge("rolling direction         ", &
+                                      "a vector across, in plane ", i <= 3))
+    end do
+    call add_example(table, "*ORIENTATION")
+    call add_example(table, "1, 0, 0, 0, 1, 0")
+  end subroutine add_yield_keywords
+
+  !> What the coefficient c_i of Yld91 weighs.
+  pure function weights(i) result(text)
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+    character(*), parameter :: parts(6) = [character(22) :: "difference 22 - 33", &
+      "difference 33 - 11", "difference 11 - 22", "shear 23", "shear 13", "shear 12"]
+
+    text = "weight of the "//trim(parts(i))
+  end function weights
 
   !> Constants of *PLASTIC. Signs that would let the flow stress fall are left to the law, which
   !! says why they are refused.

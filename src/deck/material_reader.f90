@@ -12,7 +12,7 @@ module material_reader
 
   character(*), parameter :: parts(*) = [character(18) :: "DENSITY", "ELASTIC", "PLASTIC", &
                                          "USER MATERIAL", "DEPVAR", "RATE DEPENDENT", &
-                                         "BACK STRESS"]
+                                         "BACK STRESS", "POTENTIAL", "ORIENTATION"]
   integer, parameter :: plastic_part = 3, first_of_plastic = 6
 
 contains
@@ -80,6 +80,11 @@ contains
           material%plasticity%rate_constants = all_numbers(record)
         case ("BACK STRESS")
           material%plasticity%back_stresses = all_numbers(record)
+        case ("POTENTIAL")
+          material%plasticity%potential = option_text(deck, record, "TYPE")
+          material%plasticity%coefficients = all_numbers(record)
+        case ("ORIENTATION")
+          material%plasticity%orientation = all_numbers(record)
         case ("USER MATERIAL")
           material%law = "UMAT"
           call read_constants(deck, record, material, faults)

@@ -9,6 +9,9 @@ module plastic_laws
   use voce, only: new_voce
   use mises_plastic, only: new_mises_plastic
   use combined_hardening, only: new_combined_hardening, check_back_stresses
+  use yield_function, only: yield_function_t, new_yield_function
+  use material_axes, only: axes_from_points
+  use anisotropic_plastic, only: new_anisotropic_plastic
   implicit none
   private
 
@@ -35,7 +38,9 @@ contains
                 "take the backward Euler return")
       return
     end if
-    if (allocated(spec%plasticity%back_stresses)) then
+    if (spec%plasticity%potential /= "") then
+      call new_anisotropic(spec, curve, law, error)
+    else if (allocated(spec%plasticity%back_stresses)) then
       call new_combined(spec, curve, law, error)
     else if (is_plain_voce(spec, curve)) then
       allocate (law, source=new_voce(spec%density, spec%young, spec%poisson, spec%constants(1), &
@@ -63,6 +68,32 @@ contains
     allocate (law, source=new_combined_hardening(spec%density, spec%young, spec%poisson, curve, &
                                                  spec%plasticity%back_stresses))
   end subroutine new_combined
+
+  !> An anisotropic yield function; its axes must be given.
+  subroutine new_anisotropic(spec, curve, law, error)
+    type(law_spec_t), intent(in) :: spec
+    type(flow_curve_t), intent(in) :: curve
+    class(block_law_t), allocatable, intent(out) :: law
+    type(error_t), allocatable, intent(out) :: error
+    type(yield_function_t) :: yield
+    real(wp) :: axes(3, 3)
+
+    call new_yield_function(spec%plasticity%potential, spec%plasticity%coefficients, yield, error)
+    if (allocated(error)) return
+    if (allocated(spec%plasticity%back_stresses)) then
+      call fail(error, "material: back stresses go with von Mises only, not with "// &
+                trim(spec%plasticity%potential))
+      return
+    else if (.not. allocated(spec%plasticity%orientation)) then
+      call fail(error, "material: the yield function "//trim(spec%plasticity%potential)// &
+                " needs an *ORIENTATION that gives the rolling direction")
+      return
+    end if
+    call axes_from_points(spec%plasticity%orientation, axes, error)
+    if (allocated(error)) return
+    allocate (law, source=new_anisotropic_plastic(spec%density, spec%young, spec%poisson, curve, &
+                                                  yield, axes, spec%plasticity%n_stages))
+  end subroutine new_anisotropic
 
   !> Does the tuned law for Voce hardening do?
   pure logical function is_plain_voce(spec, curve)

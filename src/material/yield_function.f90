@@ -1,0 +1,322 @@
+!> Anisotropic yield functions in the axes of the material: equivalent stress and derivatives.
+!!
+!! Hill48: R. Hill, Proc. R. Soc. A 193 (1948).  Yld91: F. Barlat, D. J. Lege and J. C. Brem, Int.
+!! J. Plasticity 7 (1991).  Yld2004-18p: F. Barlat et al., Int. J. Plasticity 21 (2005), eq. (27).
+!! The last two share one form: the sum over i, j of |S'_i - S''_j|^m is 4 times the equivalent
+!! stress to the power m, with the principal values of two linear transforms of the stress, which
+!! are the same one for Yld91. Axis 1 is the rolling direction, axis 3 the normal of the sheet.
+module yield_function
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use symmetric_eigen, only: principal_values
+  implicit none
+  private
+
+  public :: new_yield_function, evaluate_yield, mises_bound
+
+  integer, parameter :: quadratic = 1, principal = 2
+
+  !> A yield function; its equivalent stress grows in proportion to the stress.
+  type, public :: yield_function_t
+    integer :: kind = 0
+    integer :: n_transforms = 0              !! of the principal kind, 1 or 2
+    real(wp) :: transforms(6, 6, 2) = 0.0_wp !! quadratic: the matrix P of s.P.s in place 1
+    real(wp) :: exponent = 2.0_wp            !! m
+    integer :: whole_exponent = 0            !! m as integer, 0 if it is none
+  end type yield_function_t
+
+  !> Principal values of one transform and the matrix that takes a stress increment to its
+  !! components 11, 22, 33, 12, 13, 23 in their axes.
+  type :: frame_t
+    real(wp) :: values(3), matrix(6, 6)
+  end type frame_t
+
+contains
+
+  !> Yield function of this name: HILL48 (r_0, r_45, r_90), YLD91 (c_1 to c_6, m) or YLD2004
+  !! (c'12 c'13 c'21 c'23 c'31 c'32 c'44 c'55 c'66, the same of c'', m).
+  pure subroutine new_yield_function(name, constants, yield, error)
+    character(*), intent(in) :: name
+    real(wp), intent(in) :: constants(:)
+    type(yield_function_t), intent(out) :: yield
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. all(abs(constants) <= huge(1.0_wp))) then
+      call fail(error, "material: the constants of the yield function must be finite numbers")
+      return
+    end if
+    select case (name)
+    case ("HILL48")
+      call check_count(name, constants, 3, "three r-values", error)
+      if (.not. allocated(error)) call set_hill48(constants, yield, error)
+    case ("YLD91")
+      call check_count(name, constants, 7, "c1 to c6 and the exponent", error)
+      if (allocated(error)) return
+      yield%n_transforms = 1
+      yield%transforms(:, :, 1) = yld91_transform(constants(:6))
+      call set_exponent(constants(7), yield, error)
+    case ("YLD2004")
+      call check_count(name, constants, 19, "18 coefficients and the exponent", error)
+      if (allocated(error)) return
+      yield%n_transforms = 2
+      yield%transforms(:, :, 1) = yld2004_transform(constants(:9))
+      yield%transforms(:, :, 2) = yld2004_transform(constants(10:18))
+      call set_exponent(constants(19), yield, error)
+    case default
+      call fail(error, "material: unknown yield function "//trim(name)// &
+                ", known are HILL48, YLD91 and YLD2004")
+    end select
+  end subroutine new_yield_function
+
+  pure subroutine check_count(name, constants, n, expected, error)
+    character(*), intent(in) :: name, expected
+    real(wp), intent(in) :: constants(:)
+    integer, intent(in) :: n
+    type(error_t), allocatable, intent(out) :: error
+
+    if (size(constants) /= n) then
+      call fail(error, "material: the yield function "//trim(name)//" takes "//expected)
+    end if
+  end subroutine check_count
+
+  !> G + H = 1: the flow stress is that of tension along the rolling direction. Shear through the
+  !! thickness as in an isotropic sheet, L = M = 3/2.
+  pure subroutine set_hill48(r, yield, error)
+    real(wp), intent(in) :: r(3)   !! along 0, 45 and 90 degrees from rolling
+    type(yield_function_t), intent(inout) :: yield
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: f, g, h
+
+    if (any(r <= 0.0_wp)) then
+      call fail(error, "material: the r-values must be positive")
+      return
+    end if
+    yield%kind = quadratic
+    g = 1.0_wp/(1.0_wp + r(1))
+    h = r(1)*g
+    f = h/r(3)
+    yield%transforms(:3, :3, 1) = reshape([g + h, -h, -g, -h, f + h, -f, -g, -f, f + g], [3, 3])
+    yield%transforms(4, 4, 1) = (1.0_wp + 2.0_wp*r(2))*(f + g)
+    yield%transforms(5, 5, 1) = 3.0_wp
+    yield%transforms(6, 6, 1) = 3.0_wp
+  end subroutine set_hill48
+
+  pure subroutine set_exponent(exponent, yield, error)
+    real(wp), intent(in) :: exponent
+    type(yield_function_t), intent(inout) :: yield
+    type(error_t), allocatable, intent(out) :: error
+    integer, parameter :: largest = 100
+
+    yield%kind = principal
+    yield%exponent = exponent
+    if (exponent < 2.0_wp .or. exponent > largest) then
+      call fail(error, "material: the exponent of the yield function must lie between 2 and 100")
+    else if (all(abs(yield%transforms) <= 0.0_wp)) then
+      call fail(error, "material: the coefficients of the yield function are all zero")
+    else if (abs(exponent - nint(exponent)) <= 0.0_wp) then
+      yield%whole_exponent = nint(exponent)
+    end if
+  end subroutine set_exponent
+
+  !> c1, c2, c3 weigh the differences 22-33, 33-11, 11-22; c4, c5, c6 the shears 23, 13, 12.
+  pure function yld91_transform(c) result(transform)
+    real(wp), intent(in) :: c(6)
+    real(wp) :: transform(6, 6)
+
+    transform = 0.0_wp
+    transform(:3, :3) = reshape([c(2) + c(3), -c(3), -c(2), -c(3), c(3) + c(1), -c(1), &
+                                 -c(2), -c(1), c(1) + c(2)], [3, 3])/3.0_wp
+    transform(4, 4) = c(6)
+    transform(5, 5) = c(5)
+    transform(6, 6) = c(4)
+  end function yld91_transform
+
+  !> c12, c13, c21, c23, c31, c32 and, for the shears 23, 13, 12, c44, c55, c66, behind the
+  !! deviator.
+  pure function yld2004_transform(c) result(transform)
+    real(wp), intent(in) :: c(9)
+    real(wp) :: transform(6, 6)
+    real(wp) :: deviator(3, 3)
+    integer :: i
+
+    deviator = -1.0_wp/3.0_wp
+    do i = 1, 3
+      deviator(i, i) = 2.0_wp/3.0_wp
+    end do
+    transform = 0.0_wp
+    transform(:3, :3) = -matmul(reshape([0.0_wp, c(3), c(5), c(1), 0.0_wp, c(6), c(2), c(4), &
+                                         0.0_wp], [3, 3]), deviator)
+    transform(4, 4) = c(9)
+    transform(5, 5) = c(8)
+    transform(6, 6) = c(7)
+  end function yld2004_transform
+
+  !> A number that no equivalent stress over von Mises stress exceeds.
+  pure real(wp) function mises_bound(yield)
+    type(yield_function_t), intent(in) :: yield
+    real(wp) :: size_of(2)
+    integer :: k
+
+    size_of = 0.0_wp
+    do k = 1, 2
+      associate (a => yield%transforms(:, :, k))
+        size_of(k) = max(sqrt(sum(a(:3, :3)**2)), abs(a(4, 4)), abs(a(5, 5)), abs(a(6, 6)))
+      end associate
+    end do
+    if (yield%n_transforms == 1) size_of(2) = size_of(1)
+    if (yield%kind == quadratic) then
+      mises_bound = sqrt(2.0_wp/3.0_wp*size_of(1))
+    else
+      mises_bound = 2.25_wp**(1.0_wp/yield%exponent)*sqrt(2.0_wp/3.0_wp)*sum(size_of)
+    end if
+  end function mises_bound
+
+  !> Equivalent stress, its gradient (with respect to a shear stress that stands for both of its
+  !! entries, so that the flow is engineering strain) and its second derivatives.
+  pure subroutine evaluate_yield(yield, stress, q, gradient, hessian)
+    type(yield_function_t), intent(in) :: yield
+    real(wp), intent(in) :: stress(6)              !! in the axes of the material
+    real(wp), intent(out) :: q                     !! [stress]
+    real(wp), intent(out), optional :: gradient(6)
+    real(wp), intent(out), optional :: hessian(6, 6)   !! only with the gradient [1/stress]
+    real(wp) :: flow(6)
+    integer :: i
+
+    if (yield%kind == principal) then
+      call evaluate_principal(yield, stress, q, gradient, hessian)
+      return
+    end if
+    associate (p => yield%transforms(:, :, 1))
+      flow = matmul(p, stress)
+      q = sqrt(max(dot_product(stress, flow), 0.0_wp))
+      flow = flow/max(q, tiny(q))
+      if (present(gradient)) gradient = flow
+      if (present(hessian)) then
+        do i = 1, 6
+          hessian(:, i) = (p(:, i) - flow*flow(i))/max(q, tiny(q))
+        end do
+      end if
+    end associate
+  end subroutine evaluate_yield
+
+  !> The functions of principal values.
+  pure subroutine evaluate_principal(yield, stress, q, gradient, hessian)
+    type(yield_function_t), intent(in) :: yield
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(out) :: q
+    real(wp), intent(out), optional :: gradient(6), hessian(6, 6)
+    type(frame_t) :: frames(2)
+    real(wp) :: slopes(3, 2), difference(3, 3), largest
+    integer :: i, j, k
+
+    do k = 1, yield%n_transforms
+      call new_frame(yield%transforms(:, :, k), stress, present(gradient), frames(k))
+    end do
+    if (yield%n_transforms == 1) frames(2) = frames(1)
+    do j = 1, 3
+      difference(:, j) = frames(1)%values - frames(2)%values(j)
+    end do
+    largest = max(maxval(abs(difference)), tiny(largest))
+    q = largest*(0.25_wp*sum(power(yield, 0, abs(difference)/largest))) &
+        **(1.0_wp/yield%exponent)
+    if (.not. present(gradient)) return
+    difference = difference/q
+    slopes(:, 1) = 0.25_wp*sum(power(yield, 2, abs(difference))*difference, 2)
+    slopes(:, 2) = -0.25_wp*sum(power(yield, 2, abs(difference))*difference, 1)
+    gradient = 0.0_wp
+    do k = 1, 2
+      do i = 1, 3
+        gradient = gradient + slopes(i, k)*frames(k)%matrix(i, :)
+      end do
+    end do
+    if (present(hessian)) call second_derivatives(yield, q, frames, slopes, &
+                                                  power(yield, 2, abs(difference)), hessian)
+  end subroutine evaluate_principal
+
+  !> Principal values of a transform of the stress, and its matrix if it is asked for.
+  pure subroutine new_frame(transform, stress, with_matrix, frame)
+    real(wp), intent(in) :: transform(6, 6), stress(6)
+    logical, intent(in) :: with_matrix
+    type(frame_t), intent(out) :: frame
+    integer, parameter :: one(6) = [1, 2, 3, 1, 1, 2], two(6) = [1, 2, 3, 2, 3, 3]
+    real(wp) :: axes(3, 3), row(6)
+    integer :: i
+
+    call principal_values([matmul(transform(:3, :3), stress(:3)), transform(4, 4)*stress(4), &
+                           transform(5, 5)*stress(5), transform(6, 6)*stress(6)], &
+                          frame%values, axes)
+    if (.not. with_matrix) return
+    do i = 1, 6
+      associate (a => axes(:, one(i)), b => axes(:, two(i)))
+        row(:3) = a*b
+        row(4:) = [a(1)*b(2) + a(2)*b(1), a(1)*b(3) + a(3)*b(1), a(2)*b(3) + a(3)*b(2)]
+        frame%matrix(i, :3) = matmul(row(:3), transform(:3, :3))
+        frame%matrix(i, 4:) = row(4:)*[transform(4, 4), transform(5, 5), transform(6, 6)]
+      end associate
+    end do
+  end subroutine new_frame
+
+  !> x to the power m - `less`.
+  elemental real(wp) function power(yield, less, x)
+    type(yield_function_t), intent(in) :: yield
+    integer, intent(in) :: less
+    real(wp), intent(in) :: x   !! >= 0
+
+    if (yield%whole_exponent > 0) then
+      power = x**(yield%whole_exponent - less)
+    else
+      power = x**(yield%exponent - less)
+    end if
+  end function power
+
+  !> From the derivatives by principal values to those by stress: the values themselves, and
+  !! the turn of their axes with (slope_a - slope_b)/(value_a - value_b), which for equal
+  !! values has a limit.
+  pure subroutine second_derivatives(yield, q, frames, slopes, powers, hessian)
+    type(yield_function_t), intent(in) :: yield
+    real(wp), intent(in) :: q, slopes(3, 2), powers(3, 3)   !! powers: to m - 2, of differences/q
+    type(frame_t), intent(in) :: frames(2)
+    real(wp), intent(out) :: hessian(6, 6)
+    real(wp), parameter :: near = 1.0e-7_wp
+    real(wp) :: by_values(6, 6), slope(6), stacked(6, 6), turn, scaling
+    integer :: i, j, k, place
+
+    scaling = (yield%exponent - 1.0_wp)/q
+    slope = [slopes(:, 1), slopes(:, 2)]
+    by_values = 0.0_wp
+    by_values(:3, 4:) = -0.25_wp*scaling*powers
+    by_values(4:, :3) = transpose(by_values(:3, 4:))
+    do i = 1, 3
+      by_values(i, i) = 0.25_wp*scaling*sum(powers(i, :))
+      by_values(i + 3, i + 3) = 0.25_wp*scaling*sum(powers(:, i))
+    end do
+    do j = 1, 6
+      by_values(:, j) = by_values(:, j) - scaling*slope*slope(j)
+    end do
+    stacked(:3, :) = frames(1)%matrix(:3, :)
+    stacked(4:, :) = frames(2)%matrix(:3, :)
+    hessian = matmul(transpose(stacked), matmul(by_values, stacked))
+    if (yield%n_transforms == 1) then
+      by_values(:3, :3) = by_values(:3, :3) + by_values(:3, 4:) + by_values(4:, :3) &
+                          + by_values(4:, 4:)
+      slope(:3) = slope(:3) + slope(4:)
+    end if
+    do k = 1, yield%n_transforms
+      do place = 4, 6
+        i = merge(1, 2, place < 6)
+        j = merge(2, 3, place == 4)
+        associate (values => frames(k)%values, at => 3*(k - 1))
+          if (abs(values(i) - values(j)) > near*q) then
+            turn = (slope(at + i) - slope(at + j))/(values(i) - values(j))
+          else
+            turn = 0.5_wp*(by_values(at + i, at + i) + by_values(at + j, at + j)) &
+                   - by_values(at + i, at + j)
+          end if
+        end associate
+        hessian = hessian + 2.0_wp*turn*spread(frames(k)%matrix(place, :), 1, 6) &
+                  *spread(frames(k)%matrix(place, :), 2, 6)
+      end do
+    end do
+  end subroutine second_derivatives
+
+end module yield_function

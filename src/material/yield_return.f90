@@ -1,0 +1,231 @@
+!> Return of one point to an anisotropic yield surface, in the axes of the material.
+!!
+!! Backward Euler by Newton's method for stress and plastic strain together with a line search
+!! (W. M. Scherzinger, CMAME 317 (2017)); where that does not converge in one go, by residual
+!! levels that fall to zero (J. W. Yoon, D. Y. Yang and K. Chung, CMAME 174 (1999)), each the start
+!! of the next. The semi-implicit multi-stage scheme takes the levels without iteration.
+module yield_return
+  use kinds, only: wp
+  use flow_curve, only: flow_curve_t, flow_after, is_steep
+  use consistency, only: solve_consistency
+  use yield_function, only: yield_function_t, evaluate_yield
+  implicit none
+  private
+
+  public :: return_to_yield, return_in_stages
+
+  !> What stays the same during the return of one point.
+  type, public :: return_problem_t
+    real(wp) :: bulk = 0.0_wp, shear = 0.0_wp   !! [stress]
+    real(wp) :: dt = 0.0_wp                     !! [time]
+    real(wp) :: eqps = 0.0_wp                   !! before the increment
+    real(wp) :: factor = 1.0_wp                 !! on the flow stress
+    real(wp) :: trial(6) = 0.0_wp               !! stress
+  end type return_problem_t
+
+  !> Where the iteration stands: residuals 2G (strain), shape (6), and yield [stress].
+  type :: iterate_t
+    real(wp) :: stress(6), dgamma
+    real(wp) :: strain_residual(6), yield_residual, slope, gradient(6), hessian(6, 6), flow
+  end type iterate_t
+
+contains
+
+  !> Backward Euler. `stress` comes as the trial stress, which lies outside the yield surface.
+  pure subroutine return_to_yield(curve, yield, problem, stress, dgamma, ok)
+    type(flow_curve_t), intent(in) :: curve
+    type(yield_function_t), intent(in) :: yield
+    type(return_problem_t), intent(in) :: problem
+    real(wp), intent(out) :: stress(6), dgamma
+    logical, intent(out) :: ok
+    integer, parameter :: counts(4) = [1, 5, 25, 125]
+    type(iterate_t) :: now
+    real(wp) :: first
+    integer :: attempt, level
+
+    do attempt = 1, size(counts)
+      call start(curve, yield, problem, counts(attempt), now, first)
+      do level = 1, counts(attempt)
+        call iterate(curve, yield, problem, &
+                     first*real(counts(attempt) - level, wp)/counts(attempt), now, ok)
+        if (.not. ok) exit
+      end do
+      if (ok) exit
+    end do
+    stress = now%stress
+    dgamma = now%dgamma
+  end subroutine return_to_yield
+
+  !> Trial stress and, where the flow stress rises too steeply for a first Newton step, the plastic
+  !! strain of a return along the trial normal to the first of the levels.
+  pure subroutine start(curve, yield, problem, n_levels, now, first)
+    type(flow_curve_t), intent(in) :: curve
+    type(yield_function_t), intent(in) :: yield
+    type(return_problem_t), intent(in) :: problem
+    integer, intent(in) :: n_levels
+    type(iterate_t), intent(out) :: now
+    real(wp), intent(out) :: first   !! residual of the trial stress [stress]
+    real(wp) :: q, normal(6), dgamma(1), flow(1), level
+    logical :: ok
+
+    now%stress = problem%trial
+    now%dgamma = 0.0_wp
+    call evaluate(curve, yield, problem, 0.0_wp, now)
+    first = now%yield_residual
+    if (.not. is_steep(curve)) return
+    normal = now%gradient*problem%shear
+    normal(:3) = 2.0_wp*normal(:3)
+    level = first*real(n_levels - 1, wp)/n_levels
+    q = first + now%flow - level
+    call solve_consistency(curve, 1, problem%dt, [q], [dot_product(normal, now%gradient)], &
+                           [problem%eqps], [problem%factor], dgamma, flow, ok)
+    now%dgamma = dgamma(1)
+    now%stress = problem%trial - now%dgamma*normal
+  end subroutine start
+
+  !> Residuals and derivatives at the stress and plastic strain of `now`.
+  pure subroutine evaluate(curve, yield, problem, level, now)
+    type(flow_curve_t), intent(in) :: curve
+    type(yield_function_t), intent(in) :: yield
+    type(return_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: level
+    type(iterate_t), intent(inout) :: now
+    real(wp) :: q, flow(1), slope(1), mean
+
+    call evaluate_yield(yield, now%stress, q, now%gradient, now%hessian)
+    call flow_after(curve, 1, problem%dt, [problem%eqps], [problem%factor], [now%dgamma], flow, &
+                    slope)
+    now%flow = flow(1)
+    now%slope = slope(1)
+    now%yield_residual = q - flow(1) - level
+    associate (r => now%strain_residual)
+      r = now%stress - problem%trial
+      mean = sum(r(:3))/3.0_wp
+      r(:3) = r(:3) - mean + 2.0_wp*problem%shear/(3.0_wp*problem%bulk)*mean
+      r(4:) = 2.0_wp*r(4:)
+      r = r + 2.0_wp*problem%shear*now%dgamma*now%gradient
+    end associate
+  end subroutine evaluate
+
+  !> Newton's method with a line search on the sum of the squared residuals.
+  pure subroutine iterate(curve, yield, problem, level, now, ok)
+    type(flow_curve_t), intent(in) :: curve
+    type(yield_function_t), intent(in) :: yield
+    type(return_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: level
+    type(iterate_t), intent(inout) :: now
+    logical, intent(out) :: ok
+    integer, parameter :: max_iterations = 40
+    real(wp), parameter :: surface = 1.0e-12_wp, strain = 1.0e-12_wp
+    real(wp) :: dstress(6), ddgamma, before, after, length, scale_of
+    type(iterate_t) :: old
+    integer :: iteration, shortening
+
+    scale_of = maxval(abs(problem%trial))
+    call evaluate(curve, yield, problem, level, now)
+    do iteration = 1, max_iterations
+      ok = abs(now%yield_residual) <= surface*now%flow &
+           .and. maxval(abs(now%strain_residual)) <= strain*scale_of
+      if (ok) return
+      call newton_step(problem, now, dstress, ddgamma, ok)
+      if (.not. ok) return
+      before = sum(now%strain_residual**2) + now%yield_residual**2
+      length = 1.0_wp
+      if (now%dgamma + ddgamma < 0.0_wp) length = -0.9_wp*now%dgamma/ddgamma
+      old = now
+      do shortening = 1, 8
+        now%stress = old%stress + length*dstress
+        now%dgamma = old%dgamma + length*ddgamma
+        call evaluate(curve, yield, problem, level, now)
+        after = sum(now%strain_residual**2) + now%yield_residual**2
+        if (after <= (1.0_wp - 2.0e-4_wp*length)*before) exit
+        length = max(0.1_wp*length, min(0.5_wp*length, &
+                     before*length**2/max(after - before + 2.0_wp*length*before, tiny(after))))
+      end do
+    end do
+    ok = .false.
+  end subroutine iterate
+
+  !> One step: the matrix of the stress is elastic flexibility plus the curvature of the yield
+  !! surface, positive definite, and the plastic strain is eliminated.
+  pure subroutine newton_step(problem, now, dstress, ddgamma, ok)
+    type(return_problem_t), intent(in) :: problem
+    type(iterate_t), intent(in) :: now
+    real(wp), intent(out) :: dstress(6), ddgamma
+    logical, intent(out) :: ok
+    real(wp) :: matrix(6, 6), columns(6, 2)
+    integer :: i
+
+    matrix = 2.0_wp*problem%shear*now%dgamma*now%hessian
+    matrix(:3, :3) = matrix(:3, :3) - 1.0_wp/3.0_wp &
+                     + 2.0_wp*problem%shear/(9.0_wp*problem%bulk)
+    do i = 1, 3
+      matrix(i, i) = matrix(i, i) + 1.0_wp
+      matrix(i + 3, i + 3) = matrix(i + 3, i + 3) + 2.0_wp
+    end do
+    columns(:, 1) = now%strain_residual
+    columns(:, 2) = 2.0_wp*problem%shear*now%gradient
+    call solve_definite(matrix, columns, ok)
+    ddgamma = (now%yield_residual - dot_product(now%gradient, columns(:, 1))) &
+              /(dot_product(now%gradient, columns(:, 2)) + now%slope)
+    dstress = -columns(:, 1) - ddgamma*columns(:, 2)
+  end subroutine newton_step
+
+  !> Solve with a symmetric positive definite matrix by Cholesky's method; not ok where it is not.
+  pure subroutine solve_definite(matrix, columns, ok)
+    real(wp), intent(inout) :: matrix(6, 6)    !! its lower part; overwritten
+    real(wp), intent(inout) :: columns(6, 2)   !! right sides in, solutions out
+    logical, intent(out) :: ok
+    integer :: i, j
+
+    do j = 1, 6
+      do i = 1, j - 1
+        matrix(j:, j) = matrix(j:, j) - matrix(j, i)*matrix(j:, i)
+      end do
+      ok = matrix(j, j) > 0.0_wp
+      if (.not. ok) return
+      matrix(j:, j) = matrix(j:, j)/sqrt(matrix(j, j))
+    end do
+    do i = 1, 6
+      columns(i, :) = columns(i, :)/matrix(i, i)
+      do j = i + 1, 6
+        columns(j, :) = columns(j, :) - matrix(j, i)*columns(i, :)
+      end do
+    end do
+    do i = 6, 1, -1
+      columns(i, :) = columns(i, :)/matrix(i, i)
+      do j = 1, i - 1
+        columns(j, :) = columns(j, :) - matrix(i, j)*columns(i, :)
+      end do
+    end do
+  end subroutine solve_definite
+
+  !> The semi-implicit multi-stage scheme: one step along the normal of the last stage for each of
+  !! the residual levels that fall evenly to zero (R. P. R. Cardoso and O. B. Adetoro, box 1
+  !! with (39) for the residual, (44) and (45)).
+  pure subroutine return_in_stages(curve, yield, problem, n_stages, stress, dgamma)
+    type(flow_curve_t), intent(in) :: curve
+    type(yield_function_t), intent(in) :: yield
+    type(return_problem_t), intent(in) :: problem
+    integer, intent(in) :: n_stages
+    real(wp), intent(out) :: stress(6), dgamma
+    real(wp) :: q, gradient(6), normal(6), flow(1), slope(1), first, step
+    integer :: stage
+
+    stress = problem%trial
+    dgamma = 0.0_wp
+    first = 0.0_wp
+    do stage = 1, n_stages
+      call evaluate_yield(yield, stress, q, gradient)
+      call flow_after(curve, 1, problem%dt, [problem%eqps], [problem%factor], [dgamma], flow, slope)
+      if (stage == 1) first = q - flow(1)
+      normal = problem%shear*gradient
+      normal(:3) = 2.0_wp*normal(:3)
+      step = (q - flow(1) - first*real(n_stages - stage, wp)/n_stages) &
+             /(dot_product(gradient, normal) + slope(1))
+      dgamma = dgamma + step
+      stress = stress - step*normal
+    end do
+  end subroutine return_in_stages
+
+end module yield_return
