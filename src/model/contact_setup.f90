@@ -57,6 +57,11 @@ contains
       pair%tool = spec%tool
       pair%lower = bounds(:, 1)
       pair%upper = bounds(:, 2)
+      if (is_known(model, pair)) then
+        call add_fault(faults, spec%origin, "tool '"//tool%name//"' against "// &
+                       trim(face_names(face))//" a second time", "one pair for a tool and a face")
+        return
+      end if
       options%scale = spec%penalty_scale
       options%stiffness = spec%stiffness
       options%is_corner_start = spec%is_corner_start
@@ -72,6 +77,22 @@ contains
     allocate (slot%item, source=pair)
     model%forces = [model%forces, slot]
   end subroutine add_contact
+
+  !> Does the model have a pair of this tool and this face? Their penalties would add up.
+  logical function is_known(model, pair)
+    type(model_t), intent(in) :: model
+    type(contact_effect_t), intent(in) :: pair
+    integer :: i
+
+    is_known = .false.
+    do i = 1, size(model%forces)
+      select type (other => model%forces(i)%item)
+      type is (contact_effect_t)
+        is_known = is_known .or. (other%tool == pair%tool .and. all(other%lower == pair%lower) &
+                                  .and. all(other%upper == pair%upper))
+      end select
+    end do
+  end function is_known
 
   pure integer function point_kind(name)
     character(*), intent(in) :: name
