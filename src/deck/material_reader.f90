@@ -12,7 +12,8 @@ module material_reader
 
   character(*), parameter :: parts(*) = [character(18) :: "DENSITY", "ELASTIC", "PLASTIC", &
                                          "USER MATERIAL", "DEPVAR", "RATE DEPENDENT", &
-                                         "BACK STRESS", "POTENTIAL", "ORIENTATION"]
+                                         "BACK STRESS", "POTENTIAL", "ORIENTATION", &
+                                         "ADIABATIC HEATING"]
   integer, parameter :: plastic_part = 3, first_of_plastic = 6
 
 contains
@@ -85,6 +86,8 @@ contains
           material%plasticity%coefficients = all_numbers(record)
         case ("ORIENTATION")
           material%plasticity%orientation = all_numbers(record)
+        case ("ADIABATIC HEATING")
+          material%plasticity%heating = all_numbers(record)
         case ("USER MATERIAL")
           material%law = "UMAT"
           call read_constants(deck, record, material, faults)

@@ -3,6 +3,7 @@ module anisotropic_plastic
   use kinds, only: wp
   use block_law, only: block_law_t
   use flow_curve, only: flow_curve_t, flow_after
+  use heating, only: thermal_factor, heat_up
   use yield_function, only: yield_function_t, evaluate_yield, mises_bound
   use yield_return, only: return_problem_t, return_to_yield, return_in_stages
   use material_axes, only: turn_axes, axes_rotation
@@ -15,7 +16,8 @@ module anisotropic_plastic
 
   !> The state is the equivalent plastic strain and the rotation of the axes since the start,
   !! four numbers (see `material_axes`). The equivalent plastic strain is that of plastic work:
-  !! stress times plastic strain over the flow stress.
+  !! stress times plastic strain over the flow stress. With heating, the temperature rise comes
+  !! last.
   type, extends(block_law_t), public :: anisotropic_plastic_t
     type(flow_curve_t) :: curve
     type(yield_function_t) :: yield
@@ -39,6 +41,7 @@ contains
     type(anisotropic_plastic_t) :: law
 
     law%n_state = 5
+    if (curve%heating%is_active) law%n_state = 6
     law%eqps_state = 1
     law%density = density
     law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
@@ -58,25 +61,27 @@ contains
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
     real(wp), intent(in), optional :: spin(n, 3)
-    real(wp) :: mises(n), flow(n), slope(n), worst
+    real(wp) :: mises(n), flow(n), slope(n), factor(n), worst
     integer, allocatable :: places(:)
     integer :: l
 
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
     if (.not. ok) return
-    if (present(spin)) call turn_axes(n, spin, state(:, 2:))
-    call flow_after(self%curve, n, dt, state(:, 1), spread(1.0_wp, 1, n), spread(0.0_wp, 1, n), &
-                    flow, slope)
+    if (present(spin)) call turn_axes(n, spin, state(:, 2:5))
+    factor = thermal_factor(self%curve%heating, n, self%n_state, state)
+    call flow_after(self%curve, n, dt, state(:, 1), factor, spread(0.0_wp, 1, n), flow, slope)
     places = pack([(l, l=1, n)], self%bound*mises > flow)
-    if (size(places) > 0) call return_points(self, n, dt, places, flow, stress, state, ok)
+    if (size(places) > 0) then
+      call return_points(self, n, dt, places, flow, factor, stress, state, ok)
+    end if
   end subroutine update
 
   !> Return of the points of a row at `places`.
-  subroutine return_points(self, n, dt, places, flow, stress, state, ok)
+  subroutine return_points(self, n, dt, places, flow, factor, stress, state, ok)
     class(anisotropic_plastic_t), intent(in) :: self
     integer, intent(in) :: n, places(:)
-    real(wp), intent(in) :: dt, flow(n)                 !! flow stress before the increment
+    real(wp), intent(in) :: dt, flow(n), factor(n)      !! flow stress before the increment
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
     real(wp) :: local(size(places), 6), rotation(size(places), 9), mean(size(places))
@@ -89,7 +94,7 @@ contains
     mean = sum(stress(places, :3), 2)/3.0_wp
     local = stress(places, :)
     local(:, :3) = local(:, :3) - spread(mean, 2, 3)
-    call axes_rotation(size(places), self%axes, state(places, 2:), rotation)
+    call axes_rotation(size(places), self%axes, state(places, 2:5), rotation)
     call rotate_tensors(size(places), rotation, local)
     problem = return_problem_t(self%bulk, self%shear, dt)
     ok = .true.
@@ -99,6 +104,7 @@ contains
       if (.not. has_moved(l)) cycle
       problem%eqps = state(places(l), 1)
       problem%trial = local(l, :)
+      problem%factor = factor(places(l))
       if (self%n_stages > 0) then
         call return_in_stages(self%curve, self%yield, problem, self%n_stages, new, dgamma)
       else
@@ -107,6 +113,10 @@ contains
       end if
       local(l, :) = new
       state(places(l), 1) = problem%eqps + dgamma
+      if (self%curve%heating%is_active) then
+        call evaluate_yield(self%yield, new, q)
+        call heat_up(self%curve%heating, q*dgamma, state(places(l), self%n_state))
+      end if
     end do
     call rotate_tensors(size(places), transposed(size(places), rotation), local)
     do l = 1, size(places)

@@ -10,6 +10,7 @@ module combined_hardening
   use errors, only: error_t, fail
   use block_law, only: block_law_t
   use flow_curve, only: flow_curve_t, flow_after
+  use heating, only: thermal_factor, heat_up
   use tensor_rotation, only: spin_rotation, rotate_tensors
   use voce, only: elastic_trial
   implicit none
@@ -18,7 +19,7 @@ module combined_hardening
   public :: new_combined_hardening, check_back_stresses
 
   !> The state is the equivalent plastic strain and then the six components of each back stress,
-  !! deviators with their shear as it is.
+  !! deviators with their shear as it is; with heating, the temperature rise comes last.
   type, extends(block_law_t), public :: combined_hardening_t
     type(flow_curve_t) :: curve
     integer :: n_back = 0
@@ -31,7 +32,7 @@ module combined_hardening
   !> The points of a row that yield, one behind the other.
   type :: yielding_t
     integer :: n = 0
-    real(wp), allocatable :: deviator(:, :), back(:, :, :), eqps(:), dgamma(:)
+    real(wp), allocatable :: deviator(:, :), back(:, :, :), eqps(:), factor(:), dgamma(:)
     real(wp), allocatable :: direction(:, :)   !! n of the flow, of unit von Mises norm
   end type yielding_t
 
@@ -45,6 +46,7 @@ contains
 
     law%n_back = size(pairs)/2
     law%n_state = 1 + 6*law%n_back
+    if (curve%heating%is_active) law%n_state = law%n_state + 1
     law%eqps_state = 1
     law%density = density
     law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
@@ -80,23 +82,25 @@ contains
     real(wp), intent(in), optional :: spin(n, 3)
     type(yielding_t) :: points
     integer, allocatable :: places(:)
-    real(wp) :: norm(n), flow(n), slope(n), relative(n, 6), worst
+    real(wp) :: norm(n), flow(n), slope(n), relative(n, 6), factor(n), worst
     integer :: l, k
 
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, norm, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
     if (.not. ok) return
-    if (present(spin)) call turn_back_stresses(n, self%n_back, spin, state(:, 2:))
+    if (present(spin)) then
+      call turn_back_stresses(n, self%n_back, spin, state(:, 2:6*self%n_back + 1))
+    end if
     relative = stress
     do k = 1, self%n_back
       relative = relative - state(:, 6*k - 4:6*k + 1)
     end do
     norm = mises_norm(n, relative)
-    call flow_after(self%curve, n, dt, state(:, 1), spread(1.0_wp, 1, n), spread(0.0_wp, 1, n), &
-                    flow, slope)
+    factor = thermal_factor(self%curve%heating, n, self%n_state, state)
+    call flow_after(self%curve, n, dt, state(:, 1), factor, spread(0.0_wp, 1, n), flow, slope)
     places = pack([(l, l=1, n)], norm > flow)
     if (size(places) == 0) return
-    call gather(self%n_back, stress(places, :), state(places, :), points)
+    call gather(self%n_back, stress(places, :), state(places, :), factor(places), points)
     call return_points(self, dt, points, ok)
     stress(places, :) = stress(places, :) - 3.0_wp*self%shear*spread(points%dgamma, 2, 6) &
                         *points%direction
@@ -104,7 +108,26 @@ contains
     do k = 1, self%n_back
       state(places, 6*k - 4:6*k + 1) = points%back(:, :, k)
     end do
+    if (self%curve%heating%is_active) call heat_points(self, n, places, points, stress, state)
   end subroutine update
+
+  !> Heat by the work of the stress on the plastic strain 3/2 n dgamma.
+  pure subroutine heat_points(self, n, places, points, stress, state)
+    class(combined_hardening_t), intent(in) :: self
+    integer, intent(in) :: n, places(:)
+    type(yielding_t), intent(in) :: points
+    real(wp), intent(in) :: stress(n, 6)
+    real(wp), intent(inout) :: state(n, self%n_state)
+    real(wp) :: work
+    integer :: l
+
+    do l = 1, size(places)
+      associate (s => stress(places(l), :), unit => points%direction(l, :))
+        work = 1.5_wp*points%dgamma(l)*(sum(s(:3)*unit(:3)) + 2.0_wp*sum(s(4:)*unit(4:)))
+      end associate
+      call heat_up(self%curve%heating, work, state(places(l), self%n_state))
+    end do
+  end subroutine heat_points
 
   !> Rotate all back stresses as the stress was.
   pure subroutine turn_back_stresses(n, n_back, spin, back)
@@ -121,14 +144,15 @@ contains
   end subroutine turn_back_stresses
 
   !> Collect what the return of some points needs.
-  pure subroutine gather(n_back, stress, state, points)
+  pure subroutine gather(n_back, stress, state, factor, points)
     integer, intent(in) :: n_back
-    real(wp), intent(in) :: stress(:, :), state(:, :)
+    real(wp), intent(in) :: stress(:, :), state(:, :), factor(:)
     type(yielding_t), intent(out) :: points
     integer :: k
 
     points%n = size(stress, 1)
     points%eqps = state(:, 1)
+    points%factor = factor
     points%deviator = stress
     points%deviator(:, :3) = stress(:, :3) - spread(sum(stress(:, :3), 2)/3.0_wp, 2, 3)
     allocate (points%back(points%n, 6, n_back))
@@ -162,8 +186,8 @@ contains
     ok = .false.
     do iteration = 1, max_iterations
       call relative_stress(self, points, norm, fall)
-      call flow_after(self%curve, points%n, dt, points%eqps, spread(1.0_wp, 1, points%n), &
-                      points%dgamma, flow, slope)
+      call flow_after(self%curve, points%n, dt, points%eqps, points%factor, points%dgamma, flow, &
+                      slope)
       residual = norm - flow
       ok = all(abs(residual) <= tolerance*first .or. high - low <= 2.0_wp*epsilon(1.0_wp)*high)
       if (ok) exit

@@ -7,6 +7,7 @@ module flow_curve
   use kinds, only: wp
   use errors, only: error_t, fail
   use hardening, only: hardening_t, harden, is_steep_at_start
+  use heating, only: heating_t
   implicit none
   private
 
@@ -14,11 +15,12 @@ module flow_curve
 
   integer, parameter :: no_rate = 0, cowper_symonds = 1, johnson_cook = 2
 
-  !> Hardening and rate factor.
+  !> Hardening, rate factor and heating, which adds a last state variable, the temperature rise.
   type, public :: flow_curve_t
     type(hardening_t) :: hardening
     integer :: rate_kind = no_rate
     real(wp) :: rate_constants(2) = 0.0_wp   !! D [1/time], p, or C, reference rate [1/time]
+    type(heating_t) :: heating
   end type flow_curve_t
 
 contains

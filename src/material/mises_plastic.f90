@@ -6,6 +6,7 @@ module mises_plastic
   use kinds, only: wp
   use block_law, only: block_law_t
   use flow_curve, only: flow_curve_t
+  use heating, only: thermal_factor, heat_up
   use consistency, only: solve_consistency, solve_in_stages
   use voce, only: elastic_trial
   implicit none
@@ -13,7 +14,7 @@ module mises_plastic
 
   public :: new_mises_plastic
 
-  !> The state is the equivalent plastic strain.
+  !> The state is the equivalent plastic strain and, with heating, the temperature rise.
   type, extends(block_law_t), public :: mises_plastic_t
     type(flow_curve_t) :: curve
     integer :: n_stages = 0   !! of the multi-stage return, 0: backward Euler
@@ -31,6 +32,7 @@ contains
     type(mises_plastic_t) :: law
 
     law%n_state = 1
+    if (curve%heating%is_active) law%n_state = 2
     law%eqps_state = 1
     law%density = density
     law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
@@ -48,12 +50,13 @@ contains
     logical, intent(out) :: ok
     real(wp), intent(in), optional :: spin(n, 3)
     real(wp) :: mises(n), stiffness(n), factor(n), dgamma(n), flow(n), worst
+    integer :: l
 
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
     if (.not. ok) return
     stiffness = 3.0_wp*self%shear
-    factor = 1.0_wp
+    factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     if (self%n_stages > 0) then
       call solve_in_stages(self%curve, self%n_stages, n, dt, mises, stiffness, state(:, 1), &
                            factor, dgamma, flow)
@@ -63,6 +66,10 @@ contains
     end if
     call shrink_deviator(n, 1.0_wp - stiffness*dgamma/max(mises, tiny(worst)), stress)
     state(:, 1) = state(:, 1) + dgamma
+    if (.not. self%curve%heating%is_active) return
+    do l = 1, n
+      call heat_up(self%curve%heating, flow(l)*dgamma(l), state(l, self%n_state))
+    end do
   end subroutine update
 
   !> Multiply the deviator by `scaling` and leave the mean stress.

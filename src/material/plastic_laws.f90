@@ -5,6 +5,7 @@ module plastic_laws
   use block_law, only: block_law_t
   use law_spec, only: law_spec_t
   use hardening, only: new_hardening, voce_kind
+  use heating, only: set_heating
   use flow_curve, only: flow_curve_t, set_rate_factor, is_steep
   use voce, only: new_voce
   use mises_plastic, only: new_mises_plastic
@@ -30,6 +31,10 @@ contains
     if (allocated(error)) return
     if (spec%plasticity%rate /= "") then
       call set_rate_factor(spec%plasticity%rate, spec%plasticity%rate_constants, curve, error)
+      if (allocated(error)) return
+    end if
+    if (allocated(spec%plasticity%heating)) then
+      call set_heating(spec%density, spec%plasticity%heating, curve%heating, error)
       if (allocated(error)) return
     end if
     if (spec%plasticity%n_stages > 0 .and. is_steep(curve)) then
@@ -101,7 +106,7 @@ contains
     type(flow_curve_t), intent(in) :: curve
 
     is_plain_voce = curve%hardening%kind == voce_kind .and. spec%plasticity%rate == "" &
-                    .and. spec%plasticity%n_stages == 0
+                    .and. spec%plasticity%n_stages == 0 .and. .not. curve%heating%is_active
   end function is_plain_voce
 
 end module plastic_laws

@@ -40,14 +40,13 @@ contains
     logical, intent(out) :: ok
     integer, parameter :: counts(4) = [1, 5, 25, 125]
     type(iterate_t) :: now
-    real(wp) :: first
+    real(wp) :: first, flow
     integer :: attempt, level
 
     do attempt = 1, size(counts)
-      call start(curve, yield, problem, counts(attempt), now, first)
+      call start(curve, yield, problem, counts(attempt), now, first, flow)
       do level = 1, counts(attempt)
-        call iterate(curve, yield, problem, &
-                     first*real(counts(attempt) - level, wp)/counts(attempt), now, ok)
+        call iterate(curve, yield, problem, level_at(level, counts(attempt), first, flow), now, ok)
         if (.not. ok) exit
       end do
       if (ok) exit
@@ -56,27 +55,40 @@ contains
     dgamma = now%dgamma
   end subroutine return_to_yield
 
+  !> Residual level i of n: yield stress plus level falls by equal factors, so that the last step
+  !! is no longer than the others however far out the trial stress lies.
+  pure real(wp) function level_at(i, n, first, flow)
+    integer, intent(in) :: i, n
+    real(wp), intent(in) :: first, flow   !! residual of the trial stress, first flow stress
+    real(wp), parameter :: least = 1.0e-6_wp
+    real(wp) :: lowest
+
+    lowest = max(flow, least*first)
+    level_at = lowest*((1.0_wp + first/lowest)**(real(n - i, wp)/n) - 1.0_wp)
+  end function level_at
+
   !> Trial stress and, where the flow stress rises too steeply for a first Newton step, the plastic
   !! strain of a return along the trial normal to the first of the levels.
-  pure subroutine start(curve, yield, problem, n_levels, now, first)
+  pure subroutine start(curve, yield, problem, n_levels, now, first, before)
     type(flow_curve_t), intent(in) :: curve
     type(yield_function_t), intent(in) :: yield
     type(return_problem_t), intent(in) :: problem
     integer, intent(in) :: n_levels
     type(iterate_t), intent(out) :: now
-    real(wp), intent(out) :: first   !! residual of the trial stress [stress]
-    real(wp) :: q, normal(6), dgamma(1), flow(1), level
+    real(wp), intent(out) :: first    !! residual of the trial stress [stress]
+    real(wp), intent(out) :: before   !! flow stress before the increment
+    real(wp) :: q, normal(6), dgamma(1), flow(1)
     logical :: ok
 
     now%stress = problem%trial
     now%dgamma = 0.0_wp
     call evaluate(curve, yield, problem, 0.0_wp, now)
     first = now%yield_residual
+    before = now%flow
     if (.not. is_steep(curve)) return
     normal = now%gradient*problem%shear
     normal(:3) = 2.0_wp*normal(:3)
-    level = first*real(n_levels - 1, wp)/n_levels
-    q = first + now%flow - level
+    q = first + before - level_at(1, n_levels, first, before)
     call solve_consistency(curve, 1, problem%dt, [q], [dot_product(normal, now%gradient)], &
                            [problem%eqps], [problem%factor], dgamma, flow, ok)
     now%dgamma = dgamma(1)
