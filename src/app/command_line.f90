@@ -12,6 +12,7 @@ module command_line
     character(:), allocatable :: output    !! path of the result file, empty: from the deck's name
     integer :: n_threads = 0               !! 0: as many as OpenMP gives
     type(string_t), allocatable :: overrides(:)   !! name=value of --set
+    type(string_t), allocatable :: user_files(:)  !! of --user: sources or libraries
     logical :: is_material = .false.       !! tests of one material point instead of a forming run
     logical :: is_check = .false., is_quiet = .false.
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
@@ -41,7 +42,7 @@ contains
     command%deck = ""
     command%output = ""
     command%fault = ""
-    allocate (command%overrides(0))
+    allocate (command%overrides(0), command%user_files(0))
     i = 0
     if (size(arguments) > 0) command%is_material = arguments(1)%value == "material"
     if (command%is_material) i = 1
@@ -64,6 +65,8 @@ contains
            //"       igaform material DECK [options]   tests of one material point"//feed &
            //"  --out FILE.h5      result file (default: name of the deck, here)"//feed &
            //"  --threads N        OpenMP threads"//feed &
+           //"  --user FILE        UMAT or VUMAT of *USER MATERIAL: .f .for .f90 .F .so;"//feed &
+           //"                     may come several times"//feed &
            //"  --set NAME=VALUE   replace the value of a *PARAMETER of the deck"//feed &
            //"  --check            read, report counts, mass, step and cost; do not run"//feed &
            //"  --quiet            errors and warnings only"//feed &
@@ -92,7 +95,7 @@ contains
       command%wants_version = .true.
     case ("--keywords")
       command%wants_keywords = .true.
-    case ("--out", "--threads", "--set")
+    case ("--out", "--threads", "--set", "--user")
       if (i == size(arguments)) then
         command%fault = "option "//word//" needs a value"
         return
@@ -101,6 +104,7 @@ contains
       value = arguments(i)%value
       if (word == "--out") command%output = value
       if (word == "--set") call append(command%overrides, value)
+      if (word == "--user") call append(command%user_files, value)
       if (word == "--threads") then
         call read_integer(value, command%n_threads, is_number)
         if (.not. is_number .or. command%n_threads < 1) then
@@ -135,8 +139,8 @@ contains
     character(:), allocatable :: nearest
     type(string_t), allocatable :: options(:)
 
-    options = strings([character(10) :: "--out", "--threads", "--set", "--check", "--quiet", &
-                       "--keywords", "--version", "--help"])
+    options = strings([character(10) :: "--out", "--threads", "--set", "--user", "--check", &
+                       "--quiet", "--keywords", "--version", "--help"])
     nearest = nearest_name(word, options)
   end function nearest_option
 

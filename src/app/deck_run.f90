@@ -1,5 +1,6 @@
 !> One deck from reading to closing the result file.
 module deck_run
+  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_funloc, c_int, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: error_unit
   use omp_lib, only: omp_get_max_threads, omp_set_num_threads, omp_set_dynamic
   use kinds, only: wp
@@ -18,14 +19,25 @@ module deck_run
   use model_setup, only: build_model
   use frames, only: results_t, results_setup_t, open_results, close_results
   use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
-  use forming_run, only: run_t, new_run, run_model
+  use forming_run, only: run_t, new_run, run_model, save_failed
   use check_report, only: print_check
+  use user_call, only: watch_user_calls, user_failure_text
+  use user_library, only: user_library_t
+  use user_setup, only: load_user_files
   implicit none
   private
 
   public :: run_deck, base_of, file_name
 
   integer, parameter, public :: exit_done = 0, exit_input = 1, exit_numerics = 2
+
+  !> A run under way, for `save_open_run`.
+  type :: open_run_t
+    type(model_t), pointer :: model => null()
+    type(run_t), pointer :: run => null()
+    type(results_t), pointer :: results => null()
+    type(run_log_t), pointer :: log => null()
+  end type open_run_t
 
 contains
 
@@ -35,13 +47,15 @@ contains
     type(command_t), intent(in) :: command
     type(scene_t) :: scene
     type(model_t) :: model
+    type(user_library_t), allocatable :: library
     type(fault_list_t) :: faults
 
     ! The number of threads must not change under way: OpenMP may otherwise adapt it.
     call omp_set_dynamic(.false.)
     if (command%n_threads > 0) call omp_set_num_threads(command%n_threads)
     call read_deck(command%deck, command%overrides, scene, faults)
-    if (n_errors(faults) == 0) call build_model(scene, model, faults)
+    if (n_errors(faults) == 0) call load_user_files(command, scene, library, faults)
+    if (n_errors(faults) == 0) call build_model(scene, model, faults, library)
     call report_faults(faults, error_unit)
     if (n_errors(faults) > 0) then
       code = exit_input
@@ -57,11 +71,12 @@ contains
   integer function run_accepted(command, scene, model) result(code)
     type(command_t), intent(in) :: command
     type(scene_t), intent(in) :: scene
-    type(model_t), intent(inout) :: model
+    type(model_t), intent(inout), target :: model
     type(results_setup_t) :: setup
-    type(results_t) :: results
-    type(run_log_t) :: log
-    type(run_t) :: run
+    type(results_t), target :: results
+    type(run_log_t), target :: log
+    type(run_t), target :: run
+    type(open_run_t), target :: open_run
     type(error_t), allocatable :: error
 
     call fill_setup(command, scene, model, setup)
@@ -78,12 +93,40 @@ contains
     end if
     call log_header(log, setup%provenance)
     call log_model(log, model)
+    open_run = open_run_t(model, run, results, log)
+    if (model%bodies%blank%law%needs_context) &
+      call watch_user_calls(c_funloc(save_open_run), c_loc(open_run))
     call run_model(model, run, results, log, error)
     code = merge(exit_numerics, exit_done, allocated(error))
-    if (allocated(error)) call say_error(log, error%message)
+    if (allocated(error)) then
+      call say_error(log, error%message)
+      if (user_failure_text() /= "") call say_error(log, user_failure_text())
+    end if
     call finish(model, run, results, log, code)
     call close_log(log)
   end function run_accepted
+
+  !> The program ends inside a user's subroutine: write the state reached as a frame marked failed
+  !! and close the files.
+  subroutine save_open_run(context, message, length) bind(C)
+    type(c_ptr), value :: context        !! of an `open_run_t`
+    integer(c_int), value :: length
+    character(kind=c_char), intent(in) :: message(length)
+    type(open_run_t), pointer :: open_run
+    character(:), allocatable :: line
+    integer :: code, i
+
+    call c_f_pointer(context, open_run)
+    line = "error: "
+    do i = 1, length
+      line = line//message(i)
+    end do
+    call log_line(open_run%log, line)
+    code = exit_numerics
+    call save_failed(open_run%model, open_run%run, open_run%results)
+    call finish(open_run%model, open_run%run, open_run%results, open_run%log, code)
+    call close_log(open_run%log)
+  end subroutine save_open_run
 
   !> Close the file with its timings and end the log.
   subroutine finish(model, run, results, log, code)
@@ -205,7 +248,10 @@ contains
     do i = 1, size(scene%probes)
       setup%probes(i)%value = scene%probes(i)%name
     end do
-    setup%n_state = model%bodies%blank%law%n_state
+    setup%n_state = model%bodies%blank%law%n_state - model%bodies%blank%law%n_hidden
+    associate (material => scene%materials(scene%blank%material))
+      if (allocated(material%state_names)) setup%state_names = material%state_names
+    end associate
     setup%is_bezier = scene%output%is_bezier
     call get_command(line)
     ! One by one: gfortran 12 takes wrong lengths from a structure constructor here.

@@ -1,6 +1,7 @@
 !> The tests of one material point that a deck asks for, from reading to closing the results.
 module material_run
   use, intrinsic :: iso_fortran_env, only: error_unit
+  use kinds, only: wp
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault, n_errors
   use text, only: to_text
@@ -8,7 +9,9 @@ module material_run
   use build_info, only: version, git_commit, build_flags
   use scene, only: scene_t
   use block_law, only: block_law_t
-  use material_setup, only: new_material_law
+  use user_library, only: user_library_t
+  use law_setup, only: build_law
+  use user_setup, only: load_user_files
   use deck_reader, only: read_material_deck
   use fault_report, only: report_faults
   use material_test, only: run_test, test_fault
@@ -38,9 +41,11 @@ contains
     type(scene_t) :: scene
     type(fault_list_t) :: faults
     type(law_slot_t), allocatable :: slots(:)
+    type(user_library_t), allocatable :: library
 
     call read_material_deck(command%deck, command%overrides, scene, faults)
-    if (n_errors(faults) == 0) call make_laws(scene, slots, faults)
+    if (n_errors(faults) == 0) call load_user_files(command, scene, library, faults)
+    if (n_errors(faults) == 0) call make_laws(scene, slots, faults, library)
     call report_faults(faults, error_unit)
     if (n_errors(faults) > 0) then
       code = exit_input
@@ -53,22 +58,20 @@ contains
   end function run_material_tests
 
   !> The law of each test, with its constants checked.
-  subroutine make_laws(scene, slots, faults)
+  subroutine make_laws(scene, slots, faults, library)
     type(scene_t), intent(in) :: scene
     type(law_slot_t), allocatable, intent(out) :: slots(:)
     type(fault_list_t), intent(inout) :: faults
-    type(error_t), allocatable :: error
+    type(user_library_t), intent(in), optional :: library   !! for *USER MATERIAL
+    real(wp), parameter :: short = 1.0e-9_wp                ! time of a first call, for the moduli
     character(:), allocatable :: fault
     integer :: i
 
     allocate (slots(size(scene%tests)))
     do i = 1, size(scene%tests)
       associate (test => scene%tests(i), material => scene%materials(scene%tests(i)%material))
-        call new_material_law(material, slots(i)%law, error)
-        if (allocated(error)) then
-          call add_fault(faults, material%origin, error%message, "constants that the law accepts")
-          cycle
-        end if
+        call build_law(material, short, slots(i)%law, faults, library)
+        if (.not. allocated(slots(i)%law)) cycle
         fault = test_fault(test, slots(i)%law)
         if (fault /= "") call add_fault(faults, test%origin, fault, "a law with plasticity")
       end associate

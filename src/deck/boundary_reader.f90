@@ -2,18 +2,18 @@
 module boundary_reader
   use kinds, only: wp
   use faults, only: fault_list_t, add_fault
-  use text, only: upper_case, read_integer
-  use scene, only: scene_t, boundary_spec_t
+  use text, only: upper_case, read_integer, read_real
+  use scene, only: scene_t, boundary_spec_t, initial_state_spec_t
   use deck_names, only: deck_names_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
-                          field_word, field_real, field_integer, is_filled
+                          field_word, field_real, field_integer, is_filled, n_fields
   use blank_reader, only: box_frame_t
   use motion_reader, only: find_amplitude
   use set_reader, only: find_set
   implicit none
   private
 
-  public :: read_boundaries, read_initial_velocities, n_data_lines
+  public :: read_boundaries, read_initial_velocities, read_initial_states, n_data_lines
 
 contains
 
@@ -104,6 +104,7 @@ contains
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
         if (.not. record%is_valid) cycle
+        if (option_text(deck, record, "TYPE") == "SOLUTION") cycle
         do line = 1, record%n_lines
           n = n + 1
           call find_set(names, frame, field_word(record, line, 1), &
@@ -121,6 +122,47 @@ contains
         end do
       end associate
     end do
+    scene%initial_velocities = scene%initial_velocities(:n)
   end subroutine read_initial_velocities
+
+  !> Fill the list of initial states, one for each set that *INITIAL CONDITIONS, TYPE=SOLUTION
+  !! names. A line that begins with a number goes on with the values of the line before.
+  subroutine read_initial_states(deck, frame, names, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(box_frame_t), intent(in) :: frame
+    type(deck_names_t), intent(inout) :: names
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+    type(initial_state_spec_t) :: start
+    real(wp) :: number
+    logical :: is_number
+    integer :: i, j, line
+
+    allocate (scene%initial_states(0))
+    found = find_records(deck, "INITIAL CONDITIONS")
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        if (.not. record%is_valid) cycle
+        if (option_text(deck, record, "TYPE") /= "SOLUTION") cycle
+        do line = 1, record%n_lines
+          call read_real(field_word(record, line, 1), number, is_number)
+          start%values = [(field_real(record, line, j), j=2, n_fields(record, line))]
+          if (.not. is_filled(record, line, n_fields(record, line))) &
+            start%values = start%values(:size(start%values) - 1)
+          if (is_number .and. line > 1) then
+            associate (last => scene%initial_states(size(scene%initial_states)))
+              last%values = [last%values, number, start%values]
+            end associate
+            cycle
+          end if
+          start%origin = line_origin(deck, record, line)
+          call find_set(names, frame, field_word(record, line, 1), start%origin, scene, &
+                        start%set, faults)
+          if (start%set > 0) scene%initial_states = [scene%initial_states, start]
+        end do
+      end associate
+    end do
+  end subroutine read_initial_states
 
 end module boundary_reader

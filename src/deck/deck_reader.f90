@@ -13,7 +13,7 @@ module deck_reader
   use tool_reader, only: read_tools
   use motion_reader, only: read_amplitudes, read_tool_motions
   use set_reader, only: read_sets
-  use boundary_reader, only: read_boundaries, read_initial_velocities
+  use boundary_reader, only: read_boundaries, read_initial_velocities, read_initial_states
   use load_reader, only: read_loads
   use contact_reader, only: read_contacts
   use test_reader, only: read_tests
@@ -118,6 +118,7 @@ contains
     call read_sets(deck, frame, scene, faults)
     call read_boundaries(deck, frame, names, scene, faults)
     call read_initial_velocities(deck, frame, names, scene, faults)
+    call read_initial_states(deck, frame, names, scene, faults)
     call read_loads(deck, frame, names, scene, faults)
     call read_contacts(deck, frame, names, scene, faults)
     call read_probes(deck, scene, faults)

@@ -313,10 +313,12 @@ contains
     call add_example(table, "X_MIN, XSYMM")
     call add_example(table, "X_MAX, 1, 1, 2000")
 
-    call add_keyword(table, "INITIAL CONDITIONS", "Velocity at the start; the lines of all "// &
-                     "*INITIAL CONDITIONS add up.")
-    call add_option(table, "TYPE", kind_choice, "a uniform velocity or that of a rotation", &
-                    choices="VELOCITY|ROTATING VELOCITY")
+    call add_keyword(table, "INITIAL CONDITIONS", "Velocities at the start, which add up over "// &
+                     "all lines, or state variables at the start.")
+    call add_option(table, "TYPE", kind_choice, "a uniform velocity, that of a rotation, or "// &
+                    "state variables (SOLUTION)", choices="VELOCITY|ROTATING VELOCITY|SOLUTION")
+    call add_option(table, "USER", kind_flag, "with SOLUTION: the user's subroutine SDVINI, "// &
+                    "which is called anyhow if there is one")
     call add_line(table, "", when="VELOCITY", n_max=any_number)
     call add_field(table, "set", kind_name, "name of a set or face, or ALL")
     call add_field(table, "component", kind_integer, "component", range=">= 1 and <= 3")
@@ -325,6 +327,11 @@ contains
     call add_field(table, "set", kind_name, "name of a set or face, or ALL")
     call add_vector(table, "omega_", "angular velocity", unit="1/time")
     call add_vector(table, "", "a point of the axis of rotation")
+    call add_line(table, "The state variables of the elements whose middle lies in a set, any "// &
+                  "number on a line; lines that begin with a number go on with the values.", &
+                  when="SOLUTION", n_min=0, n_max=any_number, is_repeated=.true.)
+    call add_field(table, "set", kind_name, "name of a set or face, or ALL; or a value")
+    call add_field(table, "value", kind_real, "a state variable", is_required=.false.)
     call add_example(table, "*INITIAL CONDITIONS, TYPE=VELOCITY")
     call add_example(table, "ALL, 2, -1500")
   end subroutine add_boundary_keywords

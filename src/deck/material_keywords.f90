@@ -2,6 +2,7 @@
 module material_keywords
   use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                           add_example, kind_real, kind_integer, kind_name, kind_choice, any_number
+  use user_keywords, only: add_user_keywords
   implicit none
   private
 
@@ -34,21 +35,7 @@ contains
     call add_plastic_keywords(table)
     call add_yield_keywords(table)
 
-    call add_keyword(table, "USER MATERIAL", "Law of a user's subroutine UMAT; *ELASTIC is "// &
-                     "still needed, for the wave speed.", parent="MATERIAL")
-    call add_option(table, "CONSTANTS", kind_integer, "number of constants, NPROPS", range=">= 0")
-    call add_line(table, "The constants PROPS, any number on a line.", n_min=0, n_max=any_number, &
-                  is_repeated=.true.)
-    call add_field(table, "constant", kind_real, "one constant", default="0")
-    call add_example(table, "*USER MATERIAL, CONSTANTS=5")
-    call add_example(table, "210000, 0.3, 250, 250, 6")
-
-    call add_keyword(table, "DEPVAR", "Number of state variables of the user material.", &
-                     parent="MATERIAL")
-    call add_line(table, "")
-    call add_field(table, "NSTATV", kind_integer, "number of state variables", range=">= 0")
-    call add_example(table, "*DEPVAR")
-    call add_example(table, "1")
+    call add_user_keywords(table)
   end subroutine add_material_keywords
 
   pure subroutine add_plastic_keywords(table)

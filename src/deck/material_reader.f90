@@ -4,7 +4,7 @@ module material_reader
   use text, only: to_text
   use scene, only: scene_t, material_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
-                          field_real, field_integer, all_numbers
+                          field_real, field_integer, field_word, all_numbers
   implicit none
   private
 
@@ -62,6 +62,7 @@ contains
     allocate (material%constants(0))
     do part = 1, size(parts)
       if (has(part) == 0) then
+        if (part == 2 .and. has(4) > 0) cycle
         if (part <= 2) call add_fault(faults, material%origin, "no *"//trim(parts(part))// &
                                       " behind it", "*"//trim(parts(part))//" with its data line")
         cycle
@@ -89,10 +90,9 @@ contains
         case ("ADIABATIC HEATING")
           material%plasticity%heating = all_numbers(record)
         case ("USER MATERIAL")
-          material%law = "UMAT"
-          call read_constants(deck, record, material, faults)
+          call read_user_material(deck, record, material, faults)
         case ("DEPVAR")
-          material%n_state = field_integer(record, 1, 1)
+          call read_state_names(record, material)
         end select
       end associate
     end do
@@ -109,6 +109,38 @@ contains
                      "*"//trim(parts(part))//" only with *PLASTIC")
     end do
   end subroutine read_law
+
+  !> Kind, constants and thread safety of a user's law; the kind USER is any that the files have.
+  subroutine read_user_material(deck, record, material, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(material_spec_t), intent(inout) :: material
+    type(fault_list_t), intent(inout) :: faults
+
+    material%law = option_text(deck, record, "TYPE")
+    if (material%law /= "UMAT" .and. material%law /= "VUMAT") material%law = "USER"
+    material%thread_safe = option_text(deck, record, "THREADSAFE")
+    call read_constants(deck, record, material, faults)
+  end subroutine read_user_material
+
+  !> Number of the state variables and the names of some or all of them.
+  subroutine read_state_names(record, material)
+    type(record_t), intent(in) :: record
+    type(material_spec_t), intent(inout) :: material
+    integer :: line, number
+
+    material%n_state = field_integer(record, 1, 1)
+    allocate (material%state_names(material%n_state))
+    do number = 1, material%n_state
+      material%state_names(number)%value = "SDV"//to_text(number)
+    end do
+    do line = 2, record%n_lines
+      number = field_integer(record, line, 1)
+      if (number <= material%n_state) then
+        material%state_names(number)%value = field_word(record, line, 2)
+      end if
+    end do
+  end subroutine read_state_names
 
   subroutine read_plastic(deck, record, material)
     type(parsed_deck_t), intent(in) :: deck

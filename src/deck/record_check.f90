@@ -213,6 +213,7 @@ contains
     associate (spec => deck%table%items(deck%records(i)%spec), record => deck%records(i))
       do place = 1, spec%n_options
         if (.not. selects_lines(spec%options(place))) cycle
+        if (.not. (record%is_given(place) .or. spec%options(place)%is_required)) cycle
         has_known_type = index("|"//trim(spec%options(place)%choices)//"|", &
                                "|"//record%options(place)%value//"|") > 0
       end do

@@ -8,6 +8,7 @@ module block_law
   !> A law bound to its constants. A row holds `n` points, each lane-wise beside the other.
   type, abstract, public :: block_law_t
     integer :: n_state = 0        !! state variables per point
+    integer :: n_hidden = 0       !! the last of them, which no result shows
     integer :: eqps_state = 0     !! which of them is the equivalent plastic strain, 0: none
     real(wp) :: density = 0.0_wp  !! [mass/length^3]
     real(wp) :: bulk = 0.0_wp     !! elastic bulk modulus [stress]

@@ -7,8 +7,6 @@ module material_table
   use law_spec, only: law_spec_t
   use hardening, only: hardening_t, new_hardening
   use plastic_laws, only: new_plastic
-  use umat_adapter, only: new_umat_adapter
-  use umat_voce, only: umat
   implicit none
   private
 
@@ -20,7 +18,7 @@ contains
   !!
   !! Refused: unknown names, constants that are not finite, too many or too few of them, density
   !! or stiffness not positive, Poisson's ratio outside (-1, 0.5), hardening constants that give
-  !! a yield stress that is not positive or that falls, a UMAT without room for its state.
+  !! a yield stress that is not positive or that falls.
   subroutine new_law(spec, law, error)
     type(law_spec_t), intent(in) :: spec
     class(block_law_t), allocatable, intent(out) :: law
@@ -35,14 +33,9 @@ contains
         allocate (law, source=new_elastic(spec%density, spec%young, spec%poisson))
     case ("PLASTIC")
       call new_plastic(spec, law, error)
-    case ("UMAT")
-      call check_umat(spec%young, spec%poisson, spec%constants, spec%n_state, error)
-      if (.not. allocated(error)) &
-        allocate (law, source=new_umat_adapter(umat, "UMAT", spec%density, spec%young, &
-                                               spec%poisson, spec%constants, spec%n_state))
     case default
       call fail(error, "material: unknown law "//trim(spec%law)// &
-                ", known are ELASTIC, PLASTIC and UMAT")
+                ", known are ELASTIC and PLASTIC")
     end select
   end subroutine new_law
 
@@ -59,27 +52,6 @@ contains
       call fail(error, "material: Poisson's ratio must lie between -1 and 0.5, both excluded")
     end if
   end subroutine check_elastic
-
-  !> PROPS of the UMAT that is built in: E, nu, sigma_0, Q, b. The elastic ones must be those of
-  !! the material, or its stable step would belong to another law.
-  pure subroutine check_umat(young, poisson, constants, n_state, error)
-    real(wp), intent(in) :: young, poisson, constants(:)
-    integer, intent(in) :: n_state
-    type(error_t), allocatable, intent(out) :: error
-    real(wp), parameter :: tolerance = 1.0e-9_wp
-    type(hardening_t) :: curve
-
-    call check_count("UMAT", constants, 5, "five constants: E, nu, sigma_0, Q, b", error)
-    if (allocated(error)) return
-    call new_hardening("VOCE", constants(3:), curve, error)
-    if (allocated(error)) return
-    if (abs(constants(1) - young) > tolerance*young &
-        .or. abs(constants(2) - poisson) > tolerance) then
-      call fail(error, "material: E and nu of the UMAT differ from those of the material")
-    else if (n_state < 1) then
-      call fail(error, "material: the UMAT needs one state variable, the plastic strain")
-    end if
-  end subroutine check_umat
 
   !> The right number of constants, and all of them finite.
   pure subroutine check_count(law_name, constants, n, expected, error)

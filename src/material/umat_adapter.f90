@@ -1,69 +1,59 @@
-!> A user material behind the block law: calls a UMAT point by point.
+!> A UMAT of a user behind the block law, called point by point.
 !!
-!! What the block law is told reaches the UMAT as it should be: stress (already rotated), strain
-!! increment, state, constants and time increment. What it is not told (total strain, times,
-!! rotation and deformation gradients, place and size of the element) is passed as not a number,
-!! so that a law that needs it fails at once instead of working with made-up values.
+!! What Abaqus keeps for it stands behind its own state variables: total strain (6) and the
+!! energies SSE, SPD, SCD (3).
 module umat_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
   use kinds, only: wp
   use block_law, only: block_law_t
+  use point_context, only: point_context_t, new_point_context
+  use umat_interface, only: umat_procedure, name_length
+  use user_call, only: user_law_t, set_user_law, slack, enter_user_call, leave_user_call, &
+                       note_failure
+  use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity
   implicit none
   private
 
-  public :: umat_procedure, new_umat_adapter
+  public :: new_umat_adapter, umat_moduli
 
-  abstract interface
-    !> Arguments of a UMAT in the order of Abaqus/Standard.
-    subroutine umat_procedure(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, &
-                              drpldt, stran, dstran, time, dtime, temp, dtemp, predef, dpred, &
-                              cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, &
-                              pnewdt, celent, dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, &
-                              kinc)
-      import :: wp
-      integer, intent(in) :: ndi, nshr, ntens, nstatv, nprops
-      integer, intent(in) :: noel, npt, layer, kspt, kstep, kinc
-      character(80), intent(in) :: cmname
-      real(wp), intent(inout) :: stress(ntens), statev(nstatv), ddsdde(ntens, ntens)
-      real(wp), intent(inout) :: sse, spd, scd, rpl, ddsddt(ntens), drplde(ntens), drpldt
-      real(wp), intent(inout) :: pnewdt
-      real(wp), intent(in) :: stran(ntens), dstran(ntens), time(2), dtime, temp, dtemp
-      real(wp), intent(in) :: predef(1), dpred(1), props(nprops), coords(3), drot(3, 3)
-      real(wp), intent(in) :: celent, dfgrd0(3, 3), dfgrd1(3, 3)
-    end subroutine umat_procedure
-  end interface
+  integer, parameter, public :: n_kept = 9   !! values kept behind the state variables
+  integer, parameter :: most_halvings = 6    ! of an increment that comes back with PNEWDT < 1
 
   !> A UMAT with its name and constants; the moduli of the base type serve the stable step.
-  type, extends(block_law_t), public :: umat_adapter_t
-    character(80) :: name = ""
-    real(wp), allocatable :: props(:)
+  type, extends(user_law_t), public :: umat_adapter_t
     procedure(umat_procedure), pointer, nopass :: umat => null()
   contains
     procedure :: update
+    procedure :: update_in_context
   end type umat_adapter_t
+
+  !> One increment of one point.
+  type :: increment_t
+    integer :: element = 0, point = 0, number = 0
+    real(wp) :: time = 0.0_wp, dt = 0.0_wp, length = 0.0_wp
+    real(wp) :: dstrain(6) = 0.0_wp, place(3) = 0.0_wp
+    real(wp), dimension(3, 3) :: rotation = identity, f0 = identity, f1 = identity
+  end type increment_t
 
 contains
 
   !> Law from a UMAT, its name, its constants and the number of its state variables.
-  function new_umat_adapter(umat, name, density, young, poisson, props, n_state) result(law)
+  function new_umat_adapter(umat, name, density, bulk, shear, props, n_statv) result(law)
     procedure(umat_procedure) :: umat
-    character(*), intent(in) :: name                 !! CMNAME, blank padded
-    real(wp), intent(in) :: density, young, poisson  !! for the stable step
+    character(*), intent(in) :: name                 !! CMNAME
+    real(wp), intent(in) :: density, bulk, shear     !! for the stable step
     real(wp), intent(in) :: props(:)
-    integer, intent(in) :: n_state                   !! NSTATV
+    integer, intent(in) :: n_statv                   !! NSTATV
     type(umat_adapter_t) :: law
 
-    law%n_state = n_state
-    law%density = density
-    law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
-    law%shear = young/(2.0_wp*(1.0_wp + poisson))
-    law%name = name
-    law%props = props
+    call set_user_law(law, name, density, bulk, shear, props, n_statv, n_kept)
     law%umat => umat
   end function new_umat_adapter
 
-  !> One call of the UMAT for each point. Fails where PNEWDT comes back below one, or stress or
-  !! state not finite; points behind the one that failed are left as they were.
+  !> Update without a context. What only a context tells (times, deformation gradients, place and
+  !! size of the element) is passed as not a number, so that a law that needs it fails at once
+  !! instead of working with made-up values.
   subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
     class(umat_adapter_t), intent(in) :: self
     integer, intent(in) :: n
@@ -71,42 +61,169 @@ contains
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
     real(wp), intent(in), optional :: spin(n, 3)
+    type(point_context_t) :: context
+    real(wp) :: unknown, turn(n, 3)
+
+    unknown = ieee_value(unknown, ieee_quiet_nan)
+    turn = 0.0_wp
+    if (present(spin)) turn = spin
+    context = new_point_context(n)
+    context%time = unknown
+    context%f0 = unknown
+    context%f1 = unknown
+    context%place = unknown
+    context%length = unknown
+    call self%update_in_context(context, dt, dstrain, stress, state, ok, turn)
+  end subroutine update
+
+  !> One call of the UMAT for each point that is not a repetition. Fails where stress or state are
+  !! not finite, or PNEWDT stays below one in 64 parts of the increment; points behind the one
+  !! that failed are left as they were.
+  subroutine update_in_context(self, context, dt, dstrain, stress, state, ok, spin)
+    class(umat_adapter_t), intent(in) :: self
+    type(point_context_t), intent(in) :: context
+    real(wp), intent(in) :: dt, dstrain(context%n, 6)
+    real(wp), intent(inout) :: stress(context%n, 6), state(context%n, self%n_state)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(context%n, 3)
+    type(increment_t) :: increment
+    real(wp) :: sigma(6 + slack), kept(self%n_state + slack)
     integer :: l
 
     ok = .true.
-    do l = 1, n
-      call update_point(self, dt, dstrain(l, :), stress(l, :), state(l, :), ok)
+    increment%time = context%time
+    increment%dt = dt
+    increment%number = context%increment
+    do l = 1, context%n
+      if (.not. context%is_owner(l)) cycle
+      increment%element = context%element(l)
+      increment%point = context%point(l)
+      increment%length = context%length(l)
+      increment%dstrain = dstrain(l, :)
+      increment%place = context%place(l, :)
+      increment%f0 = transpose(reshape(context%f0(l, :), [3, 3]))
+      increment%f1 = transpose(reshape(context%f1(l, :), [3, 3]))
+      sigma(:6) = stress(l, :)
+      kept(:self%n_state) = state(l, :)
+      call enter_user_call(int(increment%element, c_int), int(increment%point, c_int))
+      call update_point(self, increment, spin(l, :), sigma(:6), kept(:self%n_state), ok)
+      stress(l, :) = sigma(:6)
+      state(l, :) = kept(:self%n_state)
       if (.not. ok) exit
     end do
-  end subroutine update
+    call leave_user_call()
+  end subroutine update_in_context
 
-  !> The UMAT at one point.
-  subroutine update_point(self, dt, dstrain, stress, state, ok)
+  !> The increment of a point in one, then if the UMAT asks for it in 2, 4, ... equal parts.
+  subroutine update_point(self, increment, spin, stress, state, ok)
     class(umat_adapter_t), intent(in) :: self
-    real(wp), intent(in) :: dt, dstrain(6)
-    real(wp), intent(inout) :: stress(6), state(self%n_state)
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(in) :: spin(3)
+    real(wp), intent(inout) :: stress(6)              ! rotated by the whole spin
+    real(wp), intent(inout) :: state(self%n_state)
     logical, intent(out) :: ok
-    integer, parameter :: none = 0
-    real(wp) :: tangent(6, 6), energies(3), heat, heat_by_strain(6), heat_by_temperature
-    real(wp) :: stress_by_temperature(6), pnewdt, unknown, zero(1)
+    real(wp) :: start(6), state_at_start(self%n_state), tangent(6, 6)
+    type(increment_t) :: part
+    logical :: is_refused
+    integer :: halvings, n_parts, i
 
-    unknown = ieee_value(unknown, ieee_quiet_nan)
+    start = stress
+    state_at_start = state
+    do halvings = 0, most_halvings
+      n_parts = 2**halvings
+      part = increment
+      part%rotation = rotation_of_spin(spin/n_parts)
+      part%dt = increment%dt/n_parts
+      part%dstrain = increment%dstrain/n_parts
+      state = state_at_start
+      stress = start
+      if (n_parts > 1) stress = rotated_stress(transpose(rotation_of_spin(spin)), start)
+      do i = 1, n_parts
+        if (n_parts > 1) then
+          part%time = increment%time + (i - 1)*part%dt
+          part%f0 = increment%f0 + (increment%f1 - increment%f0)*(i - 1)/n_parts
+          part%f1 = increment%f0 + (increment%f1 - increment%f0)*i/n_parts
+          stress = rotated_stress(part%rotation, stress)
+        end if
+        call call_umat(self, part, stress, state, tangent, is_refused, ok)
+        if (is_refused .or. .not. ok) exit
+      end do
+      if (.not. ok) call note_failure(int(increment%element, c_int), &
+                                      int(increment%point, c_int), 1_c_int)
+      if (.not. (is_refused .and. ok)) return
+    end do
+    ok = .false.
+    call note_failure(int(increment%element, c_int), int(increment%point, c_int), 2_c_int)
+  end subroutine update_point
+
+  !> The UMAT itself. `state` holds what is kept behind the state variables.
+  subroutine call_umat(self, increment, stress, state, tangent, is_refused, ok)
+    class(umat_adapter_t), intent(in) :: self
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(inout) :: stress(6), state(self%n_state)
+    real(wp), intent(out) :: tangent(6, 6)   ! DDSDDE
+    logical, intent(out) :: is_refused       ! PNEWDT came back below one
+    logical, intent(out) :: ok               ! all is finite
+    real(wp) :: statev(self%n_statv + slack), strain(6), energies(3)
+    real(wp) :: heat(2), heat_by_strain(6), stress_by_temperature(6), pnewdt, zeros(slack)
+
+    statev = 0.0_wp
+    statev(:self%n_statv) = state(:self%n_statv)
+    strain = rotated_strain(increment%rotation, state(self%n_statv + 1:self%n_statv + 6))
+    energies = state(self%n_statv + 7:self%n_statv + 9)
     tangent = 0.0_wp
-    energies = 0.0_wp
     heat = 0.0_wp
     heat_by_strain = 0.0_wp
-    heat_by_temperature = 0.0_wp
     stress_by_temperature = 0.0_wp
-    zero = 0.0_wp
+    zeros = 0.0_wp
     pnewdt = 1.0_wp
-    call self%umat(stress, state, tangent, energies(1), energies(2), energies(3), heat, &
-                   stress_by_temperature, heat_by_strain, heat_by_temperature, &
-                   spread(unknown, 1, 6), dstrain, spread(unknown, 1, 2), dt, 0.0_wp, 0.0_wp, &
-                   zero, zero, self%name, 3, 3, 6, self%n_state, self%props, size(self%props), &
-                   spread(unknown, 1, 3), reshape([unknown], [3, 3], pad=[unknown]), pnewdt, &
-                   unknown, reshape([unknown], [3, 3], pad=[unknown]), &
-                   reshape([unknown], [3, 3], pad=[unknown]), none, none, none, none, 1, none)
-    ok = pnewdt >= 1.0_wp .and. all(ieee_is_finite(stress)) .and. all(ieee_is_finite(state))
-  end subroutine update_point
+    call self%umat(stress, statev, tangent, energies(1), energies(2), energies(3), heat(1), &
+                   stress_by_temperature, heat_by_strain, heat(2), strain, increment%dstrain, &
+                   [increment%time, increment%time], increment%dt, 0.0_wp, 0.0_wp, zeros, &
+                   zeros, self%name, 3_c_int, 3_c_int, 6_c_int, int(self%n_statv, c_int), &
+                   self%props, int(self%n_props, c_int), increment%place, increment%rotation, &
+                   pnewdt, increment%length, increment%f0, increment%f1, &
+                   int(increment%element, c_int), int(increment%point, c_int), 1_c_int, 1_c_int, &
+                   [1_c_int, 0_c_int, 0_c_int, 0_c_int], int(increment%number, c_int), &
+                   int(name_length, c_size_t))
+    is_refused = pnewdt < 1.0_wp
+    state(:self%n_statv) = statev(:self%n_statv)
+    state(self%n_statv + 1:self%n_statv + 6) = strain + increment%dstrain
+    state(self%n_statv + 7:self%n_statv + 9) = energies
+    ok = all(ieee_is_finite(stress)) .and. all(ieee_is_finite(state(:self%n_statv)))
+  end subroutine call_umat
+
+  !> Elastic moduli for the stable step from one call without strain: the largest diagonal values
+  !! of DDSDDE bound the speeds of waves along the axes. Both are 0 where DDSDDE does not come back
+  !! positive.
+  subroutine umat_moduli(law, dt, state, bulk, shear)
+    type(umat_adapter_t), intent(in) :: law
+    real(wp), intent(in) :: dt                       !! a short increment
+    real(wp), intent(in) :: state(:)                 !! STATEV at the start
+    real(wp), intent(out) :: bulk, shear
+    type(increment_t) :: increment
+    real(wp) :: stress(6), values(law%n_state), tangent(6, 6)
+    logical :: is_refused, ok
+    integer :: i
+
+    increment%element = 1
+    increment%point = 1
+    increment%number = 1
+    increment%dt = dt
+    increment%length = 1.0_wp
+    stress = 0.0_wp
+    values = 0.0_wp
+    values(:law%n_statv) = state
+    call enter_user_call(1_c_int, 1_c_int)
+    call call_umat(law, increment, stress, values, tangent, is_refused, ok)
+    call leave_user_call()
+    bulk = 0.0_wp
+    shear = 0.0_wp
+    if (.not. all([(tangent(i, i) > 0.0_wp, i=1, 6)])) return
+    if (.not. all(abs(tangent) <= huge(1.0_wp))) return
+    shear = max(tangent(4, 4), tangent(5, 5), tangent(6, 6))
+    bulk = max(tangent(1, 1), tangent(2, 2), tangent(3, 3)) - 4.0_wp/3.0_wp*shear
+    bulk = max(bulk, 1.0e-3_wp*shear)
+  end subroutine umat_moduli
 
 end module umat_adapter

@@ -9,7 +9,9 @@ module model_setup
   use knot_vector, only: n_spans
   use nurbs_solid, only: evaluate_solid
   use block_law, only: block_law_t
-  use material_setup, only: new_material_law
+  use user_library, only: user_library_t
+  use law_setup, only: build_law
+  use initial_state, only: set_initial_states
   use tool, only: new_tool
   use spurious_modes, only: n_spurious_modes, serving_rule
   use stable_step, only: largest_frequency, viscous_step
@@ -30,10 +32,11 @@ module model_setup
 contains
 
   !> Model of a checked scene; unusable where a fault was added.
-  subroutine build_model(scene, model, faults)
+  subroutine build_model(scene, model, faults, library)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(out) :: model
     type(fault_list_t), intent(inout) :: faults
+    type(user_library_t), intent(in), optional :: library   !! for *USER MATERIAL
     real(wp) :: omega
     integer :: i, before
 
@@ -42,7 +45,7 @@ contains
     model%output = scene%output
     allocate (model%forces(0))
     allocate (model%probes, source=scene%probes)
-    call build_blank(scene, model, faults)
+    call build_blank(scene, model, faults, library)
     call build_tools(scene, model, faults)
     if (n_errors(faults) > before) return
 
@@ -61,24 +64,25 @@ contains
   end subroutine build_model
 
   !> Law, patch and mass.
-  subroutine build_blank(scene, model, faults)
+  subroutine build_blank(scene, model, faults, library)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
     type(fault_list_t), intent(inout) :: faults
+    type(user_library_t), intent(in), optional :: library
+    real(wp), parameter :: short = 1.0e-6_wp   ! of the end time: about a step
     class(block_law_t), allocatable :: law
     type(error_t), allocatable :: error
 
     associate (spec => scene%blank, material => scene%materials(scene%blank%material))
       call check_rule(spec, faults)
-      call new_material_law(material, law, error)
-      if (allocated(error)) then
-        call add_fault(faults, material%origin, error%message, "constants that the law accepts")
-        return
-      end if
+      call build_law(material, short*scene%step%end_time, law, faults, library)
+      if (.not. allocated(law)) return
       call new_blank(model%bodies%blank, spec%name, spec%solid, spec%n_points, spec%n_parts, law, &
                      [scene%step%viscosity_linear, scene%step%viscosity_quadratic], error)
       if (allocated(error)) then
         call add_fault(faults, spec%origin, error%message, "a patch with positive volume")
+      else
+        call set_initial_states(scene, model%bodies%blank)
       end if
     end associate
   end subroutine build_blank

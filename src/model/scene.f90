@@ -3,6 +3,7 @@
 module scene
   use kinds, only: wp
   use faults, only: origin_t
+  use text, only: string_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t
   use law_spec, only: plasticity_spec_t
@@ -19,8 +20,17 @@ module scene
     character(:), allocatable :: law        !! ELASTIC, PLASTIC or UMAT
     real(wp), allocatable :: constants(:)   !! PLASTIC: of the hardening; UMAT: its PROPS
     integer :: n_state = 0                  !! UMAT: number of STATEV
+    type(string_t), allocatable :: state_names(:)   !! names of the first of them; may be none
+    character(:), allocatable :: thread_safe        !! YES, NO or empty: not said
     type(plasticity_spec_t) :: plasticity   !! of PLASTIC
   end type material_spec_t
+
+  !> State variables at the start of the elements whose centre lies in a set.
+  type, public :: initial_state_spec_t
+    type(origin_t) :: origin
+    integer :: set = 0
+    real(wp), allocatable :: values(:)
+  end type initial_state_spec_t
 
   !> The blank: one solid patch (already refined), its material and its quadrature.
   type, public :: blank_spec_t
@@ -147,6 +157,7 @@ module scene
     type(set_spec_t), allocatable :: sets(:)
     type(boundary_spec_t), allocatable :: boundaries(:)
     type(initial_velocity_spec_t), allocatable :: initial_velocities(:)
+    type(initial_state_spec_t), allocatable :: initial_states(:)
     type(load_spec_t), allocatable :: loads(:)
     type(probe_spec_t), allocatable :: probes(:)
     type(material_test_spec_t), allocatable :: tests(:)

@@ -15,7 +15,7 @@ module frames
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use errors, only: error_t
-  use text, only: string_t, to_text
+  use text, only: string_t, joined, to_text
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t
   use nurbs_surface, only: nurbs_surface_t
@@ -57,6 +57,7 @@ module frames
     type(display_tool_t), allocatable :: tools(:)
     type(string_t), allocatable :: probes(:)            !! names
     integer :: n_state = 0                              !! columns of the frames' state
+    type(string_t), allocatable :: state_names(:)       !! of these columns; may be none
     logical :: is_bezier = .false.                      !! Bezier cells instead of Lagrange
     type(provenance_t) :: provenance
   end type results_setup_t
@@ -88,6 +89,7 @@ module frames
     integer, allocatable :: tool_of_point(:)
     integer :: rule_size(3) = 0
     integer :: n_state = 0
+    character(:), allocatable :: state_names            ! set apart by commas, or empty
     integer :: n_points = 0                             ! display points of blank and tools
     integer :: n_frames = 0
     logical :: is_bezier = .false.
@@ -108,6 +110,8 @@ contains
     results%solid = setup%solid
     results%tools = setup%tools
     results%n_state = setup%n_state
+    results%state_names = ""
+    if (allocated(setup%state_names)) results%state_names = joined(setup%state_names, ", ")
     results%is_bezier = setup%is_bezier
     results%rule_size = setup%rule%n
     results%grid = new_display_grid(setup%solid, setup%rule, setup%is_bezier)
@@ -348,6 +352,8 @@ contains
       if (results%n_state > 0) then
         call write_reals(file, "/points/statev", point_grid(results%n_state, q, e, frame%state), &
                          [results%n_state, n], "1", "state variables of the material, last frame")
+        if (results%state_names /= "") &
+          call write_text_attribute(file, "/points/statev", "names", results%state_names)
       end if
       call write_reals(file, "/points/principal_strain", &
                        plane_strains(results%geometry, reshape(frame%points, [n_controls, 3])), &

@@ -11,6 +11,7 @@ module material_point
   use point_context, only: point_context_t, new_point_context
   use point_kinematics, only: rotate_stress
   use lapack, only: solve
+  use user_law, only: set_initial_state
   implicit none
   private
 
@@ -48,13 +49,14 @@ module material_point
 
 contains
 
-  !> A point without strain and stress, its state variables zero.
-  pure function new_point(law) result(point)
+  !> A point without strain and stress, its state variables zero if no user's SDVINI says else.
+  function new_point(law) result(point)
     class(block_law_t), intent(in) :: law
     type(material_point_t) :: point
     integer :: i
 
     allocate (point%state(law%n_state), source=0.0_wp)
+    call set_initial_state(law, 1, 1, [0.0_wp, 0.0_wp, 0.0_wp], point%state)
     do i = 1, 3
       point%gradient(i, i) = 1.0_wp
     end do

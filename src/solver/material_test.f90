@@ -122,7 +122,7 @@ contains
     n = n_increments*size(program%times)
     point = new_point(law)
     allocate (history%time(0:n), history%strain(6, 0:n), history%stress(6, 0:n))
-    allocate (history%state(law%n_state, 0:n))
+    allocate (history%state(law%n_state - law%n_hidden, 0:n))
     call note(point, history)
     start = 0.0_wp
     before = 0.0_wp
@@ -152,7 +152,7 @@ contains
     history%time(history%n) = point%time
     history%strain(:, history%n) = point%strain
     history%stress(:, history%n) = point%stress
-    history%state(:, history%n) = point%state
+    history%state(:, history%n) = point%state(:size(history%state, 1))
   end subroutine note
 
   !> The history as columns, stress and strain in the frame of the test.
@@ -161,14 +161,14 @@ contains
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: angle
     type(result_table_t), intent(out) :: table
-    type(string_t) :: names(law%n_state)
+    type(string_t) :: names(law%n_state - law%n_hidden)
     real(wp) :: eqps(1, 0:history%n)
     integer :: i, n
 
     n = history%n
     eqps = 0.0_wp
     if (law%eqps_state > 0) eqps(1, :) = history%state(law%eqps_state, :n)
-    do i = 1, law%n_state
+    do i = 1, size(names)
       names(i)%value = to_text(i)
     end do
     call add_column(table, "time", "time", "time", reshape(history%time(:n), [1, n + 1]))

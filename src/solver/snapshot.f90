@@ -21,7 +21,7 @@ contains
   subroutine new_frame(model, frame)
     type(model_t), intent(in) :: model
     type(frame_t), intent(out) :: frame
-    integer :: q(3), n(3), n_tools
+    integer :: q(3), n(3), n_tools, n_shown
 
     associate (patch => model%bodies%blank%patch)
       q = patch%axes%n_points
@@ -31,7 +31,8 @@ contains
     allocate (frame%points, frame%velocity, mold=model%bodies%blank%motion%x)
     allocate (frame%eqps(q(1), q(2), q(3), n(1), n(2), n(3)), source=0.0_wp)
     allocate (frame%stress(6, q(1), q(2), q(3), n(1), n(2), n(3)))
-    allocate (frame%state(model%bodies%blank%law%n_state, q(1), q(2), q(3), n(1), n(2), n(3)))
+    n_shown = model%bodies%blank%law%n_state - model%bodies%blank%law%n_hidden
+    allocate (frame%state(n_shown, q(1), q(2), q(3), n(1), n(2), n(3)))
     allocate (frame%tool_displacement(3, n_tools), frame%tool_velocity(3, n_tools))
   end subroutine new_frame
 

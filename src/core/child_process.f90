@@ -1,0 +1,146 @@
+!> Other programs, run without a shell: words reach them as they are, whatever they contain.
+module child_process
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_ptr, c_loc, c_null_char, &
+                                         c_null_ptr
+  use text, only: string_t
+  implicit none
+  private
+
+  public :: run_program, c_text, program_missing
+
+  integer, parameter :: program_missing = -1   !! code of a program that cannot be started
+
+  interface
+    integer(c_int) function c_spawn(pid, file, actions, attributes, words, environment) &
+        bind(C, name="posix_spawnp")
+      import :: c_char, c_int, c_ptr, c_int64_t
+      integer(c_int), intent(out) :: pid
+      character(kind=c_char), intent(in) :: file(*)
+      integer(c_int64_t), intent(in) :: actions(*)
+      type(c_ptr), value :: attributes
+      type(c_ptr), intent(in) :: words(*), environment(*)
+    end function c_spawn
+
+    integer(c_int) function c_actions_init(actions) bind(C, name="posix_spawn_file_actions_init")
+      import :: c_int, c_int64_t
+      integer(c_int64_t), intent(inout) :: actions(*)
+    end function c_actions_init
+
+    integer(c_int) function c_actions_destroy(actions) &
+        bind(C, name="posix_spawn_file_actions_destroy")
+      import :: c_int, c_int64_t
+      integer(c_int64_t), intent(inout) :: actions(*)
+    end function c_actions_destroy
+
+    integer(c_int) function c_add_open(actions, unit, path, flags, mode) &
+        bind(C, name="posix_spawn_file_actions_addopen")
+      import :: c_char, c_int, c_int64_t
+      integer(c_int64_t), intent(inout) :: actions(*)
+      integer(c_int), value :: unit, flags, mode
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_add_open
+
+    integer(c_int) function c_add_dup(actions, from, to) &
+        bind(C, name="posix_spawn_file_actions_adddup2")
+      import :: c_int, c_int64_t
+      integer(c_int64_t), intent(inout) :: actions(*)
+      integer(c_int), value :: from, to
+    end function c_add_dup
+
+    integer(c_int) function c_waitpid(pid, status, options) bind(C, name="waitpid")
+      import :: c_int
+      integer(c_int), value :: pid, options
+      integer(c_int), intent(out) :: status
+    end function c_waitpid
+  end interface
+
+  !> What compilers and binary tools look at, beside the language of their messages.
+  character(*), parameter :: passed_on(10) = [character(17) :: "PATH", "HOME", "TMPDIR", &
+    "LD_LIBRARY_PATH", "LIBRARY_PATH", "CPATH", "COMPILER_PATH", "GCC_EXEC_PREFIX", "USER", &
+    "SOURCE_DATE_EPOCH"]
+
+  !> A text as C wants it.
+  type :: c_text_t
+    character(kind=c_char), allocatable :: text(:)
+  end type c_text_t
+
+contains
+
+  !> Run a program that is found along PATH and wait for its end. It reads nothing, and what it
+  !! writes goes to a file. `code` is its exit code, 128 + signal where it was killed, or
+  !! `program_missing`.
+  subroutine run_program(words, output, code)
+    type(string_t), intent(in) :: words(:)   !! the program and its arguments
+    character(*), intent(in) :: output       !! path of the file for its output and its errors
+    integer, intent(out) :: code
+    integer(c_int), parameter :: to_read = 0_c_int, to_write = 577_c_int, mode = 420_c_int
+    integer(c_int64_t) :: actions(64)        ! room enough for the type that C hides
+    type(c_text_t), allocatable, target :: arguments(:), settings(:)
+    type(c_ptr) :: argument_list(size(words) + 1), setting_list(size(passed_on) + 2)
+    integer(c_int) :: pid, status, failed
+    integer :: i
+
+    code = program_missing
+    allocate (arguments(size(words)))
+    do i = 1, size(words)
+      arguments(i)%text = c_text(words(i)%value)
+      argument_list(i) = c_loc(arguments(i)%text)
+    end do
+    argument_list(size(words) + 1) = c_null_ptr
+    call list_settings(settings, setting_list)
+    actions = 0_c_int64_t
+    failed = c_actions_init(actions)
+    if (failed /= 0) return
+    failed = c_add_open(actions, 0_c_int, c_text("/dev/null"), to_read, mode)
+    if (failed == 0) failed = c_add_open(actions, 1_c_int, c_text(output), to_write, mode)
+    if (failed == 0) failed = c_add_dup(actions, 1_c_int, 2_c_int)
+    if (failed == 0) failed = c_spawn(pid, arguments(1)%text, actions, c_null_ptr, argument_list, &
+                                      setting_list)
+    if (failed == 0) then
+      if (c_waitpid(pid, status, 0_c_int) == pid) then
+        code = iand(ishft(int(status), -8), 255)
+        if (iand(int(status), 127) /= 0) code = 128 + iand(int(status), 127)
+      end if
+    end if
+    failed = c_actions_destroy(actions)
+  end subroutine run_program
+
+  !> The environment of the program: messages in English, the rest as it is here.
+  subroutine list_settings(settings, list)
+    type(c_text_t), allocatable, target, intent(inout) :: settings(:)
+    type(c_ptr), intent(out) :: list(:)
+    character(:), allocatable :: value
+    integer :: i, n, length, status
+
+    allocate (settings(size(passed_on) + 1))
+    settings(1)%text = c_text("LC_ALL=C")
+    n = 1
+    do i = 1, size(passed_on)
+      call get_environment_variable(trim(passed_on(i)), length=length, status=status)
+      if (status /= 0) cycle
+      allocate (character(length) :: value)
+      call get_environment_variable(trim(passed_on(i)), value=value)
+      n = n + 1
+      settings(n)%text = c_text(trim(passed_on(i))//"="//value)
+      deallocate (value)
+    end do
+    list = c_null_ptr
+    do i = 1, n
+      list(i) = c_loc(settings(i)%text)
+    end do
+  end subroutine list_settings
+
+  !> A text with the zero that ends it in C.
+  pure function c_text(given) result(text)
+    character(*), intent(in) :: given
+    character(kind=c_char), allocatable :: text(:)
+    integer :: i
+
+    allocate (text(len(given) + 1))
+    do i = 1, len(given)
+      text(i) = given(i:i)
+    end do
+    text(len(given) + 1) = c_null_char
+  end function c_text
+
+end module child_process

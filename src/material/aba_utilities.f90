@@ -1,0 +1,364 @@
+!> Utility routines that subroutines of users call, and how a run ends from inside one of them.
+!!
+!! Built as a shared library of its own: the program and the compiled subroutines both link it.
+!! The routines have the names and arguments that Abaqus gives them; tensors stand as 11, 22, 33,
+!! 12, 13, 23 (LSTR = 1: stress, 2: strain with engineering shear).
+!!
+!! The calls carry no argument that says where they come from, so this module remembers it: the
+!! element and point in hand for each thread, and what is to be saved when the run must end.
+module aba_utilities
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funloc, c_funptr, c_int, &
+                                         c_null_funptr, c_null_ptr, c_ptr, c_size_t, &
+                                         c_associated, c_f_procpointer
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use tensor_utilities, only: eigen_decomposition, full_tensor, packed_tensor
+  implicit none
+  private
+
+  integer, parameter, public :: exit_by_user = 2   !! exit code of a run that a subroutine ends
+  integer, parameter :: longest = 400
+
+  abstract interface
+    !> What is to be done before the program ends, such as saving the state.
+    subroutine farewell_procedure(context, message, length) bind(C)
+      import :: c_char, c_int, c_ptr
+      type(c_ptr), value :: context   !! as given to `watch_user_calls`
+      integer(c_int), value :: length
+      character(kind=c_char), intent(in) :: message(length)
+    end subroutine farewell_procedure
+  end interface
+
+  interface
+    integer(c_int) function c_atexit(action) bind(C, name="atexit")
+      import :: c_int, c_funptr
+      type(c_funptr), value :: action
+    end function c_atexit
+
+    type(c_funptr) function c_signal(number, action) bind(C, name="signal")
+      import :: c_int, c_funptr
+      integer(c_int), value :: number
+      type(c_funptr), value :: action
+    end function c_signal
+
+    subroutine c_exit(code) bind(C, name="exit")
+      import :: c_int
+      integer(c_int), value :: code
+    end subroutine c_exit
+
+    subroutine c_exit_now(code) bind(C, name="_exit")
+      import :: c_int
+      integer(c_int), value :: code
+    end subroutine c_exit_now
+
+    subroutine c_backtrace() bind(C, name="_gfortran_backtrace")
+    end subroutine c_backtrace
+  end interface
+
+  integer(c_int) :: element = 0, point = 0   ! in hand in this thread; 0: no call is under way
+  !$omp threadprivate(element, point)
+  type(c_funptr) :: farewell = c_null_funptr
+  type(c_ptr) :: farewell_context = c_null_ptr
+  logical :: is_leaving = .false.
+  integer(c_int) :: failure(3) = 0           ! element, point and reason
+
+contains
+
+  !> A call of the user's subroutine begins for this element and point.
+  subroutine enter_user_call(noel, npt) bind(C, name="igaform_enter_user_call")
+    integer(c_int), value :: noel, npt
+
+    element = noel
+    point = npt
+  end subroutine enter_user_call
+
+  !> The calls of this thread are done.
+  subroutine leave_user_call() bind(C, name="igaform_leave_user_call")
+    element = 0
+    point = 0
+  end subroutine leave_user_call
+
+  !> A stress update of the user's subroutine failed; that of the lowest element is kept.
+  subroutine note_failure(noel, npt, reason) bind(C, name="igaform_note_user_failure")
+    integer(c_int), value :: noel, npt
+    integer(c_int), value :: reason   !! 1: not finite, 2: PNEWDT stays below one
+
+    !$omp critical (igaform_failure)
+    if (failure(1) == 0 .or. noel < failure(1)) failure = [noel, npt, reason]
+    !$omp end critical (igaform_failure)
+  end subroutine note_failure
+
+  !> Element, point and reason of the failure that was kept; zeros if there was none.
+  subroutine tell_failure(values) bind(C, name="igaform_tell_user_failure")
+    integer(c_int), intent(out) :: values(3)
+
+    values = failure
+  end subroutine tell_failure
+
+  !> Watch over the calls from now on: an end of the program or a crash inside one is told with
+  !! element and point, and `action` (may be null) is carried out before. To be called again with
+  !! the action once there is something to save, so that it runs before the libraries close down.
+  subroutine watch_user_calls(action, context) bind(C, name="igaform_watch_user_calls")
+    type(c_funptr), value :: action
+    type(c_ptr), value :: context   !! what the action is to work on
+    integer(c_int), parameter :: crashes(5) = [4_c_int, 6_c_int, 7_c_int, 8_c_int, 11_c_int]
+    type(c_funptr) :: before
+    integer(c_int) :: status
+    integer :: i
+
+    farewell = action
+    farewell_context = context
+    status = c_atexit(c_funloc(at_exit))
+    do i = 1, size(crashes)
+      before = c_signal(crashes(i), c_funloc(at_crash))
+    end do
+  end subroutine watch_user_calls
+
+  !> Ends the run: the user's subroutine found no way on.
+  subroutine xit() bind(C, name="xit_")
+    call end_run("XIT")
+  end subroutine xit
+
+  !> The same from an explicit analysis.
+  subroutine xplb_exit() bind(C, name="xplb_exit_")
+    call end_run("XPLB_EXIT")
+  end subroutine xplb_exit
+
+  !> The end of the program, for whatever reason: inside a call it is a STOP of the user.
+  subroutine at_exit() bind(C)
+    if (element == 0 .or. is_leaving) return
+    call end_run("STOP or an error at run time")
+  end subroutine at_exit
+
+  !> Tell, save, flush, end. One thread gets through; the others wait here for the end.
+  subroutine end_run(how)
+    character(*), intent(in) :: how   ! the routine that was called, or what happened
+    character(longest) :: message
+    procedure(farewell_procedure), pointer :: action
+    integer :: i
+
+    !$omp critical (igaform_leaving)
+    is_leaving = .true.
+    message = where_and_why("the user's subroutine ended the run ("//how//")")
+    write (error_unit, "(a)") "igaform: error: "//trim(message)
+    if (c_associated(farewell)) then
+      call c_f_procpointer(farewell, action)
+      call action(farewell_context, [(message(i:i), i=1, len_trim(message))], &
+                  int(len_trim(message), c_int))
+    end if
+    call flush_units()
+    if (how == "XIT" .or. how == "XPLB_EXIT") call c_exit(int(exit_by_user, c_int))
+    ! The program is ending already, and exit must not be entered twice.
+    call c_exit_now(int(exit_by_user, c_int))
+    !$omp end critical (igaform_leaving)
+  end subroutine end_run
+
+  !> A crash. Inside a call of the user's subroutine it is told where; the state is not to be
+  !! trusted any more, so nothing is saved. Any other crash takes its usual way.
+  subroutine at_crash(number) bind(C)
+    integer(c_int), value :: number
+    type(c_funptr) :: before
+
+    if (element == 0) then
+      before = c_signal(number, c_null_funptr)
+    else
+      write (error_unit, "(a)") "igaform: error: "// &
+        trim(where_and_why("the user's subroutine crashed"))
+      call c_backtrace()
+      call c_exit_now(int(exit_by_user, c_int))
+    end if
+  end subroutine at_crash
+
+  function where_and_why(what) result(message)
+    character(*), intent(in) :: what
+    character(longest) :: message
+
+    write (message, "(2a, i0, a, i0)") what, " in element ", element, ", point ", point
+  end function where_and_why
+
+  !> What subroutines have written must not be lost.
+  subroutine flush_units()
+    integer, parameter :: last = 200
+    integer :: unit
+    logical :: is_open
+
+    do unit = 0, last
+      inquire (unit=unit, opened=is_open)
+      if (is_open) flush (unit)
+    end do
+  end subroutine flush_units
+
+  !> Rotate a tensor: R S R^T.
+  subroutine rotsig(s, r, sprime, lstr, ndi, nshr) bind(C, name="rotsig_")
+    integer(c_int), intent(in) :: lstr, ndi, nshr
+    real(c_double), intent(in) :: s(ndi + nshr), r(3, 3)
+    real(c_double), intent(out) :: sprime(ndi + nshr)
+
+    sprime = packed_tensor(matmul(r, matmul(full_tensor(s, lstr, ndi, nshr), transpose(r))), &
+                           lstr, ndi, nshr)
+  end subroutine rotsig
+
+  !> Invariants of a stress: a third of the trace, and the von Mises stress.
+  subroutine sinv(stress, sinv1, sinv2, ndi, nshr) bind(C, name="sinv_")
+    integer(c_int), intent(in) :: ndi, nshr
+    real(c_double), intent(in) :: stress(ndi + nshr)
+    real(c_double), intent(out) :: sinv1, sinv2
+    real(c_double) :: deviator(3, 3)
+    integer :: i
+
+    deviator = full_tensor(stress, 1_c_int, ndi, nshr)
+    sinv1 = (deviator(1, 1) + deviator(2, 2) + deviator(3, 3))/3.0_c_double
+    do i = 1, 3
+      deviator(i, i) = deviator(i, i) - sinv1
+    end do
+    sinv2 = sqrt(1.5_c_double*sum(deviator**2))
+  end subroutine sinv
+
+  !> Principal values, in no order.
+  subroutine sprinc(s, ps, lstr, ndi, nshr) bind(C, name="sprinc_")
+    integer(c_int), intent(in) :: lstr, ndi, nshr
+    real(c_double), intent(in) :: s(ndi + nshr)
+    real(c_double), intent(out) :: ps(3)
+    real(c_double) :: directions(3, 3)
+
+    call eigen_decomposition(full_tensor(s, lstr, ndi, nshr), ps, directions)
+  end subroutine sprinc
+
+  !> Principal values with their directions: AN(k, :) belongs to PS(k).
+  subroutine sprind(s, ps, an, lstr, ndi, nshr) bind(C, name="sprind_")
+    integer(c_int), intent(in) :: lstr, ndi, nshr
+    real(c_double), intent(in) :: s(ndi + nshr)
+    real(c_double), intent(out) :: ps(3), an(3, 3)
+    real(c_double) :: directions(3, 3)
+
+    call eigen_decomposition(full_tensor(s, lstr, ndi, nshr), ps, directions)
+    an = transpose(directions)
+  end subroutine sprind
+
+  !> Results of other points are not to be had here.
+  subroutine getvrm() bind(C, name="getvrm_")
+    write (error_unit, "(a)") "igaform: GETVRM is called, which is not provided"
+    call xit()
+  end subroutine getvrm
+
+  !> A message of the user's subroutine; LOP = -3 ends the run.
+  subroutine stdb_abqerr(lop, text, intv, realv, charv, text_length, charv_length) &
+      bind(C, name="stdb_abqerr_")
+    integer(c_int), intent(in) :: lop, intv(*)
+    real(c_double), intent(in) :: realv(*)
+    integer(c_size_t), value :: text_length, charv_length
+    character(kind=c_char), intent(in) :: text(text_length), charv(charv_length, *)
+    character(longest) :: line
+
+    call fill_in(text, intv, realv, charv_length, charv, line)
+    write (error_unit, "(a)") "igaform: message of the user's subroutine: "//trim(line)
+    if (lop == -3) call xit()
+  end subroutine stdb_abqerr
+
+  !> The same from an explicit analysis.
+  subroutine xplb_abqerr(lop, text, intv, realv, charv, text_length, charv_length) &
+      bind(C, name="xplb_abqerr_")
+    integer(c_int), intent(in) :: lop, intv(*)
+    real(c_double), intent(in) :: realv(*)
+    integer(c_size_t), value :: text_length, charv_length
+    character(kind=c_char), intent(in) :: text(text_length), charv(charv_length, *)
+
+    call stdb_abqerr(lop, text, intv, realv, charv, text_length, charv_length)
+  end subroutine xplb_abqerr
+
+  !> A text with the next whole number for each %I, real number for %R and word for %S.
+  subroutine fill_in(text, intv, realv, charv_length, charv, line)
+    integer(c_size_t), intent(in) :: charv_length
+    character(kind=c_char), intent(in) :: text(:), charv(charv_length, *)
+    integer(c_int), intent(in) :: intv(*)
+    real(c_double), intent(in) :: realv(*)
+    character(*), intent(out) :: line
+    character(24) :: value
+    integer :: i, n, used(3)
+
+    line = ""
+    used = 0
+    n = 0
+    i = 1
+    do while (i <= size(text))
+      value = text(i)
+      if (text(i) == "%" .and. i < size(text)) then
+        i = i + 1
+        select case (text(i))
+        case ("I", "i")
+          used(1) = used(1) + 1
+          write (value, "(i0)") intv(used(1))
+        case ("R", "r")
+          used(2) = used(2) + 1
+          write (value, "(g0.8)") realv(used(2))
+        case ("S", "s")
+          used(3) = used(3) + 1
+          value = word_of(charv(:, used(3)))
+        case default
+          i = i - 1
+        end select
+      end if
+      line(n + 1:) = value
+      n = n + max(1, len_trim(value))
+      i = i + 1
+    end do
+  end subroutine fill_in
+
+  pure function word_of(characters) result(word)
+    character(kind=c_char), intent(in) :: characters(:)
+    character(24) :: word
+    integer :: i
+
+    word = ""
+    do i = 1, min(size(characters), len(word))
+      word(i:i) = characters(i)
+    end do
+  end function word_of
+
+  !> The folder of the results is the one that the program runs in.
+  subroutine getoutdir(outdir, length, outdir_length) bind(C, name="getoutdir_")
+    integer(c_size_t), value :: outdir_length
+    character(kind=c_char), intent(out) :: outdir(outdir_length)
+    integer(c_int), intent(out) :: length
+
+    outdir = " "
+    outdir(1) = "."
+    length = 1
+  end subroutine getoutdir
+
+  !> The name of the job is that of the program.
+  subroutine getjobname(name, length, name_length) bind(C, name="getjobname_")
+    integer(c_size_t), value :: name_length
+    character(kind=c_char), intent(out) :: name(name_length)
+    integer(c_int), intent(out) :: length
+    character(*), parameter :: job = "igaform"
+    integer :: i
+
+    name = " "
+    length = min(len(job), int(name_length))
+    do i = 1, length
+      name(i) = job(i:i)
+    end do
+  end subroutine getjobname
+
+  !> There is one process, of rank 0.
+  subroutine getrank(rank) bind(C, name="getrank_")
+    integer(c_int), intent(out) :: rank
+
+    rank = 0
+  end subroutine getrank
+
+  !> The same from an explicit analysis.
+  subroutine vgetrank(rank) bind(C, name="vgetrank_")
+    integer(c_int), intent(out) :: rank
+
+    rank = 0
+  end subroutine vgetrank
+
+  !> Number of processes, not of threads.
+  subroutine getnumcpus(n) bind(C, name="getnumcpus_")
+    integer(c_int), intent(out) :: n
+
+    n = 1
+  end subroutine getnumcpus
+
+end module aba_utilities

@@ -1,0 +1,111 @@
+!> A short key for source files and all that they include: it changes when one of them does.
+module source_digest
+  use, intrinsic :: iso_fortran_env, only: int64
+  use text, only: string_t, lower_case
+  implicit none
+  private
+
+  public :: digest_t, add_text, add_file, digest_text, read_whole_file
+
+  !> Two sums of 32 bits that a text is folded into.
+  type :: digest_t
+    integer(int64) :: sums(2) = [2166136261_int64, 3332679571_int64]
+    type(string_t), allocatable :: files(:)   !! taken in so far
+  end type digest_t
+
+contains
+
+  !> Fold a text in (FNV-1a by G. Fowler, L. C. Noll and K.-P. Vo, with two different factors).
+  pure subroutine add_text(digest, text)
+    type(digest_t), intent(inout) :: digest
+    character(*), intent(in) :: text
+    integer(int64), parameter :: factors(2) = [16777619_int64, 16777633_int64]
+    integer(int64), parameter :: range = 4294967296_int64
+    integer :: i
+
+    do i = 1, len(text)
+      digest%sums = modulo(ieor(digest%sums, int(ichar(text(i:i)), int64))*factors, range)
+    end do
+  end subroutine add_text
+
+  !> Fold a file in, and all files that it includes and that stand beside it. Files that cannot be
+  !! read count as empty: whoever needs them says so.
+  recursive subroutine add_file(digest, path)
+    type(digest_t), intent(inout) :: digest
+    character(*), intent(in) :: path
+    character(:), allocatable :: content, folder, name
+    type(string_t) :: entry
+    integer :: i, first, length
+    logical :: is_there
+
+    if (.not. allocated(digest%files)) allocate (digest%files(0))
+    do i = 1, size(digest%files)
+      if (digest%files(i)%value == path) return
+    end do
+    entry%value = path
+    digest%files = [digest%files, entry]
+    call read_whole_file(path, content, is_there)
+    call add_text(digest, path)
+    call add_text(digest, content)
+    folder = path(:index(path, "/", back=.true.))
+    first = 1
+    do while (first <= len(content))
+      length = index(content(first:), new_line("a"))
+      if (length == 0) length = len(content) - first + 2
+      name = included_name(content(first:first + length - 2))
+      first = first + length
+      if (name == "") cycle
+      if (name(1:1) /= "/") name = folder//name
+      inquire (file=name, exist=is_there)
+      if (is_there) call add_file(digest, name)
+    end do
+  end subroutine add_file
+
+  !> The file that a line includes, empty where it includes none.
+  pure function included_name(line) result(name)
+    character(*), intent(in) :: line
+    character(:), allocatable :: name, code
+    integer :: first, last
+    character(1) :: quote
+
+    name = ""
+    code = adjustl(line)
+    if (len(code) < 10) return
+    if (lower_case(code(1:7)) /= "include" .and. code(1:8) /= "#include") return
+    first = scan(code, "'""")
+    if (first == 0) return
+    quote = code(first:first)
+    last = index(code(first + 1:), quote)
+    if (last > 1) name = code(first + 1:first + last - 1)
+  end function included_name
+
+  !> Sixteen hexadecimal digits.
+  function digest_text(digest) result(text)
+    type(digest_t), intent(in) :: digest
+    character(16) :: text
+
+    write (text, "(2z8.8)") digest%sums
+  end function digest_text
+
+  !> A file as one text; empty if it cannot be read.
+  subroutine read_whole_file(path, content, is_there)
+    character(*), intent(in) :: path
+    character(:), allocatable, intent(out) :: content
+    logical, intent(out) :: is_there
+    integer :: unit, status, length
+
+    content = ""
+    is_there = .false.
+    open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
+          status="old", iostat=status)
+    if (status /= 0) return
+    inquire (unit=unit, size=length)
+    deallocate (content)
+    allocate (character(max(0, length)) :: content)
+    read (unit, iostat=status) content
+    is_there = status == 0
+    if (.not. is_there) content = ""
+    close (unit)
+  end subroutine read_whole_file
+
+end module source_digest

@@ -1,0 +1,411 @@
+!> From source files of users to a shared library: gfortran is run as the files expect it, and what
+!! it says is handed on. The library is kept and used again until a source, a file that one
+!! includes, the compiler or its options change.
+module user_build
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
+  use errors, only: error_t, fail
+  use text, only: string_t, strings, lower_case, upper_case, to_text
+  use child_process, only: run_program, program_missing, c_text
+  use source_digest, only: digest_t, add_text, add_file, digest_text, read_whole_file
+  implicit none
+  private
+
+  public :: build_user_library, make_folder, remove_file, process_number, ending_of
+
+  !> -frecursive keeps local arrays on the stack, so that threads do not share them. -w: the
+  !! sources are old and not ours. -g: crashes tell the line.
+  character(*), parameter :: options(14) = [character(28) :: "-fPIC", "-frecursive", "-O2", "-g", &
+    "-w", "-std=legacy", "-fallow-argument-mismatch", "-fallow-invalid-boz", "-fno-range-check", &
+    "-fcray-pointer", "-fdec-format-defaults", "-fd-lines-as-comments", &
+    "-ffree-line-length-none", "-fdiagnostics-color=never"]
+
+  !> What every call of the compiler needs to know.
+  type :: build_t
+    character(:), allocatable :: compiler, folder, log, support
+    type(string_t), allocatable :: words(:)      !! of the call in hand
+    type(string_t), allocatable :: objects(:)    !! compiled so far
+    character(:), allocatable :: note
+  end type build_t
+
+  interface
+    integer(c_int) function c_mkdir(path, mode) bind(C, name="mkdir")
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: mode
+    end function c_mkdir
+
+    integer(c_int) function c_rename(from, to) bind(C, name="rename")
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: from(*), to(*)
+    end function c_rename
+
+    integer(c_int) function c_remove(path) bind(C, name="remove")
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_remove
+
+    integer(c_int) function c_getpid() bind(C, name="getpid")
+      import :: c_int
+    end function c_getpid
+
+    integer(c_size_t) function c_readlink(path, target_path, length) bind(C, name="readlink")
+      import :: c_char, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      character(kind=c_char), intent(out) :: target_path(*)
+      integer(c_size_t), value :: length
+    end function c_readlink
+  end interface
+
+contains
+
+  !> Compile and link. Fails with the compiler's words where a file does not compile, with the names
+  !! of routines that are nowhere, and where there is no compiler or no room for the library.
+  subroutine build_user_library(files, cache, library, note, error)
+    type(string_t), intent(in) :: files(:)      !! sources, and libraries (.so, .a, .o) beside them
+    character(*), intent(in) :: cache           !! folder that keeps the libraries
+    character(:), allocatable, intent(out) :: library   !! path of the one that was built
+    character(:), allocatable, intent(out) :: note      !! worth telling the user, or empty
+    type(error_t), allocatable, intent(out) :: error
+    type(build_t) :: build
+    character(:), allocatable :: key
+    logical :: is_there
+    integer :: i
+
+    note = ""
+    build%note = ""
+    build%compiler = setting("IGAFORM_FC", "gfortran")
+    call find_support(build, error)
+    if (allocated(error)) return
+    build%folder = cache//"/build_"//to_text(process_number())
+    build%log = build%folder//"/messages.txt"
+    call make_folder(cache)
+    call make_folder(build%folder)
+    call find_key(build, files, key, error)
+    library = cache//"/user_"//key//".so"
+    if (.not. allocated(error)) then
+      inquire (file=library, exist=is_there)
+      if (.not. is_there) then
+        allocate (build%objects(0))
+        do i = 1, size(files)
+          call compile(build, files(i)%value, i, error)
+          if (allocated(error)) exit
+        end do
+        if (.not. allocated(error)) call link(build, library, error)
+        note = build%note
+      end if
+    end if
+    call remove_folder(build)
+  end subroutine build_user_library
+
+  function setting(name, default) result(value)
+    character(*), intent(in) :: name, default
+    character(:), allocatable :: value
+    integer :: length, status
+
+    call get_environment_variable(name, length=length, status=status)
+    value = default
+    if (status /= 0 .or. length == 0) return
+    deallocate (value)
+    allocate (character(length) :: value)
+    call get_environment_variable(name, value=value)
+  end function setting
+
+  !> The folder above those of our utility routines and include files: above that of the program,
+  !! or one higher.
+  subroutine find_support(build, error)
+    type(build_t), intent(inout) :: build
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_there
+    integer :: i
+
+    build%support = program_folder()
+    do i = 1, 2
+      build%support = build%support//"/.."
+      inquire (file=build%support//"/lib/libigaform_user.so", exist=is_there)
+      if (is_there) return
+    end do
+    call fail(error, "the utility routines for user materials are missing: no "// &
+              "lib/libigaform_user.so above the folder of the program, "//program_folder())
+  end subroutine find_support
+
+  !> The folder of the running program.
+  function program_folder() result(folder)
+    character(:), allocatable :: folder
+    integer(c_size_t), parameter :: room = 4096_c_size_t
+    character(kind=c_char) :: path(room)
+    integer(c_size_t) :: length
+    integer :: i
+
+    length = c_readlink(c_text("/proc/self/exe"), path, room)
+    folder = ""
+    do i = 1, int(length)
+      folder = folder//path(i)
+    end do
+    folder = folder(:max(1, index(folder, "/", back=.true.)) - 1)
+  end function program_folder
+
+  !> Create a folder if it is not there. If that fails, so does what wants to write there.
+  subroutine make_folder(path)
+    character(*), intent(in) :: path
+    integer(c_int), parameter :: mode = 493_c_int
+    integer(c_int) :: ignored
+
+    ignored = c_mkdir(c_text(path), mode)
+  end subroutine make_folder
+
+  !> Remove a file or an empty folder, if it is there.
+  subroutine remove_file(path)
+    character(*), intent(in) :: path
+    integer(c_int) :: ignored
+
+    ignored = c_remove(c_text(path))
+  end subroutine remove_file
+
+  !> The number of this process, for names that no other run uses.
+  integer function process_number()
+    process_number = int(c_getpid())
+  end function process_number
+
+  !> A key of everything the library depends on; asks the compiler for its version on the way.
+  subroutine find_key(build, files, key, error)
+    type(build_t), intent(inout) :: build
+    type(string_t), intent(in) :: files(:)
+    character(:), allocatable, intent(out) :: key
+    type(error_t), allocatable, intent(out) :: error
+    type(digest_t) :: digest
+    character(:), allocatable :: version
+    logical :: is_there
+    integer :: i, code
+
+    key = ""
+    call start_words(build, build%compiler)
+    call add_word(build, "--version")
+    call run_program(build%words, build%log, code)
+    inquire (file=build%log, exist=is_there)
+    if (code == program_missing .and. is_there) then
+      call fail(error, "no compiler: '"//build%compiler//"' cannot be started, and the user "// &
+                "subroutine is Fortran source; install gfortran (Debian: apt install "// &
+                "gfortran), name another gfortran by the environment variable IGAFORM_FC, "// &
+                "or give a library that is compiled already (.so)")
+      return
+    end if
+    call read_whole_file(build%log, version, is_there)
+    if (.not. is_there) then
+      call fail(error, "cannot write into the folder "//build%folder// &
+                ", where the user subroutine is to be compiled")
+      return
+    end if
+    call add_text(digest, version)
+    do i = 1, size(options)
+      call add_text(digest, options(i))
+    end do
+    call add_text(digest, build%support)
+    do i = 1, size(files)
+      inquire (file=files(i)%value, exist=is_there)
+      if (.not. is_there) then
+        call fail(error, "no file '"//files(i)%value//"'")
+        return
+      end if
+      call add_file(digest, files(i)%value)
+    end do
+    key = digest_text(digest)
+  end subroutine find_key
+
+  subroutine start_words(build, word)
+    type(build_t), intent(inout) :: build
+    character(*), intent(in) :: word
+
+    build%words = strings([word])
+  end subroutine start_words
+
+  subroutine add_word(build, word)
+    type(build_t), intent(inout) :: build
+    character(*), intent(in) :: word
+    type(string_t) :: last
+
+    last%value = word
+    build%words = [build%words, last]
+  end subroutine add_word
+
+  !> Object file of one source; objects and libraries are passed on to the linker.
+  subroutine compile(build, path, number, error)
+    type(build_t), intent(inout) :: build
+    character(*), intent(in) :: path
+    integer, intent(in) :: number
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: messages, object
+    type(string_t) :: entry
+    logical :: is_there
+    integer :: code
+
+    object = build%folder//"/"//to_text(number)//".o"
+    entry%value = object
+    select case (ending_of(path))
+    case ("o", "a", "so")
+      entry%value = as_file(path)
+    case ("f", "for", "ftn", "f90", "f95", "f03", "f08", "fpp")
+      call compile_with(build, path, object, "132", code)
+      if (code /= 0) then
+        call read_whole_file(build%log, messages, is_there)
+        ! Old files may carry numbers behind column 72, where the language ends.
+        if (is_fixed_form(path)) call compile_with(build, path, object, "72", code)
+        if (code /= 0) then
+          call fail(error, path//" does not compile:"//new_line("a")//messages)
+          return
+        end if
+        build%note = path//" compiles only when it is read up to column 72, and so it is"
+      end if
+    case default
+      call fail(error, "'"//path//"' is neither Fortran source (.f, .for, .f90, .F, .F90) "// &
+                "nor a library (.so)")
+      return
+    end select
+    build%objects = [build%objects, entry]
+  end subroutine compile
+
+  subroutine compile_with(build, path, object, columns, code)
+    type(build_t), intent(inout) :: build
+    character(*), intent(in) :: path, object, columns
+    integer, intent(out) :: code
+    integer :: i
+
+    call start_words(build, build%compiler)
+    do i = 1, size(options)
+      call add_word(build, trim(options(i)))
+    end do
+    call add_word(build, "-ffixed-line-length-"//columns)
+    if (.not. is_fixed_form(path)) call add_word(build, "-ffree-form")
+    call add_word(build, "-I"//folder_of(path))
+    call add_word(build, "-I"//build%support//"/include")
+    call add_word(build, "-J"//build%folder)
+    call add_word(build, "-c")
+    call add_word(build, as_file(path))
+    call add_word(build, "-o")
+    call add_word(build, object)
+    call run_program(build%words, build%log, code)
+  end subroutine compile_with
+
+  !> Is the file in fixed form? By its name, unless a directive of other compilers says free form.
+  logical function is_fixed_form(path)
+    character(*), intent(in) :: path
+    character(:), allocatable :: content
+    logical :: is_there
+
+    is_fixed_form = .false.
+    if (.not. any(ending_of(path) == [character(3) :: "f", "for", "ftn", "fpp"])) return
+    call read_whole_file(path, content, is_there)
+    content = upper_case(content)
+    is_fixed_form = index(content, "!DIR$ FREEFORM") == 0 .and. &
+                    index(content, "!DEC$ FREEFORM") == 0
+  end function is_fixed_form
+
+  !> Link all objects to a library, first under another name: other runs may be at it, too.
+  subroutine link(build, library, error)
+    type(build_t), intent(inout) :: build
+    character(*), intent(in) :: library
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: fresh, messages
+    logical :: is_there
+    integer :: i, code
+
+    fresh = build%folder//"/user.so"
+    call start_words(build, build%compiler)
+    call add_word(build, "-shared")
+    call add_word(build, "-Wl,--no-undefined")
+    do i = 1, size(build%objects)
+      call add_word(build, build%objects(i)%value)
+    end do
+    call add_word(build, "-L"//build%support//"/lib")
+    call add_word(build, "-Xlinker")   ! not -Wl, which splits a path at its commas
+    call add_word(build, "-rpath")
+    call add_word(build, "-Xlinker")
+    call add_word(build, build%support//"/lib")
+    call add_word(build, "-ligaform_user")
+    call add_word(build, "-o")
+    call add_word(build, fresh)
+    call run_program(build%words, build%log, code)
+    if (code /= 0) then
+      call read_whole_file(build%log, messages, is_there)
+      call fail(error, link_message(messages))
+    else if (c_rename(c_text(fresh), c_text(library)) /= 0) then
+      call fail(error, "cannot write "//library)
+    end if
+  end subroutine link
+
+  !> The routines that are nowhere, by name and with a hint; else the linker's words.
+  function link_message(messages) result(message)
+    character(*), intent(in) :: messages
+    character(:), allocatable :: message, name, names
+    character(*), parameter :: mark = "undefined reference to `"
+    integer :: first, length
+
+    names = ""
+    first = index(messages, mark)
+    do while (first > 0)
+      length = scan(messages(first + len(mark):), "'"//new_line("a")) - 1
+      name = messages(first + len(mark):first + len(mark) + max(length, 0) - 1)
+      if (len(name) > 1) then
+        if (name(len(name):) == "_") name = name(:len(name) - 1)
+      end if
+      name = upper_case(name)
+      if (index(", "//names//",", ", "//name//",") == 0) names = names//", "//name
+      if (names(1:1) == ",") names = names(3:)
+      first = next_place(messages, mark, first + len(mark))
+    end do
+    if (names == "") then
+      message = "the user subroutine cannot be linked:"//new_line("a")//messages
+    else
+      message = "the user subroutine calls "//names//", which no file of --user has; add the "// &
+        "file with it (--user FILE --user OTHER_FILE; for LAPACK or BLAS the path of that "// &
+        "library). Of the utility routines of Abaqus there are XIT, ROTSIG, SINV, SPRINC, "// &
+        "SPRIND, STDB_ABQERR, XPLB_ABQERR, XPLB_EXIT, GETOUTDIR, GETJOBNAME, GETRANK, "// &
+        "VGETRANK and GETNUMCPUS"
+    end if
+  end function link_message
+
+  pure integer function next_place(text, mark, from)
+    character(*), intent(in) :: text, mark
+    integer, intent(in) :: from
+
+    next_place = index(text(from:), mark)
+    if (next_place > 0) next_place = next_place + from - 1
+  end function next_place
+
+  !> Remove what compiling has left. What stays after all does no harm.
+  subroutine remove_folder(build)
+    type(build_t), intent(inout) :: build
+    integer :: code
+
+    call start_words(build, "rm")
+    call add_word(build, "-rf")
+    call add_word(build, as_file(build%folder))
+    call run_program(build%words, "/dev/null", code)
+  end subroutine remove_folder
+
+  !> The ending of a file name in lower case, without its dot.
+  pure function ending_of(path) result(ending)
+    character(*), intent(in) :: path
+    character(:), allocatable :: ending
+
+    ending = ""
+    if (index(path, ".") > 0) ending = lower_case(path(index(path, ".", back=.true.) + 1:))
+  end function ending_of
+
+  !> A path that no program takes for an option.
+  pure function as_file(path) result(file)
+    character(*), intent(in) :: path
+    character(:), allocatable :: file
+
+    file = path
+    if (path(1:1) == "-") file = "./"//path
+  end function as_file
+
+  pure function folder_of(path) result(folder)
+    character(*), intent(in) :: path
+    character(:), allocatable :: folder
+
+    folder = path(:index(path, "/", back=.true.))
+    if (folder == "") folder = "."
+  end function folder_of
+
+end module user_build

@@ -1,0 +1,119 @@
+!> What all laws of users have in common: their constants with room to spare behind them, their
+!! name, and the record of the element and point in hand.
+module user_call
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_ptr
+  use kinds, only: wp
+  use text, only: upper_case, to_text
+  use block_law, only: block_law_t
+  use umat_interface, only: name_length, sdvini_procedure
+  implicit none
+  private
+
+  public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
+  public :: call_sdvini, note_failure, user_failure_text
+
+  !> Some sources read behind their PROPS and STATEV: there are zeros behind both.
+  integer, parameter, public :: slack = 64
+
+  !> A law of a user with its constants and its name.
+  type, abstract, extends(block_law_t) :: user_law_t
+    character(kind=c_char) :: name(name_length) = " "   !! CMNAME, upper case
+    integer :: n_props = 0                              !! NPROPS
+    integer :: n_statv = 0                              !! NSTATV: the first of `n_state`
+    real(wp), allocatable :: props(:)                   !! PROPS and zeros behind them
+    procedure(sdvini_procedure), pointer, nopass :: sdvini => null()
+  end type user_law_t
+
+  interface
+    !> A call of the user's subroutine begins for this element and point.
+    subroutine enter_user_call(noel, npt) bind(C, name="igaform_enter_user_call")
+      import :: c_int
+      integer(c_int), value :: noel, npt
+    end subroutine enter_user_call
+
+    !> The calls of this thread are done.
+    subroutine leave_user_call() bind(C, name="igaform_leave_user_call")
+    end subroutine leave_user_call
+
+    !> A stress update failed: 1 not finite, 2 PNEWDT stays below one.
+    subroutine note_failure(noel, npt, reason) bind(C, name="igaform_note_user_failure")
+      import :: c_int
+      integer(c_int), value :: noel, npt, reason
+    end subroutine note_failure
+
+    !> Element, point and reason of the failure in the lowest element; zeros if there is none.
+    subroutine tell_failure(values) bind(C, name="igaform_tell_user_failure")
+      import :: c_int
+      integer(c_int), intent(out) :: values(3)
+    end subroutine tell_failure
+
+    !> Carry out `action` (may be null) on `context` when a call ends the program. The action is
+    !! called with the context, a message and its length.
+    subroutine watch_user_calls(action, context) bind(C, name="igaform_watch_user_calls")
+      import :: c_funptr, c_ptr
+      type(c_funptr), value :: action
+      type(c_ptr), value :: context
+    end subroutine watch_user_calls
+  end interface
+
+contains
+
+  !> Set what laws of users have in common.
+  subroutine set_user_law(law, name, density, bulk, shear, props, n_statv, n_kept)
+    class(user_law_t), intent(inout) :: law
+    character(*), intent(in) :: name
+    real(wp), intent(in) :: density, bulk, shear, props(:)
+    integer, intent(in) :: n_statv
+    integer, intent(in) :: n_kept   !! values kept behind the state variables
+    character(name_length) :: padded
+    integer :: i
+
+    padded = upper_case(name)
+    do i = 1, name_length
+      law%name(i) = padded(i:i)
+    end do
+    law%density = density
+    law%bulk = bulk
+    law%shear = shear
+    law%n_props = size(props)
+    allocate (law%props(size(props) + slack), source=0.0_wp)
+    law%props(:size(props)) = props
+    law%n_statv = n_statv
+    law%n_state = n_statv + n_kept
+    law%n_hidden = n_kept
+    law%needs_context = .true.
+  end subroutine set_user_law
+
+  !> What is known of a failed stress update of a user's subroutine; empty if there was none.
+  function user_failure_text() result(text)
+    character(:), allocatable :: text
+    integer(c_int) :: values(3)
+
+    text = ""
+    call tell_failure(values)
+    if (values(1) == 0) return
+    text = "the user's subroutine failed at element "//to_text(int(values(1)))//", point "// &
+           to_text(int(values(2)))//": "
+    if (values(3) == 1) text = text//"a stress or a state variable is no finite number"
+    if (values(3) == 2) text = text//"it asks for a smaller increment (PNEWDT) even in 64 parts"
+  end function user_failure_text
+
+  !> State variables of a point at the start from the user's SDVINI, if there is one.
+  subroutine call_sdvini(law, element, point, place, state)
+    class(user_law_t), intent(in) :: law
+    integer, intent(in) :: element, point
+    real(wp), intent(in) :: place(3)
+    real(wp), intent(inout) :: state(law%n_statv)
+    real(c_double) :: statev(law%n_statv + slack)
+
+    if (.not. associated(law%sdvini)) return
+    statev = 0.0_wp
+    statev(:law%n_statv) = state
+    call enter_user_call(int(element, c_int), int(point, c_int))
+    call law%sdvini(statev, place, int(law%n_statv, c_int), 3_c_int, int(element, c_int), &
+                    int(point, c_int), 1_c_int, 1_c_int)
+    call leave_user_call()
+    state = statev(:law%n_statv)
+  end subroutine call_sdvini
+
+end module user_call

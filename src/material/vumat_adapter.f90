@@ -1,0 +1,286 @@
+!> A VUMAT of a user behind the block law, called for blocks: one integration point of the elements
+!! of a row. It works in the co-rotational frame that turns with the rotation R of F = R U (Green
+!! and Naghdi); stress in and out of this adapter is in the fixed frame.
+!!
+!! Behind its own state variables stand its two energies per mass.
+module vumat_adapter
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite
+  use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+  use kinds, only: wp
+  use point_context, only: point_context_t, new_point_context
+  use umat_interface, only: vumat_procedure, name_length
+  use user_call, only: user_law_t, set_user_law, slack, enter_user_call, leave_user_call, &
+                       note_failure
+  use user_kinematics, only: polar_rotation, full_stress, packed_stress, identity, determinant
+  implicit none
+  private
+
+  public :: new_vumat_adapter, vumat_moduli
+
+  integer, parameter, public :: n_kept = 2   !! values kept behind the state variables
+
+  !> A VUMAT with its name and constants; the moduli of the base type serve the stable step.
+  type, extends(user_law_t), public :: vumat_adapter_t
+    procedure(vumat_procedure), pointer, nopass :: vumat => null()
+  contains
+    procedure :: update
+    procedure :: update_in_context
+  end type vumat_adapter_t
+
+  !> One block as the VUMAT sees it; tensors 11, 22, 33, 12, 23, 31 with tensor shear, gradients
+  !! 11, 22, 33, 12, 23, 31, 21, 32, 13. There are zeros behind the state variables.
+  type :: block_t
+    integer :: n = 0
+    real(wp) :: step_time = 0.0_wp, dt = 0.0_wp
+    integer, allocatable :: jblock(:), jinfo(:)
+    real(wp), allocatable, dimension(:) :: density, length, dt_array
+    real(wp), allocatable, dimension(:, :) :: place, strain, spin, stretch_old, stretch_new, &
+                                              gradient_old, gradient_new, stress_old, &
+                                              stress_new, state_old, state_new, energy_old, &
+                                              energy_new
+  end type block_t
+
+contains
+
+  !> Law from a VUMAT, its name, its constants and the number of its state variables.
+  function new_vumat_adapter(vumat, name, density, bulk, shear, props, n_statv) result(law)
+    procedure(vumat_procedure) :: vumat
+    character(*), intent(in) :: name                 !! CMNAME
+    real(wp), intent(in) :: density, bulk, shear     !! for the stable step
+    real(wp), intent(in) :: props(:)
+    integer, intent(in) :: n_statv                   !! NSTATEV
+    type(vumat_adapter_t) :: law
+
+    call set_user_law(law, name, density, bulk, shear, props, n_statv, n_kept)
+    law%is_rotating = .true.
+    law%vumat => vumat
+  end function new_vumat_adapter
+
+  !> Update without a context: it fails, for there is no co-rotational frame without deformation
+  !! gradients.
+  subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
+    class(vumat_adapter_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 6)
+    real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
+    logical, intent(out) :: ok
+    real(wp), intent(in), optional :: spin(n, 3)
+    type(point_context_t) :: context
+    real(wp) :: turn(n, 3)
+
+    turn = 0.0_wp
+    if (present(spin)) turn = spin
+    context = new_point_context(n)
+    context%f0 = ieee_value(1.0_wp, ieee_quiet_nan)
+    context%f1 = context%f0
+    call self%update_in_context(context, dt, dstrain, stress, state, ok, turn)
+  end subroutine update
+
+  !> One call of the VUMAT for each integration point of the row; lanes that repeat an element are
+  !! left alone. Fails where stress or state are not finite.
+  subroutine update_in_context(self, context, dt, dstrain, stress, state, ok, spin)
+    class(vumat_adapter_t), intent(in) :: self
+    type(point_context_t), intent(in) :: context
+    real(wp), intent(in) :: dt, dstrain(context%n, 6)
+    real(wp), intent(inout) :: stress(context%n, 6), state(context%n, self%n_state)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(context%n, 3)
+    integer :: first, last
+
+    ok = .true.
+    first = 1
+    do while (first <= context%n .and. ok)
+      last = first
+      do while (last < context%n)
+        if (context%point(last + 1) /= context%point(first)) exit
+        last = last + 1
+      end do
+      call update_block(self, context, first, last, dt, dstrain, spin, stress, state, ok)
+      first = last + 1
+    end do
+    call leave_user_call()
+  end subroutine update_in_context
+
+  !> The lanes `first` to `last`, which are one integration point of different elements.
+  subroutine update_block(self, context, first, last, dt, dstrain, spin, stress, state, ok)
+    class(vumat_adapter_t), intent(in) :: self
+    type(point_context_t), intent(in) :: context
+    integer, intent(in) :: first, last
+    real(wp), intent(in) :: dt, dstrain(context%n, 6), spin(context%n, 3)
+    real(wp), intent(inout) :: stress(context%n, 6), state(context%n, self%n_state)
+    logical, intent(out) :: ok
+    type(block_t) :: block
+    integer, allocatable :: lanes(:)
+    real(wp) :: f0(3, 3), f1(3, 3), r_old(3, 3), r_new(3, 3, last - first + 1)
+    integer :: i, l
+
+    ok = .true.
+    lanes = pack([(l, l=first, last)], context%is_owner(first:last))
+    if (size(lanes) == 0) return
+    block = new_block(self, size(lanes), context%element(lanes), context%point(first))
+    block%step_time = context%time + dt
+    block%dt = dt
+    block%dt_array = dt
+    do i = 1, size(lanes)
+      l = lanes(i)
+      f0 = transpose(reshape(context%f0(l, :), [3, 3]))
+      f1 = transpose(reshape(context%f1(l, :), [3, 3]))
+      r_old = polar_rotation(f0)
+      r_new(:, :, i) = polar_rotation(f1)
+      call set_kinematics(block, i, f0, f1, r_old, r_new(:, :, i), dstrain(l, :), spin(l, :))
+      block%density(i) = self%density/determinant(f1)
+      block%length(i) = context%length(l)
+      block%place(i, :) = context%place(l, :)
+      block%stress_old(i, :) = in_frame(r_old, stress(l, :))
+      block%state_old(i, :self%n_statv) = state(l, :self%n_statv)
+      block%energy_old(i, :) = state(l, self%n_statv + 1:)
+    end do
+    call call_vumat(self, block, ok)
+    do i = 1, size(lanes)
+      l = lanes(i)
+      if (.not. (all(ieee_is_finite(block%stress_new(i, :))) .and. &
+                 all(ieee_is_finite(block%state_new(i, :self%n_statv))))) then
+        call note_failure(int(context%element(l), c_int), int(context%point(l), c_int), 1_c_int)
+      end if
+      stress(l, :) = out_of_frame(r_new(:, :, i), block%stress_new(i, :))
+      state(l, :self%n_statv) = block%state_new(i, :self%n_statv)
+      state(l, self%n_statv + 1:) = block%energy_new(i, :)
+    end do
+  end subroutine update_block
+
+  !> A block of n elements with all its values zero.
+  function new_block(self, n, elements, point) result(block)
+    class(vumat_adapter_t), intent(in) :: self
+    integer, intent(in) :: n, elements(n), point
+    type(block_t) :: block
+
+    block%n = n
+    ! (1) points, (2) integration point, (3) layer, (4) section point, then the elements.
+    block%jblock = [n, point, 1, 1, elements]
+    ! (1) LANNEAL, (2) integration point, (3) layer, (4) section point, (5) 0, then the elements.
+    block%jinfo = [0, point, 1, 1, 0, elements, 0]
+    allocate (block%density(n), block%length(n), block%dt_array(2*n + 1), source=0.0_wp)
+    allocate (block%place(n, 3), block%spin(n, 3), block%strain(n, 6), block%stretch_old(n, 6), &
+              block%stretch_new(n, 6), block%stress_old(n, 6), block%stress_new(n, 6), &
+              block%gradient_old(n, 9), block%gradient_new(n, 9), block%energy_old(n, 2), &
+              block%energy_new(n, 2), source=0.0_wp)
+    allocate (block%state_old(n, self%n_statv + slack), &
+              block%state_new(n, self%n_statv + slack), source=0.0_wp)
+  end function new_block
+
+  !> Kinematics of one element of a block. The strain increment is turned by the rotation halfway;
+  !! the relative spin is the axial vector of W - dR/dt R^T, in the same frame.
+  subroutine set_kinematics(block, i, f0, f1, r_old, r_new, dstrain, spin)
+    type(block_t), intent(inout) :: block
+    integer, intent(in) :: i
+    real(wp), intent(in), dimension(3, 3) :: f0, f1, r_old, r_new
+    real(wp), intent(in) :: dstrain(6), spin(3)
+    real(wp) :: r_middle(3, 3), turn(3, 3), w(3, 3), rate(3)
+
+    r_middle = polar_rotation(0.5_wp*(r_old + r_new))
+    block%strain(i, :) = in_frame(r_middle, [dstrain(:3), 0.5_wp*dstrain(4:)])
+    ! The spin increment of a rotation by the angle a is 2 tan(a/2), see `rotation_of_spin`; the
+    ! antisymmetric part of the rotation is sin(a), and 1 + its trace is 4 cos(a/2)^2.
+    turn = matmul(r_new, transpose(r_old))
+    turn = 2.0_wp*(turn - transpose(turn))/(1.0_wp + turn(1, 1) + turn(2, 2) + turn(3, 3))
+    w = 0.0_wp
+    w(1, 2) = spin(1)
+    w(1, 3) = spin(2)
+    w(2, 3) = spin(3)
+    w = w - transpose(w) - turn
+    rate = [w(3, 2), w(1, 3), w(2, 1)]
+    block%spin(i, :) = matmul(transpose(r_middle), rate)
+    block%stretch_old(i, :) = explicit_order(matmul(transpose(r_old), f0))
+    block%stretch_new(i, :) = explicit_order(matmul(transpose(r_new), f1))
+    block%gradient_old(i, :) = [explicit_order(f0), f0(2, 1), f0(3, 2), f0(1, 3)]
+    block%gradient_new(i, :) = [explicit_order(f1), f1(2, 1), f1(3, 2), f1(1, 3)]
+  end subroutine set_kinematics
+
+  !> The VUMAT itself.
+  subroutine call_vumat(self, block, ok)
+    class(vumat_adapter_t), intent(in) :: self
+    type(block_t), intent(inout) :: block
+    logical, intent(out) :: ok
+    real(wp) :: temperature_old(block%n), temperature_new(block%n), field_old(block%n + slack)
+    real(wp) :: field_new(block%n + slack)
+
+    temperature_old = 0.0_wp
+    temperature_new = 0.0_wp
+    field_old = 0.0_wp
+    field_new = 0.0_wp
+    call enter_user_call(int(block%jblock(5), c_int), int(block%jblock(2), c_int))
+    call self%vumat(int(block%jblock, c_int), 3_c_int, 3_c_int, int(self%n_statv, c_int), 0_c_int, &
+                    int(self%n_props, c_int), int(block%jinfo, c_int), block%step_time, &
+                    block%step_time, block%dt_array, self%name, block%place, block%length, &
+                    self%props, block%density, block%strain, block%spin, temperature_old, &
+                    block%stretch_old, block%gradient_old, field_old, block%stress_old, &
+                    block%state_old, block%energy_old(:, 1), block%energy_old(:, 2), &
+                    temperature_new, block%stretch_new, block%gradient_new, field_new, &
+                    block%stress_new, block%state_new, block%energy_new(:, 1), &
+                    block%energy_new(:, 2), int(name_length, c_size_t))
+    ok = all(ieee_is_finite(block%stress_new)) .and. &
+         all(ieee_is_finite(block%state_new(:, :self%n_statv)))
+  end subroutine call_vumat
+
+  !> The call before the run that Abaqus makes, too: time 0, one small strain for each component.
+  !! Its stress gives the elastic moduli for the stable step; both are 0 if it makes no sense.
+  subroutine vumat_moduli(law, dt, state, bulk, shear)
+    type(vumat_adapter_t), intent(in) :: law
+    real(wp), intent(in) :: dt                       !! a short increment
+    real(wp), intent(in) :: state(:)                 !! STATEV at the start
+    real(wp), intent(out) :: bulk, shear
+    real(wp), parameter :: strain = 1.0e-8_wp
+    type(block_t) :: block
+    real(wp) :: f(3, 3), stiffness(6)
+    logical :: ok
+    integer :: i
+
+    block = new_block(law, 6, [(i, i=1, 6)], 1)
+    block%dt = dt
+    block%dt_array = dt
+    block%density = law%density
+    block%length = 1.0_wp
+    do i = 1, 6
+      block%strain(i, i) = strain
+      f = identity + full_stress([block%strain(i, :4), block%strain(i, 6), block%strain(i, 5)])
+      block%stretch_old(i, :) = explicit_order(identity)
+      block%stretch_new(i, :) = explicit_order(f)
+      block%gradient_old(i, :) = [explicit_order(identity), 0.0_wp, 0.0_wp, 0.0_wp]
+      block%gradient_new(i, :) = [explicit_order(f), f(2, 1), f(3, 2), f(1, 3)]
+      block%state_old(i, :law%n_statv) = state
+    end do
+    call call_vumat(law, block, ok)
+    call leave_user_call()
+    bulk = 0.0_wp
+    shear = 0.0_wp
+    stiffness = [(block%stress_new(i, i)/strain, i=1, 6)]
+    if (.not. ok .or. .not. all(stiffness > 0.0_wp)) return
+    shear = 0.5_wp*maxval(stiffness(4:))
+    bulk = max(maxval(stiffness(:3)) - 4.0_wp/3.0_wp*shear, 1.0e-3_wp*shear)
+  end subroutine vumat_moduli
+
+  !> A tensor (11, 22, 33, 12, 13, 23) in the frame of R, in the order of the VUMAT.
+  pure function in_frame(r, s) result(turned)
+    real(wp), intent(in) :: r(3, 3), s(6)
+    real(wp) :: turned(6)
+
+    turned = explicit_order(matmul(transpose(r), matmul(full_stress(s), r)))
+  end function in_frame
+
+  !> The reverse of `in_frame`.
+  pure function out_of_frame(r, s) result(turned)
+    real(wp), intent(in) :: r(3, 3), s(6)
+    real(wp) :: turned(6)
+
+    turned = packed_stress(matmul(r, matmul(full_stress([s(:4), s(6), s(5)]), transpose(r))))
+  end function out_of_frame
+
+  !> The values 11, 22, 33, 12, 23, 31 of a matrix.
+  pure function explicit_order(a) result(s)
+    real(wp), intent(in) :: a(3, 3)
+    real(wp) :: s(6)
+
+    s = [a(1, 1), a(2, 2), a(3, 3), a(1, 2), a(2, 3), a(3, 1)]
+  end function explicit_order
+
+end module vumat_adapter

@@ -1,0 +1,86 @@
+!> The law of a material: one of the table, or a user's.
+module law_setup
+  use kinds, only: wp
+  use errors, only: error_t
+  use faults, only: fault_list_t, add_fault, add_warning
+  use text, only: upper_case
+  use scene, only: material_spec_t
+  use block_law, only: block_law_t
+  use material_setup, only: new_material_law
+  use user_library, only: user_library_t
+  use user_law, only: user_material_t, new_user_law
+  implicit none
+  private
+
+  public :: build_law, is_user_material
+
+contains
+
+  !> Is the law of this material a user's subroutine?
+  pure logical function is_user_material(material)
+    type(material_spec_t), intent(in) :: material
+
+    is_user_material = material%law == "UMAT" .or. material%law == "VUMAT" .or. &
+                       material%law == "USER"
+  end function is_user_material
+
+  !> The law with its constants checked; not allocated where a fault was added.
+  subroutine build_law(material, dt, law, faults, library)
+    type(material_spec_t), intent(in) :: material
+    real(wp), intent(in) :: dt                          !! short increment for a user's first call
+    class(block_law_t), allocatable, intent(out) :: law
+    type(fault_list_t), intent(inout) :: faults
+    type(user_library_t), intent(in), optional :: library   !! subroutines of the user
+    type(error_t), allocatable :: error
+
+    if (is_user_material(material)) then
+      call build_user_law(material, dt, law, faults, library)
+    else
+      call new_material_law(material, law, error)
+      if (allocated(error)) call add_fault(faults, material%origin, error%message, &
+                                           "constants that the law accepts")
+    end if
+  end subroutine build_law
+
+  subroutine build_user_law(material, dt, law, faults, library)
+    type(material_spec_t), intent(in) :: material
+    real(wp), intent(in) :: dt
+    class(block_law_t), allocatable, intent(out) :: law
+    type(fault_list_t), intent(inout) :: faults
+    type(user_library_t), intent(in), optional :: library
+    type(user_material_t) :: user
+    type(error_t), allocatable :: error
+    character(:), allocatable :: note
+    integer :: i
+
+    if (.not. present(library)) then
+      call add_fault(faults, material%origin, "*USER MATERIAL without a subroutine", &
+                     "--user FILE with the UMAT or VUMAT on the command line")
+      return
+    end if
+    user%name = material%name
+    user%kind = material%law
+    user%thread_safe = ""
+    if (allocated(material%thread_safe)) user%thread_safe = material%thread_safe
+    user%density = material%density
+    user%young = material%young
+    user%poisson = material%poisson
+    user%props = material%constants
+    user%n_statv = material%n_state
+    call new_user_law(library, user, dt, law, note, error)
+    if (allocated(error)) then
+      call add_fault(faults, material%origin, error%message, "a law that can be called")
+      return
+    end if
+    if (note /= "") call add_warning(faults, material%origin, note, &
+                                     "none of these, or THREADSAFE=YES where they do no harm")
+    if (.not. allocated(material%state_names)) return
+    do i = 1, size(material%state_names)
+      select case (upper_case(material%state_names(i)%value))
+      case ("EQPS", "PEEQ")
+        law%eqps_state = i
+      end select
+    end do
+  end subroutine build_user_law
+
+end module law_setup
