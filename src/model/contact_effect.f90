@@ -48,13 +48,12 @@ contains
     self%force = on_blank
   end subroutine apply
 
-  !> Add work, force, spring energy and penetration to the balances; a new maximum begins.
+  !> Add work, spring energy and penetration to the balances; a new maximum begins.
   subroutine tally_contact(self, tally)
     class(contact_effect_t), intent(inout) :: self
     type(tally_t), intent(inout) :: tally
 
     tally%external_work = tally%external_work + self%external_work
-    tally%force = tally%force + self%force
     tally%contact_energy = tally%contact_energy + self%energy
     tally%max_penetration = max(tally%max_penetration, self%max_penetration)
     self%max_penetration = 0.0_wp

@@ -17,7 +17,6 @@ module effect
   !! the penetration.
   type, public :: tally_t
     real(wp) :: external_work = 0.0_wp
-    real(wp) :: force(3) = 0.0_wp          !! on the blank from outside, now
     real(wp) :: contact_energy = 0.0_wp    !! stored in the penalty springs now
     real(wp) :: max_penetration = 0.0_wp   !! deepest since the last tally
   end type tally_t
@@ -56,7 +55,6 @@ contains
     type(tally_t), intent(inout) :: tally
 
     tally%external_work = tally%external_work + self%external_work
-    tally%force = tally%force + self%force
   end subroutine tally_effect
 
 end module effect
