@@ -1,7 +1,8 @@
 !> The entries of the keyword table for materials.
 module material_keywords
   use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                          add_example, kind_real, kind_integer, kind_name, kind_choice, any_number
+                          add_example, kind_real, kind_integer, kind_name, kind_choice, &
+                          kind_flag, any_number
   use user_keywords, only: add_user_keywords
   implicit none
   private
@@ -31,6 +32,13 @@ contains
     call add_field(table, "nu", kind_real, "Poisson's ratio", range="> -1 and < 0.5")
     call add_example(table, "*ELASTIC")
     call add_example(table, "210000, 0.3")
+
+    call add_keyword(table, "HYPERELASTIC", "Neo-Hookean elasticity for large strains: energy "// &
+                     "C10 (I1 - 3) + (J - 1)^2/D1, I1 without the change of volume. C10 = G/2 "// &
+                     "and D1 = 2/K follow from *ELASTIC, so there are no data lines.", &
+                     parent="MATERIAL")
+    call add_option(table, "NEO HOOKE", kind_flag, "may be given; no other energy is there")
+    call add_example(table, "*HYPERELASTIC, NEO HOOKE")
 
     call add_plastic_keywords(table)
     call add_yield_keywords(table)

@@ -11,10 +11,11 @@ module material_reader
   public :: read_materials
 
   character(*), parameter :: parts(*) = [character(18) :: "DENSITY", "ELASTIC", "PLASTIC", &
-                                         "USER MATERIAL", "DEPVAR", "RATE DEPENDENT", &
-                                         "BACK STRESS", "POTENTIAL", "ORIENTATION", &
-                                         "ADIABATIC HEATING"]
-  integer, parameter :: plastic_part = 3, first_of_plastic = 6
+                                         "USER MATERIAL", "DEPVAR", "HYPERELASTIC", &
+                                         "RATE DEPENDENT", "BACK STRESS", "POTENTIAL", &
+                                         "ORIENTATION", "ADIABATIC HEATING"]
+  integer, parameter :: plastic_part = 3, user_part = 4, hyperelastic_part = 6
+  integer, parameter :: first_of_plastic = 7
 
 contains
 
@@ -89,6 +90,8 @@ contains
           material%plasticity%orientation = all_numbers(record)
         case ("ADIABATIC HEATING")
           material%plasticity%heating = all_numbers(record)
+        case ("HYPERELASTIC")
+          material%law = "NEO HOOKE"
         case ("USER MATERIAL")
           call read_user_material(deck, record, material, faults)
         case ("DEPVAR")
@@ -96,10 +99,8 @@ contains
         end select
       end associate
     end do
-    if (has(3) > 0 .and. has(4) > 0) then
-      call add_fault(faults, deck%records(has(4))%origin, "both *PLASTIC and *USER MATERIAL", &
-                     "one law for a material")
-    else if (has(5) > 0 .and. has(4) == 0) then
+    call check_one_law(deck, has, faults)
+    if (has(5) > 0 .and. has(4) == 0) then
       call add_fault(faults, deck%records(has(5))%origin, "no *USER MATERIAL in this material", &
                      "*DEPVAR only with *USER MATERIAL")
     end if
@@ -109,6 +110,23 @@ contains
                      "*"//trim(parts(part))//" only with *PLASTIC")
     end do
   end subroutine read_law
+
+  !> Of *PLASTIC, *USER MATERIAL and *HYPERELASTIC a material has one at most.
+  subroutine check_one_law(deck, has, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: has(:)
+    type(fault_list_t), intent(inout) :: faults
+    integer, parameter :: laws(3) = [plastic_part, user_part, hyperelastic_part]
+    integer, allocatable :: named(:)
+    integer :: i
+
+    named = pack(laws, has(laws) > 0)
+    do i = 2, size(named)
+      call add_fault(faults, deck%records(has(named(i)))%origin, "both *"// &
+                     trim(parts(named(1)))//" and *"//trim(parts(named(i))), &
+                     "one law for a material")
+    end do
+  end subroutine check_one_law
 
   !> Kind, constants and thread safety of a user's law; the kind USER is any that the files have.
   subroutine read_user_material(deck, record, material, faults)

@@ -19,7 +19,7 @@ module law_spec
 
   !> A law with its density, elastic constants and constants of its own.
   type, public :: law_spec_t
-    character(16) :: law = "ELASTIC"           !! ELASTIC, PLASTIC or UMAT
+    character(16) :: law = "ELASTIC"           !! ELASTIC, NEO HOOKE, PLASTIC or UMAT
     real(wp) :: density = 0.0_wp               !! [mass/length^3]
     real(wp) :: young = 0.0_wp                 !! Young's modulus [stress]
     real(wp) :: poisson = 0.0_wp               !! Poisson's ratio

@@ -4,6 +4,7 @@ module material_table
   use errors, only: error_t, fail
   use block_law, only: block_law_t
   use elastic, only: new_elastic
+  use neo_hooke, only: new_neo_hooke
   use law_spec, only: law_spec_t
   use hardening, only: hardening_t, new_hardening
   use plastic_laws, only: new_plastic
@@ -31,11 +32,15 @@ contains
       call check_count("ELASTIC", spec%constants, 0, "no constants of its own", error)
       if (.not. allocated(error)) &
         allocate (law, source=new_elastic(spec%density, spec%young, spec%poisson))
+    case ("NEO HOOKE")
+      call check_count("NEO HOOKE", spec%constants, 0, "no constants of its own", error)
+      if (.not. allocated(error)) &
+        allocate (law, source=new_neo_hooke(spec%density, spec%young, spec%poisson))
     case ("PLASTIC")
       call new_plastic(spec, law, error)
     case default
       call fail(error, "material: unknown law "//trim(spec%law)// &
-                ", known are ELASTIC and PLASTIC")
+                ", known are ELASTIC, NEO HOOKE and PLASTIC")
     end select
   end subroutine new_law
 

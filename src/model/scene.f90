@@ -17,7 +17,7 @@ module scene
     real(wp) :: density = 0.0_wp            !! [mass/length^3]
     real(wp) :: young = 0.0_wp              !! Young's modulus [stress]
     real(wp) :: poisson = 0.0_wp            !! Poisson's ratio
-    character(:), allocatable :: law        !! ELASTIC, PLASTIC or UMAT
+    character(:), allocatable :: law        !! ELASTIC, NEO HOOKE, PLASTIC or UMAT
     real(wp), allocatable :: constants(:)   !! PLASTIC: of the hardening; UMAT: its PROPS
     integer :: n_state = 0                  !! UMAT: number of STATEV
     type(string_t), allocatable :: state_names(:)   !! names of the first of them; may be none
