@@ -105,10 +105,35 @@ class TestExample(Folder):
         self.assertEqual(self.file["provenance"].attrs["status"], b"completed")
         self.assertIn(b"*MATERIAL TEST", self.file["provenance/deck_text"][()])
 
-    def test_isotropy_shows(self):
-        np.testing.assert_allclose(self.file["tests/r-values/r_value"], 1, atol=1e-9)
+    def test_hills_function_shows(self):
+        test = self.file["tests/r-values"]
+        angle, r, stress = (test[name][:] for name in ("angle", "r_value", "stress"))
+        r_0, r_45, r_90 = 1.8, 1.5, 2.2
+        # Hill 1948 with G + H = 1, by r-values.
+        h, g = r_0 / (1 + r_0), 1 / (1 + r_0)
+        f = h / r_90
+        n = (r_45 + 0.5) * (f + g)
+        s, c = np.sin(np.radians(angle)), np.cos(np.radians(angle))
+        expected = (h + (2 * n - f - g - 4 * h) * s**2 * c**2) / (f * s**2 + g * c**2)
+        np.testing.assert_allclose(r, expected, rtol=1e-7)
+        np.testing.assert_allclose(r[[0, 6, 12]], [r_0, r_45, r_90], rtol=1e-7)
+        ratio = f * s**4 + g * c**4 + h * (c**2 - s**2)**2 + 2 * n * s**2 * c**2
+        self.assertAlmostEqual(stress[0], 361.3731397726, delta=1e-6)
+        self.assertTrue(np.all((stress[1:] - stress[0]) * (1 - ratio[1:]) > 0))
         s11, s22 = self.file["tests/yield locus/stress"][:].T
+        hill = f * s22**2 + g * s11**2 + h * (s11 - s22)**2
+        np.testing.assert_allclose(np.sqrt(hill), 250.0015, atol=1e-3)
+        s11, s22 = self.file["tests/isotropic locus/stress"][:].T
         np.testing.assert_allclose(np.sqrt(s11**2 - s11 * s22 + s22**2), 250.0015, atol=1e-4)
+
+    def test_materials_are_tried_in_their_own_axes(self):
+        with open(EXAMPLE, encoding="utf-8") as file:
+            deck = file.read()
+        turned = self.write(deck.replace("1, 0, 0, 0, 1, 0", "0, 0, 1, 1, 0, 0"), "turned.key")
+        self.run_program("material", turned, "--quiet")
+        with h5py.File(self.path("turned.h5")) as other:
+            for name in ("r-values/r_value", "yield locus/stress"):
+                np.testing.assert_array_equal(other["tests"][name], self.file["tests"][name])
 
 
 class TestRuns(Folder):
