@@ -57,45 +57,31 @@ contains
     end if
   end function run_material_tests
 
-<<<<<<< HEAD
-  !> The law of each test, with its constants checked.
+  !> The law of each test, with its constants checked. Tests lie in the axes of the material, so
+  !! its *ORIENTATION, which tells how it lies in a blank, does not matter here.
   subroutine make_laws(scene, slots, faults, library)
     type(scene_t), intent(in) :: scene
     type(law_slot_t), allocatable, intent(out) :: slots(:)
     type(fault_list_t), intent(inout) :: faults
     type(user_library_t), intent(in), optional :: library   !! for *USER MATERIAL
     real(wp), parameter :: short = 1.0e-9_wp                ! time of a first call, for the moduli
-=======
-  !> The law of each test, with its constants checked. Tests lie in the axes of the material, so
-  !! its *ORIENTATION, which tells how it lies in a blank, does not matter here.
-  subroutine make_laws(scene, slots, faults)
-    type(scene_t), intent(in) :: scene
-    type(law_slot_t), allocatable, intent(out) :: slots(:)
-    type(fault_list_t), intent(inout) :: faults
     real(wp), parameter :: aligned(6) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp]
     type(material_spec_t) :: material
-    type(error_t), allocatable :: error
->>>>>>> f9986ed (Try materials in their own axes; r-values and yield locus of Hill's function)
     character(:), allocatable :: fault
-    integer :: i
+    integer :: i, first
 
     allocate (slots(size(scene%tests)))
     do i = 1, size(scene%tests)
-<<<<<<< HEAD
-      associate (test => scene%tests(i), material => scene%materials(scene%tests(i)%material))
-        call build_law(material, short, slots(i)%law, faults, library)
-        if (.not. allocated(slots(i)%law)) cycle
-=======
       associate (test => scene%tests(i))
-        material = scene%materials(test%material)
-        if (material%plasticity%potential /= "") material%plasticity%orientation = aligned
-        call new_material_law(material, slots(i)%law, error)
-        if (allocated(error)) then
-          if (any(scene%tests(:i - 1)%material == test%material)) cycle
-          call add_fault(faults, material%origin, error%message, "constants that the law accepts")
-          cycle
+        first = minloc(abs(scene%tests%material - test%material), 1)
+        if (first == i) then
+          material = scene%materials(test%material)
+          if (material%plasticity%potential /= "") material%plasticity%orientation = aligned
+          call build_law(material, short, slots(i)%law, faults, library)
+        else if (allocated(slots(first)%law)) then
+          allocate (slots(i)%law, source=slots(first)%law)
         end if
->>>>>>> f9986ed (Try materials in their own axes; r-values and yield locus of Hill's function)
+        if (.not. allocated(slots(i)%law)) cycle
         fault = test_fault(test, slots(i)%law)
         if (fault /= "") call add_fault(faults, test%origin, fault, "a law with plasticity")
       end associate

@@ -194,6 +194,30 @@ class TestRuns(Folder):
                                    atol=1e-7)
 
 
+class TestUserRoutine(Folder):
+    def test_a_umat_is_led_as_the_built_in_law(self):
+        tests = (TENSION.format(name="a", strain=0.3) + "*MATERIAL TEST, NAME=b, MATERIAL=steel, "
+                 "TYPE=SIMPLE SHEAR\n1\n*MATERIAL TEST, NAME=c, MATERIAL=steel, TYPE=YIELD LOCUS\n"
+                 "12\n")
+        own = STEEL.split("*PLASTIC", maxsplit=1)[0] + ("*USER MATERIAL, CONSTANTS=5\n210000, 0.3, "
+                                                        "250, 250, 6\n*DEPVAR\n1\n1, EQPS\n")
+        self.run_program("material", self.write(STEEL.format(hardening=250) + tests, "law.key"))
+        path = self.write(own + tests, "own.key")
+        self.run_program("material", path, "--user", os.path.join(PROJECT, "input", "umat_voce.f"))
+        with h5py.File(self.path("law.h5")) as law, h5py.File(self.path("own.h5")) as umat:
+            for name in "abc":
+                np.testing.assert_allclose(umat["tests"][name]["stress"],
+                                           law["tests"][name]["stress"], rtol=1e-9, atol=5e-8)
+                np.testing.assert_allclose(umat["tests"][name]["eqps"],
+                                           law["tests"][name]["eqps"], rtol=1e-9, atol=1e-12)
+
+    def test_a_umat_needs_its_file(self):
+        path = self.write(STEEL.split("*PLASTIC", maxsplit=1)[0] + "*USER MATERIAL, CONSTANTS=0\n"
+                          + TENSION.format(name="a", strain=0.3))
+        done = self.run_program("material", path, code=1)
+        self.assertIn("--user FILE", done.stderr)
+
+
 class TestPicture(Folder):
     def run_post(self, *arguments):
         return subprocess.run([sys.executable, "-m", "post", *arguments], cwd=PROJECT,
