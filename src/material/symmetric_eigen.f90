@@ -18,10 +18,13 @@ contains
     real(wp) :: a(3, 3), small
     integer :: sweep
 
-    a = reshape([tensor(1), tensor(4), tensor(5), tensor(4), tensor(2), tensor(6), &
-                 tensor(5), tensor(6), tensor(3)], [3, 3])
-    directions = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], &
-                         [3, 3])
+    a(:, 1) = [tensor(1), tensor(4), tensor(5)]
+    a(:, 2) = [tensor(4), tensor(2), tensor(6)]
+    a(:, 3) = [tensor(5), tensor(6), tensor(3)]
+    directions = 0.0_wp
+    do sweep = 1, 3
+      directions(sweep, sweep) = 1.0_wp
+    end do
     small = 1.0e-17_wp*maxval(abs(tensor))
     do sweep = 1, max_sweeps
       if (max(abs(a(1, 2)), abs(a(1, 3)), abs(a(2, 3))) <= small) exit

@@ -23,7 +23,8 @@ module yield_return
     real(wp) :: trial(6) = 0.0_wp               !! stress
   end type return_problem_t
 
-  !> Where the iteration stands: residuals 2G (strain), shape (6), and yield [stress].
+  !> Where the iteration stands: residuals 2G (strain), shape (6), and of the yield function above
+  !! the flow stress [stress].
   type :: iterate_t
     real(wp) :: stress(6), dgamma
     real(wp) :: strain_residual(6), yield_residual, slope, gradient(6), hessian(6, 6), flow
@@ -82,7 +83,7 @@ contains
 
     now%stress = problem%trial
     now%dgamma = 0.0_wp
-    call evaluate(curve, yield, problem, 0.0_wp, now)
+    call evaluate(curve, yield, problem, now)
     first = now%yield_residual
     before = now%flow
     if (.not. is_steep(curve)) return
@@ -93,14 +94,14 @@ contains
                            [problem%eqps], [problem%factor], dgamma, flow, ok)
     now%dgamma = dgamma(1)
     now%stress = problem%trial - now%dgamma*normal
+    call evaluate(curve, yield, problem, now)
   end subroutine start
 
   !> Residuals and derivatives at the stress and plastic strain of `now`.
-  pure subroutine evaluate(curve, yield, problem, level, now)
+  pure subroutine evaluate(curve, yield, problem, now)
     type(flow_curve_t), intent(in) :: curve
     type(yield_function_t), intent(in) :: yield
     type(return_problem_t), intent(in) :: problem
-    real(wp), intent(in) :: level
     type(iterate_t), intent(inout) :: now
     real(wp) :: q, flow(1), slope(1), mean
 
@@ -109,7 +110,7 @@ contains
                     slope)
     now%flow = flow(1)
     now%slope = slope(1)
-    now%yield_residual = q - flow(1) - level
+    now%yield_residual = q - flow(1)
     associate (r => now%strain_residual)
       r = now%stress - problem%trial
       mean = sum(r(:3))/3.0_wp
@@ -119,7 +120,7 @@ contains
     end associate
   end subroutine evaluate
 
-  !> Newton's method with a line search on the sum of the squared residuals.
+  !> Newton's method with a line search on the sum of the squared residuals, down to `level`.
   pure subroutine iterate(curve, yield, problem, level, now, ok)
     type(flow_curve_t), intent(in) :: curve
     type(yield_function_t), intent(in) :: yield
@@ -129,27 +130,26 @@ contains
     logical, intent(out) :: ok
     integer, parameter :: max_iterations = 40
     real(wp), parameter :: surface = 1.0e-12_wp, strain = 1.0e-12_wp
-    real(wp) :: dstress(6), ddgamma, before, after, length, scale_of
-    type(iterate_t) :: old
+    real(wp) :: dstress(6), ddgamma, before, after, length, scale_of, old(6), old_dgamma
     integer :: iteration, shortening
 
     scale_of = maxval(abs(problem%trial))
-    call evaluate(curve, yield, problem, level, now)
     do iteration = 1, max_iterations
-      ok = abs(now%yield_residual) <= surface*now%flow &
+      ok = abs(now%yield_residual - level) <= surface*now%flow &
            .and. maxval(abs(now%strain_residual)) <= strain*scale_of
       if (ok) return
-      call newton_step(problem, now, dstress, ddgamma, ok)
+      call newton_step(problem, level, now, dstress, ddgamma, ok)
       if (.not. ok) return
-      before = sum(now%strain_residual**2) + now%yield_residual**2
+      before = sum(now%strain_residual**2) + (now%yield_residual - level)**2
       length = 1.0_wp
       if (now%dgamma + ddgamma < 0.0_wp) length = -0.9_wp*now%dgamma/ddgamma
-      old = now
+      old = now%stress
+      old_dgamma = now%dgamma
       do shortening = 1, 8
-        now%stress = old%stress + length*dstress
-        now%dgamma = old%dgamma + length*ddgamma
-        call evaluate(curve, yield, problem, level, now)
-        after = sum(now%strain_residual**2) + now%yield_residual**2
+        now%stress = old + length*dstress
+        now%dgamma = old_dgamma + length*ddgamma
+        call evaluate(curve, yield, problem, now)
+        after = sum(now%strain_residual**2) + (now%yield_residual - level)**2
         if (after <= (1.0_wp - 2.0e-4_wp*length)*before) exit
         length = max(0.1_wp*length, min(0.5_wp*length, &
                      before*length**2/max(after - before + 2.0_wp*length*before, tiny(after))))
@@ -160,8 +160,9 @@ contains
 
   !> One step: the matrix of the stress is elastic flexibility plus the curvature of the yield
   !! surface, positive definite, and the plastic strain is eliminated.
-  pure subroutine newton_step(problem, now, dstress, ddgamma, ok)
+  pure subroutine newton_step(problem, level, now, dstress, ddgamma, ok)
     type(return_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: level
     type(iterate_t), intent(in) :: now
     real(wp), intent(out) :: dstress(6), ddgamma
     logical, intent(out) :: ok
@@ -178,7 +179,7 @@ contains
     columns(:, 1) = now%strain_residual
     columns(:, 2) = 2.0_wp*problem%shear*now%gradient
     call solve_definite(matrix, columns, ok)
-    ddgamma = (now%yield_residual - dot_product(now%gradient, columns(:, 1))) &
+    ddgamma = (now%yield_residual - level - dot_product(now%gradient, columns(:, 1))) &
               /(dot_product(now%gradient, columns(:, 2)) + now%slope)
     dstress = -columns(:, 1) - ddgamma*columns(:, 2)
   end subroutine newton_step
