@@ -30,6 +30,29 @@ STEEL = """*MATERIAL, NAME=steel
 TENSION = "*MATERIAL TEST, NAME={name}, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=20\n{strain}\n"
 
 
+VUMAT = """      subroutine vumat(nblock, ndir, nshr, nstatev, nfieldv, nprops,
+     1 lanneal, steptime, totaltime, dt, cmname, coordmp, charlength,
+     2 props, density, straininc, relspininc, tempold, stretchold,
+     3 defgradold, fieldold, stressold, stateold, enerinternold,
+     4 enerinelasold, tempnew, stretchnew, defgradnew, fieldnew,
+     5 stressnew, statenew, enerinternnew, enerinelasnew)
+      include 'vaba_param.inc'
+      dimension props(nprops), straininc(nblock,ndir+nshr),
+     1 stressold(nblock,ndir+nshr), stressnew(nblock,ndir+nshr)
+      character*80 cmname
+      twog = props(1)/(1.d0 + props(2))
+      alam = twog*props(2)/(1.d0 - 2.d0*props(2))
+      do k = 1, nblock
+        trace = straininc(k,1) + straininc(k,2) + straininc(k,3)
+        do i = 1, ndir + nshr
+          stressnew(k,i) = stressold(k,i) + twog*straininc(k,i)
+          if (i .le. 3) stressnew(k,i) = stressnew(k,i) + alam*trace
+        end do
+      end do
+      end
+"""
+
+
 def columns(path):
     """A CSV file as arrays by the names in its first line."""
     with open(path, encoding="utf-8", newline="") as file:
@@ -210,6 +233,17 @@ class TestUserRoutine(Folder):
                                            law["tests"][name]["stress"], rtol=1e-9, atol=5e-8)
                 np.testing.assert_allclose(umat["tests"][name]["eqps"],
                                            law["tests"][name]["eqps"], rtol=1e-9, atol=1e-12)
+
+    def test_a_vumat_has_its_own_rate(self):
+        elastic = STEEL.split("*PLASTIC", maxsplit=1)[0]
+        path = self.write(elastic + "*USER MATERIAL, CONSTANTS=2, TYPE=VUMAT\n210000, 0.3\n"
+                          "*MATERIAL TEST, NAME=a, MATERIAL=steel, TYPE=SIMPLE SHEAR, "
+                          "INCREMENTS=1000\n1\n")
+        self.run_program("material", path, "--user", self.write(VUMAT, "elastic.f"))
+        with h5py.File(self.path("deck.h5")) as file:
+            # Green-Naghdi rate; the Jaumann rate gives other stresses.
+            np.testing.assert_allclose(file["tests/a/stress"][-1, [0, 1, 3]],
+                                       [33591.930122, -33591.930122, 70251.780068], rtol=1e-6)
 
     def test_a_umat_needs_its_file(self):
         path = self.write(STEEL.split("*PLASTIC", maxsplit=1)[0] + "*USER MATERIAL, CONSTANTS=0\n"
