@@ -23,7 +23,7 @@ module deck_run
   use check_report, only: print_check
   use user_call, only: watch_user_calls, user_failure_text
   use user_library, only: user_library_t
-  use user_setup, only: load_user_files
+  use user_setup, only: load_user_files, open_message_file, close_message_file
   implicit none
   private
 
@@ -94,8 +94,10 @@ contains
     call log_header(log, setup%provenance)
     call log_model(log, model)
     open_run = open_run_t(model, run, results, log)
-    if (model%bodies%blank%law%needs_context) &
+    if (model%bodies%blank%law%needs_context) then
+      call open_message_file(base_of(setup%path)//".msg")
       call watch_user_calls(c_funloc(save_open_run), c_loc(open_run))
+    end if
     call run_model(model, run, results, log, error)
     code = merge(exit_numerics, exit_done, allocated(error))
     if (allocated(error)) then
@@ -104,6 +106,7 @@ contains
     end if
     call finish(model, run, results, log, code)
     call close_log(log)
+    if (model%bodies%blank%law%needs_context) call close_message_file()
   end function run_accepted
 
   !> The program ends inside a user's subroutine: write the state reached as a frame marked failed

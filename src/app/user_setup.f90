@@ -10,7 +10,9 @@ module user_setup
   implicit none
   private
 
-  public :: load_user_files
+  public :: load_user_files, open_message_file, close_message_file
+
+  integer, parameter :: message_unit = 7   ! where subroutines of users write messages
 
 contains
 
@@ -49,5 +51,30 @@ contains
                        "code that ends at column 132")
     end if
   end subroutine load_user_files
+
+  !> Let what subroutines write to unit 7 go to a file beside the result. Where that file cannot be
+  !! written the unit is left as the language has it.
+  subroutine open_message_file(path)
+    character(*), intent(in) :: path
+    integer :: status
+
+    open (unit=message_unit, file=path, action="write", status="replace", iostat=status)
+  end subroutine open_message_file
+
+  !> Close that file, and remove it if nothing was written.
+  subroutine close_message_file()
+    logical :: is_open
+    integer :: size
+
+    inquire (unit=message_unit, opened=is_open)
+    if (.not. is_open) return
+    flush (message_unit)
+    inquire (unit=message_unit, size=size)
+    if (size == 0) then
+      close (message_unit, status="delete")
+    else
+      close (message_unit)
+    end if
+  end subroutine close_message_file
 
 end module user_setup

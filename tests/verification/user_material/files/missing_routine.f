@@ -1,0 +1,3 @@
+      SUBROUTINE UMAT(A)
+      CALL MYHELPER(A)
+      END

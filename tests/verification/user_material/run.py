@@ -1,0 +1,242 @@
+"""Run user subroutines in the styles met in the wild, through the whole program.
+
+usage: run.py IGAFORM
+
+Each file of files/ is dropped in unchanged. Laws that exist built in must give the same result,
+the neo-Hooke of a UMAT that of a VUMAT; what fails must say where and why.
+"""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+
+FILES = pathlib.Path(__file__).resolve().parent / "files"
+
+BODY = """*BLANK, NAME=strip, MATERIAL=steel, TYPE=BOX, RULE=FULL
+x, 0, 10, 2, 3
+y, 0, 4, 2, 2
+z, 0, 1, 2, 1
+*AMPLITUDE, NAME=soft start
+0, 0, 2e-5, 1
+*BOUNDARY
+X_MIN, XSYMM
+Y_MIN, YSYMM
+Z_MIN, ZSYMM
+*BOUNDARY, AMPLITUDE=soft start
+X_MAX, 1, 1, {speed}
+*DYNAMIC, EXPLICIT
+4e-5
+*OUTPUT, FRAMES=4, HISTORY=8
+"""
+TURNING = BODY.replace("Y_MIN, YSYMM\n", "").replace(
+    "X_MAX, 1, 1, {speed}", "X_MAX, 2, 2, {speed}").replace("X_MIN, XSYMM", "X_MIN, ENCASTRE")
+STEEL = "210000, 0.3"
+VOCE = "210000, 0.3, 250, 250, 6"
+
+
+def deck(material, body=BODY, speed=20000):
+    return f"*MATERIAL, NAME=steel\n*DENSITY\n7.85e-9\n{material}\n" + body.format(speed=speed)
+
+
+def user(constants, n_state=0, options="", names=""):
+    count = len(constants.split(","))
+    lines = f"*USER MATERIAL, CONSTANTS={count}{options}\n{constants}"
+    return lines + (f"\n*DEPVAR\n{n_state}{names}" if n_state else "")
+
+
+class Bench:
+    """A folder in which the program runs, and what it said last."""
+
+    def __init__(self, igaform, folder):
+        self.igaform, self.folder = igaform, pathlib.Path(folder)
+
+    def run(self, text, *files, code=0, result="a.h5", threads=2, env=None, options=()):
+        path = self.folder / "deck.key"
+        path.write_text(text)
+        names = [word for name in files for word in ("--user", str(name))]
+        done = subprocess.run([self.igaform, str(path), "--out", str(self.folder / result),
+                               "--threads", str(threads), "--quiet", *names, *options],
+                              cwd=self.folder, capture_output=True, text=True, timeout=300,
+                              env=dict(os.environ, OMP_WAIT_POLICY="passive", **(env or {})))
+        self.said = done.stdout + done.stderr
+        assert done.returncode == code, f"exit code {done.returncode}, not {code}:\n{self.said}"
+        return self.folder / result
+
+    def values(self, *arguments, **options):
+        """Points, stress and state variables of a run at its end."""
+        with h5py.File(self.run(*arguments, **options)) as file:
+            group = file["points"]
+            state = group["statev"][...] if "statev" in group else None
+            return file["nurbs/blank/points"][...], group["stress"][...], state
+
+    def says(self, *words):
+        for word in words:
+            assert word in self.said, f"no '{word}' in:\n{self.said}"
+
+
+def same(one, other, limit=1e-9):
+    for a, b in zip(one[:2], other[:2]):
+        worst = abs(a - b).max() / abs(b).max()
+        assert worst < limit, f"relative difference {worst:.3g}"
+
+
+def styles_agree_with_built_in_laws(bench):
+    for body in (BODY, TURNING):
+        elastic = bench.values(deck(f"*ELASTIC\n{STEEL}", body))
+        plastic = bench.values(deck(f"*ELASTIC\n{STEEL}\n*PLASTIC\n250, 250, 6", body))
+        same(bench.values(deck(user(STEEL), body), FILES / "linear_fixed.for"), elastic)
+        same(bench.values(deck(user(STEEL, 2), body), FILES / "jstep_hypo.f"), elastic)
+        same(bench.values(deck(user(VOCE, 7), body), FILES / "voce_free.f90"), plastic, 1e-7)
+        same(bench.values(deck(f"*ELASTIC\n{STEEL}\n" + user(STEEL, 5), body),
+                          FILES / "past_props.f"), elastic)
+        assert abs(elastic[1] - plastic[1]).max() > 100, "the strip does not yield"
+
+
+def messages_go_to_units_6_and_7(bench):
+    bench.run(deck(user(STEEL, 2)), FILES / "jstep_hypo.f", result="units.h5")
+    bench.says("unit 6: element")
+    assert "increment 3 of element" in (bench.folder / "units.msg").read_text()
+    bench.run(deck(user(STEEL)), FILES / "linear_fixed.for", result="silent.h5")
+    assert not (bench.folder / "silent.msg").exists()
+
+
+def vumats_of_both_signatures(bench):
+    plastic = bench.values(deck(f"*ELASTIC\n{STEEL}\n*PLASTIC\n250, 250, 6"))
+    names = "\n1, PEEQ"
+    same(bench.values(deck(user(VOCE, 1, ", TYPE=VUMAT", names)), FILES / "vumat_old.f"), plastic,
+         1e-4)   # Green-Naghdi against Jaumann: waves turn the strip a little
+    with h5py.File(bench.folder / "a.h5") as file:
+        assert np.array_equal(file["points/statev"][..., 0], file["points/eqps"][...])
+        assert file["points/statev"].attrs["names"] in ("PEEQ", b"PEEQ")
+    # A hyperelastic law knows no rate: the frames of UMAT and VUMAT must not be seen.
+    for body in (BODY, TURNING):
+        umat = bench.values(deck(user(STEEL), body), FILES / "neo_hooke.f")
+        vumat = bench.values(deck(user(STEEL, 3), body), FILES / "vumat_new.for")
+        same(vumat, umat, 1e-9)
+    elements, points = vumat[2][..., 0], vumat[2][..., 1]
+    assert set(np.unique(elements)) == {1, 2, 3, 4, 5, 6}
+    assert set(np.unique(points)) == set(range(1, 28))
+    assert abs(vumat[2][..., 2] - 4e-5).max() < 1e-12
+
+
+def shared_data_run_in_order(bench):
+    one = bench.values(deck(user(STEEL, 1)), FILES / "common_count.f", threads=1)
+    bench.says("KCALLS", "one thread")
+    two = bench.values(deck(user(STEEL, 1)), FILES / "common_count.f", threads=2)
+    assert all(np.array_equal(a, b) for a, b in zip(one, two)), "threads change the result"
+    last = np.sort(two[2].ravel())
+    assert np.array_equal(np.diff(last), np.ones(last.size - 1)), "calls are missing or twice"
+    same(two, bench.values(deck(f"*ELASTIC\n{STEEL}")))
+    bench.run(deck(user(STEEL, 1, ", THREADSAFE=NO")), FILES / "common_count.f")
+    assert "warning" not in bench.said
+
+
+def states_start_as_told(bench):
+    conditions = ("*INITIAL CONDITIONS, TYPE=SOLUTION\nALL, 5, 6, 7,\n8\n"
+                  "right, 100\n*SET, NAME=right\nXI, 0.6, 1\n")
+    points, _, state = bench.values(deck(user(STEEL, 5), speed=0.0) + conditions,
+                                    FILES / "sdvini.f")
+    with h5py.File(bench.folder / "a.h5") as file:
+        place = file["points/reference_position"][...]
+    state, x = state.reshape(-1, 5), place.reshape(-1, 3)[:, 0]
+    right = x > 20 / 3
+    assert abs(state[~right, 0] - 5 - x[~right]).max() < 1e-9
+    assert abs(state[right, 0] - 100 - x[right]).max() < 1e-9
+    assert np.array_equal(state[~right, 2:], np.tile([7.0, 8.0, 0.0], ((~right).sum(), 1)))
+    assert np.array_equal(np.unique(np.floor(state[:, 1])), np.arange(1, 7))
+    assert points.shape[-1] == 3
+
+
+def failures_name_element_and_point(bench):
+    for kind, words in ((1, ["XIT"]), (2, ["STOP"]), (3, ["no finite number"]),
+                        (4, ["PNEWDT", "64 parts"]), (5, ["crashed"])):
+        constants = f"210000, 0, 5, 90, {kind}"
+        path = bench.run(deck(user(constants)), FILES / "misbehaves.F", code=2,
+                         result=f"fails{kind}.h5")
+        bench.says("element 5, point 2", *words)
+        with h5py.File(path) as file:
+            failed = file["frames/is_failed"][...]
+            assert len(failed) >= 2 and not failed[0], "the frames before the failure are gone"
+            assert kind == 5 or failed[-1] == 1, "no frame marked failed"
+            assert np.isfinite(file["nurbs/blank/points"][...]).all()
+
+
+def faults_are_told(bench):
+    material = deck(user(STEEL))
+    bench.run(material, FILES / "syntax_error.f", code=1)
+    bench.says("syntax_error.f:2:", "Error")
+    bench.run(material, FILES / "missing_routine.f", code=1)
+    bench.says("MYHELPER", "--user OTHER_FILE")
+    bench.run(material, FILES / "missing_routine.f", FILES / "helper.f90", options=["--check"],
+              code=1)
+    assert "MYHELPER" not in bench.said, "a second file does not help"
+    bench.run(material, FILES / "no_umat.f", code=1)
+    bench.says("no SUBROUTINE UMAT or VUMAT")
+    bench.run(material, FILES / "nowhere.f", code=1)
+    bench.says("no file")
+    bench.run(material, code=1)
+    bench.says("--user FILE")
+    bench.run(deck(user(STEEL, 0, ", TYPE=VUMAT")), FILES / "linear_fixed.for", code=1)
+    bench.says("no SUBROUTINE VUMAT")
+    bench.run(material, FILES / "linear_fixed.for", code=1, env={"IGAFORM_FC": "no-such-compiler"})
+    bench.says("no compiler", "no-such-compiler")
+    bench.run(deck(user(STEEL)), FILES / "past_props.f")
+    bench.run(deck(f"*ELASTIC\n{STEEL}"), FILES / "linear_fixed.for")
+    bench.says("no *USER MATERIAL in the deck")
+
+
+def libraries_are_kept_and_renewed(bench):
+    """Compiled once; again when the source or an included file changes; names of any kind."""
+    folder = bench.folder / "it's; a \"folder\", $HOME"
+    folder.mkdir()
+    source = folder / "my umat.for"
+    shutil.copy(FILES / "linear_fixed.for", source)
+    bench.run(deck(user(STEEL)), source, result="kept/a.h5", code=1)
+    (bench.folder / "kept").mkdir()
+    cache = bench.folder / "kept" / "igaform_cache"
+
+    def libraries():
+        bench.run(deck(user(STEEL)), source, result="kept/a.h5")
+        return {path.name: path.stat().st_mtime_ns for path in cache.iterdir()}
+
+    first = libraries()
+    assert len(first) == 1 and libraries() == first, "compiled again without need"
+    text = source.read_text().replace("C     Linear", "      INCLUDE 'part.inc'\nC     Linear", 1)
+    (folder / "part.inc").write_text("C     nothing\n")
+    text = text.replace("      INCLUDE 'part.inc'\n", "").replace(
+        "      EMOD=PROPS(1)", "      INCLUDE 'part.inc'\n      EMOD=PROPS(1)")
+    source.write_text(text)
+    second = libraries()
+    assert len(second) == 2, "a changed source is not compiled"
+    (folder / "part.inc").write_text("C     something\n")
+    assert len(libraries()) == 3, "a changed include file is not seen"
+
+    ready = bench.folder / "ready.so"
+    shutil.copy(cache / next(iter(first)), ready)
+    same(bench.values(deck(user(STEEL)), "ready.so", env={"IGAFORM_FC": "no-such-compiler"}),
+         bench.values(deck(user(STEEL)), source))
+
+
+def main(igaform):
+    checks = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
+              vumats_of_both_signatures, shared_data_run_in_order, states_start_as_told,
+              failures_name_element_and_point, faults_are_told, libraries_are_kept_and_renewed)
+    n_failed = 0
+    for check in checks:
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                check(Bench(os.path.abspath(igaform), folder))
+                print("ok  ", check.__name__)
+            except AssertionError as fault:
+                n_failed += 1
+                print("FAIL", check.__name__, fault)
+    return 1 if n_failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
