@@ -1,7 +1,7 @@
 !> From keyword blocks to records: every block is checked against its entry in the keyword table.
 module record_check
   use kinds, only: wp
-  use faults, only: origin_t, new_origin, fault_list_t, add_fault
+  use faults, only: origin_t, new_origin, fault_list_t, add_fault, add_warning
   use text, only: string_t, to_text, squeezed
   use keyword_spec, only: keyword_table_t, keyword_spec_t, line_spec_t, field_spec_t, kind_flag, &
                           kind_words, any_number, selects_lines
@@ -17,6 +17,12 @@ module record_check
   public :: check_records
 
   integer, parameter :: most_faults = 20   ! of the data lines of one block; the rest is the same
+
+  !> Keywords that decks of user subroutines carry along and that change nothing here.
+  character(*), parameter :: without_effect(16) = [character(26) :: "USER OUTPUT VARIABLES", &
+    "TRANSVERSE SHEAR STIFFNESS", "HOURGLASS STIFFNESS", "SECTION CONTROLS", "PREPRINT", "STEP", &
+    "END STEP", "STATIC", "RESTART", "FILE OUTPUT", "FIELD OUTPUT", "HISTORY OUTPUT", &
+    "ELEMENT OUTPUT", "NODE OUTPUT", "MONITOR", "CONTROLS"]
 
 contains
 
@@ -66,6 +72,11 @@ contains
       if (table%items(i)%name == block%keyword) record%spec = i
     end do
     if (record%spec > 0) return
+    if (any(block%keyword == without_effect)) then
+      call add_warning(faults, record%origin, "a keyword without effect here", &
+                       "none: it and its lines are passed over")
+      return
+    end if
     do i = 1, table%n_keywords
       names(i)%value = "*"//trim(table%items(i)%name)
     end do

@@ -133,6 +133,7 @@ contains
   subroutine end_run(how)
     character(*), intent(in) :: how   ! the routine that was called, or what happened
     character(longest) :: message
+    character(kind=c_char) :: characters(longest)
     procedure(farewell_procedure), pointer :: action
     integer :: i
 
@@ -142,8 +143,10 @@ contains
     write (error_unit, "(a)") "igaform: error: "//trim(message)
     if (c_associated(farewell)) then
       call c_f_procpointer(farewell, action)
-      call action(farewell_context, [(message(i:i), i=1, len_trim(message))], &
-                  int(len_trim(message), c_int))
+      do i = 1, longest
+        characters(i) = message(i:i)
+      end do
+      call action(farewell_context, characters, int(len_trim(message), c_int))
     end if
     call flush_units()
     if (how == "XIT" .or. how == "XPLB_EXIT") call c_exit(int(exit_by_user, c_int))
