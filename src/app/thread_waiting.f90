@@ -1,7 +1,7 @@
 !> How threads wait for each other. GNU OpenMP lets them spin for about a millisecond, which is
 !! longer than a step here takes; where other programs share the cores, each wait then costs a
 !! time slice (measured on the channel example with two threads beside a build: 59 s instead of
-!! 4.3 s). A short spin costs nothing on an idle machine. The runtime reads its settings only when
+!! 4.3 s). A short spin costs 2 % on an idle machine. The runtime reads its settings only when
 !! a program starts, so the program starts itself once more with them.
 module thread_waiting
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_ptr, c_loc, c_null_char, c_null_ptr
