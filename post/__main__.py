@@ -3,7 +3,7 @@ import argparse
 import os
 import sys
 
-from post import compare, history, material, picture, profile
+from post import compare, history, material, picture, profile, verification
 from post.results import ResultsError
 
 
@@ -22,15 +22,25 @@ def parser():
                              help=f"the picture to write (default: FILE without .h5, -{name}.png)")
         module.add_arguments(command)
         command.set_defaults(run=module.run)
+    command = commands.add_parser("verification",
+                                  help="pictures and table of the verification suite")
+    command.add_argument("file", metavar="FOLDER", help="records that the tests have left")
+    command.add_argument("-o", "--out", metavar="FOLDER",
+                         help="folder of the pictures (default: that of the records)")
+    command.set_defaults(run=verification.run)
     return top
 
 
 def main():
     arguments = parser().parse_args()
-    if arguments.out is None:
+    if arguments.out is None and arguments.command == "verification":
+        arguments.out = arguments.file
+    elif arguments.out is None:
         arguments.out = arguments.file.removesuffix(".h5") + f"-{arguments.command}.png"
     try:
-        folder = os.path.dirname(arguments.out) or "."
+        folder = arguments.out
+        if arguments.command != "verification":
+            folder = os.path.dirname(arguments.out) or "."
         if not os.path.isdir(folder):
             raise ResultsError(f"there is no folder '{folder}' for the picture")
         return arguments.run(arguments)

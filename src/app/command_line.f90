@@ -14,6 +14,7 @@ module command_line
     type(string_t), allocatable :: overrides(:)   !! name=value of --set
     type(string_t), allocatable :: user_files(:)  !! of --user: sources or libraries
     logical :: is_material = .false.       !! tests of one material point instead of a forming run
+    integer :: n_modes = 0                 !! of --modes; 0: none asked for
     logical :: is_check = .false., is_quiet = .false.
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
     character(:), allocatable :: fault     !! why the command cannot be carried out; else empty
@@ -69,6 +70,7 @@ contains
            //"                     may come several times"//feed &
            //"  --set NAME=VALUE   replace the value of a *PARAMETER of the deck"//feed &
            //"  --check            read, report counts, mass, step and cost; do not run"//feed &
+           //"  --modes N          print the N lowest frequencies of the blank; do not run"//feed &
            //"  --quiet            errors and warnings only"//feed &
            //"  --keywords         print the reference of all keywords"//feed &
            //"  --version, --help"//feed &
@@ -81,7 +83,6 @@ contains
     type(command_t), intent(inout) :: command
     integer, intent(inout) :: i
     character(:), allocatable :: word, value
-    logical :: is_number
 
     word = arguments(i)%value
     select case (word)
@@ -95,7 +96,7 @@ contains
       command%wants_version = .true.
     case ("--keywords")
       command%wants_keywords = .true.
-    case ("--out", "--threads", "--set", "--user")
+    case ("--out", "--threads", "--set", "--user", "--modes")
       if (i == size(arguments)) then
         command%fault = "option "//word//" needs a value"
         return
@@ -105,12 +106,8 @@ contains
       if (word == "--out") command%output = value
       if (word == "--set") call append(command%overrides, value)
       if (word == "--user") call append(command%user_files, value)
-      if (word == "--threads") then
-        call read_integer(value, command%n_threads, is_number)
-        if (.not. is_number .or. command%n_threads < 1) then
-          command%fault = "option --threads needs a whole number of at least 1, not '"//value//"'"
-        end if
-      end if
+      if (word == "--threads") call take_count(word, value, command%n_threads, command%fault)
+      if (word == "--modes") call take_count(word, value, command%n_modes, command%fault)
     case default
       if (index(word, "-") == 1) then
         command%fault = "unknown option '"//word//"'"
@@ -123,6 +120,19 @@ contains
       end if
     end select
   end subroutine take_argument
+
+  !> The value of an option that counts something.
+  subroutine take_count(option, value, count, fault)
+    character(*), intent(in) :: option, value
+    integer, intent(inout) :: count
+    character(:), allocatable, intent(inout) :: fault
+    logical :: is_number
+
+    call read_integer(value, count, is_number)
+    if (.not. is_number .or. count < 1) then
+      fault = "option "//option//" needs a whole number of at least 1, not '"//value//"'"
+    end if
+  end subroutine take_count
 
   subroutine append(list, value)
     type(string_t), allocatable, intent(inout) :: list(:)
@@ -140,7 +150,7 @@ contains
     type(string_t), allocatable :: options(:)
 
     options = strings([character(10) :: "--out", "--threads", "--set", "--user", "--check", &
-                       "--quiet", "--keywords", "--version", "--help"])
+                       "--modes", "--quiet", "--keywords", "--version", "--help"])
     nearest = nearest_name(word, options)
   end function nearest_option
 

@@ -21,6 +21,7 @@ module deck_run
   use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
   use forming_run, only: run_t, new_run, run_model, save_failed
   use check_report, only: print_check
+  use modes_report, only: print_modes
   use user_call, only: watch_user_calls, user_failure_text
   use user_library, only: user_library_t
   use user_setup, only: load_user_files, open_message_file, close_message_file
@@ -62,10 +63,23 @@ contains
     else if (command%is_check) then
       call print_check(model)
       code = exit_done
+    else if (command%n_modes > 0) then
+      code = tell_modes(model, command%n_modes)
     else
       code = run_accepted(command, scene, model)
     end if
   end function run_deck
+
+  !> Print the lowest frequencies of an accepted model.
+  integer function tell_modes(model, n_modes) result(code)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: n_modes
+    type(error_t), allocatable :: error
+
+    call print_modes(model, n_modes, error)
+    code = merge(exit_input, exit_done, allocated(error))
+    if (allocated(error)) write (error_unit, "(a)") "igaform: "//error%message
+  end function tell_modes
 
   !> Run an accepted model.
   integer function run_accepted(command, scene, model) result(code)

@@ -1,0 +1,61 @@
+"""Flexural frequencies of a simply supported plate against the exact solution of three-dimensional
+elasticity, whose edges keep deflection and tangential motion and carry no normal stress.
+
+u = U(z) cos(a x) sin(b y), v = V(z) sin cos, w = W(z) sin sin solve the equations of motion for all
+thicknesses (S. Srinivas, C. V. Joga Rao, A. K. Rao, J. Sound Vib. 12 (1970) 187-199); what remains
+are ordinary equations in z, solved here on Chebyshev places.
+"""
+import numpy as np
+from suite import Case, chebyshev, lame, pencil_frequencies
+
+E, NU, DENSITY, LENGTH = 210000.0, 0.3, 7.85e-9, 100.0
+
+
+def exact(m, n, thickness):
+    """Lowest frequency of the plate with m and n half waves."""
+    first, shear = lame(E, NU)
+    a, b = m * np.pi / LENGTH, n * np.pi / LENGTH
+    z, d = chebyshev(16, -thickness / 2, thickness / 2)
+    one, d2 = np.eye(len(z)), d @ d
+    p = first + shear
+    laplace = shear * (d2 - (a * a + b * b) * one)
+    motion = np.block([
+        [laplace - p * a * a * one, -p * a * b * one, p * a * d],
+        [-p * a * b * one, laplace - p * b * b * one, p * b * d],
+        [-p * a * d, -p * b * d, laplace + p * d2]]) / DENSITY
+    zero = np.zeros_like(one)
+    stresses = [np.hstack([d, zero, a * one]), np.hstack([zero, d, b * one]),
+                np.hstack([-first * a * one, -first * b * one, (first + 2 * shear) * d])]
+    free = np.vstack([stress[[0, -1]] for stress in stresses])
+    return pencil_frequencies(motion, free, 3)[0]
+
+
+def thin(thickness):
+    """Kirchhoff's plate, one half wave each way."""
+    rigidity = E * thickness**3 / (12 * (1 - NU**2))
+    return 2 * np.pi**2 / LENGTH**2 * np.sqrt(rigidity / (DENSITY * thickness)) / (2 * np.pi)
+
+
+def main():
+    case = Case("Simply supported plate, 100 x 100 x 10 mm: lowest flexural frequency",
+                "three-dimensional elasticity, Srinivas, Joga Rao and Rao (1970)")
+    thickness = 10.0
+    reference = exact(1, 1, thickness)
+    assert abs(exact(1, 1, 1.0) / thin(1.0) - 1) < 1e-3, "the reference misses the thin plate"
+    meshes = ((3, 1), (6, 2), (9, 3)) if case.is_long else ((3, 1), (6, 2))
+    lines = []
+    for p in (2, 3, 4):
+        sizes = [LENGTH / 2 / n for n, _ in meshes]
+        errors = [case.mode_near(reference, "plate_modes", 20, p=p, n=n, n_z=n_z) / reference - 1
+                  for n, n_z in meshes]
+        n, n_z = meshes[-1]
+        case.deviation(f"frequency, p = {p}, {n} x {n} x {n_z} elements of a quarter", errors[-1],
+                       0.028 * (6 / n)**1.5)
+        if case.is_long:
+            case.rate(f"rate, p = {p}", sizes, errors, 1.4, 2.4)
+        lines.append((f"p = {p}", "o-", sizes, np.abs(errors)))
+    case.panel("element [mm]", "error of the frequency", lines, "log")
+    case.finish()
+
+
+main()
