@@ -1,4 +1,4 @@
-"""Coarse and refined tools must form the same strip (the seed's headline, figures 13 and 14).
+"""Coarse and refined tools must form the same sheet (the seed's headline, figures 13 and 14).
 
 usage: refined_tools.py IGAFORM COARSE_DECK REFINED_DECK LIMIT [NAME=VALUE ...]
 """
@@ -13,7 +13,7 @@ import numpy as np
 
 def run(igaform, deck, path, settings):
     sets = [word for setting in settings for word in ("--set", setting)]
-    subprocess.run([igaform, deck, "--out", path, "--threads", "1", "--quiet", *sets], check=True)
+    subprocess.run([igaform, deck, "--out", path, "--threads", "2", "--quiet", *sets], check=True)
     with h5py.File(path) as file:
         n_faces = sum((len(np.unique(surface["knots_1"])) - 1)
                       * (len(np.unique(surface["knots_2"])) - 1)
