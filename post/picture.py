@@ -25,7 +25,7 @@ def add_arguments(command):
     which.add_argument("--time", type=float, metavar="T", help="the frame nearest to this time")
     command.add_argument("--field", choices=FIELDS, default="eqps", help="field of the colours")
     command.add_argument("--range", type=float, nargs=2, metavar=("LOW", "HIGH"),
-                         help="range of the colours (default: without the highest 2 %% of the field,"
+                         help="range of the colours (default: without the highest 2 %% of it,"
                               " which edges that were hit would fill)")
     command.add_argument("--renderer", choices=("auto", "vtk", "matplotlib"), default="auto",
                          help="what draws (default: VTK, or matplotlib if VTK cannot)")
