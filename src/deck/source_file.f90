@@ -33,6 +33,8 @@ contains
         deallocate (contents)
         allocate (character(n_bytes) :: contents)
         read (unit, iostat=status) contents
+      else
+        call read_to_end(unit, contents, status)
       end if
       close (unit)
     end if
@@ -45,6 +47,31 @@ contains
     end if
     if (allocated(error)) contents = ""
   end subroutine read_source
+
+  !> All that comes, for a pipe tells no size.
+  subroutine read_to_end(unit, contents, status)
+    integer, intent(in) :: unit
+    character(:), allocatable, intent(inout) :: contents
+    integer, intent(out) :: status
+    character(:), allocatable :: more
+    character(1) :: byte
+    integer :: n_bytes
+
+    n_bytes = 0
+    do
+      read (unit, iostat=status) byte
+      if (status /= 0) exit
+      if (n_bytes == len(contents)) then
+        allocate (character(2*n_bytes + 4096) :: more)
+        more(:n_bytes) = contents
+        call move_alloc(more, contents)
+      end if
+      n_bytes = n_bytes + 1
+      contents(n_bytes:n_bytes) = byte
+    end do
+    contents = contents(:n_bytes)
+    if (is_iostat_end(status)) status = 0
+  end subroutine read_to_end
 
   pure subroutine make_plain(contents, path, error)
     character(:), allocatable, intent(inout) :: contents
