@@ -3,7 +3,7 @@ import argparse
 import os
 import sys
 
-from post import compare, history, material, picture, profile, verification
+from post import bench, compare, history, material, picture, profile, verification
 from post.results import ResultsError
 
 
@@ -15,11 +15,14 @@ def parser():
             (profile, "profile", "the sheet's mid-section and the tools at chosen times"),
             (history, "history", "energies and tool forces against time"),
             (material, "material", "tests of a material: stress-strain, r-values, yield locus"),
-            (compare, "compare", "a strip of the channel against reference data")):
+            (compare, "compare", "a strip of the channel against reference data"),
+            (bench, "bench", "measurements of igaform_bench: roofline and scaling")):
         command = commands.add_parser(name, help=text, description=text.capitalize() + ".")
-        command.add_argument("file", metavar="FILE", help="results file of igaform")
+        command.add_argument("file", metavar="FILE",
+                             help="results file of igaform (bench: that of --json)")
         command.add_argument("-o", "--out", metavar="PNG",
-                             help=f"the picture to write (default: FILE without .h5, -{name}.png)")
+                             help="the picture to write (default: FILE without its ending, "
+                                  f"-{name}.png)")
         module.add_arguments(command)
         command.set_defaults(run=module.run)
     command = commands.add_parser("verification",
@@ -36,7 +39,8 @@ def main():
     if arguments.out is None and arguments.command == "verification":
         arguments.out = arguments.file
     elif arguments.out is None:
-        arguments.out = arguments.file.removesuffix(".h5") + f"-{arguments.command}.png"
+        base = arguments.file.removesuffix(".h5").removesuffix(".json")
+        arguments.out = base + f"-{arguments.command}.png"
     try:
         folder = arguments.out
         if arguments.command != "verification":

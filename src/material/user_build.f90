@@ -10,7 +10,7 @@ module user_build
   implicit none
   private
 
-  public :: build_user_library, make_folder, remove_file, process_number, ending_of
+  public :: build_user_library, make_folder, remove_file, process_number, ending_of, program_folder
 
   !> -frecursive keeps local arrays on the stack, so that threads do not share them. -w: the
   !! sources are old and not ours. -g: crashes tell the line.

@@ -1,0 +1,132 @@
+!> The command line of the benchmark.
+module bench_options
+  use text, only: string_t, strings, nearest_name, read_integer
+  implicit none
+  private
+
+  public :: options_t, read_options, parse_options, usage_text, is_chosen
+
+  !> What the user asked for.
+  type :: options_t
+    type(string_t), allocatable :: only(:)   !! parts of names, none: all
+    character(:), allocatable :: json        !! file to write, or empty
+    character(:), allocatable :: compare     !! file to compare with, or empty
+    integer :: n_threads = 0                 !! most threads, 0: as many as OpenMP gives
+    logical :: is_quick = .false., wants_list = .false., wants_help = .false.
+    logical :: wants_vectors = .false.
+    character(:), allocatable :: fault       !! why the command cannot be carried out; else empty
+  end type options_t
+
+contains
+
+  !> Read the arguments of the program.
+  subroutine read_options(options)
+    type(options_t), intent(out) :: options
+    type(string_t) :: arguments(command_argument_count())
+    integer :: i, length
+
+    do i = 1, size(arguments)
+      call get_command_argument(i, length=length)
+      allocate (character(length) :: arguments(i)%value)
+      call get_command_argument(i, value=arguments(i)%value)
+    end do
+    call parse_options(arguments, options)
+  end subroutine read_options
+
+  !> Take a list of arguments apart, as far as the first fault.
+  subroutine parse_options(arguments, options)
+    type(string_t), intent(in) :: arguments(:)
+    type(options_t), intent(out) :: options
+    integer :: i
+
+    allocate (options%only(0))
+    options%json = ""
+    options%compare = ""
+    options%fault = ""
+    i = 0
+    do while (i < size(arguments) .and. options%fault == "")
+      i = i + 1
+      select case (arguments(i)%value)
+      case ("--quick")
+        options%is_quick = .true.
+      case ("--list")
+        options%wants_list = .true.
+      case ("--vectors")
+        options%wants_vectors = .true.
+      case ("--help", "-h")
+        options%wants_help = .true.
+      case ("--only", "--json", "--compare", "--threads")
+        call take_value(arguments, options, i)
+      case default
+        options%fault = unknown(arguments(i)%value)
+      end select
+    end do
+  end subroutine parse_options
+
+  subroutine take_value(arguments, options, i)
+    type(string_t), intent(in) :: arguments(:)
+    type(options_t), intent(inout) :: options
+    integer, intent(inout) :: i
+    logical :: is_number
+
+    if (i == size(arguments)) then
+      options%fault = "option "//arguments(i)%value//" needs a value"
+      return
+    end if
+    i = i + 1
+    associate (value => arguments(i)%value)
+      select case (arguments(i - 1)%value)
+      case ("--only")
+        options%only = [options%only, arguments(i)]
+      case ("--json")
+        options%json = value
+      case ("--compare")
+        options%compare = value
+      case ("--threads")
+        call read_integer(value, options%n_threads, is_number)
+        if (.not. is_number .or. options%n_threads < 1) &
+          options%fault = "option --threads needs a whole number of at least 1, not '"//value//"'"
+      end select
+    end associate
+  end subroutine take_value
+
+  function unknown(word) result(fault)
+    character(*), intent(in) :: word
+    character(:), allocatable :: fault, nearest
+
+    nearest = nearest_name(word, strings([character(9) :: "--quick", "--list", "--vectors", &
+                                          "--help", "--only", "--json", "--compare", "--threads"]))
+    fault = "unknown option '"//word//"'"
+    if (nearest /= "") fault = fault//"; nearest is "//nearest
+  end function unknown
+
+  !> Does the name hold one of the texts of --only?
+  pure logical function is_chosen(options, name)
+    type(options_t), intent(in) :: options
+    character(*), intent(in) :: name
+    integer :: i
+
+    is_chosen = size(options%only) == 0
+    do i = 1, size(options%only)
+      is_chosen = is_chosen .or. index(name, options%only(i)%value) > 0
+    end do
+  end function is_chosen
+
+  !> The text of --help.
+  function usage_text() result(text)
+    character(:), allocatable :: text
+    character(1), parameter :: feed = new_line("a")
+
+    text = "usage: igaform_bench [options]"//feed &
+           //"  --quick            shorter samples, no long cases"//feed &
+           //"  --only TEXT        names that hold this text; may come several times"//feed &
+           //"  --threads N        measure 1 to N threads (default: all cores)"//feed &
+           //"  --json FILE        store the records"//feed &
+           //"  --compare OLD.json ratios to the records of an earlier run"//feed &
+           //"  --list             names of all records"//feed &
+           //"  --vectors          are the hot loops vectorised? (needs objdump)"//feed &
+           //"  --help"//feed &
+           //"exit codes: 0 done, 1 the command is at fault, 2 a measurement failed, 77 no objdump"
+  end function usage_text
+
+end module bench_options

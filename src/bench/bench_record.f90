@@ -1,0 +1,64 @@
+!> Results of the benchmark as a list of records.
+module bench_record
+  use kinds, only: wp
+  implicit none
+  private
+
+  public :: add_record, find_record
+
+  !> One measurement. Negative numbers stand for what is not known.
+  type, public :: record_t
+    character(:), allocatable :: name
+    integer :: threads = 1
+    real(wp) :: ns = 0.0_wp                   !! least of all repetitions, per unit [ns]
+    real(wp) :: median = 0.0_wp               !! of all repetitions [ns]
+    real(wp) :: spread = 0.0_wp               !! (median - least)/least
+    integer :: repetitions = 0
+    character(:), allocatable :: per          !! the unit: element-step, point, byte ...
+    real(wp) :: ns_per_point = -1.0_wp        !! per integration point
+    real(wp) :: flops = -1.0_wp               !! operations a unit, by formula
+    real(wp) :: bytes = -1.0_wp               !! moved a unit, by formula
+    real(wp) :: working_set = -1.0_wp         !! touched over and over [byte]
+    real(wp) :: share_of_bound = -1.0_wp      !! least possible time over `ns`
+    real(wp) :: target = -1.0_wp              !! what it should need at most [ns]
+  end type record_t
+
+  !> A list that grows.
+  type, public :: record_list_t
+    integer :: n = 0
+    type(record_t), allocatable :: items(:)   !! the first `n` are set
+  end type record_list_t
+
+contains
+
+  !> Append a record.
+  subroutine add_record(list, record)
+    type(record_list_t), intent(inout) :: list
+    type(record_t), intent(in) :: record
+    type(record_t), allocatable :: wider(:)
+    integer :: i
+
+    if (.not. allocated(list%items)) allocate (list%items(32))
+    if (list%n == size(list%items)) then
+      allocate (wider(2*list%n))
+      do i = 1, list%n
+        wider(i) = list%items(i)
+      end do
+      call move_alloc(wider, list%items)
+    end if
+    list%n = list%n + 1
+    list%items(list%n) = record
+  end subroutine add_record
+
+  !> Index of the record of this name and number of threads, 0: there is none.
+  pure integer function find_record(list, name, threads) result(found)
+    type(record_list_t), intent(in) :: list
+    character(*), intent(in) :: name
+    integer, intent(in) :: threads
+
+    do found = list%n, 1, -1
+      if (list%items(found)%name == name .and. list%items(found)%threads == threads) return
+    end do
+  end function find_record
+
+end module bench_record

@@ -1,0 +1,158 @@
+!> A run of the benchmark from the command line to the report.
+module bench_run
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use omp_lib, only: omp_get_max_threads, omp_set_dynamic
+  use kinds, only: wp
+  use errors, only: error_t
+  use text, only: to_text
+  use bench_case, only: case_slot_t
+  use bench_record, only: record_t, record_list_t, add_record
+  use bench_options, only: options_t, is_chosen
+  use bench_report, only: heading, record_line, comparison_lines
+  use bench_targets, only: set_targets, target_lines
+  use json_records, only: write_records, read_records
+  use machine_bound, only: machine_bound_t, measure_machine, share_of_bound
+  use sampling, only: sampling_t, measure
+  use catalogue, only: all_cases
+  use channel_case, only: channel_case_t, add_parts
+  use vector_check, only: vector_count_t, count_vectors, vector_line, is_vectorised
+  implicit none
+  private
+
+  public :: run_benchmark, list_names, check_vectors
+
+  integer, parameter :: done = 0, bad_command = 1, bad_result = 2, skipped = 77
+
+contains
+
+  !> Measure what the options choose; the exit code tells how it went.
+  integer function run_benchmark(options) result(code)
+    type(options_t), intent(in) :: options
+    type(case_slot_t), allocatable :: cases(:)
+    type(record_list_t) :: records, old
+    type(machine_bound_t), allocatable :: bounds(:)
+    type(sampling_t) :: plan
+    type(error_t), allocatable :: error
+    integer :: i, n_threads
+
+    call omp_set_dynamic(.false.)
+    code = done
+    if (options%compare /= "") call read_records(options%compare, old, error)
+    if (allocated(error)) then
+      code = say(error, bad_command)
+      return
+    end if
+    n_threads = omp_get_max_threads()
+    if (options%n_threads > 0) n_threads = options%n_threads
+    if (options%is_quick) plan = sampling_t(seconds=0.1_wp, least=4)
+    allocate (bounds(n_threads))
+    print "(a)", heading()
+    do i = 1, n_threads
+      call measure_machine(i, merge(4, 15, options%is_quick), bounds(i), records)
+    end do
+    call print_records(records, 1)
+    call all_cases(options%is_quick, cases)
+    do i = 1, size(cases)
+      if (.not. is_chosen(options, cases(i)%item%name)) cycle
+      if (options%is_quick .and. cases(i)%item%is_long) cycle
+      call measure_case(plan, bounds, cases(i), records, code)
+    end do
+    call set_targets(records)
+    print "(/, a)", target_lines(records)
+    if (options%json /= "") call write_records(options%json, records, error)
+    if (allocated(error)) code = say(error, bad_command)
+    if (options%compare /= "") print "(a)", comparison_lines(records, old)
+  end function run_benchmark
+
+  !> One case on 1 to all threads; what it holds is freed in the end.
+  subroutine measure_case(plan, bounds, slot, records, code)
+    type(sampling_t), intent(in) :: plan
+    type(machine_bound_t), intent(in) :: bounds(:)
+    type(case_slot_t), intent(inout) :: slot
+    type(record_list_t), intent(inout) :: records
+    integer, intent(inout) :: code
+    type(record_t) :: record
+    type(error_t), allocatable :: error
+    integer :: threads, first
+
+    call slot%item%prepare(error)
+    if (allocated(error)) then
+      write (error_unit, "(a)") slot%item%name//" is left out: "//error%message
+      deallocate (slot%item)
+      return
+    end if
+    do threads = 1, merge(1, size(bounds), slot%item%is_serial)
+      first = records%n + 1
+      call measure(plan, slot%item, threads, record, error)
+      if (allocated(error)) then
+        code = say(error, bad_result)
+        exit
+      end if
+      record%share_of_bound = share_of_bound(bounds(threads), record)
+      call add_record(records, record)
+      select type (item => slot%item)
+      type is (channel_case_t)
+        call add_parts(item, record, records)
+      end select
+      call print_records(records, first)
+    end do
+    deallocate (slot%item)
+  end subroutine measure_case
+
+  subroutine print_records(records, first)
+    type(record_list_t), intent(in) :: records
+    integer, intent(in) :: first
+    integer :: i
+
+    do i = first, records%n
+      print "(a)", record_line(records%items(i))
+    end do
+    flush (output_unit)
+  end subroutine print_records
+
+  integer function say(error, given) result(code)
+    type(error_t), intent(in) :: error
+    integer, intent(in) :: given
+
+    write (error_unit, "(a)") "igaform_bench: error: "//error%message
+    code = given
+  end function say
+
+  !> Print the names that the options choose.
+  integer function list_names(options) result(code)
+    type(options_t), intent(in) :: options
+    type(case_slot_t), allocatable :: cases(:)
+    integer :: i
+
+    code = done
+    call all_cases(options%is_quick, cases)
+    do i = 1, size(cases)
+      if (options%is_quick .and. cases(i)%item%is_long) cycle
+      if (is_chosen(options, cases(i)%item%name)) print "(a)", cases(i)%item%name
+    end do
+  end function list_names
+
+  !> Print how much of the hot procedures is vectorised; a scalar one is a failure.
+  integer function check_vectors() result(code)
+    type(vector_count_t), allocatable :: counts(:)
+    type(error_t), allocatable :: error
+    integer :: i
+
+    call count_vectors(counts, error)
+    if (allocated(error)) then
+      code = say(error, bad_result)
+      return
+    else if (.not. allocated(counts)) then
+      print "(a)", "there is no objdump: not checked"
+      code = skipped
+      return
+    end if
+    code = done
+    print "(a)", "procedure                                             wide   fused   other"
+    do i = 1, size(counts)
+      print "(a)", vector_line(counts(i))
+      if (.not. is_vectorised(counts(i))) code = bad_result
+    end do
+  end function check_vectors
+
+end module bench_run

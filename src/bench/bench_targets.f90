@@ -1,0 +1,154 @@
+!> What the program is to reach, and whether it does.
+!!
+!! The absolute times are for processors with 512-bit registers at about 2.5 GHz; those that are
+!! ratios of one run hold anywhere.
+module bench_targets
+  use kinds, only: wp
+  use text, only: to_text
+  use bench_record, only: record_t, record_list_t, find_record
+  implicit none
+  private
+
+  public :: set_targets, target_lines
+
+  character(1), parameter :: feed = new_line("a")
+  real(wp), parameter :: default_factor = 1.25_wp, rational_factor = 1.6_wp
+
+  !> Force routine with von Mises and Voce, first-order Jaumann rotation [ns an element and step].
+  type :: force_target_t
+    character(8) :: rule
+    real(wp) :: ns(2)            !! one and two threads
+  end type force_target_t
+
+  type(force_target_t), parameter :: force_targets(3) = [ &
+    force_target_t("3x3x3", [330.0_wp, 170.0_wp]), &
+    force_target_t("2x2x3", [175.0_wp, 92.0_wp]), &
+    force_target_t("2x2x2", [150.0_wp, 78.0_wp])]
+
+contains
+
+  !> Give the records that have a target their target.
+  subroutine set_targets(records)
+    type(record_list_t), intent(inout) :: records
+    integer :: i, part
+
+    do i = 1, records%n
+      associate (record => records%items(i))
+        if (index(record%name, "force/p2/") == 1) record%target = force_target(record)
+        part = 0
+        if (record%name == "step/channel") &
+          part = find_record(records, "step/channel/blank", record%threads)
+        if (part > 0) record%target = 1.5_wp*records%items(part)%ns
+      end associate
+    end do
+  end subroutine set_targets
+
+  !> Target of a force routine, negative if there is none.
+  pure real(wp) function force_target(record) result(ns)
+    type(record_t), intent(in) :: record
+    character(:), allocatable :: stem
+    integer :: i
+
+    ns = -1.0_wp
+    if (record%threads > 2) return
+    do i = 1, size(force_targets)
+      stem = "force/p2/"//trim(force_targets(i)%rule)//"/voce/"
+      if (index(record%name, stem) /= 1) cycle
+      ns = force_targets(i)%ns(record%threads)
+      if (index(record%name, "/rational/") > 0) ns = rational_factor*ns
+      select case (record%name(index(record%name, "/", back=.true.) + 1:))
+      case ("default")
+        ns = default_factor*ns
+      case ("jaumann")
+      case default
+        ns = -1.0_wp
+      end select
+    end do
+  end function force_target
+
+  !> The targets of a run, line by line: met or missed. Empty if no record has one.
+  function target_lines(records) result(lines)
+    type(record_list_t), intent(in) :: records
+    character(:), allocatable :: lines
+    integer :: i
+
+    lines = ""
+    do i = 1, records%n
+      associate (record => records%items(i))
+        if (record%target < 0.0_wp) cycle
+        lines = lines//verdict(record%name//", "//to_text(record%threads)//" threads, ns", &
+                               record%ns, record%target, record%ns <= record%target)
+      end associate
+    end do
+    lines = lines//efficiency_line(records, "force/p2/2x2x3/voce/plain/default", 0.95_wp)
+    lines = lines//efficiency_line(records, "elements/8000", 0.90_wp)
+    lines = lines//growth_line(records, "contact/faces/100", "contact/faces/1000000")
+    lines = lines//growth_line(records, "contact/search/100", "contact/search/1000000")
+    lines = lines//contact_line(records)
+  end function target_lines
+
+  function efficiency_line(records, name, least) result(line)
+    type(record_list_t), intent(in) :: records
+    character(*), intent(in) :: name
+    real(wp), intent(in) :: least
+    character(:), allocatable :: line
+    integer :: one, two
+    real(wp) :: efficiency
+
+    line = ""
+    one = find_record(records, name, 1)
+    two = find_record(records, name, 2)
+    if (one == 0 .or. two == 0) return
+    efficiency = records%items(one)%ns/(2.0_wp*records%items(two)%ns)
+    line = verdict(name//", efficiency of two threads", efficiency, least, efficiency >= least)
+  end function efficiency_line
+
+  !> Cost may grow as the logarithm of the number of faces: from 100 to 1000000 three times.
+  function growth_line(records, few, many) result(line)
+    type(record_list_t), intent(in) :: records
+    character(*), intent(in) :: few, many
+    character(:), allocatable :: line
+    integer :: a, b
+    real(wp) :: growth
+
+    line = ""
+    a = find_record(records, few, 1)
+    b = find_record(records, many, 1)
+    if (a == 0 .or. b == 0) return
+    growth = records%items(b)%ns/records%items(a)%ns
+    line = verdict(many//" over "//few, growth, 3.0_wp, growth <= 3.0_wp)
+  end function growth_line
+
+  !> Contact must not cost more than the elements in the channel.
+  function contact_line(records) result(line)
+    type(record_list_t), intent(in) :: records
+    character(:), allocatable :: line
+    character(*), parameter :: stem = "step/channel/contact"
+    integer :: i, elements
+    real(wp) :: share
+
+    line = ""
+    elements = find_record(records, "step/channel/blank", 1)
+    if (elements == 0) return
+    share = 0.0_wp
+    do i = 1, records%n
+      if (records%items(i)%threads == 1 .and. index(records%items(i)%name, stem) == 1) &
+        share = share + records%items(i)%ns
+    end do
+    share = share/records%items(elements)%ns
+    line = verdict("step/channel, contact over elements", share, 1.0_wp, share <= 1.0_wp)
+  end function contact_line
+
+  pure function verdict(what, value, limit, is_met) result(line)
+    character(*), intent(in) :: what
+    real(wp), intent(in) :: value, limit
+    logical, intent(in) :: is_met
+    character(:), allocatable :: line
+    character(120) :: buffer
+
+    write (buffer, "(a6, 2x, a62, f10.2, a, f8.2)") merge("met   ", "missed", is_met), &
+      what//repeat(" ", 62), value, "  target", limit
+    line = trim(buffer)//feed
+  end function verdict
+
+end module bench_targets

@@ -1,0 +1,190 @@
+!> All that is measured, by name.
+module catalogue
+  use kinds, only: wp
+  use text, only: to_text
+  use bench_case, only: bench_case_t, case_slot_t
+  use force_case, only: force_case_t
+  use contact_case, only: contact_case_t, search_case_t
+  use die_case, only: die_case_t
+  use channel_case, only: channel_case_t
+  implicit none
+  private
+
+  public :: all_cases
+
+contains
+
+  !> Cases in the order in which they run. None is prepared.
+  subroutine all_cases(is_quick, cases)
+    logical, intent(in) :: is_quick     !! a shorter way for the channel
+    type(case_slot_t), allocatable, intent(out) :: cases(:)
+
+    allocate (cases(0))
+    call add_rules(cases)
+    call add_laws(cases)
+    call add_sizes(cases)
+    call add_contacts(cases)
+    call add_channel(is_quick, cases)
+  end subroutine all_cases
+
+  subroutine add(cases, item)
+    type(case_slot_t), allocatable, intent(inout) :: cases(:)
+    class(bench_case_t), intent(in) :: item
+    type(case_slot_t), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(cases) + 1))
+    do i = 1, size(cases)
+      call move_alloc(cases(i)%item, longer(i)%item)
+    end do
+    allocate (longer(size(longer))%item, source=item)
+    call move_alloc(longer, cases)
+  end subroutine add
+
+  !> Force routine by degree and rule, plain and rational.
+  subroutine add_rules(cases)
+    type(case_slot_t), allocatable, intent(inout) :: cases(:)
+
+    call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .false.)
+    call add_force(cases, 2, [2, 2, 3], [1, 1, 1], "voce", .false.)
+    call add_force(cases, 2, [2, 2, 2], [1, 1, 1], "voce", .false.)
+    call add_force(cases, 2, [2, 2, 2], [1, 1, 3], "voce", .false.)
+    call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .true.)
+    call add_force(cases, 2, [2, 2, 3], [1, 1, 1], "voce", .true.)
+    call add_force(cases, 2, [2, 2, 2], [1, 1, 1], "voce", .true.)
+    call add_force(cases, 2, [2, 2, 2], [1, 1, 3], "voce", .true.)
+    call add_force(cases, 2, [3, 3, 4], [1, 1, 1], "voce", .false.)
+    call add_force(cases, 1, [2, 2, 2], [1, 1, 1], "voce", .false.)
+    call add_force(cases, 3, [3, 3, 3], [1, 1, 1], "voce", .false.)
+    call add_force(cases, 3, [4, 4, 4], [1, 1, 1], "voce", .false.)
+  end subroutine add_rules
+
+  !> Force routine by law; the user's route runs the general kernel with context.
+  subroutine add_laws(cases)
+    type(case_slot_t), allocatable, intent(inout) :: cases(:)
+    character(12), parameter :: laws(9) = [character(12) :: "elastic", "voce_elastic", "swift", &
+      "neo_hooke", "chaboche", "hill48", "yld91", "umat_voce", "vumat_voce"]
+    integer :: i
+
+    do i = 1, size(laws)
+      call add_force(cases, 2, [2, 2, 3], [1, 1, 1], trim(laws(i)), .false.)
+    end do
+    call add_force(cases, 2, [2, 2, 3], [1, 1, 1], "voce", .false., is_viscous=.false.)
+  end subroutine add_laws
+
+  subroutine add_force(cases, degree, points, parts, law, is_rational, is_viscous)
+    type(case_slot_t), allocatable, intent(inout) :: cases(:)
+    integer, intent(in) :: degree, points(3), parts(3)
+    character(*), intent(in) :: law
+    logical, intent(in) :: is_rational
+    logical, intent(in), optional :: is_viscous
+    type(force_case_t) :: item
+    character(:), allocatable :: weights, physics
+    integer :: q(3)
+
+    q = points*parts
+    weights = "plain"
+    if (is_rational) weights = "rational"
+    physics = "default"
+    if (present(is_viscous)) item%is_viscous = is_viscous
+    if (.not. item%is_viscous) physics = "no_viscosity"
+    item%name = "force/p"//to_text(degree)//"/"//to_text(q(1))//"x"//to_text(q(2))//"x"// &
+                to_text(q(3))//"/"//law//"/"//weights//"/"//physics
+    item%per = "element-step"
+    item%degrees = degree
+    item%points = points
+    item%parts = parts
+    item%law_name = law
+    item%is_rational = is_rational
+    call add(cases, item)
+  end subroutine add_force
+
+  !> The force routine on blanks of 1e2 to 1e5 elements.
+  subroutine add_sizes(cases)
+    type(case_slot_t), allocatable, intent(inout) :: cases(:)
+    integer, parameter :: sizes(2, 5) = reshape([20, 5, 40, 25, 160, 50, 200, 50, 500, 200], [2, 5])
+    type(force_case_t) :: item
+    integer :: i
+
+    item%per = "element-step"
+    item%points = [2, 2, 3]
+    do i = 1, size(sizes, 2)
+      item%n_elements = [sizes(:, i), 1]
+      item%name = "elements/"//to_text(product(item%n_elements))
+      item%is_long = product(item%n_elements) > 20000
+      call add(cases, item)
+    end do
+  end subroutine add_sizes
+
+  !> Contact by number of faces and of points.
+  subroutine add_contacts(cases)
+    type(case_slot_t), allocatable, intent(inout) :: cases(:)
+    integer, parameter :: faces(2, 5) = reshape([10, 10, 40, 25, 100, 100, 400, 250, 1000, 1000], &
+                                                [2, 5])
+    integer, parameter :: edges(4) = [11, 33, 105, 333]   ! 9 points an element
+    integer, parameter :: n_points(4) = [1000, 10000, 100000, 1000000]
+    type(die_case_t) :: die
+    type(contact_case_t) :: item
+    type(search_case_t) :: search
+    integer :: i
+
+    die%name = "contact/closest_point"
+    die%per = "point"
+    call add(cases, die)
+    item%per = "point-step"
+    item%name = "contact/step"
+    call add(cases, item)
+    item%name = "contact/out_of_reach"
+    item%height = 6.0_wp
+    call add(cases, item)
+    item%height = -0.3_wp
+    search%per = "point"
+    do i = 1, size(faces, 2)
+      item%n_faces = faces(:, i)
+      item%is_long = product(faces(:, i)) > 100000
+      item%name = "contact/faces/"//to_text(product(faces(:, i)))
+      call add(cases, item)
+      search%n_faces = faces(:, i)
+      search%is_long = item%is_long
+      search%name = "contact/search/"//to_text(product(faces(:, i)))
+      call add(cases, search)
+    end do
+    item%n_faces = [22, 12]
+    do i = 1, size(edges)
+      item%n_sheet = edges(i)
+      item%is_long = n_points(i) > 200000
+      item%name = "contact/points/"//to_text(n_points(i))
+      call add(cases, item)
+    end do
+  end subroutine add_contacts
+
+  !> Parts of the channel example, then all of its steps.
+  subroutine add_channel(is_quick, cases)
+    logical, intent(in) :: is_quick
+    type(case_slot_t), allocatable, intent(inout) :: cases(:)
+    type(channel_case_t) :: item
+
+    item%part = "update"
+    item%name = "update"
+    item%per = "control-point-step"
+    call add(cases, item)
+    item%part = "history"
+    item%name = "history"
+    item%per = "row"
+    item%is_serial = .true.
+    call add(cases, item)
+    item%is_by_the_wall = .true.
+    item%part = "frame"
+    item%name = "frame"
+    item%per = "frame"
+    call add(cases, item)
+    item%part = "step"
+    item%name = "step/channel"
+    item%per = "element-step"
+    item%is_serial = .false.
+    item%most_repetitions = 3
+    if (is_quick) item%closing = "closing=30"
+    call add(cases, item)
+  end subroutine add_channel
+
+end module catalogue

@@ -1,0 +1,252 @@
+!> The channel example: all of its steps, and its motion update, history rows and frames alone.
+module channel_case
+  use, intrinsic :: iso_fortran_env, only: int64
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use text, only: string_t, strings
+  use faults, only: fault_list_t, n_errors
+  use timer, only: watch_seconds, clock_ticks, ticks_to_seconds
+  use scene, only: scene_t
+  use deck_reader, only: read_deck
+  use gauss_rule, only: gauss_rule_t
+  use model, only: model_t
+  use model_setup, only: build_model
+  use frames, only: results_t, results_setup_t, open_results, write_frame, close_results
+  use run_log, only: run_log_t, timings_t, open_log, close_log
+  use snapshot, only: fill_frame
+  use central_difference, only: advance_velocities, advance_positions
+  use forming_run, only: run_t, new_run, run_model, take_row
+  use bench_case, only: bench_case_t
+  use bench_record, only: record_t, record_list_t, add_record
+  use user_build, only: make_folder, remove_file
+  use bench_paths, only: project_folder, scratch_folder
+  implicit none
+  private
+
+  public :: add_parts
+
+  !> The channel with parameters of its own; which part of the work is run is told by `part`.
+  type, extends(bench_case_t), public :: channel_case_t
+    character(12) :: part = "step"             !! step, update, history or frame
+    character(16) :: closing = "closing=150"   !! how far the dies close
+    type(scene_t) :: scene
+    type(model_t) :: model
+    type(run_t) :: solver
+    type(results_t) :: results
+    character(:), allocatable :: file          !! result file, removed in the end
+    logical :: is_open = .false.
+    integer :: n_calls = 1
+    real(wp), allocatable :: seconds(:)        !! of the stopwatches in the quickest run
+    real(wp) :: least = huge(1.0_wp)           !! seconds of that run
+    logical :: has_failed = .false.
+  contains
+    procedure :: prepare
+    procedure :: run
+    procedure :: restore
+    procedure :: check
+  end type channel_case_t
+
+contains
+
+  !> Read the deck and build the model once, so that faults show here.
+  subroutine prepare(self, error)
+    class(channel_case_t), intent(inout) :: self
+    type(error_t), allocatable, intent(out) :: error
+    type(fault_list_t) :: faults
+
+    call make_folder(scratch_folder)
+    call read_deck(project_folder//"/input/channel_forming.key", &
+                   strings([character(16) :: self%closing, "frames=1", "history=20"]), &
+                   self%scene, faults)
+    if (n_errors(faults) > 0) then
+      call fail(error, self%name//": input/channel_forming.key cannot be read")
+      return
+    end if
+    self%file = scratch_folder//"/bench_"//trim(self%part)//".h5"
+    call new_model(self, error)
+    if (allocated(error)) return
+    call set_units(self)
+  end subroutine prepare
+
+  !> What one call of `run` works through; that of whole steps shows when they are done.
+  subroutine set_units(self)
+    class(channel_case_t), intent(inout) :: self
+    real(wp) :: n_controls
+
+    n_controls = size(self%model%bodies%blank%mass)
+    select case (trim(self%part))
+    case ("update")
+      self%n_calls = 200
+      self%n_units = self%n_calls*n_controls
+      ! Velocities and positions read and written, velocities read once more; two forces and the
+      ! mass, which is read for each component.
+      self%bytes = 8.0_wp*(6 + 6 + 3 + 6 + 3)
+      self%flops = 18.0_wp
+      self%working_set = 8.0_wp*13*n_controls
+    case ("history")
+      self%n_calls = 50
+      self%n_units = self%n_calls
+    case ("frame")
+      self%n_units = 1.0_wp
+    end select
+  end subroutine set_units
+
+  !> A model at rest with an open result file.
+  subroutine new_model(self, error)
+    class(channel_case_t), intent(inout) :: self
+    type(error_t), allocatable, intent(out) :: error
+    type(fault_list_t) :: faults
+    type(results_setup_t) :: setup
+    integer :: axis, i
+
+    call close_model(self)
+    call build_model(self%scene, self%model, faults)
+    if (n_errors(faults) > 0) then
+      call fail(error, self%name//": the channel cannot be built")
+      return
+    end if
+    call new_run(self%model, self%solver)
+    setup%path = self%file
+    setup%solid = self%model%bodies%blank%solid
+    do axis = 1, 3
+      associate (table => self%model%bodies%blank%patch%axes(axis))
+        setup%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, table%weights)
+      end associate
+    end do
+    allocate (setup%tools(size(self%scene%tools)), setup%probes(0))
+    do i = 1, size(setup%tools)
+      setup%tools(i)%name = self%scene%tools(i)%name
+      setup%tools(i)%surfaces = self%scene%tools(i)%surfaces
+    end do
+    setup%n_state = self%model%bodies%blank%law%n_state
+    call open_results(self%results, setup, error)
+    self%is_open = .not. allocated(error)
+  end subroutine new_model
+
+  subroutine close_model(self)
+    class(channel_case_t), intent(inout) :: self
+    type(timings_t) :: timings
+    type(error_t), allocatable :: ignored
+
+    if (.not. self%is_open) return
+    timings%timer = self%model%timer
+    call close_results(self%results, "completed", timings, ignored)
+    call remove_file(self%file)
+    self%is_open = .false.
+  end subroutine close_model
+
+  !> Whole runs start anew.
+  subroutine restore(self)
+    class(channel_case_t), intent(inout) :: self
+    type(error_t), allocatable :: error
+
+    if (self%part /= "step") return
+    call new_model(self, error)
+    self%has_failed = self%has_failed .or. allocated(error)
+  end subroutine restore
+
+  subroutine run(self)
+    class(channel_case_t), intent(inout) :: self
+    integer :: i
+
+    if (self%has_failed) return
+    select case (trim(self%part))
+    case ("step")
+      call run_steps(self)
+    case ("update")
+      do i = 1, self%n_calls
+        call update(self%model)
+      end do
+    case ("history")
+      do i = 1, self%n_calls
+        call take_row(self%model, self%solver, self%results)
+      end do
+    case ("frame")
+      call run_frame(self)
+    end select
+  end subroutine run
+
+  subroutine run_steps(self)
+    class(channel_case_t), intent(inout) :: self
+    type(error_t), allocatable :: error
+    type(run_log_t) :: log
+    integer(int64) :: started
+    real(wp) :: seconds
+    integer :: i
+
+    call open_log(log, scratch_folder//"/bench.log", .true., error)
+    started = clock_ticks()
+    call run_model(self%model, self%solver, self%results, log, error)
+    seconds = ticks_to_seconds(clock_ticks() - started)
+    call close_log(log)
+    self%has_failed = self%has_failed .or. allocated(error)
+    associate (axes => self%model%bodies%blank%patch%axes)
+      self%n_units = real(self%solver%n_steps, wp)*product(axes%n_elements)
+      self%n_points = product(axes%n_points)
+    end associate
+    if (seconds >= self%least) return
+    self%least = seconds
+    self%seconds = [(watch_seconds(self%model%timer, i), i=1, size(self%model%timer%watches))]
+  end subroutine run_steps
+
+  !> The motion of a step without forces: a blank at rest stays at rest.
+  subroutine update(model)
+    type(model_t), intent(inout) :: model
+
+    associate (blank => model%bodies%blank, motion => model%bodies%blank%motion)
+      call advance_velocities(size(blank%mass), 1.0e-7_wp, blank%mass, motion%external_force, &
+                              motion%internal_force, motion%v)
+      call advance_positions(size(motion%x), 1.0e-7_wp, motion%v, motion%x)
+    end associate
+  end subroutine update
+
+  subroutine run_frame(self)
+    class(channel_case_t), intent(inout) :: self
+    type(error_t), allocatable :: error
+
+    call fill_frame(self%model, self%solver%instant%time, self%solver%frame)
+    call write_frame(self%results, self%solver%frame, error)
+    self%has_failed = self%has_failed .or. allocated(error)
+  end subroutine run_frame
+
+  subroutine check(self, error)
+    class(channel_case_t), intent(in) :: self
+    type(error_t), allocatable, intent(out) :: error
+
+    if (self%has_failed) call fail(error, self%name//": the run failed")
+  end subroutine check
+
+  !> After whole runs: a record for each effect in the quickest of them. The case is done with.
+  subroutine add_parts(self, whole, records)
+    class(channel_case_t), intent(inout) :: self
+    type(record_t), intent(in) :: whole
+    type(record_list_t), intent(inout) :: records
+    type(record_t) :: record
+    integer :: i
+
+    if (allocated(self%seconds)) then
+      do i = 1, size(self%seconds)
+        record = whole
+        record%name = whole%name//"/"//in_one_word(self%model%timer%watches(i)%name)
+        record%ns = 1.0e9_wp*self%seconds(i)/self%n_units
+        record%median = record%ns
+        record%ns_per_point = -1.0_wp
+        call add_record(records, record)
+      end do
+    end if
+    self%least = huge(1.0_wp)
+    call close_model(self)
+  end subroutine add_parts
+
+  pure function in_one_word(given) result(word)
+    character(*), intent(in) :: given
+    character(len(given)) :: word
+    integer :: i
+
+    word = given
+    do i = 1, len(given)
+      if (given(i:i) == " ") word(i:i) = "_"
+    end do
+  end function in_one_word
+
+end module channel_case

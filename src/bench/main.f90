@@ -1,0 +1,39 @@
+!> igaform_bench: what the solver's own routines cost, beside what the machine could do.
+program main
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use thread_waiting, only: shorten_waiting
+  use bench_options, only: options_t, read_options, usage_text
+  use bench_run, only: run_benchmark, list_names, check_vectors
+  implicit none
+
+  interface
+    subroutine c_exit(code) bind(C, name="exit")
+      import :: c_int
+      integer(c_int), value :: code
+    end subroutine c_exit
+  end interface
+
+  type(options_t) :: options
+  integer :: code
+
+  call shorten_waiting()
+  call read_options(options)
+  code = 0
+  if (options%fault /= "") then
+    write (error_unit, "(a)") "igaform_bench: "//options%fault
+    write (error_unit, "(a)") usage_text()
+    code = 1
+  else if (options%wants_help) then
+    print "(a)", usage_text()
+  else if (options%wants_list) then
+    code = list_names(options)
+  else if (options%wants_vectors) then
+    code = check_vectors()
+  else
+    code = run_benchmark(options)
+  end if
+  flush (output_unit)
+  ! STOP would print its code; the C library's exit does not.
+  call c_exit(int(code, c_int))
+end program main
