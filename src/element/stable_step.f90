@@ -11,6 +11,7 @@ module stable_step
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
   use internal_force, only: internal_forces
   use patch_setup, only: new_tile_buffers
+  use column_scaling, only: column_directions, shrink_differences
   use lapack, only: tridiagonal_eigensystem
   implicit none
   private
@@ -21,12 +22,13 @@ contains
 
   !> Bound of the largest angular frequency [1/time] and the geometric rate |J^-1|^2 that belongs
   !! to the shape it was found for. Stress and state of the patch are left alone.
-  subroutine largest_frequency(patch, law, x, mass, omega, rate)
+  subroutine largest_frequency(patch, law, x, mass, omega, rate, factor)
     type(ig_patch_t), intent(in) :: patch
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: x(:, :, :, :)     !! control points
     real(wp), intent(in) :: mass(:, :, :)     !! lumped mass of the control points
     real(wp), intent(out) :: omega, rate
+    real(wp), intent(in), optional :: factor(:, :)   !! on the differences of each column
     integer, parameter :: max_vectors = 150
     real(wp), parameter :: tolerance = 1.0e-3_wp
     type(ig_patch_t) :: trial
@@ -54,7 +56,7 @@ contains
     residual = 0.0_wp
     beta(0) = 0.0_wp
     do k = 1, min(max_vectors, size(x))
-      call apply_operator(trial, buffers, rigidity, x, mass, now, next, rate)
+      call apply_operator(trial, buffers, rigidity, x, mass, now, next, rate, factor)
       alpha(k) = sum(next*now)
       next = next - alpha(k)*now - beta(k - 1)*before
       beta(k) = sqrt(sum(next**2))
@@ -70,12 +72,13 @@ contains
   !! late, damping with the ratio `damping` shortens the step (T. Belytschko et al., Nonlinear
   !! Finite Elements, 2nd ed., Wiley 2014, eq. (6.2.17)). The linear factor damps like the bulk part
   !! of the stiffness times a time, so the largest ratio follows from the frequency of that part.
-  real(wp) function viscous_step(patch, law, x, mass, omega) result(dt)
+  real(wp) function viscous_step(patch, law, x, mass, omega, factor) result(dt)
     type(ig_patch_t), intent(in) :: patch
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: x(:, :, :, :)     !! control points
     real(wp), intent(in) :: mass(:, :, :)     !! lumped mass of the control points
     real(wp), intent(in) :: omega             !! from `largest_frequency`
+    real(wp), intent(in), optional :: factor(:, :)   !! on the differences of each column
     type(elastic_t) :: dilatation
     real(wp) :: damping, lag, omega_bulk, rate
 
@@ -85,7 +88,7 @@ contains
         dilatation%density = law%density
         dilatation%bulk = law%bulk
         dilatation%shear = 0.0_wp
-        call largest_frequency(patch, dilatation, x, mass, omega_bulk, rate)
+        call largest_frequency(patch, dilatation, x, mass, omega_bulk, rate, factor)
         lag = viscosity%linear*viscosity%density*viscosity%wave_speed*maxval(viscosity%length) &
               /law%bulk
         damping = 0.5_wp*lag*omega_bulk**2/omega
@@ -95,12 +98,15 @@ contains
   end function viscous_step
 
   !> next = M^-1/2 K M^-1/2 now: the force that a tiny displacement raises in a stress-free patch.
-  subroutine apply_operator(patch, buffers, law, x, mass, now, next, rate)
+  !! Scaled columns have the inverse root D^-1/2 (1 - (1 - 1/sqrt(factor)) P), P being the
+  !! projection on the differences and D the lumped mass.
+  subroutine apply_operator(patch, buffers, law, x, mass, now, next, rate, factor)
     type(ig_patch_t), intent(inout) :: patch
     type(tile_buffer_t), intent(inout) :: buffers(:)
     type(elastic_t), intent(in) :: law
     real(wp), intent(in) :: x(:, :, :, :), mass(:, :, :), now(:, :, :, :)
     real(wp), intent(out) :: next(:, :, :, :), rate
+    real(wp), intent(in), optional :: factor(:, :)
     real(wp), allocatable :: v(:, :, :, :)
     real(wp) :: scaling
     type(force_report_t) :: report
@@ -110,13 +116,18 @@ contains
     do c = 1, 3
       v(:, :, :, c) = now(:, :, :, c)/sqrt(mass)
     end do
+    if (present(factor)) call shrink_differences(mass, column_directions(x), sqrt(factor), v)
     ! Small beside the thinnest element, so that the force is linear in it to six digits.
     scaling = 1.0e-7_wp*minval(patch%viscosity%length)/maxval(abs(v))
     patch%stress = 0.0_wp
     call internal_forces(patch, buffers, law, scaling, x, v, next, report)
     rate = report%largest_rate
     do c = 1, 3
-      next(:, :, :, c) = next(:, :, :, c)/(scaling*sqrt(mass))
+      next(:, :, :, c) = next(:, :, :, c)/(scaling*mass)
+    end do
+    if (present(factor)) call shrink_differences(mass, column_directions(x), sqrt(factor), next)
+    do c = 1, 3
+      next(:, :, :, c) = next(:, :, :, c)*sqrt(mass)
     end do
   end subroutine apply_operator
 
