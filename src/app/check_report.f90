@@ -39,6 +39,10 @@ contains
     if (model%bodies%blank%patch%viscosity%is_active) then
       print "(a)", "effect           bulk viscosity"
     end if
+    if (model%bodies%blank%added_mass > 0.0_wp) then
+      print "(a)", "effect           mass scaling, added mass "// &
+        rounded_text(model%bodies%blank%added_mass)
+    end if
     do i = 1, size(model%forces)
       print "(a)", "effect           "//model%forces(i)%item%name
     end do

@@ -16,6 +16,7 @@ module deck_run
   use fault_report, only: report_faults
   use model, only: model_t
   use contact_effect, only: contact_effect_t
+  use relaxation, only: relaxation_t
   use model_setup, only: build_model
   use frames, only: results_t, results_setup_t, open_results, close_results
   use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
@@ -161,14 +162,32 @@ contains
     timings%n_steps = run%n_steps
     timings%wall_seconds = ticks_to_seconds(clock_ticks() - run%started)
     call close_results(results, trim(merge("completed", "failed   ", code == exit_done)), timings, &
-                       error)
+                       error, relaxation_outcome(model))
     if (allocated(error)) then
       call say_error(log, error%message)
       code = exit_numerics
     end if
     call log_balance(log, model, run)
+    if (relaxation_outcome(model) /= "") then
+      call log_line(log, "relaxation "//relaxation_outcome(model))
+    end if
     call log_timings(log, timings)
   end subroutine finish
+
+  !> How dynamic relaxation went; empty where there is none.
+  function relaxation_outcome(model) result(words)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: words
+    integer :: i
+
+    words = ""
+    do i = 1, size(model%supports)
+      select type (item => model%supports(i)%item)
+      type is (relaxation_t)
+        words = item%outcome()
+      end select
+    end do
+  end function relaxation_outcome
 
   !> Bodies and active effects.
   subroutine log_model(log, model)
@@ -182,6 +201,9 @@ contains
                     product(blank%patch%n_control))//" control points, mass "// &
                     rounded_text(sum(blank%mass)))
       if (blank%patch%viscosity%is_active) call log_line(log, "effect     bulk viscosity")
+      if (blank%added_mass > 0.0_wp) then
+        call log_line(log, "effect     mass scaling, added mass "//rounded_text(blank%added_mass))
+      end if
     end associate
     do i = 1, size(model%forces)
       call log_line(log, "effect     "//model%forces(i)%item%name)

@@ -123,7 +123,7 @@ contains
     call read_contacts(deck, frame, names, scene, faults)
     call read_probes(deck, scene, faults)
     call read_tests(deck, names, scene, faults)
-    call read_step(deck, scene)
+    call read_step(deck, scene, faults)
     call read_output(deck, scene)
   end subroutine read_scene
 

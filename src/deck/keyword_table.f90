@@ -6,6 +6,7 @@ module keyword_table
                           add_example, kind_real, kind_integer, kind_name, kind_choice, &
                           kind_flag, kind_words, any_number
   use material_keywords, only: add_material_keywords
+  use dynamics_keywords, only: add_dynamics_keywords
   use test_keywords, only: add_test_keyword
   implicit none
   private
@@ -33,6 +34,7 @@ contains
     call add_boundary_keywords(table)
     call add_load_keywords(table)
     call add_step_keywords(table)
+    call add_dynamics_keywords(table)
     call add_output_keywords(table)
     call add_test_keyword(table)
   end subroutine new_keyword_table
@@ -373,6 +375,9 @@ contains
     call add_option(table, "EXPLICIT", kind_flag, "may be given; no other procedure is there")
     call add_option(table, "SAFETY", kind_real, "fraction of the stable step", default="0.8", &
                     range="> 0 and <= 1")
+    call add_option(table, "STABLE STEP", kind_choice, "from the largest frequency of the "// &
+                    "whole blank, or from that of its elements, which lies above it", &
+                    default="ASSEMBLED", choices="ASSEMBLED|ELEMENT")
     call add_line(table, "")
     call add_field(table, "end time", kind_real, "end of the run", unit="time", range="> 0")
     call add_example(table, "*DYNAMIC, EXPLICIT, SAFETY=0.8")

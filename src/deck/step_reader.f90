@@ -1,4 +1,4 @@
-!> *HEADING, *UNITS, *DYNAMIC, *BULK VISCOSITY, *ENERGY LIMIT, *OUTPUT and *PROBE.
+!> *HEADING, *UNITS, *DYNAMIC and all that belongs to it, *OUTPUT and *PROBE.
 module step_reader
   use kinds, only: wp
   use faults, only: fault_list_t, add_fault
@@ -44,10 +44,11 @@ contains
     if (deck%records(found(1))%is_valid) first_of = found(1)
   end function first_of
 
-  !> End time, safety factor, viscosity and energy limit.
-  subroutine read_step(deck, scene)
+  !> End time, safety factor, damping, mass scaling, viscosity and energy limit.
+  subroutine read_step(deck, scene, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
     integer :: i
 
     i = first_of(deck, "DYNAMIC")
@@ -55,7 +56,10 @@ contains
       scene%step%origin = deck%records(i)%origin
       scene%step%end_time = field_real(deck%records(i), 1, 1)
       scene%step%safety = option_real(deck, deck%records(i), "SAFETY")
+      scene%step%is_element_step = option_text(deck, deck%records(i), "STABLE STEP") == "ELEMENT"
     end if
+    call read_damping(deck, scene)
+    call read_mass_scaling(deck, scene, faults)
     i = first_of(deck, "BULK VISCOSITY")
     if (i > 0) then
       scene%step%viscosity_linear = field_real(deck%records(i), 1, 1)
@@ -64,6 +68,40 @@ contains
     i = first_of(deck, "ENERGY LIMIT")
     if (i > 0) scene%step%energy_limit = field_real(deck%records(i), 1, 1)
   end subroutine read_step
+
+  !> Damping in proportion to the mass and dynamic relaxation.
+  subroutine read_damping(deck, scene)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(inout) :: scene
+    integer :: i
+
+    i = first_of(deck, "DAMPING")
+    if (i > 0) scene%step%alpha = option_real(deck, deck%records(i), "ALPHA")
+    i = first_of(deck, "DYNAMIC RELAXATION")
+    scene%step%has_relaxation = i > 0
+    if (i > 0) then
+      scene%step%is_kinetic = option_text(deck, deck%records(i), "METHOD") == "KINETIC"
+      scene%step%energy_residual = option_real(deck, deck%records(i), "ENERGY")
+      scene%step%force_residual = option_real(deck, deck%records(i), "FORCE")
+    end if
+  end subroutine read_damping
+
+  !> Both kinds of mass scaling. The bound of element frequencies does not know scaled columns.
+  subroutine read_mass_scaling(deck, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i
+
+    i = first_of(deck, "MASS SCALING")
+    if (i == 0) return
+    scene%step%thickness_factor = option_real(deck, deck%records(i), "THICKNESS")
+    scene%step%target_step = option_real(deck, deck%records(i), "STEP")
+    if (scene%step%thickness_factor > 1.0_wp .and. scene%step%is_element_step) then
+      call add_fault(faults, deck%records(i)%origin, "THICKNESS with STABLE STEP=ELEMENT", &
+                     "STABLE STEP=ASSEMBLED in *DYNAMIC, which knows the scaled mass")
+    end if
+  end subroutine read_mass_scaling
 
   !> What is written and how often.
   subroutine read_output(deck, scene)

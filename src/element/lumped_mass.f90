@@ -7,7 +7,7 @@ module lumped_mass
   implicit none
   private
 
-  public :: new_lumped_mass
+  public :: new_lumped_mass, mass_tables, add_element
 
 contains
 
@@ -19,18 +19,9 @@ contains
     real(wp), intent(in) :: density
     real(wp), allocatable :: mass(:, :, :)
     type(axis_table_t) :: axes(3)
-    type(gauss_rule_t) :: rule
-    integer :: axis, e1, e2, e3, n_points
-    logical :: is_rational
+    integer :: e1, e2, e3
 
-    is_rational = maxval(solid%weights) > minval(solid%weights)
-    do axis = 1, 3
-      ! Basis and jacobian together have degree 4p - 1; a quotient needs some points more.
-      n_points = 2*solid%axes(axis)%degree
-      if (is_rational) n_points = n_points + 8
-      rule = new_gauss_rule(n_points, 1)
-      axes(axis) = new_axis_table(solid%axes(axis), rule%points, rule%weights)
-    end do
+    axes = mass_tables(solid)
     allocate (mass(axes(1)%n_basis, axes(2)%n_basis, axes(3)%n_basis), source=0.0_wp)
     do e3 = 1, axes(3)%n_elements
       do e2 = 1, axes(2)%n_elements
@@ -41,6 +32,25 @@ contains
     end do
   end function new_lumped_mass
 
+  !> Basis tables of the rule that the mass is integrated with.
+  pure function mass_tables(solid) result(axes)
+    type(nurbs_solid_t), intent(in) :: solid
+    type(axis_table_t) :: axes(3)
+    type(gauss_rule_t) :: rule
+    integer :: axis, n_points
+    logical :: is_rational
+
+    is_rational = maxval(solid%weights) > minval(solid%weights)
+    do axis = 1, 3
+      ! Basis and jacobian together have degree 4p - 1; a quotient needs some points more.
+      n_points = 2*solid%axes(axis)%degree
+      if (is_rational) n_points = n_points + 8
+      rule = new_gauss_rule(n_points, 1)
+      axes(axis) = new_axis_table(solid%axes(axis), rule%points, rule%weights)
+    end do
+  end function mass_tables
+
+  !> Add the mass of one element to its control points.
   pure subroutine add_element(solid, axes, e, density, mass)
     type(nurbs_solid_t), intent(in) :: solid
     type(axis_table_t), intent(in) :: axes(3)

@@ -14,7 +14,7 @@ module patch_setup
   implicit none
   private
 
-  public :: new_patch, new_tile_buffers
+  public :: new_patch, new_tile_buffers, element_patch
 
 contains
 
@@ -56,6 +56,40 @@ contains
     ! A law that must run on one thread gets the elements in their order: one tile for all.
     patch%tiles = new_tiles(patch, merge(1, 16, law%is_serial))
   end subroutine new_patch
+
+  !> One element of a patch as a patch of its own, without stress and viscosity.
+  function element_patch(patch, solid, element) result(single)
+    type(ig_patch_t), intent(in) :: patch
+    type(nurbs_solid_t), intent(in) :: solid     !! that the patch was made of
+    integer, intent(in) :: element(3)
+    type(ig_patch_t) :: single
+    integer :: axis, low(3), high(3), q(3)
+
+    single%kernel = patch%kernel
+    single%is_rational = patch%is_rational
+    single%axes = patch%axes
+    do axis = 1, 3
+      low(axis) = patch%axes(axis)%first(element(axis))
+      associate (table => single%axes(axis), e => element(axis))
+        table%n_basis = table%degree + 1
+        table%n_elements = 1
+        table%first = [1]
+        table%values = patch%axes(axis)%values(:, :, e:e)
+        table%slopes = patch%axes(axis)%slopes(:, :, e:e)
+      end associate
+    end do
+    high = low + patch%axes%degree
+    single%n_control = single%axes%n_basis
+    single%lanes = new_lane_table(single%axes(1))
+    single%n_blocks = 1
+    single%weights = solid%weights(low(1):high(1), low(2):high(2), low(3):high(3))
+    q = patch%axes%n_points
+    allocate (single%stress(n_lanes, q(3), 6, q(1)*q(2), 1), source=0.0_wp)
+    allocate (single%state(n_lanes, q(3), size(patch%state, 3), q(1)*q(2), 1), source=0.0_wp)
+    if (single%is_rational) call set_rational(single)
+    allocate (single%viscosity%length(n_lanes, 1), source=minval(patch%viscosity%length))
+    single%tiles = new_tiles(single, 1)
+  end function element_patch
 
   !> At most `target_count` tiles: rows of axis 2 first, then shares of axis 1.
   pure function new_tiles(patch, target_count) result(tiles)

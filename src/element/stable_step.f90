@@ -16,7 +16,7 @@ module stable_step
   implicit none
   private
 
-  public :: largest_frequency, viscous_step
+  public :: largest_frequency, viscous_step, damping_ratio, damped_step
 
 contains
 
@@ -80,22 +80,40 @@ contains
     real(wp), intent(in) :: omega             !! from `largest_frequency`
     real(wp), intent(in), optional :: factor(:, :)   !! on the differences of each column
     type(elastic_t) :: dilatation
-    real(wp) :: damping, lag, omega_bulk, rate
+    real(wp) :: damping, omega_bulk, rate
 
     damping = 0.0_wp
-    associate (viscosity => patch%viscosity)
-      if (viscosity%is_active .and. viscosity%linear > 0.0_wp) then
-        dilatation%density = law%density
-        dilatation%bulk = law%bulk
-        dilatation%shear = 0.0_wp
-        call largest_frequency(patch, dilatation, x, mass, omega_bulk, rate, factor)
-        lag = viscosity%linear*viscosity%density*viscosity%wave_speed*maxval(viscosity%length) &
-              /law%bulk
-        damping = 0.5_wp*lag*omega_bulk**2/omega
-      end if
-    end associate
-    dt = 2.0_wp/omega*(sqrt(1.0_wp + damping**2) - damping)
+    if (patch%viscosity%is_active .and. patch%viscosity%linear > 0.0_wp) then
+      dilatation%density = law%density
+      dilatation%bulk = law%bulk
+      dilatation%shear = 0.0_wp
+      call largest_frequency(patch, dilatation, x, mass, omega_bulk, rate, factor)
+      damping = damping_ratio(patch, law, omega, omega_bulk)
+    end if
+    dt = damped_step(omega, damping)
   end function viscous_step
+
+  !> Largest damping ratio of the linear viscosity, from the largest frequency and that of the bulk
+  !! part of the stiffness alone.
+  pure real(wp) function damping_ratio(patch, law, omega, omega_bulk) result(damping)
+    type(ig_patch_t), intent(in) :: patch
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: omega, omega_bulk
+    real(wp) :: lag
+
+    associate (viscosity => patch%viscosity)
+      lag = viscosity%linear*viscosity%density*viscosity%wave_speed*maxval(viscosity%length) &
+            /law%bulk
+    end associate
+    damping = 0.5_wp*lag*omega_bulk**2/omega
+  end function damping_ratio
+
+  !> Stable step of a frequency with a damping ratio whose force comes half a step late.
+  pure real(wp) function damped_step(omega, damping) result(dt)
+    real(wp), intent(in) :: omega, damping
+
+    dt = 2.0_wp/omega*(sqrt(1.0_wp + damping**2) - damping)
+  end function damped_step
 
   !> next = M^-1/2 K M^-1/2 now: the force that a tiny displacement raises in a stress-free patch.
   !! Scaled columns have the inverse root D^-1/2 (1 - (1 - 1/sqrt(factor)) P), P being the

@@ -28,6 +28,10 @@ module blank
     type(tile_buffer_t), allocatable :: buffers(:)
     class(block_law_t), allocatable :: law
     real(wp), allocatable :: mass(:, :, :)            !! lumped mass of the control points
+    real(wp) :: mass_factor = 1.0_wp                  !! by which scaling has raised it everywhere
+    !> Factors on the mass of differences through the thickness, (n1, n2); see `column_scaling`.
+    real(wp), allocatable :: column_factor(:, :)
+    real(wp) :: added_mass = 0.0_wp                   !! by all scaling
     type(motion_t) :: motion
     type(force_report_t) :: report                    !! of the last force evaluation
   end type blank_t

@@ -24,7 +24,7 @@ module dead_load
 
 contains
 
-  !> Gravity on all control points.
+  !> Gravity on all control points; mass that scaling has added has no weight.
   pure function gravity_load(blank, acceleration, curve) result(load)
     type(blank_t), intent(in) :: blank
     real(wp), intent(in) :: acceleration(3)
@@ -37,7 +37,7 @@ contains
     load%curve = curve
     allocate (load%pattern(load%upper(1), load%upper(2), load%upper(3), 3))
     do c = 1, 3
-      load%pattern(:, :, :, c) = blank%mass*acceleration(c)
+      load%pattern(:, :, :, c) = blank%mass*(acceleration(c)/blank%mass_factor)
     end do
   end function gravity_load
 

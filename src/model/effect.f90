@@ -18,6 +18,7 @@ module effect
   type, public :: tally_t
     real(wp) :: external_work = 0.0_wp
     real(wp) :: contact_energy = 0.0_wp    !! stored in the penalty springs now
+    real(wp) :: damping_energy = 0.0_wp    !! work done against damping
     real(wp) :: max_penetration = 0.0_wp   !! deepest since the last tally
   end type tally_t
 
@@ -27,6 +28,7 @@ module effect
     integer :: watch = 0                   !! stopwatch of this effect
     real(wp) :: external_work = 0.0_wp     !! done by this effect on the blank since the start
     real(wp) :: force(3) = 0.0_wp          !! total force on the blank now
+    logical :: is_done = .false.           !! what the run was to reach is reached: it may end
   contains
     procedure(apply_effect), deferred :: apply
     procedure :: tally => tally_effect

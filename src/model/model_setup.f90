@@ -14,7 +14,7 @@ module model_setup
   use initial_state, only: set_initial_states
   use tool, only: new_tool
   use spurious_modes, only: n_spurious_modes, serving_rule
-  use stable_step, only: largest_frequency, viscous_step
+  use step_setup, only: set_stable_step, add_thickness_scaling, add_damping
   use blank, only: new_blank
   use motion_curve, only: curve_t, constant_curve, curve_value
   use rigid_motion, only: move_tool
@@ -37,7 +37,6 @@ contains
     type(model_t), intent(out) :: model
     type(fault_list_t), intent(inout) :: faults
     type(user_library_t), intent(in), optional :: library   !! for *USER MATERIAL
-    real(wp) :: omega
     integer :: i, before
 
     before = n_errors(faults)
@@ -49,19 +48,29 @@ contains
     call build_tools(scene, model, faults)
     if (n_errors(faults) > before) return
 
-    associate (blank => model%bodies%blank)
-      call largest_frequency(blank%patch, blank%law, blank%motion%x, blank%mass, omega, model%rate)
-      model%stable_step = viscous_step(blank%patch, blank%law, blank%motion%x, blank%mass, omega)
-    end associate
     call set_initial_velocities(scene, model)
+    call add_supports(scene, model)
+    call set_stable_step(model)
     do i = 1, size(scene%contacts)
       call add_contact(scene%contacts(i), scene%blank%origin, model, faults)
     end do
     do i = 1, size(scene%loads)
       call add_load(scene, scene%loads(i), curve_of(scene, scene%loads(i)%curve), model, faults)
     end do
-    call add_supports(scene, model)
+    call add_thickness_scaling(model)
+    call add_damping(last_change(scene), model)
   end subroutine build_model
+
+  !> Time from which all curves are constant.
+  pure real(wp) function last_change(scene) result(time)
+    type(scene_t), intent(in) :: scene
+    integer :: i
+
+    time = 0.0_wp
+    do i = 1, size(scene%curves)
+      time = max(time, maxval(scene%curves(i)%times))
+    end do
+  end function last_change
 
   !> Law, patch and mass.
   subroutine build_blank(scene, model, faults, library)

@@ -118,6 +118,13 @@ module scene
     real(wp) :: safety = 0.8_wp             !! fraction of the stable step
     real(wp) :: energy_limit = 0.2_wp       !! balance error that ends the run; 0: never
     real(wp) :: viscosity_linear = 0.06_wp, viscosity_quadratic = 1.2_wp   !! 0, 0: none
+    logical :: is_element_step = .false.    !! stable step from single elements
+    real(wp) :: alpha = 0.0_wp              !! damping in proportion to the mass [1/time]; 0: none
+    logical :: has_relaxation = .false.
+    logical :: is_kinetic = .false.         !! relaxation by stops instead of critical damping
+    real(wp) :: energy_residual = 1.0e-8_wp, force_residual = 1.0e-3_wp    !! that end relaxation
+    real(wp) :: target_step = 0.0_wp        !! that uniform mass scaling gives [time]; 0: none
+    real(wp) :: thickness_factor = 1.0_wp   !! on mass through the thickness; 1: none
   end type step_spec_t
 
   !> What is written and how often.

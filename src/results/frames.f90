@@ -170,12 +170,18 @@ contains
   end subroutine record_history
 
   !> Write what is left of the history, how the run ended and what it cost; close the file.
-  subroutine close_results(results, status, timings, error)
+  subroutine close_results(results, status, timings, error, relaxation)
     type(results_t), intent(inout) :: results
     character(*), intent(in) :: status          !! completed, failed or interrupted
     type(timings_t), intent(in) :: timings
     type(error_t), allocatable, intent(out) :: error
+    character(*), intent(in), optional :: relaxation   !! how it went; may be empty
 
+    if (present(relaxation)) then
+      if (relaxation /= "") then
+        call write_text_attribute(results%file, "/provenance", "relaxation", relaxation)
+      end if
+    end if
     call write_history(results%history, results%file)
     call write_timings(results%file, timings)
     call write_text_attribute(results%file, "/provenance", "status", status)

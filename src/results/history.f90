@@ -18,6 +18,7 @@ module history
     real(wp) :: time = 0.0_wp, dt = 0.0_wp
     real(wp) :: kinetic_energy = 0.0_wp, internal_energy = 0.0_wp, plastic_work = 0.0_wp
     real(wp) :: contact_energy = 0.0_wp, friction_energy = 0.0_wp, viscous_energy = 0.0_wp
+    real(wp) :: damping_energy = 0.0_wp
     real(wp) :: external_work = 0.0_wp
     real(wp) :: energy_error = 0.0_wp      !! relative, see the description in the file
     real(wp) :: max_penetration = 0.0_wp   !! [length]
@@ -100,6 +101,7 @@ contains
     call add(history, file, "/history/friction_energy", 1, energy, "work done against friction")
     call add(history, file, "/history/viscous_energy", 1, energy, &
              "work done against bulk viscosity")
+    call add(history, file, "/history/damping_energy", 1, energy, "work done against damping")
     call add(history, file, "/history/external_work", 1, energy, &
              "work of tools, loads and prescribed motion")
     call add(history, file, "/history/energy_error", 1, "1", "balance of all energies over the " &
@@ -107,7 +109,8 @@ contains
     call add(history, file, "/history/max_penetration", 1, unit_of(units, "length"), &
              "largest depth of the blank in a tool since the row before")
     call add(history, file, "/history/added_mass", 1, unit_of(units, "mass"), &
-             "mass added by scaling")
+             "mass added by scaling; of scaling through the thickness a third of the "// &
+             "trace of the added mass matrix")
     call add(history, file, "/history/momentum", 3, unit_of(units, "momentum"), &
              "linear momentum of the blank")
   end subroutine add_balances
@@ -183,11 +186,12 @@ contains
     real(wp) :: values(history%n_values)
     integer :: first, i
 
-    values(:16) = [real(row%step, wp), row%time, row%dt, row%kinetic_energy, &
+    values(:17) = [real(row%step, wp), row%time, row%dt, row%kinetic_energy, &
                    row%internal_energy, row%plastic_work, row%contact_energy, &
-                   row%friction_energy, row%viscous_energy, row%external_work, &
-                   row%energy_error, row%max_penetration, row%added_mass, row%momentum]
-    first = 17
+                   row%friction_energy, row%viscous_energy, row%damping_energy, &
+                   row%external_work, row%energy_error, row%max_penetration, row%added_mass, &
+                   row%momentum]
+    first = 18
     do i = 1, history%n_tools
       values(first:first + 5) = [row%tool_displacement(:, i), row%tool_force(:, i)]
       first = first + 6

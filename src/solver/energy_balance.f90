@@ -8,6 +8,7 @@ module energy_balance
   use kinds, only: wp
   use block_law, only: block_law_t
   use ig_patch, only: force_report_t
+  use column_scaling, only: column_directions, column_differences
   use effect, only: effect_slot_t, tally_t
   use blank, only: blank_t
   use assembly, only: assembly_t
@@ -37,7 +38,7 @@ contains
     type(blank_t), intent(in) :: blank
 
     associate (v => blank%motion%v)
-      balance%kinetic_at_start = kinetic_energy(blank%mass, v, v)
+      balance%kinetic_at_start = kinetic_energy(blank, v, v)
       balance%momentum_at_start = momentum_of(blank%mass, v)
     end associate
   end subroutine start_balance
@@ -64,10 +65,11 @@ contains
   end subroutine add_impulse
 
   !> Balance now. `v_before` and the blank's velocities lie half a step to either side. The energy
-  !! error is kinetic + internal + viscous + contact less external work and initial energy, over
-  !! the largest of initial energy, |external work| and kinetic + internal energy. The alarm is
-  !! the same over the largest of these at any balance so far and of what the blank would have at
-  !! the speed of a tool: the step in which a tool first touches a blank at rest is no alarm.
+  !! error is kinetic + internal + viscous + contact + damping less external work and initial
+  !! energy, over the largest of initial energy, |external work| and kinetic + internal energy.
+  !! The alarm is the same over the largest of these at any balance so far and of what the blank
+  !! would have at the speed of a tool: the step in which a tool first touches a blank at rest is
+  !! no alarm.
   subroutine take_balance(balance, bodies, v_before, forces, supports)
     type(energy_balance_t), intent(inout) :: balance
     type(assembly_t), intent(in) :: bodies
@@ -85,12 +87,13 @@ contains
     end do
     associate (mass => bodies%blank%mass, v => bodies%blank%motion%v, &
                work => balance%tally%external_work)
-      balance%kinetic = kinetic_energy(mass, v_before, v)
+      balance%kinetic = kinetic_energy(bodies%blank, v_before, v)
       scaling = max(balance%kinetic_at_start, abs(work), balance%kinetic + balance%internal, &
                     tiny(1.0_wp))
       balance%reference = max(balance%reference, scaling, energy_of_pace(bodies))
       lack = balance%kinetic + balance%internal + balance%viscous &
-             + balance%tally%contact_energy - work - balance%kinetic_at_start
+             + balance%tally%contact_energy + balance%tally%damping_energy &
+             - work - balance%kinetic_at_start
       balance%error = lack/scaling
       balance%alarm = lack/balance%reference
       balance%momentum = momentum_of(mass, v)
@@ -114,13 +117,24 @@ contains
     end do
   end function energy_of_pace
 
-  pure real(wp) function kinetic_energy(mass, v1, v2) result(energy)
-    real(wp), intent(in) :: mass(:, :, :), v1(:, :, :, :), v2(:, :, :, :)
-    integer :: c
+  !> Kinetic energy of the mass that moves: lumped, and what scaling adds to columns.
+  pure real(wp) function kinetic_energy(blank, v1, v2) result(energy)
+    type(blank_t), intent(in) :: blank
+    real(wp), intent(in) :: v1(:, :, :, :), v2(:, :, :, :)
+    real(wp), allocatable :: directions(:, :, :), difference1(:, :, :), difference2(:, :, :)
+    integer :: c, k
 
     energy = 0.0_wp
     do c = 1, 3
-      energy = energy + 0.5_wp*sum(mass*v1(:, :, :, c)*v2(:, :, :, c))
+      energy = energy + 0.5_wp*sum(blank%mass*v1(:, :, :, c)*v2(:, :, :, c))
+    end do
+    if (.not. allocated(blank%column_factor)) return
+    directions = column_directions(blank%motion%x)
+    difference1 = column_differences(blank%mass, directions, v1)
+    difference2 = column_differences(blank%mass, directions, v2)
+    do k = 1, size(blank%mass, 3)
+      energy = energy + 0.5_wp*sum((blank%column_factor - 1.0_wp)*blank%mass(:, :, k) &
+                                   *difference1(:, :, k)*difference2(:, :, k))
     end do
   end function kinetic_energy
 

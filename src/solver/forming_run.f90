@@ -9,6 +9,7 @@ module forming_run
   use point_volumes, only: new_point_volumes
   use rigid_motion, only: move_tool
   use effect, only: instant_t
+  use relaxation, only: relaxation_t
   use model, only: model_t
   use frames, only: results_t, frame_t, write_frame, record_history
   use history, only: history_row_t
@@ -85,9 +86,10 @@ contains
     rate = model%rate
     call apply_forces(model, run)
     do
-      is_end = run%instant%time >= model%step%end_time*(1.0_wp - 1.0e-12_wp)
+      is_end = run%instant%time >= model%step%end_time*(1.0_wp - 1.0e-12_wp) &
+               .or. any_done(model)
       call advance_step_size(run, rate, is_end, dt)
-      call update_velocities(model, run)
+      call update_velocities(model, run, is_end)
       call output_if_due(model, run, results, log, is_end, error)
       if (allocated(error) .or. is_end) exit
       call update_positions(model, run)
@@ -95,8 +97,38 @@ contains
       if (allocated(error)) exit
       call apply_forces(model, run)
     end do
-    if (allocated(error)) call save_failed(model, run, results)
+    if (allocated(error)) then
+      call save_failed(model, run, results)
+    else
+      call check_relaxation(model, error)
+    end if
   end subroutine run_model
+
+  !> Has an effect reached what the run was for?
+  pure logical function any_done(model)
+    type(model_t), intent(in) :: model
+    integer :: i
+
+    any_done = .false.
+    do i = 1, size(model%supports)
+      any_done = any_done .or. model%supports(i)%item%is_done
+    end do
+  end function any_done
+
+  !> A relaxation that did not come to rest is an error, though its results stand.
+  subroutine check_relaxation(model, error)
+    type(model_t), intent(in) :: model
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(model%supports)
+      select type (item => model%supports(i)%item)
+      type is (relaxation_t)
+        if (item%is_done) cycle
+        call fail(error, "dynamic relaxation: "//item%outcome())
+      end select
+    end do
+  end subroutine check_relaxation
 
   !> Size of the coming step and the mean that its velocities span; the last one repeats.
   subroutine advance_step_size(run, rate, is_end, dt)
@@ -113,14 +145,15 @@ contains
   end subroutine advance_step_size
 
   !> Half-step velocities, then the components that supports own.
-  subroutine update_velocities(model, run)
+  subroutine update_velocities(model, run, is_end)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
+    logical, intent(in) :: is_end
     integer :: i
 
     call start_watch(model%timer, run%watch_motion)
     associate (blank => model%bodies%blank)
-      if (is_due(run%control, run%control%history, run%instant%time)) &
+      if (is_end .or. is_due(run%control, run%control%history, run%instant%time)) &
         run%v_before = blank%motion%v
       call advance_velocities(size(blank%mass), run%instant%dt_mean, blank%mass, &
                               blank%motion%external_force, blank%motion%internal_force, &

@@ -108,6 +108,8 @@ contains
     row%internal_energy = balance%internal
     row%plastic_work = balance%internal - elastic
     row%viscous_energy = balance%viscous
+    row%damping_energy = balance%tally%damping_energy
+    row%added_mass = model%bodies%blank%added_mass
     row%contact_energy = balance%tally%contact_energy
     row%external_work = balance%tally%external_work
     row%max_penetration = balance%tally%max_penetration

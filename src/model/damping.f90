@@ -1,0 +1,99 @@
+!> Damping in proportion to the mass, as an effect on the velocities.
+module damping
+  use kinds, only: wp
+  use assembly, only: assembly_t
+  use column_scaling, only: column_directions, shrink_differences
+  use effect, only: effect_t, instant_t, tally_t
+  implicit none
+  private
+
+  public :: damp, velocities_before
+
+  !> Forces -alpha m v at all control points. v is the mean of the velocities half a step before
+  !! and after, so any alpha keeps the stable step.
+  type, extends(effect_t), public :: damping_t
+    real(wp) :: alpha = 0.0_wp                     !! [1/time]
+    real(wp) :: energy = 0.0_wp                    !! taken away since the start
+    real(wp), allocatable :: before(:, :, :, :)    !! forces of the last step
+  contains
+    procedure :: apply
+    procedure :: tally => tally_damping
+  end type damping_t
+
+contains
+
+  !> Damp with the constant alpha.
+  subroutine apply(self, bodies, instant)
+    class(damping_t), intent(inout) :: self
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant
+
+    call damp(self, bodies, instant, self%alpha)
+  end subroutine apply
+
+  !> Damp the velocities that the forces alone have led to: v becomes
+  !! (v - c v_before)/(1 + c) with c = alpha dt_mean/2, T. Belytschko et al., Nonlinear Finite
+  !! Elements, 2nd ed., Wiley 2014, sec. 6.2.1. Infinite alpha, given as a negative one, stops
+  !! the motion. The work is that of the forces now and a step before on the way in between.
+  subroutine damp(self, bodies, instant, alpha)
+    class(damping_t), intent(inout) :: self
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant
+    real(wp), intent(in) :: alpha        !! [1/time], below 0: all velocities become 0
+    real(wp), allocatable :: v_before(:, :, :, :), change(:, :, :, :)
+    real(wp) :: dt_before, share
+    integer :: c
+
+    dt_before = 2.0_wp*instant%dt_mean - instant%dt
+    share = 0.5_wp*alpha*instant%dt_mean
+    associate (motion => bodies%blank%motion, mass => bodies%blank%mass)
+      if (.not. allocated(self%before)) then
+        allocate (self%before, mold=motion%v)
+        self%before = 0.0_wp
+      end if
+      v_before = velocities_before(bodies, instant)
+      if (alpha >= 0.0_wp) then
+        change = -(motion%v + v_before)*(share/(1.0_wp + share))
+      else
+        change = -motion%v
+      end if
+      motion%v = motion%v + change
+      if (allocated(bodies%blank%column_factor)) then
+        ! The scaled mass takes up the change.
+        call shrink_differences(mass, column_directions(motion%x), &
+                                1.0_wp/bodies%blank%column_factor, change)
+      end if
+      do c = 1, 3
+        change(:, :, :, c) = change(:, :, :, c)*mass/instant%dt_mean
+        self%force(c) = sum(change(:, :, :, c))
+      end do
+    end associate
+    self%energy = self%energy - 0.5_wp*dt_before*sum((self%before + change)*v_before)
+    call move_alloc(change, self%before)
+  end subroutine damp
+
+  !> Velocities half a step back, from those that the forces of this instant have led to.
+  pure function velocities_before(bodies, instant) result(v)
+    type(assembly_t), intent(in) :: bodies
+    type(instant_t), intent(in) :: instant
+    real(wp), allocatable :: v(:, :, :, :)
+    integer :: c
+
+    associate (motion => bodies%blank%motion)
+      allocate (v, mold=motion%v)
+      do c = 1, 3
+        v(:, :, :, c) = motion%v(:, :, :, c) - (instant%dt_mean/bodies%blank%mass) &
+                        *(motion%external_force(:, :, :, c) - motion%internal_force(:, :, :, c))
+      end do
+    end associate
+  end function velocities_before
+
+  !> Add the energy taken away.
+  subroutine tally_damping(self, tally)
+    class(damping_t), intent(inout) :: self
+    type(tally_t), intent(inout) :: tally
+
+    tally%damping_energy = tally%damping_energy + self%energy
+  end subroutine tally_damping
+
+end module damping
