@@ -33,13 +33,13 @@ contains
 
   !> Damp the velocities that the forces alone have led to: v becomes
   !! (v - c v_before)/(1 + c) with c = alpha dt_mean/2, T. Belytschko et al., Nonlinear Finite
-  !! Elements, 2nd ed., Wiley 2014, sec. 6.2.1. Infinite alpha, given as a negative one, stops
-  !! the motion. The work is that of the forces now and a step before on the way in between.
+  !! Elements, 2nd ed., Wiley 2014, sec. 6.2.1. With c = 1 the motion starts anew from rest here.
+  !! The work is that of the forces now and a step before on the way in between.
   subroutine damp(self, bodies, instant, alpha)
     class(damping_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
-    real(wp), intent(in) :: alpha        !! [1/time], below 0: all velocities become 0
+    real(wp), intent(in) :: alpha        !! [1/time]
     real(wp), allocatable :: v_before(:, :, :, :), change(:, :, :, :)
     real(wp) :: dt_before, share
     integer :: c
@@ -52,11 +52,7 @@ contains
         self%before = 0.0_wp
       end if
       v_before = velocities_before(bodies, instant)
-      if (alpha >= 0.0_wp) then
-        change = -(motion%v + v_before)*(share/(1.0_wp + share))
-      else
-        change = -motion%v
-      end if
+      change = -(motion%v + v_before)*(share/(1.0_wp + share))
       motion%v = motion%v + change
       if (allocated(bodies%blank%column_factor)) then
         ! The scaled mass takes up the change.

@@ -40,15 +40,21 @@ contains
     type(instant_t), intent(in) :: instant
     real(wp) :: alpha, kinetic, stiffness, inertia
 
-    if (self%is_done) return
+    if (self%is_done) then
+      call damp(self, bodies, instant, 0.0_wp)
+      return
+    end if
     call look(self, bodies, instant, stiffness, inertia)
     kinetic = 0.5_wp*inertia
     if (self%is_kinetic) then
       ! The motion that a stop has ended tells how far from rest the blank was.
       alpha = 0.0_wp
-      if (kinetic < self%kinetic_energy) alpha = -1.0_wp
-      if (alpha < 0.0_wp) self%peak_energy = self%kinetic_energy
-      self%kinetic_energy = merge(0.0_wp, kinetic, alpha < 0.0_wp)
+      if (kinetic < self%kinetic_energy) then
+        alpha = 2.0_wp/instant%dt_mean
+        self%peak_energy = self%kinetic_energy
+        kinetic = 0.0_wp
+      end if
+      self%kinetic_energy = kinetic
       kinetic = max(kinetic, self%peak_energy)
     else
       alpha = 2.0_wp*sqrt(max(stiffness, 0.0_wp)/max(inertia, tiny(1.0_wp)))

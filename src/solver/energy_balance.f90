@@ -27,6 +27,7 @@ module energy_balance
     real(wp) :: alarm = 0.0_wp          !! the same, relative to `reference`
     real(wp) :: reference = 0.0_wp      !! largest energy so far, see `take_balance`
     real(wp) :: momentum_error = 0.0_wp !! momentum gained but not given, relative
+    real(wp) :: momentum_reference = 0.0_wp   !! largest momentum or impulse so far
     type(tally_t) :: tally
   end type energy_balance_t
 
@@ -102,7 +103,9 @@ contains
       do c = 1, 3
         momentum_scale = momentum_scale + sum(mass*abs(v(:, :, :, c)))
       end do
-      balance%momentum_error = norm2(lost)/max(momentum_scale, norm2(balance%impulse))
+      balance%momentum_reference = max(balance%momentum_reference, momentum_scale, &
+                                       norm2(balance%impulse))
+      balance%momentum_error = norm2(lost)/balance%momentum_reference
     end associate
   end subroutine take_balance
 
