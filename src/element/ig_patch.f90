@@ -53,6 +53,8 @@ module ig_patch
     !> Inverse of the jacobian at the start, row by row, (8, q3, 9, q1*q2, n_blocks); only for laws
     !! that need the context of their points, as are time and increment.
     real(wp), allocatable :: reference(:, :, :, :, :)
+    !> Cube roots of the volumes of the elements at the start, (8, n_blocks); for the same laws.
+    real(wp), allocatable :: element_size(:, :)
     real(wp) :: time = 0.0_wp                      !! of the last force evaluation
     integer :: increment = 0                       !! force evaluations so far
     type(viscosity_t) :: viscosity

@@ -8,7 +8,7 @@ module patch_setup
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes, new_axis_table, new_lane_table
   use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, element_of_lane
-  use point_volumes, only: new_inverse_jacobians
+  use point_volumes, only: new_inverse_jacobians, new_element_sizes
   use kernel_dispatch, only: kernel_of
   use lapack, only: eigenvalues
   implicit none
@@ -46,7 +46,10 @@ contains
     allocate (patch%state(n_lanes, q(3), max(1, law%n_state), q(1)*q(2), patch%n_blocks), &
               source=0.0_wp)
     if (patch%is_rational) call set_rational(patch)
-    if (law%needs_context) patch%reference = new_inverse_jacobians(patch, solid)
+    if (law%needs_context) then
+      patch%reference = new_inverse_jacobians(patch, solid)
+      patch%element_size = new_element_sizes(patch, solid)
+    end if
     call set_lengths(patch, solid, patch%viscosity%length, error)
     patch%viscosity%is_active = any(viscosity > 0.0_wp)
     patch%viscosity%linear = viscosity(1)

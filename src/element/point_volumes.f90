@@ -1,5 +1,5 @@
 !> Jacobians of a patch at its quadrature points, in the shape of the solid given: the volume that
-!! each point stands for, and their inverses.
+!! each point stands for, the sizes of the elements, and the inverses.
 module point_volumes
   use kinds, only: wp
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
@@ -8,7 +8,7 @@ module point_volumes
   implicit none
   private
 
-  public :: new_point_volumes, new_inverse_jacobians
+  public :: new_point_volumes, new_inverse_jacobians, new_element_sizes
 
 contains
 
@@ -38,6 +38,31 @@ contains
     end do
     !$omp end parallel do
   end function new_point_volumes
+
+  !> Cube roots of the volumes of the elements.
+  function new_element_sizes(patch, solid) result(sizes)
+    type(ig_patch_t), intent(in) :: patch
+    type(nurbs_solid_t), intent(in) :: solid
+    real(wp), allocatable :: sizes(:, :)   !! shape (8, n_blocks) [length]
+    integer :: q(3), block, lane, qa, qb, qc, e(3)
+
+    q = patch%axes%n_points
+    allocate (sizes(n_lanes, patch%n_blocks), source=0.0_wp)
+    do block = 1, patch%n_blocks
+      do lane = 1, n_lanes
+        e = element_of_lane(patch, block, lane)
+        do qa = 1, q(1)
+          do qb = 1, q(2)
+            do qc = 1, q(3)
+              sizes(lane, block) = sizes(lane, block) &
+                                   + volume_at(patch, solid, e, [qa, qb, qc])
+            end do
+          end do
+        end do
+      end do
+    end do
+    sizes = max(sizes, 0.0_wp)**(1.0_wp/3.0_wp)
+  end function new_element_sizes
 
   !> Inverse jacobians by element-local coordinates in the layout of the point state, row by row.
   function new_inverse_jacobians(patch, solid) result(inverses)

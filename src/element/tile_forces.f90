@@ -62,7 +62,7 @@ contains
     end do
   end subroutine forces_of_tile
 
-  !> Time, elements and lengths of a block; the kernel adds what differs from row to row.
+  !> Time, elements and their sizes of a block; the kernel adds what differs from row to row.
   pure subroutine place_context(patch, b, e2, e3, block, context)
     type(ig_patch_t), intent(in) :: patch
     integer, intent(in) :: b, e2, e3, block
@@ -76,7 +76,7 @@ contains
       context%element(lanes(1):lanes(2)) = patch%lanes%element(:, b) &
         + patch%axes(1)%n_elements*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
       context%is_owner(lanes(1):lanes(2)) = patch%lanes%is_owner(:, b)
-      context%length(lanes(1):lanes(2)) = patch%viscosity%length(:, block)
+      context%length(lanes(1):lanes(2)) = patch%element_size(:, block)
     end do
   end subroutine place_context
 

@@ -18,7 +18,7 @@ module point_context
     real(wp), allocatable :: f0(:, :)            !! deformation gradient at the start, (n, 9)
     real(wp), allocatable :: f1(:, :)            !! and at the end of the increment, (n, 9)
     real(wp), allocatable :: place(:, :)         !! coordinates at the end, shape (n, 3)
-    real(wp), allocatable :: length(:)           !! characteristic element length, shape (n)
+    real(wp), allocatable :: length(:)           !! cube root of the element's volume, (n)
   end type point_context_t
 
 contains
