@@ -6,6 +6,7 @@ module user_setup
   use scene, only: scene_t
   use law_setup, only: is_user_material
   use user_library, only: user_library_t, load_user_library
+  use user_start, only: start_user_code
   use command_line, only: command_t
   implicit none
   private
@@ -46,11 +47,36 @@ contains
     if (allocated(error)) then
       call add_fault(faults, new_origin("--user", 0, ""), error%message, &
                      "sources or a library with a UMAT or VUMAT that can be called")
-    else if (library%note /= "") then
-      call add_warning(faults, new_origin("--user", 0, ""), library%note, &
-                       "code that ends at column 132")
+      return
     end if
+    if (library%note /= "") call add_warning(faults, new_origin("--user", 0, ""), library%note, &
+      "source as its name says, in fixed form up to column 132")
+    if (library%uncalled /= "") call add_warning(faults, new_origin("--user", 0, ""), &
+      "SUBROUTINE "//library%uncalled//" in the files, which nothing here calls", &
+      "UMAT, VUMAT, SDVINI, UEXTERNALDB or VEXTERNALDB")
+    call start_user_code(library, job_name(command), folder_name(folder))
   end subroutine load_user_files
+
+  !> Name of the result file, or else of the deck, without folder and ending.
+  function job_name(command) result(name)
+    type(command_t), intent(in) :: command
+    character(:), allocatable :: name
+
+    name = command%output
+    if (name == "") name = command%deck
+    name = name(index(name, "/", back=.true.) + 1:)
+    if (index(name, ".", back=.true.) > 1) name = name(:index(name, ".", back=.true.) - 1)
+  end function job_name
+
+  !> Without the slash at its end.
+  function folder_name(path) result(name)
+    character(*), intent(in) :: path
+    character(:), allocatable :: name
+
+    name = path
+    if (name == "") name = "."
+    if (len(name) > 1) name = name(:len(name) - 1)
+  end function folder_name
 
   !> Let what subroutines write to unit 7 go to a file beside the result. Where that file cannot be
   !! written the unit is left as the language has it.

@@ -1,7 +1,7 @@
 !> *BOUNDARY and *INITIAL CONDITIONS.
 module boundary_reader
   use kinds, only: wp
-  use faults, only: fault_list_t, add_fault
+  use faults, only: fault_list_t, add_fault, add_warning
   use text, only: upper_case, read_integer, read_real
   use scene, only: scene_t, boundary_spec_t, initial_state_spec_t
   use deck_names, only: deck_names_t
@@ -13,7 +13,8 @@ module boundary_reader
   implicit none
   private
 
-  public :: read_boundaries, read_initial_velocities, read_initial_states, n_data_lines
+  public :: read_boundaries, read_initial_velocities, read_initial_states, read_test_states, &
+            n_data_lines
 
 contains
 
@@ -126,43 +127,84 @@ contains
   end subroutine read_initial_velocities
 
   !> Fill the list of initial states, one for each set that *INITIAL CONDITIONS, TYPE=SOLUTION
-  !! names. A line that begins with a number goes on with the values of the line before.
+  !! names.
   subroutine read_initial_states(deck, frame, names, scene, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(box_frame_t), intent(in) :: frame
     type(deck_names_t), intent(inout) :: names
     type(scene_t), intent(inout) :: scene
     type(fault_list_t), intent(inout) :: faults
-    integer, allocatable :: found(:)
+    integer :: i
+
+    call list_states(deck, scene%initial_states)
+    do i = 1, size(scene%initial_states)
+      associate (start => scene%initial_states(i))
+        call find_set(names, frame, start%name, start%origin, scene, start%set, faults)
+      end associate
+    end do
+  end subroutine read_initial_states
+
+  !> Give the tests of a material deck, which has no sets, the states that its lines for ALL give.
+  subroutine read_test_states(deck, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(inout) :: scene        !! with its materials and tests
+    type(fault_list_t), intent(inout) :: faults
+    type(initial_state_spec_t), allocatable :: starts(:)
+    integer :: i, k
+
+    call list_states(deck, starts)
+    do i = 1, size(starts)
+      if (upper_case(starts(i)%name) == "ALL") cycle
+      call add_warning(faults, starts(i)%origin, "the set "//starts(i)%name//", in which the "// &
+                       "point of a material test does not lie", "ALL for a start of the tests")
+    end do
+    do i = 1, size(scene%tests)
+      associate (test => scene%tests(i))
+        allocate (test%state(0), test%state_names(0))
+        do k = 1, size(starts)
+          if (upper_case(starts(k)%name) == "ALL") test%state = starts(k)%values
+        end do
+        if (test%material == 0) cycle
+        if (allocated(scene%materials(test%material)%state_names)) &
+          test%state_names = scene%materials(test%material)%state_names
+      end associate
+    end do
+  end subroutine read_test_states
+
+  !> Names of sets with their state variables. A line that begins with a number goes on with the
+  !! values of the line before.
+  subroutine list_states(deck, starts)
+    type(parsed_deck_t), intent(in) :: deck
+    type(initial_state_spec_t), allocatable, intent(out) :: starts(:)
     type(initial_state_spec_t) :: start
+    integer, allocatable :: found(:)
     real(wp) :: number
     logical :: is_number
     integer :: i, j, line
 
-    allocate (scene%initial_states(0))
+    allocate (starts(0))
     found = find_records(deck, "INITIAL CONDITIONS")
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
         if (.not. record%is_valid) cycle
         if (option_text(deck, record, "TYPE") /= "SOLUTION") cycle
         do line = 1, record%n_lines
-          call read_real(field_word(record, line, 1), number, is_number)
+          start%name = field_word(record, line, 1)
+          call read_real(start%name, number, is_number)
           start%values = [(field_real(record, line, j), j=2, n_fields(record, line))]
           if (.not. is_filled(record, line, n_fields(record, line))) &
             start%values = start%values(:size(start%values) - 1)
           if (is_number .and. line > 1) then
-            associate (last => scene%initial_states(size(scene%initial_states)))
+            associate (last => starts(size(starts)))
               last%values = [last%values, number, start%values]
             end associate
             cycle
           end if
           start%origin = line_origin(deck, record, line)
-          call find_set(names, frame, field_word(record, line, 1), start%origin, scene, &
-                        start%set, faults)
-          if (start%set > 0) scene%initial_states = [scene%initial_states, start]
+          starts = [starts, start]
         end do
       end associate
     end do
-  end subroutine read_initial_states
+  end subroutine list_states
 
 end module boundary_reader

@@ -13,7 +13,8 @@ module deck_reader
   use tool_reader, only: read_tools
   use motion_reader, only: read_amplitudes, read_tool_motions
   use set_reader, only: read_sets
-  use boundary_reader, only: read_boundaries, read_initial_velocities, read_initial_states
+  use boundary_reader, only: read_boundaries, read_initial_velocities, read_initial_states, &
+                             read_test_states
   use load_reader, only: read_loads
   use contact_reader, only: read_contacts
   use test_reader, only: read_tests
@@ -45,8 +46,8 @@ contains
     call sort_faults(faults, deck%lexed%files(:deck%lexed%n_files))
   end subroutine read_deck
 
-  !> Read labels, materials and material tests of a deck, as `read_deck` does; what else it says is
-  !! left out, so a forming deck may hold tests of its materials.
+  !> Read labels, materials, material tests and initial states of a deck, as `read_deck` does; what
+  !! else it says is left out, so a forming deck may hold tests of its materials.
   subroutine read_material_deck(path, overrides, scene, faults)
     character(*), intent(in) :: path              !! of the deck
     type(string_t), intent(in) :: overrides(:)    !! `name=value` for parameters of the deck
@@ -66,6 +67,7 @@ contains
     call read_labels(deck, scene)
     call read_materials(deck, scene, faults)
     call read_tests(deck, names, scene, faults)
+    call read_test_states(deck, scene, faults)
     call sort_faults(faults, deck%lexed%files(:deck%lexed%n_files))
   end subroutine read_material_deck
 

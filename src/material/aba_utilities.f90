@@ -1,8 +1,7 @@
-!> Utility routines that subroutines of users call, and how a run ends from inside one of them.
+!> How a run ends from inside a subroutine of a user, and what it has to say.
 !!
-!! Built as a shared library of its own: the program and the compiled subroutines both link it.
-!! The routines have the names and arguments that Abaqus gives them; tensors stand as 11, 22, 33,
-!! 12, 13, 23 (LSTR = 1: stress, 2: strain with engineering shear).
+!! Built into a shared library of its own, which the program and the compiled subroutines both
+!! link. The routines have the names and arguments that Abaqus gives them.
 !!
 !! The calls carry no argument that says where they come from, so this module remembers it: the
 !! element and point in hand for each thread, and what is to be saved when the run must end.
@@ -11,7 +10,6 @@ module aba_utilities
                                          c_null_funptr, c_null_ptr, c_ptr, c_size_t, &
                                          c_associated, c_f_procpointer
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use tensor_utilities, only: eigen_decomposition, full_tensor, packed_tensor
   implicit none
   private
 
@@ -65,7 +63,7 @@ contains
 
   !> A call of the user's subroutine begins for this element and point.
   subroutine enter_user_call(noel, npt) bind(C, name="igaform_enter_user_call")
-    integer(c_int), value :: noel, npt
+    integer(c_int), value :: noel, npt   !! -1: before the run, for no point
 
     element = noel
     point = npt
@@ -175,7 +173,11 @@ contains
     character(*), intent(in) :: what
     character(longest) :: message
 
-    write (message, "(2a, i0, a, i0)") what, " in element ", element, ", point ", point
+    if (element < 0) then
+      message = what//" before the first increment"
+    else
+      write (message, "(2a, i0, a, i0)") what, " in element ", element, ", point ", point
+    end if
   end function where_and_why
 
   !> What subroutines have written must not be lost.
@@ -190,58 +192,22 @@ contains
     end do
   end subroutine flush_units
 
-  !> Rotate a tensor: R S R^T.
-  subroutine rotsig(s, r, sprime, lstr, ndi, nshr) bind(C, name="rotsig_")
-    integer(c_int), intent(in) :: lstr, ndi, nshr
-    real(c_double), intent(in) :: s(ndi + nshr), r(3, 3)
-    real(c_double), intent(out) :: sprime(ndi + nshr)
-
-    sprime = packed_tensor(matmul(r, matmul(full_tensor(s, lstr, ndi, nshr), transpose(r))), &
-                           lstr, ndi, nshr)
-  end subroutine rotsig
-
-  !> Invariants of a stress: a third of the trace, and the von Mises stress.
-  subroutine sinv(stress, sinv1, sinv2, ndi, nshr) bind(C, name="sinv_")
-    integer(c_int), intent(in) :: ndi, nshr
-    real(c_double), intent(in) :: stress(ndi + nshr)
-    real(c_double), intent(out) :: sinv1, sinv2
-    real(c_double) :: deviator(3, 3)
-    integer :: i
-
-    deviator = full_tensor(stress, 1_c_int, ndi, nshr)
-    sinv1 = (deviator(1, 1) + deviator(2, 2) + deviator(3, 3))/3.0_c_double
-    do i = 1, 3
-      deviator(i, i) = deviator(i, i) - sinv1
-    end do
-    sinv2 = sqrt(1.5_c_double*sum(deviator**2))
-  end subroutine sinv
-
-  !> Principal values, in no order.
-  subroutine sprinc(s, ps, lstr, ndi, nshr) bind(C, name="sprinc_")
-    integer(c_int), intent(in) :: lstr, ndi, nshr
-    real(c_double), intent(in) :: s(ndi + nshr)
-    real(c_double), intent(out) :: ps(3)
-    real(c_double) :: directions(3, 3)
-
-    call eigen_decomposition(full_tensor(s, lstr, ndi, nshr), ps, directions)
-  end subroutine sprinc
-
-  !> Principal values with their directions: AN(k, :) belongs to PS(k).
-  subroutine sprind(s, ps, an, lstr, ndi, nshr) bind(C, name="sprind_")
-    integer(c_int), intent(in) :: lstr, ndi, nshr
-    real(c_double), intent(in) :: s(ndi + nshr)
-    real(c_double), intent(out) :: ps(3), an(3, 3)
-    real(c_double) :: directions(3, 3)
-
-    call eigen_decomposition(full_tensor(s, lstr, ndi, nshr), ps, directions)
-    an = transpose(directions)
-  end subroutine sprind
-
-  !> Results of other points are not to be had here.
+  !> Results of other points and of other parts of a model are not to be had here.
   subroutine getvrm() bind(C, name="getvrm_")
-    write (error_unit, "(a)") "igaform: GETVRM is called, which is not provided"
-    call xit()
+    call refuse("GETVRM")
   end subroutine getvrm
+
+  !> The same from an explicit analysis.
+  subroutine vgetvrm() bind(C, name="vgetvrm_")
+    call refuse("VGETVRM")
+  end subroutine vgetvrm
+
+  subroutine refuse(name)
+    character(*), intent(in) :: name
+
+    write (error_unit, "(a)") "igaform: error: "//name//" is called, which is not provided"
+    call end_run("XIT")
+  end subroutine refuse
 
   !> A message of the user's subroutine; LOP = -3 ends the run.
   subroutine stdb_abqerr(lop, text, intv, realv, charv, text_length, charv_length) &
@@ -316,52 +282,5 @@ contains
       word(i:i) = characters(i)
     end do
   end function word_of
-
-  !> The folder of the results is the one that the program runs in.
-  subroutine getoutdir(outdir, length, outdir_length) bind(C, name="getoutdir_")
-    integer(c_size_t), value :: outdir_length
-    character(kind=c_char), intent(out) :: outdir(outdir_length)
-    integer(c_int), intent(out) :: length
-
-    outdir = " "
-    outdir(1) = "."
-    length = 1
-  end subroutine getoutdir
-
-  !> The name of the job is that of the program.
-  subroutine getjobname(name, length, name_length) bind(C, name="getjobname_")
-    integer(c_size_t), value :: name_length
-    character(kind=c_char), intent(out) :: name(name_length)
-    integer(c_int), intent(out) :: length
-    character(*), parameter :: job = "igaform"
-    integer :: i
-
-    name = " "
-    length = min(len(job), int(name_length))
-    do i = 1, length
-      name(i) = job(i:i)
-    end do
-  end subroutine getjobname
-
-  !> There is one process, of rank 0.
-  subroutine getrank(rank) bind(C, name="getrank_")
-    integer(c_int), intent(out) :: rank
-
-    rank = 0
-  end subroutine getrank
-
-  !> The same from an explicit analysis.
-  subroutine vgetrank(rank) bind(C, name="vgetrank_")
-    integer(c_int), intent(out) :: rank
-
-    rank = 0
-  end subroutine vgetrank
-
-  !> Number of processes, not of threads.
-  subroutine getnumcpus(n) bind(C, name="getnumcpus_")
-    integer(c_int), intent(out) :: n
-
-    n = 1
-  end subroutine getnumcpus
 
 end module aba_utilities

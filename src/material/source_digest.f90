@@ -5,7 +5,7 @@ module source_digest
   implicit none
   private
 
-  public :: digest_t, add_text, add_file, digest_text, read_whole_file
+  public :: digest_t, add_text, add_file, digest_text, read_whole_file, included_name
 
   !> Two sums of 32 bits that a text is folded into.
   type :: digest_t

@@ -6,6 +6,7 @@ module umat_interface
   private
 
   public :: umat_procedure, vumat_procedure, sdvini_procedure, name_length
+  public :: uexternaldb_procedure, vexternaldb_procedure
 
   integer, parameter :: name_length = 80   !! of CMNAME
 
@@ -57,6 +58,20 @@ module umat_interface
       real(c_double), intent(inout) :: statev(*)
       real(c_double), intent(in) :: coords(3)
     end subroutine sdvini_procedure
+
+    !> What a UMAT keeps beside its state variables. LOP = 0: the analysis starts.
+    subroutine uexternaldb_procedure(lop, lrestart, time, dtime, kstep, kinc) bind(C)
+      import :: c_double, c_int
+      integer(c_int), intent(in) :: lop, lrestart, kstep, kinc
+      real(c_double), intent(in) :: time(2), dtime
+    end subroutine uexternaldb_procedure
+
+    !> The same for a VUMAT.
+    subroutine vexternaldb_procedure(lop, i_array, ni_array, r_array, nr_array) bind(C)
+      import :: c_double, c_int
+      integer(c_int), intent(in) :: lop, i_array(*), ni_array, nr_array
+      real(c_double), intent(in) :: r_array(*)
+    end subroutine vexternaldb_procedure
   end interface
 
 end module umat_interface

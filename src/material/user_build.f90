@@ -4,20 +4,31 @@
 module user_build
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
   use errors, only: error_t, fail
-  use text, only: string_t, strings, lower_case, upper_case, to_text
+  use text, only: string_t, strings, upper_case, to_text
   use child_process, only: run_program, program_missing, c_text
   use source_digest, only: digest_t, add_text, add_file, digest_text, read_whole_file
+  use user_sources, only: is_source, is_fixed_form, has_directives, provide_includes, folder_of, &
+                          as_file, ending_of
   implicit none
   private
 
-  public :: build_user_library, make_folder, remove_file, process_number, ending_of, program_folder
+  public :: build_user_library, make_folder, remove_file, process_number, program_folder
 
   !> -frecursive keeps local arrays on the stack, so that threads do not share them. -w: the
-  !! sources are old and not ours. -g: crashes tell the line.
-  character(*), parameter :: options(14) = [character(28) :: "-fPIC", "-frecursive", "-O2", "-g", &
+  !! sources are old and not ours. -g: crashes tell the line. The sections let the linker leave out
+  !! what neither UMAT nor VUMAT needs, and with it what is missing there.
+  character(*), parameter :: options(18) = [character(28) :: "-fPIC", "-frecursive", "-O2", "-g", &
     "-w", "-std=legacy", "-fallow-argument-mismatch", "-fallow-invalid-boz", "-fno-range-check", &
-    "-fcray-pointer", "-fdec-format-defaults", "-fd-lines-as-comments", &
-    "-ffree-line-length-none", "-fdiagnostics-color=never"]
+    "-fcray-pointer", "-fdec-format-defaults", "-fdec-math", "-fd-lines-as-comments", &
+    "-fdollar-ok", "-ffree-line-length-none", "-fdiagnostics-color=never", &
+    "-ffunction-sections", "-fdata-sections"]
+
+  !> What is called from outside; all else may go.
+  character(*), parameter :: exported = "umat_; vumat_; sdvini_; uexternaldb_; vexternaldb_;"
+
+  character(*), parameter :: utilities = "XIT, ROTSIG, SINV, SPRINC, SPRIND, VSPRINC, VSPRIND, "// &
+    "STDB_ABQERR, XPLB_ABQERR, XPLB_EXIT, GETOUTDIR, GETJOBNAME, GETRANK, GETNUMCPUS and the "// &
+    "same with V before them, GETNUMTHREADS, GET_THREAD_ID, MUTEXINIT, MUTEXLOCK and MUTEXUNLOCK"
 
   !> What every call of the compiler needs to know.
   type :: build_t
@@ -173,11 +184,13 @@ contains
     character(:), allocatable, intent(out) :: key
     type(error_t), allocatable, intent(out) :: error
     type(digest_t) :: digest
+    type(string_t), allocatable :: found(:)
     character(:), allocatable :: version
     logical :: is_there
     integer :: i, code
 
     key = ""
+    allocate (found(0))
     call start_words(build, build%compiler)
     call add_word(build, "--version")
     call run_program(build%words, build%log, code)
@@ -207,6 +220,12 @@ contains
         return
       end if
       call add_file(digest, files(i)%value)
+      if (is_source(files(i)%value)) then
+        call provide_includes(files(i)%value, build%folder, build%support//"/include", found)
+      end if
+    end do
+    do i = 1, size(found)
+      call add_file(digest, found(i)%value)
     end do
     key = digest_text(digest)
   end subroutine find_key
@@ -233,39 +252,61 @@ contains
     character(*), intent(in) :: path
     integer, intent(in) :: number
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: messages, object
+    character(:), allocatable :: object
     type(string_t) :: entry
-    logical :: is_there
-    integer :: code
 
     object = build%folder//"/"//to_text(number)//".o"
     entry%value = object
-    select case (ending_of(path))
-    case ("o", "a", "so")
+    if (is_source(path)) then
+      call compile_source(build, path, object, error)
+      if (allocated(error)) return
+    else if (any(ending_of(path) == [character(2) :: "o", "a", "so"])) then
       entry%value = as_file(path)
-    case ("f", "for", "ftn", "f90", "f95", "f03", "f08", "fpp")
-      call compile_with(build, path, object, "132", code)
-      if (code /= 0) then
-        call read_whole_file(build%log, messages, is_there)
-        ! Old files may carry numbers behind column 72, where the language ends.
-        if (is_fixed_form(path)) call compile_with(build, path, object, "72", code)
-        if (code /= 0) then
-          call fail(error, path//" does not compile:"//new_line("a")//messages)
-          return
-        end if
-        build%note = path//" compiles only when it is read up to column 72, and so it is"
-      end if
-    case default
+    else
       call fail(error, "'"//path//"' is neither Fortran source (.f, .for, .f90, .F, .F90) "// &
                 "nor a library (.so)")
       return
-    end select
+    end if
     build%objects = [build%objects, entry]
   end subroutine compile
 
-  subroutine compile_with(build, path, object, columns, code)
+  !> Compile as the file's name says; if that fails, with all extensions of old compilers, up to
+  !! column 72 (old files may carry numbers behind it), and in the other form (some files in free
+  !! form are named .for). The messages are those of the first try.
+  subroutine compile_source(build, path, object, error)
     type(build_t), intent(inout) :: build
-    character(*), intent(in) :: path, object, columns
+    character(*), intent(in) :: path, object
+    type(error_t), allocatable, intent(out) :: error
+    character(*), parameter :: fixed = "-ffixed-form", free = "-ffree-form"
+    character(*), parameter :: wide = "-ffixed-line-length-132", narrow = "-ffixed-line-length-72"
+    character(:), allocatable :: messages
+    logical :: is_there, is_fixed
+    integer :: code
+
+    is_fixed = is_fixed_form(path)
+    call compile_with(build, path, object, [character(23) :: merge(fixed, free//" ", is_fixed), &
+                                            wide], code)
+    if (code == 0) return
+    call read_whole_file(build%log, messages, is_there)
+    call compile_with(build, path, object, [character(23) :: merge(fixed, free//" ", is_fixed), &
+                                            wide, "-fdec"], code)
+    if (code == 0) return
+    if (is_fixed) then
+      call compile_with(build, path, object, [character(23) :: fixed, narrow], code)
+      build%note = path//" compiles only when it is read up to column 72, and so it is"
+      if (code == 0) return
+    end if
+    call compile_with(build, path, object, [character(23) :: merge(free//" ", fixed, is_fixed), &
+                                            wide], code)
+    build%note = path//" compiles only in "//trim(merge("free ", "fixed", is_fixed))// &
+                 " form, and so it is read"
+    if (code /= 0) call fail(error, path//" does not compile:"//new_line("a")//messages)
+  end subroutine compile_source
+
+  subroutine compile_with(build, path, object, more, code)
+    type(build_t), intent(inout) :: build
+    character(*), intent(in) :: path, object
+    character(*), intent(in) :: more(:)   !! options beside those of all files
     integer, intent(out) :: code
     integer :: i
 
@@ -273,9 +314,12 @@ contains
     do i = 1, size(options)
       call add_word(build, trim(options(i)))
     end do
-    call add_word(build, "-ffixed-line-length-"//columns)
-    if (.not. is_fixed_form(path)) call add_word(build, "-ffree-form")
+    do i = 1, size(more)
+      call add_word(build, trim(more(i)))
+    end do
+    call add_word(build, trim(merge("-cpp  ", "-nocpp", has_directives(path))))
     call add_word(build, "-I"//folder_of(path))
+    call add_word(build, "-I"//build%folder)
     call add_word(build, "-I"//build%support//"/include")
     call add_word(build, "-J"//build%folder)
     call add_word(build, "-c")
@@ -284,20 +328,6 @@ contains
     call add_word(build, object)
     call run_program(build%words, build%log, code)
   end subroutine compile_with
-
-  !> Is the file in fixed form? By its name, unless a directive of other compilers says free form.
-  logical function is_fixed_form(path)
-    character(*), intent(in) :: path
-    character(:), allocatable :: content
-    logical :: is_there
-
-    is_fixed_form = .false.
-    if (.not. any(ending_of(path) == [character(3) :: "f", "for", "ftn", "fpp"])) return
-    call read_whole_file(path, content, is_there)
-    content = upper_case(content)
-    is_fixed_form = index(content, "!DIR$ FREEFORM") == 0 .and. &
-                    index(content, "!DEC$ FREEFORM") == 0
-  end function is_fixed_form
 
   !> Link all objects to a library, first under another name: other runs may be at it, too.
   subroutine link(build, library, error)
@@ -312,11 +342,15 @@ contains
     call start_words(build, build%compiler)
     call add_word(build, "-shared")
     call add_word(build, "-Wl,--no-undefined")
+    call add_word(build, "-Wl,--gc-sections")
+    call write_exports(build%folder//"/exports.txt")
+    call add_word(build, "-Xlinker")   ! not -Wl, which splits a path at its commas
+    call add_word(build, "--version-script="//build%folder//"/exports.txt")
     do i = 1, size(build%objects)
       call add_word(build, build%objects(i)%value)
     end do
     call add_word(build, "-L"//build%support//"/lib")
-    call add_word(build, "-Xlinker")   ! not -Wl, which splits a path at its commas
+    call add_word(build, "-Xlinker")
     call add_word(build, "-rpath")
     call add_word(build, "-Xlinker")
     call add_word(build, build%support//"/lib")
@@ -331,6 +365,17 @@ contains
       call fail(error, "cannot write "//library)
     end if
   end subroutine link
+
+  !> What the linker is to keep and to show.
+  subroutine write_exports(path)
+    character(*), intent(in) :: path
+    integer :: unit, status
+
+    open (newunit=unit, file=path, action="write", status="replace", iostat=status)
+    if (status /= 0) return   ! the linker will miss the file
+    write (unit, "(a)") "{ global: "//exported//" local: *; };"
+    close (unit)
+  end subroutine write_exports
 
   !> The routines that are nowhere, by name and with a hint; else the linker's words.
   function link_message(messages) result(message)
@@ -357,9 +402,7 @@ contains
     else
       message = "the user subroutine calls "//names//", which no file of --user has; add the "// &
         "file with it (--user FILE --user OTHER_FILE; for LAPACK or BLAS the path of that "// &
-        "library). Of the utility routines of Abaqus there are XIT, ROTSIG, SINV, SPRINC, "// &
-        "SPRIND, STDB_ABQERR, XPLB_ABQERR, XPLB_EXIT, GETOUTDIR, GETJOBNAME, GETRANK, "// &
-        "VGETRANK and GETNUMCPUS"
+        "library). Of the utility routines of Abaqus there are "//utilities
     end if
   end function link_message
 
@@ -381,31 +424,5 @@ contains
     call add_word(build, as_file(build%folder))
     call run_program(build%words, "/dev/null", code)
   end subroutine remove_folder
-
-  !> The ending of a file name in lower case, without its dot.
-  pure function ending_of(path) result(ending)
-    character(*), intent(in) :: path
-    character(:), allocatable :: ending
-
-    ending = ""
-    if (index(path, ".") > 0) ending = lower_case(path(index(path, ".", back=.true.) + 1:))
-  end function ending_of
-
-  !> A path that no program takes for an option.
-  pure function as_file(path) result(file)
-    character(*), intent(in) :: path
-    character(:), allocatable :: file
-
-    file = path
-    if (path(1:1) == "-") file = "./"//path
-  end function as_file
-
-  pure function folder_of(path) result(folder)
-    character(*), intent(in) :: path
-    character(:), allocatable :: folder
-
-    folder = path(:index(path, "/", back=.true.))
-    if (folder == "") folder = "."
-  end function folder_of
 
 end module user_build

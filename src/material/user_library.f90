@@ -6,7 +6,8 @@ module user_library
   use text, only: string_t, joined, upper_case, to_text
   use child_process, only: c_text, run_program
   use source_digest, only: read_whole_file
-  use user_build, only: build_user_library, make_folder, remove_file, process_number, ending_of
+  use user_build, only: build_user_library, make_folder, remove_file, process_number
+  use user_sources, only: ending_of, uncalled_routines
   implicit none
   private
 
@@ -19,7 +20,9 @@ module user_library
     character(:), allocatable :: path               !! of the shared library
     character(:), allocatable :: note               !! worth telling, or empty
     character(:), allocatable :: writable           !! names of data that calls may share, or empty
+    character(:), allocatable :: uncalled           !! user subroutines without a place here
     type(c_funptr) :: umat = c_null_funptr, vumat = c_null_funptr, sdvini = c_null_funptr
+    type(c_funptr) :: uexternaldb = c_null_funptr, vexternaldb = c_null_funptr
   end type user_library_t
 
   interface
@@ -79,6 +82,9 @@ contains
     library%umat = c_dlsym(handle, c_text("umat_"))
     library%vumat = c_dlsym(handle, c_text("vumat_"))
     library%sdvini = c_dlsym(handle, c_text("sdvini_"))
+    library%uexternaldb = c_dlsym(handle, c_text("uexternaldb_"))
+    library%vexternaldb = c_dlsym(handle, c_text("vexternaldb_"))
+    library%uncalled = uncalled_routines(files)
     if (.not. c_associated(library%umat) .and. .not. c_associated(library%vumat)) then
       call fail(error, "no SUBROUTINE UMAT or VUMAT in "//joined(files, ", ")// &
                 " (it must stand outside all modules)")

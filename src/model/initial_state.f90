@@ -32,7 +32,7 @@ contains
         do i = 1, size(scene%initial_states)
           associate (start => scene%initial_states(i))
             if (.not. holds(scene%sets(start%set), centre)) cycle
-            n = min(size(start%values), size(given))
+            n = min(size(start%values), size(given) - blank%law%n_hidden)
             given(:n) = start%values(:n)
           end associate
         end do

@@ -28,6 +28,7 @@ module scene
   !> State variables at the start of the elements whose centre lies in a set.
   type, public :: initial_state_spec_t
     type(origin_t) :: origin
+    character(:), allocatable :: name       !! of the set
     integer :: set = 0
     real(wp), allocatable :: values(:)
   end type initial_state_spec_t
@@ -149,6 +150,8 @@ module scene
     real(wp) :: threshold = 0.0_wp          !! plastic strain that counts as yielding
     logical :: is_stress(6) = .false.       !! PATH: components that are stresses
     real(wp), allocatable :: path(:, :)     !! PATH: time and six components, shape (7, corners)
+    real(wp), allocatable :: state(:)       !! state variables at the start, the others being zero
+    type(string_t), allocatable :: state_names(:)   !! of the first of them; may be none
   end type material_test_spec_t
 
   !> All of a deck.

@@ -49,13 +49,19 @@ module material_point
 
 contains
 
-  !> A point without strain and stress, its state variables zero if no user's SDVINI says else.
-  function new_point(law) result(point)
+  !> A point without strain and stress, its state variables as given or zero if no user's SDVINI
+  !! says else.
+  function new_point(law, state) result(point)
     class(block_law_t), intent(in) :: law
+    real(wp), intent(in), optional :: state(:)   !! the first state variables
     type(material_point_t) :: point
-    integer :: i
+    integer :: i, n
 
     allocate (point%state(law%n_state), source=0.0_wp)
+    if (present(state)) then
+      n = min(size(state), law%n_state - law%n_hidden)
+      point%state(:n) = state(:n)
+    end if
     call set_initial_state(law, 1, 1, [0.0_wp, 0.0_wp, 0.0_wp], point%state)
     do i = 1, 3
       point%gradient(i, i) = 1.0_wp

@@ -60,8 +60,8 @@ contains
     case ("YIELD LOCUS")
       call find_yield_locus(spec, law, table, error)
     case default
-      call follow(new_program(spec), law, spec%n_increments, point, history, error)
-      call fill_table(history, law, degree*spec%angle, table)
+      call follow(new_program(spec), law, spec, point, history, error)
+      call fill_table(history, law, spec, table)
     end select
   end subroutine run_test
 
@@ -108,28 +108,28 @@ contains
     program%times = [(abs(spec%strain)*(2*i - 1)/spec%rate, i=1, size(program%corners, 2))]
   end function new_program
 
-  !> Lead a new point from corner to corner, `n_increments` to each.
-  subroutine follow(program, law, n_increments, point, history, error)
+  !> Lead a new point from corner to corner, with the increments of the test to each.
+  subroutine follow(program, law, spec, point, history, error)
     type(program_t), intent(in) :: program
     class(block_law_t), intent(in) :: law
-    integer, intent(in) :: n_increments
+    type(material_test_spec_t), intent(in) :: spec
     type(material_point_t), intent(out) :: point
     type(history_t), intent(out) :: history
     type(error_t), allocatable, intent(out) :: error
     real(wp) :: start(6), aim(6), change(6), dt, before
     integer :: corner, i, n
 
-    n = n_increments*size(program%times)
-    point = new_point(law)
+    n = spec%n_increments*size(program%times)
+    point = new_point(law, spec%state)
     allocate (history%time(0:n), history%strain(6, 0:n), history%stress(6, 0:n))
     allocate (history%state(law%n_state - law%n_hidden, 0:n))
     call note(point, history)
     start = 0.0_wp
     before = 0.0_wp
     do corner = 1, size(program%times)
-      change = (program%corners(:, corner) - start)/n_increments
-      dt = (program%times(corner) - before)/n_increments
-      do i = 1, n_increments
+      change = (program%corners(:, corner) - start)/spec%n_increments
+      dt = (program%times(corner) - before)/spec%n_increments
+      do i = 1, spec%n_increments
         aim = merge(start + i*change, change, program%is_stress)
         call advance(law, program%control, aim, program%spin*change(4), dt, point, error)
         if (allocated(error)) then
@@ -156,21 +156,27 @@ contains
   end subroutine note
 
   !> The history as columns, stress and strain in the frame of the test.
-  subroutine fill_table(history, law, angle, table)
+  subroutine fill_table(history, law, spec, table)
     type(history_t), intent(in) :: history
     class(block_law_t), intent(in) :: law
-    real(wp), intent(in) :: angle
+    type(material_test_spec_t), intent(in) :: spec
     type(result_table_t), intent(out) :: table
     type(string_t) :: names(law%n_state - law%n_hidden)
-    real(wp) :: eqps(1, 0:history%n)
+    real(wp) :: eqps(1, 0:history%n), angle
     integer :: i, n
 
     n = history%n
+    angle = degree*spec%angle
     eqps = 0.0_wp
     if (law%eqps_state > 0) eqps(1, :) = history%state(law%eqps_state, :n)
     do i = 1, size(names)
       names(i)%value = to_text(i)
     end do
+    if (allocated(spec%state_names)) then
+      do i = 1, min(size(names), size(spec%state_names))
+        names(i)%value = spec%state_names(i)%value
+      end do
+    end if
     call add_column(table, "time", "time", "time", reshape(history%time(:n), [1, n + 1]))
     call add_column(table, "strain", "1", "sum of the strain increments in the frame of the "// &
                     "test, engineering shear: 11, 22, 33, 12, 13, 23", &
@@ -201,7 +207,7 @@ contains
     n = spec%n_repeats
     do i = 1, n
       tension%angle = 90.0_wp*(i - 1)/(n - 1)
-      call follow(new_program(tension), law, spec%n_increments, point, history, error)
+      call follow(new_program(tension), law, spec, point, history, error)
       if (allocated(error)) exit
       plastic = matmul(strain_to_frame(degree*tension%angle), plastic_strain(law, point))
       rotated = matmul(stress_to_frame(degree*tension%angle), point%stress)
@@ -231,8 +237,7 @@ contains
 
     n = spec%n_repeats
     do i = 1, n
-      call probe(law, degree*360.0_wp*(i - 1)/n, degree*spec%angle, spec%threshold, spec%rate, &
-                 point, error)
+      call probe(law, degree*360.0_wp*(i - 1)/n, spec, point, error)
       if (allocated(error)) exit
       degrees(1, i) = 360.0_wp*(i - 1)/n
       associate (rotated => matmul(stress_to_frame(degree*spec%angle), point%stress))
@@ -249,10 +254,10 @@ contains
   end subroutine find_yield_locus
 
   !> From zero along one direction of stress until the plastic strain passes the threshold.
-  subroutine probe(law, direction, angle, threshold, rate, point, error)
+  subroutine probe(law, direction, spec, point, error)
     class(block_law_t), intent(in) :: law
-    real(wp), intent(in) :: direction, angle       !! [radians]
-    real(wp), intent(in) :: threshold, rate
+    real(wp), intent(in) :: direction              !! [radians]
+    type(material_test_spec_t), intent(in) :: spec
     type(material_point_t), intent(out) :: point   !! just beyond the threshold
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: first_step = 1.0e-5_wp, last_step = 1.0e-8_wp, far = 1.0_wp
@@ -261,12 +266,13 @@ contains
     type(control_t) :: control
     logical :: is_beyond
 
-    control = new_control([.false., .true., .true., .true., .true., .true.], angle)
-    rows = strain_to_frame(angle)
+    control = new_control([.false., .true., .true., .true., .true., .true.], &
+                          degree*spec%angle)
+    rows = strain_to_frame(degree*spec%angle)
     control%on_strain(1, :) = cos(direction)*rows(1, :) + sin(direction)*rows(2, :)
-    rows = stress_to_frame(angle)
+    rows = stress_to_frame(degree*spec%angle)
     control%on_stress(2, :) = cos(direction)*rows(2, :) - sin(direction)*rows(1, :)
-    point = new_point(law)
+    point = new_point(law, spec%state)
     aim = 0.0_wp
     step = first_step
     way = 0.0_wp
@@ -274,11 +280,11 @@ contains
     do
       next = point
       aim(1) = step
-      call advance(law, control, aim, [0.0_wp, 0.0_wp, 0.0_wp], step/rate, next, error)
+      call advance(law, control, aim, [0.0_wp, 0.0_wp, 0.0_wp], step/spec%rate, next, error)
       if (allocated(error)) return
-      if (next%state(law%eqps_state) > threshold) then
+      if (next%state(law%eqps_state) > spec%threshold) then
         is_beyond = .true.
-        if (step <= min(last_step, 0.1_wp*threshold)) exit
+        if (step <= min(last_step, 0.1_wp*spec%threshold)) exit
         step = 0.5_wp*step
       else
         point = next

@@ -1,0 +1,282 @@
+!> What can be told of a source file of a user without compiling it: its form, the files that it
+!! includes, and the user subroutines in it that nothing here calls.
+module user_sources
+  use text, only: string_t, strings, lower_case, upper_case
+  use child_process, only: run_program
+  use source_digest, only: read_whole_file, included_name
+  implicit none
+  private
+
+  public :: is_source, is_fixed_form, has_directives, provide_includes, uncalled_routines
+  public :: ending_of, folder_of, as_file
+
+  integer, parameter :: backslash = 92   ! its code
+
+contains
+
+  !> Is it Fortran source, by its ending?
+  pure logical function is_source(path)
+    character(*), intent(in) :: path
+
+    select case (ending_of(path))
+    case ("f", "for", "ftn", "f77", "f90", "f95", "f03", "f08", "fpp")
+      is_source = .true.
+    case default
+      is_source = .false.
+    end select
+  end function is_source
+
+  !> Is the file in fixed form? By its name, unless a directive of other compilers says free form.
+  logical function is_fixed_form(path)
+    character(*), intent(in) :: path
+    character(:), allocatable :: content
+    logical :: is_there
+
+    is_fixed_form = .false.
+    if (.not. any(ending_of(path) == [character(3) :: "f", "for", "ftn", "f77", "fpp"])) return
+    call read_whole_file(path, content, is_there)
+    content = upper_case(content)
+    is_fixed_form = index(content, "!DIR$ FREEFORM") == 0 .and. &
+                    index(content, "!DEC$ FREEFORM") == 0
+  end function is_fixed_form
+
+  !> Does the file have lines for the preprocessor, such as #include?
+  logical function has_directives(path)
+    character(*), intent(in) :: path
+    character(:), allocatable :: content
+    logical :: is_there
+
+    call read_whole_file(path, content, is_there)
+    has_directives = index(new_line("a")//content, new_line("a")//"#") > 0
+  end function has_directives
+
+  !> Put copies of included files into `target` that are not there by the name that the source has,
+  !! but by one in other letters (names that differ in case alone, or with \ for /, are the same
+  !! under Windows).
+  subroutine provide_includes(path, target, support, found)
+    character(*), intent(in) :: path                 !! of the source
+    character(*), intent(in) :: target               !! folder for the copies
+    character(*), intent(in) :: support              !! folder of our own include files
+    type(string_t), allocatable, intent(inout) :: found(:)   !! files that copies were made of
+    type(string_t), allocatable :: open_files(:), names(:)
+    character(:), allocatable :: source, name
+    type(string_t) :: entry
+    integer :: i, k
+
+    open_files = strings([path])
+    i = 0
+    do while (i < size(open_files))
+      i = i + 1
+      call list_includes(open_files(i)%value, names)
+      do k = 1, size(names)
+        name = names(k)%value
+        source = as_it_stands(folder_of(path), support, name)
+        if (source == "") then
+          source = in_other_letters(folder_of(path), target, name)
+          if (source == "") source = in_other_letters(support, target, name)
+          if (source == "") cycle
+          call copy_file(source, target//"/"//name)
+          entry%value = source
+          found = [found, entry]
+        end if
+        entry%value = source
+        if (.not. is_listed(source, open_files)) open_files = [open_files, entry]
+      end do
+    end do
+  end subroutine provide_includes
+
+  !> Names of the files that a source includes.
+  subroutine list_includes(path, names)
+    character(*), intent(in) :: path
+    type(string_t), allocatable, intent(out) :: names(:)
+    character(:), allocatable :: content
+    type(string_t) :: entry
+    logical :: is_there
+    integer :: first, length
+
+    allocate (names(0))
+    call read_whole_file(path, content, is_there)
+    first = 1
+    do while (first <= len(content))
+      length = index(content(first:), new_line("a"))
+      if (length == 0) length = len(content) - first + 2
+      entry%value = included_name(content(first:first + length - 2))
+      first = first + length
+      if (entry%value /= "") names = [names, entry]
+    end do
+  end subroutine list_includes
+
+  !> Path of an included file that is there by its very name; empty if it is not.
+  function as_it_stands(folder, support, name) result(path)
+    character(*), intent(in) :: folder, support, name
+    character(:), allocatable :: path
+    logical :: is_there
+
+    path = name
+    inquire (file=path, exist=is_there)
+    if (name(1:1) == "/" .and. is_there) return
+    path = folder//"/"//name
+    inquire (file=path, exist=is_there)
+    if (is_there) return
+    path = support//"/"//name
+    inquire (file=path, exist=is_there)
+    if (.not. is_there) path = ""
+  end function as_it_stands
+
+  !> Path of a file whose name differs in the case of its letters and in the kind of slash alone;
+  !! empty if there is none.
+  function in_other_letters(folder, room, name) result(path)
+    character(*), intent(in) :: folder, name
+    character(*), intent(in) :: room        !! folder that may be written to
+    character(:), allocatable :: path, place, listing, entry
+    type(string_t) :: words(2)
+    logical :: is_there
+    integer :: code, first, length
+
+    path = with_slashes(folder//"/"//name)
+    place = folder_of(path)
+    words(1)%value = "ls"
+    words(2)%value = as_file(place)
+    call run_program(words, room//"/listing.txt", code)
+    call read_whole_file(room//"/listing.txt", listing, is_there)
+    first = 1
+    do while (first <= len(listing))
+      length = index(listing(first:), new_line("a"))
+      if (length == 0) length = len(listing) - first + 2
+      entry = place//"/"//listing(first:first + length - 2)
+      first = first + length
+      if (lower_case(entry) /= lower_case(path)) cycle
+      path = entry
+      return
+    end do
+    path = ""
+  end function in_other_letters
+
+  pure function with_slashes(path) result(changed)
+    character(*), intent(in) :: path
+    character(len(path)) :: changed
+    integer :: i
+
+    changed = path
+    do i = 1, len(path)
+      if (iachar(path(i:i)) == backslash) changed(i:i) = "/"
+    end do
+  end function with_slashes
+
+  subroutine copy_file(source, target)
+    character(*), intent(in) :: source, target
+    character(:), allocatable :: content
+    logical :: is_there
+    integer :: unit, status
+
+    call read_whole_file(source, content, is_there)
+    open (newunit=unit, file=target, access="stream", form="unformatted", action="write", &
+          status="replace", iostat=status)
+    if (status /= 0) return   ! the compiler will miss the file
+    write (unit, iostat=status) content
+    close (unit)
+  end subroutine copy_file
+
+  pure logical function is_listed(path, list)
+    character(*), intent(in) :: path
+    type(string_t), intent(in) :: list(:)
+    integer :: i
+
+    is_listed = .false.
+    do i = 1, size(list)
+      is_listed = is_listed .or. list(i)%value == path
+    end do
+  end function is_listed
+
+  !> Names of the user subroutines in some sources that have their place in Abaqus and none here,
+  !! set apart by commas; empty if there are none.
+  function uncalled_routines(files) result(names)
+    type(string_t), intent(in) :: files(:)
+    character(:), allocatable :: names, content
+    character(*), parameter :: known(30) = [character(8) :: "USDFLD", "VUSDFLD", "UHARD", &
+      "VUHARD", "UVARM", "UVARMEXP", "DISP", "VDISP", "DLOAD", "VDLOAD", "UTRACLOA", "SIGINI", &
+      "ORIENT", "UEL", "VUEL", "UMATHT", "UEXPAN", "VUEXPAN", "HETVAL", "CREEP", "UAMP", &
+      "VUAMP", "FRIC", "VFRIC", "UINTER", "VUINTER", "URDFIL", "MPC", "UTEMP", "UFIELD"]
+    logical :: is_there
+    integer :: i, k
+
+    names = ""
+    do i = 1, size(files)
+      if (.not. is_source(files(i)%value)) cycle
+      call read_whole_file(files(i)%value, content, is_there)
+      content = upper_case(content)
+      do k = 1, size(known)
+        if (.not. has_routine(content, trim(known(k)))) cycle
+        if (index(", "//names//",", ", "//trim(known(k))//",") > 0) cycle
+        names = names//", "//trim(known(k))
+        if (names(1:1) == ",") names = names(3:)
+      end do
+    end do
+  end function uncalled_routines
+
+  !> Does a line begin with SUBROUTINE and this name?
+  pure logical function has_routine(content, name)
+    character(*), intent(in) :: content   !! upper case
+    character(*), intent(in) :: name
+    character(*), parameter :: word = "SUBROUTINE"
+    integer :: place, start, last
+
+    has_routine = .false.
+    start = 1
+    do
+      place = index(content(start:), word)
+      if (place == 0) return
+      place = place + start - 1
+      start = place + len(word)
+      if (.not. is_first_on_line(content(:place - 1))) cycle
+      last = verify(content(start:), " ")
+      if (last == 0) return
+      last = start + last - 1
+      if (index(content(last:), name) /= 1) cycle
+      last = last + len(name)
+      if (last > len(content)) return
+      has_routine = scan(content(last:last), "( &!"//achar(9)//achar(10)//achar(13)) > 0
+      if (has_routine) return
+    end do
+  end function has_routine
+
+  !> Is nothing but blanks behind the last line end?
+  pure logical function is_first_on_line(content)
+    character(*), intent(in) :: content
+    integer :: last
+
+    last = verify(content, " "//achar(9), back=.true.)
+    is_first_on_line = last == 0
+    if (last > 0) is_first_on_line = content(last:last) == new_line("a")
+  end function is_first_on_line
+
+  !> The ending of a file name in lower case, without its dot.
+  pure function ending_of(path) result(ending)
+    character(*), intent(in) :: path
+    character(:), allocatable :: ending
+
+    ending = ""
+    if (index(path, ".") > 0) ending = lower_case(path(index(path, ".", back=.true.) + 1:))
+  end function ending_of
+
+  !> A path that no program takes for an option.
+  pure function as_file(path) result(file)
+    character(*), intent(in) :: path
+    character(:), allocatable :: file
+
+    file = path
+    if (path(1:1) == "-") file = "./"//path
+  end function as_file
+
+  !> The folder of a file, without a slash at its end unless it is the root.
+  pure function folder_of(path) result(folder)
+    character(*), intent(in) :: path
+    character(:), allocatable :: folder
+    integer :: last
+
+    last = index(path, "/", back=.true.)
+    folder = path(:max(last - 1, min(last, 1)))
+    if (last == 0) folder = "."
+  end function folder_of
+
+end module user_sources
