@@ -19,6 +19,7 @@ module deck_run
   use relaxation, only: relaxation_t
   use model_setup, only: build_model
   use frames, only: results_t, results_setup_t, open_results, close_results
+  use hdf5_reason, only: is_library_silenced
   use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
   use forming_run, only: run_t, new_run, run_model, save_failed
   use check_report, only: print_check
@@ -132,9 +133,11 @@ contains
     character(kind=c_char), intent(in) :: message(length)
     type(open_run_t), pointer :: open_run
     character(:), allocatable :: line
+    logical :: is_silent
     integer :: code, i
 
     call c_f_pointer(context, open_run)
+    is_silent = is_library_silenced()   ! which it keeps for each thread, and this may be any
     line = "error: "
     do i = 1, length
       line = line//message(i)

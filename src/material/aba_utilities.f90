@@ -6,7 +6,7 @@
 !! The calls carry no argument that says where they come from, so this module remembers it: the
 !! element and point in hand for each thread, and what is to be saved when the run must end.
 module aba_utilities
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funloc, c_funptr, c_int, &
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funloc, c_funptr, c_int, c_int64_t, &
                                          c_null_funptr, c_null_ptr, c_ptr, c_size_t, &
                                          c_associated, c_f_procpointer
   use, intrinsic :: iso_fortran_env, only: error_unit
@@ -37,6 +37,13 @@ module aba_utilities
       integer(c_int), value :: number
       type(c_funptr), value :: action
     end function c_signal
+
+    integer(c_int) function c_signal_mask(how, signals, before) bind(C, name="pthread_sigmask")
+      import :: c_int, c_int64_t, c_ptr
+      integer(c_int), value :: how
+      integer(c_int64_t), intent(in) :: signals(*)
+      type(c_ptr), value :: before
+    end function c_signal_mask
 
     subroutine c_exit(code) bind(C, name="exit")
       import :: c_int
@@ -157,17 +164,33 @@ contains
   !! trusted any more, so nothing is saved. Any other crash takes its usual way.
   subroutine at_crash(number) bind(C)
     integer(c_int), value :: number
+    integer(c_int), parameter :: set_mask = 2_c_int
+    integer(c_int64_t), parameter :: no_signals(16) = 0_c_int64_t   ! the size of a sigset_t
     type(c_funptr) :: before
+    integer(c_int) :: status
 
     if (element == 0) then
+      write (error_unit, "(a)") "igaform: error: crashed outside the user's subroutine, which "// &
+        "may have written past the end of its arrays (one for plane strain or shells counts on "// &
+        "NTENS below 6)"
+      flush (error_unit)
       before = c_signal(number, c_null_funptr)
     else
       write (error_unit, "(a)") "igaform: error: "// &
         trim(where_and_why("the user's subroutine crashed"))
+      flush (error_unit)
+      ! A stack that was written over makes the backtrace crash, too.
+      before = c_signal(number, c_funloc(at_second_crash))
+      status = c_signal_mask(set_mask, no_signals, c_null_ptr)
       call c_backtrace()
       call c_exit_now(int(exit_by_user, c_int))
     end if
   end subroutine at_crash
+
+  !> The crash was told already.
+  subroutine at_second_crash() bind(C)
+    call c_exit_now(int(exit_by_user, c_int))
+  end subroutine at_second_crash
 
   function where_and_why(what) result(message)
     character(*), intent(in) :: what

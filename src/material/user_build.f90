@@ -102,11 +102,25 @@ contains
           if (allocated(error)) exit
         end do
         if (.not. allocated(error)) call link(build, library, error)
-        note = build%note
+        if (.not. allocated(error)) call keep_note(cache//"/user_"//key//".txt", build%note)
       end if
+      call read_whole_file(cache//"/user_"//key//".txt", note, is_there)
     end if
     call remove_folder(build)
   end subroutine build_user_library
+
+  !> The note is told at each run with a library, not only when it is made.
+  subroutine keep_note(path, note)
+    character(*), intent(in) :: path, note
+    integer :: unit, status
+
+    if (note == "") return
+    open (newunit=unit, file=path, access="stream", form="unformatted", action="write", &
+          status="replace", iostat=status)
+    if (status /= 0) return
+    write (unit, iostat=status) note
+    close (unit)
+  end subroutine keep_note
 
   function setting(name, default) result(value)
     character(*), intent(in) :: name, default
@@ -277,36 +291,33 @@ contains
     type(build_t), intent(inout) :: build
     character(*), intent(in) :: path, object
     type(error_t), allocatable, intent(out) :: error
-    character(*), parameter :: fixed = "-ffixed-form", free = "-ffree-form"
-    character(*), parameter :: wide = "-ffixed-line-length-132", narrow = "-ffixed-line-length-72"
     character(:), allocatable :: messages
     logical :: is_there, is_fixed
     integer :: code
 
     is_fixed = is_fixed_form(path)
-    call compile_with(build, path, object, [character(23) :: merge(fixed, free//" ", is_fixed), &
-                                            wide], code)
+    call compile_with(build, path, object, is_fixed, "132", "", code)
     if (code == 0) return
     call read_whole_file(build%log, messages, is_there)
-    call compile_with(build, path, object, [character(23) :: merge(fixed, free//" ", is_fixed), &
-                                            wide, "-fdec"], code)
+    call compile_with(build, path, object, is_fixed, "132", "-fdec", code)
     if (code == 0) return
     if (is_fixed) then
-      call compile_with(build, path, object, [character(23) :: fixed, narrow], code)
+      call compile_with(build, path, object, is_fixed, "72", "", code)
       build%note = path//" compiles only when it is read up to column 72, and so it is"
       if (code == 0) return
     end if
-    call compile_with(build, path, object, [character(23) :: merge(free//" ", fixed, is_fixed), &
-                                            wide], code)
+    call compile_with(build, path, object, .not. is_fixed, "132", "", code)
     build%note = path//" compiles only in "//trim(merge("free ", "fixed", is_fixed))// &
                  " form, and so it is read"
     if (code /= 0) call fail(error, path//" does not compile:"//new_line("a")//messages)
   end subroutine compile_source
 
-  subroutine compile_with(build, path, object, more, code)
+  subroutine compile_with(build, path, object, is_fixed, columns, extra, code)
     type(build_t), intent(inout) :: build
     character(*), intent(in) :: path, object
-    character(*), intent(in) :: more(:)   !! options beside those of all files
+    logical, intent(in) :: is_fixed         !! fixed form, else free form
+    character(*), intent(in) :: columns     !! of fixed form
+    character(*), intent(in) :: extra       !! one more option, or empty
     integer, intent(out) :: code
     integer :: i
 
@@ -314,10 +325,10 @@ contains
     do i = 1, size(options)
       call add_word(build, trim(options(i)))
     end do
-    do i = 1, size(more)
-      call add_word(build, trim(more(i)))
-    end do
+    call add_word(build, "-ffixed-line-length-"//columns)
+    call add_word(build, trim(merge("-ffixed-form", "-ffree-form ", is_fixed)))
     call add_word(build, trim(merge("-cpp  ", "-nocpp", has_directives(path))))
+    if (extra /= "") call add_word(build, extra)
     call add_word(build, "-I"//folder_of(path))
     call add_word(build, "-I"//build%folder)
     call add_word(build, "-I"//build%support//"/include")

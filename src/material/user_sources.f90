@@ -128,29 +128,48 @@ contains
   function in_other_letters(folder, room, name) result(path)
     character(*), intent(in) :: folder, name
     character(*), intent(in) :: room        !! folder that may be written to
-    character(:), allocatable :: path, place, listing, entry
+    character(:), allocatable :: path, rest, part, entry
+    integer :: length
+
+    path = folder
+    rest = with_slashes(name)
+    do while (rest /= "")
+      length = index(rest//"/", "/")
+      part = rest(:length - 1)
+      rest = rest(min(length, len(rest)) + 1:)
+      if (part == "" .or. part == ".") cycle
+      entry = part
+      if (part /= "..") entry = entry_of(path, room, part)
+      if (entry == "") then
+        path = ""
+        return
+      end if
+      path = path//"/"//entry
+    end do
+  end function in_other_letters
+
+  !> The entry of a folder that has this name but for the case of letters; empty if there is none.
+  function entry_of(folder, room, name) result(entry)
+    character(*), intent(in) :: folder, room, name
+    character(:), allocatable :: entry, listing
     type(string_t) :: words(2)
     logical :: is_there
     integer :: code, first, length
 
-    path = with_slashes(folder//"/"//name)
-    place = folder_of(path)
     words(1)%value = "ls"
-    words(2)%value = as_file(place)
+    words(2)%value = as_file(folder)
     call run_program(words, room//"/listing.txt", code)
     call read_whole_file(room//"/listing.txt", listing, is_there)
     first = 1
     do while (first <= len(listing))
       length = index(listing(first:), new_line("a"))
       if (length == 0) length = len(listing) - first + 2
-      entry = place//"/"//listing(first:first + length - 2)
+      entry = listing(first:first + length - 2)
       first = first + length
-      if (lower_case(entry) /= lower_case(path)) cycle
-      path = entry
-      return
+      if (lower_case(entry) == lower_case(name)) return
     end do
-    path = ""
-  end function in_other_letters
+    entry = ""
+  end function entry_of
 
   pure function with_slashes(path) result(changed)
     character(*), intent(in) :: path

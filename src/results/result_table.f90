@@ -2,8 +2,8 @@
 module result_table
   use kinds, only: wp
   use errors, only: error_t, fail
-  use text, only: string_t, strings, to_text
-  use hdf5_file, only: hdf5_file_t, create_group, write_reals
+  use text, only: string_t, strings, to_text, joined
+  use hdf5_file, only: hdf5_file_t, create_group, write_reals, write_text_attribute
   use unit_system, only: unit_system_t, unit_of
   implicit none
   private
@@ -114,7 +114,8 @@ contains
     end do
   end function row_line
 
-  !> Write the table as datasets of one group, rows first.
+  !> Write the table as datasets of one group, rows first; those with components have them in their
+  !! attribute `names`.
   subroutine write_group(table, file, folder, units)
     type(result_table_t), intent(in) :: table
     type(hdf5_file_t), intent(inout) :: file   !! keeps its failures, see `take_error`
@@ -132,6 +133,8 @@ contains
         else
           call write_reals(file, folder//"/"//column%name, column%values, &
                            shape(column%values), unit_of(units, column%quantity), column%text)
+          call write_text_attribute(file, folder//"/"//column%name, "names", &
+                                    joined(column%components, ", "))
         end if
       end associate
     end do

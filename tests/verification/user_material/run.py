@@ -55,11 +55,13 @@ class Bench:
     def __init__(self, igaform, folder):
         self.igaform, self.folder = igaform, pathlib.Path(folder)
 
-    def run(self, text, *files, code=0, result="a.h5", threads=2, env=None, options=()):
+    def run(self, text, *files, code=0, result="a.h5", threads=2, env=None, options=(),
+            command=()):
         path = self.folder / "deck.key"
         path.write_text(text)
         names = [word for name in files for word in ("--user", str(name))]
-        done = subprocess.run([self.igaform, str(path), "--out", str(self.folder / result),
+        done = subprocess.run([self.igaform, *command, str(path),
+                               "--out", str(self.folder / result),
                                "--threads", str(threads), "--quiet", *names, *options],
                               cwd=self.folder, capture_output=True, text=True, timeout=300,
                               env=dict(os.environ, OMP_WAIT_POLICY="passive", **(env or {})))
@@ -190,6 +192,47 @@ def faults_are_told(bench):
     bench.says("no *USER MATERIAL in the deck")
 
 
+def files_from_elsewhere(bench):
+    """Windows letters and line ends, free form named .for, routines that nothing calls."""
+    folder = bench.folder / "from_windows"
+    shutil.copytree(FILES / "parts", folder / "parts")
+    text = (FILES / "windows_style.FOR").read_text()
+    (folder / "LAW.FOR").write_bytes(text.replace("\n", "\r\n").encode())
+    for body in (BODY, TURNING):
+        elastic = bench.values(deck(f"*ELASTIC\n{STEEL}", body))
+        same(bench.values(deck(user(STEEL), body), folder / "LAW.FOR", result="windows.h5"),
+             elastic)
+        bench.says("USDFLD", "nothing here calls", "KELAST")
+        assert "column 72" not in bench.said
+        same(bench.values(deck(user(STEEL), body), FILES / "free_form.for"), elastic)
+        bench.says("free form")
+        _, stress, state = bench.values(deck(user(STEEL, 3), body), FILES / "vumat_principal.f")
+        assert abs(stress).max() > 100
+        assert abs(state[..., :2]).max() < 1e-12 * abs(stress).max()
+        assert abs(state[..., 2] - (10 / 3 * 2 * 1) ** (1 / 3)).max() < 1e-12
+    assert "windows" in (bench.folder / "windows_law.txt").read_text()
+    part = folder / "parts" / "elastic_common.h"
+    part.write_text(part.read_text().replace("KELAST", "KOTHER"))
+    bench.run(deck(user(STEEL)), folder / "LAW.FOR")
+    bench.says("KOTHER")
+
+
+def material_tests_know_names_and_starts(bench):
+    test = "*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=4\n0.001\n"
+    text = deck(user(STEEL, 3, "", "\n1, damage\n3, EQPS"), body="") + test
+    text += "*INITIAL CONDITIONS, TYPE=SOLUTION\nALL, 0.25, 7,\n 0.125\nleft, 3\n"
+    path = bench.run(text, FILES / "linear_fixed.for", command=["material"])
+    bench.says("left", "ALL for a start")
+    with h5py.File(path) as file:
+        group = file["tests/pull"]
+        state = group["state"][...]
+        names = group["state"].attrs["names"]
+        assert names in ("damage, SDV2, EQPS", b"damage, SDV2, EQPS"), names
+        assert (group["eqps"][...] == 0.125).all()
+    header = (bench.folder / "a-pull.csv").read_text().splitlines()[0]
+    assert "state_damage" in header and "state_EQPS" in header, header
+
+
 def libraries_are_kept_and_renewed(bench):
     """Compiled once; again when the source or an included file changes; names of any kind."""
     folder = bench.folder / "it's; a \"folder\", $HOME"
@@ -225,7 +268,8 @@ def libraries_are_kept_and_renewed(bench):
 def main(igaform):
     checks = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
               vumats_of_both_signatures, shared_data_run_in_order, states_start_as_told,
-              failures_name_element_and_point, faults_are_told, libraries_are_kept_and_renewed)
+              failures_name_element_and_point, faults_are_told, files_from_elsewhere,
+              material_tests_know_names_and_starts, libraries_are_kept_and_renewed)
     n_failed = 0
     for check in checks:
         with tempfile.TemporaryDirectory() as folder:
