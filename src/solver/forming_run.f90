@@ -277,11 +277,21 @@ contains
     run%row%step = int(run%n_steps)
     run%row%time = run%instant%time
     run%row%dt = run%instant%dt
-    call fill_history_row(model, run%balance, elastic, run%row)
+    call fill_history_row(model, run%balance, elastic, velocity_now(model, run), run%row)
     call record_history(results, run%row)
     run%largest_error = max(run%largest_error, abs(run%balance%alarm))
     run%largest_penetration = max(run%largest_penetration, run%balance%tally%max_penetration)
   end subroutine take_row
+
+  !> Velocities at the time of the positions: the mean of both half steps, or those of the start.
+  function velocity_now(model, run) result(v)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    real(wp), allocatable :: v(:, :, :, :)
+
+    allocate (v, source=run%v_before)
+    if (run%n_steps > 0) v = 0.5_wp*(v + model%bodies%blank%motion%v)
+  end function velocity_now
 
   !> The state reached, as a frame that says so. A second failure must not hide the first.
   subroutine save_failed(model, run, results)

@@ -96,10 +96,11 @@ contains
   end subroutine new_history_row
 
   !> Balances, tools and probes now.
-  subroutine fill_history_row(model, balance, elastic, row)
+  subroutine fill_history_row(model, balance, elastic, v, row)
     type(model_t), intent(in) :: model
     type(energy_balance_t), intent(in) :: balance
     real(wp), intent(in) :: elastic           !! elastic energy now
+    real(wp), intent(in) :: v(:, :, :, :)     !! velocities now, not those half a step on
     type(history_row_t), intent(inout) :: row
     real(wp) :: start(3)
     integer :: t, p
@@ -124,7 +125,7 @@ contains
         start = field_at(blank%solid, blank%solid%points, model%probes(p)%xi)
         row%probe_displacement(:, p) = field_at(blank%solid, blank%motion%x, &
                                                 model%probes(p)%xi) - start
-        row%probe_velocity(:, p) = field_at(blank%solid, blank%motion%v, model%probes(p)%xi)
+        row%probe_velocity(:, p) = field_at(blank%solid, v, model%probes(p)%xi)
       end do
     end associate
   end subroutine fill_history_row
