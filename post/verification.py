@@ -52,6 +52,9 @@ def draw_panel(axis, panel):
             n_coloured += 1
     if panel["scale"] == "log":
         axis.set(xscale="log", yscale="log")
+        places = sorted({x for line in panel["lines"] for x in line["x"]})
+        axis.set_xticks(places, [f"{x:.3g}" for x in places])
+        axis.set_xticks([], minor=True)
         axis.grid(True, which="minor", linewidth=0.3)
     axis.set(xlabel=panel["x"], ylabel=panel["y"])
     axis.legend(fontsize=7)

@@ -1,9 +1,9 @@
 """A pulse of stress in a bar against d'Alembert's solution with its image behind the free end.
 
-A traction T(t) on the end x = 0 starts the wave v = f(t - x/c) with f = T/(rho c); at the free end it
-returns with the same sign. Its energy is the work at the end, A/(rho c) times the integral of T^2.
-Row-sum masses slow waves down by (p + 1)(k h)^2/24 (see bar_modes); the time step takes a part of it
-back, (omega dt)^2/24.
+A traction T(t) on the end x = 0 starts the wave v = f(t - x/c) with f = T/(rho c); at the free end
+it returns with the same sign. Its energy is the work at the end, A/(rho c) times the integral of
+T^2. Row-sum masses slow waves down by (p + 1)(k h)^2/24 (see bar_modes); the time step takes a part
+of it back, (omega dt)^2/24.
 """
 import numpy as np
 from suite import Case

@@ -1,5 +1,5 @@
-"""A cantilever under a dead end load against the beam of E. Reissner (ZAMP 23 (1972) 795-804), which
-is the elastica with the small shear and stretch that a solid has, too.
+"""A cantilever under a dead end load against the beam of E. Reissner (ZAMP 23 (1972) 795-804),
+which is the elastica with the small shear and stretch that a solid has, too.
 
 With the load P across the undeformed axis and the angle t, E I t'' = -P x', x' = (1 + e) cos t
 - g sin t, z' = (1 + e) sin t + g cos t, e = P sin t/(E A), g = P cos t/(5/6 G A); t' starts from
@@ -39,7 +39,8 @@ def beam(load, n=2000):
         result = march(new)
         if abs(result[-1, 3]) < 1e-12:
             break
-        old, new, end = new, new - result[-1, 3] * (new - old) / (result[-1, 3] - end), result[-1, 3]
+        secant = (result[-1, 3] - end) / (new - old)
+        old, new, end = new, new - result[-1, 3] / secant, result[-1, 3]
     return result[:, :2]
 
 

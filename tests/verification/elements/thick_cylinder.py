@@ -2,8 +2,8 @@
 of Plasticity, 1950, chapter 5) for a perfectly plastic one in plane strain.
 
 Hill's stresses hold for von Mises' flow too where the axial stress is the mean of the others; that
-is so in the plastic zone once the elastic strain is small beside the plastic one, and everywhere for
-nu = 0.5. The deck has nu = 0.45 and so little stress that the shape stays the one at the start.
+is so in the plastic zone once the elastic strain is small beside the plastic one, and everywhere
+for nu = 0.5. The deck has nu = 0.45 and so little stress that the shape stays that of the start.
 """
 import numpy as np
 from suite import Case

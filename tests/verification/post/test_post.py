@@ -2,6 +2,7 @@
 
 Usage: test_post.py WRITER PROJECT_FOLDER
 """
+import json
 import os
 import subprocess
 import sys
@@ -175,6 +176,20 @@ class TestCommands(Known):
 
     def test_the_sheet_is_drawn_in_any_case(self):
         self.assert_picture(["picture", self.paths["BEZIER"], "--field", "mises"], 1000)
+
+    def test_records_of_the_suite_become_pictures_and_a_table(self):
+        record = {"title": "A case", "source": "closed form", "rows": [
+            {"quantity": "length", "measured": "2", "reference": "1", "error": "1", "limit": "3"}],
+            "panels": [{"x": "h", "y": "error", "scale": "log", "lines": [
+                {"label": "p = 1", "style": "o-", "x": [1, 2], "y": [0.1, 0.4]}]}]}
+        with tempfile.TemporaryDirectory() as folder:
+            with open(os.path.join(folder, "case.json"), "w", encoding="utf-8") as file:
+                json.dump(record, file)
+            done = self.run_post("verification", folder)
+            self.assertIn("| case | length | 2 | 1 | 1 | 3 |", done.stdout)
+            self.assertTrue(os.path.isfile(os.path.join(folder, "case.png")))
+            os.remove(os.path.join(folder, "case.json"))
+            self.assertIn("holds no records", self.run_post("verification", folder).stderr)
 
     def test_faults_are_said_in_a_line(self):
         other = os.path.join(self.folder.name, "other.h5")
