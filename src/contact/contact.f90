@@ -23,7 +23,7 @@ module contact
   public :: contact_t, contact_options_t, contact_statistics_t, new_contact, apply_contact
   public :: set_tile_tests
 
-  integer, parameter :: tile_size = 256   !! most points of a tile
+  integer, parameter :: tile_size = 64   !! most points of a tile
   integer, parameter :: parallel_size = 2048    !! fewer points are not worth waking threads for
   real(wp), parameter :: refresh = 0.2_wp       !! travel between searches, of the search distance
 
@@ -139,8 +139,7 @@ contains
     real(wp), intent(out) :: energy            !! sum of k g^2/2 over touching points [energy]
     real(wp), intent(out) :: max_penetration   !! deepest -g of touching points, 0: none [length]
     type(tile_result_t), allocatable :: results(:)
-    logical :: has_force(contact%slave%n_along(2))
-    integer :: i, n_due
+    integer :: loaded(2, contact%slave%n_along(2)), i, n_due
 
     call advance_travel(contact, tool, net_x)
     contact%statistics%n_calls = contact%statistics%n_calls + 1
@@ -160,17 +159,21 @@ contains
     end do
     !$omp end parallel do
 
-    has_force = .false.
+    loaded(1, :) = contact%slave%n_along(1) + 1
+    loaded(2, :) = 0
     do i = 1, size(results)
-      associate (part => results(i))
+      associate (part => results(i), tile => contact%tiles(i))
         energy = energy + part%energy
         max_penetration = max(max_penetration, part%depth)
         tool%force = tool%force + part%reaction
-        if (part%counts%n_touching > 0) has_force(contact%tiles(i)%row) = .true.
+        if (part%counts%n_touching > 0) then
+          loaded(1, tile%row) = min(loaded(1, tile%row), tile%first)
+          loaded(2, tile%row) = max(loaded(2, tile%row), tile%last)
+        end if
         call add_counts(contact%statistics, part%counts)
       end associate
     end do
-    call scatter_forces(contact%slave, contact%force, net_force, has_force)
+    call scatter_forces(contact%slave, contact%force, net_force, loaded)
   end subroutine apply_contact
 
   !> Let the travel grow by the largest displacement of a control point against the tool.

@@ -111,46 +111,59 @@ contains
   end subroutine row_positions
 
   !> Add the forces of slave points to the control points, F_I = sum_p R_I(p) f_p, summed in the
-  !! same order for any number of threads. Rows without force may be left out by `has_force`.
-  subroutine scatter_forces(slave, forces, net_forces, has_force)
+  !! same order for any number of threads. Points outside `loaded` bear nothing.
+  subroutine scatter_forces(slave, forces, net_forces, loaded)
     type(slave_surface_t), intent(in) :: slave
     real(wp), intent(in) :: forces(slave%n_along(1), slave%n_along(2), 3)          !! [force]
     real(wp), intent(inout) :: net_forces(slave%n_net(1), slave%n_net(2), 3)       !! [force]
-    logical, intent(in), optional :: has_force(slave%n_along(2))
+    integer, intent(in), optional :: loaded(2, slave%n_along(2))
+      !! first and last point of each row that may bear a force, first > last: none
     real(wp), allocatable :: rows(:, :, :)
-    logical :: is_loaded(slave%n_along(2))
-    integer :: row, j
+    integer :: range(2, slave%n_along(2)), row, j
 
-    is_loaded = .true.
-    if (present(has_force)) is_loaded = has_force
-    if (.not. any(is_loaded)) return
+    range(1, :) = 1
+    range(2, :) = slave%n_along(1)
+    if (present(loaded)) range = loaded
+    if (all(range(1, :) > range(2, :))) return
     allocate (rows(slave%n_net(1), 3, slave%n_along(2)))
-    !$omp parallel if (count(is_loaded)*slave%n_along(1) > parallel_size)
+    !$omp parallel if (sum(max(range(2, :) - range(1, :), 0)) > parallel_size)
     !$omp do schedule(static)
     do row = 1, slave%n_along(2)
-      if (is_loaded(row)) call gather_row(slave, forces, row, rows(:, :, row))
+      call gather_row(slave, forces, row, range(:, row), rows(:, :, row))
     end do
     !$omp end do
     !$omp do schedule(static)
     do j = 1, slave%n_net(2)
-      call add_rows(slave, rows, is_loaded, j, net_forces)
+      call add_rows(slave, rows, range, j, net_forces)
     end do
     !$omp end do
     !$omp end parallel
   end subroutine scatter_forces
 
-  !> Forces of one row of points, gathered to the control points along direction 1.
-  pure subroutine gather_row(slave, forces, row, gathered)
+  !> Control points along direction 1 that the points `range` of a row reach.
+  pure function reached(line, range) result(net_range)
+    type(slave_line_t), intent(in) :: line
+    integer, intent(in) :: range(2)
+    integer :: net_range(2)
+
+    net_range = [1, 0]
+    if (range(1) > range(2)) return
+    net_range = line%first(range) + [0, line%degree]
+  end function reached
+
+  !> Forces of one row of points, gathered to the control points along direction 1 that they reach.
+  pure subroutine gather_row(slave, forces, row, range, gathered)
     type(slave_surface_t), intent(in) :: slave
     real(wp), intent(in) :: forces(slave%n_along(1), slave%n_along(2), 3)
-    integer, intent(in) :: row
-    real(wp), intent(out) :: gathered(slave%n_net(1), 3)
+    integer, intent(in) :: row, range(2)
+    real(wp), intent(inout) :: gathered(slave%n_net(1), 3)
     real(wp) :: force(3)
-    integer :: i, k, at
+    integer :: net(2), i, k, at
 
-    gathered = 0.0_wp
     associate (line => slave%lines(1))
-      do i = 1, line%n_points
+      net = reached(line, range)
+      gathered(net(1):net(2), :) = 0.0_wp
+      do i = range(1), range(2)
         force = forces(i, row, :)*slave%inverse_w(i, row)
         do k = 1, line%degree + 1
           at = line%first(i) + k - 1
@@ -161,21 +174,22 @@ contains
   end subroutine gather_row
 
   !> Add what the rows of points give to row `j` of the control net, in rising order of the rows.
-  pure subroutine add_rows(slave, rows, is_loaded, j, net_forces)
+  pure subroutine add_rows(slave, rows, range, j, net_forces)
     type(slave_surface_t), intent(in) :: slave
     real(wp), intent(in) :: rows(slave%n_net(1), 3, slave%n_along(2))
-    logical, intent(in) :: is_loaded(slave%n_along(2))
-    integer, intent(in) :: j
+    integer, intent(in) :: range(2, slave%n_along(2)), j
     real(wp), intent(inout) :: net_forces(slave%n_net(1), slave%n_net(2), 3)
-    integer :: row, c
+    integer :: row, net(2), c, i
     real(wp) :: share
 
     associate (across => slave%lines(2))
       do row = across%lowest(j), across%highest(j)
-        if (.not. is_loaded(row)) cycle
+        net = reached(slave%lines(1), range(:, row))
         share = across%values(row, j - across%first(row) + 1)
         do c = 1, 3
-          net_forces(:, j, c) = net_forces(:, j, c) + share*slave%weights(:, j)*rows(:, c, row)
+          do i = net(1), net(2)
+            net_forces(i, j, c) = net_forces(i, j, c) + share*slave%weights(i, j)*rows(i, c, row)
+          end do
         end do
       end do
     end associate
