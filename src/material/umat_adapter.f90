@@ -196,11 +196,12 @@ contains
   !> Elastic moduli for the stable step from one call without strain: the largest diagonal values
   !! of DDSDDE bound the speeds of waves along the axes. Both are 0 where DDSDDE does not come back
   !! positive.
-  subroutine umat_moduli(law, dt, state, bulk, shear)
+  subroutine umat_moduli(law, dt, state, bulk, shear, is_stiff)
     type(umat_adapter_t), intent(in) :: law
     real(wp), intent(in) :: dt                       !! a short increment
     real(wp), intent(in) :: state(:)                 !! STATEV at the start
     real(wp), intent(out) :: bulk, shear
+    logical, intent(out), optional :: is_stiff(6)    !! DDSDDE is positive for 11, 22, 33, 12 ...
     type(increment_t) :: increment
     real(wp) :: stress(6), values(law%n_state), tangent(6, 6)
     logical :: is_refused, ok
@@ -219,6 +220,7 @@ contains
     call leave_user_call()
     bulk = 0.0_wp
     shear = 0.0_wp
+    if (present(is_stiff)) is_stiff = [(tangent(i, i) > 0.0_wp, i=1, 6)]
     if (.not. all([(tangent(i, i) > 0.0_wp, i=1, 6)])) return
     if (.not. all(abs(tangent) <= huge(1.0_wp))) return
     shear = max(tangent(4, 4), tangent(5, 5), tangent(6, 6))

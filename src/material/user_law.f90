@@ -3,7 +3,7 @@ module user_law
   use, intrinsic :: iso_c_binding, only: c_associated, c_f_procpointer, c_null_funptr, c_null_ptr
   use kinds, only: wp
   use errors, only: error_t, fail
-  use text, only: joined
+  use text, only: joined, strings
   use block_law, only: block_law_t
   use umat_interface, only: umat_procedure, vumat_procedure, sdvini_procedure
   use user_library, only: user_library_t
@@ -76,6 +76,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     procedure(umat_procedure), pointer :: umat
     type(umat_adapter_t) :: adapter
+    logical :: is_stiff(6)
     real(wp) :: state(material%n_statv)
 
     call c_f_procpointer(library%umat, umat)
@@ -84,8 +85,8 @@ contains
     call take_sdvini(library, adapter)
     state = 0.0_wp
     call call_sdvini(adapter, 1, 1, [0.0_wp, 0.0_wp, 0.0_wp], state)
-    call umat_moduli(adapter, dt, state, adapter%bulk, adapter%shear)
-    call check_moduli(material, "DDSDDE at the start", adapter, error)
+    call umat_moduli(adapter, dt, state, adapter%bulk, adapter%shear, is_stiff)
+    call check_moduli(material, "DDSDDE at the start", is_stiff, adapter, error)
     if (.not. allocated(error)) allocate (law, source=adapter)
   end subroutine make_umat_law
 
@@ -97,6 +98,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     procedure(vumat_procedure), pointer :: vumat
     type(vumat_adapter_t) :: adapter
+    logical :: is_stiff(6)
     real(wp) :: state(material%n_statv)
 
     call c_f_procpointer(library%vumat, vumat)
@@ -105,8 +107,9 @@ contains
     call take_sdvini(library, adapter)
     state = 0.0_wp
     call call_sdvini(adapter, 1, 1, [0.0_wp, 0.0_wp, 0.0_wp], state)
-    call vumat_moduli(adapter, dt, state, adapter%bulk, adapter%shear)
-    call check_moduli(material, "the stress of small strains at time 0", adapter, error)
+    call vumat_moduli(adapter, dt, state, adapter%bulk, adapter%shear, is_stiff)
+    call check_moduli(material, "the stress of small strains at time 0", is_stiff, adapter, &
+                      error)
     if (.not. allocated(error)) allocate (law, source=adapter)
   end subroutine make_vumat_law
 
@@ -120,13 +123,23 @@ contains
     adapter%sdvini => sdvini
   end subroutine take_sdvini
 
-  !> The moduli that came from the law, or else those of the deck.
-  subroutine check_moduli(material, source, law, error)
+  !> The moduli that came from the law, or else those of the deck. A law that leaves out components
+  !! is one for shells or for plane problems.
+  subroutine check_moduli(material, source, is_stiff, law, error)
     type(user_material_t), intent(in) :: material
     character(*), intent(in) :: source
+    logical, intent(in) :: is_stiff(6)
     class(user_law_t), intent(inout) :: law
     type(error_t), allocatable, intent(out) :: error
+    character(2), parameter :: names(6) = ["11", "22", "33", "12", "13", "23"]
 
+    if (any(is_stiff) .and. .not. all(is_stiff)) then
+      call fail(error, "material: "//source//" is positive for the components "// &
+                joined(strings(pack(names, is_stiff)), ", ")//" but not for "// &
+                joined(strings(pack(names, .not. is_stiff)), ", ")//", as in a law for shells, "// &
+                "plane stress or plane strain; sheets are solids here, with NTENS = 6")
+      return
+    end if
     if (law%bulk > 0.0_wp .and. law%shear > 0.0_wp) return
     if (.not. material%young > 0.0_wp) then
       call fail(error, "material: "//source//" is not positive, so the stable step is not "// &

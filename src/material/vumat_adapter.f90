@@ -224,11 +224,12 @@ contains
 
   !> The call before the run that Abaqus makes, too: time 0, one small strain for each component.
   !! Its stress gives the elastic moduli for the stable step; both are 0 if it makes no sense.
-  subroutine vumat_moduli(law, dt, state, bulk, shear)
+  subroutine vumat_moduli(law, dt, state, bulk, shear, is_stiff)
     type(vumat_adapter_t), intent(in) :: law
     real(wp), intent(in) :: dt                       !! a short increment
     real(wp), intent(in) :: state(:)                 !! STATEV at the start
     real(wp), intent(out) :: bulk, shear
+    logical, intent(out), optional :: is_stiff(6)    !! the stress is positive, 11, 22, 33, 12 ...
     real(wp), parameter :: strain = 1.0e-8_wp
     type(block_t) :: block
     real(wp) :: f(3, 3), stiffness(6)
@@ -254,6 +255,7 @@ contains
     bulk = 0.0_wp
     shear = 0.0_wp
     stiffness = [(block%stress_new(i, i)/strain, i=1, 6)]
+    if (present(is_stiff)) is_stiff = stiffness([1, 2, 3, 4, 6, 5]) > 0.0_wp
     if (.not. ok .or. .not. all(stiffness > 0.0_wp)) return
     shear = 0.5_wp*maxval(stiffness(4:))
     bulk = max(maxval(stiffness(:3)) - 4.0_wp/3.0_wp*shear, 1.0e-3_wp*shear)

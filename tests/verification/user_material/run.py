@@ -179,6 +179,9 @@ def faults_are_told(bench):
     assert "MYHELPER" not in bench.said, "a second file does not help"
     bench.run(material, FILES / "no_umat.f", code=1)
     bench.says("no SUBROUTINE UMAT or VUMAT")
+    for elastic in ("", f"*ELASTIC\n{STEEL}\n"):
+        bench.run(deck(elastic + user(STEEL)), FILES / "plane_stress.f", code=1)
+        bench.says("components 11 but not for 22", "plane stress", "NTENS = 6")
     bench.run(material, FILES / "nowhere.f", code=1)
     bench.says("no file")
     bench.run(material, code=1)
