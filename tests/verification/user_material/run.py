@@ -214,6 +214,9 @@ def files_from_elsewhere(bench):
         assert abs(state[..., :2]).max() < 1e-12 * abs(stress).max()
         assert abs(state[..., 2] - (10 / 3 * 2 * 1) ** (1 / 3)).max() < 1e-12
     assert "windows" in (bench.folder / "windows_law.txt").read_text()
+    (folder / "STOPS.FOR").write_text(text.replace("NSTART = NSTART + 1", "STOP 'no table'"))
+    bench.run(deck(user(STEEL)), folder / "STOPS.FOR", code=2)
+    bench.says("no table", "STOP", "before the first increment")
     part = folder / "parts" / "elastic_common.h"
     part.write_text(part.read_text().replace("KELAST", "KOTHER"))
     bench.run(deck(user(STEEL)), folder / "LAW.FOR")
