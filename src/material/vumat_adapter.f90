@@ -162,8 +162,10 @@ contains
     allocate (block%density(n), block%length(n), block%dt_array(2*n + 1), source=0.0_wp)
     allocate (block%place(n, 3), block%spin(n, 3), block%strain(n, 6), block%stretch_old(n, 6), &
               block%stretch_new(n, 6), block%stress_old(n, 6), block%stress_new(n, 6), &
-              block%gradient_old(n, 9), block%gradient_new(n, 9), block%energy_old(n, 2), &
-              block%energy_new(n, 2), source=0.0_wp)
+              block%gradient_old(n, 9), block%gradient_new(n, 9), source=0.0_wp)
+    ! Some sources index the energies by a variable that they never set.
+    allocate (block%energy_old(1 - slack:n + slack, 2), &
+              block%energy_new(1 - slack:n + slack, 2), source=0.0_wp)
     allocate (block%state_old(n, self%n_statv + slack), &
               block%state_new(n, self%n_statv + slack), source=0.0_wp)
   end function new_block
@@ -214,10 +216,10 @@ contains
                     block%step_time, block%dt_array, self%name, block%place, block%length, &
                     self%props, block%density, block%strain, block%spin, temperature_old, &
                     block%stretch_old, block%gradient_old, field_old, block%stress_old, &
-                    block%state_old, block%energy_old(:, 1), block%energy_old(:, 2), &
+                    block%state_old, block%energy_old(1, 1), block%energy_old(1, 2), &
                     temperature_new, block%stretch_new, block%gradient_new, field_new, &
-                    block%stress_new, block%state_new, block%energy_new(:, 1), &
-                    block%energy_new(:, 2), int(name_length, c_size_t))
+                    block%stress_new, block%state_new, block%energy_new(1, 1), &
+                    block%energy_new(1, 2), int(name_length, c_size_t))
     ok = all(ieee_is_finite(block%stress_new)) .and. &
          all(ieee_is_finite(block%state_new(:, :self%n_statv)))
   end subroutine call_vumat
