@@ -56,7 +56,9 @@ contains
                     choices="VOCE|SWIFT|LINEAR|TABLE|VOCE SWIFT|PERFECT")
     call add_option(table, "RETURN", kind_choice, "return to the yield surface: backward "// &
                     "Euler, or the semi-implicit scheme of Cardoso and Adetoro (2017, box 1), "// &
-                    "one Newton step for each of STAGES residual levels that fall evenly to zero", &
+                    "one Newton step for each of STAGES residual levels that fall evenly to zero; "// &
+                    "where the flow stress rises infinitely steeply at the start, the first "// &
+                    "stage solves its level exactly", &
                     default="BACKWARD EULER", choices="BACKWARD EULER|MULTISTAGE")
     call add_option(table, "STAGES", kind_integer, "residual levels of RETURN=MULTISTAGE", &
                     default="10", range=">= 1")
@@ -103,9 +105,11 @@ contains
 
     call add_keyword(table, "BACK STRESS", "Kinematic hardening for springback and cyclic "// &
                      "loads: back stresses of Armstrong and Frederick (1966), several as "// &
-                     "Chaboche (1986). Each grows by C n deqps - gamma alpha deqps, n being "// &
-                     "the direction of the relative stress. In tension it reaches (C/gamma) "// &
-                     "(1 - exp(-gamma eqps)), on top of the curve of *PLASTIC. C and gamma are "// &
+                     "Chaboche (1986). Each grows by 2/3 C deps_p - gamma alpha deqps, deps_p "// &
+                     "being the plastic strain, and the yield function takes the stress less "// &
+                     "their sum. In tension of an isotropic material it reaches (C/gamma) "// &
+                     "(1 - exp(-gamma eqps)), on top of the curve of *PLASTIC. With *POTENTIAL "// &
+                     "they are kept in the axes of the material. C and gamma are "// &
                      "those of HARDENING=COMBINED, DATA TYPE=PARAMETERS in Abaqus, with the "// &
                      "three numbers of its *CYCLIC HARDENING, PARAMETERS behind *PLASTIC, "// &
                      "HARDENING=VOCE.", parent="MATERIAL")

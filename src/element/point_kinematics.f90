@@ -7,7 +7,7 @@ module point_kinematics
   implicit none
   private
 
-  public :: end_cofactors, strain_increment, rotate_stress, deformation_gradients
+  public :: end_cofactors, strain_increment, deformation_gradients
 
 contains
 
@@ -88,38 +88,6 @@ contains
       spin(l, q, 3) = 0.5_wp*(e23 - e32)
     end do
   end subroutine strain_increment
-
-  !> Rotate the stress by the spin increment: Q = I + w (H + H^2), H half of the spin, exact for a
-  !! rigid rotation (T. J. R. Hughes and J. Winget, IJNME 15 (1980), eq. (13)).
-  pure subroutine rotate_stress(n, q, spin, stress)
-    integer, intent(in) :: n, q
-    real(wp), intent(in) :: spin(8, n, 3)
-    real(wp), intent(inout) :: stress(8, n, 6)
-    real(wp) :: h1, h2, h3, w, r11, r12, r13, r21, r22, r23, r31, r32, r33
-    real(wp) :: s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, t7, t8, t9
-    integer :: l
-
-    !$omp simd private(h1, h2, h3, w, r11, r12, r13, r21, r22, r23, r31, r32, r33, &
-    !$omp s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, t7, t8, t9)
-    do l = 1, 8
-      h1 = 0.5_wp*spin(l, q, 1); h2 = 0.5_wp*spin(l, q, 2); h3 = 0.5_wp*spin(l, q, 3)
-      w = 2.0_wp/(1.0_wp + h1*h1 + h2*h2 + h3*h3)
-      r11 = 1.0_wp - w*(h1*h1 + h2*h2); r12 = w*(h1 - h2*h3); r13 = w*(h2 + h1*h3)
-      r21 = -w*(h1 + h2*h3); r22 = 1.0_wp - w*(h1*h1 + h3*h3); r23 = w*(h3 - h1*h2)
-      r31 = w*(h1*h3 - h2); r32 = -w*(h3 + h1*h2); r33 = 1.0_wp - w*(h2*h2 + h3*h3)
-      s1 = stress(l, q, 1); s2 = stress(l, q, 2); s3 = stress(l, q, 3)
-      s4 = stress(l, q, 4); s5 = stress(l, q, 5); s6 = stress(l, q, 6)
-      t1 = r11*s1 + r12*s4 + r13*s5; t2 = r11*s4 + r12*s2 + r13*s6; t3 = r11*s5 + r12*s6 + r13*s3
-      t4 = r21*s1 + r22*s4 + r23*s5; t5 = r21*s4 + r22*s2 + r23*s6; t6 = r21*s5 + r22*s6 + r23*s3
-      t7 = r31*s1 + r32*s4 + r33*s5; t8 = r31*s4 + r32*s2 + r33*s6; t9 = r31*s5 + r32*s6 + r33*s3
-      stress(l, q, 1) = t1*r11 + t2*r12 + t3*r13
-      stress(l, q, 2) = t4*r21 + t5*r22 + t6*r23
-      stress(l, q, 3) = t7*r31 + t8*r32 + t9*r33
-      stress(l, q, 4) = t1*r21 + t2*r22 + t3*r23
-      stress(l, q, 5) = t1*r31 + t2*r32 + t3*r33
-      stress(l, q, 6) = t4*r31 + t5*r32 + t6*r33
-    end do
-  end subroutine rotate_stress
 
   !> Deformation gradients at the start and the end of the step: the jacobians there times the
   !! inverse jacobian of the shape at the start of all, row by row.

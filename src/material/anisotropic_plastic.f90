@@ -1,10 +1,12 @@
 !> Plasticity with an anisotropic yield function whose axes travel with the material.
 module anisotropic_plastic
   use kinds, only: wp
-  use block_law, only: block_law_t
-  use flow_curve, only: flow_curve_t, flow_after
+  use block_law, only: block_law_t, set_elastic
+  use flow_curve, only: flow_curve_t, flow_after, is_steep
   use heating, only: thermal_factor, heat_up
-  use yield_function, only: yield_function_t, evaluate_yield, mises_bound
+  use back_stress, only: back_stresses_t
+  use yield_function, only: yield_function_t, evaluate_yield, mises_bound, quadratic
+  use hill_return, only: return_to_hill
   use yield_return, only: return_problem_t, return_to_yield, return_in_stages
   use material_axes, only: turn_axes, axes_rotation
   use tensor_rotation, only: rotate_tensors, transposed
@@ -14,13 +16,14 @@ module anisotropic_plastic
 
   public :: new_anisotropic_plastic
 
-  !> The state is the equivalent plastic strain and the rotation of the axes since the start,
-  !! four numbers (see `material_axes`). The equivalent plastic strain is that of plastic work:
-  !! stress times plastic strain over the flow stress. With heating, the temperature rise comes
-  !! last.
+  !> The state is the equivalent plastic strain, the rotation of the axes since the start in four
+  !! numbers (see `material_axes`), six components of each back stress in the axes of the material,
+  !! shear as it is, and with heating the temperature rise. The equivalent plastic strain is
+  !! that of work: relative stress times plastic strain over the flow stress.
   type, extends(block_law_t), public :: anisotropic_plastic_t
     type(flow_curve_t) :: curve
     type(yield_function_t) :: yield
+    type(back_stresses_t) :: back
     real(wp) :: axes(3, 3) = 0.0_wp   !! of the material at the start, as columns
     real(wp) :: bound = 0.0_wp        !! equivalent over von Mises stress never exceeds it
     integer :: n_stages = 0           !! of the multi-stage return, 0: backward Euler
@@ -30,24 +33,25 @@ module anisotropic_plastic
 
 contains
 
-  !> Law from density, elastic constants, flow curve, yield function, axes at the start and stages.
-  pure function new_anisotropic_plastic(density, young, poisson, curve, yield, axes, n_stages) &
-      result(law)
+  !> Law from density, elastic constants, flow curve, yield function, back stresses, axes at the
+  !! start and stages.
+  pure function new_anisotropic_plastic(density, young, poisson, curve, yield, back, axes, &
+                                        n_stages) result(law)
     real(wp), intent(in) :: density, young, poisson
     type(flow_curve_t), intent(in) :: curve
     type(yield_function_t), intent(in) :: yield
+    type(back_stresses_t), intent(in) :: back
     real(wp), intent(in) :: axes(3, 3)
     integer, intent(in) :: n_stages   !! 0: backward Euler
     type(anisotropic_plastic_t) :: law
 
-    law%n_state = 5
-    if (curve%heating%is_active) law%n_state = 6
+    law%n_state = 5 + 6*back%n
+    if (curve%heating%is_active) law%n_state = law%n_state + 1
     law%eqps_state = 1
-    law%density = density
-    law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
-    law%shear = young/(2.0_wp*(1.0_wp + poisson))
+    call set_elastic(law, density, young, poisson)
     law%curve = curve
     law%yield = yield
+    law%back = back
     law%axes = axes
     law%bound = mises_bound(yield)
     law%n_stages = n_stages
@@ -63,7 +67,7 @@ contains
     real(wp), intent(in), optional :: spin(n, 3)
     real(wp) :: mises(n), flow(n), slope(n), factor(n), worst
     integer, allocatable :: places(:)
-    integer :: l
+    integer :: l, k
 
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
@@ -71,6 +75,10 @@ contains
     if (present(spin)) call turn_axes(n, spin, state(:, 2:5))
     factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     call flow_after(self%curve, n, dt, state(:, 1), factor, spread(0.0_wp, 1, n), flow, slope)
+    do k = 1, self%back%n
+      mises = mises + sqrt(1.5_wp*(sum(state(:, 6*k:6*k + 2)**2, 2) &
+                                   + 2.0_wp*sum(state(:, 6*k + 3:6*k + 5)**2, 2)))
+    end do
     places = pack([(l, l=1, n)], self%bound*mises > flow)
     if (size(places) > 0) then
       call return_points(self, n, dt, places, flow, factor, stress, state, ok)
@@ -84,46 +92,84 @@ contains
     real(wp), intent(in) :: dt, flow(n), factor(n)      !! flow stress before the increment
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
-    real(wp) :: local(size(places), 6), rotation(size(places), 9), mean(size(places))
-    real(wp) :: new(6), q, dgamma
-    logical :: has_moved(size(places)), is_good
-    type(return_problem_t) :: problem
-    integer :: l
+    real(wp), dimension(size(places), 6) :: trial, local
+    real(wp) :: rotation(size(places), 9), mean(size(places)), dgamma(size(places))
+    logical :: is_done(size(places))
+    integer :: l, k
 
     ! Deviators only: beside a high pressure their digits would be lost.
     mean = sum(stress(places, :3), 2)/3.0_wp
-    local = stress(places, :)
-    local(:, :3) = local(:, :3) - spread(mean, 2, 3)
-    call axes_rotation(size(places), self%axes, state(places, 2:5), rotation)
-    call rotate_tensors(size(places), rotation, local)
-    problem = return_problem_t(self%bulk, self%shear, dt)
-    ok = .true.
-    do l = 1, size(places)
-      call evaluate_yield(self%yield, local(l, :), q)
-      has_moved(l) = q > flow(places(l))
-      if (.not. has_moved(l)) cycle
-      problem%eqps = state(places(l), 1)
-      problem%trial = local(l, :)
-      problem%factor = factor(places(l))
-      if (self%n_stages > 0) then
-        call return_in_stages(self%curve, self%yield, problem, self%n_stages, new, dgamma)
-      else
-        call return_to_yield(self%curve, self%yield, problem, new, dgamma, is_good)
-        ok = ok .and. is_good
-      end if
-      local(l, :) = new
-      state(places(l), 1) = problem%eqps + dgamma
-      if (self%curve%heating%is_active) then
-        call evaluate_yield(self%yield, new, q)
-        call heat_up(self%curve%heating, q*dgamma, state(places(l), self%n_state))
-      end if
+    trial = stress(places, :)
+    do k = 1, 3
+      trial(:, k) = trial(:, k) - mean
     end do
+    call axes_rotation(size(places), self%axes, state(places, 2:5), rotation)
+    call rotate_tensors(size(places), rotation, trial)
+    local = trial
+    dgamma = 0.0_wp
+    ok = .true.
+    if (self%yield%kind == quadratic .and. self%back%n == 0 .and. self%n_stages == 0 &
+        .and. .not. is_steep(self%curve)) then
+      call return_to_hill(self%curve, self%yield, self%shear, dt, size(places), state(places, 1), &
+                          factor(places), local, dgamma, is_done)
+    else
+      is_done = .false.
+    end if
+    if (.not. all(is_done)) then
+      call return_singly(self, dt, pack(places, .not. is_done), &
+                         pack([(l, l=1, size(places))], .not. is_done), flow, factor, state, &
+                         local, dgamma, ok)
+    end if
+    state(places, 1) = state(places, 1) + dgamma
+    if (self%curve%heating%is_active) then
+      trial = (trial - local)/(2.0_wp*self%shear)
+      trial(:, 4:) = 2.0_wp*trial(:, 4:)
+      do l = 1, size(places)
+        call heat_up(self%curve%heating, dot_product(trial(l, :), local(l, :)), &
+                     state(places(l), self%n_state))
+      end do
+    end if
     call rotate_tensors(size(places), transposed(size(places), rotation), local)
     do l = 1, size(places)
-      if (.not. has_moved(l)) cycle
+      if (.not. dgamma(l) > 0.0_wp) cycle
       stress(places(l), :3) = local(l, :3) + mean(l)
       stress(places(l), 4:) = local(l, 4:)
     end do
   end subroutine return_points
+
+  !> Return of points one by one. Those inside the yield surface are left alone.
+  subroutine return_singly(self, dt, places, numbers, flow, factor, state, local, dgamma, ok)
+    class(anisotropic_plastic_t), intent(in) :: self
+    real(wp), intent(in) :: dt, flow(:), factor(:)
+    integer, intent(in) :: places(:), numbers(:)   !! in the row, in `local`
+    real(wp), intent(inout) :: state(:, :), local(:, :), dgamma(:)
+    logical, intent(inout) :: ok
+    type(return_problem_t) :: problem
+    real(wp) :: new(6), relative(6), q
+    logical :: is_good
+    integer :: i
+
+    problem = return_problem_t(self%bulk, self%shear, dt)
+    problem%kinematic = self%back
+    do i = 1, size(places)
+      associate (p => places(i), l => numbers(i))
+        problem%back = reshape(state(p, 6:5 + 6*self%back%n), [6, self%back%n])
+        relative = local(l, :) - sum(problem%back, 2)
+        call evaluate_yield(self%yield, relative, q)
+        if (.not. q > flow(p)) cycle
+        problem%eqps = state(p, 1)
+        problem%trial = local(l, :)
+        problem%factor = factor(p)
+        if (self%n_stages > 0) then
+          call return_in_stages(self%curve, self%yield, problem, self%n_stages, new, dgamma(l))
+        else
+          call return_to_yield(self%curve, self%yield, problem, new, dgamma(l), is_good)
+          ok = ok .and. is_good
+        end if
+        local(l, :) = new
+        state(p, 6:5 + 6*self%back%n) = reshape(problem%back, [6*self%back%n])
+      end associate
+    end do
+  end subroutine return_singly
 
 end module anisotropic_plastic

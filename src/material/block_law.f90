@@ -5,6 +5,8 @@ module block_law
   implicit none
   private
 
+  public :: set_elastic
+
   !> A law bound to its constants. A row holds `n` points, each lane-wise beside the other.
   type, abstract, public :: block_law_t
     integer :: n_state = 0        !! state variables per point
@@ -38,6 +40,16 @@ module block_law
   end interface
 
 contains
+
+  !> Set density and elastic moduli.
+  pure subroutine set_elastic(law, density, young, poisson)
+    class(block_law_t), intent(inout) :: law
+    real(wp), intent(in) :: density, young, poisson
+
+    law%density = density
+    law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
+    law%shear = young/(2.0_wp*(1.0_wp + poisson))
+  end subroutine set_elastic
 
   !> Update of a law that asks for kinematics and places; others need none of it.
   subroutine update_in_context(self, context, dt, dstrain, stress, state, ok, spin)

@@ -1,30 +1,28 @@
 !> Von Mises plasticity with isotropic hardening and several back stresses.
 !!
-!! Back stresses: P. J. Armstrong and C. O. Frederick, CEGB report RD/B/N 731 (1966), several of
-!! them as J. L. Chaboche, Int. J. Plasticity 2 (1986): each grows by
-!! C n dgamma - gamma alpha dgamma, n = (s - alpha)/|s - alpha| with von Mises' norm, so that
-!! C and gamma are those of a tension curve. Backward Euler leaves one scalar equation
-!! (M. Kobayashi and N. Ohno, IJNME 53 (2002), for rules of this kind).
+!! Back stresses as in `back_stress`: with the direction n = (s - alpha)/|s - alpha|, of unit von
+!! Mises norm, each grows by C n dgamma - gamma alpha dgamma. Backward Euler leaves one scalar
+!! equation (M. Kobayashi and N. Ohno, IJNME 53 (2002), for rules of this kind).
 module combined_hardening
   use kinds, only: wp
-  use errors, only: error_t, fail
-  use block_law, only: block_law_t
-  use flow_curve, only: flow_curve_t, flow_after
+  use block_law, only: block_law_t, set_elastic
+  use flow_curve, only: flow_curve_t, flow_after, is_steep
+  use back_stress, only: back_stresses_t
+  use consistency, only: solve_consistency
   use heating, only: thermal_factor, heat_up
-  use tensor_rotation, only: spin_rotation, rotate_tensors
+  use tensor_rotation, only: rotate_by_spin
   use voce, only: elastic_trial
   implicit none
   private
 
-  public :: new_combined_hardening, check_back_stresses
+  public :: new_combined_hardening
 
   !> The state is the equivalent plastic strain and then the six components of each back stress,
   !! deviators with their shear as it is; with heating, the temperature rise comes last.
   type, extends(block_law_t), public :: combined_hardening_t
     type(flow_curve_t) :: curve
-    integer :: n_back = 0
-    real(wp), allocatable :: modulus(:)   !! C, slope at the start [stress], shape (n_back)
-    real(wp), allocatable :: recall(:)    !! gamma, C/gamma is where it ends, shape (n_back)
+    type(back_stresses_t) :: back
+    integer :: n_stages = 0   !! of the multi-stage return, 0: backward Euler
   contains
     procedure :: update
   end type combined_hardening_t
@@ -38,39 +36,22 @@ module combined_hardening
 
 contains
 
-  !> Law from density, elastic constants, flow curve and pairs C, gamma.
-  pure function new_combined_hardening(density, young, poisson, curve, pairs) result(law)
-    real(wp), intent(in) :: density, young, poisson, pairs(:)
+  !> Law from density, elastic constants, flow curve, back stresses and the stages of its return.
+  pure function new_combined_hardening(density, young, poisson, curve, back, n_stages) result(law)
+    real(wp), intent(in) :: density, young, poisson
     type(flow_curve_t), intent(in) :: curve
+    type(back_stresses_t), intent(in) :: back
+    integer, intent(in) :: n_stages   !! 0: backward Euler
     type(combined_hardening_t) :: law
 
-    law%n_back = size(pairs)/2
-    law%n_state = 1 + 6*law%n_back
+    law%n_state = 1 + 6*back%n
     if (curve%heating%is_active) law%n_state = law%n_state + 1
     law%eqps_state = 1
-    law%density = density
-    law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
-    law%shear = young/(2.0_wp*(1.0_wp + poisson))
+    call set_elastic(law, density, young, poisson)
     law%curve = curve
-    law%modulus = pairs(1::2)
-    law%recall = pairs(2::2)
+    law%back = back
+    law%n_stages = n_stages
   end function new_combined_hardening
-
-  !> Pairs of C > 0 and gamma >= 0.
-  pure subroutine check_back_stresses(pairs, error)
-    real(wp), intent(in) :: pairs(:)
-    type(error_t), allocatable, intent(out) :: error
-
-    if (size(pairs) == 0 .or. mod(size(pairs), 2) /= 0) then
-      call fail(error, "material: back stresses take pairs of C and gamma")
-    else if (.not. all(abs(pairs) <= huge(1.0_wp))) then
-      call fail(error, "material: the constants of back stresses must be finite numbers")
-    else if (any(pairs(1::2) <= 0.0_wp)) then
-      call fail(error, "material: the modulus C of a back stress must be positive")
-    else if (any(pairs(2::2) < 0.0_wp)) then
-      call fail(error, "material: the recall gamma of a back stress must not be negative")
-    end if
-  end subroutine check_back_stresses
 
   !> Elastic trial, then the return of the points that yield.
   subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
@@ -89,10 +70,12 @@ contains
     ok = worst < huge(worst) .and. dt >= 0.0_wp
     if (.not. ok) return
     if (present(spin)) then
-      call turn_back_stresses(n, self%n_back, spin, state(:, 2:6*self%n_back + 1))
+      do k = 1, self%back%n
+        call rotate_by_spin(n, spin, state(:, 6*k - 4:6*k + 1))
+      end do
     end if
     relative = stress
-    do k = 1, self%n_back
+    do k = 1, self%back%n
       relative = relative - state(:, 6*k - 4:6*k + 1)
     end do
     norm = mises_norm(n, relative)
@@ -100,12 +83,16 @@ contains
     call flow_after(self%curve, n, dt, state(:, 1), factor, spread(0.0_wp, 1, n), flow, slope)
     places = pack([(l, l=1, n)], norm > flow)
     if (size(places) == 0) return
-    call gather(self%n_back, stress(places, :), state(places, :), factor(places), points)
-    call return_points(self, dt, points, ok)
+    call gather(self%back%n, stress(places, :), state(places, :), factor(places), points)
+    if (self%n_stages > 0) then
+      call return_in_stages(self, dt, points)
+    else
+      call return_points(self, dt, points, ok)
+    end if
     stress(places, :) = stress(places, :) - 3.0_wp*self%shear*spread(points%dgamma, 2, 6) &
                         *points%direction
     state(places, 1) = state(places, 1) + points%dgamma
-    do k = 1, self%n_back
+    do k = 1, self%back%n
       state(places, 6*k - 4:6*k + 1) = points%back(:, :, k)
     end do
     if (self%curve%heating%is_active) call heat_points(self, n, places, points, stress, state)
@@ -128,20 +115,6 @@ contains
       call heat_up(self%curve%heating, work, state(places(l), self%n_state))
     end do
   end subroutine heat_points
-
-  !> Rotate all back stresses as the stress was.
-  pure subroutine turn_back_stresses(n, n_back, spin, back)
-    integer, intent(in) :: n, n_back
-    real(wp), intent(in) :: spin(n, 3)
-    real(wp), intent(inout) :: back(n, 6*n_back)
-    real(wp) :: rotation(n, 9)
-    integer :: k
-
-    call spin_rotation(n, spin, rotation)
-    do k = 1, n_back
-      call rotate_tensors(n, rotation, back(:, 6*k - 5:6*k))
-    end do
-  end subroutine turn_back_stresses
 
   !> Collect what the return of some points needs.
   pure subroutine gather(n_back, stress, state, factor, points)
@@ -178,7 +151,7 @@ contains
     integer :: l, k, iteration
 
     first = mises_norm(points%n, points%deviator)
-    do k = 1, self%n_back
+    do k = 1, self%back%n
       first = first + mises_norm(points%n, points%back(:, :, k))
     end do
     low = 0.0_wp
@@ -199,12 +172,56 @@ contains
         if (abs(residual(l)) > tolerance*first(l)) points%dgamma(l) = candidate
       end do
     end do
-    do k = 1, self%n_back
-      points%back(:, :, k) = (points%back(:, :, k) + self%modulus(k) &
+    do k = 1, self%back%n
+      points%back(:, :, k) = (points%back(:, :, k) + self%back%modulus(k) &
                               *spread(points%dgamma, 2, 6)*points%direction) &
-                             /spread(1.0_wp + self%recall(k)*points%dgamma, 2, 6)
+                             /spread(1.0_wp + self%back%recall(k)*points%dgamma, 2, 6)
     end do
   end subroutine return_points
+
+  !> The multi-stage scheme as in `yield_return`. The direction that is left behind is the mean of
+  !! the stages.
+  subroutine return_in_stages(self, dt, points)
+    class(combined_hardening_t), intent(in) :: self
+    real(wp), intent(in) :: dt
+    type(yielding_t), intent(inout) :: points
+    real(wp), dimension(points%n) :: first, flow, slope, norm, resistance, step
+    real(wp), dimension(points%n, 6) :: flown, unit
+    integer :: k, stage
+    logical :: ok
+
+    flown = 0.0_wp
+    first = 0.0_wp
+    do stage = 1, self%n_stages
+      unit = points%deviator - 3.0_wp*self%shear*flown - sum(points%back, 3)
+      norm = mises_norm(points%n, unit)
+      unit = unit/spread(max(norm, tiny(dt)), 2, 6)
+      resistance = 3.0_wp*self%shear + sum(self%back%modulus)
+      do k = 1, self%back%n
+        resistance = resistance - 1.5_wp*self%back%recall(k) &
+                     *(sum(unit(:, :3)*points%back(:, :3, k), 2) &
+                       + 2.0_wp*sum(unit(:, 4:)*points%back(:, 4:, k), 2))
+      end do
+      call flow_after(self%curve, points%n, dt, points%eqps, points%factor, points%dgamma, flow, &
+                      slope)
+      if (stage == 1) first = norm - flow
+      norm = norm - first*real(self%n_stages - stage, wp)/self%n_stages
+      if (stage == 1 .and. is_steep(self%curve)) then
+        call solve_consistency(self%curve, points%n, dt, norm, resistance, points%eqps, &
+                               points%factor, step, flow, ok)
+      else
+        step = (norm - flow)/(resistance + slope)
+      end if
+      points%dgamma = points%dgamma + step
+      unit = spread(step, 2, 6)*unit
+      flown = flown + unit
+      do k = 1, self%back%n
+        points%back(:, :, k) = (points%back(:, :, k) + self%back%modulus(k)*unit) &
+                               /spread(1.0_wp + self%back%recall(k)*step, 2, 6)
+      end do
+    end do
+    points%direction = flown/spread(points%dgamma, 2, 6)
+  end subroutine return_in_stages
 
   !> Norm of the stress less the back stresses after `dgamma`, its direction, and by how much
   !! the norm falls with `dgamma`.
@@ -220,12 +237,12 @@ contains
       change = 0.0_wp
       norm(l) = -3.0_wp*self%shear*points%dgamma(l)
       fall(l) = 3.0_wp*self%shear
-      do k = 1, self%n_back
-        theta = 1.0_wp/(1.0_wp + self%recall(k)*points%dgamma(l))
+      do k = 1, self%back%n
+        theta = 1.0_wp/(1.0_wp + self%back%recall(k)*points%dgamma(l))
         xi = xi - theta*points%back(l, :, k)
-        change = change + self%recall(k)*theta**2*points%back(l, :, k)
-        norm(l) = norm(l) - theta*self%modulus(k)*points%dgamma(l)
-        fall(l) = fall(l) + theta**2*self%modulus(k)
+        change = change + self%back%recall(k)*theta**2*points%back(l, :, k)
+        norm(l) = norm(l) - theta*self%back%modulus(k)*points%dgamma(l)
+        fall(l) = fall(l) + theta**2*self%back%modulus(k)
       end do
       length = sqrt(1.5_wp*(sum(xi(:3)**2) + 2.0_wp*sum(xi(4:)**2)))
       points%direction(l, :) = xi/max(length, tiny(length))

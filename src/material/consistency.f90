@@ -1,7 +1,7 @@
 !> The scalar equation of a return along a known direction: q - k dgamma = flow(dgamma).
 module consistency
   use kinds, only: wp
-  use flow_curve, only: flow_curve_t, flow_after
+  use flow_curve, only: flow_curve_t, flow_after, is_steep
   implicit none
   private
 
@@ -51,26 +51,32 @@ contains
 
   !> The semi-implicit multi-stage scheme: one Newton step for each of the residual levels that
   !! fall evenly from that of the trial stress to zero (R. P. R. Cardoso and O. B. Adetoro,
-  !! box 1 with (39) for the residual and (44) for the step).
+  !! box 1 with (39) for the residual and (44) for the step). Where the flow stress rises too
+  !! steeply for a first step of that kind, it goes to the very root of its level.
   pure subroutine solve_in_stages(curve, n_stages, n, dt, q, stiffness, eqps, factor, dgamma, flow)
     type(flow_curve_t), intent(in) :: curve
     integer, intent(in) :: n_stages, n
     real(wp), intent(in) :: dt, q(n), stiffness(n), eqps(n), factor(n)   !! as above
     real(wp), intent(out) :: dgamma(n), flow(n)
-    real(wp) :: slope(n), first(n), level
+    real(wp) :: slope(n), first(n), level(n)
     integer :: l, stage
+    logical :: ok
 
     dgamma = 0.0_wp
     call flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope)
     first = max(q - flow, 0.0_wp)
     do stage = 1, n_stages
-      do l = 1, n
-        level = first(l)*real(n_stages - stage, wp)/n_stages
-        if (first(l) > 0.0_wp) then
-          dgamma(l) = dgamma(l) + (q(l) - stiffness(l)*dgamma(l) - flow(l) - level) &
-                      /(stiffness(l) + slope(l))
-        end if
-      end do
+      level = first*real(n_stages - stage, wp)/n_stages
+      if (stage == 1 .and. is_steep(curve)) then
+        call solve_consistency(curve, n, dt, q - level, stiffness, eqps, factor, dgamma, flow, ok)
+      else
+        do l = 1, n
+          if (first(l) > 0.0_wp) then
+            dgamma(l) = dgamma(l) + (q(l) - stiffness(l)*dgamma(l) - flow(l) - level(l)) &
+                        /(stiffness(l) + slope(l))
+          end if
+        end do
+      end if
       call flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope)
     end do
   end subroutine solve_in_stages

@@ -1,7 +1,7 @@
 !> Isotropic linear elasticity in rate form (hypoelastic).
 module elastic
   use kinds, only: wp
-  use block_law, only: block_law_t
+  use block_law, only: block_law_t, set_elastic
   implicit none
   private
 
@@ -20,9 +20,7 @@ contains
     real(wp), intent(in) :: density, young, poisson
     type(elastic_t) :: law
 
-    law%density = density
-    law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
-    law%shear = young/(2.0_wp*(1.0_wp + poisson))
+    call set_elastic(law, density, young, poisson)
   end function new_elastic
 
   !> Add the elastic increment; never fails.

@@ -5,6 +5,8 @@
 module hardening
   use kinds, only: wp
   use errors, only: error_t, fail
+  use constant_check, only: check_finite, check_count, require
+  use fast_exponential, only: exp_nonpositive
   implicit none
   private
 
@@ -40,29 +42,29 @@ contains
     real(wp), intent(in) :: constants(:)
     type(hardening_t), intent(out) :: curve
     type(error_t), allocatable, intent(out) :: error
+    character(len(name) + 14) :: owner
 
-    if (.not. all(abs(constants) <= huge(1.0_wp))) then
-      call fail(error, "material: the constants must be finite numbers")
-      return
-    end if
+    call check_finite("constants", constants, error)
+    if (allocated(error)) return
+    owner = "the hardening "//name
     select case (name)
     case ("VOCE")
-      call check_count(name, constants, 3, "three constants: sigma_0, Q, b", error)
+      call check_count(owner, constants, 3, "three constants: sigma_0, Q, b", error)
       if (.not. allocated(error)) call set_voce(constants, curve, error)
       curve%kind = voce_kind
     case ("SWIFT")
-      call check_count(name, constants, 3, "three constants: K, eps_0, n", error)
+      call check_count(owner, constants, 3, "three constants: K, eps_0, n", error)
       if (.not. allocated(error)) call set_swift(constants, curve, error)
       curve%kind = swift_kind
     case ("LINEAR")
-      call check_count(name, constants, 2, "two constants: sigma_0, H", error)
+      call check_count(owner, constants, 2, "two constants: sigma_0, H", error)
       if (.not. allocated(error)) call set_linear([constants], curve, error)
     case ("PERFECT")
-      call check_count(name, constants, 1, "one constant: sigma_0", error)
+      call check_count(owner, constants, 1, "one constant: sigma_0", error)
       if (.not. allocated(error)) call set_linear([constants, 0.0_wp], curve, error)
     case ("VOCE SWIFT")
-      call check_count(name, constants, 7, "seven constants: alpha, K, eps_0, n, sigma_0, Q, b", &
-                       error)
+      call check_count(owner, constants, 7, &
+                       "seven constants: alpha, K, eps_0, n, sigma_0, Q, b", error)
       if (.not. allocated(error)) call set_mix(constants, curve, error)
     case ("TABLE")
       call set_table(constants, curve, error)
@@ -72,81 +74,65 @@ contains
     end select
   end subroutine new_hardening
 
-  pure subroutine check_count(name, constants, n, expected, error)
-    character(*), intent(in) :: name, expected
-    real(wp), intent(in) :: constants(:)
-    integer, intent(in) :: n
-    type(error_t), allocatable, intent(out) :: error
-
-    if (size(constants) /= n) then
-      call fail(error, "material: the hardening "//trim(name)//" takes "//expected)
-    end if
-  end subroutine check_count
-
   pure subroutine set_voce(constants, curve, error)
     real(wp), intent(in) :: constants(3)
     type(hardening_t), intent(inout) :: curve
-    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable, intent(inout) :: error
 
     curve%yield = constants(1)
     curve%saturation = constants(2)
     curve%rate = constants(3)
-    if (curve%yield <= 0.0_wp) then
-      call fail(error, "material: the yield stress sigma_0 must be positive")
-    else if (curve%saturation < 0.0_wp) then
-      call fail(error, "material: the hardening Q must not be negative, "//softening)
-    else if (curve%rate < 0.0_wp) then
-      call fail(error, "material: the saturation rate b must not be negative, "//softening)
-    end if
+    call require(curve%yield > 0.0_wp, &
+                 "material: the yield stress sigma_0 must be positive", error)
+    call require(curve%saturation >= 0.0_wp, &
+                 "material: the hardening Q must not be negative, "//softening, error)
+    call require(curve%rate >= 0.0_wp, &
+                 "material: the saturation rate b must not be negative, "//softening, error)
   end subroutine set_voce
 
   pure subroutine set_swift(constants, curve, error)
     real(wp), intent(in) :: constants(3)
     type(hardening_t), intent(inout) :: curve
-    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable, intent(inout) :: error
 
     curve%strength = constants(1)
     curve%offset = constants(2)
     curve%exponent = constants(3)
-    if (curve%strength <= 0.0_wp) then
-      call fail(error, "material: the strength K must be positive")
-    else if (curve%offset < 0.0_wp) then
-      call fail(error, "material: the strain eps_0 must not be negative")
-    else if (curve%exponent < 0.0_wp) then
-      call fail(error, "material: the exponent n must not be negative, "//softening)
-    else if (curve%exponent > 1.0_wp) then
-      call fail(error, "material: the exponent n must not exceed 1")
-    end if
+    call require(curve%strength > 0.0_wp, &
+                 "material: the strength K must be positive", error)
+    call require(curve%offset >= 0.0_wp, &
+                 "material: the strain eps_0 must not be negative", error)
+    call require(curve%exponent >= 0.0_wp, &
+                 "material: the exponent n must not be negative, "//softening, error)
+    call require(curve%exponent <= 1.0_wp, &
+                 "material: the exponent n must not exceed 1", error)
   end subroutine set_swift
 
   pure subroutine set_linear(constants, curve, error)
     real(wp), intent(in) :: constants(2)
     type(hardening_t), intent(inout) :: curve
-    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable, intent(inout) :: error
 
     curve%kind = linear_kind
     curve%yield = constants(1)
     curve%modulus = constants(2)
-    if (curve%yield <= 0.0_wp) then
-      call fail(error, "material: the yield stress sigma_0 must be positive")
-    else if (curve%modulus < 0.0_wp) then
-      call fail(error, "material: the modulus H must not be negative, "//softening)
-    end if
+    call require(curve%yield > 0.0_wp, &
+                 "material: the yield stress sigma_0 must be positive", error)
+    call require(curve%modulus >= 0.0_wp, &
+                 "material: the modulus H must not be negative, "//softening, error)
   end subroutine set_linear
 
   pure subroutine set_mix(constants, curve, error)
     real(wp), intent(in) :: constants(7)
     type(hardening_t), intent(inout) :: curve
-    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable, intent(inout) :: error
 
     curve%kind = mixed_kind
     curve%fraction = constants(1)
-    if (curve%fraction < 0.0_wp .or. curve%fraction > 1.0_wp) then
-      call fail(error, "material: the share alpha of Swift must lie between 0 and 1")
-      return
-    end if
+    call require(curve%fraction >= 0.0_wp .and. curve%fraction <= 1.0_wp, &
+                 "material: the share alpha of Swift must lie between 0 and 1", error)
     call set_swift(constants(2:4), curve, error)
-    if (.not. allocated(error)) call set_voce(constants(5:7), curve, error)
+    call set_voce(constants(5:7), curve, error)
   end subroutine set_mix
 
   pure subroutine set_table(constants, curve, error)
@@ -212,13 +198,14 @@ contains
     integer, intent(in) :: n
     real(wp), intent(in) :: eqps(n)
     real(wp), intent(out) :: flow(n), slope(n)
-    real(wp) :: left
     integer :: l
 
+    flow = -curve%rate*eqps
+    call exp_nonpositive(n, flow)
+    !$omp simd
     do l = 1, n
-      left = curve%saturation*exp(-curve%rate*eqps(l))
-      flow(l) = curve%yield + curve%saturation - left
-      slope(l) = curve%rate*left
+      slope(l) = curve%saturation*curve%rate*flow(l)
+      flow(l) = curve%yield + curve%saturation*(1.0_wp - flow(l))
     end do
   end subroutine voce_row
 

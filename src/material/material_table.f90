@@ -6,7 +6,7 @@ module material_table
   use elastic, only: new_elastic
   use neo_hooke, only: new_neo_hooke
   use law_spec, only: law_spec_t
-  use hardening, only: hardening_t, new_hardening
+  use constant_check, only: check_count
   use plastic_laws, only: new_plastic
   implicit none
   private
@@ -29,11 +29,11 @@ contains
     if (allocated(error)) return
     select case (spec%law)
     case ("ELASTIC")
-      call check_count("ELASTIC", spec%constants, 0, "no constants of its own", error)
+      call check_count("the law ELASTIC", spec%constants, 0, "no constants of its own", error)
       if (.not. allocated(error)) &
         allocate (law, source=new_elastic(spec%density, spec%young, spec%poisson))
     case ("NEO HOOKE")
-      call check_count("NEO HOOKE", spec%constants, 0, "no constants of its own", error)
+      call check_count("the law NEO HOOKE", spec%constants, 0, "no constants of its own", error)
       if (.not. allocated(error)) &
         allocate (law, source=new_neo_hooke(spec%density, spec%young, spec%poisson))
     case ("PLASTIC")
@@ -57,19 +57,5 @@ contains
       call fail(error, "material: Poisson's ratio must lie between -1 and 0.5, both excluded")
     end if
   end subroutine check_elastic
-
-  !> The right number of constants, and all of them finite.
-  pure subroutine check_count(law_name, constants, n, expected, error)
-    character(*), intent(in) :: law_name, expected
-    real(wp), intent(in) :: constants(:)
-    integer, intent(in) :: n
-    type(error_t), allocatable, intent(out) :: error
-
-    if (size(constants) /= n) then
-      call fail(error, "material: the law "//law_name//" takes "//expected)
-    else if (.not. all(abs(constants) <= huge(1.0_wp))) then
-      call fail(error, "material: the constants must be finite numbers")
-    end if
-  end subroutine check_count
 
 end module material_table

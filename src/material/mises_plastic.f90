@@ -4,7 +4,7 @@
 !! backward Euler, or by the multi-stage scheme. `voce` is the faster law for its one case.
 module mises_plastic
   use kinds, only: wp
-  use block_law, only: block_law_t
+  use block_law, only: block_law_t, set_elastic
   use flow_curve, only: flow_curve_t
   use heating, only: thermal_factor, heat_up
   use consistency, only: solve_consistency, solve_in_stages
@@ -34,9 +34,7 @@ contains
     law%n_state = 1
     if (curve%heating%is_active) law%n_state = 2
     law%eqps_state = 1
-    law%density = density
-    law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
-    law%shear = young/(2.0_wp*(1.0_wp + poisson))
+    call set_elastic(law, density, young, poisson)
     law%curve = curve
     law%n_stages = n_stages
   end function new_mises_plastic

@@ -6,7 +6,7 @@
 !! Cambridge 2008, section 6.5).
 module neo_hooke
   use kinds, only: wp
-  use block_law, only: block_law_t
+  use block_law, only: block_law_t, set_elastic
   use point_context, only: point_context_t
   implicit none
   private
@@ -29,9 +29,7 @@ contains
     type(neo_hooke_t) :: law
 
     law%needs_context = .true.
-    law%density = density
-    law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
-    law%shear = young/(2.0_wp*(1.0_wp + poisson))
+    call set_elastic(law, density, young, poisson)
   end function new_neo_hooke
 
   !> Without the deformation gradient there is no stress: this always fails.

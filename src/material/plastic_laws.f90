@@ -6,10 +6,11 @@ module plastic_laws
   use law_spec, only: law_spec_t
   use hardening, only: new_hardening, voce_kind
   use heating, only: set_heating
-  use flow_curve, only: flow_curve_t, set_rate_factor, is_steep
+  use flow_curve, only: flow_curve_t, set_rate_factor
+  use back_stress, only: back_stresses_t, new_back_stresses
   use voce, only: new_voce
   use mises_plastic, only: new_mises_plastic
-  use combined_hardening, only: new_combined_hardening, check_back_stresses
+  use combined_hardening, only: new_combined_hardening
   use yield_function, only: yield_function_t, new_yield_function
   use material_axes, only: axes_from_points
   use anisotropic_plastic, only: new_anisotropic_plastic
@@ -26,6 +27,7 @@ contains
     class(block_law_t), allocatable, intent(out) :: law
     type(error_t), allocatable, intent(out) :: error
     type(flow_curve_t) :: curve
+    type(back_stresses_t) :: back
 
     call new_hardening(spec%plasticity%hardening, spec%constants, curve%hardening, error)
     if (allocated(error)) return
@@ -37,16 +39,15 @@ contains
       call set_heating(spec%density, spec%plasticity%heating, curve%heating, error)
       if (allocated(error)) return
     end if
-    if (spec%plasticity%n_stages > 0 .and. is_steep(curve)) then
-      call fail(error, "material: the multi-stage return needs a slope of the flow stress "// &
-                "that is finite where plastic flow begins; with eps_0 = 0 or Cowper-Symonds "// &
-                "take the backward Euler return")
-      return
+    if (allocated(spec%plasticity%back_stresses)) then
+      call new_back_stresses(spec%plasticity%back_stresses, back, error)
+      if (allocated(error)) return
     end if
     if (spec%plasticity%potential /= "") then
-      call new_anisotropic(spec, curve, law, error)
-    else if (allocated(spec%plasticity%back_stresses)) then
-      call new_combined(spec, curve, law, error)
+      call new_anisotropic(spec, curve, back, law, error)
+    else if (back%n > 0) then
+      allocate (law, source=new_combined_hardening(spec%density, spec%young, spec%poisson, curve, &
+                                                   back, spec%plasticity%n_stages))
     else if (is_plain_voce(spec, curve)) then
       allocate (law, source=new_voce(spec%density, spec%young, spec%poisson, spec%constants(1), &
                                      spec%constants(2), spec%constants(3)))
@@ -56,28 +57,11 @@ contains
     end if
   end subroutine new_plastic
 
-  !> Von Mises with back stresses.
-  subroutine new_combined(spec, curve, law, error)
-    type(law_spec_t), intent(in) :: spec
-    type(flow_curve_t), intent(in) :: curve
-    class(block_law_t), allocatable, intent(out) :: law
-    type(error_t), allocatable, intent(out) :: error
-
-    call check_back_stresses(spec%plasticity%back_stresses, error)
-    if (allocated(error)) return
-    if (spec%plasticity%n_stages > 0) then
-      call fail(error, "material: the multi-stage return knows no back stresses; take the "// &
-                "backward Euler return")
-      return
-    end if
-    allocate (law, source=new_combined_hardening(spec%density, spec%young, spec%poisson, curve, &
-                                                 spec%plasticity%back_stresses))
-  end subroutine new_combined
-
   !> An anisotropic yield function; its axes must be given.
-  subroutine new_anisotropic(spec, curve, law, error)
+  subroutine new_anisotropic(spec, curve, back, law, error)
     type(law_spec_t), intent(in) :: spec
     type(flow_curve_t), intent(in) :: curve
+    type(back_stresses_t), intent(in) :: back
     class(block_law_t), allocatable, intent(out) :: law
     type(error_t), allocatable, intent(out) :: error
     type(yield_function_t) :: yield
@@ -85,11 +69,7 @@ contains
 
     call new_yield_function(spec%plasticity%potential, spec%plasticity%coefficients, yield, error)
     if (allocated(error)) return
-    if (allocated(spec%plasticity%back_stresses)) then
-      call fail(error, "material: back stresses go with von Mises only, not with "// &
-                trim(spec%plasticity%potential))
-      return
-    else if (.not. allocated(spec%plasticity%orientation)) then
+    if (.not. allocated(spec%plasticity%orientation)) then
       call fail(error, "material: the yield function "//trim(spec%plasticity%potential)// &
                 " needs an *ORIENTATION that gives the rolling direction")
       return
@@ -97,7 +77,8 @@ contains
     call axes_from_points(spec%plasticity%orientation, axes, error)
     if (allocated(error)) return
     allocate (law, source=new_anisotropic_plastic(spec%density, spec%young, spec%poisson, curve, &
-                                                  yield, axes, spec%plasticity%n_stages))
+                                                  yield, back, axes, &
+                                                  spec%plasticity%n_stages))
   end subroutine new_anisotropic
 
   !> Does the tuned law for Voce hardening do?

@@ -1,10 +1,10 @@
-!> Rotation of the tensors of a row of points, for laws with directions of their own.
+!> Rotation of the tensors of a row of points: of stresses by the spin, of directions that laws keep.
 module tensor_rotation
   use kinds, only: wp
   implicit none
   private
 
-  public :: spin_rotation, rotate_tensors, transposed
+  public :: rotate_by_spin, rotate_tensors, transposed
 
 contains
 
@@ -35,22 +35,43 @@ contains
     end do
   end subroutine spin_rotation
 
+  !> Rotate the tensors of a row by their spin increments, as `spin_rotation` has it.
+  pure subroutine rotate_by_spin(n, spin, tensor)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: spin(n, 3)          !! increment 12 13 23
+    real(wp), intent(inout) :: tensor(n, 6)     !! 11 22 33 12 13 23, shear as it is
+    real(wp) :: rotation(n, 9)
+
+    call spin_rotation(n, spin, rotation)
+    call rotate_tensors(n, rotation, tensor)
+  end subroutine rotate_by_spin
+
   !> Q T Q^T of symmetric tensors with their shear as it is, not doubled.
   pure subroutine rotate_tensors(n, rotation, tensor)
     integer, intent(in) :: n
     real(wp), intent(in) :: rotation(n, 9)
     real(wp), intent(inout) :: tensor(n, 6)     !! 11 22 33 12 13 23
-    real(wp) :: a(3), b(3), c(3)
+    real(wp) :: r11, r12, r13, r21, r22, r23, r31, r32, r33, s1, s2, s3, s4, s5, s6
+    real(wp) :: t1, t2, t3, t4, t5, t6, t7, t8, t9
     integer :: l
 
+    !$omp simd private(r11, r12, r13, r21, r22, r23, r31, r32, r33, s1, s2, s3, s4, s5, s6, &
+    !$omp t1, t2, t3, t4, t5, t6, t7, t8, t9)
     do l = 1, n
-      associate (t => tensor(l, :), q => rotation(l, :))
-        a = q(1)*[t(1), t(4), t(5)] + q(2)*[t(4), t(2), t(6)] + q(3)*[t(5), t(6), t(3)]
-        b = q(4)*[t(1), t(4), t(5)] + q(5)*[t(4), t(2), t(6)] + q(6)*[t(5), t(6), t(3)]
-        c = q(7)*[t(1), t(4), t(5)] + q(8)*[t(4), t(2), t(6)] + q(9)*[t(5), t(6), t(3)]
-        tensor(l, :) = [sum(a*q(1:3)), sum(b*q(4:6)), sum(c*q(7:9)), &
-                        sum(a*q(4:6)), sum(a*q(7:9)), sum(b*q(7:9))]
-      end associate
+      r11 = rotation(l, 1); r12 = rotation(l, 2); r13 = rotation(l, 3)
+      r21 = rotation(l, 4); r22 = rotation(l, 5); r23 = rotation(l, 6)
+      r31 = rotation(l, 7); r32 = rotation(l, 8); r33 = rotation(l, 9)
+      s1 = tensor(l, 1); s2 = tensor(l, 2); s3 = tensor(l, 3)
+      s4 = tensor(l, 4); s5 = tensor(l, 5); s6 = tensor(l, 6)
+      t1 = r11*s1 + r12*s4 + r13*s5; t2 = r11*s4 + r12*s2 + r13*s6; t3 = r11*s5 + r12*s6 + r13*s3
+      t4 = r21*s1 + r22*s4 + r23*s5; t5 = r21*s4 + r22*s2 + r23*s6; t6 = r21*s5 + r22*s6 + r23*s3
+      t7 = r31*s1 + r32*s4 + r33*s5; t8 = r31*s4 + r32*s2 + r33*s6; t9 = r31*s5 + r32*s6 + r33*s3
+      tensor(l, 1) = t1*r11 + t2*r12 + t3*r13
+      tensor(l, 2) = t4*r21 + t5*r22 + t6*r23
+      tensor(l, 3) = t7*r31 + t8*r32 + t9*r33
+      tensor(l, 4) = t1*r21 + t2*r22 + t3*r23
+      tensor(l, 5) = t1*r31 + t2*r32 + t3*r33
+      tensor(l, 6) = t4*r31 + t5*r32 + t6*r33
     end do
   end subroutine rotate_tensors
 

@@ -4,17 +4,19 @@
 !! J. Plasticity 7 (1991).  Yld2004-18p: F. Barlat et al., Int. J. Plasticity 21 (2005), eq. (27).
 !! The last two share one form: the sum over i, j of |S'_i - S''_j|^m is 4 times the equivalent
 !! stress to the power m, with the principal values of two linear transforms of the stress, which
-!! are the same one for Yld91. Axis 1 is the rolling direction, axis 3 the normal of the sheet.
+!! are the same one for Yld91, which for even m goes without principal values. Axis 1 is the rolling direction, axis 3 the normal of the sheet.
 module yield_function
   use kinds, only: wp
   use errors, only: error_t, fail
+  use constant_check, only: check_finite, check_count, require
   use symmetric_eigen, only: principal_values
+  use hershey, only: hershey_series, evaluate_hershey
   implicit none
   private
 
   public :: new_yield_function, evaluate_yield, mises_bound
 
-  integer, parameter :: quadratic = 1, principal = 2
+  integer, parameter, public :: quadratic = 1, principal = 2, by_invariants = 3
 
   !> A yield function; its equivalent stress grows in proportion to the stress.
   type, public :: yield_function_t
@@ -23,6 +25,9 @@ module yield_function
     real(wp) :: transforms(6, 6, 2) = 0.0_wp !! quadratic: the matrix P of s.P.s in place 1
     real(wp) :: exponent = 2.0_wp            !! m
     integer :: whole_exponent = 0            !! m as integer, 0 if it is none
+    real(wp), allocatable :: series(:)       !! by invariants: of `hershey_series`
+    real(wp) :: modes(3, 2) = 0.0_wp         !! quadratic: of the normal stresses of a deviator
+    real(wp) :: weights(5) = 0.0_wp          !! of their squares and of those of the shears
   end type yield_function_t
 
   !> Principal values of one transform and the matrix that takes a stress increment to its
@@ -40,23 +45,23 @@ contains
     real(wp), intent(in) :: constants(:)
     type(yield_function_t), intent(out) :: yield
     type(error_t), allocatable, intent(out) :: error
+    character(len(name) + 19) :: owner
 
-    if (.not. all(abs(constants) <= huge(1.0_wp))) then
-      call fail(error, "material: the constants of the yield function must be finite numbers")
-      return
-    end if
+    call check_finite("constants of the yield function", constants, error)
+    if (allocated(error)) return
+    owner = "the yield function "//name
     select case (name)
     case ("HILL48")
-      call check_count(name, constants, 3, "three r-values", error)
+      call check_count(owner, constants, 3, "three r-values", error)
       if (.not. allocated(error)) call set_hill48(constants, yield, error)
     case ("YLD91")
-      call check_count(name, constants, 7, "c1 to c6 and the exponent", error)
+      call check_count(owner, constants, 7, "c1 to c6 and the exponent", error)
       if (allocated(error)) return
       yield%n_transforms = 1
       yield%transforms(:, :, 1) = yld91_transform(constants(:6))
       call set_exponent(constants(7), yield, error)
     case ("YLD2004")
-      call check_count(name, constants, 19, "18 coefficients and the exponent", error)
+      call check_count(owner, constants, 19, "18 coefficients and the exponent", error)
       if (allocated(error)) return
       yield%n_transforms = 2
       yield%transforms(:, :, 1) = yld2004_transform(constants(:9))
@@ -68,29 +73,16 @@ contains
     end select
   end subroutine new_yield_function
 
-  pure subroutine check_count(name, constants, n, expected, error)
-    character(*), intent(in) :: name, expected
-    real(wp), intent(in) :: constants(:)
-    integer, intent(in) :: n
-    type(error_t), allocatable, intent(out) :: error
-
-    if (size(constants) /= n) then
-      call fail(error, "material: the yield function "//trim(name)//" takes "//expected)
-    end if
-  end subroutine check_count
-
   !> G + H = 1: the flow stress is that of tension along the rolling direction. Shear through the
   !! thickness as in an isotropic sheet, L = M = 3/2.
   pure subroutine set_hill48(r, yield, error)
     real(wp), intent(in) :: r(3)   !! along 0, 45 and 90 degrees from rolling
     type(yield_function_t), intent(inout) :: yield
-    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable, intent(inout) :: error
     real(wp) :: f, g, h
 
-    if (any(r <= 0.0_wp)) then
-      call fail(error, "material: the r-values must be positive")
-      return
-    end if
+    call require(all(r > 0.0_wp), "material: the r-values must be positive", error)
+    if (allocated(error)) return
     yield%kind = quadratic
     g = 1.0_wp/(1.0_wp + r(1))
     h = r(1)*g
@@ -99,23 +91,45 @@ contains
     yield%transforms(4, 4, 1) = (1.0_wp + 2.0_wp*r(2))*(f + g)
     yield%transforms(5, 5, 1) = 3.0_wp
     yield%transforms(6, 6, 1) = 3.0_wp
+    yield%weights(3:) = [yield%transforms(4, 4, 1), 3.0_wp, 3.0_wp]
+    call find_modes(yield)
   end subroutine set_hill48
+
+  !> Perpendicular modes of the normal stresses of a deviator in which the quadratic form is a sum
+  !! of squares.
+  pure subroutine find_modes(yield)
+    type(yield_function_t), intent(inout) :: yield
+    real(wp) :: values(3), directions(3, 3), basis(3, 2), form(2, 2)
+    integer :: i
+
+    basis(:, 1) = [1.0_wp, -1.0_wp, 0.0_wp]/sqrt(2.0_wp)
+    basis(:, 2) = [1.0_wp, 1.0_wp, -2.0_wp]/sqrt(6.0_wp)
+    form = matmul(transpose(basis), matmul(yield%transforms(:3, :3, 1), basis))
+    call principal_values([form(1, 1), form(2, 2), 0.0_wp, form(1, 2), 0.0_wp, 0.0_wp], values, &
+                          directions)
+    do i = 1, 2
+      yield%modes(:, i) = matmul(basis, directions(:2, i))
+      yield%weights(i) = values(i)
+    end do
+  end subroutine find_modes
 
   pure subroutine set_exponent(exponent, yield, error)
     real(wp), intent(in) :: exponent
     type(yield_function_t), intent(inout) :: yield
-    type(error_t), allocatable, intent(out) :: error
+    type(error_t), allocatable, intent(inout) :: error
     integer, parameter :: largest = 100
 
     yield%kind = principal
     yield%exponent = exponent
-    if (exponent < 2.0_wp .or. exponent > largest) then
-      call fail(error, "material: the exponent of the yield function must lie between 2 and 100")
-    else if (all(abs(yield%transforms) <= 0.0_wp)) then
-      call fail(error, "material: the coefficients of the yield function are all zero")
-    else if (abs(exponent - nint(exponent)) <= 0.0_wp) then
-      yield%whole_exponent = nint(exponent)
-    end if
+    call require(exponent >= 2.0_wp .and. exponent <= largest, &
+                 "material: the exponent of the yield function must lie between 2 and 100", error)
+    call require(any(abs(yield%transforms) > 0.0_wp), &
+                 "material: the coefficients of the yield function are all zero", error)
+    if (allocated(error) .or. abs(exponent - nint(exponent)) > 0.0_wp) return
+    yield%whole_exponent = nint(exponent)
+    if (yield%n_transforms == 2 .or. mod(yield%whole_exponent, 2) == 1) return
+    yield%kind = by_invariants
+    yield%series = hershey_series(yield%whole_exponent)
   end subroutine set_exponent
 
   !> c1, c2, c3 weigh the differences 22-33, 33-11, 11-22; c4, c5, c6 the shears 23, 13, 12.
@@ -182,7 +196,10 @@ contains
     real(wp) :: flow(6)
     integer :: i
 
-    if (yield%kind == principal) then
+    if (yield%kind == by_invariants) then
+      call evaluate_by_invariants(yield, stress, q, gradient, hessian)
+      return
+    else if (yield%kind == principal) then
       call evaluate_principal(yield, stress, q, gradient, hessian)
       return
     end if
@@ -198,6 +215,46 @@ contains
       end if
     end associate
   end subroutine evaluate_yield
+
+  !> Hershey's function of the transformed stress, and the way back to the stress itself.
+  pure subroutine evaluate_by_invariants(yield, stress, q, gradient, hessian)
+    type(yield_function_t), intent(in) :: yield
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(out) :: q
+    real(wp), intent(out), optional :: gradient(6), hessian(6, 6)
+    real(wp) :: s(6), slope(6), curvature(6, 6), half(6, 3)
+    integer :: i
+
+    associate (a => yield%transforms(:, :, 1))
+      do i = 1, 3
+        s(i) = a(i, 1)*stress(1) + a(i, 2)*stress(2) + a(i, 3)*stress(3)
+        s(i + 3) = a(i + 3, i + 3)*stress(i + 3)
+      end do
+      if (.not. present(gradient)) then
+        call evaluate_hershey(yield%whole_exponent, yield%series, s, q)
+        return
+      else if (present(hessian)) then
+        call evaluate_hershey(yield%whole_exponent, yield%series, s, q, slope, curvature)
+      else
+        call evaluate_hershey(yield%whole_exponent, yield%series, s, q, slope)
+      end if
+      do i = 1, 3
+        gradient(i) = a(1, i)*slope(1) + a(2, i)*slope(2) + a(3, i)*slope(3)
+        gradient(i + 3) = a(i + 3, i + 3)*slope(i + 3)
+      end do
+      if (.not. present(hessian)) return
+      do i = 1, 3
+        half(:, i) = curvature(:, 1)*a(1, i) + curvature(:, 2)*a(2, i) + curvature(:, 3)*a(3, i)
+        curvature(:, i + 3) = curvature(:, i + 3)*a(i + 3, i + 3)
+      end do
+      do i = 1, 3
+        hessian(i, :3) = a(1, i)*half(1, :) + a(2, i)*half(2, :) + a(3, i)*half(3, :)
+        hessian(i + 3, :3) = a(i + 3, i + 3)*half(i + 3, :)
+        hessian(i + 3, 4:) = a(i + 3, i + 3)*curvature(i + 3, 4:)
+      end do
+      hessian(:3, 4:) = transpose(hessian(4:, :3))
+    end associate
+  end subroutine evaluate_by_invariants
 
   !> The functions of principal values.
   pure subroutine evaluate_principal(yield, stress, q, gradient, hessian)

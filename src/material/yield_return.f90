@@ -1,5 +1,8 @@
 !> Return of one point to an anisotropic yield surface, in the axes of the material.
 !!
+!! The stress in the yield function is the relative one, stress less back stresses; without those
+!! it is the stress itself. All are deviators.
+!!
 !! Backward Euler by Newton's method for stress and plastic strain together with a line search
 !! (W. M. Scherzinger, CMAME 317 (2017)); where that does not converge in one go, by residual
 !! levels that fall to zero (J. W. Yoon, D. Y. Yang and K. Chung, CMAME 174 (1999)), each the start
@@ -9,6 +12,7 @@ module yield_return
   use flow_curve, only: flow_curve_t, flow_after, is_steep
   use consistency, only: solve_consistency
   use yield_function, only: yield_function_t, evaluate_yield
+  use back_stress, only: back_stresses_t
   implicit none
   private
 
@@ -21,22 +25,32 @@ module yield_return
     real(wp) :: eqps = 0.0_wp                   !! before the increment
     real(wp) :: factor = 1.0_wp                 !! on the flow stress
     real(wp) :: trial(6) = 0.0_wp               !! stress
+    type(back_stresses_t) :: kinematic
+    real(wp), allocatable :: back(:, :)         !! back stresses, new behind the return, (6, n)
   end type return_problem_t
 
-  !> Where the iteration stands: residuals 2G (strain), shape (6), and of the yield function above
-  !! the flow stress [stress].
+  !> Where the iteration stands: relative stress, residuals 2G (strain), shape (6), and of the yield
+  !! function above the flow stress [stress].
   type :: iterate_t
     real(wp) :: stress(6), dgamma
     real(wp) :: strain_residual(6), yield_residual, slope, gradient(6), hessian(6, 6), flow
+    real(wp) :: stiffness            !! 2G, and what the back stresses add
+    real(wp) :: by_dgamma(6)         !! derivative of the strain residual
   end type iterate_t
+
+  !> What the relative stress would be with a plastic strain that has faded the back stresses, the
+  !! stiffness against which it flows, and the derivatives of both.
+  type :: moving_trial_t
+    real(wp) :: stress(6), stiffness, stress_slope(6), stiffness_slope
+  end type moving_trial_t
 
 contains
 
-  !> Backward Euler. `stress` comes as the trial stress, which lies outside the yield surface.
+  !> Backward Euler, for a trial stress outside the yield surface. `stress` is the new stress.
   pure subroutine return_to_yield(curve, yield, problem, stress, dgamma, ok)
     type(flow_curve_t), intent(in) :: curve
     type(yield_function_t), intent(in) :: yield
-    type(return_problem_t), intent(in) :: problem
+    type(return_problem_t), intent(inout) :: problem
     real(wp), intent(out) :: stress(6), dgamma
     logical, intent(out) :: ok
     integer, parameter :: counts(4) = [1, 5, 25, 125]
@@ -52,9 +66,48 @@ contains
       end do
       if (ok) exit
     end do
-    stress = now%stress
     dgamma = now%dgamma
+    call move_back_stresses(now%gradient, dgamma, problem)
+    stress = now%stress
+    if (problem%kinematic%n > 0) stress = stress + sum(problem%back, 2)
   end subroutine return_to_yield
+
+  !> Back stresses after the plastic strain `dgamma` along a gradient of the yield function.
+  pure subroutine move_back_stresses(gradient, dgamma, problem)
+    real(wp), intent(in) :: gradient(6), dgamma
+    type(return_problem_t), intent(inout) :: problem
+    real(wp) :: strain(6)
+    integer :: k
+
+    strain = dgamma*gradient
+    strain(4:) = 0.5_wp*strain(4:)
+    do k = 1, problem%kinematic%n
+      associate (c => problem%kinematic%modulus(k), gamma => problem%kinematic%recall(k))
+        problem%back(:, k) = (problem%back(:, k) + 2.0_wp/3.0_wp*c*strain)/(1.0_wp + gamma*dgamma)
+      end associate
+    end do
+  end subroutine move_back_stresses
+
+  !> See `moving_trial_t`.
+  pure function moved_trial(problem, dgamma) result(moved)
+    type(return_problem_t), intent(in) :: problem
+    real(wp), intent(in) :: dgamma
+    type(moving_trial_t) :: moved
+    real(wp) :: theta
+    integer :: k
+
+    moved = moving_trial_t(problem%trial, 2.0_wp*problem%shear, 0.0_wp, 0.0_wp)
+    do k = 1, problem%kinematic%n
+      associate (c => 2.0_wp/3.0_wp*problem%kinematic%modulus(k), &
+                 gamma => problem%kinematic%recall(k))
+        theta = 1.0_wp/(1.0_wp + gamma*dgamma)
+        moved%stress = moved%stress - theta*problem%back(:, k)
+        moved%stress_slope = moved%stress_slope + gamma*theta**2*problem%back(:, k)
+        moved%stiffness = moved%stiffness + theta*c
+        moved%stiffness_slope = moved%stiffness_slope - gamma*theta**2*c
+      end associate
+    end do
+  end function moved_trial
 
   !> Residual level i of n: yield stress plus level falls by equal factors, so that the last step
   !! is no longer than the others however far out the trial stress lies.
@@ -68,8 +121,8 @@ contains
     level_at = lowest*((1.0_wp + first/lowest)**(real(n - i, wp)/n) - 1.0_wp)
   end function level_at
 
-  !> Trial stress and, where the flow stress rises too steeply for a first Newton step, the plastic
-  !! strain of a return along the trial normal to the first of the levels.
+  !> One step along the trial normal towards the first of the levels; where the flow stress rises
+  !! too steeply for that, to the very root.
   pure subroutine start(curve, yield, problem, n_levels, now, first, before)
     type(flow_curve_t), intent(in) :: curve
     type(yield_function_t), intent(in) :: yield
@@ -78,22 +131,27 @@ contains
     type(iterate_t), intent(out) :: now
     real(wp), intent(out) :: first    !! residual of the trial stress [stress]
     real(wp), intent(out) :: before   !! flow stress before the increment
-    real(wp) :: q, normal(6), dgamma(1), flow(1)
+    type(moving_trial_t) :: moved
+    real(wp) :: q, gradient(6), normal(6), resistance, step(1), flow(1), slope(1)
     logical :: ok
 
-    now%stress = problem%trial
-    now%dgamma = 0.0_wp
-    call evaluate(curve, yield, problem, now)
-    first = now%yield_residual
-    before = now%flow
-    if (.not. is_steep(curve)) return
-    normal = now%gradient*problem%shear
-    normal(:3) = 2.0_wp*normal(:3)
-    q = first + before - level_at(1, n_levels, first, before)
-    call solve_consistency(curve, 1, problem%dt, [q], [dot_product(normal, now%gradient)], &
-                           [problem%eqps], [problem%factor], dgamma, flow, ok)
-    now%dgamma = dgamma(1)
-    now%stress = problem%trial - now%dgamma*normal
+    moved = moved_trial(problem, 0.0_wp)
+    call evaluate_yield(yield, moved%stress, q, gradient)
+    call flow_after(curve, 1, problem%dt, [problem%eqps], [problem%factor], [0.0_wp], flow, slope)
+    before = flow(1)
+    first = q - before
+    normal = moved%stiffness*gradient
+    normal(4:) = 0.5_wp*normal(4:)
+    resistance = max(dot_product(normal - moved%stress_slope, gradient), problem%shear)
+    q = q - level_at(1, n_levels, first, before)
+    if (is_steep(curve)) then
+      call solve_consistency(curve, 1, problem%dt, [q], [resistance], [problem%eqps], &
+                             [problem%factor], step, flow, ok)
+    else
+      step = (q - before)/(resistance + slope)
+    end if
+    now%dgamma = step(1)
+    now%stress = moved%stress - now%dgamma*(normal - moved%stress_slope)
     call evaluate(curve, yield, problem, now)
   end subroutine start
 
@@ -103,6 +161,7 @@ contains
     type(yield_function_t), intent(in) :: yield
     type(return_problem_t), intent(in) :: problem
     type(iterate_t), intent(inout) :: now
+    type(moving_trial_t) :: moved
     real(wp) :: q, flow(1), slope(1), mean
 
     call evaluate_yield(yield, now%stress, q, now%gradient, now%hessian)
@@ -111,13 +170,18 @@ contains
     now%flow = flow(1)
     now%slope = slope(1)
     now%yield_residual = q - flow(1)
+    moved = moved_trial(problem, now%dgamma)
+    now%stiffness = moved%stiffness
     associate (r => now%strain_residual)
-      r = now%stress - problem%trial
+      r = now%stress - moved%stress
       mean = sum(r(:3))/3.0_wp
       r(:3) = r(:3) - mean + 2.0_wp*problem%shear/(3.0_wp*problem%bulk)*mean
       r(4:) = 2.0_wp*r(4:)
-      r = r + 2.0_wp*problem%shear*now%dgamma*now%gradient
+      r = r + moved%stiffness*now%dgamma*now%gradient
     end associate
+    moved%stress_slope(4:) = 2.0_wp*moved%stress_slope(4:)
+    now%by_dgamma = (moved%stiffness + now%dgamma*moved%stiffness_slope)*now%gradient &
+                    - moved%stress_slope
   end subroutine evaluate
 
   !> Newton's method with a line search on the sum of the squared residuals, down to `level`.
@@ -169,7 +233,7 @@ contains
     real(wp) :: matrix(6, 6), columns(6, 2)
     integer :: i
 
-    matrix = 2.0_wp*problem%shear*now%dgamma*now%hessian
+    matrix = now%stiffness*now%dgamma*now%hessian
     matrix(:3, :3) = matrix(:3, :3) - 1.0_wp/3.0_wp &
                      + 2.0_wp*problem%shear/(9.0_wp*problem%bulk)
     do i = 1, 3
@@ -177,7 +241,7 @@ contains
       matrix(i + 3, i + 3) = matrix(i + 3, i + 3) + 2.0_wp
     end do
     columns(:, 1) = now%strain_residual
-    columns(:, 2) = 2.0_wp*problem%shear*now%gradient
+    columns(:, 2) = now%by_dgamma
     call solve_definite(matrix, columns, ok)
     ddgamma = (now%yield_residual - level - dot_product(now%gradient, columns(:, 1))) &
               /(dot_product(now%gradient, columns(:, 2)) + now%slope)
@@ -215,29 +279,41 @@ contains
 
   !> The semi-implicit multi-stage scheme: one step along the normal of the last stage for each of
   !! the residual levels that fall evenly to zero (R. P. R. Cardoso and O. B. Adetoro, box 1
-  !! with (39) for the residual, (44) and (45)).
+  !! with (39) for the residual, (44) and (45)). The back stresses move with each step and add to
+  !! what resists it. Where the flow stress rises too steeply for a first step of that kind, it
+  !! goes to the very root of its level.
   pure subroutine return_in_stages(curve, yield, problem, n_stages, stress, dgamma)
     type(flow_curve_t), intent(in) :: curve
     type(yield_function_t), intent(in) :: yield
-    type(return_problem_t), intent(in) :: problem
+    type(return_problem_t), intent(inout) :: problem
     integer, intent(in) :: n_stages
-    real(wp), intent(out) :: stress(6), dgamma
-    real(wp) :: q, gradient(6), normal(6), flow(1), slope(1), first, step
+    real(wp), intent(out) :: stress(6), dgamma   !! new stress, not the relative one
+    type(moving_trial_t) :: moved
+    real(wp) :: q, gradient(6), normal(6), flow(1), slope(1), step(1), first, resistance
     integer :: stage
+    logical :: ok
 
     stress = problem%trial
     dgamma = 0.0_wp
     first = 0.0_wp
     do stage = 1, n_stages
-      call evaluate_yield(yield, stress, q, gradient)
+      moved = moved_trial(problem, 0.0_wp)
+      call evaluate_yield(yield, stress + (moved%stress - problem%trial), q, gradient)
       call flow_after(curve, 1, problem%dt, [problem%eqps], [problem%factor], [dgamma], flow, slope)
       if (stage == 1) first = q - flow(1)
-      normal = problem%shear*gradient
-      normal(:3) = 2.0_wp*normal(:3)
-      step = (q - flow(1) - first*real(n_stages - stage, wp)/n_stages) &
-             /(dot_product(gradient, normal) + slope(1))
-      dgamma = dgamma + step
-      stress = stress - step*normal
+      normal = moved%stiffness*gradient
+      normal(4:) = 0.5_wp*normal(4:)
+      resistance = dot_product(normal - moved%stress_slope, gradient)
+      q = q - first*real(n_stages - stage, wp)/n_stages
+      if (stage == 1 .and. is_steep(curve)) then
+        call solve_consistency(curve, 1, problem%dt, [q], [resistance], [problem%eqps], &
+                               [problem%factor], step, flow, ok)
+      else
+        step = (q - flow)/(resistance + slope)
+      end if
+      dgamma = dgamma + step(1)
+      stress = stress - 2.0_wp*problem%shear/moved%stiffness*step(1)*normal
+      call move_back_stresses(gradient, step(1), problem)
     end do
   end subroutine return_in_stages
 

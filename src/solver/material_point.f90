@@ -9,7 +9,7 @@ module material_point
   use errors, only: error_t, fail
   use block_law, only: block_law_t
   use point_context, only: point_context_t, new_point_context
-  use point_kinematics, only: rotate_stress
+  use tensor_rotation, only: rotate_by_spin
   use lapack, only: solve
   use user_law, only: set_initial_state
   implicit none
@@ -327,12 +327,11 @@ contains
   pure subroutine turn(spin, stress)
     real(wp), intent(in) :: spin(3)
     real(wp), intent(inout) :: stress(6)
-    real(wp) :: spins(8, 1, 3), stresses(8, 1, 6)
+    real(wp) :: stresses(1, 6)
 
-    spins = spread(spread(spin, 1, 8), 2, 1)
-    stresses = spread(spread(stress, 1, 8), 2, 1)
-    call rotate_stress(1, 1, spins, stresses)
-    stress = stresses(1, 1, :)
+    stresses(1, :) = stress
+    call rotate_by_spin(1, reshape(spin, [1, 3]), stresses)
+    stress = stresses(1, :)
   end subroutine turn
 
   !> Deformation gradient after a constant velocity gradient with this strain and spin increment.
