@@ -15,6 +15,7 @@ module command_line
     type(string_t), allocatable :: user_files(:)  !! of --user: sources or libraries
     logical :: is_material = .false.       !! tests of one material point instead of a forming run
     integer :: n_modes = 0                 !! of --modes; 0: none asked for
+    logical :: is_return_study = .false.   !! errors and cost of returns instead of those tests
     logical :: is_check = .false., is_quiet = .false.
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
     character(:), allocatable :: fault     !! why the command cannot be carried out; else empty
@@ -71,6 +72,8 @@ contains
            //"  --set NAME=VALUE   replace the value of a *PARAMETER of the deck"//feed &
            //"  --check            read, report counts, mass, step and cost; do not run"//feed &
            //"  --modes N          print the N lowest frequencies of the blank; do not run"//feed &
+           //"  --return-study     igaform material: errors and cost of the return"//feed &
+           //"                     mapping of each *PLASTIC; no tests"//feed &
            //"  --quiet            errors and warnings only"//feed &
            //"  --keywords         print the reference of all keywords"//feed &
            //"  --version, --help"//feed &
@@ -88,6 +91,10 @@ contains
     select case (word)
     case ("--check")
       command%is_check = .true.
+    case ("--return-study")
+      command%is_return_study = .true.
+      if (.not. command%is_material) command%fault = "option --return-study goes with "// &
+                                                     "'igaform material'"
     case ("--quiet")
       command%is_quiet = .true.
     case ("--help", "-h")
@@ -149,8 +156,8 @@ contains
     character(:), allocatable :: nearest
     type(string_t), allocatable :: options(:)
 
-    options = strings([character(10) :: "--out", "--threads", "--set", "--user", "--check", &
-                       "--modes", "--quiet", "--keywords", "--version", "--help"])
+    options = strings([character(14) :: "--out", "--threads", "--set", "--user", "--check", &
+                       "--modes", "--return-study", "--quiet", "--keywords", "--version", "--help"])
     nearest = nearest_name(word, options)
   end function nearest_option
 

@@ -21,6 +21,7 @@ module material_run
   use provenance, only: provenance_t
   use unit_system, only: unit_system_t, new_unit_system
   use result_table, only: result_table_t, n_rows, write_csv, write_group
+  use return_study, only: study_returns
   use deck_run, only: exit_done, exit_input, exit_numerics, base_of, file_name
   implicit none
   private
@@ -43,7 +44,12 @@ contains
     type(law_slot_t), allocatable :: slots(:)
     type(user_library_t), allocatable :: library
 
-    call read_material_deck(command%deck, command%overrides, scene, faults)
+    call read_material_deck(command%deck, command%overrides, .not. command%is_return_study, &
+                            scene, faults)
+    if (command%is_return_study) then
+      code = run_return_study(command, scene, faults)
+      return
+    end if
     if (n_errors(faults) == 0) call load_user_files(command, scene, library, faults)
     if (n_errors(faults) == 0) call make_laws(scene, slots, faults, library)
     call report_faults(faults, error_unit)
@@ -56,6 +62,21 @@ contains
       code = run_accepted(command, scene, slots)
     end if
   end function run_material_tests
+
+  !> The study of the returns in place of the tests.
+  integer function run_return_study(command, scene, faults) result(code)
+    type(command_t), intent(in) :: command
+    type(scene_t), intent(in) :: scene
+    type(fault_list_t), intent(in) :: faults    !! of the deck
+    character(:), allocatable :: path
+
+    call report_faults(faults, error_unit)
+    code = exit_input
+    if (n_errors(faults) > 0) return
+    path = command%output
+    if (path == "") path = file_name(command%deck)
+    if (study_returns(scene, base_of(path))) code = exit_done
+  end function run_return_study
 
   !> The law of each test, with its constants checked. Tests lie in the axes of the material, so
   !! its *ORIENTATION, which tells how it lies in a blank, does not matter here.

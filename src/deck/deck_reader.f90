@@ -48,9 +48,10 @@ contains
 
   !> Read labels, materials, material tests and initial states of a deck, as `read_deck` does; what
   !! else it says is left out, so a forming deck may hold tests of its materials.
-  subroutine read_material_deck(path, overrides, scene, faults)
+  subroutine read_material_deck(path, overrides, needs_tests, scene, faults)
     character(*), intent(in) :: path              !! of the deck
     type(string_t), intent(in) :: overrides(:)    !! `name=value` for parameters of the deck
+    logical, intent(in) :: needs_tests            !! a deck without tests is at fault
     type(scene_t), intent(out) :: scene
     type(fault_list_t), intent(out) :: faults
     type(parsed_deck_t) :: deck
@@ -59,7 +60,7 @@ contains
 
     call read_records(path, overrides, deck, scene, faults, is_deck)
     if (.not. is_deck) return
-    if (size(find_records(deck, "MATERIAL TEST")) == 0) then
+    if (needs_tests .and. size(find_records(deck, "MATERIAL TEST")) == 0) then
       call add_fault(faults, new_origin(path, 0, ""), "no *MATERIAL TEST in the deck", &
                      "at least one *MATERIAL TEST")
     end if

@@ -56,9 +56,9 @@ contains
                     choices="VOCE|SWIFT|LINEAR|TABLE|VOCE SWIFT|PERFECT")
     call add_option(table, "RETURN", kind_choice, "return to the yield surface: backward "// &
                     "Euler, or the semi-implicit scheme of Cardoso and Adetoro (2017, box 1), "// &
-                    "one Newton step for each of STAGES residual levels that fall evenly to zero; "// &
-                    "where the flow stress rises infinitely steeply at the start, the first "// &
-                    "stage solves its level exactly", &
+                    "one Newton step for each of STAGES residual levels that fall evenly to "// &
+                    "zero; where the flow stress rises infinitely steeply at the start, the "// &
+                    "first stage solves its level exactly", &
                     default="BACKWARD EULER", choices="BACKWARD EULER|MULTISTAGE")
     call add_option(table, "STAGES", kind_integer, "residual levels of RETURN=MULTISTAGE", &
                     default="10", range=">= 1")

@@ -1,4 +1,4 @@
-!> Rotation of the tensors of a row of points: of stresses by the spin, of directions that laws keep.
+!> Rotation of the tensors of a row of points: by the spin, or into axes that a law keeps.
 module tensor_rotation
   use kinds, only: wp
   implicit none

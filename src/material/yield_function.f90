@@ -3,8 +3,9 @@
 !! Hill48: R. Hill, Proc. R. Soc. A 193 (1948).  Yld91: F. Barlat, D. J. Lege and J. C. Brem, Int.
 !! J. Plasticity 7 (1991).  Yld2004-18p: F. Barlat et al., Int. J. Plasticity 21 (2005), eq. (27).
 !! The last two share one form: the sum over i, j of |S'_i - S''_j|^m is 4 times the equivalent
-!! stress to the power m, with the principal values of two linear transforms of the stress, which
-!! are the same one for Yld91, which for even m goes without principal values. Axis 1 is the rolling direction, axis 3 the normal of the sheet.
+!! stress to the power m, with the principal values of two linear transforms of the stress. For
+!! Yld91 both are the same, and even m go without principal values (see `hershey`). Axis 1 is the
+!! rolling direction, axis 3 the normal of the sheet.
 module yield_function
   use kinds, only: wp
   use errors, only: error_t, fail

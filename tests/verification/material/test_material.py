@@ -252,6 +252,88 @@ class TestUserRoutine(Folder):
         self.assertIn("--user FILE", done.stderr)
 
 
+def turning_paths(count=24):
+    """Strain directions at the starts and ends of the paths of the study of returns."""
+    seed = 1
+    ways = np.empty((2, count, 6))
+    for way in ways.reshape(-1, 6):
+        for k in range(6):
+            seed = 16807 * seed % 2147483647
+            way[k] = 2 * seed / 2147483647 - 1
+        way[:3] -= way[:3].mean()
+        way /= np.sqrt(2 / 3 * (np.sum(way[:3]**2) + 0.5 * np.sum(way[3:]**2)))
+    return ways
+
+
+def returned(increment, newton_steps):
+    """Deviators at the ends of the paths by radial return for 500 - 250 exp(-6 eqps), worked out
+    anew, with so many Newton steps to residuals that fall evenly to zero."""
+    first, last = turning_paths()
+    count = round(0.2 / increment)
+    shear = 210000 / 2.6
+    stress = np.zeros_like(first)
+    eqps = np.zeros(len(first))
+    for i in range(count):
+        way = (i + 0.5) / count
+        strain = ((1 - way) * first + way * last) * 0.2 / count
+        stress += shear * strain * [2, 2, 2, 1, 1, 1]
+        q = material.mises(stress)
+        over = np.maximum(q - (500 - 250 * np.exp(-6 * eqps)), 0)
+        grown = np.zeros_like(eqps)
+        for stage in range(1, newton_steps + 1):
+            left = 250 * np.exp(-6 * (eqps + grown))
+            level = over * (newton_steps - stage) / newton_steps
+            step = (q - 3 * shear * grown - 500 + left - level) / (3 * shear + 6 * left)
+            grown += np.where(over > 0, step, 0)
+        stress *= (1 - 3 * shear * grown / q)[:, None]
+        eqps += grown
+    return stress
+
+
+class TestReturnStudy(Folder):
+    def study(self, *potential):
+        text = STEEL.format(hardening=250) + "\n".join([*potential, ""])
+        done = self.run_program("material", self.write(text), "--return-study")
+        self.assertIn("backward Euler", done.stdout)
+        table = columns(self.path("deck-returns-steel.csv"))
+        return {(int(n), increment): error
+                for n, increment, error in zip(*list(table.values())[:3])}
+
+    def test_errors_are_those_of_another_program(self):
+        errors = self.study()
+        self.assertEqual(len(errors), 28)
+        limit = 2 * returned(1e-4, 30) - returned(2e-4, 30)
+        for stages in (1, 10):
+            for increment in (1e-3, 1e-2, 1e-1):
+                off = returned(increment, stages) - limit
+                expected = np.mean(material.mises(off) / material.mises(limit))
+                np.testing.assert_allclose(errors[stages, increment], expected, rtol=2e-3)
+        # Backward Euler: all that Newton's method can do, and of first order.
+        off = returned(1e-2, 30) - limit
+        np.testing.assert_allclose(errors[0, 1e-2], np.mean(material.mises(off)
+                                                            / material.mises(limit)), rtol=2e-3)
+        np.testing.assert_allclose(errors[0, 1e-3] / errors[0, 1e-4], 10, rtol=0.02)
+
+    def test_barlats_function_has_von_mises_as_a_limit(self):
+        mises = self.study()
+        barlat = self.study("*POTENTIAL, TYPE=YLD91", "1, 1, 1, 1, 1, 1, 2", "*ORIENTATION",
+                            "0, 0, 1, 1, 0, 0")
+        for case, error in mises.items():
+            self.assertAlmostEqual(barlat[case] / error, 1, delta=1e-5)
+
+    def test_stages_cost_accuracy_where_the_normal_turns(self):
+        errors = self.study("*POTENTIAL, TYPE=YLD91", "1.1, 0.9, 1.05, 0.95, 1.2, 0.85, 8",
+                            "*ORIENTATION", "1, 0, 0, 0, 1, 0")
+        for increment in (1e-4, 1e-3, 1e-2, 1e-1):
+            row = [errors[n, increment] for n in (1, 2, 5, 10, 20, 50, 0)]
+            self.assertEqual(row, sorted(row, reverse=True))
+
+    def test_a_law_without_a_return_is_refused(self):
+        path = self.write(STEEL.split("*PLASTIC", maxsplit=1)[0])
+        done = self.run_program("material", path, "--return-study", code=1)
+        self.assertIn("no material with *PLASTIC", done.stderr)
+
+
 class TestPicture(Folder):
     def run_post(self, *arguments):
         return subprocess.run([sys.executable, "-m", "post", *arguments], cwd=PROJECT,
