@@ -87,10 +87,11 @@ contains
   !> Is it the label of a hot procedure?
   pure logical function is_hot(line)
     character(*), intent(in) :: line
-    character(40), parameter :: stems(8) = [character(40) :: "__ig_solid_p", &
+    character(40), parameter :: stems(9) = [character(40) :: "__ig_solid_p", &
       "__point_kinematics_MOD_end_cofactors", "__point_kinematics_MOD_strain_increment", &
-      "__point_kinematics_MOD_rotate_stress", "__voce_MOD_elastic_trial", &
-      "__voce_MOD_radial_return", "__voce_MOD_exp_nonpositive", &
+      "__tensor_rotation_MOD_rotate_by_spin", "__tensor_rotation_MOD_rotate_tensors", &
+      "__voce_MOD_elastic_trial", "__voce_MOD_radial_return", &
+      "__fast_exponential_MOD_exp_nonpositive", &
       "__closest_point_lanes_MOD_follow_lanes"]
     integer :: i
 
@@ -129,10 +130,15 @@ contains
   !> Is nearly all of the arithmetic wide, with multiply-adds among it?
   pure logical function is_vectorised(counts)
     type(vector_count_t), intent(in) :: counts
+    character(20), parameter :: of_rows(3) = [character(20) :: "__voce_MOD_", &
+      "__tensor_rotation_", "__fast_exponential_"]
     real(wp) :: least
+    integer :: i
 
     least = least_share
-    if (index(counts%procedure, "__voce_MOD_") == 1) least = least_share_of_rows
+    do i = 1, size(of_rows)
+      if (index(counts%procedure, trim(of_rows(i))) == 1) least = least_share_of_rows
+    end do
     is_vectorised = counts%n_fused > 0 .and. &
                     counts%n_wide >= least*(counts%n_wide + counts%n_other)
   end function is_vectorised
