@@ -322,8 +322,11 @@ class TestReturnStudy(Folder):
             self.assertAlmostEqual(barlat[case] / error, 1, delta=1e-5)
 
     def test_stages_cost_accuracy_where_the_normal_turns(self):
-        errors = self.study("*POTENTIAL, TYPE=YLD91", "1.1, 0.9, 1.05, 0.95, 1.2, 0.85, 8",
-                            "*ORIENTATION", "1, 0, 0, 0, 1, 0")
+        deck = os.path.join(PROJECT, "input", "material_returns.key")
+        self.run_program("material", deck, "--return-study")
+        table = columns(self.path("material_returns-returns-yld91.csv"))
+        errors = {(int(n), increment): error
+                  for n, increment, error in zip(*list(table.values())[:3])}
         for increment in (1e-4, 1e-3, 1e-2, 1e-1):
             row = [errors[n, increment] for n in (1, 2, 5, 10, 20, 50, 0)]
             self.assertEqual(row, sorted(row, reverse=True))
