@@ -5,7 +5,7 @@ module blank_reader
   use faults, only: fault_list_t, add_fault
   use text, only: upper_case, squeezed, to_text, read_integer
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
-  use knot_vector, only: knot_vector_t
+  use knot_vector, only: knot_vector_t, find_span, basis_derivatives
   use primitives, only: box_solid
   use scene, only: scene_t, blank_spec_t
   use field_split, only: split_fields
@@ -16,10 +16,16 @@ module blank_reader
   implicit none
   private
 
-  public :: box_frame_t, read_blank, read_count
+  public :: box_frame_t, read_blank, read_count, parametric_of
 
   real(wp), parameter :: most_elements = 1.0e7_wp   ! beyond the memory of one machine
   integer, parameter :: most_points = 10   ! Gauss points or parts in one direction of an element
+
+  !> Share of the way along one axis as a spline of its parametric coordinate.
+  type :: box_line_t
+    type(knot_vector_t) :: knots
+    real(wp), allocatable :: shares(:)    !! at the control points, 0 to 1
+  end type box_line_t
 
   !> How a box blank lies in space: what turns coordinates into parametric coordinates. A blank
   !! that is missing or faulty counts as a box, so that it makes no further faults.
@@ -28,6 +34,7 @@ module blank_reader
     integer :: axis_of(3) = [1, 2, 3]     !! coordinate along which each parametric axis runs
     real(wp) :: from(3) = 0.0_wp          !! that coordinate where the parametric one is 0
     real(wp) :: to(3) = 1.0_wp            !! and where it is 1
+    type(box_line_t) :: lines(3)          !! of a box with evenly spaced control points
   end type box_frame_t
 
 contains
@@ -59,7 +66,10 @@ contains
         call read_nurbs(deck, parts(1), record, blank%solid, is_complete, faults)
       else
         call check_parts(deck, parts(1), 0, "a blank of TYPE=BOX", faults)
-        if (record%is_valid) call read_box(record, blank%solid, frame, is_complete, faults)
+        if (record%is_valid) then
+          call read_box(record, option_text(deck, record, "SPACING") == "CONTROL POINTS", &
+                        blank%solid, frame, is_complete, faults)
+        end if
       end if
       if (.not. is_complete) return
       call refine(deck, parts(1), blank%solid, faults)
@@ -90,8 +100,9 @@ contains
     if (allocated(error)) call add_fault(faults, record%origin, error%message, "a proper solid")
   end subroutine read_nurbs
 
-  subroutine read_box(record, solid, frame, is_complete, faults)
+  subroutine read_box(record, is_even, solid, frame, is_complete, faults)
     type(record_t), intent(in) :: record
+    logical, intent(in) :: is_even         !! equal distances of control points
     type(nurbs_solid_t), intent(out) :: solid
     type(box_frame_t), intent(inout) :: frame
     logical, intent(out) :: is_complete
@@ -116,7 +127,7 @@ contains
     end do
     call box_solid(solid, lower, upper, [(field_integer(record, a, 4), a=1, 3)], &
                    [(field_integer(record, a, 5), a=1, 3)], &
-                   [(field_real(record, a, 6), a=1, 3)], axis_of, error)
+                   [(field_real(record, a, 6), a=1, 3)], axis_of, error, is_even)
     is_complete = .not. allocated(error)
     if (allocated(error)) then
       call add_fault(faults, record%origin, "a box that cannot be made ("//error%message//")", &
@@ -129,8 +140,43 @@ contains
       frame%from(a) = solid%points(1, 1, 1, frame%axis_of(a))
       far_end(a) = solid%axes(a)%n_basis
       frame%to(a) = solid%points(far_end(1), far_end(2), far_end(3), frame%axis_of(a))
+      if (.not. is_even) cycle
+      frame%lines(a)%knots = solid%axes(a)
+      associate (along => solid%points(:far_end(1), :far_end(2), :far_end(3), frame%axis_of(a)))
+        frame%lines(a)%shares = (reshape(along, [size(along)]) - frame%from(a)) &
+                                /(frame%to(a) - frame%from(a))
+      end associate
     end do
   end subroutine read_box
+
+  !> Parametric coordinate of a coordinate of the box; beyond its ends as if they went on straight.
+  pure real(wp) function parametric_of(frame, axis, coordinate) result(xi)
+    type(box_frame_t), intent(in) :: frame
+    integer, intent(in) :: axis            !! parametric
+    real(wp), intent(in) :: coordinate
+    integer, parameter :: n_halvings = 52
+    real(wp) :: share, low, high, basis(6)
+    integer :: i, span
+
+    share = (coordinate - frame%from(axis))/(frame%to(axis) - frame%from(axis))
+    xi = share
+    if (.not. allocated(frame%lines(axis)%shares)) return
+    if (share <= 0.0_wp .or. share >= 1.0_wp) return
+    low = 0.0_wp
+    high = 1.0_wp
+    associate (kv => frame%lines(axis)%knots)
+      do i = 1, n_halvings
+        xi = 0.5_wp*(low + high)
+        span = find_span(kv, xi)
+        call basis_derivatives(kv, span, xi, 0, basis(:kv%degree + 1))
+        if (sum(basis(:kv%degree + 1)*frame%lines(axis)%shares(span - kv%degree:span)) < share) then
+          low = xi
+        else
+          high = xi
+        end if
+      end do
+    end associate
+  end function parametric_of
 
   !> Integration points of an element after all refinement.
   subroutine read_rule(rule, record, blank, faults)

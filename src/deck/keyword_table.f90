@@ -103,6 +103,10 @@ contains
                     "+ 1 per direction), REDUCED (degree per direction) or three counts in "// &
                     "quotes; 2x3 splits the element in 2 equal parts of 3 points each", &
                     default="FULL")
+    call add_option(table, "SPACING", kind_choice, "what lies at equal distances in a box: "// &
+                    "knots, or control points, which makes the elements at the ends longer and "// &
+                    "the stable step larger where the size along the sheet governs it; the "// &
+                    "shape is the same", default="KNOTS", choices="KNOTS|CONTROL POINTS")
     call add_line(table, "One line each for the parametric axes xi, eta and zeta, in this "// &
                   "order. If the three would make a left-handed patch, eta runs from `to` to "// &
                   "`from`.", &
@@ -113,7 +117,8 @@ contains
     call add_field(table, "to", kind_real, "coordinate at the end, above `from`", unit="length")
     call add_field(table, "degree", kind_integer, "polynomial degree", range=">= 1 and <= 5")
     call add_field(table, "elements", kind_integer, "number of elements", range=">= 1")
-    call add_field(table, "grading", kind_real, "length of the last element over the first", &
+    call add_field(table, "grading", kind_real, "length of the last element over the first, "// &
+                   "or of the distances of control points if these are spaced", &
                    default="1", range="> 0")
     call add_example(table, "*BLANK, NAME=sheet, MATERIAL=steel, TYPE=BOX, RULE=""2,2,2x3""")
     call add_example(table, "x, -50, 650, 2, 70")

@@ -9,7 +9,7 @@ module set_reader
   use deck_names, only: deck_names_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
                           n_fields, field_word
-  use blank_reader, only: box_frame_t
+  use blank_reader, only: box_frame_t, parametric_of
   implicit none
   private
 
@@ -223,7 +223,7 @@ contains
                      to_text(bounds(1))//", "//to_text(bounds(2)), "the lower bound first")
     else
       if (verify(word, "XYZ") == 0) then
-        bounds = (bounds - frame%from(axis))/(frame%to(axis) - frame%from(axis))
+        bounds = [(parametric_of(frame, axis, bounds(i)), i=1, 2)]
       end if
       set%lower(axis) = max(set%lower(axis), minval(bounds))
       set%upper(axis) = min(set%upper(axis), maxval(bounds))

@@ -153,14 +153,18 @@ contains
     call new_nurbs_surface(surface, curve, line, grid, spread(weights, 2, n_rows), error)
   end subroutine extruded_surface
 
-  !> Box patch with an affine map along each axis: control points at the Greville abscissae.
+  !> Box patch with an affine map along each axis: control points at the Greville abscissae. With
+  !! `has_even_points` they are equally spaced instead; the box stays the same, but the elements at
+  !! its ends become longer than the others, and the stable step along the axis larger.
   !!
   !! `axis_of(a)` is the direction (1 x, 2 y, 3 z) along which parametric axis a runs. The patch
   !! is right-handed: if `axis_of` is an odd permutation, axis 2 runs from upper to lower.
-  !! Element sizes along an axis form a geometric series, and `ratios` counts from lower to upper.
+  !! Element sizes along an axis (or distances of control points, if these are spaced) form a
+  !! geometric series, and `ratios` counts from lower to upper.
   !! Refused: upper not above lower, degrees outside 1 to 5, counts below 1, ratios not positive,
   !! `axis_of` no permutation.
-  pure subroutine box_solid(solid, lower, upper, degrees, n_elements, ratios, axis_of, error)
+  pure subroutine box_solid(solid, lower, upper, degrees, n_elements, ratios, axis_of, error, &
+                            has_even_points)
     type(nurbs_solid_t), intent(out) :: solid
     real(wp), intent(in) :: lower(3), upper(3)   !! corners along x, y, z [length]
     integer, intent(in) :: degrees(3)            !! along xi, eta, zeta
@@ -168,10 +172,14 @@ contains
     real(wp), intent(in) :: ratios(3)            !! last to first element along xi, eta, zeta
     integer, intent(in) :: axis_of(3)            !! permutation of 1, 2, 3
     type(error_t), allocatable, intent(out) :: error
+    logical, intent(in), optional :: has_even_points   !! equal distances of control points
     type(knot_vector_t) :: axes(3)
     real(wp), allocatable :: points(:, :, :, :), weights(:, :, :)
     integer :: a
+    logical :: is_even
 
+    is_even = .false.
+    if (present(has_even_points)) is_even = has_even_points
     if (.not. all(upper > lower)) then
       call fail(error, "box: each upper bound must be above the lower bound")
       return
@@ -180,14 +188,20 @@ contains
       return
     end if
     do a = 1, 3
-      call new_graded_axis(axes(a), degrees(a), n_elements(a), ratios(a), error)
+      call new_graded_axis(axes(a), degrees(a), n_elements(a), &
+                           merge(1.0_wp, ratios(a), is_even .and. ratios(a) > 0.0_wp), error)
       if (allocated(error)) return
     end do
     allocate (points(axes(1)%n_basis, axes(2)%n_basis, axes(3)%n_basis, 3))
     allocate (weights(axes(1)%n_basis, axes(2)%n_basis, axes(3)%n_basis), source=1.0_wp)
     do a = 1, 3
       associate (c => axis_of(a))
-        call place_along(axes(a), a, lower(c), upper(c), points(:, :, :, c))
+        if (is_even) then
+          call place_along(greville(graded_axis(1, axes(a)%n_basis - 1, ratios(a))), a, lower(c), &
+                           upper(c), points(:, :, :, c))
+        else
+          call place_along(greville(axes(a)), a, lower(c), upper(c), points(:, :, :, c))
+        end if
       end associate
     end do
     call new_nurbs_solid(solid, axes, points, weights, error)
@@ -228,17 +242,16 @@ contains
   end subroutine ring_solid
 
   !> Coordinates from `low` to `high` along one axis of a grid, constant along the others.
-  pure subroutine place_along(kv, axis, low, high, coordinate)
-    type(knot_vector_t), intent(in) :: kv
+  pure subroutine place_along(shares, axis, low, high, coordinate)
+    real(wp), intent(in) :: shares(:)      !! of the way from `low` to `high`
     integer, intent(in) :: axis
     real(wp), intent(in) :: low, high
     real(wp), intent(out) :: coordinate(:, :, :)
-    real(wp) :: place(kv%n_basis)
+    real(wp) :: place(size(shares))
     integer :: i
 
-    place = greville(kv)
-    place = (1.0_wp - place)*low + place*high
-    do i = 1, kv%n_basis
+    place = (1.0_wp - shares)*low + shares*high
+    do i = 1, size(shares)
       select case (axis)
       case (1)
         coordinate(i, :, :) = place(i)
