@@ -7,7 +7,8 @@ from post.style import BLANK, plt, save, tool_colour
 ENERGIES = (
     ("external_work", "external work", "-"), ("internal_energy", "internal", "-"),
     ("plastic_work", "plastic work", "--"), ("kinetic_energy", "kinetic", "-"),
-    ("viscous_energy", "bulk viscosity", ":"), ("contact_energy", "contact", "-."),
+    ("viscous_energy", "bulk viscosity", ":"), ("damping_energy", "damping", ":"),
+    ("contact_energy", "contact", "-."),
     ("friction_energy", "friction", ":"),
 )
 
