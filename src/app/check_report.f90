@@ -5,6 +5,7 @@ module check_report
   use timer, only: clock_ticks, ticks_to_seconds
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
   use internal_force, only: internal_forces
+  use strain_projection, only: project_nothing, projection_name
   use kernel_dispatch, only: kernel_name
   use model, only: model_t
   use step_control, only: step_control_t, new_step_control, next_step
@@ -33,6 +34,9 @@ contains
       print "(a)", "control points   "//to_text(product(patch%n_control))
       print "(a)", "points           "//to_text(product(patch%axes%n_points))//" an element ("// &
         triple(patch%axes%n_points)//"), kernel "//kernel_name(patch%kernel)
+      if (patch%projection%kind /= project_nothing) print "(a)", "projection       "// &
+        projection_name(patch%projection%kind)//" with "//triple(patch%projection%n_samples)// &
+        " samples"
       print "(a)", "mass             "//rounded_text(sum(blank%mass))
     end associate
     print "(a)", "tools            "//to_text(size(model%bodies%tools))

@@ -74,6 +74,7 @@ contains
       if (.not. is_complete) return
       call refine(deck, parts(1), blank%solid, faults)
       call read_rule(option_text(deck, record, "RULE"), record, blank, faults)
+      call read_projection(deck, record, blank, faults)
     end associate
   end subroutine read_blank
 
@@ -199,6 +200,30 @@ contains
                                       "FULL, REDUCED or three counts from 1 to "// &
                                       to_text(most_points)//" such as ""2,2,2x3""")
   end subroutine read_rule
+
+  !> Projection of strains and its samples.
+  subroutine read_projection(deck, record, blank, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(blank_spec_t), intent(inout) :: blank
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: samples
+    integer :: n_parts(3)
+    logical :: is_good
+
+    blank%projection = option_text(deck, record, "PROJECTION")
+    if (.not. is_option_given(deck, record, "SAMPLES")) return
+    samples = option_text(deck, record, "SAMPLES")
+    if (blank%projection == "NONE") call add_fault(faults, record%origin, "SAMPLES="//samples// &
+                                                   " without a projection", &
+                                                   "PROJECTION=BBAR or ANS beside it")
+    call read_count(samples, blank%n_samples, n_parts, is_good)
+    if (is_good) is_good = all(n_parts == 1) .and. all(blank%n_samples <= &
+                                                       blank%n_points*blank%n_parts)
+    if (.not. is_good) call add_fault(faults, record%origin, "SAMPLES="//samples, &
+                                      "three counts from 1 to the integration points of the "// &
+                                      'direction, such as "2,2,1"')
+  end subroutine read_projection
 
   !> Read counts such as `2,2,2x3`: one for each direction, perhaps with a number of equal parts.
   pure subroutine read_count(given, n_points, n_parts, is_good)

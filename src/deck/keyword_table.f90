@@ -107,6 +107,12 @@ contains
                     "knots, or control points, which makes the elements at the ends longer and "// &
                     "the stable step larger where the size along the sheet governs it; the "// &
                     "shape is the same", default="KNOTS", choices="KNOTS|CONTROL POINTS")
+    call add_option(table, "PROJECTION", kind_choice, "strains projected against locking: BBAR "// &
+                    "the volume strain, ANS also transverse shear, with the thickness strain "// &
+                    "following", default="NONE", choices="NONE|BBAR|ANS")
+    call add_option(table, "SAMPLES", kind_name, "terms of the projection in each direction of "// &
+                    "an element, three counts in quotes up to the integration points there; "// &
+                    "the degrees where none are given", is_required=.false.)
     call add_line(table, "One line each for the parametric axes xi, eta and zeta, in this "// &
                   "order. If the three would make a left-handed patch, eta runs from `to` to "// &
                   "`from`.", &

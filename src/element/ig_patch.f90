@@ -2,6 +2,7 @@
 module ig_patch
   use kinds, only: wp
   use basis_tables, only: axis_table_t, lane_table_t
+  use strain_projection, only: projection_t
   implicit none
   private
 
@@ -59,6 +60,7 @@ module ig_patch
     integer :: increment = 0                       !! force evaluations so far
     type(viscosity_t) :: viscosity
     type(tile_t), allocatable :: tiles(:)
+    type(projection_t) :: projection               !! against locking; of kind nothing: plain
   end type ig_patch_t
 
 contains

@@ -20,7 +20,7 @@ module kernel_dispatch
   implicit none
   private
 
-  public :: kernel_of, kernel_name, run_kernel
+  public :: kernel_of, kernel_name, run_kernel, viscous_factors
 
   !> Degrees and points of the tuned instances: kernel 2k - 1 serves column k, kernel 2k the same
   !! with weights. Behind the table: general, general with weights, general with context.

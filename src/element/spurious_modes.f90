@@ -9,6 +9,7 @@ module spurious_modes
   use elastic, only: elastic_t, new_elastic
   use block_law, only: block_law_t
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use strain_projection, only: projection_spec_t, project_nothing
   use patch_setup, only: new_patch, new_tile_buffers
   use internal_force, only: internal_forces
   use lapack, only: eigenvalues
@@ -20,9 +21,11 @@ module spurious_modes
 contains
 
   !> Modes without energy beside the six rigid ones.
-  integer function n_spurious_modes(degrees, n_elements, n_points, n_parts) result(n_modes)
+  integer function n_spurious_modes(degrees, n_elements, n_points, n_parts, projection) &
+    result(n_modes)
     integer, intent(in) :: degrees(3), n_elements(3)
     integer, intent(in) :: n_points(3), n_parts(3)      !! Gauss points a part, parts an element
+    type(projection_spec_t), intent(in) :: projection
     real(wp), parameter :: no_energy = 1.0e-9_wp        ! of the largest eigenvalue
     type(nurbs_solid_t) :: solid
     type(ig_patch_t) :: patch
@@ -33,27 +36,29 @@ contains
 
     ! At full quadrature nothing can hide: the strain of a mode would vanish at all its points.
     n_modes = 0
-    if (all(n_points*n_parts > degrees)) return
+    if (projection%kind == project_nothing .and. all(n_points*n_parts > degrees)) return
     n = min(n_elements, 2)
     call box_solid(solid, [0.0_wp, 0.0_wp, 0.0_wp], real(n, wp), degrees, n, &
                    [1.0_wp, 1.0_wp, 1.0_wp], [1, 2, 3], error)
     if (allocated(error)) return
     law = new_elastic(1.0_wp, 1.0_wp, 0.3_wp)
-    call new_patch(patch, solid, n_points, n_parts, law, [0.0_wp, 0.0_wp], error)
+    call new_patch(patch, solid, n_points, n_parts, law, [0.0_wp, 0.0_wp], error, &
+                   projection)
     if (allocated(error)) return
     values = eigenvalues(dense_stiffness(patch, law, solid%points))
     n_modes = count(abs(values) < no_energy*maxval(values)) - 6
   end function n_spurious_modes
 
   !> The nearest rule without such modes: points are added along axis 3 first, then 2, then 1.
-  function serving_rule(degrees, n_elements, n_points, n_parts) result(rule)
+  function serving_rule(degrees, n_elements, n_points, n_parts, projection) result(rule)
     integer, intent(in) :: degrees(3), n_elements(3), n_points(3), n_parts(3)
+    type(projection_spec_t), intent(in) :: projection
     integer :: rule(3), axis
 
     rule = n_points*n_parts
     do axis = 3, 1, -1
       rule(axis) = max(rule(axis), degrees(axis) + 1)
-      if (n_spurious_modes(degrees, n_elements, rule, [1, 1, 1]) == 0) return
+      if (n_spurious_modes(degrees, n_elements, rule, [1, 1, 1], projection) == 0) return
     end do
   end function serving_rule
 

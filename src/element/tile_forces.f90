@@ -7,6 +7,9 @@ module tile_forces
   use ig_patch, only: ig_patch_t, tile_t, force_report_t
   use block_exchange, only: gather_block, weigh_block, add_block
   use kernel_dispatch, only: run_kernel
+  use strain_projection, only: project_nothing
+  use point_fields, only: point_fields_t, new_point_fields
+  use projected_block, only: run_projected
   implicit none
   private
 
@@ -29,12 +32,16 @@ contains
     type(point_context_t) :: context
     real(wp) :: sums(n_lanes, 4)
     integer :: p(3), e2, e3, b, block, first(n_lanes), i2, i3, n_values
-    logical :: ok, is_contiguous
+    type(point_fields_t) :: fields
+    logical :: ok, is_contiguous, is_projected
 
     p = patch%axes%degree
     n_values = n_lanes*product(p + 1)
     allocate (u(n_values, 6), f(n_values, 3), w(merge(n_values, 0, patch%is_rational)))
     if (allocated(patch%reference)) context = new_point_context(n_lanes*patch%axes(3)%n_points)
+    is_projected = patch%projection%kind /= project_nothing
+    if (is_projected) fields = new_point_fields(patch%axes%n_points, 1, patch%projection%kind, &
+                                                allocated(patch%reference))
     force = 0.0_wp
     do e3 = 1, patch%axes(3)%n_elements
       i3 = patch%axes(3)%first(e3)
@@ -52,7 +59,11 @@ contains
             call weigh_block(n_values, 6, w, u)
           end if
           if (allocated(patch%reference)) call place_context(patch, b, e2, e3, block, context)
-          call run_kernel(patch, law, b, e2, e3, block, dt, u, context, f, sums, ok)
+          if (is_projected) then
+            call run_projected(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
+          else
+            call run_kernel(patch, law, b, e2, e3, block, dt, u, context, f, sums, ok)
+          end if
           if (patch%is_rational) call weigh_block(n_values, 3, w, f)
           call add_block(p, tile%control_first, tile%control_last, patch%n_control(3), &
                          is_contiguous, first, i2, i3, f, force)

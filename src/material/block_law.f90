@@ -17,6 +17,7 @@ module block_law
     real(wp) :: shear = 0.0_wp    !! elastic shear modulus [stress]
     logical :: needs_context = .false.   !! it is called through `update_in_context`
     logical :: is_rotating = .false.     !! it rotates the stress itself (co-rotational frame)
+    logical :: uses_gradient = .false.   !! its stress follows from the deformation gradient alone
     logical :: is_serial = .false.       !! one thread, in the order of the elements
   contains
     procedure(update_row), deferred :: update

@@ -30,6 +30,7 @@ contains
 
     law%needs_context = .true.
     call set_elastic(law, density, young, poisson)
+    law%uses_gradient = .true.
   end function new_neo_hooke
 
   !> Without the deformation gradient there is no stress: this always fails.

@@ -5,6 +5,7 @@ module blank
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use strain_projection, only: projection_spec_t
   use patch_setup, only: new_patch, new_tile_buffers
   use lumped_mass, only: new_lumped_mass
   implicit none
@@ -39,7 +40,7 @@ module blank
 contains
 
   !> A blank at rest and without stress. `law` is taken over.
-  subroutine new_blank(blank, name, solid, n_points, n_parts, law, viscosity, error)
+  subroutine new_blank(blank, name, solid, n_points, n_parts, law, viscosity, error, projection)
     type(blank_t), intent(out) :: blank
     character(*), intent(in) :: name
     type(nurbs_solid_t), intent(in) :: solid
@@ -47,8 +48,9 @@ contains
     class(block_law_t), allocatable, intent(inout) :: law
     real(wp), intent(in) :: viscosity(2)                !! linear and quadratic factor
     type(error_t), allocatable, intent(out) :: error
+    type(projection_spec_t), intent(in), optional :: projection   !! absent: none
 
-    call new_patch(blank%patch, solid, n_points, n_parts, law, viscosity, error)
+    call new_patch(blank%patch, solid, n_points, n_parts, law, viscosity, error, projection)
     if (allocated(error)) return
     blank%name = name
     blank%solid = solid

@@ -15,6 +15,7 @@ module model_setup
   use tool, only: new_tool
   use spurious_modes, only: n_spurious_modes, serving_rule
   use step_setup, only: set_stable_step, add_thickness_scaling, add_damping
+  use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
   use blank, only: new_blank
   use motion_curve, only: curve_t, constant_curve, curve_value
   use rigid_motion, only: move_tool
@@ -86,8 +87,12 @@ contains
       call check_rule(spec, faults)
       call build_law(material, short*scene%step%end_time, law, faults, library)
       if (.not. allocated(law)) return
+      if (law%uses_gradient .and. spec%projection == "ANS") &
+        call add_fault(faults, spec%origin, "PROJECTION=ANS with a material whose stress "// &
+                       "follows from the deformation gradient", "BBAR or NONE")
       call new_blank(model%bodies%blank, spec%name, spec%solid, spec%n_points, spec%n_parts, law, &
-                     [scene%step%viscosity_linear, scene%step%viscosity_quadratic], error)
+                     [scene%step%viscosity_linear, scene%step%viscosity_quadratic], error, &
+                     projection_of(spec))
       if (allocated(error)) then
         call add_fault(faults, spec%origin, error%message, "a patch with positive volume")
       else
@@ -100,20 +105,52 @@ contains
   subroutine check_rule(spec, faults)
     type(blank_spec_t), intent(in) :: spec
     type(fault_list_t), intent(inout) :: faults
+    type(projection_spec_t) :: projection
     integer :: n_modes, axis, n_elements(3), rule(3)
 
     do axis = 1, 3
       n_elements(axis) = n_spans(spec%solid%axes(axis))
     end do
+    projection = projection_of(spec)
     associate (degrees => spec%solid%axes%degree)
-      n_modes = n_spurious_modes(degrees, n_elements, spec%n_points, spec%n_parts)
+      if (any(projection%n_samples > spec%n_points*spec%n_parts)) return
+      n_modes = n_spurious_modes(degrees, n_elements, spec%n_points, spec%n_parts, projection)
       if (n_modes == 0) return
-      rule = serving_rule(degrees, n_elements, spec%n_points, spec%n_parts)
+      rule = serving_rule(degrees, n_elements, spec%n_points, spec%n_parts, projection)
+      if (any(projection%n_samples > 0)) then
+        rule = default_samples(degrees, spec%n_points*spec%n_parts)
+        call add_fault(faults, spec%origin, 'samples that leave '//to_text(n_modes)// &
+                       " or more deformations of this patch without energy", &
+                       'more samples, such as SAMPLES='//quoted(rule))
+        return
+      end if
     end associate
     call add_fault(faults, spec%origin, "a quadrature rule that leaves "//to_text(n_modes)// &
                    " or more deformations of this patch without energy", "more points, such as "// &
-                   'RULE="'//to_text(rule(1))//","//to_text(rule(2))//","//to_text(rule(3))//'"')
+                   'RULE='//quoted(rule))
   end subroutine check_rule
+
+  !> The projection that the deck asks for, in the terms of the element.
+  pure function projection_of(spec) result(projection)
+    type(blank_spec_t), intent(in) :: spec
+    type(projection_spec_t) :: projection
+
+    select case (spec%projection)
+    case ("BBAR")
+      projection%kind = project_volume
+    case ("ANS")
+      projection%kind = project_sheet
+    end select
+    projection%n_samples = spec%n_samples
+  end function projection_of
+
+  !> Three counts as the deck takes them.
+  pure function quoted(counts) result(list)
+    integer, intent(in) :: counts(3)
+    character(:), allocatable :: list
+
+    list = '"'//to_text(counts(1))//","//to_text(counts(2))//","//to_text(counts(3))//'"'
+  end function quoted
 
   !> Tools at their start position.
   subroutine build_tools(scene, model, faults)

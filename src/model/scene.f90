@@ -41,6 +41,8 @@ module scene
     integer :: material = 0                 !! index into `materials`
     integer :: n_points(3) = 0              !! Gauss points per part of an element and direction
     integer :: n_parts(3) = 1               !! equal parts of an element per direction: 2x3 has 2
+    character(4) :: projection = "NONE"     !! against locking: NONE, BBAR or ANS
+    integer :: n_samples(3) = 0             !! of the projection, per direction; 0: default
   end type blank_spec_t
 
   !> A value against time, linear between the rows and constant outside.

@@ -7,13 +7,14 @@ module element_cases
   use block_law, only: block_law_t
   use elastic, only: elastic_t, new_elastic
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use strain_projection, only: projection_spec_t
   use patch_setup, only: new_patch, new_tile_buffers
   use internal_force, only: internal_forces
   implicit none
   private
 
   public :: axis_with, box, bent, weighted, quarter_ring, patch_of, viscous_patch_of, evaluate
-  public :: steel, scatter, affine_field
+  public :: projected_patch_of, steel, scatter, affine_field
 
 contains
 
@@ -139,6 +140,19 @@ contains
     call new_patch(patch, solid, n_points, [1, 1, 1], law, viscosity, error)
     if (allocated(error)) error stop "the patch of the test is wrong"
   end function viscous_patch_of
+
+  !> Patch of a solid with projected strains and bulk viscosity.
+  function projected_patch_of(solid, n_points, law, viscosity, projection) result(patch)
+    type(nurbs_solid_t), intent(in) :: solid
+    integer, intent(in) :: n_points(3)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: viscosity(2)
+    type(projection_spec_t), intent(in) :: projection
+    type(ig_patch_t) :: patch
+    type(error_t), allocatable :: error
+    call new_patch(patch, solid, n_points, [1, 1, 1], law, viscosity, error, projection)
+    if (allocated(error)) error stop "the projected patch of the test is wrong"
+  end function projected_patch_of
 
   !> Internal forces with buffers of its own.
   subroutine evaluate(patch, law, dt, x, v, force, report)
