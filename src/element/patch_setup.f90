@@ -74,8 +74,8 @@ contains
     type(ig_patch_t) :: single
     integer :: axis, low(3), high(3), q(3)
 
-    single%kernel = patch%kernel
     single%is_rational = patch%is_rational
+    single%projection = patch%projection
     single%axes = patch%axes
     do axis = 1, 3
       low(axis) = patch%axes(axis)%first(element(axis))
@@ -93,6 +93,7 @@ contains
     single%n_blocks = 1
     single%weights = solid%weights(low(1):high(1), low(2):high(2), low(3):high(3))
     q = patch%axes%n_points
+    single%kernel = kernel_of(patch%axes%degree, q, single%is_rational, .false.)
     allocate (single%stress(n_lanes, q(3), 6, q(1)*q(2), 1), source=0.0_wp)
     allocate (single%state(n_lanes, q(3), size(patch%state, 3), q(1)*q(2), 1), source=0.0_wp)
     if (single%is_rational) call set_rational(single)

@@ -10,7 +10,7 @@ module projected_block
   use strain_projection, only: project_sheet, project_along
   use projected_points, only: volume_strain, correct_volume, split_volume, join_volume, &
                               correct_sheet, split_sheet
-  use projected_stress, only: stress_of_block, logarithmic_volumes, set_volumes
+  use projected_stress, only: stress_of_block, logarithmic_volumes, set_volumes, scale_volumes
   use projected_dispatch, only: run_strain, run_nodal
   use kernel_dispatch, only: viscous_factors
   implicit none
@@ -116,6 +116,10 @@ contains
     logical, intent(out) :: ok
     integer :: context_slot
 
+    if (law%uses_gradient) call scale_volumes([size(fields%volume, 1), size(fields%volume, 2)], &
+                                              fields%growth(:, :, :, slot), &
+                                              fields%volume(:, :, slot), &
+                                              fields%end_volume(:, :, slot))
     context_slot = min(slot, size(fields%place, 4))
     call stress_of_block(law, patch%axes%n_points, dt, patch%viscosity%is_active, &
                          viscous_factors(patch%viscosity, block, dt), &

@@ -9,7 +9,7 @@ module projected_stress
   implicit none
   private
 
-  public :: stress_of_block, logarithmic_volumes, set_volumes
+  public :: stress_of_block, logarithmic_volumes, set_volumes, scale_volumes
 
 contains
 
@@ -129,18 +129,32 @@ contains
   !> Scale F, so that its determinant is the projected one.
   pure subroutine set_volumes(n, growth, gradients)
     integer, intent(in) :: n(2)
-    real(wp), intent(in) :: growth(n(1), 2, n(2))             !! projected logarithms
+    real(wp), intent(inout) :: growth(n(1), 2, n(2))          !! projected logarithms, then
+                                                              !! what they exceed the own ones by
     real(wp), intent(inout) :: gradients(n(1), 9, 2, n(2))
-    integer :: row, k
+    integer :: row, k, c
 
     do row = 1, n(2)
       do k = 1, 2
-        gradients(:, :, k, row) = gradients(:, :, k, row) &
-          *spread(exp((growth(:, k, row) &
-                       - log(determinants(n(1), gradients(:, :, k, row))))/3.0_wp), 2, 9)
+        growth(:, k, row) = growth(:, k, row) &
+                            - log(determinants(n(1), gradients(:, :, k, row)))
+        do c = 1, 9
+          gradients(:, c, k, row) = gradients(:, c, k, row)*exp(growth(:, k, row)/3.0_wp)
+        end do
       end do
     end do
   end subroutine set_volumes
+
+  !> Volumes that belong to scaled gradients: a law with an energy per volume at the start needs
+  !! them, for its forces to be the slopes of that energy.
+  pure subroutine scale_volumes(n, growth, volume, end_volume)
+    integer, intent(in) :: n(2)
+    real(wp), intent(in) :: growth(n(1), 2, n(2))             !! from `set_volumes`
+    real(wp), intent(inout), dimension(n(1), n(2)) :: volume, end_volume
+
+    volume = volume*exp(0.5_wp*(growth(:, 1, :) + growth(:, 2, :)))
+    end_volume = end_volume*exp(growth(:, 2, :))
+  end subroutine scale_volumes
 
   pure function determinants(n, f) result(values)
     integer, intent(in) :: n
