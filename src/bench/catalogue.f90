@@ -1,7 +1,8 @@
 !> All that is measured, by name.
 module catalogue
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, lower_case
+  use strain_projection, only: project_volume, project_sheet, projection_name
   use bench_case, only: bench_case_t, case_slot_t
   use force_case, only: force_case_t
   use contact_case, only: contact_case_t, search_case_t
@@ -57,6 +58,10 @@ contains
     call add_force(cases, 1, [2, 2, 2], [1, 1, 1], "voce", .false.)
     call add_force(cases, 3, [3, 3, 3], [1, 1, 1], "voce", .false.)
     call add_force(cases, 3, [4, 4, 4], [1, 1, 1], "voce", .false.)
+    call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .false., projection=project_volume)
+    call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .false., projection=project_sheet)
+    call add_force(cases, 2, [2, 2, 3], [1, 1, 1], "voce", .false., projection=project_volume)
+    call add_force(cases, 1, [2, 2, 2], [1, 1, 1], "voce", .false., projection=project_sheet)
   end subroutine add_rules
 
   !> Force routine by law; the user's route runs the general kernel with context.
@@ -72,12 +77,14 @@ contains
     call add_force(cases, 2, [2, 2, 3], [1, 1, 1], "voce", .false., is_viscous=.false.)
   end subroutine add_laws
 
-  subroutine add_force(cases, degree, points, parts, law, is_rational, is_viscous)
+  subroutine add_force(cases, degree, points, parts, law, is_rational, is_viscous, &
+                       projection)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
     integer, intent(in) :: degree, points(3), parts(3)
     character(*), intent(in) :: law
     logical, intent(in) :: is_rational
     logical, intent(in), optional :: is_viscous
+    integer, intent(in), optional :: projection     !! its kind, absent: none
     type(force_case_t) :: item
     character(:), allocatable :: weights, physics
     integer :: q(3)
@@ -88,6 +95,10 @@ contains
     physics = "default"
     if (present(is_viscous)) item%is_viscous = is_viscous
     if (.not. item%is_viscous) physics = "no_viscosity"
+    if (present(projection)) then
+      item%projection%kind = projection
+      physics = lower_case(projection_name(projection))
+    end if
     item%name = "force/p"//to_text(degree)//"/"//to_text(q(1))//"x"//to_text(q(2))//"x"// &
                 to_text(q(3))//"/"//law//"/"//weights//"/"//physics
     item%per = "element-step"

@@ -6,6 +6,7 @@ module force_case
   use primitives, only: box_solid
   use block_law, only: block_law_t
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use strain_projection, only: projection_spec_t, project_nothing
   use patch_setup, only: new_patch, new_tile_buffers
   use internal_force, only: internal_forces
   use bench_case, only: bench_case_t
@@ -21,6 +22,7 @@ module force_case
     integer :: n_elements(3) = [80, 32, 1]
     character(16) :: law_name = "voce"
     logical :: is_rational = .false., is_viscous = .true.
+    type(projection_spec_t) :: projection
     type(ig_patch_t) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
     class(block_law_t), allocatable :: law
@@ -52,7 +54,8 @@ contains
     call bent_sheet(self, solid, error)
     if (allocated(error)) return
     viscosity = merge([0.06_wp, 1.2_wp], 0.0_wp, self%is_viscous)
-    call new_patch(self%patch, solid, self%points, self%parts, self%law, viscosity, error)
+    call new_patch(self%patch, solid, self%points, self%parts, self%law, viscosity, error, &
+                   self%projection)
     if (allocated(error)) return
     self%buffers = new_tile_buffers(self%patch)
     allocate (self%x, source=solid%points)
@@ -117,6 +120,7 @@ contains
     self%bytes = force_bytes(self%n_points, self%law%n_state, controls, self%is_rational)
     self%working_set = n_elements*(8.0_wp*self%n_points*(6 + self%law%n_state) + 72.0_wp*controls)
     if (self%is_rational) self%working_set = self%working_set + 40.0_wp*self%n_points*n_elements
+    if (self%projection%kind /= project_nothing) return
     if (.not. law_flops(trim(self%law_name)) > 0.0_wp) return
     self%flops = kernel_flops(self%degrees, q, self%is_rational, self%is_viscous) &
                  + self%n_points*law_flops(trim(self%law_name))
