@@ -81,25 +81,31 @@ contains
     real(wp), intent(in) :: tangents(8*q, 12, n)    !! those of the middle of the step are used
     real(wp), intent(in) :: theta(8*q, n), along1(8*q, 6, n), along2(8*q, 6, n)
     real(wp), intent(inout) :: dstrain(8*q, 6, n)
-    real(wp) :: t(3, 2), dual(3, 2), normal(3), d(6), gap(6, 2), growth, shear(2)
-    integer :: l, row
+    real(wp) :: normal(8*q, 3), dual(8*q, 3, 2), form(8*q, 6), strain(8*q, 6)
+    real(wp) :: growth(8*q), shear(8*q, 2)
+    integer :: row, c
 
     do row = 1, n
-      !$omp simd private(t, dual, normal, d, gap, growth, shear)
-      do l = 1, 8*q
-        t(1, 1) = tangents(l, 1, row); t(2, 1) = tangents(l, 2, row); t(3, 1) = tangents(l, 3, row)
-        t(1, 2) = tangents(l, 4, row); t(2, 2) = tangents(l, 5, row); t(3, 2) = tangents(l, 6, row)
-        call sheet_frame(t, normal, dual)
-        d = dstrain(l, :, row)
-        gap(:, 1) = along1(l, :, row) - d
-        gap(:, 2) = along2(l, :, row) - d
-        growth = theta(l, row) - d(1) - d(2) - d(3)
-        shear(1) = sum(gap(:, 1)*shear_form(t(:, 1), normal))
-        shear(2) = sum(gap(:, 2)*shear_form(t(:, 2), normal))
-        d = d + growth*normal_strain(normal) + shear(1)*shear_strain(dual(:, 1), normal) &
-            + shear(2)*shear_strain(dual(:, 2), normal)
-        dstrain(l, :, row) = d
-      end do
+      associate (t => tangents(:, 1:6, row), d => dstrain(:, :, row))
+        call sheet_frames(8*q, t, normal, dual)
+        growth = theta(:, row) - d(:, 1) - d(:, 2) - d(:, 3)
+        call shear_form(8*q, t(:, 1:3), normal, form)
+        call contract(8*q, form, along1(:, :, row) - d, shear(:, 1))
+        call shear_form(8*q, t(:, 4:6), normal, form)
+        call contract(8*q, form, along2(:, :, row) - d, shear(:, 2))
+        call normal_strain(8*q, normal, strain)
+        do c = 1, 6
+          d(:, c) = d(:, c) + growth*strain(:, c)
+        end do
+        call shear_strain(8*q, dual(:, :, 1), normal, strain)
+        do c = 1, 6
+          d(:, c) = d(:, c) + shear(:, 1)*strain(:, c)
+        end do
+        call shear_strain(8*q, dual(:, :, 2), normal, strain)
+        do c = 1, 6
+          d(:, c) = d(:, c) + shear(:, 2)*strain(:, c)
+        end do
+      end associate
     end do
   end subroutine correct_sheet
 
@@ -109,88 +115,111 @@ contains
     real(wp), intent(in) :: tangents(8*q, 12, n)    !! those of the end of the step are used
     real(wp), intent(inout) :: weighted(8*q, 6, n)
     real(wp), intent(out) :: mean(8*q, n), along1(8*q, 6, n), along2(8*q, 6, n)
-    real(wp) :: t(3, 2), dual(3, 2), normal(3), s(6), y(6, 2)
-    integer :: l, row
+    real(wp) :: normal(8*q, 3), dual(8*q, 3, 2), form(8*q, 6), strain(8*q, 6), shear(8*q)
+    integer :: row, c
 
     do row = 1, n
-      !$omp simd private(t, dual, normal, s, y)
-      do l = 1, 8*q
-        t(1, 1) = tangents(l, 7, row); t(2, 1) = tangents(l, 8, row); t(3, 1) = tangents(l, 9, row)
-        t(1, 2) = tangents(l, 10, row); t(2, 2) = tangents(l, 11, row)
-        t(3, 2) = tangents(l, 12, row)
-        call sheet_frame(t, normal, dual)
-        s = weighted(l, :, row)
-        mean(l, row) = sum(s*normal_strain(normal))
-        y(:, 1) = sum(s*shear_strain(dual(:, 1), normal))*shear_form(t(:, 1), normal)
-        y(:, 2) = sum(s*shear_strain(dual(:, 2), normal))*shear_form(t(:, 2), normal)
-        along1(l, :, row) = y(:, 1)
-        along2(l, :, row) = y(:, 2)
-        s = s - y(:, 1) - y(:, 2)
-        s(:3) = s(:3) - mean(l, row)
-        weighted(l, :, row) = s
-      end do
+      associate (t => tangents(:, 7:12, row), s => weighted(:, :, row))
+        call sheet_frames(8*q, t, normal, dual)
+        call normal_strain(8*q, normal, strain)
+        call contract(8*q, s, strain, mean(:, row))
+        call shear_strain(8*q, dual(:, :, 1), normal, strain)
+        call contract(8*q, s, strain, shear)
+        call shear_form(8*q, t(:, 1:3), normal, form)
+        do c = 1, 6
+          along1(:, c, row) = shear*form(:, c)
+        end do
+        call shear_strain(8*q, dual(:, :, 2), normal, strain)
+        call contract(8*q, s, strain, shear)
+        call shear_form(8*q, t(:, 4:6), normal, form)
+        do c = 1, 6
+          along2(:, c, row) = shear*form(:, c)
+          s(:, c) = s(:, c) - along1(:, c, row) - along2(:, c, row)
+        end do
+        do c = 1, 3
+          s(:, c) = s(:, c) - mean(:, row)
+        end do
+      end associate
     end do
   end subroutine split_sheet
 
-  !> Unit normal of two tangents and their dual pair in their plane.
-  pure subroutine sheet_frame(t, normal, dual)
-    real(wp), intent(in) :: t(3, 2)
-    real(wp), intent(out) :: normal(3), dual(3, 2)
-    real(wp) :: area
+  !> Unit normals of two tangents and their dual pairs in their plane.
+  pure subroutine sheet_frames(m, t, normal, dual)
+    integer, intent(in) :: m
+    real(wp), intent(in) :: t(m, 3, 2)
+    real(wp), intent(out) :: normal(m, 3), dual(m, 3, 2)
+    real(wp) :: n1, n2, n3, scaling
+    integer :: l
 
-    normal = cross(t(:, 1), t(:, 2))
-    area = sqrt(normal(1)**2 + normal(2)**2 + normal(3)**2)
-    normal = normal/area
-    dual(:, 1) = cross(t(:, 2), normal)/area
-    dual(:, 2) = cross(normal, t(:, 1))/area
-  end subroutine sheet_frame
+    !$omp simd private(n1, n2, n3, scaling)
+    do l = 1, m
+      n1 = t(l, 2, 1)*t(l, 3, 2) - t(l, 3, 1)*t(l, 2, 2)
+      n2 = t(l, 3, 1)*t(l, 1, 2) - t(l, 1, 1)*t(l, 3, 2)
+      n3 = t(l, 1, 1)*t(l, 2, 2) - t(l, 2, 1)*t(l, 1, 2)
+      scaling = 1.0_wp/(n1*n1 + n2*n2 + n3*n3)
+      dual(l, 1, 1) = scaling*(t(l, 2, 2)*n3 - t(l, 3, 2)*n2)
+      dual(l, 2, 1) = scaling*(t(l, 3, 2)*n1 - t(l, 1, 2)*n3)
+      dual(l, 3, 1) = scaling*(t(l, 1, 2)*n2 - t(l, 2, 2)*n1)
+      dual(l, 1, 2) = scaling*(n2*t(l, 3, 1) - n3*t(l, 2, 1))
+      dual(l, 2, 2) = scaling*(n3*t(l, 1, 1) - n1*t(l, 3, 1))
+      dual(l, 3, 2) = scaling*(n1*t(l, 2, 1) - n2*t(l, 1, 1))
+      scaling = sqrt(scaling)
+      normal(l, 1) = scaling*n1
+      normal(l, 2) = scaling*n2
+      normal(l, 3) = scaling*n3
+    end do
+  end subroutine sheet_frames
 
-  pure function cross(a, b) result(c)
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: c(3)
+  !> Sum over the components of two lists.
+  pure subroutine contract(m, a, b, total)
+    integer, intent(in) :: m
+    real(wp), intent(in) :: a(m, 6), b(m, 6)
+    real(wp), intent(out) :: total(m)
 
-    c(1) = a(2)*b(3) - a(3)*b(2)
-    c(2) = a(3)*b(1) - a(1)*b(3)
-    c(3) = a(1)*b(2) - a(2)*b(1)
-  end function cross
+    total = a(:, 1)*b(:, 1) + a(:, 2)*b(:, 2) + a(:, 3)*b(:, 3) + a(:, 4)*b(:, 4) &
+            + a(:, 5)*b(:, 5) + a(:, 6)*b(:, 6)
+  end subroutine contract
 
   !> Factors of the engineering strains in t.D.n.
-  pure function shear_form(t, n) result(form)
-    real(wp), intent(in) :: t(3), n(3)
-    real(wp) :: form(6)
+  pure subroutine shear_form(m, t, n, form)
+    integer, intent(in) :: m
+    real(wp), intent(in) :: t(m, 3), n(m, 3)
+    real(wp), intent(out) :: form(m, 6)
 
-    form(1) = t(1)*n(1)
-    form(2) = t(2)*n(2)
-    form(3) = t(3)*n(3)
-    form(4) = 0.5_wp*(t(1)*n(2) + t(2)*n(1))
-    form(5) = 0.5_wp*(t(1)*n(3) + t(3)*n(1))
-    form(6) = 0.5_wp*(t(2)*n(3) + t(3)*n(2))
-  end function shear_form
+    form(:, 1) = t(:, 1)*n(:, 1)
+    form(:, 2) = t(:, 2)*n(:, 2)
+    form(:, 3) = t(:, 3)*n(:, 3)
+    form(:, 4) = 0.5_wp*(t(:, 1)*n(:, 2) + t(:, 2)*n(:, 1))
+    form(:, 5) = 0.5_wp*(t(:, 1)*n(:, 3) + t(:, 3)*n(:, 1))
+    form(:, 6) = 0.5_wp*(t(:, 2)*n(:, 3) + t(:, 3)*n(:, 2))
+  end subroutine shear_form
 
   !> The tensor g n + n g as engineering strains.
-  pure function shear_strain(g, n) result(strain)
-    real(wp), intent(in) :: g(3), n(3)
-    real(wp) :: strain(6)
+  pure subroutine shear_strain(m, g, n, strain)
+    integer, intent(in) :: m
+    real(wp), intent(in) :: g(m, 3), n(m, 3)
+    real(wp), intent(out) :: strain(m, 6)
 
-    strain(1) = 2.0_wp*g(1)*n(1)
-    strain(2) = 2.0_wp*g(2)*n(2)
-    strain(3) = 2.0_wp*g(3)*n(3)
-    strain(4) = 2.0_wp*(g(1)*n(2) + g(2)*n(1))
-    strain(5) = 2.0_wp*(g(1)*n(3) + g(3)*n(1))
-    strain(6) = 2.0_wp*(g(2)*n(3) + g(3)*n(2))
-  end function shear_strain
+    strain(:, 1) = 2.0_wp*g(:, 1)*n(:, 1)
+    strain(:, 2) = 2.0_wp*g(:, 2)*n(:, 2)
+    strain(:, 3) = 2.0_wp*g(:, 3)*n(:, 3)
+    strain(:, 4) = 2.0_wp*(g(:, 1)*n(:, 2) + g(:, 2)*n(:, 1))
+    strain(:, 5) = 2.0_wp*(g(:, 1)*n(:, 3) + g(:, 3)*n(:, 1))
+    strain(:, 6) = 2.0_wp*(g(:, 2)*n(:, 3) + g(:, 3)*n(:, 2))
+  end subroutine shear_strain
 
   !> The tensor n n as engineering strains.
-  pure function normal_strain(n) result(strain)
-    real(wp), intent(in) :: n(3)
-    real(wp) :: strain(6)
+  pure subroutine normal_strain(m, n, strain)
+    integer, intent(in) :: m
+    real(wp), intent(in) :: n(m, 3)
+    real(wp), intent(out) :: strain(m, 6)
 
-    strain(1) = n(1)*n(1)
-    strain(2) = n(2)*n(2)
-    strain(3) = n(3)*n(3)
-    strain(4) = 2.0_wp*n(1)*n(2)
-    strain(5) = 2.0_wp*n(1)*n(3)
-    strain(6) = 2.0_wp*n(2)*n(3)
-  end function normal_strain
+    strain(:, 1) = n(:, 1)*n(:, 1)
+    strain(:, 2) = n(:, 2)*n(:, 2)
+    strain(:, 3) = n(:, 3)*n(:, 3)
+    strain(:, 4) = 2.0_wp*n(:, 1)*n(:, 2)
+    strain(:, 5) = 2.0_wp*n(:, 1)*n(:, 3)
+    strain(:, 6) = 2.0_wp*n(:, 2)*n(:, 3)
+  end subroutine normal_strain
 
 end module projected_points

@@ -5,7 +5,7 @@ module projected_stress
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use point_context, only: point_context_t
-  use point_kinematics, only: rotate_stress
+  use tensor_rotation, only: rotate_by_spin
   implicit none
   private
 
@@ -37,11 +37,8 @@ contains
     ok = .true.
     do row = 1, q(1)*q(2)
       call add_work(q(3), stress(:, :, :, row), dstrain(:, :, :, row), volume(:, :, row), sums)
-      if (.not. law%is_rotating) then
-        do qc = 1, q(3)
-          call rotate_stress(q(3), qc, spin(:, :, :, row), stress(:, :, :, row))
-        end do
-      end if
+      if (.not. law%is_rotating) &
+        call rotate_by_spin(8*q(3), spin(:, :, :, row), stress(:, :, :, row))
       if (law%needs_context) then
         context%f0 = gradients(:, 1:9, row)
         context%f1 = gradients(:, 10:18, row)
