@@ -41,7 +41,8 @@ def draw(records):
     panels = [panel for panel, stems in (
         (draw_roofline, ("force/",)), (draw_elements, ("elements/",)),
         (draw_points, ("contact/points/",)),
-        (draw_faces, ("contact/faces/", "contact/search/")))
+        (draw_faces, ("contact/faces/", "contact/refined/")),
+        (draw_searches, ("search/",)))
         if any(chosen(records, stem) for stem in stems)]
     if not panels:
         raise ResultsError("the records are of the machine alone: nothing to draw")
@@ -98,9 +99,26 @@ def draw_points(axis, records):
 
 
 def draw_faces(axis, records):
-    draw_series(axis, records, "contact/faces/", "-", "followed, ")
-    draw_series(axis, records, "contact/search/", ":", "searched anew, ")
-    axis.set(xlabel="faces of the tool", ylabel="ns a point", title="Contact by number of faces")
+    draw_kinds(axis, records, "contact/")
+    axis.set(xlabel="faces of the tool", ylabel="ns a point and step",
+             title="Contact by number of faces")
+
+
+def draw_searches(axis, records):
+    draw_kinds(axis, records, "search/")
+    axis.set(xlabel="faces of the tool", ylabel="ns a point", title="Search from nothing")
+
+
+def draw_kinds(axis, records, stem):
+    """Tools that grow by faces of one size, and one tool cut finer; a line that grows as log n."""
+    draw_series(axis, records, stem + "faces/", "-", "faces of 10 mm, ")
+    draw_series(axis, records, stem + "refined/", ":", "tool of 1 m, ")
+    first = chosen(records, stem + "faces/100") + chosen(records, stem + "refined/100")
+    if first:
+        n = np.geomspace(1e2, 1e6, 20)
+        axis.plot(n, first[0]["ns"] * np.log(n) / np.log(1e2), color="#999999", linewidth=0.8,
+                  label="growth as log n")
+        axis.legend(fontsize=8)
 
 
 def draw_series(axis, records, stem, style, prefix=""):

@@ -82,8 +82,8 @@ contains
     end do
     lines = lines//efficiency_line(records, "force/p2/2x2x3/voce/plain/default", 0.95_wp)
     lines = lines//efficiency_line(records, "elements/8000", 0.90_wp)
-    lines = lines//growth_line(records, "contact/faces/100", "contact/faces/1000000")
-    lines = lines//growth_line(records, "contact/search/100", "contact/search/1000000")
+    lines = lines//growth_lines(records, "contact/faces/")//growth_lines(records, "search/faces/") &
+            //growth_lines(records, "contact/refined/")//growth_lines(records, "search/refined/")
     lines = lines//contact_line(records)
   end function target_lines
 
@@ -103,21 +103,25 @@ contains
     line = verdict(name//", efficiency of two threads", efficiency, least, efficiency >= least)
   end function efficiency_line
 
-  !> Cost may grow as the logarithm of the number of faces: from 100 to 1000000 three times.
-  function growth_line(records, few, many) result(line)
+  !> Cost may grow as the logarithm of the number of faces: from 100 to 10^5 by 2.5, to 10^6 by 3.
+  function growth_lines(records, stem) result(lines)
     type(record_list_t), intent(in) :: records
-    character(*), intent(in) :: few, many
-    character(:), allocatable :: line
-    integer :: a, b
+    character(*), intent(in) :: stem
+    character(:), allocatable :: lines
+    integer :: few, many, power
     real(wp) :: growth
 
-    line = ""
-    a = find_record(records, few, 1)
-    b = find_record(records, many, 1)
-    if (a == 0 .or. b == 0) return
-    growth = records%items(b)%ns/records%items(a)%ns
-    line = verdict(many//" over "//few, growth, 3.0_wp, growth <= 3.0_wp)
-  end function growth_line
+    lines = ""
+    few = find_record(records, stem//"100", 1)
+    if (few == 0) return
+    do power = 5, 6
+      many = find_record(records, stem//to_text(10**power), 1)
+      if (many == 0) cycle
+      growth = records%items(many)%ns/records%items(few)%ns
+      lines = lines//verdict(records%items(many)%name//" over 100", growth, 0.5_wp*power, &
+                             growth <= 0.5_wp*power)
+    end do
+  end function growth_lines
 
   !> Contact must not cost more than the elements in the channel.
   function contact_line(records) result(line)

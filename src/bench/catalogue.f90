@@ -25,6 +25,7 @@ contains
     call add_laws(cases)
     call add_sizes(cases)
     call add_contacts(cases)
+    call add_faces(cases)
     call add_channel(is_quick, cases)
   end subroutine all_cases
 
@@ -127,16 +128,13 @@ contains
     end do
   end subroutine add_sizes
 
-  !> Contact by number of faces and of points.
+  !> Contact on a die of the channel, and by number of slave points.
   subroutine add_contacts(cases)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
-    integer, parameter :: faces(2, 5) = reshape([10, 10, 40, 25, 100, 100, 400, 250, 1000, 1000], &
-                                                [2, 5])
-    integer, parameter :: edges(4) = [11, 33, 105, 333]   ! 9 points an element
+    integer, parameter :: edges(4) = [11, 33, 105, 333]   ! elements, 9 points each
     integer, parameter :: n_points(4) = [1000, 10000, 100000, 1000000]
     type(die_case_t) :: die
     type(contact_case_t) :: item
-    type(search_case_t) :: search
     integer :: i
 
     die%name = "contact/closest_point"
@@ -149,18 +147,6 @@ contains
     item%height = 6.0_wp
     call add(cases, item)
     item%height = -0.3_wp
-    search%per = "point"
-    do i = 1, size(faces, 2)
-      item%n_faces = faces(:, i)
-      item%is_long = product(faces(:, i)) > 100000
-      item%name = "contact/faces/"//to_text(product(faces(:, i)))
-      call add(cases, item)
-      search%n_faces = faces(:, i)
-      search%is_long = item%is_long
-      search%name = "contact/search/"//to_text(product(faces(:, i)))
-      call add(cases, search)
-    end do
-    item%n_faces = [22, 12]
     do i = 1, size(edges)
       item%n_sheet = edges(i)
       item%is_long = n_points(i) > 200000
@@ -168,6 +154,35 @@ contains
       call add(cases, item)
     end do
   end subroutine add_contacts
+
+  !> Contact and search by number of faces: of 10 mm each on tools that grow, and on a tool of 1 m
+  !! that is cut finer and finer.
+  subroutine add_faces(cases)
+    type(case_slot_t), allocatable, intent(inout) :: cases(:)
+    integer, parameter :: faces(5) = [10, 32, 100, 316, 1000]   ! along each edge
+    integer, parameter :: n_faces(5) = [100, 1000, 10000, 100000, 1000000]
+    character(8), parameter :: kinds(2) = [character(8) :: "faces", "refined"]
+    type(contact_case_t) :: item
+    type(search_case_t) :: search
+    integer :: i, kind
+
+    item%per = "point-step"
+    search%per = "point"
+    do kind = 1, size(kinds)
+      do i = 1, size(faces)
+        item%n_faces = faces(i)
+        item%edge = merge(10.0_wp*faces(i), 1000.0_wp, kind == 1)
+        item%is_long = n_faces(i) > 100000
+        item%name = "contact/"//trim(kinds(kind))//"/"//to_text(n_faces(i))
+        call add(cases, item)
+        search%n_faces = item%n_faces
+        search%edge = item%edge
+        search%is_long = item%is_long
+        search%name = "search/"//trim(kinds(kind))//"/"//to_text(n_faces(i))
+        call add(cases, search)
+      end do
+    end do
+  end subroutine add_faces
 
   !> Parts of the channel example, then all of its steps.
   subroutine add_channel(is_quick, cases)

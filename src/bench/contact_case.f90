@@ -14,13 +14,13 @@ module contact_case
 
   public :: wavy_surface
 
-  real(wp), parameter :: tool_edge = 1000.0_wp, sheet_edge = 500.0_wp   !! [mm]
   real(wp), parameter :: reach = 9.0_wp              !! search distance: three thicknesses [mm]
   real(wp), parameter :: movement = 0.05_wp          !! of the sheet, a step [mm]
 
   !> Steps of a sheet that slides to and fro over the tool.
   type, extends(bench_case_t), public :: contact_case_t
     integer :: n_faces(2) = [22, 12]           !! of the tool
+    real(wp) :: edge = 1000.0_wp               !! of the tool; the sheet's is half of it [mm]
     integer :: n_sheet(2) = 33                 !! elements of the sheet, 9 slave points each
     real(wp) :: height = -0.3_wp               !! of the sheet above the tool's middle [mm]
     integer :: n_calls = 36                    !! steps: a search anew falls due in about as many
@@ -37,6 +37,7 @@ module contact_case
   !> Searches without knowledge of where the point was.
   type, extends(bench_case_t), public :: search_case_t
     integer :: n_faces(2) = [22, 12]
+    real(wp) :: edge = 1000.0_wp
     integer :: n_searches = 2000
     type(tool_t) :: tool
     real(wp), allocatable :: x(:, :)           !! points, shape (3, n_searches)
@@ -83,11 +84,11 @@ contains
     type(contact_options_t) :: options
     real(wp), allocatable :: mass(:, :)
 
-    call wavy_surface(surface, self%n_faces, tool_edge, 0.0_wp, 0.1_wp, error)
+    call wavy_surface(surface, self%n_faces, self%edge, 0.0_wp, 0.1_wp, error)
     if (allocated(error)) return
     call new_tool(self%tool, "wavy tool", [surface], 1, reach, error)
     if (allocated(error)) return
-    call wavy_surface(sheet, self%n_sheet, sheet_edge, self%height, 0.0_wp, error)
+    call wavy_surface(sheet, self%n_sheet, 0.5_wp*self%edge, self%height, 0.0_wp, error)
     if (allocated(error)) return
     call new_slave_surface(slave, sheet, points_gauss, [0, 0], error)
     if (allocated(error)) return
@@ -136,7 +137,7 @@ contains
     real(wp) :: place(3)
     integer :: i
 
-    call wavy_surface(surface, self%n_faces, tool_edge, 0.0_wp, 0.1_wp, error)
+    call wavy_surface(surface, self%n_faces, self%edge, 0.0_wp, 0.1_wp, error)
     if (allocated(error)) return
     call new_tool(self%tool, "wavy tool", [surface], 1, reach, error)
     if (allocated(error)) return

@@ -126,40 +126,52 @@ contains
     end do
   end subroutine multiply_add
 
-  !> a = b + s c, with passes enough for the clock.
+  !> The triad, with passes enough for the clock.
   subroutine time_triad(threads, n, seconds, work)
     integer, intent(in) :: threads, n
     real(wp), intent(out) :: seconds(:)
     real(wp), intent(out) :: work        !! bytes of one repetition
     real(wp), allocatable :: a(:), b(:), c(:)
     real(wp) :: started
-    integer :: i, l, pass, n_passes
+    integer :: i, t, pass, n_passes, share
 
     n_passes = max(1, nint(4.0e6_wp/n))
-    allocate (a(n), b(n), c(n))
+    share = n/threads
+    allocate (a(share*threads), b(share*threads), c(share*threads))
+    ! Each thread touches its own share first, and passes over it without waiting for the others.
     !$omp parallel do num_threads(threads) schedule(static)
-    do l = 1, n
-      a(l) = 0.0_wp
-      b(l) = 1.0_wp
-      c(l) = 2.0_wp
+    do t = 1, threads
+      a(1 + share*(t - 1):share*t) = 0.0_wp
+      b(1 + share*(t - 1):share*t) = 1.0_wp
+      c(1 + share*(t - 1):share*t) = 2.0_wp
     end do
     !$omp end parallel do
-    work = 24.0_wp*n*n_passes
-    ! The first round warms up; the next one writes over its time.
+    work = 24.0_wp*share*threads*n_passes
     do i = 0, size(seconds)
       started = seconds_now(threads == 1)
-      !$omp parallel num_threads(threads) private(pass)
-      do pass = 1, n_passes
-        !$omp do simd schedule(static)
-        do l = 1, n
-          a(l) = b(l) + (1.0_wp/pass)*c(l)
+      !$omp parallel do num_threads(threads) schedule(static) private(pass)
+      do t = 1, threads
+        do pass = 1, n_passes
+          call triad(share, 1.0_wp/pass, b(1 + share*(t - 1)), c(1 + share*(t - 1)), &
+                     a(1 + share*(t - 1)))
         end do
-        !$omp end do simd
       end do
-      !$omp end parallel
+      !$omp end parallel do
       seconds(max(i, 1)) = seconds_now(threads == 1) - started
     end do
     if (.not. minval(a) > 0.0_wp) work = 0.0_wp
   end subroutine time_triad
+
+  pure subroutine triad(n, factor, b, c, a)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: factor, b(n), c(n)
+    real(wp), intent(out) :: a(n)
+    integer :: l
+
+    !$omp simd
+    do l = 1, n
+      a(l) = b(l) + factor*c(l)
+    end do
+  end subroutine triad
 
 end module machine_bound

@@ -92,8 +92,8 @@ class Bench(unittest.TestCase):
     def test_list_names_what_runs(self):
         names = self.bench("--list").stdout.split()
         self.assertEqual(len(set(names)), len(names))
-        self.assertIn("contact/faces/1000000", names)
-        self.assertNotIn("contact/faces/1000000", self.bench("--list", "--quick").stdout)
+        self.assertIn("contact/refined/1000000", names)
+        self.assertNotIn("contact/refined/1000000", self.bench("--list", "--quick").stdout)
 
     def test_nothing_is_left_behind(self):
         left = os.path.join(self.folder.name, "igaform_cache")
