@@ -84,7 +84,7 @@ def draw_roofline(axis, records):
     axis.plot([], [], "k--", linewidth=1, label="bound, data in the second cache")
     axis.set(xlabel="operations a byte of state and fields", ylabel="Gflop/s",
              title="Roofline of the force routine")
-    axis.legend(fontsize=8)
+    axis.legend(fontsize=8, loc="lower left")
 
 
 def draw_elements(axis, records):
@@ -128,9 +128,10 @@ def draw_series(axis, records, stem, style, prefix=""):
                        for record in chosen(records, stem, threads))
         n, ns, spread = np.array(pairs).T
         colour = (BLANK, tool_colour(0))[(threads - 1) % 2]
-        axis.loglog(n, ns, style, marker=MARKS.get(threads, "^"), markersize=4, color=colour,
+        axis.semilogx(n, ns, style, marker=MARKS.get(threads, "^"), markersize=4, color=colour,
                     label=prefix + label_of(threads))
         axis.fill_between(n, ns, ns * (1 + spread), color=colour, alpha=0.12, linewidth=0)
+    axis.set_ylim(bottom=0)
     axis.legend(fontsize=8)
 
 

@@ -129,12 +129,14 @@ contains
     end if
   end subroutine check_contact
 
-  !> Points near the tool, spread over all of it.
+  !> Points near the tool in rows, as slave points lie.
   subroutine prepare_search(self, error)
     class(search_case_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: spacing = 3.3_wp   ! [mm]
+    integer, parameter :: n_row = 50
     type(nurbs_surface_t) :: surface
-    real(wp) :: place(3)
+    real(wp) :: xi(2), place(3)
     integer :: i
 
     call wavy_surface(surface, self%n_faces, self%edge, 0.0_wp, 0.1_wp, error)
@@ -143,8 +145,8 @@ contains
     if (allocated(error)) return
     allocate (self%x(3, self%n_searches))
     do i = 1, self%n_searches
-      call evaluate_surface(surface, [modulo(0.7548776662_wp*i, 1.0_wp), &
-                                      modulo(0.5698402910_wp*i, 1.0_wp)], place)
+      xi = 0.3_wp + spacing/self%edge*[mod(i - 1, n_row), (i - 1)/n_row]
+      call evaluate_surface(surface, modulo(xi, 1.0_wp), place)
       self%x(:, i) = place + [0.0_wp, 0.0_wp, 2.0_wp*sin(1.0_wp*i)]
     end do
     self%n_units = real(self%n_searches, wp)
