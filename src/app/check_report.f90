@@ -3,9 +3,12 @@ module check_report
   use kinds, only: wp
   use text, only: to_text, rounded_text
   use timer, only: clock_ticks, ticks_to_seconds
-  use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
-  use internal_force, only: internal_forces
   use strain_projection, only: project_nothing, projection_name
+  use seams, only: seams_t
+  use ig_patch, only: ig_patch_t, force_report_t
+  use patch_body, only: patch_body_t
+  use body_forces, only: forces_of_bodies
+  use blank, only: n_elements_of, mass_of
   use kernel_dispatch, only: kernel_name
   use model, only: model_t
   use step_control, only: step_control_t, new_step_control, next_step
@@ -26,21 +29,21 @@ contains
     control = new_step_control(model%step, model%output, model%stable_step, model%rate)
     n_steps = model%step%end_time/next_step(control, 0.0_wp, model%rate)
     seconds = n_steps*force_seconds(model)
-    associate (blank => model%bodies%blank, patch => model%bodies%blank%patch)
+    associate (blank => model%bodies%blank)
       print "(a)", "blank            "//blank%name
-      print "(a)", "elements         "//to_text(product(patch%axes%n_elements))//" ("// &
-        triple(patch%axes%n_elements)//")"
-      print "(a)", "degrees          "//triple(patch%axes%degree)
-      print "(a)", "control points   "//to_text(product(patch%n_control))
-      print "(a)", "points           "//to_text(product(patch%axes%n_points))//" an element ("// &
-        triple(patch%axes%n_points)//"), kernel "//kernel_name(patch%kernel)
-      if (patch%projection%kind /= project_nothing) print "(a)", "projection       "// &
-        projection_name(patch%projection%kind)//" with "//triple(patch%projection%n_samples)// &
-        " samples"
-      print "(a)", "mass             "//rounded_text(sum(blank%mass))
+      do i = 1, size(blank%parts)
+        if (size(blank%parts) > 1) print "(a)", "patch            "//blank%parts(i)%name
+        call print_patch(blank%parts(i)%patch)
+      end do
+      if (size(blank%parts) > 1) print "(a)", "all patches      "// &
+        to_text(n_elements_of(blank%parts))//" elements"
+      if (blank%seams%n_groups > 0) print "(a)", "seams            "// &
+        to_text(size(blank%seams%point))//" control points at "// &
+        to_text(blank%seams%n_groups)//" places"
+      print "(a)", "mass             "//rounded_text(mass_of(blank%parts))
     end associate
     print "(a)", "tools            "//to_text(size(model%bodies%tools))
-    if (model%bodies%blank%patch%viscosity%is_active) then
+    if (model%bodies%blank%parts(1)%patch%viscosity%is_active) then
       print "(a)", "effect           bulk viscosity"
     end if
     if (model%bodies%blank%added_mass > 0.0_wp) then
@@ -59,29 +62,38 @@ contains
       " s for the blank, up to half more for the rest"
   end subroutine print_check
 
+  subroutine print_patch(patch)
+    type(ig_patch_t), intent(in) :: patch
+
+    print "(a)", "elements         "//to_text(product(patch%axes%n_elements))//" ("// &
+      triple(patch%axes%n_elements)//")"
+    print "(a)", "degrees          "//triple(patch%axes%degree)
+    print "(a)", "control points   "//to_text(product(patch%n_control))
+    print "(a)", "points           "//to_text(product(patch%axes%n_points))//" an element ("// &
+      triple(patch%axes%n_points)//"), kernel "//kernel_name(patch%kernel)
+    if (patch%projection%kind /= project_nothing) print "(a)", "projection       "// &
+      projection_name(patch%projection%kind)//" with "//triple(patch%projection%n_samples)// &
+      " samples"
+  end subroutine print_patch
+
   !> Seconds of one force evaluation of the blank here and now.
   real(wp) function force_seconds(model) result(seconds)
     type(model_t), intent(in) :: model
     integer, parameter :: n_repeats = 5
-    type(ig_patch_t) :: patch
-    type(tile_buffer_t), allocatable :: buffers(:)
+    type(patch_body_t), allocatable :: parts(:)
+    type(seams_t) :: seams
     type(force_report_t) :: report
-    real(wp), allocatable :: force(:, :, :, :)
     integer :: i
 
-    associate (blank => model%bodies%blank)
-      patch = blank%patch
-      buffers = blank%buffers
-      allocate (force, mold=blank%motion%x)
-      seconds = huge(seconds)
-      do i = 1, n_repeats
-        associate (start => clock_ticks())
-          call internal_forces(patch, buffers, blank%law, model%stable_step, blank%motion%x, &
-                               blank%motion%v, force, report)
-          seconds = min(seconds, ticks_to_seconds(clock_ticks() - start))
-        end associate
-      end do
-    end associate
+    allocate (parts, source=model%bodies%blank%parts)
+    seams = model%bodies%blank%seams
+    seconds = huge(seconds)
+    do i = 1, n_repeats
+      associate (start => clock_ticks())
+        call forces_of_bodies(parts, seams, model%bodies%blank%law, model%stable_step, report)
+        seconds = min(seconds, ticks_to_seconds(clock_ticks() - start))
+      end associate
+    end do
   end function force_seconds
 
   function triple(n) result(text)

@@ -14,6 +14,7 @@ module deck_run
   use scene, only: scene_t
   use deck_reader, only: read_deck
   use fault_report, only: report_faults
+  use blank, only: n_elements_of, n_controls_of, mass_of
   use model, only: model_t
   use contact_effect, only: contact_effect_t
   use relaxation, only: relaxation_t
@@ -160,7 +161,7 @@ contains
     type(error_t), allocatable :: error
 
     timings%timer = model%timer
-    timings%n_elements = product(model%bodies%blank%patch%axes%n_elements)
+    timings%n_elements = n_elements_of(model%bodies%blank%parts)
     timings%n_threads = omp_get_max_threads()
     timings%n_steps = run%n_steps
     timings%wall_seconds = ticks_to_seconds(clock_ticks() - run%started)
@@ -199,11 +200,14 @@ contains
     integer :: i
 
     associate (blank => model%bodies%blank)
-      call log_line(log, "blank      "//blank%name//", "//to_text(product( &
-                    blank%patch%axes%n_elements))//" elements, "//to_text( &
-                    product(blank%patch%n_control))//" control points, mass "// &
-                    rounded_text(sum(blank%mass)))
-      if (blank%patch%viscosity%is_active) call log_line(log, "effect     bulk viscosity")
+      call log_line(log, "blank      "//blank%name//", "// &
+                    to_text(n_elements_of(blank%parts))//" elements, "// &
+                    to_text(n_controls_of(blank%parts))//" control points, mass "// &
+                    rounded_text(mass_of(blank%parts)))
+      if (size(blank%parts) > 1 .or. blank%seams%n_groups > 0) &
+        call log_line(log, "patches    "//to_text(size(blank%parts))//", joined in "// &
+                      to_text(blank%seams%n_groups)//" control points")
+      if (blank%parts(1)%patch%viscosity%is_active) call log_line(log, "effect     bulk viscosity")
       if (blank%added_mass > 0.0_wp) then
         call log_line(log, "effect     mass scaling, added mass "//rounded_text(blank%added_mass))
       end if
@@ -271,16 +275,21 @@ contains
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(results_setup_t), intent(out) :: setup
-    integer :: axis, i
+    integer :: axis, i, p
     character(4096) :: line
 
     setup%path = command%output
     if (setup%path == "") setup%path = base_of(file_name(command%deck))//".h5"
-    setup%solid = model%bodies%blank%solid
-    do axis = 1, 3
-      associate (table => model%bodies%blank%patch%axes(axis))
-        setup%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, table%weights)
-      end associate
+    allocate (setup%patches(size(model%bodies%blank%parts)))
+    do p = 1, size(setup%patches)
+      setup%patches(p)%name = model%bodies%blank%parts(p)%name
+      setup%patches(p)%solid = model%bodies%blank%parts(p)%solid
+      do axis = 1, 3
+        associate (table => model%bodies%blank%parts(p)%patch%axes(axis))
+          setup%patches(p)%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, &
+                                                     table%weights)
+        end associate
+      end do
     end do
     allocate (setup%tools(size(scene%tools)), setup%probes(size(scene%probes)))
     do i = 1, size(scene%tools)

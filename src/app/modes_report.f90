@@ -5,7 +5,7 @@ module modes_report
   use text, only: to_text
   use model, only: model_t
   use boundary, only: boundary_t
-  use vibration, only: free_frequencies
+  use vibration, only: fixed_t, free_frequencies, n_free
   implicit none
   private
 
@@ -25,19 +25,19 @@ contains
     integer, intent(in) :: n_modes
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
-    logical, allocatable :: is_fixed(:, :, :, :)
+    type(fixed_t), allocatable :: fixed(:)
     real(wp), allocatable :: frequency(:)
-    integer :: i
+    integer :: i, n
 
-    is_fixed = prescribed_components(model)
-    if (count(.not. is_fixed) > max_free) then
+    fixed = prescribed_components(model)
+    n = n_free(model%bodies%blank%parts, model%bodies%blank%seams, fixed)
+    if (n > max_free) then
       call fail(error, "--modes works on at most "//to_text(max_free)//" free components of "// &
-                "control points; this blank has "//to_text(count(.not. is_fixed)))
+                "control points; this blank has "//to_text(n))
       return
     end if
     associate (blank => model%bodies%blank)
-      frequency = free_frequencies(blank%patch, blank%law, blank%motion%x, blank%mass, is_fixed) &
-                  /two_pi
+      frequency = free_frequencies(blank%parts, blank%seams, blank%law, fixed)/two_pi
     end associate
     print "(a)", "mode         frequency            period"
     do i = 1, min(n_modes, size(frequency))
@@ -45,20 +45,25 @@ contains
     end do
   end subroutine print_modes
 
-  !> Components of control points, shape (n1, n2, n3, 3), whose velocity the deck prescribes.
-  function prescribed_components(model) result(is_fixed)
+  !> Components of control points whose velocity the deck prescribes, by patch.
+  function prescribed_components(model) result(fixed)
     type(model_t), intent(in) :: model
-    logical, allocatable :: is_fixed(:, :, :, :)
+    type(fixed_t), allocatable :: fixed(:)
     integer :: i, p
 
-    associate (x => model%bodies%blank%motion%x)
-      allocate (is_fixed(size(x, 1), size(x, 2), size(x, 3), 3), source=.false.)
-    end associate
+    allocate (fixed(size(model%bodies%blank%parts)))
+    do p = 1, size(fixed)
+      associate (n => model%bodies%blank%parts(p)%patch%n_control)
+        allocate (fixed(p)%is_fixed(n(1), n(2), n(3), 3), source=.false.)
+      end associate
+    end do
     do i = 1, size(model%supports)
       select type (item => model%supports(i)%item)
       type is (boundary_t)
         do p = 1, size(item%points, 2)
-          is_fixed(item%points(1, p), item%points(2, p), item%points(3, p), item%component) = .true.
+          associate (at => item%points(:, p))
+            fixed(item%part(p))%is_fixed(at(1), at(2), at(3), item%component) = .true.
+          end associate
         end do
       end select
     end do

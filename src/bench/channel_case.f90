@@ -9,6 +9,7 @@ module channel_case
   use scene, only: scene_t
   use deck_reader, only: read_deck
   use gauss_rule, only: gauss_rule_t
+  use blank, only: n_controls_of
   use model, only: model_t
   use model_setup, only: build_model
   use frames, only: results_t, results_setup_t, open_results, write_frame, close_results
@@ -73,7 +74,7 @@ contains
     class(channel_case_t), intent(inout) :: self
     real(wp) :: n_controls
 
-    n_controls = size(self%model%bodies%blank%mass)
+    n_controls = n_controls_of(self%model%bodies%blank%parts)
     select case (trim(self%part))
     case ("update")
       self%n_calls = 200
@@ -107,10 +108,12 @@ contains
     end if
     call new_run(self%model, self%solver)
     setup%path = self%file
-    setup%solid = self%model%bodies%blank%solid
+    allocate (setup%patches(1))
+    setup%patches(1)%name = self%model%bodies%blank%parts(1)%name
+    setup%patches(1)%solid = self%model%bodies%blank%parts(1)%solid
     do axis = 1, 3
-      associate (table => self%model%bodies%blank%patch%axes(axis))
-        setup%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, table%weights)
+      associate (table => self%model%bodies%blank%parts(1)%patch%axes(axis))
+        setup%patches(1)%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, table%weights)
       end associate
     end do
     allocate (setup%tools(size(self%scene%tools)), setup%probes(0))
@@ -180,7 +183,7 @@ contains
     seconds = ticks_to_seconds(clock_ticks() - started)
     call close_log(log)
     self%has_failed = self%has_failed .or. allocated(error)
-    associate (axes => self%model%bodies%blank%patch%axes)
+    associate (axes => self%model%bodies%blank%parts(1)%patch%axes)
       self%n_units = real(self%solver%n_steps, wp)*product(axes%n_elements)
       self%n_points = product(axes%n_points)
     end associate
@@ -193,9 +196,9 @@ contains
   subroutine update(model)
     type(model_t), intent(inout) :: model
 
-    associate (blank => model%bodies%blank, motion => model%bodies%blank%motion)
-      call advance_velocities(size(blank%mass), 1.0e-7_wp, blank%mass, motion%external_force, &
-                              motion%internal_force, motion%v)
+    associate (body => model%bodies%blank%parts(1), motion => model%bodies%blank%parts(1)%motion)
+      call advance_velocities(size(body%inertia), 1.0e-7_wp, body%inertia, &
+                              motion%external_force, motion%internal_force, motion%v)
       call advance_positions(size(motion%x), 1.0e-7_wp, motion%v, motion%x)
     end associate
   end subroutine update

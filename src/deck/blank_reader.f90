@@ -7,6 +7,7 @@ module blank_reader
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
   use knot_vector, only: knot_vector_t, find_span, basis_derivatives
   use primitives, only: box_solid
+  use blank, only: patch_spec_t
   use scene, only: scene_t, blank_spec_t
   use field_split, only: split_fields
   use deck_names, only: deck_names_t, resolve
@@ -52,10 +53,13 @@ contains
 
     found = find_records(deck, "BLANK")
     is_complete = .false.
+    allocate (scene%blank%patches(1))
     if (size(found) == 0) return
-    associate (record => deck%records(found(1)), blank => scene%blank)
+    associate (record => deck%records(found(1)), blank => scene%blank, &
+               patch => scene%blank%patches(1))
       blank%origin = record%origin
       blank%name = option_text(deck, record, "NAME")
+      patch%name = blank%name
       if (is_option_given(deck, record, "MATERIAL")) then
         call resolve(names%materials, option_text(deck, record, "MATERIAL"), "*MATERIAL", &
                      record%origin, blank%material, faults)
@@ -63,17 +67,17 @@ contains
       frame%is_box = option_text(deck, record, "TYPE") == "BOX"
       if (.not. frame%is_box) then
         call check_parts(deck, parts(1), 3, "the blank", faults)
-        call read_nurbs(deck, parts(1), record, blank%solid, is_complete, faults)
+        call read_nurbs(deck, parts(1), record, patch%solid, is_complete, faults)
       else
         call check_parts(deck, parts(1), 0, "a blank of TYPE=BOX", faults)
         if (record%is_valid) then
           call read_box(record, option_text(deck, record, "SPACING") == "CONTROL POINTS", &
-                        blank%solid, frame, is_complete, faults)
+                        patch%solid, frame, is_complete, faults)
         end if
       end if
       if (.not. is_complete) return
-      call refine(deck, parts(1), blank%solid, faults)
-      call read_rule(option_text(deck, record, "RULE"), record, blank, faults)
+      call refine(deck, parts(1), patch%solid, faults)
+      call read_rule(option_text(deck, record, "RULE"), record, patch, faults)
       call read_projection(deck, record, blank, faults)
     end associate
   end subroutine read_blank
@@ -180,21 +184,21 @@ contains
   end function parametric_of
 
   !> Integration points of an element after all refinement.
-  subroutine read_rule(rule, record, blank, faults)
+  subroutine read_rule(rule, record, patch, faults)
     character(*), intent(in) :: rule
     type(record_t), intent(in) :: record
-    type(blank_spec_t), intent(inout) :: blank
+    type(patch_spec_t), intent(inout) :: patch
     type(fault_list_t), intent(inout) :: faults
     logical :: is_good
 
     is_good = .true.
     select case (squeezed(upper_case(rule)))
     case ("FULL")
-      blank%n_points = blank%solid%axes%degree + 1
+      patch%n_points = patch%solid%axes%degree + 1
     case ("REDUCED")
-      blank%n_points = blank%solid%axes%degree
+      patch%n_points = patch%solid%axes%degree
     case default
-      call read_count(rule, blank%n_points, blank%n_parts, is_good)
+      call read_count(rule, patch%n_points, patch%n_parts, is_good)
     end select
     if (.not. is_good) call add_fault(faults, record%origin, "RULE="//rule, &
                                       "FULL, REDUCED or three counts from 1 to "// &
@@ -208,7 +212,7 @@ contains
     type(blank_spec_t), intent(inout) :: blank
     type(fault_list_t), intent(inout) :: faults
     character(:), allocatable :: samples
-    integer :: n_parts(3)
+    integer :: n_parts(3), p
     logical :: is_good
 
     blank%projection = option_text(deck, record, "PROJECTION")
@@ -218,8 +222,11 @@ contains
                                                    " without a projection", &
                                                    "PROJECTION=BBAR or ANS beside it")
     call read_count(samples, blank%n_samples, n_parts, is_good)
-    if (is_good) is_good = all(n_parts == 1) .and. all(blank%n_samples <= &
-                                                       blank%n_points*blank%n_parts)
+    if (is_good) is_good = all(n_parts == 1)
+    do p = 1, size(blank%patches)
+      if (is_good) is_good = all(blank%n_samples <= blank%patches(p)%n_points &
+                                 *blank%patches(p)%n_parts)
+    end do
     if (.not. is_good) call add_fault(faults, record%origin, "SAMPLES="//samples, &
                                       "three counts from 1 to the integration points of the "// &
                                       'direction, such as "2,2,1"')

@@ -59,7 +59,7 @@ contains
     contact%face = face_of(face, frame)
     if (contact%face == 0 .and. face /= "AUTO") then
       call add_fault(faults, record%origin, "FACE="//face, "the name of a face, or AUTO"// &
-                     did_you_mean(face, [face_names(frame), strings(["AUTO"])]))
+                     did_you_mean(face, [face_names(), strings(["AUTO"])]))
     end if
     if (.not. is_option_given(deck, record, "COUNT")) return
     call read_count(option_text(deck, record, "COUNT"), contact%n_points, n_parts, is_good)

@@ -2,8 +2,8 @@
 module deck_check
   use kinds, only: wp
   use faults, only: new_origin, fault_list_t, add_fault, add_warning
-  use knot_vector, only: knot_vector_t, greville
-  use scene, only: scene_t, tool_spec_t, set_spec_t
+  use scene, only: scene_t, tool_spec_t
+  use set_range, only: is_held
   use deck_records, only: parsed_deck_t, find_records
   implicit none
   private
@@ -56,45 +56,34 @@ contains
   subroutine check_sets(scene, faults)
     type(scene_t), intent(in) :: scene
     type(fault_list_t), intent(inout) :: faults
-    integer :: i
+    integer :: i, p
 
     do i = 1, size(scene%sets)
-      if (holds_points(scene%sets(i), scene%blank%solid%axes)) cycle
+      if (any([(any(is_held(scene%blank%patches(p)%solid, scene%sets(i), p)), &
+                p=1, size(scene%blank%patches))])) cycle
       call add_fault(faults, scene%sets(i)%origin, "the set "//scene%sets(i)%name// &
                      ", which holds no control point", "bounds that hold Greville abscissae")
     end do
   end subroutine check_sets
-
-  pure logical function holds_points(set, axes)
-    type(set_spec_t), intent(in) :: set
-    type(knot_vector_t), intent(in) :: axes(3)
-    real(wp), parameter :: rounding = 1.0e-9_wp
-    real(wp) :: slack
-    integer :: a
-
-    holds_points = .true.
-    do a = 1, 3
-      slack = rounding*(axes(a)%knots(size(axes(a)%knots)) - axes(a)%knots(1))
-      holds_points = holds_points .and. any(greville(axes(a)) >= set%lower(a) - slack .and. &
-                                            greville(axes(a)) <= set%upper(a) + slack)
-    end do
-  end function holds_points
 
   !> The third axis must be the thickness, on which contact, thickness and rules rely.
   subroutine check_thickness(scene, faults)
     type(scene_t), intent(in) :: scene
     type(fault_list_t), intent(inout) :: faults
     real(wp) :: extent(3)
+    integer :: p
 
-    associate (points => scene%blank%solid%points)
-      extent(1) = maxval(norm2(points(ubound(points, 1), :, :, :) - points(1, :, :, :), 3))
-      extent(2) = maxval(norm2(points(:, ubound(points, 2), :, :) - points(:, 1, :, :), 3))
-      extent(3) = maxval(norm2(points(:, :, ubound(points, 3), :) - points(:, :, 1, :), 3))
-    end associate
-    if (extent(3) > maxval(extent(:2))) then
+    do p = 1, size(scene%blank%patches)
+      associate (points => scene%blank%patches(p)%solid%points)
+        extent(1) = maxval(norm2(points(ubound(points, 1), :, :, :) - points(1, :, :, :), 3))
+        extent(2) = maxval(norm2(points(:, ubound(points, 2), :, :) - points(:, 1, :, :), 3))
+        extent(3) = maxval(norm2(points(:, :, ubound(points, 3), :) - points(:, :, 1, :), 3))
+      end associate
+      if (extent(3) <= maxval(extent(:2))) cycle
       call add_warning(faults, scene%blank%origin, "axis 3 of the blank as its longest", &
                        "the thickness as axis 3, the longest side as axis 1")
-    end if
+      return
+    end do
   end subroutine check_thickness
 
   !> Warn of a tool that no contact pair names, or that cannot reach the blank.
@@ -177,11 +166,15 @@ contains
   pure function solid_bounds(scene) result(bounds)
     type(scene_t), intent(in) :: scene
     type(bounds_t) :: bounds
-    integer :: c
+    integer :: c, p
 
-    do c = 1, 3
-      bounds%lower(c) = minval(scene%blank%solid%points(:, :, :, c))
-      bounds%upper(c) = maxval(scene%blank%solid%points(:, :, :, c))
+    do p = 1, size(scene%blank%patches)
+      do c = 1, 3
+        associate (x => scene%blank%patches(p)%solid%points(:, :, :, c))
+          bounds%lower(c) = min(bounds%lower(c), minval(x))
+          bounds%upper(c) = max(bounds%upper(c), maxval(x))
+        end associate
+      end do
     end do
   end function solid_bounds
 

@@ -1,5 +1,6 @@
 !> *PRESSURE, *TRACTION and *GRAVITY.
 module load_reader
+  use kinds, only: wp
   use faults, only: fault_list_t, add_fault
   use scene, only: scene_t, load_spec_t
   use deck_names, only: deck_names_t
@@ -78,21 +79,27 @@ contains
     end if
   end subroutine read_load
 
-  !> Does the set lie on exactly one face of the blank?
+  !> Does the set lie on exactly one face of each patch that it has a part of, by its coordinates
+  !! in the patch alone?
   pure logical function is_on_face(scene, set)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: set
     logical :: is_layer(3)
-    integer :: a
+    integer :: a, p
 
     is_on_face = .true.
-    do a = 1, 3
-      if (.not. allocated(scene%blank%solid%axes(a)%knots)) return
-      associate (knots => scene%blank%solid%axes(a)%knots, spec => scene%sets(set))
-        is_layer(a) = spec%upper(a) <= knots(1) .or. spec%lower(a) >= knots(size(knots))
-      end associate
+    do p = 1, size(scene%blank%patches)
+      do a = 1, 3
+        if (.not. allocated(scene%blank%patches(p)%solid%axes(a)%knots)) return
+        associate (knots => scene%blank%patches(p)%solid%axes(a)%knots, spec => scene%sets(set))
+          is_layer(a) = spec%upper(a, p) <= knots(1) .or. spec%lower(a, p) >= knots(size(knots))
+        end associate
+      end do
+      if (any(scene%sets(set)%lower(:, p) > scene%sets(set)%upper(:, p))) cycle
+      is_on_face = is_on_face .and. count(is_layer) == 1
     end do
-    is_on_face = count(is_layer) == 1
+    is_on_face = is_on_face .and. all(scene%sets(set)%from <= -huge(1.0_wp)) &
+                 .and. all(scene%sets(set)%to >= huge(1.0_wp))
   end function is_on_face
 
 end module load_reader

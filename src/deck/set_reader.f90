@@ -39,7 +39,8 @@ contains
         set%origin = record%origin
         set%name = option_text(deck, record, "NAME")
         call take_whole(scene, set)
-        if (face_of(set%name, frame) > 0 .or. upper_case(set%name) == "ALL") then
+        if (face_of(set%name, frame) > 0 .or. side_of(set%name) > 0 .or. &
+            upper_case(set%name) == "ALL") then
           call add_fault(faults, record%origin, "the name "//set%name, &
                          "a name that is not ALL or that of a face")
         end if
@@ -70,6 +71,13 @@ contains
     end do
   end function face_of
 
+  !> Side of a blank that is no box by this name: the control points that lie farthest that way.
+  pure integer function side_of(name)
+    character(*), intent(in) :: name
+
+    side_of = findloc(sides, upper_case(name), 1)
+  end function side_of
+
   !> Place of a set; names of faces and ALL become sets when first asked for.
   subroutine find_set(names, frame, name, origin, scene, place, faults)
     type(deck_names_t), intent(inout) :: names
@@ -86,52 +94,57 @@ contains
     key = squeezed(upper_case(name))
     place = place_of(names%sets, key)
     if (place > 0) return
-    if (key /= "ALL" .and. face_of(key, frame) == 0) then
+    if (key /= "ALL" .and. face_of(key, frame) == 0 .and. side_of(key) == 0) then
       call add_fault(faults, origin, "the unknown set "//name, "the name of a *SET or of a "// &
-                     "face, or ALL"//did_you_mean(key, known_sets(names, frame)))
+                     "face, or ALL"//did_you_mean(key, known_sets(names)))
       return
     end if
     set%origin = origin
     set%name = key
     call take_whole(scene, set)
-    if (key /= "ALL") call narrow_to_face(scene, face_of(key, frame), set)
+    call narrow(scene, key, frame, set)
     scene%sets = [scene%sets, set]
     call insert(names%sets, key, is_new)
     place = names%sets%n_names
   end subroutine find_set
 
-  pure function known_sets(names, frame) result(known)
+  pure function known_sets(names) result(known)
     type(deck_names_t), intent(in) :: names
-    type(box_frame_t), intent(in) :: frame
     type(string_t), allocatable :: known(:)
 
-    known = [face_names(frame), strings(["ALL"])]
+    known = [face_names(), strings(["ALL"])]
     if (names%sets%n_names > 0) known = [known, names%sets%names(:names%sets%n_names)]
   end function known_sets
 
   !> Names that the faces of the blank go by.
-  pure function face_names(frame) result(known)
-    type(box_frame_t), intent(in) :: frame
+  pure function face_names() result(known)
     type(string_t), allocatable :: known(:)
 
-    known = strings(faces)
-    if (frame%is_box) known = [known, strings(sides)]
+    known = [strings(faces), strings(sides)]
   end function face_names
 
   !> Bounds of the whole blank; 0 and 1 where its solid could not be made.
   pure subroutine take_whole(scene, set)
     type(scene_t), intent(in) :: scene
     type(set_spec_t), intent(inout) :: set
-    integer :: a
+    integer :: a, p
 
+    associate (n => size(scene%blank%patches))
+      if (allocated(set%lower)) deallocate (set%lower, set%upper)
+      allocate (set%lower(3, n), set%upper(3, n))
+    end associate
     set%lower = 0.0_wp
     set%upper = 1.0_wp
-    do a = 1, 3
-      if (.not. allocated(scene%blank%solid%axes(a)%knots)) cycle
-      associate (knots => scene%blank%solid%axes(a)%knots)
-        set%lower(a) = knots(1)
-        set%upper(a) = knots(size(knots))
-      end associate
+    set%from = -huge(1.0_wp)
+    set%to = huge(1.0_wp)
+    do p = 1, size(scene%blank%patches)
+      do a = 1, 3
+        if (.not. allocated(scene%blank%patches(p)%solid%axes(a)%knots)) cycle
+        associate (knots => scene%blank%patches(p)%solid%axes(a)%knots)
+          set%lower(a, p) = knots(1)
+          set%upper(a, p) = knots(size(knots))
+        end associate
+      end do
     end do
   end subroutine take_whole
 
@@ -145,7 +158,7 @@ contains
     type(set_spec_t), intent(inout) :: set
     type(fault_list_t), intent(inout) :: faults
     character(:), allocatable :: word
-    integer :: i, face, axis
+    integer :: i, axis
 
     word = upper_case(field_word(record, line, 1))
     axis = axis_of(word, frame)
@@ -155,16 +168,41 @@ contains
     end if
     do i = 1, n_fields(record, line)
       word = field_word(record, line, i)
-      face = face_of(word, frame)
-      if (face > 0) then
-        call narrow_to_face(scene, face, set)
+      if (face_of(word, frame) > 0 .or. side_of(word) > 0) then
+        call narrow(scene, word, frame, set)
       else if (upper_case(word) /= "ALL") then
         call add_fault(faults, line_origin(deck, record, line), "`"//word//"`", "a face such "// &
                        "as XI_MIN, or an axis such as xi and two bounds"// &
-                       did_you_mean(word, face_names(frame)))
+                       did_you_mean(word, face_names()))
       end if
     end do
   end subroutine read_line
+
+  !> Keep what a set has in common with a face or side by its name; any other name is the whole.
+  subroutine narrow(scene, name, frame, set)
+    type(scene_t), intent(in) :: scene
+    character(*), intent(in) :: name
+    type(box_frame_t), intent(in) :: frame
+    type(set_spec_t), intent(inout) :: set
+    integer :: p, axis
+    real(wp) :: place
+
+    if (face_of(name, frame) > 0) then
+      call narrow_to_face(scene, face_of(name, frame), set)
+    else if (side_of(name) > 0) then
+      axis = (side_of(name) + 1)/2
+      place = merge(huge(1.0_wp), -huge(1.0_wp), mod(side_of(name), 2) == 1)
+      do p = 1, size(scene%blank%patches)
+        if (.not. allocated(scene%blank%patches(p)%solid%points)) cycle
+        associate (x => scene%blank%patches(p)%solid%points(:, :, :, axis))
+          if (mod(side_of(name), 2) == 1) place = min(place, minval(x))
+          if (mod(side_of(name), 2) == 0) place = max(place, maxval(x))
+        end associate
+      end do
+      if (mod(side_of(name), 2) == 1) set%to(axis) = min(set%to(axis), place)
+      if (mod(side_of(name), 2) == 0) set%from(axis) = max(set%from(axis), place)
+    end if
+  end subroutine narrow
 
   !> Keep what a set has in common with a face; that may be nothing, `lower` above `upper`.
   pure subroutine narrow_to_face(scene, face, set)
@@ -175,12 +213,12 @@ contains
 
     call take_whole(scene, whole)
     associate (axis => (face + 1)/2)
-      if (mod(face, 2) == 1) set%upper(axis) = min(set%upper(axis), whole%lower(axis))
-      if (mod(face, 2) == 0) set%lower(axis) = max(set%lower(axis), whole%upper(axis))
+      if (mod(face, 2) == 1) set%upper(axis, :) = min(set%upper(axis, :), whole%lower(axis, :))
+      if (mod(face, 2) == 0) set%lower(axis, :) = max(set%lower(axis, :), whole%upper(axis, :))
     end associate
   end subroutine narrow_to_face
 
-  !> Parametric axis that goes by this name, 0 if none does.
+  !> Axis of this name, parametric or, where the blank is no box, in space; 0 if none has it.
   pure integer function axis_of(name, frame)
     character(*), intent(in) :: name   !! upper case
     type(box_frame_t), intent(in) :: frame
@@ -190,8 +228,8 @@ contains
     case ("ETA"); axis_of = 2
     case ("ZETA"); axis_of = 3
     case ("X", "Y", "Z")
-      axis_of = 0
-      if (frame%is_box) axis_of = findloc(frame%axis_of, index("XYZ", name), 1)
+      axis_of = index("XYZ", name)
+      if (frame%is_box) axis_of = findloc(frame%axis_of, axis_of, 1)
     case default
       axis_of = 0
     end select
@@ -222,11 +260,16 @@ contains
       call add_fault(faults, line_origin(deck, record, line), "the bounds "// &
                      to_text(bounds(1))//", "//to_text(bounds(2)), "the lower bound first")
     else
+      if (verify(word, "XYZ") == 0 .and. .not. frame%is_box) then
+        set%from(axis) = max(set%from(axis), bounds(1))
+        set%to(axis) = min(set%to(axis), bounds(2))
+        return
+      end if
       if (verify(word, "XYZ") == 0) then
         bounds = [(parametric_of(frame, axis, bounds(i)), i=1, 2)]
       end if
-      set%lower(axis) = max(set%lower(axis), minval(bounds))
-      set%upper(axis) = min(set%upper(axis), maxval(bounds))
+      set%lower(axis, :) = max(set%lower(axis, :), minval(bounds))
+      set%upper(axis, :) = min(set%upper(axis, :), maxval(bounds))
     end if
   end subroutine read_range
 

@@ -134,7 +134,7 @@ contains
         if (.not. record%is_valid) cycle
         probe%xi = [(field_real(record, 1, a), a=1, 3)]
         do a = 1, 3
-          associate (axis => scene%blank%solid%axes(a))
+          associate (axis => scene%blank%patches(probe%patch)%solid%axes(a))
             if (.not. allocated(axis%knots)) exit
             if (probe%xi(a) >= axis%knots(1) .and. &
                 probe%xi(a) <= axis%knots(size(axis%knots))) cycle

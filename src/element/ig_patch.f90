@@ -36,6 +36,7 @@ module ig_patch
     real(wp) :: largest_rate = 0.0_wp       !! largest |J^-1|^2 (Frobenius), [1/length^2]
     real(wp) :: smallest_det = huge(1.0_wp) !! smallest jacobian determinant
     integer :: failed_block = huge(1)       !! lowest block whose law failed or that turned over
+    integer :: failed_patch = 1             !! the patch it belongs to
   end type force_report_t
 
   !> Tables and state of a patch. Blocks are numbered along axis 1 first, then axis 2, axis 3.
@@ -58,6 +59,7 @@ module ig_patch
     real(wp), allocatable :: element_size(:, :)
     real(wp) :: time = 0.0_wp                      !! of the last force evaluation
     integer :: increment = 0                       !! force evaluations so far
+    integer :: n_before = 0                        !! elements of the patches before, in numbers
     type(viscosity_t) :: viscosity
     type(tile_t), allocatable :: tiles(:)
     type(projection_t) :: projection               !! against locking; of kind nothing: plain

@@ -16,7 +16,7 @@ module spurious_modes
   implicit none
   private
 
-  public :: n_spurious_modes, serving_rule, dense_stiffness, stiffness_among
+  public :: n_spurious_modes, serving_rule, dense_stiffness
 
 contains
 
@@ -69,41 +69,27 @@ contains
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: x(:, :, :, :)           !! control points
     real(wp), allocatable :: stiffness(:, :)
-    integer :: i
-
-    stiffness = stiffness_among(patch, law, x, [(i, i=1, size(x))])
-  end function dense_stiffness
-
-  !> Rows and columns of the dense stiffness that belong to some components of the control points,
-  !! the others being fixed.
-  function stiffness_among(patch, law, x, free) result(stiffness)
-    type(ig_patch_t), intent(in) :: patch
-    class(block_law_t), intent(in) :: law
-    real(wp), intent(in) :: x(:, :, :, :)           !! control points
-    integer, intent(in) :: free(:)                  !! places in `x` as one list
-    real(wp), allocatable :: stiffness(:, :)
     type(ig_patch_t) :: trial
     type(tile_buffer_t), allocatable :: buffers(:)
     type(force_report_t) :: report
     real(wp), dimension(size(x, 1), size(x, 2), size(x, 3), size(x, 4)) :: v, plus, minus
-    real(wp) :: unit(size(x)), force(size(x)), tiny_motion
+    real(wp) :: unit(size(x)), tiny_motion
     integer :: column
 
     trial = patch
     buffers = new_tile_buffers(patch)
     tiny_motion = 1.0e-6_wp*minval(patch%viscosity%length)
-    allocate (stiffness(size(free), size(free)))
-    do column = 1, size(free)
+    allocate (stiffness(size(x), size(x)))
+    do column = 1, size(x)
       unit = 0.0_wp
-      unit(free(column)) = tiny_motion
+      unit(column) = tiny_motion
       v = reshape(unit, shape(x))
       trial%stress = 0.0_wp
       call internal_forces(trial, buffers, law, 1.0_wp, x, v, plus, report)
       trial%stress = 0.0_wp
       call internal_forces(trial, buffers, law, 1.0_wp, x, -v, minus, report)
-      force = reshape(plus - minus, [size(x)])
-      stiffness(:, column) = force(free)/(2.0_wp*tiny_motion)
+      stiffness(:, column) = reshape(plus - minus, [size(x)])/(2.0_wp*tiny_motion)
     end do
-  end function stiffness_among
+  end function dense_stiffness
 
 end module spurious_modes

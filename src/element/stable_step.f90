@@ -1,69 +1,71 @@
-!> Largest stable time step of a patch, from the assembled operator.
+!> Largest stable time step of a body, from the assembled operator.
 !!
 !! Lanczos on M^-1/2 K M^-1/2, where K acts through the force routine itself, so that degree,
-!! rule, weights and scaled masses all count as they are. The Ritz value alone lies below the
-!! true eigenvalue; its residual norm is added (B. N. Parlett, The Symmetric Eigenvalue Problem,
-!! SIAM 1998, sec. 13.2).
+!! rule, weights, seams and scaled masses all count as they are. The Ritz value alone lies below
+!! the true eigenvalue; its residual norm is added (B. N. Parlett, The Symmetric Eigenvalue
+!! Problem, SIAM 1998, sec. 13.2).
 module stable_step
   use kinds, only: wp
   use elastic, only: elastic_t
   use block_law, only: block_law_t
-  use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
-  use internal_force, only: internal_forces
-  use patch_setup, only: new_tile_buffers
+  use seams, only: seams_t, is_counted
+  use ig_patch, only: ig_patch_t, force_report_t
   use column_scaling, only: column_directions, shrink_differences
+  use patch_body, only: patch_body_t, without_state, share_internal_forces
+  use body_forces, only: forces_of_bodies
   use lapack, only: tridiagonal_eigensystem
   implicit none
   private
 
   public :: largest_frequency, viscous_step, damping_ratio, damped_step
 
+  !> A vector on the control points of one patch.
+  type :: field_t
+    real(wp), allocatable :: at(:, :, :, :)
+    logical, allocatable :: counts(:, :, :, :)   ! once for each place; only where there are seams
+  end type field_t
+
 contains
 
   !> Bound of the largest angular frequency [1/time] and the geometric rate |J^-1|^2 that belongs
-  !! to the shape it was found for. Stress and state of the patch are left alone.
-  subroutine largest_frequency(patch, law, x, mass, omega, rate, factor)
-    type(ig_patch_t), intent(in) :: patch
+  !! to the shape it was found for: that of the control points now.
+  subroutine largest_frequency(bodies, seams, law, omega, rate)
+    type(patch_body_t), intent(in) :: bodies(:)
+    type(seams_t), intent(in) :: seams
     class(block_law_t), intent(in) :: law
-    real(wp), intent(in) :: x(:, :, :, :)     !! control points
-    real(wp), intent(in) :: mass(:, :, :)     !! lumped mass of the control points
     real(wp), intent(out) :: omega, rate
-    real(wp), intent(in), optional :: factor(:, :)   !! on the differences of each column
     integer, parameter :: max_vectors = 150
     real(wp), parameter :: tolerance = 1.0e-3_wp
-    type(ig_patch_t) :: trial
-    type(tile_buffer_t), allocatable :: buffers(:)
+    type(patch_body_t), allocatable :: trial(:)
+    type(seams_t) :: joints
     type(elastic_t) :: rigidity
-    real(wp), allocatable :: now(:, :, :, :), before(:, :, :, :), next(:, :, :, :)
+    type(field_t), allocatable :: now(:), before(:), next(:)
     real(wp) :: alpha(max_vectors), beta(0:max_vectors), ritz, residual
-    integer :: k
+    integer :: k, n
 
-    trial = patch
-    trial%viscosity%is_active = .false.
-    buffers = new_tile_buffers(patch)
     rigidity%density = law%density
     rigidity%bulk = law%bulk
     rigidity%shear = law%shear
-    deallocate (trial%state)
-    allocate (trial%state(8, patch%axes(3)%n_points, 1, &
-                          patch%axes(1)%n_points*patch%axes(2)%n_points, patch%n_blocks), &
-              source=0.0_wp)
-    now = scattered_start(shape(x))
-    now = now/sqrt(sum(now**2))
-    allocate (before, next, mold=x)
-    before = 0.0_wp
+    joints = seams
+    trial = without_state(bodies)
+    call set_start(joints, trial, now)
+    call divide_vector(now, norm_of(now))
+    before = now
+    next = now
     ritz = 0.0_wp
     residual = 0.0_wp
     beta(0) = 0.0_wp
-    do k = 1, min(max_vectors, size(x))
-      call apply_operator(trial, buffers, rigidity, x, mass, now, next, rate, factor)
-      alpha(k) = sum(next*now)
-      next = next - alpha(k)*now - beta(k - 1)*before
-      beta(k) = sqrt(sum(next**2))
+    n = dimension_of(now)
+    do k = 1, min(max_vectors, n)
+      call apply_operator(trial, joints, rigidity, now, next, rate)
+      alpha(k) = product_of(next, now)
+      call orthogonalise(next, alpha(k), now, beta(k - 1), before)   ! beta(0) is zero
+      beta(k) = norm_of(next)
       call top_ritz_value(alpha(:k), beta(1:k), ritz, residual)
       if (residual <= tolerance*ritz .or. beta(k) <= 1.0e-12_wp*ritz) exit
       before = now
-      now = next/beta(k)
+      now = next
+      call divide_vector(now, beta(k))
     end do
     omega = sqrt(ritz + residual)
   end subroutine largest_frequency
@@ -72,23 +74,23 @@ contains
   !! late, damping with the ratio `damping` shortens the step (T. Belytschko et al., Nonlinear
   !! Finite Elements, 2nd ed., Wiley 2014, eq. (6.2.17)). The linear factor damps like the bulk part
   !! of the stiffness times a time, so the largest ratio follows from the frequency of that part.
-  real(wp) function viscous_step(patch, law, x, mass, omega, factor) result(dt)
-    type(ig_patch_t), intent(in) :: patch
+  real(wp) function viscous_step(bodies, seams, law, omega) result(dt)
+    type(patch_body_t), intent(in) :: bodies(:)
+    type(seams_t), intent(in) :: seams
     class(block_law_t), intent(in) :: law
-    real(wp), intent(in) :: x(:, :, :, :)     !! control points
-    real(wp), intent(in) :: mass(:, :, :)     !! lumped mass of the control points
     real(wp), intent(in) :: omega             !! from `largest_frequency`
-    real(wp), intent(in), optional :: factor(:, :)   !! on the differences of each column
     type(elastic_t) :: dilatation
     real(wp) :: damping, omega_bulk, rate
+    integer :: p
 
     damping = 0.0_wp
-    if (patch%viscosity%is_active .and. patch%viscosity%linear > 0.0_wp) then
+    if (bodies(1)%patch%viscosity%is_active .and. bodies(1)%patch%viscosity%linear > 0.0_wp) then
       dilatation%density = law%density
       dilatation%bulk = law%bulk
       dilatation%shear = 0.0_wp
-      call largest_frequency(patch, dilatation, x, mass, omega_bulk, rate, factor)
-      damping = damping_ratio(patch, law, omega, omega_bulk)
+      call largest_frequency(bodies, seams, dilatation, omega_bulk, rate)
+      damping = maxval([(damping_ratio(bodies(p)%patch, law, omega, omega_bulk), &
+                         p=1, size(bodies))])
     end if
     dt = damped_step(omega, damping)
   end function viscous_step
@@ -115,39 +117,132 @@ contains
     dt = 2.0_wp/omega*(sqrt(1.0_wp + damping**2) - damping)
   end function damped_step
 
-  !> next = M^-1/2 K M^-1/2 now: the force that a tiny displacement raises in a stress-free patch.
+  !> The start vector, alike in all members of a seam.
+  subroutine set_start(seams, trial, start)
+    type(seams_t), intent(inout) :: seams
+    type(patch_body_t), intent(inout) :: trial(:)
+    type(field_t), allocatable, intent(out) :: start(:)
+    integer :: p, n(4)
+
+    allocate (start(size(trial)))
+    do p = 1, size(trial)
+      associate (motion => trial(p)%motion)
+        n = shape(motion%x)
+        motion%internal_force = scattered_start(n, p)
+        if (seams%n_groups > 0) start(p)%counts = reshape( &
+          spread(is_counted(seams, p, product(n(:3))), 2, 3), n)
+      end associate
+    end do
+    call share_internal_forces(trial, seams)
+    do p = 1, size(trial)
+      start(p)%at = trial(p)%motion%internal_force
+    end do
+  end subroutine set_start
+
+  !> next = M^-1/2 K M^-1/2 now: the force that a tiny displacement raises in a stress-free body.
   !! Scaled columns have the inverse root D^-1/2 (1 - (1 - 1/sqrt(factor)) P), P being the
   !! projection on the differences and D the lumped mass.
-  subroutine apply_operator(patch, buffers, law, x, mass, now, next, rate, factor)
-    type(ig_patch_t), intent(inout) :: patch
-    type(tile_buffer_t), intent(inout) :: buffers(:)
+  subroutine apply_operator(bodies, seams, law, now, next, rate)
+    type(patch_body_t), intent(inout) :: bodies(:)
+    type(seams_t), intent(inout) :: seams
     type(elastic_t), intent(in) :: law
-    real(wp), intent(in) :: x(:, :, :, :), mass(:, :, :), now(:, :, :, :)
-    real(wp), intent(out) :: next(:, :, :, :), rate
-    real(wp), intent(in), optional :: factor(:, :)
-    real(wp), allocatable :: v(:, :, :, :)
-    real(wp) :: scaling
+    type(field_t), intent(in) :: now(:)
+    type(field_t), intent(inout) :: next(:)
+    real(wp), intent(out) :: rate
+    real(wp) :: scaling, smallest, largest
     type(force_report_t) :: report
-    integer :: c
+    integer :: p, c
 
-    allocate (v, mold=x)
-    do c = 1, 3
-      v(:, :, :, c) = now(:, :, :, c)/sqrt(mass)
+    smallest = huge(1.0_wp)
+    largest = 0.0_wp
+    do p = 1, size(bodies)
+      associate (v => bodies(p)%motion%v)
+        do c = 1, 3
+          v(:, :, :, c) = now(p)%at(:, :, :, c)/sqrt(bodies(p)%inertia)
+        end do
+        if (allocated(bodies(p)%column_factor)) call shrink_columns(bodies(p), v)
+        smallest = min(smallest, minval(bodies(p)%patch%viscosity%length))
+        largest = max(largest, maxval(abs(v)))
+        bodies(p)%patch%stress = 0.0_wp
+      end associate
     end do
-    if (present(factor)) call shrink_differences(mass, column_directions(x), sqrt(factor), v)
     ! Small beside the thinnest element, so that the force is linear in it to six digits.
-    scaling = 1.0e-7_wp*minval(patch%viscosity%length)/maxval(abs(v))
-    patch%stress = 0.0_wp
-    call internal_forces(patch, buffers, law, scaling, x, v, next, report)
+    scaling = 1.0e-7_wp*smallest/largest
+    call forces_of_bodies(bodies, seams, law, scaling, report)
     rate = report%largest_rate
-    do c = 1, 3
-      next(:, :, :, c) = next(:, :, :, c)/(scaling*mass)
-    end do
-    if (present(factor)) call shrink_differences(mass, column_directions(x), sqrt(factor), next)
-    do c = 1, 3
-      next(:, :, :, c) = next(:, :, :, c)*sqrt(mass)
+    do p = 1, size(bodies)
+      do c = 1, 3
+        next(p)%at(:, :, :, c) = bodies(p)%motion%internal_force(:, :, :, c) &
+                                 /(scaling*bodies(p)%inertia)
+      end do
+      if (allocated(bodies(p)%column_factor)) call shrink_columns(bodies(p), next(p)%at)
+      do c = 1, 3
+        next(p)%at(:, :, :, c) = next(p)%at(:, :, :, c)*sqrt(bodies(p)%inertia)
+      end do
     end do
   end subroutine apply_operator
+
+  pure subroutine shrink_columns(body, field)
+    type(patch_body_t), intent(in) :: body
+    real(wp), intent(inout) :: field(:, :, :, :)
+
+    call shrink_differences(body%mass, column_directions(body%motion%x), &
+                            sqrt(body%column_factor), field)
+  end subroutine shrink_columns
+
+  !> next - a now - b before.
+  pure subroutine orthogonalise(next, a, now, b, before)
+    type(field_t), intent(inout) :: next(:)
+    type(field_t), intent(in) :: now(:), before(:)
+    real(wp), intent(in) :: a, b
+    integer :: p
+
+    do p = 1, size(next)
+      next(p)%at = next(p)%at - a*now(p)%at - b*before(p)%at
+    end do
+  end subroutine orthogonalise
+
+  !> Scalar product; places at seams count once.
+  pure real(wp) function product_of(a, b) result(total)
+    type(field_t), intent(in) :: a(:), b(:)
+    integer :: p
+
+    total = 0.0_wp
+    do p = 1, size(a)
+      if (allocated(a(p)%counts)) then
+        total = total + sum(a(p)%at*b(p)%at, mask=a(p)%counts)
+      else
+        total = total + sum(a(p)%at*b(p)%at)
+      end if
+    end do
+  end function product_of
+
+  pure real(wp) function norm_of(a) result(norm)
+    type(field_t), intent(in) :: a(:)
+
+    norm = sqrt(product_of(a, a))
+  end function norm_of
+
+  pure integer function dimension_of(a) result(n)
+    type(field_t), intent(in) :: a(:)
+    integer :: p
+
+    n = 0
+    do p = 1, size(a)
+      n = n + size(a(p)%at)
+      if (allocated(a(p)%counts)) n = n - count(.not. a(p)%counts)
+    end do
+  end function dimension_of
+
+  pure subroutine divide_vector(a, divisor)
+    type(field_t), intent(inout) :: a(:)
+    real(wp), intent(in) :: divisor
+    integer :: p
+
+    do p = 1, size(a)
+      a(p)%at = a(p)%at/divisor
+    end do
+  end subroutine divide_vector
 
   !> Largest eigenvalue of the tridiagonal matrix and the norm of its residual.
   subroutine top_ritz_value(alpha, beta, ritz, residual)
@@ -163,9 +258,9 @@ contains
     residual = merge(beta(n)*abs(vectors(n, n)), huge(1.0_wp), is_solved)
   end subroutine top_ritz_value
 
-  !> A start vector that no symmetry of the patch can hide from, the same in every run.
-  pure function scattered_start(n) result(start)
-    integer, intent(in) :: n(4)
+  !> A start vector that no symmetry of the body can hide from, the same in every run.
+  pure function scattered_start(n, patch) result(start)
+    integer, intent(in) :: n(4), patch
     real(wp) :: start(n(1), n(2), n(3), n(4))
     integer :: i, j, k, c
     real(wp) :: phase
@@ -174,7 +269,7 @@ contains
       do k = 1, n(3)
         do j = 1, n(2)
           do i = 1, n(1)
-            phase = 12.9898_wp*i + 78.233_wp*j + 37.719_wp*k + 4.581_wp*c
+            phase = 12.9898_wp*i + 78.233_wp*j + 37.719_wp*k + 4.581_wp*c + 9.151_wp*(patch - 1)
             start(i, j, k, c) = 2.0_wp*modulo(sin(phase)*43758.5453_wp, 1.0_wp) - 1.0_wp
           end do
         end do

@@ -84,7 +84,7 @@ contains
     context%increment = patch%increment + 1
     do q = 1, patch%axes(3)%n_points
       lanes = n_lanes*(q - 1) + [1, n_lanes]
-      context%element(lanes(1):lanes(2)) = patch%lanes%element(:, b) &
+      context%element(lanes(1):lanes(2)) = patch%n_before + patch%lanes%element(:, b) &
         + patch%axes(1)%n_elements*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
       context%is_owner(lanes(1):lanes(2)) = patch%lanes%is_owner(:, b)
       context%length(lanes(1):lanes(2)) = patch%element_size(:, block)

@@ -1,51 +1,145 @@
-!> Free vibration of a patch about its stress-free shape.
+!> Free vibration of a body about its stress-free shape.
 module vibration
   use kinds, only: wp
   use elastic, only: elastic_t
   use block_law, only: block_law_t
-  use ig_patch, only: ig_patch_t
-  use spurious_modes, only: stiffness_among
+  use seams, only: seams_t, is_counted, collect, sum_groups, hand_out
+  use ig_patch, only: force_report_t
+  use patch_body, only: patch_body_t, without_state
+  use body_forces, only: forces_of_bodies
   use lapack, only: eigenvalues
   implicit none
   private
 
-  public :: free_frequencies
+  public :: fixed_t, free_frequencies, n_free
+
+  !> Components of the control points of a patch that stay.
+  type :: fixed_t
+    logical, allocatable :: is_fixed(:, :, :, :)   !! shape (n1, n2, n3, 3)
+  end type fixed_t
+
+  !> One free component: patch, and place in its field as one list.
+  type :: freedom_t
+    integer :: patch = 0, place = 0
+  end type freedom_t
 
 contains
 
   !> Angular frequencies [1/time] in rising order, one for each component of a control point that
   !! is not fixed: roots of the eigenvalues of M^-1/2 K M^-1/2, made dense by one force evaluation
-  !! with each sign for every column. Rigid motions give zero up to round-off.
-  function free_frequencies(patch, law, x, mass, is_fixed) result(omega)
-    type(ig_patch_t), intent(in) :: patch
+  !! with each sign for every column. Rigid motions give zero up to round-off. What is joined at
+  !! seams counts once; it is fixed where its first member is.
+  function free_frequencies(bodies, seams, law, fixed) result(omega)
+    type(patch_body_t), intent(in) :: bodies(:)
+    type(seams_t), intent(in) :: seams
     class(block_law_t), intent(in) :: law
-    real(wp), intent(in) :: x(:, :, :, :)           !! control points
-    real(wp), intent(in) :: mass(:, :, :)           !! lumped mass of the control points
-    logical, intent(in) :: is_fixed(:, :, :, :)     !! components that stay, shape of `x`
+    type(fixed_t), intent(in) :: fixed(:)           !! by patch
     real(wp), allocatable :: omega(:)
-    type(ig_patch_t) :: trial
+    type(patch_body_t), allocatable :: trial(:)
+    type(seams_t) :: joints
     type(elastic_t) :: rigidity
-    real(wp), allocatable :: matrix(:, :), root(:)
-    integer, allocatable :: free(:)
+    type(freedom_t), allocatable :: free(:)
+    real(wp), allocatable :: matrix(:, :), root(:), plus(:), minus(:)
+    real(wp) :: tiny_motion
     integer :: i
 
-    free = pack([(i, i=1, size(x))], .not. reshape(is_fixed, [size(x)]))
-    root = sqrt([mass, mass, mass])
-    root = root(free)
-    trial = patch
-    trial%viscosity%is_active = .false.
-    deallocate (trial%state)
-    allocate (trial%state(8, patch%axes(3)%n_points, 1, &
-                          patch%axes(1)%n_points*patch%axes(2)%n_points, patch%n_blocks), &
-              source=0.0_wp)
+    free = list_free(bodies, seams, fixed)
+    trial = without_state(bodies)
+    joints = seams
     rigidity%density = law%density
     rigidity%bulk = law%bulk
     rigidity%shear = law%shear
-    matrix = stiffness_among(trial, rigidity, x, free)
+    tiny_motion = 1.0e-6_wp*minval([(minval(bodies(i)%patch%viscosity%length), i=1, size(bodies))])
+    root = sqrt([(inertia_of(bodies(free(i)%patch), free(i)%place), i=1, size(free))])
+    allocate (matrix(size(free), size(free)), plus(size(free)), minus(size(free)))
     do i = 1, size(free)
-      matrix(:, i) = matrix(:, i)/(root*root(i))
+      call raise_forces(trial, joints, rigidity, free(i), tiny_motion, free, plus)
+      call raise_forces(trial, joints, rigidity, free(i), -tiny_motion, free, minus)
+      matrix(:, i) = (plus - minus)/(2.0_wp*tiny_motion*root*root(i))
     end do
     omega = sqrt(max(0.0_wp, eigenvalues(0.5_wp*(matrix + transpose(matrix)))))
   end function free_frequencies
+
+  !> Number of free components.
+  pure integer function n_free(bodies, seams, fixed)
+    type(patch_body_t), intent(in) :: bodies(:)
+    type(seams_t), intent(in) :: seams
+    type(fixed_t), intent(in) :: fixed(:)           !! by patch
+
+    n_free = size(list_free(bodies, seams, fixed))
+  end function n_free
+
+  pure function list_free(bodies, seams, fixed) result(free)
+    type(patch_body_t), intent(in) :: bodies(:)
+    type(seams_t), intent(in) :: seams
+    type(fixed_t), intent(in) :: fixed(:)
+    type(freedom_t), allocatable :: free(:)
+    logical, allocatable :: counts(:)
+    integer, allocatable :: places(:)
+    integer :: p, i
+
+    allocate (free(0))
+    do p = 1, size(bodies)
+      counts = is_counted(seams, p, size(bodies(p)%mass))
+      counts = [counts, counts, counts] .and. .not. [fixed(p)%is_fixed]
+      places = pack([(i, i=1, size(counts))], counts)
+      free = [free, [(freedom_t(p, places(i)), i=1, size(places))]]
+    end do
+  end function list_free
+
+  pure real(wp) function inertia_of(body, place) result(inertia)
+    type(patch_body_t), intent(in) :: body
+    integer, intent(in) :: place
+    integer :: i, n(3)
+
+    n = shape(body%inertia)
+    i = mod(place - 1, product(n))
+    inertia = body%inertia(mod(i, n(1)) + 1, mod(i/n(1), n(2)) + 1, i/(n(1)*n(2)) + 1)
+  end function inertia_of
+
+  !> Forces in the free components that a motion of one of them raises.
+  subroutine raise_forces(bodies, seams, law, moved, amount, free, forces)
+    type(patch_body_t), intent(inout) :: bodies(:)
+    type(seams_t), intent(inout) :: seams
+    type(elastic_t), intent(in) :: law
+    type(freedom_t), intent(in) :: moved, free(:)
+    real(wp), intent(in) :: amount
+    real(wp), intent(out) :: forces(:)
+    type(force_report_t) :: report
+    integer :: p, i
+
+    do p = 1, size(bodies)
+      bodies(p)%patch%stress = 0.0_wp
+      bodies(p)%motion%v = 0.0_wp
+      if (p == moved%patch) call set_place(size(bodies(p)%motion%v), moved%place, amount, &
+                                           bodies(p)%motion%v)
+      call collect(seams, p, size(bodies(p)%mass), 3, bodies(p)%motion%v)
+    end do
+    call sum_groups(seams, 3)
+    do p = 1, size(bodies)
+      call hand_out(seams, p, size(bodies(p)%mass), 3, bodies(p)%motion%v)
+    end do
+    call forces_of_bodies(bodies, seams, law, 1.0_wp, report)
+    do i = 1, size(free)
+      associate (force => bodies(free(i)%patch)%motion%internal_force)
+        forces(i) = value_at(size(force), free(i)%place, force)
+      end associate
+    end do
+  end subroutine raise_forces
+
+  pure subroutine set_place(n, place, amount, field)
+    integer, intent(in) :: n, place
+    real(wp), intent(in) :: amount
+    real(wp), intent(inout) :: field(n)
+
+    field(place) = amount
+  end subroutine set_place
+
+  pure real(wp) function value_at(n, place, field) result(value)
+    integer, intent(in) :: n, place
+    real(wp), intent(in) :: field(n)
+
+    value = field(place)
+  end function value_at
 
 end module vibration

@@ -1,70 +1,101 @@
-!> The deformable blank: discretisation, law and the fields on its control points.
+!> The deformable blank: patches joined at seams, and the law of their material.
 module blank
   use kinds, only: wp
   use errors, only: error_t
   use nurbs_solid, only: nurbs_solid_t
+  use seams, only: seams_t, no_seams
   use block_law, only: block_law_t
-  use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
   use strain_projection, only: projection_spec_t
-  use patch_setup, only: new_patch, new_tile_buffers
-  use lumped_mass, only: new_lumped_mass
+  use ig_patch, only: force_report_t
+  use patch_body, only: patch_body_t, motion_t, new_patch_body, set_inertia
   implicit none
   private
 
-  public :: blank_t, motion_t, new_blank, face_slice
+  public :: blank_t, motion_t, patch_body_t, patch_spec_t, new_blank, face_slice
+  public :: n_elements_of, n_controls_of, mass_of
 
-  !> Fields on the control points, shape (n1, n2, n3, 3).
-  type :: motion_t
-    real(wp), allocatable :: x(:, :, :, :)               !! position at the end of the step
-    real(wp), allocatable :: v(:, :, :, :)               !! velocity at its middle
-    real(wp), allocatable :: internal_force(:, :, :, :)
-    real(wp), allocatable :: external_force(:, :, :, :)  !! contact and loads
-  end type motion_t
+  !> A patch as a scene describes it.
+  type :: patch_spec_t
+    character(:), allocatable :: name
+    type(nurbs_solid_t) :: solid            !! already refined
+    integer :: n_points(3) = 0              !! Gauss points per part of an element and direction
+    integer :: n_parts(3) = 1               !! equal parts of an element per direction: 2x3 has 2
+    logical :: is_joined(6) = .false.       !! faces that lie on another face of the blank
+  end type patch_spec_t
 
-  !> One patch with its law, mass and motion.
+  !> All patches with their motion.
   type :: blank_t
     character(:), allocatable :: name
-    type(nurbs_solid_t) :: solid                      !! shape at the start
-    type(ig_patch_t) :: patch
-    type(tile_buffer_t), allocatable :: buffers(:)
+    type(patch_body_t), allocatable :: parts(:)
+    type(seams_t) :: seams
     class(block_law_t), allocatable :: law
-    real(wp), allocatable :: mass(:, :, :)            !! lumped mass of the control points
-    real(wp) :: mass_factor = 1.0_wp                  !! by which scaling has raised it everywhere
-    !> Factors on the mass of differences through the thickness, (n1, n2); see `column_scaling`.
-    real(wp), allocatable :: column_factor(:, :)
-    real(wp) :: added_mass = 0.0_wp                   !! by all scaling
-    type(motion_t) :: motion
-    type(force_report_t) :: report                    !! of the last force evaluation
+    real(wp) :: mass_factor = 1.0_wp        !! by which scaling has raised all masses
+    real(wp) :: added_mass = 0.0_wp         !! by all scaling
+    type(force_report_t) :: report          !! of the last force evaluation
   end type blank_t
 
 contains
 
   !> A blank at rest and without stress. `law` is taken over.
-  subroutine new_blank(blank, name, solid, n_points, n_parts, law, viscosity, error, projection)
+  subroutine new_blank(blank, name, patches, law, viscosity, error, seams, projection)
     type(blank_t), intent(out) :: blank
     character(*), intent(in) :: name
-    type(nurbs_solid_t), intent(in) :: solid
-    integer, intent(in) :: n_points(3), n_parts(3)      !! quadrature, see `new_patch`
+    type(patch_spec_t), intent(in) :: patches(:)
     class(block_law_t), allocatable, intent(inout) :: law
     real(wp), intent(in) :: viscosity(2)                !! linear and quadratic factor
     type(error_t), allocatable, intent(out) :: error
+    type(seams_t), intent(in), optional :: seams        !! none if not given
     type(projection_spec_t), intent(in), optional :: projection   !! absent: none
+    integer :: p
 
-    call new_patch(blank%patch, solid, n_points, n_parts, law, viscosity, error, projection)
-    if (allocated(error)) return
     blank%name = name
-    blank%solid = solid
-    blank%buffers = new_tile_buffers(blank%patch)
-    blank%mass = new_lumped_mass(solid, law%density)
+    blank%seams = no_seams(size(patches))
+    if (present(seams)) blank%seams = seams
+    allocate (blank%parts(size(patches)))
+    do p = 1, size(patches)
+      associate (spec => patches(p))
+        call new_patch_body(blank%parts(p), spec%name, spec%solid, spec%n_points, spec%n_parts, &
+                            law, viscosity, error, projection)
+        if (allocated(error)) return
+      end associate
+      blank%parts(p)%patch%n_before = n_elements_of(blank%parts(:p - 1))
+    end do
+    call set_inertia(blank%parts, blank%seams)
     call move_alloc(law, blank%law)
-    associate (motion => blank%motion)
-      allocate (motion%x, source=solid%points)
-      allocate (motion%v, motion%internal_force, motion%external_force, mold=motion%x)
-      motion%v = 0.0_wp
-      motion%internal_force = 0.0_wp
-      motion%external_force = 0.0_wp
-    end associate
   end subroutine new_blank
+
+  !> Elements of all patches.
+  pure integer function n_elements_of(parts) result(n)
+    type(patch_body_t), intent(in) :: parts(:)
+    integer :: p
+
+    n = 0
+    do p = 1, size(parts)
+      n = n + product(parts(p)%patch%axes%n_elements)
+    end do
+  end function n_elements_of
+
+  !> Control points of all patches, those at seams as often as patches meet there.
+  pure integer function n_controls_of(parts) result(n)
+    type(patch_body_t), intent(in) :: parts(:)
+    integer :: p
+
+    n = 0
+    do p = 1, size(parts)
+      n = n + product(parts(p)%patch%n_control)
+    end do
+  end function n_controls_of
+
+  !> Mass of all patches.
+  pure real(wp) function mass_of(parts) result(mass)
+    type(patch_body_t), intent(in) :: parts(:)
+    integer :: p
+
+    mass = 0.0_wp
+    do p = 1, size(parts)
+      mass = mass + sum(parts(p)%mass)
+    end do
+  end function mass_of
 
   !> Bounds (lower, upper) of the control indices of a face: 1 xi_min, 2 xi_max, ... 6 zeta_max.
   pure function face_slice(n, face) result(bounds)

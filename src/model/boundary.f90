@@ -12,6 +12,7 @@ module boundary
   !! free velocity lacks.
   type, extends(effect_t), public :: boundary_t
     integer :: component = 1
+    integer, allocatable :: part(:)             !! patch of each control point, shape (n)
     integer, allocatable :: points(:, :)        !! control indices, shape (3, n)
     real(wp) :: velocity = 0.0_wp               !! times the curve
     type(curve_t) :: curve
@@ -34,9 +35,9 @@ contains
     total = 0.0_wp
     do p = 1, size(self%points, 2)
       associate (i => self%points(1, p), j => self%points(2, p), k => self%points(3, p), &
-                 c => self%component)
-        total = total + bodies%blank%mass(i, j, k)*(velocity - bodies%blank%motion%v(i, j, k, c))
-        bodies%blank%motion%v(i, j, k, c) = velocity
+                 c => self%component, body => bodies%blank%parts(self%part(p)))
+        total = total + body%mass(i, j, k)*(velocity - body%motion%v(i, j, k, c))
+        body%motion%v(i, j, k, c) = velocity
       end associate
     end do
     total = total/instant%dt_mean

@@ -10,6 +10,7 @@ module contact_effect
   !> A contact pair.
   type, extends(effect_t), public :: contact_effect_t
     integer :: tool = 0                    !! index into the tools of the model
+    integer :: part = 1                    !! patch of the blank
     integer :: lower(3) = 1, upper(3) = 0  !! control points of the face
     type(contact_t) :: pair
     real(wp) :: energy = 0.0_wp            !! stored in the penalty springs
@@ -29,7 +30,8 @@ contains
     real(wp), allocatable :: net_x(:, :, :, :), net_force(:, :, :, :)
     real(wp) :: before(3), on_blank(3), depth
 
-    associate (low => self%lower, high => self%upper, motion => bodies%blank%motion)
+    associate (low => self%lower, high => self%upper, &
+               motion => bodies%blank%parts(self%part)%motion)
       net_x = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
       allocate (net_force, mold=net_x)
       net_force = 0.0_wp

@@ -2,16 +2,16 @@
 module contact_setup
   use kinds, only: wp
   use errors, only: error_t
-  use faults, only: origin_t, fault_list_t, add_fault
+  use faults, only: origin_t, fault_list_t, add_fault, n_errors
   use text, only: to_text
-  use scene, only: contact_spec_t
+  use scene, only: contact_spec_t, blank_spec_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: solid_face
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss, points_knot, &
                            points_greville
   use contact, only: contact_options_t, new_contact
   use contact_check, only: initial_gap, face_gaps
-  use blank, only: face_slice
+  use blank, only: face_slice, patch_body_t
   use contact_effect, only: contact_effect_t
   use effect, only: effect_slot_t
   use model, only: model_t
@@ -25,18 +25,14 @@ module contact_setup
 
 contains
 
-  !> Append one pair to the force stage. A blank that starts inside the tool is a fault.
-  subroutine add_contact(spec, blank_origin, model, faults)
+  !> Append one pair to the force stage for each patch whose face is not joined to another. A blank
+  !! that starts inside the tool is a fault.
+  subroutine add_contact(spec, blank_spec, model, faults)
     type(contact_spec_t), intent(in) :: spec
-    type(origin_t), intent(in) :: blank_origin
+    type(blank_spec_t), intent(in) :: blank_spec
     type(model_t), intent(inout) :: model
     type(fault_list_t), intent(inout) :: faults
-    type(contact_effect_t) :: pair
-    type(contact_options_t) :: options
-    type(slave_surface_t) :: slave
-    type(effect_slot_t) :: slot
-    type(error_t), allocatable :: error
-    integer :: face, bounds(3, 2)
+    integer :: face, p, before
 
     face = spec%face
     if (face == 0) face = facing_face(spec, model)
@@ -45,16 +41,45 @@ contains
                      "', which lies beside the blank", "a tool that faces the blank, or a FACE")
       return
     end if
-    call new_slave_surface(slave, solid_face(model%bodies%blank%solid, face), &
-                           point_kind(spec%points), spec%n_points, error)
-    if (allocated(error)) then
-      call add_fault(faults, spec%origin, error%message, "contact points that fit the blank")
+    if (all([(blank_spec%patches(p)%is_joined(face), p=1, size(blank_spec%patches))])) then
+      call add_fault(faults, spec%origin, "FACE="//trim(face_names(face))// &
+                     ", which is joined to another in every patch", "a face on the outside")
       return
     end if
-    associate (tool => model%bodies%tools(spec%tool), blank => model%bodies%blank)
-      bounds = face_slice(blank%patch%n_control, face)
+    before = n_errors(faults)
+    do p = 1, size(blank_spec%patches)
+      if (blank_spec%patches(p)%is_joined(face)) cycle
+      call add_patch_contact(spec, blank_spec, p, face, model, faults)
+      if (n_errors(faults) > before) return
+    end do
+  end subroutine add_contact
+
+  !> The pair of one patch.
+  subroutine add_patch_contact(spec, blank_spec, part, face, model, faults)
+    type(contact_spec_t), intent(in) :: spec
+    type(blank_spec_t), intent(in) :: blank_spec
+    integer, intent(in) :: part, face
+    type(model_t), intent(inout) :: model
+    type(fault_list_t), intent(inout) :: faults
+    type(contact_effect_t) :: pair
+    type(contact_options_t) :: options
+    type(slave_surface_t) :: slave
+    type(effect_slot_t) :: slot
+    type(error_t), allocatable :: error
+    integer :: bounds(3, 2)
+
+    associate (tool => model%bodies%tools(spec%tool), body => model%bodies%blank%parts(part))
+      call new_slave_surface(slave, solid_face(body%solid, face), point_kind(spec%points), &
+                             spec%n_points, error)
+      if (allocated(error)) then
+        call add_fault(faults, spec%origin, error%message, "contact points that fit the blank")
+        return
+      end if
+      bounds = face_slice(body%patch%n_control, face)
       pair%name = "contact "//tool%name//" "//trim(face_names(face))
+      if (size(blank_spec%patches) > 1) pair%name = pair%name//" "//body%name
       pair%tool = spec%tool
+      pair%part = part
       pair%lower = bounds(:, 1)
       pair%upper = bounds(:, 2)
       if (is_known(model, pair)) then
@@ -66,17 +91,17 @@ contains
       options%stiffness = spec%stiffness
       options%is_corner_start = spec%is_corner_start
       options%max_depth = tool%search_distance/3.0_wp
-      call new_contact(pair%pair, slave, tool, face_mass(model, bounds), &
+      call new_contact(pair%pair, slave, tool, face_mass(body, bounds), &
                        model%step%safety*model%stable_step, options, error)
       if (allocated(error)) then
         call add_fault(faults, spec%origin, error%message, "usable contact options")
         return
       end if
-      call check_start(spec, blank_origin, model, pair, faults)
+      call check_start(spec, blank_spec%origin, model, pair, faults)
     end associate
     allocate (slot%item, source=pair)
     model%forces = [model%forces, slot]
-  end subroutine add_contact
+  end subroutine add_patch_contact
 
   !> Does the model have a pair of this tool and this face? Their penalties would add up.
   logical function is_known(model, pair)
@@ -88,8 +113,9 @@ contains
     do i = 1, size(model%forces)
       select type (other => model%forces(i)%item)
       type is (contact_effect_t)
-        is_known = is_known .or. (other%tool == pair%tool .and. all(other%lower == pair%lower) &
-                                  .and. all(other%upper == pair%upper))
+        is_known = is_known .or. (other%tool == pair%tool .and. other%part == pair%part .and. &
+                                  all(other%lower == pair%lower) .and. &
+                                  all(other%upper == pair%upper))
       end select
     end do
   end function is_known
@@ -103,15 +129,15 @@ contains
   end function point_kind
 
   !> Lumped mass of the control points of a face.
-  pure function face_mass(model, bounds) result(mass)
-    type(model_t), intent(in) :: model
+  pure function face_mass(body, bounds) result(mass)
+    type(patch_body_t), intent(in) :: body
     integer, intent(in) :: bounds(3, 2)
     real(wp), allocatable :: mass(:, :)
     integer :: n(2)
 
     n = pack(bounds(:, 2) - bounds(:, 1) + 1, bounds(:, 2) > bounds(:, 1))
-    mass = reshape(model%bodies%blank%mass(bounds(1, 1):bounds(1, 2), bounds(2, 1):bounds(2, 2), &
-                                           bounds(3, 1):bounds(3, 2)), n)
+    mass = reshape(body%mass(bounds(1, 1):bounds(1, 2), bounds(2, 1):bounds(2, 2), &
+                             bounds(3, 1):bounds(3, 2)), n)
   end function face_mass
 
   !> Of the two large faces the one that is nearer to the tool; 0 where the tool faces neither.
@@ -138,14 +164,23 @@ contains
     type(error_t), allocatable :: error
     real(wp), allocatable :: gaps(:)
     logical, allocatable :: is_proper(:)
+    real(wp) :: total
+    integer :: p, n
 
     mean = huge(1.0_wp)
-    surface = solid_face(model%bodies%blank%solid, face)
-    call new_slave_surface(slave, surface, points_greville, [0, 0], error)
-    if (allocated(error)) return
-    allocate (gaps(slave%n_points), is_proper(slave%n_points))
-    call face_gaps(slave, model%bodies%tools(spec%tool), surface%points, gaps, is_proper)
-    if (any(is_proper)) mean = sum(gaps, mask=is_proper)/count(is_proper)
+    total = 0.0_wp
+    n = 0
+    do p = 1, size(model%bodies%blank%parts)
+      surface = solid_face(model%bodies%blank%parts(p)%solid, face)
+      call new_slave_surface(slave, surface, points_greville, [0, 0], error)
+      if (allocated(error)) return
+      if (allocated(gaps)) deallocate (gaps, is_proper)
+      allocate (gaps(slave%n_points), is_proper(slave%n_points))
+      call face_gaps(slave, model%bodies%tools(spec%tool), surface%points, gaps, is_proper)
+      total = total + sum(gaps, mask=is_proper)
+      n = n + count(is_proper)
+    end do
+    if (n > 0) mean = total/n
   end function mean_gap
 
   !> The blank must not start inside the tool.
@@ -159,9 +194,10 @@ contains
     real(wp) :: gap, position(3)
     integer :: point
 
-    associate (blank => model%bodies%blank, tool => model%bodies%tools(spec%tool))
-      net = blank%motion%x(pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
-                           pair%lower(3):pair%upper(3), :)
+    associate (x => model%bodies%blank%parts(pair%part)%motion%x, &
+               tool => model%bodies%tools(spec%tool))
+      net = x(pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
+              pair%lower(3):pair%upper(3), :)
       call initial_gap(pair%pair%slave, tool, net, gap, point, position)
       ! Round-off of a blank that starts exactly touching is not a penetration.
       if (gap >= -1.0e-9_wp*tool%search_distance) return

@@ -3,6 +3,7 @@ module damping
   use kinds, only: wp
   use assembly, only: assembly_t
   use column_scaling, only: column_directions, shrink_differences
+  use patch_body, only: patch_body_t, field_t
   use effect, only: effect_t, instant_t, tally_t
   implicit none
   private
@@ -14,7 +15,7 @@ module damping
   type, extends(effect_t), public :: damping_t
     real(wp) :: alpha = 0.0_wp                     !! [1/time]
     real(wp) :: energy = 0.0_wp                    !! taken away since the start
-    real(wp), allocatable :: before(:, :, :, :)    !! forces of the last step
+    type(field_t), allocatable :: before(:)        !! forces of the last step, by patch
   contains
     procedure :: apply
     procedure :: tally => tally_damping
@@ -42,43 +43,57 @@ contains
     real(wp), intent(in) :: alpha        !! [1/time]
     real(wp), allocatable :: v_before(:, :, :, :), change(:, :, :, :)
     real(wp) :: dt_before, share
-    integer :: c
+    integer :: c, p
 
     dt_before = 2.0_wp*instant%dt_mean - instant%dt
     share = 0.5_wp*alpha*instant%dt_mean
-    associate (motion => bodies%blank%motion, mass => bodies%blank%mass)
-      if (.not. allocated(self%before)) then
-        allocate (self%before, mold=motion%v)
-        self%before = 0.0_wp
-      end if
-      v_before = velocities_before(bodies, instant)
-      change = -(motion%v + v_before)*(share/(1.0_wp + share))
-      motion%v = motion%v + change
-      if (allocated(bodies%blank%column_factor)) then
-        ! The scaled mass takes up the change.
-        call shrink_differences(mass, column_directions(motion%x), &
-                                1.0_wp/bodies%blank%column_factor, change)
-      end if
-      do c = 1, 3
-        change(:, :, :, c) = change(:, :, :, c)*mass/instant%dt_mean
-        self%force(c) = sum(change(:, :, :, c))
-      end do
-    end associate
-    self%energy = self%energy - 0.5_wp*dt_before*sum((self%before + change)*v_before)
-    call move_alloc(change, self%before)
+    if (.not. allocated(self%before)) call set_before(self, bodies)
+    self%force = 0.0_wp
+    do p = 1, size(bodies%blank%parts)
+      associate (body => bodies%blank%parts(p), motion => bodies%blank%parts(p)%motion)
+        v_before = velocities_before(body, instant)
+        change = -(motion%v + v_before)*(share/(1.0_wp + share))
+        motion%v = motion%v + change
+        if (allocated(body%column_factor)) then
+          ! The scaled mass takes up the change.
+          call shrink_differences(body%mass, column_directions(motion%x), &
+                                  1.0_wp/body%column_factor, change)
+        end if
+        do c = 1, 3
+          change(:, :, :, c) = change(:, :, :, c)*body%mass/instant%dt_mean
+          self%force(c) = self%force(c) + sum(change(:, :, :, c))
+        end do
+      end associate
+      self%energy = self%energy &
+                    - 0.5_wp*dt_before*sum((self%before(p)%values + change)*v_before)
+      call move_alloc(change, self%before(p)%values)
+    end do
   end subroutine damp
 
-  !> Velocities half a step back, from those that the forces of this instant have led to.
-  pure function velocities_before(bodies, instant) result(v)
+  !> No force before the first step.
+  subroutine set_before(self, bodies)
+    class(damping_t), intent(inout) :: self
     type(assembly_t), intent(in) :: bodies
+    integer :: p
+
+    allocate (self%before(size(bodies%blank%parts)))
+    do p = 1, size(self%before)
+      allocate (self%before(p)%values, mold=bodies%blank%parts(p)%motion%v)
+      self%before(p)%values = 0.0_wp
+    end do
+  end subroutine set_before
+
+  !> Velocities half a step back, from those that the forces of this instant have led to.
+  pure function velocities_before(body, instant) result(v)
+    type(patch_body_t), intent(in) :: body
     type(instant_t), intent(in) :: instant
     real(wp), allocatable :: v(:, :, :, :)
     integer :: c
 
-    associate (motion => bodies%blank%motion)
+    associate (motion => body%motion)
       allocate (v, mold=motion%v)
       do c = 1, 3
-        v(:, :, :, c) = motion%v(:, :, :, c) - (instant%dt_mean/bodies%blank%mass) &
+        v(:, :, :, c) = motion%v(:, :, :, c) - (instant%dt_mean/body%inertia) &
                         *(motion%external_force(:, :, :, c) - motion%internal_force(:, :, :, c))
       end do
     end associate

@@ -14,6 +14,7 @@ module dead_load
 
   !> A constant pattern of control-point forces on a range of the grid, times a curve.
   type, extends(effect_t), public :: dead_load_t
+    integer :: part = 1                            !! patch of the blank
     integer :: lower(3) = 1, upper(3) = 0
     real(wp), allocatable :: pattern(:, :, :, :)   !! shape of the range, and 3
     type(curve_t) :: curve
@@ -24,26 +25,29 @@ module dead_load
 
 contains
 
-  !> Gravity on all control points; mass that scaling has added has no weight.
-  pure function gravity_load(blank, acceleration, curve) result(load)
+  !> Gravity on all control points of a patch; mass that scaling has added has no weight.
+  pure function gravity_load(blank, part, acceleration, curve) result(load)
     type(blank_t), intent(in) :: blank
+    integer, intent(in) :: part                   !! the patch
     real(wp), intent(in) :: acceleration(3)
     type(curve_t), intent(in) :: curve
     type(dead_load_t) :: load
     integer :: c
 
     load%name = "gravity"
-    load%upper = shape(blank%mass)
+    load%part = part
+    load%upper = shape(blank%parts(part)%mass)
     load%curve = curve
     allocate (load%pattern(load%upper(1), load%upper(2), load%upper(3), 3))
     do c = 1, 3
-      load%pattern(:, :, :, c) = blank%mass*(acceleration(c)/blank%mass_factor)
+      load%pattern(:, :, :, c) = blank%parts(part)%mass*(acceleration(c)/blank%mass_factor)
     end do
   end function gravity_load
 
   !> Traction on the part of a face that `rule` covers.
-  pure function traction_load(face, rule, lower, upper, traction, curve) result(load)
-    type(nurbs_surface_t), intent(in) :: face     !! at the start
+  pure function traction_load(part, face, rule, lower, upper, traction, curve) result(load)
+    integer, intent(in) :: part                   !! patch of the blank
+    type(nurbs_surface_t), intent(in) :: face     !! of it, at the start
     type(face_rule_t), intent(in) :: rule
     integer, intent(in) :: lower(3), upper(3)     !! control points of the face
     real(wp), intent(in) :: traction(3)           !! [stress]
@@ -54,6 +58,7 @@ contains
     forces = 0.0_wp
     call add_face_forces(rule, shape(face%weights), face%points, traction, 0.0_wp, forces)
     load%name = "traction"
+    load%part = part
     load%lower = lower
     load%upper = upper
     load%curve = curve
@@ -71,12 +76,13 @@ contains
     integer :: c
 
     now = curve_value(self%curve, instant%time)
-    associate (low => self%lower, high => self%upper)
+    associate (low => self%lower, high => self%upper, &
+               motion => bodies%blank%parts(self%part)%motion)
       self%external_work = self%external_work + 0.5_wp*(self%scaling + now)*instant%dt &
-                           *sum(self%pattern*bodies%blank%motion%v(low(1):high(1), low(2):high(2), &
-                                                            low(3):high(3), :))
-      bodies%blank%motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
-        bodies%blank%motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) &
+                           *sum(self%pattern*motion%v(low(1):high(1), low(2):high(2), &
+                                                      low(3):high(3), :))
+      motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
+        motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) &
         + now*self%pattern
     end associate
     do c = 1, 3

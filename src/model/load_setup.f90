@@ -2,9 +2,9 @@
 module load_setup
   use kinds, only: wp
   use faults, only: fault_list_t, add_fault
-  use scene, only: scene_t, load_spec_t
+  use scene, only: scene_t, load_spec_t, set_spec_t
   use nurbs_surface, only: nurbs_surface_t
-  use nurbs_solid, only: solid_face, face_axes, face_side
+  use nurbs_solid, only: nurbs_solid_t, solid_face, face_axes, face_side
   use motion_curve, only: curve_t
   use blank, only: face_slice
   use face_quadrature, only: face_rule_t, new_face_rule
@@ -20,7 +20,8 @@ module load_setup
 
 contains
 
-  !> Append one load to the force stage. A set that is on no face or holds no element is a fault.
+  !> Append one load to the force stage, one effect for each patch that it acts on. A set that is
+  !! on no face or holds no element is a fault; faces joined to others carry no load.
   subroutine add_load(scene, spec, curve, model, faults)
     type(scene_t), intent(in) :: scene
     type(load_spec_t), intent(in) :: spec
@@ -28,41 +29,69 @@ contains
     type(model_t), intent(inout) :: model
     type(fault_list_t), intent(inout) :: faults
     type(effect_slot_t) :: slot
-    type(nurbs_surface_t) :: surface
-    type(face_rule_t) :: rule
-    integer :: face, bounds(3, 2), axes(2)
+    logical :: has_face, has_element
+    integer :: p, face
 
-    if (spec%kind == "GRAVITY") then
-      allocate (slot%item, source=gravity_load(model%bodies%blank, spec%value, curve))
-    else
-      associate (solid => scene%blank%solid, set => scene%sets(spec%set))
-        face = face_of_set(solid, set)
-        if (face == 0) then
-          call add_fault(faults, spec%origin, "set '"//set%name//"', which is not on a face", &
-                         "a set on one of the faces of the blank")
-          return
-        end if
-        surface = solid_face(solid, face)
-        bounds = face_slice(model%bodies%blank%patch%n_control, face)
-        axes = face_axes(face)
-        rule = new_face_rule(surface, set%lower(axes), set%upper(axes), face_side(face))
-        if (.not. any(rule%is_loaded)) then
-          call add_fault(faults, spec%origin, "set '"//set%name//"', which holds no element", &
-                         "a set that holds the middle of an element of its face")
-          return
-        end if
-        if (spec%kind == "PRESSURE") then
-          allocate (slot%item, source=new_pressure(rule, bounds, spec%value(1), curve))
-        else
-          allocate (slot%item, source=traction_load(surface, rule, bounds(:, 1), bounds(:, 2), &
-                                                    spec%value, curve))
-        end if
-      end associate
-    end if
-    model%forces = [model%forces, slot]
+    has_face = .false.
+    has_element = .false.
+    do p = 1, size(scene%blank%patches)
+      if (spec%kind == "GRAVITY") then
+        allocate (slot%item, source=gravity_load(model%bodies%blank, p, spec%value, curve))
+      else
+        associate (patch => scene%blank%patches(p), set => scene%sets(spec%set))
+          face = face_of_set(patch%solid, set, p)
+          if (face == 0) cycle
+          has_face = .true.
+          if (patch%is_joined(face)) cycle
+          call new_face_load(spec, patch%solid, set, p, face, curve, slot)
+        end associate
+        if (.not. allocated(slot%item)) cycle
+      end if
+      has_element = .true.
+      if (size(scene%blank%patches) > 1) &
+        slot%item%name = slot%item%name//" "//scene%blank%patches(p)%name
+      model%forces = [model%forces, slot]
+      deallocate (slot%item)
+    end do
+    if (has_element) return
+    associate (name => scene%sets(spec%set)%name)
+      if (has_face) then
+        call add_fault(faults, spec%origin, "set '"//name//"', which holds no element", &
+                       "a set that holds the middle of an element of its face")
+      else
+        call add_fault(faults, spec%origin, "set '"//name//"', which is not on a face", &
+                       "a set on one of the faces of the blank")
+      end if
+    end associate
   end subroutine add_load
 
-  pure function new_pressure(rule, bounds, value, curve) result(load)
+  !> Pressure or traction on the part of a face that lies in a set; nothing if that is no element.
+  subroutine new_face_load(spec, solid, set, part, face, curve, slot)
+    type(load_spec_t), intent(in) :: spec
+    type(nurbs_solid_t), intent(in) :: solid
+    type(set_spec_t), intent(in) :: set
+    integer, intent(in) :: part, face
+    type(curve_t), intent(in) :: curve
+    type(effect_slot_t), intent(out) :: slot
+    type(nurbs_surface_t) :: surface
+    type(face_rule_t) :: rule
+    integer :: bounds(3, 2), axes(2)
+
+    surface = solid_face(solid, face)
+    bounds = face_slice(solid%axes%n_basis, face)
+    axes = face_axes(face)
+    rule = new_face_rule(surface, set%lower(axes, part), set%upper(axes, part), face_side(face))
+    if (.not. any(rule%is_loaded)) return
+    if (spec%kind == "PRESSURE") then
+      allocate (slot%item, source=new_pressure(part, rule, bounds, spec%value(1), curve))
+    else
+      allocate (slot%item, source=traction_load(part, surface, rule, bounds(:, 1), bounds(:, 2), &
+                                                spec%value, curve))
+    end if
+  end subroutine new_face_load
+
+  pure function new_pressure(part, rule, bounds, value, curve) result(load)
+    integer, intent(in) :: part
     type(face_rule_t), intent(in) :: rule
     integer, intent(in) :: bounds(3, 2)
     real(wp), intent(in) :: value
@@ -70,6 +99,7 @@ contains
     type(pressure_t) :: load
 
     load%name = "pressure"
+    load%part = part
     load%rule = rule
     load%lower = bounds(:, 1)
     load%upper = bounds(:, 2)

@@ -16,11 +16,11 @@ module model_setup
   use spurious_modes, only: n_spurious_modes, serving_rule
   use step_setup, only: set_stable_step, add_thickness_scaling, add_damping
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
-  use blank, only: new_blank
+  use blank, only: blank_t, new_blank, patch_spec_t
   use motion_curve, only: curve_t, constant_curve, curve_value
   use rigid_motion, only: move_tool
   use boundary, only: boundary_t
-  use set_range, only: control_range, control_points
+  use set_range, only: members_t, find_members
   use effect, only: effect_slot_t
   use load_setup, only: add_load
   use contact_setup, only: add_contact
@@ -29,6 +29,11 @@ module model_setup
   private
 
   public :: build_model
+
+  !> Number of the support that holds each component of the control points of a patch, 0: free.
+  type :: holder_t
+    integer, allocatable :: support(:, :, :, :)   ! shape (n1, n2, n3, 3)
+  end type holder_t
 
 contains
 
@@ -49,11 +54,17 @@ contains
     call build_tools(scene, model, faults)
     if (n_errors(faults) > before) return
 
+    if (scene%step%thickness_factor > 1.0_wp .and. (size(scene%blank%patches) > 1 .or. &
+        model%bodies%blank%seams%n_groups > 0)) then
+      call add_fault(faults, scene%step%origin, "mass scaling through the thickness of a blank "// &
+                     "with seams", "it on blanks of one patch alone, or the scaling of all masses")
+      return
+    end if
     call set_initial_velocities(scene, model)
     call add_supports(scene, model)
     call set_stable_step(model)
     do i = 1, size(scene%contacts)
-      call add_contact(scene%contacts(i), scene%blank%origin, model, faults)
+      call add_contact(scene%contacts(i), scene%blank, model, faults)
     end do
     do i = 1, size(scene%loads)
       call add_load(scene, scene%loads(i), curve_of(scene, scene%loads(i)%curve), model, faults)
@@ -82,17 +93,20 @@ contains
     real(wp), parameter :: short = 1.0e-6_wp   ! of the end time: about a step
     class(block_law_t), allocatable :: law
     type(error_t), allocatable :: error
+    integer :: p
 
     associate (spec => scene%blank, material => scene%materials(scene%blank%material))
-      call check_rule(spec, faults)
+      do p = 1, size(spec%patches)
+        call check_rule(spec, spec%patches(p), faults)
+      end do
       call build_law(material, short*scene%step%end_time, law, faults, library)
       if (.not. allocated(law)) return
       if (law%uses_gradient .and. spec%projection == "ANS") &
         call add_fault(faults, spec%origin, "PROJECTION=ANS with a material whose stress "// &
                        "follows from the deformation gradient", "BBAR or NONE")
-      call new_blank(model%bodies%blank, spec%name, spec%solid, spec%n_points, spec%n_parts, law, &
+      call new_blank(model%bodies%blank, spec%name, spec%patches, law, &
                      [scene%step%viscosity_linear, scene%step%viscosity_quadratic], error, &
-                     projection_of(spec))
+                     spec%seams, projection_of(spec))
       if (allocated(error)) then
         call add_fault(faults, spec%origin, error%message, "a patch with positive volume")
       else
@@ -102,23 +116,24 @@ contains
   end subroutine build_blank
 
   !> A rule that leaves deformations without energy is refused, and one that serves is named.
-  subroutine check_rule(spec, faults)
+  subroutine check_rule(spec, patch, faults)
     type(blank_spec_t), intent(in) :: spec
+    type(patch_spec_t), intent(in) :: patch
     type(fault_list_t), intent(inout) :: faults
     type(projection_spec_t) :: projection
     integer :: n_modes, axis, n_elements(3), rule(3)
 
     do axis = 1, 3
-      n_elements(axis) = n_spans(spec%solid%axes(axis))
+      n_elements(axis) = n_spans(patch%solid%axes(axis))
     end do
     projection = projection_of(spec)
-    associate (degrees => spec%solid%axes%degree)
-      if (any(projection%n_samples > spec%n_points*spec%n_parts)) return
-      n_modes = n_spurious_modes(degrees, n_elements, spec%n_points, spec%n_parts, projection)
+    associate (degrees => patch%solid%axes%degree)
+      if (any(projection%n_samples > patch%n_points*patch%n_parts)) return
+      n_modes = n_spurious_modes(degrees, n_elements, patch%n_points, patch%n_parts, projection)
       if (n_modes == 0) return
-      rule = serving_rule(degrees, n_elements, spec%n_points, spec%n_parts, projection)
+      rule = serving_rule(degrees, n_elements, patch%n_points, patch%n_parts, projection)
       if (any(projection%n_samples > 0)) then
-        rule = default_samples(degrees, spec%n_points*spec%n_parts)
+        rule = default_samples(degrees, patch%n_points*patch%n_parts)
         call add_fault(faults, spec%origin, 'samples that leave '//to_text(n_modes)// &
                        " or more deformations of this patch without energy", &
                        'more samples, such as SAMPLES='//quoted(rule))
@@ -178,22 +193,27 @@ contains
     end do
   end subroutine build_tools
 
-  !> Distance of the faces zeta_min and zeta_max in the middle of the blank.
+  !> Distance of the faces zeta_min and zeta_max in the middle of a patch, the largest of all.
   real(wp) function sheet_thickness(scene) result(thickness)
     type(scene_t), intent(in) :: scene
     real(wp) :: xi(3), bottom(3), top(3)
-    integer :: axis
+    integer :: axis, p
 
-    do axis = 1, 3
-      associate (knots => scene%blank%solid%axes(axis)%knots)
-        xi(axis) = 0.5_wp*(knots(1) + knots(size(knots)))
+    thickness = 0.0_wp
+    do p = 1, size(scene%blank%patches)
+      associate (solid => scene%blank%patches(p)%solid)
+        do axis = 1, 3
+          associate (knots => solid%axes(axis)%knots)
+            xi(axis) = 0.5_wp*(knots(1) + knots(size(knots)))
+          end associate
+        end do
+        associate (knots => solid%axes(3)%knots)
+          call evaluate_solid(solid, [xi(1), xi(2), knots(1)], bottom)
+          call evaluate_solid(solid, [xi(1), xi(2), knots(size(knots))], top)
+        end associate
       end associate
+      thickness = max(thickness, norm2(top - bottom))
     end do
-    associate (knots => scene%blank%solid%axes(3)%knots)
-      call evaluate_solid(scene%blank%solid, [xi(1), xi(2), knots(1)], bottom)
-      call evaluate_solid(scene%blank%solid, [xi(1), xi(2), knots(size(knots))], top)
-    end associate
-    thickness = norm2(top - bottom)
   end function sheet_thickness
 
   !> Curve by its index; 0 is the constant one.
@@ -210,23 +230,28 @@ contains
   subroutine set_initial_velocities(scene, model)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
-    integer, allocatable :: points(:, :)
+    type(members_t), allocatable :: members(:)
     real(wp) :: arm(3)
-    integer :: i, p, n(3)
+    integer :: n, p, i, j, k
 
-    n = model%bodies%blank%patch%n_control
-    do i = 1, size(scene%initial_velocities)
-      associate (spec => scene%initial_velocities(i), motion => model%bodies%blank%motion)
-        if (spec%set > 0) then
-          points = control_points(control_range(scene%blank%solid, scene%sets(spec%set)))
-        else
-          points = control_points(reshape([1, 1, 1, n], [3, 2]))
-        end if
-        do p = 1, size(points, 2)
-          associate (a => points(1, p), b => points(2, p), c => points(3, p), w => spec%omega)
-            arm = motion%x(a, b, c, :) - spec%centre
-            motion%v(a, b, c, :) = motion%v(a, b, c, :) + spec%velocity &
-              + [w(2)*arm(3) - w(3)*arm(2), w(3)*arm(1) - w(1)*arm(3), w(1)*arm(2) - w(2)*arm(1)]
+    do n = 1, size(scene%initial_velocities)
+      associate (spec => scene%initial_velocities(n), blank => model%bodies%blank)
+        if (spec%set > 0) call find_members(blank, scene%sets(spec%set), members)
+        do p = 1, size(blank%parts)
+          associate (motion => blank%parts(p)%motion, w => spec%omega)
+            do k = 1, size(motion%x, 3)
+              do j = 1, size(motion%x, 2)
+                do i = 1, size(motion%x, 1)
+                  if (spec%set > 0) then
+                    if (.not. members(p)%is_in(i, j, k)) cycle
+                  end if
+                  arm = motion%x(i, j, k, :) - spec%centre
+                  motion%v(i, j, k, :) = motion%v(i, j, k, :) + spec%velocity &
+                    + [w(2)*arm(3) - w(3)*arm(2), w(3)*arm(1) - w(1)*arm(3), &
+                       w(1)*arm(2) - w(2)*arm(1)]
+                end do
+              end do
+            end do
           end associate
         end do
       end associate
@@ -238,19 +263,26 @@ contains
   subroutine add_supports(scene, model)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
-    integer, allocatable :: holder(:, :, :, :)   ! number of the support of each component
-    integer :: i, c, n, bounds(3, 2)
+    type(holder_t), allocatable :: holders(:)
+    type(members_t), allocatable :: members(:)
+    integer :: i, c, n, p
 
-    associate (v => model%bodies%blank%motion%v, boundaries => scene%boundaries)
-      allocate (holder(size(v, 1), size(v, 2), size(v, 3), 3), source=0)
+    associate (blank => model%bodies%blank, boundaries => scene%boundaries)
+      allocate (holders(size(blank%parts)))
+      do p = 1, size(holders)
+        associate (n => blank%parts(p)%patch%n_control)
+          allocate (holders(p)%support(n(1), n(2), n(3), 3), source=0)
+        end associate
+      end do
       n = 0
       do i = 1, size(boundaries)
-        bounds = control_range(scene%blank%solid, scene%sets(boundaries(i)%set))
+        call find_members(blank, scene%sets(boundaries(i)%set), members)
         do c = 1, 3
           if (.not. boundaries(i)%is_prescribed(c)) cycle
           n = n + 1
-          holder(bounds(1, 1):bounds(1, 2), bounds(2, 1):bounds(2, 2), &
-                 bounds(3, 1):bounds(3, 2), c) = n
+          do p = 1, size(holders)
+            where (members(p)%is_in) holders(p)%support(:, :, :, c) = n
+          end do
         end do
       end do
       allocate (model%supports(n))
@@ -259,7 +291,7 @@ contains
         do c = 1, 3
           if (.not. boundaries(i)%is_prescribed(c)) cycle
           n = n + 1
-          call set_support(scene, i, c, holder(:, :, :, c) == n, v, model%supports(n))
+          call set_support(scene, i, c, n, holders, blank, model%supports(n))
         end do
       end do
     end associate
@@ -267,27 +299,42 @@ contains
 
   !> One component of one boundary condition. What it holds starts with its velocity: the impulse
   !! of a sudden start would do work that no balance of finite forces can follow.
-  subroutine set_support(scene, number, component, is_held, v, slot)
+  subroutine set_support(scene, boundary, component, number, holders, blank, slot)
     type(scene_t), intent(in) :: scene
-    integer, intent(in) :: number, component
-    logical, intent(in) :: is_held(:, :, :)   !! control points, shape (n1, n2, n3)
-    real(wp), intent(inout) :: v(:, :, :, :)
+    integer, intent(in) :: boundary, component   !! which boundary condition
+    integer, intent(in) :: number                !! of the support, in `holders`
+    type(holder_t), intent(in) :: holders(:)
+    type(blank_t), intent(inout) :: blank
     type(effect_slot_t), intent(out) :: slot
     type(boundary_t) :: support
-    integer :: p
-    integer, allocatable :: all_points(:, :)
+    integer :: p, i, j, k, n
 
-    all_points = control_points(reshape([1, 1, 1, shape(is_held)], [3, 2]))
-    associate (spec => scene%boundaries(number))
+    associate (spec => scene%boundaries(boundary))
       support%name = "boundary "//scene%sets(spec%set)%name
-      support%points = all_points(:, pack([(p, p=1, size(is_held))], [is_held]))
       support%curve = curve_of(scene, spec%curve)
       support%component = component
       support%velocity = spec%velocity(component)
     end associate
-    do p = 1, size(support%points, 2)
-      v(support%points(1, p), support%points(2, p), support%points(3, p), component) = &
-        support%velocity*curve_value(support%curve, 0.0_wp)
+    n = 0
+    do p = 1, size(holders)
+      n = n + count(holders(p)%support(:, :, :, component) == number)
+    end do
+    allocate (support%part(n), support%points(3, n))
+    n = 0
+    do p = 1, size(holders)
+      associate (held => holders(p)%support, v => blank%parts(p)%motion%v)
+        do k = 1, size(held, 3)
+          do j = 1, size(held, 2)
+            do i = 1, size(held, 1)
+              if (held(i, j, k, component) /= number) cycle
+              n = n + 1
+              support%part(n) = p
+              support%points(:, n) = [i, j, k]
+              v(i, j, k, component) = support%velocity*curve_value(support%curve, 0.0_wp)
+            end do
+          end do
+        end do
+      end associate
     end do
     allocate (slot%item, source=support)
   end subroutine set_support

@@ -10,6 +10,7 @@ module pressure
 
   !> A pressure on the elements of `rule`, times a curve.
   type, extends(effect_t), public :: pressure_t
+    integer :: part = 1                            !! patch of the blank
     integer :: lower(3) = 1, upper(3) = 0          !! control points of the face
     type(face_rule_t) :: rule
     real(wp) :: value = 0.0_wp                     !! [stress]
@@ -29,7 +30,8 @@ contains
     real(wp), allocatable :: net(:, :, :, :), now(:, :, :, :)
     integer :: c
 
-    associate (low => self%lower, high => self%upper, motion => bodies%blank%motion)
+    associate (low => self%lower, high => self%upper, &
+               motion => bodies%blank%parts(self%part)%motion)
       net = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
       allocate (now, mold=net)
       now = 0.0_wp

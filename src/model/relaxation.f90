@@ -5,6 +5,7 @@ module relaxation
   use assembly, only: assembly_t
   use effect, only: instant_t
   use column_scaling, only: column_directions, column_differences
+  use patch_body, only: patch_body_t, field_t
   use damping, only: damping_t, damp, velocities_before
   implicit none
   private
@@ -19,8 +20,8 @@ module relaxation
     logical :: is_kinetic = .false.
     real(wp) :: energy_limit = 0.0_wp, force_limit = 0.0_wp   !! relative
     real(wp) :: settled_from = 0.0_wp              !! time from which loads are constant
-    real(wp), allocatable :: is_free(:, :, :, :)   !! 1, and 0 where a support holds the component
-    real(wp), allocatable :: internal_force(:, :, :, :)   !! of the last step
+    type(field_t), allocatable :: is_free(:)       !! 1, and 0 where a support holds the component
+    type(field_t), allocatable :: internal_force(:)   !! of the last step, by patch
     real(wp) :: internal_energy = 0.0_wp, kinetic_energy = 0.0_wp
     real(wp) :: peak_energy = 0.0_wp               !! kinetic, at the last stop
     real(wp) :: largest_energy = 0.0_wp, largest_force = 0.0_wp
@@ -73,47 +74,84 @@ contains
     type(assembly_t), intent(in) :: bodies
     type(instant_t), intent(in) :: instant
     real(wp), intent(out) :: stiffness, inertia
-    real(wp), allocatable :: v_before(:, :, :, :)
-    real(wp) :: unbalanced
-    integer :: c
+    real(wp), dimension(size(bodies%blank%parts)) :: unbalanced, internal, external
+    integer :: p
 
-    associate (motion => bodies%blank%motion, mass => bodies%blank%mass)
-      if (.not. allocated(self%internal_force)) &
-        allocate (self%internal_force, source=motion%internal_force)
-      v_before = velocities_before(bodies, instant)
-      stiffness = sum(v_before*(motion%internal_force - self%internal_force)) &
-                  /max(2.0_wp*instant%dt_mean - instant%dt, tiny(1.0_wp))
-      inertia = 0.0_wp
-      do c = 1, 3
-        inertia = inertia + sum(mass*v_before(:, :, :, c)**2)
+    if (.not. allocated(self%internal_force)) then
+      allocate (self%internal_force(size(bodies%blank%parts)))
+      do p = 1, size(self%internal_force)
+        self%internal_force(p)%values = bodies%blank%parts(p)%motion%internal_force
       end do
-      if (allocated(bodies%blank%column_factor)) &
-        inertia = inertia + column_inertia(bodies, v_before)
-      self%internal_force = motion%internal_force
-      unbalanced = norm2(self%is_free*(motion%external_force - motion%internal_force))
-      self%internal_energy = self%internal_energy + bodies%blank%report%internal_work
-      self%largest_energy = max(self%largest_energy, abs(self%internal_energy))
-      self%largest_force = max(self%largest_force, norm2(motion%internal_force), &
-                               norm2(motion%external_force))
-    end associate
-    self%force_residual = unbalanced/max(self%largest_force, tiny(1.0_wp))
+    end if
+    stiffness = 0.0_wp
+    inertia = 0.0_wp
+    do p = 1, size(bodies%blank%parts)
+      associate (body => bodies%blank%parts(p))
+        call look_at_patch(body, instant, self%internal_force(p)%values, stiffness, inertia)
+        associate (motion => body%motion)
+          unbalanced(p) = norm_of_forces(body, self%is_free(p)%values* &
+                                         (motion%external_force - motion%internal_force))
+          internal(p) = norm_of_forces(body, motion%internal_force)
+          external(p) = norm_of_forces(body, motion%external_force)
+        end associate
+      end associate
+    end do
+    self%internal_energy = self%internal_energy + bodies%blank%report%internal_work
+    self%largest_energy = max(self%largest_energy, abs(self%internal_energy))
+    self%largest_force = max(self%largest_force, norm2(internal), norm2(external))
+    self%force_residual = norm2(unbalanced)/max(self%largest_force, tiny(1.0_wp))
   end subroutine look
 
+  !> Add what a patch has of the Rayleigh quotient. Of a force at a seam it takes the share that it
+  !! has of the mass there, so that every force counts once.
+  subroutine look_at_patch(body, instant, force_before, stiffness, inertia)
+    type(patch_body_t), intent(in) :: body
+    type(instant_t), intent(in) :: instant
+    real(wp), intent(inout) :: force_before(:, :, :, :)   !! becomes that of this step
+    real(wp), intent(inout) :: stiffness, inertia
+    real(wp), allocatable :: v_before(:, :, :, :), change(:, :, :, :)
+    integer :: c
+
+    v_before = velocities_before(body, instant)
+    change = body%motion%internal_force - force_before
+    do c = 1, 3
+      change(:, :, :, c) = change(:, :, :, c)*(body%mass/body%inertia)
+    end do
+    stiffness = stiffness + sum(v_before*change)/max(2.0_wp*instant%dt_mean - instant%dt, &
+                                                     tiny(1.0_wp))
+    do c = 1, 3
+      inertia = inertia + sum(body%mass*v_before(:, :, :, c)**2)
+    end do
+    if (allocated(body%column_factor)) inertia = inertia + column_inertia(body, v_before)
+    force_before = body%motion%internal_force
+  end subroutine look_at_patch
+
+  !> Euclidean norm of forces, those at seams by the patch's share of the mass there.
+  pure real(wp) function norm_of_forces(body, forces) result(norm)
+    type(patch_body_t), intent(in) :: body
+    real(wp), intent(in) :: forces(:, :, :, :)
+    real(wp) :: of_component(3)
+    integer :: c
+
+    do c = 1, 3
+      of_component(c) = norm2(sqrt(body%mass/body%inertia)*forces(:, :, :, c))
+    end do
+    norm = norm2(of_component)
+  end function norm_of_forces
+
   !> What scaled columns add to the sum of mass times squared velocity.
-  pure real(wp) function column_inertia(bodies, v) result(inertia)
-    type(assembly_t), intent(in) :: bodies
+  pure real(wp) function column_inertia(body, v) result(inertia)
+    type(patch_body_t), intent(in) :: body
     real(wp), intent(in) :: v(:, :, :, :)
     real(wp), allocatable :: differences(:, :, :)
     integer :: k
 
     inertia = 0.0_wp
-    associate (blank => bodies%blank)
-      differences = column_differences(blank%mass, column_directions(blank%motion%x), v)
-      do k = 1, size(differences, 3)
-        inertia = inertia + sum((blank%column_factor - 1.0_wp)*blank%mass(:, :, k) &
-                                *differences(:, :, k)**2)
-      end do
-    end associate
+    differences = column_differences(body%mass, column_directions(body%motion%x), v)
+    do k = 1, size(differences, 3)
+      inertia = inertia + sum((body%column_factor - 1.0_wp)*body%mass(:, :, k) &
+                              *differences(:, :, k)**2)
+    end do
   end function column_inertia
 
   !> How it went, in words.

@@ -5,7 +5,8 @@ module scene
   use faults, only: origin_t
   use text, only: string_t
   use nurbs_surface, only: nurbs_surface_t
-  use nurbs_solid, only: nurbs_solid_t
+  use seams, only: seams_t
+  use blank, only: patch_spec_t
   use law_spec, only: plasticity_spec_t
   implicit none
   private
@@ -33,14 +34,13 @@ module scene
     real(wp), allocatable :: values(:)
   end type initial_state_spec_t
 
-  !> The blank: one solid patch (already refined), its material and its quadrature.
+  !> The blank: its patches, what joins them, and its material.
   type, public :: blank_spec_t
     type(origin_t) :: origin
     character(:), allocatable :: name
-    type(nurbs_solid_t) :: solid
+    type(patch_spec_t), allocatable :: patches(:)
+    type(seams_t), allocatable :: seams     !! none if not allocated
     integer :: material = 0                 !! index into `materials`
-    integer :: n_points(3) = 0              !! Gauss points per part of an element and direction
-    integer :: n_parts(3) = 1               !! equal parts of an element per direction: 2x3 has 2
     character(4) :: projection = "NONE"     !! against locking: NONE, BBAR or ANS
     integer :: n_samples(3) = 0             !! of the projection, per direction; 0: default
   end type blank_spec_t
@@ -75,11 +75,13 @@ module scene
     logical :: is_corner_start = .false.    !! local search from the face corner, as the seed
   end type contact_spec_t
 
-  !> A box in parameter space of the blank; a face is a box without height.
+  !> A box in the parameter space of each patch, cut with a box in space; a face is a box without
+  !! height, and a patch outside of the set has `lower` above `upper`.
   type, public :: set_spec_t
     type(origin_t) :: origin
     character(:), allocatable :: name
-    real(wp) :: lower(3) = 0.0_wp, upper(3) = 0.0_wp   !! bounds of xi, eta, zeta
+    real(wp), allocatable :: lower(:, :), upper(:, :)   !! of xi, eta, zeta, shape (3, n_patches)
+    real(wp) :: from(3) = -huge(1.0_wp), to(3) = huge(1.0_wp)   !! bounds of x, y, z [length]
   end type set_spec_t
 
   !> Prescribed components of the control points of a set.
@@ -111,6 +113,7 @@ module scene
   type, public :: probe_spec_t
     type(origin_t) :: origin
     character(:), allocatable :: name
+    integer :: patch = 1                    !! index into the patches of the blank
     real(wp) :: xi(3) = 0.0_wp
   end type probe_spec_t
 

@@ -3,60 +3,87 @@ module set_range
   use kinds, only: wp
   use knot_vector, only: knot_vector_t, greville
   use nurbs_solid, only: nurbs_solid_t
+  use seams, only: seams_t, collect, largest_of_groups, hand_out
+  use blank, only: blank_t
   use scene, only: set_spec_t
   implicit none
   private
 
-  public :: control_range, control_points, face_of_set
+  public :: members_t, find_members, is_held, face_of_set
 
-  real(wp), parameter :: tolerance = 1.0e-9_wp   ! of the length of an axis
+  real(wp), parameter :: tolerance = 1.0e-9_wp   ! of the length of an axis, of the size of a blank
+
+  !> Which control points of a patch belong to a set.
+  type :: members_t
+    logical, allocatable :: is_in(:, :, :)   !! shape (n1, n2, n3)
+  end type members_t
 
 contains
 
-  !> Lowest and highest control index per axis whose Greville abscissa lies in the set; the range
-  !! is empty (lower above upper) where no control point does.
-  pure function control_range(solid, set) result(bounds)
+  !> Control points of all patches that belong to a set; with one all that it is joined to.
+  subroutine find_members(blank, set, members)
+    type(blank_t), intent(in) :: blank
+    type(set_spec_t), intent(in) :: set
+    type(members_t), allocatable, intent(out) :: members(:)   !! by patch
+    type(seams_t) :: seams
+    real(wp), allocatable :: mark(:, :, :)
+    integer :: p
+
+    allocate (members(size(blank%parts)))
+    seams = blank%seams
+    do p = 1, size(members)
+      members(p)%is_in = is_held(blank%parts(p)%solid, set, p)
+      mark = merge(1.0_wp, 0.0_wp, members(p)%is_in)
+      call collect(seams, p, size(mark), 1, mark)
+    end do
+    if (seams%n_groups == 0) return
+    call largest_of_groups(seams, 1)
+    do p = 1, size(members)
+      mark = merge(1.0_wp, 0.0_wp, members(p)%is_in)
+      call hand_out(seams, p, size(mark), 1, mark)
+      members(p)%is_in = mark > 0.0_wp
+    end do
+  end subroutine find_members
+
+  !> Control points whose Greville abscissae and, where the set is bounded in space, whose places
+  !! at the start lie in the set.
+  pure function is_held(solid, set, part) result(is_in)
     type(nurbs_solid_t), intent(in) :: solid
     type(set_spec_t), intent(in) :: set
-    integer :: bounds(3, 2), axis, i
-    logical, allocatable :: is_in(:)
+    integer, intent(in) :: part              !! number of the patch
+    logical, allocatable :: is_in(:, :, :)   !! shape (n1, n2, n3)
+    logical, allocatable :: along(:)
     real(wp) :: slack
+    integer :: axis, i
 
+    associate (n => solid%axes%n_basis)
+      allocate (is_in(n(1), n(2), n(3)), source=.true.)
+    end associate
     do axis = 1, 3
       slack = tolerance*axis_length(solid%axes(axis))
       associate (xi => greville(solid%axes(axis)))
-        is_in = xi >= set%lower(axis) - slack .and. xi <= set%upper(axis) + slack
+        along = xi >= set%lower(axis, part) - slack .and. xi <= set%upper(axis, part) + slack
       end associate
-      bounds(axis, :) = [1, 0]
-      if (any(is_in)) then
-        bounds(axis, 1) = minval([(i, i=1, size(is_in))], mask=is_in)
-        bounds(axis, 2) = maxval([(i, i=1, size(is_in))], mask=is_in)
-      end if
-    end do
-  end function control_range
-
-  !> All control indices of a range, shape (3, n), axis 1 fastest.
-  pure function control_points(bounds) result(points)
-    integer, intent(in) :: bounds(3, 2)
-    integer, allocatable :: points(:, :)
-    integer :: i, j, k, n
-
-    allocate (points(3, product(max(0, bounds(:, 2) - bounds(:, 1) + 1))))
-    n = 0
-    do k = bounds(3, 1), bounds(3, 2)
-      do j = bounds(2, 1), bounds(2, 2)
-        do i = bounds(1, 1), bounds(1, 2)
-          n = n + 1
-          points(:, n) = [i, j, k]
-        end do
+      do i = 1, size(along)
+        if (along(i)) cycle
+        if (axis == 1) is_in(i, :, :) = .false.
+        if (axis == 2) is_in(:, i, :) = .false.
+        if (axis == 3) is_in(:, :, i) = .false.
       end do
     end do
-  end function control_points
+    slack = tolerance*maxval(abs(solid%points))
+    do axis = 1, 3
+      is_in = is_in .and. solid%points(:, :, :, axis) >= set%from(axis) - slack &
+              .and. solid%points(:, :, :, axis) <= set%to(axis) + slack
+    end do
+  end function is_held
 
-  !> Face (1 xi_min to 6 zeta_max) that a set without height lies on; 0 where it is none.
-  pure integer function face_of_set(solid, set) result(face)
+  !> Face (1 xi_min to 6 zeta_max) of a patch that a set without height lies on; 0 where it is
+  !! none or the patch has no part in the set.
+  pure integer function face_of_set(solid, set, part) result(face)
     type(nurbs_solid_t), intent(in) :: solid
     type(set_spec_t), intent(in) :: set
+    integer, intent(in) :: part   !! number of the patch
     integer :: axis
     real(wp) :: slack, low, high
 
@@ -67,9 +94,10 @@ contains
         low = kv%knots(1)
         high = kv%knots(size(kv%knots))
       end associate
-      if (set%upper(axis) <= low + slack) face = 2*axis - 1
-      if (set%lower(axis) >= high - slack) face = 2*axis
+      if (set%upper(axis, part) <= low + slack) face = 2*axis - 1
+      if (set%lower(axis, part) >= high - slack) face = 2*axis
     end do
+    if (any(set%lower(:, part) > set%upper(:, part))) face = 0
   end function face_of_set
 
   pure real(wp) function axis_length(kv)

@@ -4,7 +4,8 @@ module step_setup
   use column_scaling, only: difference_masses
   use stable_step, only: largest_frequency, viscous_step
   use element_step, only: stable_element_step
-  use blank, only: blank_t
+  use patch_body, only: field_t, set_inertia
+  use blank, only: blank_t, mass_of
   use boundary, only: boundary_t
   use damping, only: damping_t
   use relaxation, only: relaxation_t
@@ -27,12 +28,10 @@ contains
     associate (blank => model%bodies%blank, step => model%step)
       if (step%thickness_factor > 1.0_wp) call scale_columns(model)
       if (step%is_element_step) then
-        call stable_element_step(blank%patch, blank%law, blank%solid, model%stable_step, model%rate)
+        call step_of_elements(blank, model%stable_step, model%rate)
       else
-        call largest_frequency(blank%patch, blank%law, blank%motion%x, blank%mass, omega, &
-                               model%rate, blank%column_factor)
-        model%stable_step = viscous_step(blank%patch, blank%law, blank%motion%x, blank%mass, &
-                                         omega, blank%column_factor)
+        call largest_frequency(blank%parts, blank%seams, blank%law, omega, model%rate)
+        model%stable_step = viscous_step(blank%parts, blank%seams, blank%law, omega)
       end if
       if (step%target_step > step%safety*model%stable_step) then
         call scale_uniformly(blank, (step%target_step/(step%safety*model%stable_step))**2)
@@ -41,52 +40,80 @@ contains
     end associate
   end subroutine set_stable_step
 
+  !> The stable step of the worst element of all patches.
+  subroutine step_of_elements(blank, dt, rate)
+    type(blank_t), intent(in) :: blank
+    real(wp), intent(out) :: dt, rate
+    real(wp) :: own_dt, own_rate
+    integer :: p
+
+    dt = huge(1.0_wp)
+    rate = 0.0_wp
+    do p = 1, size(blank%parts)
+      call stable_element_step(blank%parts(p)%patch, blank%law, blank%parts(p)%solid, own_dt, &
+                               own_rate)
+      dt = min(dt, own_dt)
+      rate = max(rate, own_rate)
+    end do
+  end subroutine step_of_elements
+
   !> Raise all masses by one factor. The viscosity is that of the heavier material, so that the
   !! damping ratios stay and the stable step grows with the root of the factor.
   subroutine scale_uniformly(blank, factor)
     type(blank_t), intent(inout) :: blank
     real(wp), intent(in) :: factor
+    integer :: p
 
-    blank%added_mass = factor*(blank%added_mass + sum(blank%mass)) - sum(blank%mass)
-    blank%mass = blank%mass*factor
+    blank%added_mass = factor*(blank%added_mass + mass_of(blank%parts)) - mass_of(blank%parts)
     blank%mass_factor = factor
-    blank%patch%viscosity%density = blank%patch%viscosity%density*factor
-    blank%patch%viscosity%wave_speed = blank%patch%viscosity%wave_speed/sqrt(factor)
+    do p = 1, size(blank%parts)
+      associate (body => blank%parts(p), viscosity => blank%parts(p)%patch%viscosity)
+        body%mass = body%mass*factor
+        viscosity%density = viscosity%density*factor
+        viscosity%wave_speed = viscosity%wave_speed/sqrt(factor)
+      end associate
+    end do
+    call set_inertia(blank%parts, blank%seams)
   end subroutine scale_uniformly
 
-  !> Factors of the columns. Where a support holds some points of a column and not the others, its
-  !! motion has no mean to keep, and the column stays as it is.
+  !> Factors of the columns of the only patch. Where a support holds some points of a column and
+  !! not the others, its motion has no mean to keep, and the column stays as it is.
   subroutine scale_columns(model)
     type(model_t), intent(inout) :: model
-    real(wp), allocatable :: is_free(:, :, :, :)
+    type(field_t), allocatable :: is_free(:)
     integer :: c
 
     is_free = free_components(model)
-    associate (blank => model%bodies%blank)
-      allocate (blank%column_factor(size(blank%mass, 1), size(blank%mass, 2)), &
+    associate (blank => model%bodies%blank, body => model%bodies%blank%parts(1), &
+               free => is_free(1)%values)
+      allocate (body%column_factor(size(body%mass, 1), size(body%mass, 2)), &
                 source=model%step%thickness_factor)
       do c = 1, 3
-        where (maxval(is_free(:, :, :, c), 3) > minval(is_free(:, :, :, c), 3)) &
-          blank%column_factor = 1.0_wp
+        where (maxval(free(:, :, :, c), 3) > minval(free(:, :, :, c), 3)) &
+          body%column_factor = 1.0_wp
       end do
-      blank%added_mass = sum((blank%column_factor - 1.0_wp)*difference_masses(blank%mass))/3.0_wp
+      blank%added_mass = sum((body%column_factor - 1.0_wp)*difference_masses(body%mass))/3.0_wp
     end associate
   end subroutine scale_columns
 
-  !> 1 for components of control points that no support holds, 0 for the others.
+  !> 1 for components of control points that no support holds, 0 for the others; by patch.
   function free_components(model) result(is_free)
     type(model_t), intent(in) :: model
-    real(wp), allocatable :: is_free(:, :, :, :)
+    type(field_t), allocatable :: is_free(:)
     integer :: i, p
 
-    allocate (is_free, mold=model%bodies%blank%motion%x)
-    is_free = 1.0_wp
+    allocate (is_free(size(model%bodies%blank%parts)))
+    do p = 1, size(is_free)
+      allocate (is_free(p)%values, mold=model%bodies%blank%parts(p)%motion%x)
+      is_free(p)%values = 1.0_wp
+    end do
     do i = 1, size(model%supports)
       select type (support => model%supports(i)%item)
       type is (boundary_t)
         do p = 1, size(support%points, 2)
-          is_free(support%points(1, p), support%points(2, p), support%points(3, p), &
-                  support%component) = 0.0_wp
+          associate (at => support%points(:, p))
+            is_free(support%part(p))%values(at(1), at(2), at(3), support%component) = 0.0_wp
+          end associate
         end do
       end select
     end do
@@ -98,7 +125,7 @@ contains
     type(effect_slot_t) :: slot
     type(thickness_scaling_t) :: scaling
 
-    if (.not. allocated(model%bodies%blank%column_factor)) return
+    if (.not. allocated(model%bodies%blank%parts(1)%column_factor)) return
     scaling%name = "thickness scaling"
     allocate (slot%item, source=scaling)
     model%forces = [model%forces, slot]

@@ -9,7 +9,7 @@ module thickness_scaling
 
   !> Adds to the forces what makes the lumped mass answer like the scaled one. These forces have no
   !! sum in any column and are no work: the kinetic energy of the scaled mass takes it up. The
-  !! factors are those of the blank.
+  !! factors are those of the blank, which has one patch and no seams.
   type, extends(effect_t), public :: thickness_scaling_t
   contains
     procedure :: apply
@@ -25,8 +25,8 @@ contains
     real(wp), allocatable :: acceleration(:, :, :, :), directions(:, :, :), differences(:, :, :)
     integer :: k, c
 
-    associate (mass => bodies%blank%mass, factor => bodies%blank%column_factor, &
-               motion => bodies%blank%motion)
+    associate (mass => bodies%blank%parts(1)%mass, motion => bodies%blank%parts(1)%motion, &
+               factor => bodies%blank%parts(1)%column_factor)
       allocate (acceleration, mold=motion%x)
       do c = 1, 3
         acceleration(:, :, :, c) = (motion%external_force(:, :, :, c) &

@@ -40,8 +40,15 @@ module frames
   implicit none
   private
 
-  public :: results_t, results_setup_t, display_tool_t, frame_t
+  public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
   public :: open_results, write_frame, record_history, close_results
+
+  !> A patch of the blank to be shown.
+  type :: display_patch_t
+    character(:), allocatable :: name
+    type(nurbs_solid_t) :: solid                        !! at the start
+    type(gauss_rule_t) :: rule(3)                       !! integration points of an element
+  end type display_patch_t
 
   !> A tool to be shown.
   type :: display_tool_t
@@ -52,8 +59,7 @@ module frames
   !> What a results file is made from.
   type :: results_setup_t
     character(:), allocatable :: path
-    type(nurbs_solid_t) :: solid                        !! the blank at the start
-    type(gauss_rule_t) :: rule(3)                       !! integration points of an element
+    type(display_patch_t), allocatable :: patches(:)    !! of the blank
     type(display_tool_t), allocatable :: tools(:)
     type(string_t), allocatable :: probes(:)            !! names
     integer :: n_state = 0                              !! columns of the frames' state
@@ -62,32 +68,44 @@ module frames
     type(provenance_t) :: provenance
   end type results_setup_t
 
-  !> One frame. Fields at integration points in element order; elements counted along each axis.
-  type :: frame_t
-    real(wp) :: time = 0.0_wp
+  !> A patch in one frame. Fields at integration points in element order; elements counted along
+  !! each axis.
+  type :: patch_frame_t
     real(wp), allocatable :: points(:, :, :, :)         !! control points, (n1, n2, n3, 3)
     real(wp), allocatable :: velocity(:, :, :, :)       !! of control points, (n1, n2, n3, 3)
     real(wp), allocatable :: eqps(:, :, :, :, :, :)     !! (q1, q2, q3, e1, e2, e3)
     real(wp), allocatable :: stress(:, :, :, :, :, :, :)   !! (6, q1, q2, q3, e1, e2, e3)
     real(wp), allocatable :: state(:, :, :, :, :, :, :)    !! (n_state, q1, ..., e3) if n_state > 0
+  end type patch_frame_t
+
+  !> One frame.
+  type :: frame_t
+    real(wp) :: time = 0.0_wp
+    type(patch_frame_t), allocatable :: patches(:)
     real(wp), allocatable :: tool_displacement(:, :)    !! (3, tools)
     real(wp), allocatable :: tool_velocity(:, :)        !! (3, tools)
     logical :: is_failed = .false.                      !! the state at which a run failed
   end type frame_t
+
+  !> A patch of the blank in the file.
+  type :: patch_view_t
+    character(:), allocatable :: name
+    type(nurbs_solid_t) :: solid
+    type(display_grid_t) :: grid
+    type(point_geometry_t) :: geometry
+    integer :: rule_size(3) = 0
+  end type patch_view_t
 
   !> An open results file.
   type :: results_t
     private
     type(hdf5_file_t) :: file
     type(unit_system_t) :: units
-    type(nurbs_solid_t) :: solid
+    type(patch_view_t), allocatable :: patches(:)
     type(display_tool_t), allocatable :: tools(:)
-    type(display_grid_t) :: grid
-    type(point_geometry_t) :: geometry
     type(history_t) :: history
     real(wp), allocatable :: tool_points(:, :)          ! display points of the tools, (n, 3)
     integer, allocatable :: tool_of_point(:)
-    integer :: rule_size(3) = 0
     integer :: n_state = 0
     character(:), allocatable :: state_names            ! set apart by commas, or empty
     integer :: n_points = 0                             ! display points of blank and tools
@@ -105,17 +123,24 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(cells_t) :: cells
     real(wp), allocatable :: weights(:)
+    integer :: p
 
     results%units = new_unit_system(text_or_empty(setup%provenance%units))
-    results%solid = setup%solid
     results%tools = setup%tools
     results%n_state = setup%n_state
     results%state_names = ""
     if (allocated(setup%state_names)) results%state_names = joined(setup%state_names, ", ")
     results%is_bezier = setup%is_bezier
-    results%rule_size = setup%rule%n
-    results%grid = new_display_grid(setup%solid, setup%rule, setup%is_bezier)
-    results%geometry = new_point_geometry(setup%solid, setup%rule)
+    allocate (results%patches(size(setup%patches)))
+    do p = 1, size(results%patches)
+      associate (view => results%patches(p), patch => setup%patches(p))
+        view%name = patch%name
+        view%solid = patch%solid
+        view%rule_size = patch%rule%n
+        view%grid = new_display_grid(patch%solid, patch%rule, setup%is_bezier)
+        view%geometry = new_point_geometry(patch%solid, patch%rule)
+      end associate
+    end do
     call mesh_blank_and_tools(results, cells, weights)
 
     call create_file(results%file, setup%path)
@@ -128,10 +153,13 @@ contains
       call create_fields(results)
       call create_series(file, "/frames/is_failed", byte_values, [integer ::], 64, .false., "1", &
                          "1 for the state at which a run failed, 0 for all other frames")
-      call create_series(file, "/frames/eqps", real_values, results%geometry%n, 1, .true., "1", &
-                         "equivalent plastic strain at the integration points, all frames")
+      do p = 1, size(results%patches)
+        call create_series(file, patch_folder(results, "/frames", p)//"/eqps", real_values, &
+                           results%patches(p)%geometry%n, 1, .true., "1", &
+                           "equivalent plastic strain at the integration points, all frames")
+        call write_point_geometry(results, p)
+      end do
       call write_geometry(results)
-      call write_point_geometry(results)
       call open_history(results%history, file, results%units, &
                         tool_names(setup), probe_names(setup))
       call flush_file(file)
@@ -146,10 +174,13 @@ contains
     type(frame_t), intent(in) :: frame
     type(error_t), allocatable, intent(out) :: error
     integer(int64) :: mark(1)
+    integer :: p
 
     mark = merge(1, 0, frame%is_failed)
     call write_display(results, frame)
-    call write_points(results, frame)
+    do p = 1, size(results%patches)
+      call write_points(results, p, frame%patches(p))
+    end do
     call update_geometry(results, frame)
     call write_history(results%history, results%file)
     call append_integers(results%file, "/frames/is_failed", mark, [integer ::], 1)
@@ -195,13 +226,17 @@ contains
     type(cells_t), intent(out) :: cells
     real(wp), allocatable, intent(out) :: weights(:)
     type(surface_mesh_t) :: mesh
-    integer :: i, s, j, n_blank
+    integer :: i, s, j, p, n_blank
 
-    associate (grid => results%grid)
-      call add_cells(cells, hexahedra_on_grid(grid%degree, grid%n_elements, 0_int64), &
-                     merge(vtk_bezier_hexahedron, vtk_lagrange_hexahedron, results%is_bezier), 0)
-    end associate
-    weights = results%grid%weights
+    allocate (weights(0))
+    do p = 1, size(results%patches)
+      associate (grid => results%patches(p)%grid)
+        call add_cells(cells, hexahedra_on_grid(grid%degree, grid%n_elements, &
+                                                size(weights, kind=int64)), &
+                       merge(vtk_bezier_hexahedron, vtk_lagrange_hexahedron, results%is_bezier), 0)
+        weights = [weights, grid%weights]
+      end associate
+    end do
     n_blank = size(weights)
     allocate (results%tool_points(0, 3), results%tool_of_point(0))
     do i = 1, size(results%tools)
@@ -236,9 +271,12 @@ contains
 
   subroutine write_geometry(results)
     type(results_t), intent(inout) :: results
-    integer :: i, s
+    integer :: i, s, p
 
-    call write_solid(results%file, "/nurbs/blank", results%solid, unit_of(results%units, "length"))
+    do p = 1, size(results%patches)
+      call write_solid(results%file, patch_folder(results, "/nurbs/blank", p), &
+                       results%patches(p)%solid, unit_of(results%units, "length"))
+    end do
     call create_group(results%file, "/nurbs/tools")
     do i = 1, size(results%tools)
       do s = 1, size(results%tools(i)%surfaces)
@@ -252,11 +290,14 @@ contains
     type(results_t), intent(inout) :: results
     type(frame_t), intent(in) :: frame
     real(wp), allocatable :: points(:, :)
-    integer :: i, s, d, n(4), m(3)
+    integer :: i, s, d, p, n(4), m(3)
 
-    n = shape(frame%points)
-    call update_points(results%file, "/nurbs/blank", reshape(frame%points, [product(n(:3)), 3]), &
-                       n(:3), unit_of(results%units, "length"))
+    do p = 1, size(results%patches)
+      n = shape(frame%patches(p)%points)
+      call update_points(results%file, patch_folder(results, "/nurbs/blank", p), &
+                         reshape(frame%patches(p)%points, [product(n(:3)), 3]), n(:3), &
+                         unit_of(results%units, "length"))
+    end do
     do i = 1, size(results%tools)
       do s = 1, size(results%tools(i)%surfaces)
         m = shape(results%tools(i)%surfaces(s)%points)
@@ -274,40 +315,55 @@ contains
   subroutine write_display(results, frame)
     type(results_t), intent(inout) :: results
     type(frame_t), intent(in) :: frame
-    real(wp), allocatable :: points(:, :), vector(:, :), shift(:, :), scalar(:), state(:)
-    integer :: n_controls
+    real(wp), allocatable :: points(:, :), displacement(:, :), velocity(:, :)
+    real(wp), allocatable :: eqps(:, :), mises(:, :), thickness(:, :)
+    integer :: p, first, last
 
-    n_controls = size(results%solid%weights)
-    shift = on_tools(results, frame%tool_displacement)
-    points = display_vectors(results%grid, reshape(frame%points, [n_controls, 3]))
-    call append_points(results%file, with_tools(results, points, results%tool_points + shift))
-    vector = display_vectors(results%grid, reshape(frame%points - results%solid%points, &
-                                                   [n_controls, 3]))
-    call append_point_data(results%file, "displacement", with_tools(results, vector, shift), &
-                           results%n_frames)
-    vector = display_vectors(results%grid, reshape(frame%velocity, [n_controls, 3]))
-    call append_point_data(results%file, "velocity", &
-                           with_tools(results, vector, on_tools(results, frame%tool_velocity)), &
-                           results%n_frames)
-    state = [point_grid(1, results%rule_size, results%grid%n_elements, frame%eqps)]
-    call append_scalar(results, "eqps", display_scalars(results%grid, state))
-    state = [point_grid(6, results%rule_size, results%grid%n_elements, frame%stress)]
-    state = mises_stress(reshape(state, [6, size(state)/6]))
-    call append_scalar(results, "mises", display_scalars(results%grid, state))
-    scalar = [display_thickness(results%grid, points)]
-    call append_scalar(results, "thickness", scalar)
+    allocate (points(results%n_points, 3), eqps(results%n_points, 1))
+    allocate (displacement, velocity, mold=points)
+    eqps = ieee_value(1.0_wp, ieee_quiet_nan)
+    mises = eqps
+    thickness = eqps
+    last = 0
+    do p = 1, size(results%patches)
+      first = last + 1
+      last = last + size(results%patches(p)%grid%weights)
+      call fill_patch(results%patches(p), frame%patches(p), points(first:last, :), &
+                      displacement(first:last, :), velocity(first:last, :), &
+                      eqps(first:last, 1), mises(first:last, 1), thickness(first:last, 1))
+    end do
+    displacement(last + 1:, :) = on_tools(results, frame%tool_displacement)
+    points(last + 1:, :) = results%tool_points + displacement(last + 1:, :)
+    velocity(last + 1:, :) = on_tools(results, frame%tool_velocity)
+    call append_points(results%file, points)
+    call append_point_data(results%file, "displacement", displacement, results%n_frames)
+    call append_point_data(results%file, "velocity", velocity, results%n_frames)
+    call append_point_data(results%file, "eqps", eqps, results%n_frames)
+    call append_point_data(results%file, "mises", mises, results%n_frames)
+    call append_point_data(results%file, "thickness", thickness, results%n_frames)
   end subroutine write_display
 
-  subroutine append_scalar(results, name, values)
-    type(results_t), intent(inout) :: results
-    character(*), intent(in) :: name
-    real(wp), intent(in) :: values(:)     ! at display points of the blank
-    real(wp) :: all_values(results%n_points, 1)
+  ! Fields at the display points of a patch.
+  pure subroutine fill_patch(view, fields, points, displacement, velocity, eqps, mises, thickness)
+    type(patch_view_t), intent(in) :: view
+    type(patch_frame_t), intent(in) :: fields
+    real(wp), intent(out) :: points(:, :), displacement(:, :), velocity(:, :)
+    real(wp), intent(out) :: eqps(:), mises(:), thickness(:)
+    real(wp), allocatable :: state(:)
+    integer :: n_controls
 
-    all_values = ieee_value(1.0_wp, ieee_quiet_nan)
-    all_values(:size(values), 1) = values
-    call append_point_data(results%file, name, all_values, results%n_frames)
-  end subroutine append_scalar
+    n_controls = size(view%solid%weights)
+    points = display_vectors(view%grid, reshape(fields%points, [n_controls, 3]))
+    displacement = display_vectors(view%grid, reshape(fields%points - view%solid%points, &
+                                                      [n_controls, 3]))
+    velocity = display_vectors(view%grid, reshape(fields%velocity, [n_controls, 3]))
+    state = [point_grid(1, view%rule_size, view%grid%n_elements, fields%eqps)]
+    eqps = display_scalars(view%grid, state)
+    state = [point_grid(6, view%rule_size, view%grid%n_elements, fields%stress)]
+    state = mises_stress(reshape(state, [6, size(state)/6]))
+    mises = display_scalars(view%grid, state)
+    thickness = [display_thickness(view%grid, points)]
+  end subroutine fill_patch
 
   ! One vector per tool at all display points of the tools.
   pure function on_tools(results, vectors) result(values)
@@ -318,55 +374,65 @@ contains
     values = transpose(vectors(:, results%tool_of_point))
   end function on_tools
 
-  pure function with_tools(results, blank, tools) result(values)
-    type(results_t), intent(in) :: results
-    real(wp), intent(in) :: blank(:, :), tools(:, :)
-    real(wp) :: values(results%n_points, 3)
-
-    values(:size(blank, 1), :) = blank
-    values(size(blank, 1) + 1:, :) = tools
-  end function with_tools
-
-  subroutine write_point_geometry(results)
+  subroutine write_point_geometry(results, patch)
     type(results_t), intent(inout) :: results
+    integer, intent(in) :: patch
+    character(:), allocatable :: folder
 
-    associate (geometry => results%geometry)
-      call write_reals(results%file, "/points/reference_position", geometry%positions, &
+    folder = patch_folder(results, "/points", patch)
+    associate (geometry => results%patches(patch)%geometry)
+      call write_reals(results%file, folder//"/reference_position", geometry%positions, &
                        [3, geometry%n], unit_of(results%units, "length"), &
                        "places of the integration points at the start, indices (zeta, eta, xi)")
-      call write_reals(results%file, "/points/reference_volume", geometry%volumes, geometry%n, &
+      call write_reals(results%file, folder//"/reference_volume", geometry%volumes, geometry%n, &
                        unit_of(results%units, "volume"), &
                        "volume that each integration point stands for at the start")
     end associate
   end subroutine write_point_geometry
 
   ! State at the integration points; all but the plastic strain of the last frame alone.
-  subroutine write_points(results, frame)
+  subroutine write_points(results, patch, fields)
     type(results_t), intent(inout) :: results
-    type(frame_t), intent(in) :: frame
-    integer :: n_controls
+    integer, intent(in) :: patch
+    type(patch_frame_t), intent(in) :: fields
+    character(:), allocatable :: folder
 
-    n_controls = size(results%solid%weights)
-    associate (file => results%file, n => results%geometry%n, q => results%rule_size, &
-               e => results%grid%n_elements)
-      call append_reals(file, "/frames/eqps", point_grid(1, q, e, frame%eqps), n, 1)
-      call write_reals(file, "/points/eqps", point_grid(1, q, e, frame%eqps), n, "1", &
+    folder = patch_folder(results, "/points", patch)
+    associate (file => results%file, geometry => results%patches(patch)%geometry, &
+               n => results%patches(patch)%geometry%n, q => results%patches(patch)%rule_size, &
+               e => results%patches(patch)%grid%n_elements)
+      call append_reals(file, patch_folder(results, "/frames", patch)//"/eqps", &
+                        point_grid(1, q, e, fields%eqps), n, 1)
+      call write_reals(file, folder//"/eqps", point_grid(1, q, e, fields%eqps), n, "1", &
                        "equivalent plastic strain, last frame")
-      call write_reals(file, "/points/stress", point_grid(6, q, e, frame%stress), [6, n], &
+      call write_reals(file, folder//"/stress", point_grid(6, q, e, fields%stress), [6, n], &
                        unit_of(results%units, "stress"), &
                        "Cauchy stress 11, 22, 33, 12, 13, 23, last frame")
       if (results%n_state > 0) then
-        call write_reals(file, "/points/statev", point_grid(results%n_state, q, e, frame%state), &
+        call write_reals(file, folder//"/statev", &
+                         point_grid(results%n_state, q, e, fields%state), &
                          [results%n_state, n], "1", "state variables of the material, last frame")
         if (results%state_names /= "") &
-          call write_text_attribute(file, "/points/statev", "names", results%state_names)
+          call write_text_attribute(file, folder//"/statev", "names", results%state_names)
       end if
-      call write_reals(file, "/points/principal_strain", &
-                       plane_strains(results%geometry, reshape(frame%points, [n_controls, 3])), &
+      call write_reals(file, folder//"/principal_strain", &
+                       plane_strains(geometry, reshape(fields%points, &
+                                                       [size(geometry%control_weights), 3])), &
                        [2, n], "1", &
                        "major and minor logarithmic strain in the sheet's plane, last frame")
     end associate
   end subroutine write_points
+
+  ! Where a patch has its data: the folder itself if it is the only one.
+  pure function patch_folder(results, folder, patch) result(path)
+    type(results_t), intent(in) :: results
+    character(*), intent(in) :: folder
+    integer, intent(in) :: patch
+    character(:), allocatable :: path
+
+    path = folder
+    if (size(results%patches) > 1) path = folder//"/"//results%patches(patch)%name
+  end function patch_folder
 
   pure function surface_folder(results, i_tool, i_surface) result(folder)
     type(results_t), intent(in) :: results

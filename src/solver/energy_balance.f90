@@ -10,7 +10,8 @@ module energy_balance
   use ig_patch, only: force_report_t
   use column_scaling, only: column_directions, column_differences
   use effect, only: effect_slot_t, tally_t
-  use blank, only: blank_t
+  use patch_body, only: patch_body_t, field_t
+  use blank, only: blank_t, mass_of
   use assembly, only: assembly_t
   implicit none
   private
@@ -37,11 +38,14 @@ contains
   pure subroutine start_balance(balance, blank)
     type(energy_balance_t), intent(out) :: balance
     type(blank_t), intent(in) :: blank
+    integer :: p
 
-    associate (v => blank%motion%v)
-      balance%kinetic_at_start = kinetic_energy(blank, v, v)
-      balance%momentum_at_start = momentum_of(blank%mass, v)
-    end associate
+    do p = 1, size(blank%parts)
+      associate (body => blank%parts(p), v => blank%parts(p)%motion%v)
+        balance%kinetic_at_start = balance%kinetic_at_start + kinetic_energy(body, v, v)
+        balance%momentum_at_start = balance%momentum_at_start + momentum_of(body%mass, v)
+      end associate
+    end do
   end subroutine start_balance
 
   !> Add what the force evaluation of a step reported.
@@ -74,10 +78,10 @@ contains
   subroutine take_balance(balance, bodies, v_before, forces, supports)
     type(energy_balance_t), intent(inout) :: balance
     type(assembly_t), intent(in) :: bodies
-    real(wp), intent(in) :: v_before(:, :, :, :)
+    type(field_t), intent(in) :: v_before(:)   !! by patch
     type(effect_slot_t), intent(inout) :: forces(:), supports(:)   !! a new tally begins
     real(wp) :: scaling, lack, momentum_scale, lost(3)
-    integer :: i, c
+    integer :: i, c, p
 
     balance%tally = tally_t()
     do i = 1, size(forces)
@@ -86,9 +90,19 @@ contains
     do i = 1, size(supports)
       call supports(i)%item%tally(balance%tally)
     end do
-    associate (mass => bodies%blank%mass, v => bodies%blank%motion%v, &
-               work => balance%tally%external_work)
-      balance%kinetic = kinetic_energy(bodies%blank, v_before, v)
+    balance%kinetic = 0.0_wp
+    balance%momentum = 0.0_wp
+    momentum_scale = tiny(1.0_wp)
+    do p = 1, size(bodies%blank%parts)
+      associate (body => bodies%blank%parts(p), v => bodies%blank%parts(p)%motion%v)
+        balance%kinetic = balance%kinetic + kinetic_energy(body, v_before(p)%values, v)
+        balance%momentum = balance%momentum + momentum_of(body%mass, v)
+        do c = 1, 3
+          momentum_scale = momentum_scale + sum(body%mass*abs(v(:, :, :, c)))
+        end do
+      end associate
+    end do
+    associate (work => balance%tally%external_work)
       scaling = max(balance%kinetic_at_start, abs(work), balance%kinetic + balance%internal, &
                     tiny(1.0_wp))
       balance%reference = max(balance%reference, scaling, energy_of_pace(bodies))
@@ -97,12 +111,7 @@ contains
              - work - balance%kinetic_at_start
       balance%error = lack/scaling
       balance%alarm = lack/balance%reference
-      balance%momentum = momentum_of(mass, v)
       lost = balance%momentum - balance%momentum_at_start - balance%impulse
-      momentum_scale = tiny(1.0_wp)
-      do c = 1, 3
-        momentum_scale = momentum_scale + sum(mass*abs(v(:, :, :, c)))
-      end do
       balance%momentum_reference = max(balance%momentum_reference, momentum_scale, &
                                        norm2(balance%impulse))
       balance%momentum_error = norm2(lost)/balance%momentum_reference
@@ -116,27 +125,27 @@ contains
 
     energy = 0.0_wp
     do t = 1, size(bodies%tools)
-      energy = max(energy, 0.5_wp*sum(bodies%blank%mass)*sum(bodies%tools(t)%velocity**2))
+      energy = max(energy, 0.5_wp*mass_of(bodies%blank%parts)*sum(bodies%tools(t)%velocity**2))
     end do
   end function energy_of_pace
 
   !> Kinetic energy of the mass that moves: lumped, and what scaling adds to columns.
-  pure real(wp) function kinetic_energy(blank, v1, v2) result(energy)
-    type(blank_t), intent(in) :: blank
+  pure real(wp) function kinetic_energy(body, v1, v2) result(energy)
+    type(patch_body_t), intent(in) :: body
     real(wp), intent(in) :: v1(:, :, :, :), v2(:, :, :, :)
     real(wp), allocatable :: directions(:, :, :), difference1(:, :, :), difference2(:, :, :)
     integer :: c, k
 
     energy = 0.0_wp
     do c = 1, 3
-      energy = energy + 0.5_wp*sum(blank%mass*v1(:, :, :, c)*v2(:, :, :, c))
+      energy = energy + 0.5_wp*sum(body%mass*v1(:, :, :, c)*v2(:, :, :, c))
     end do
-    if (.not. allocated(blank%column_factor)) return
-    directions = column_directions(blank%motion%x)
-    difference1 = column_differences(blank%mass, directions, v1)
-    difference2 = column_differences(blank%mass, directions, v2)
-    do k = 1, size(blank%mass, 3)
-      energy = energy + 0.5_wp*sum((blank%column_factor - 1.0_wp)*blank%mass(:, :, k) &
+    if (.not. allocated(body%column_factor)) return
+    directions = column_directions(body%motion%x)
+    difference1 = column_differences(body%mass, directions, v1)
+    difference2 = column_differences(body%mass, directions, v2)
+    do k = 1, size(body%mass, 3)
+      energy = energy + 0.5_wp*sum((body%column_factor - 1.0_wp)*body%mass(:, :, k) &
                                    *difference1(:, :, k)*difference2(:, :, k))
     end do
   end function kinetic_energy

@@ -5,7 +5,8 @@ module forming_run
   use errors, only: error_t, fail
   use text, only: to_text
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks, ticks_to_seconds
-  use internal_force, only: internal_forces
+  use patch_body, only: field_t, share_external_forces
+  use body_forces, only: forces_of_bodies
   use point_volumes, only: new_point_volumes
   use rigid_motion, only: move_tool
   use effect, only: instant_t
@@ -39,8 +40,8 @@ module forming_run
     real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
     real(wp) :: largest_penetration = 0.0_wp
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0
-    real(wp), allocatable :: v_before(:, :, :, :)     !! kept for steps that take a balance
-    real(wp), allocatable :: volumes(:, :, :, :)      !! of the points at the start
+    type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
+    type(field_t), allocatable :: volumes(:)   !! of the points at the start, by patch
     type(frame_t) :: frame
     type(history_row_t) :: row
   end type run_t
@@ -64,8 +65,13 @@ contains
     call add_watch(model%timer, "motion", run%watch_motion)
     call add_watch(model%timer, "output", run%watch_output)
     call start_balance(run%balance, model%bodies%blank)
-    run%volumes = new_point_volumes(model%bodies%blank%patch, model%bodies%blank%solid)
-    allocate (run%v_before, source=model%bodies%blank%motion%v)
+    associate (parts => model%bodies%blank%parts)
+      allocate (run%volumes(size(parts)), run%v_before(size(parts)))
+      do i = 1, size(parts)
+        run%volumes(i)%values = new_point_volumes(parts(i)%patch, parts(i)%solid)
+        run%v_before(i)%values = parts(i)%motion%v
+      end do
+    end associate
     call new_frame(model, run%frame)
     call new_history_row(model, run%row)
   end subroutine new_run
@@ -152,13 +158,14 @@ contains
     integer :: i
 
     call start_watch(model%timer, run%watch_motion)
-    associate (blank => model%bodies%blank)
-      if (is_end .or. is_due(run%control, run%control%history, run%instant%time)) &
-        run%v_before = blank%motion%v
-      call advance_velocities(size(blank%mass), run%instant%dt_mean, blank%mass, &
-                              blank%motion%external_force, blank%motion%internal_force, &
-                              blank%motion%v)
-    end associate
+    do i = 1, size(model%bodies%blank%parts)
+      associate (body => model%bodies%blank%parts(i), motion => model%bodies%blank%parts(i)%motion)
+        if (is_end .or. is_due(run%control, run%control%history, run%instant%time)) &
+          run%v_before(i)%values = motion%v
+        call advance_velocities(size(body%inertia), run%instant%dt_mean, body%inertia, &
+                                motion%external_force, motion%internal_force, motion%v)
+      end associate
+    end do
     call add_impulse(run%balance, model%forces, run%instant%dt_mean)
     call stop_watch(model%timer, run%watch_motion)
     do i = 1, size(model%supports)
@@ -180,9 +187,11 @@ contains
     call start_watch(model%timer, run%watch_motion)
     run%instant%time = run%instant%time + run%instant%dt
     run%n_steps = run%n_steps + 1
-    associate (motion => model%bodies%blank%motion)
-      call advance_positions(size(motion%x), run%instant%dt, motion%v, motion%x)
-    end associate
+    do t = 1, size(model%bodies%blank%parts)
+      associate (motion => model%bodies%blank%parts(t)%motion)
+        call advance_positions(size(motion%x), run%instant%dt, motion%v, motion%x)
+      end associate
+    end do
     do t = 1, size(model%motions)
       call move_tool(model%motions(t), run%instant%time, run%instant%dt, model%bodies%tools(t))
     end do
@@ -197,9 +206,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call start_watch(model%timer, run%watch_blank)
-    associate (blank => model%bodies%blank, motion => model%bodies%blank%motion)
-      call internal_forces(blank%patch, blank%buffers, blank%law, run%instant%dt, motion%x, &
-                           motion%v, motion%internal_force, blank%report)
+    associate (blank => model%bodies%blank)
+      call forces_of_bodies(blank%parts, blank%seams, blank%law, run%instant%dt, blank%report)
       rate = blank%report%largest_rate
       call add_step(run%balance, blank%report)
       call check_health(blank, run%instant, run%control, error)
@@ -214,7 +222,9 @@ contains
     integer :: i, t
 
     if (size(model%forces) == 0) return
-    model%bodies%blank%motion%external_force = 0.0_wp
+    do i = 1, size(model%bodies%blank%parts)
+      model%bodies%blank%parts(i)%motion%external_force = 0.0_wp
+    end do
     do t = 1, size(model%bodies%tools)
       model%bodies%tools(t)%force = 0.0_wp
     end do
@@ -225,6 +235,7 @@ contains
         call stop_watch(model%timer, item%watch)
       end associate
     end do
+    call share_external_forces(model%bodies%blank%parts, model%bodies%blank%seams)
   end subroutine apply_forces
 
   !> History row and frame at their times; the balance must stay within the deck's limit.
@@ -268,12 +279,18 @@ contains
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
     real(wp) :: elastic
+    integer :: p, q(3)
 
-    associate (blank => model%bodies%blank, q => model%bodies%blank%patch%axes%n_points)
-      call take_balance(run%balance, model%bodies, run%v_before, model%forces, model%supports)
-      elastic = elastic_energy(blank%law, 8*q(3), q(1)*q(2)*blank%patch%n_blocks, &
-                               blank%patch%stress, run%volumes)
-    end associate
+    call take_balance(run%balance, model%bodies, run%v_before, model%forces, model%supports)
+    elastic = 0.0_wp
+    do p = 1, size(run%volumes)
+      associate (patch => model%bodies%blank%parts(p)%patch)
+        q = patch%axes%n_points
+        elastic = elastic + elastic_energy(model%bodies%blank%law, 8*q(3), &
+                                           q(1)*q(2)*patch%n_blocks, patch%stress, &
+                                           run%volumes(p)%values)
+      end associate
+    end do
     run%row%step = int(run%n_steps)
     run%row%time = run%instant%time
     run%row%dt = run%instant%dt
@@ -287,10 +304,14 @@ contains
   function velocity_now(model, run) result(v)
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
-    real(wp), allocatable :: v(:, :, :, :)
+    type(field_t), allocatable :: v(:)   !! by patch
+    integer :: p
 
     allocate (v, source=run%v_before)
-    if (run%n_steps > 0) v = 0.5_wp*(v + model%bodies%blank%motion%v)
+    if (run%n_steps == 0) return
+    do p = 1, size(v)
+      v(p)%values = 0.5_wp*(v(p)%values + model%bodies%blank%parts(p)%motion%v)
+    end do
   end function velocity_now
 
   !> The state reached, as a frame that says so. A second failure must not hide the first.

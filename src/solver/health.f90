@@ -36,18 +36,23 @@ contains
   function failed_message(blank, instant) result(message)
     type(blank_t), intent(in) :: blank
     type(instant_t), intent(in) :: instant
-    character(:), allocatable :: message
+    character(:), allocatable :: message, place
     integer :: first(3), last(3)
 
-    first = element_of_lane(blank%patch, blank%report%failed_block, 1)
-    last = element_of_lane(blank%patch, blank%report%failed_block, n_lanes)
+    associate (body => blank%parts(blank%report%failed_patch))
+      first = element_of_lane(body%patch, blank%report%failed_block, 1)
+      last = element_of_lane(body%patch, blank%report%failed_block, n_lanes)
+      place = ""
+      if (size(blank%parts) > 1) place = "patch '"//body%name//"', "
+    end associate
     if (blank%report%smallest_det <= 0.0_wp) then
       message = "an element turned inside out"
     else
       message = "the stress update failed or met values that are no numbers"
     end if
-    message = "blank '"//blank%name//"': "//message//", "//when(instant)//", in elements ("// &
-              to_text(first(1))//" to "//to_text(last(1))//", "//to_text(first(2))//", "// &
+    message = "blank '"//blank%name//"': "//message//", "//when(instant)//", in "//place// &
+              "elements ("//to_text(first(1))//" to "//to_text(last(1))//", "// &
+              to_text(first(2))//", "// &
               to_text(first(3))//") along xi, eta, zeta"
   end function failed_message
 

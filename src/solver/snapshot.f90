@@ -4,8 +4,9 @@ module snapshot
   use basis_tables, only: n_lanes
   use ig_patch, only: ig_patch_t
   use ig_patch, only: element_of_lane
+  use patch_body, only: field_t
   use model, only: model_t
-  use frames, only: frame_t
+  use frames, only: frame_t, patch_frame_t
   use history, only: history_row_t
   use knot_vector, only: find_span, basis_derivatives
   use nurbs_solid, only: nurbs_solid_t
@@ -21,18 +22,21 @@ contains
   subroutine new_frame(model, frame)
     type(model_t), intent(in) :: model
     type(frame_t), intent(out) :: frame
-    integer :: q(3), n(3), n_tools, n_shown
+    integer :: q(3), n(3), n_tools, n_shown, p
 
-    associate (patch => model%bodies%blank%patch)
-      q = patch%axes%n_points
-      n = patch%axes%n_elements
-    end associate
     n_tools = size(model%bodies%tools)
-    allocate (frame%points, frame%velocity, mold=model%bodies%blank%motion%x)
-    allocate (frame%eqps(q(1), q(2), q(3), n(1), n(2), n(3)), source=0.0_wp)
-    allocate (frame%stress(6, q(1), q(2), q(3), n(1), n(2), n(3)))
     n_shown = model%bodies%blank%law%n_state - model%bodies%blank%law%n_hidden
-    allocate (frame%state(n_shown, q(1), q(2), q(3), n(1), n(2), n(3)))
+    allocate (frame%patches(size(model%bodies%blank%parts)))
+    do p = 1, size(frame%patches)
+      associate (body => model%bodies%blank%parts(p), fields => frame%patches(p))
+        q = body%patch%axes%n_points
+        n = body%patch%axes%n_elements
+        allocate (fields%points, fields%velocity, mold=body%motion%x)
+        allocate (fields%eqps(q(1), q(2), q(3), n(1), n(2), n(3)), source=0.0_wp)
+        allocate (fields%stress(6, q(1), q(2), q(3), n(1), n(2), n(3)))
+        allocate (fields%state(n_shown, q(1), q(2), q(3), n(1), n(2), n(3)))
+      end associate
+    end do
     allocate (frame%tool_displacement(3, n_tools), frame%tool_velocity(3, n_tools))
   end subroutine new_frame
 
@@ -41,28 +45,39 @@ contains
     type(model_t), intent(in) :: model
     real(wp), intent(in) :: time
     type(frame_t), intent(inout) :: frame
-    integer :: block, lane, e(3), t
+    integer :: t, p
 
     frame%time = time
-    associate (blank => model%bodies%blank, patch => model%bodies%blank%patch)
-      frame%points = blank%motion%x
-      frame%velocity = blank%motion%v
-      do block = 1, patch%n_blocks
-        do lane = 1, n_lanes
-          if (.not. patch%lanes%is_owner(lane, mod(block - 1, patch%lanes%n_blocks) + 1)) cycle
-          e = element_of_lane(patch, block, lane)
-          call fill_element(patch, block, lane, blank%law%eqps_state, &
-                            frame%eqps(:, :, :, e(1), e(2), e(3)), &
-                            frame%stress(:, :, :, :, e(1), e(2), e(3)), &
-                            frame%state(:, :, :, :, e(1), e(2), e(3)))
-        end do
-      end do
-    end associate
+    do p = 1, size(frame%patches)
+      frame%patches(p)%points = model%bodies%blank%parts(p)%motion%x
+      frame%patches(p)%velocity = model%bodies%blank%parts(p)%motion%v
+      call fill_points(model%bodies%blank%parts(p)%patch, model%bodies%blank%law%eqps_state, &
+                       frame%patches(p))
+    end do
     do t = 1, size(model%bodies%tools)
       frame%tool_displacement(:, t) = model%bodies%tools(t)%displacement
       frame%tool_velocity(:, t) = model%bodies%tools(t)%velocity
     end do
   end subroutine fill_frame
+
+  !> Stress and state at the integration points of a patch.
+  pure subroutine fill_points(patch, eqps_state, fields)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: eqps_state
+    type(patch_frame_t), intent(inout) :: fields
+    integer :: block, lane, e(3)
+
+    do block = 1, patch%n_blocks
+      do lane = 1, n_lanes
+        if (.not. patch%lanes%is_owner(lane, mod(block - 1, patch%lanes%n_blocks) + 1)) cycle
+        e = element_of_lane(patch, block, lane)
+        call fill_element(patch, block, lane, eqps_state, &
+                          fields%eqps(:, :, :, e(1), e(2), e(3)), &
+                          fields%stress(:, :, :, :, e(1), e(2), e(3)), &
+                          fields%state(:, :, :, :, e(1), e(2), e(3)))
+      end do
+    end do
+  end subroutine fill_points
 
   pure subroutine fill_element(patch, block, lane, eqps_state, eqps, stress, state)
     type(ig_patch_t), intent(in) :: patch
@@ -100,7 +115,7 @@ contains
     type(model_t), intent(in) :: model
     type(energy_balance_t), intent(in) :: balance
     real(wp), intent(in) :: elastic           !! elastic energy now
-    real(wp), intent(in) :: v(:, :, :, :)     !! velocities now, not those half a step on
+    type(field_t), intent(in) :: v(:)         !! velocities now, not those half a step on
     type(history_row_t), intent(inout) :: row
     real(wp) :: start(3)
     integer :: t, p
@@ -120,14 +135,15 @@ contains
       row%tool_displacement(:, t) = model%bodies%tools(t)%displacement
       row%tool_force(:, t) = model%bodies%tools(t)%force
     end do
-    associate (blank => model%bodies%blank)
-      do p = 1, size(model%probes)
-        start = field_at(blank%solid, blank%solid%points, model%probes(p)%xi)
-        row%probe_displacement(:, p) = field_at(blank%solid, blank%motion%x, &
+    do p = 1, size(model%probes)
+      associate (body => model%bodies%blank%parts(model%probes(p)%patch))
+        start = field_at(body%solid, body%solid%points, model%probes(p)%xi)
+        row%probe_displacement(:, p) = field_at(body%solid, body%motion%x, &
                                                 model%probes(p)%xi) - start
-        row%probe_velocity(:, p) = field_at(blank%solid, v, model%probes(p)%xi)
-      end do
-    end associate
+        row%probe_velocity(:, p) = field_at(body%solid, v(model%probes(p)%patch)%values, &
+                                            model%probes(p)%xi)
+      end associate
+    end do
   end subroutine fill_history_row
 
   !> Value of a control-point field at a parametric point.

@@ -9,12 +9,13 @@ module element_cases
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
   use strain_projection, only: projection_spec_t
   use patch_setup, only: new_patch, new_tile_buffers
+  use patch_body, only: patch_body_t
   use internal_force, only: internal_forces
   implicit none
   private
 
-  public :: axis_with, box, bent, weighted, quarter_ring, patch_of, viscous_patch_of, evaluate
-  public :: projected_patch_of, steel, scatter, affine_field
+  public :: axis_with, box, bent, weighted, quarter_ring, patch_of, viscous_patch_of, body_of
+  public :: evaluate, projected_patch_of, steel, scatter, affine_field
 
 contains
 
@@ -153,6 +154,22 @@ contains
     call new_patch(patch, solid, n_points, [1, 1, 1], law, viscosity, error, projection)
     if (allocated(error)) error stop "the projected patch of the test is wrong"
   end function projected_patch_of
+
+  !> A body of one patch with these control points and masses.
+  function body_of(patch, x, mass, factor) result(bodies)
+    type(ig_patch_t), intent(in) :: patch
+    real(wp), intent(in) :: x(:, :, :, :), mass(:, :, :)
+    real(wp), intent(in), optional :: factor(:, :)   !! of the columns
+    type(patch_body_t) :: bodies(1)
+    bodies(1)%patch = patch
+    bodies(1)%buffers = new_tile_buffers(patch)
+    bodies(1)%mass = mass
+    bodies(1)%inertia = mass
+    bodies(1)%motion%x = x
+    bodies(1)%motion%v = 0.0_wp*x
+    bodies(1)%motion%internal_force = 0.0_wp*x
+    if (present(factor)) bodies(1)%column_factor = factor
+  end function body_of
 
   !> Internal forces with buffers of its own.
   subroutine evaluate(patch, law, dt, x, v, force, report)

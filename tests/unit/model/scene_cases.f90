@@ -59,9 +59,11 @@ contains
                                          density, young, 0.3_wp, "ELASTIC", [real(wp) ::])
     scene%blank%origin = new_origin("test.key", 1, "*BLANK")
     scene%blank%name = "sheet"
-    scene%blank%solid = solid
+    allocate (scene%blank%patches(1))
+    scene%blank%patches(1)%name = "sheet"
+    scene%blank%patches(1)%solid = solid
     scene%blank%material = 1
-    scene%blank%n_points = solid%axes%degree + 1
+    scene%blank%patches(1)%n_points = solid%axes%degree + 1
     scene%step%end_time = 1.0e-6_wp
     scene%step%viscosity_linear = 0.0_wp
     scene%step%viscosity_quadratic = 0.0_wp
@@ -133,8 +135,8 @@ contains
     set = size(scene%sets) + 1
     new%origin = new_origin("test.key", 20 + set, "*SET")
     new%name = "set "//to_text(set)
-    new%lower = lower
-    new%upper = upper
+    new%lower = spread(lower, 2, size(scene%blank%patches))
+    new%upper = spread(upper, 2, size(scene%blank%patches))
     scene%sets = [scene%sets, new]
   end subroutine add_set
 

@@ -39,11 +39,15 @@ contains
     integer :: axis, i
 
     setup%path = name//".h5"
-    setup%solid = model%bodies%blank%solid
-    do axis = 1, 3
-      associate (table => model%bodies%blank%patch%axes(axis))
-        setup%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, table%weights)
-      end associate
+    allocate (setup%patches(size(model%bodies%blank%parts)))
+    do i = 1, size(setup%patches)
+      setup%patches(i)%name = model%bodies%blank%parts(i)%name
+      setup%patches(i)%solid = model%bodies%blank%parts(i)%solid
+      do axis = 1, 3
+        associate (table => model%bodies%blank%parts(i)%patch%axes(axis))
+          setup%patches(i)%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, table%weights)
+        end associate
+      end do
     end do
     allocate (setup%tools(size(model%bodies%tools)), setup%probes(size(model%probes)))
     do i = 1, size(setup%tools)

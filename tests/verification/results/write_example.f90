@@ -44,6 +44,8 @@ contains
     logical, intent(in) :: is_bezier
     integer :: d, n(3)
 
+    allocate (setup%patches(1))
+    setup%patches(1)%name = "sheet"
     setup%path = path
     setup%is_bezier = is_bezier
     setup%n_state = 1
@@ -51,13 +53,14 @@ contains
     setup%provenance%units = "mm, t, s"
     setup%provenance%deck_text = "*HEADING"//new_line("a")//"a sheet that bows, µ"
     do d = 1, 3
-      setup%solid%axes(d) = uniform_axis(2, n_elements(d), size_of_sheet(d))
-      setup%rule(d) = new_gauss_rule(merge(3, 2, d == 3), merge(2, 1, d == 3))
+      setup%patches(1)%solid%axes(d) = uniform_axis(2, n_elements(d), size_of_sheet(d))
+      setup%patches(1)%rule(d) = new_gauss_rule(merge(3, 2, d == 3), merge(2, 1, d == 3))
     end do
     n = n_elements + 2
-    allocate (setup%solid%points(n(1), n(2), n(3), 3), setup%solid%weights(n(1), n(2), n(3)))
-    setup%solid%weights = 1.0_wp
-    setup%solid%points = bowed(setup, 0.0_wp)
+    allocate (setup%patches(1)%solid%points(n(1), n(2), n(3), 3))
+    allocate (setup%patches(1)%solid%weights(n(1), n(2), n(3)))
+    setup%patches(1)%solid%weights = 1.0_wp
+    setup%patches(1)%solid%points = bowed(setup, 0.0_wp)
     allocate (setup%tools(2))
     setup%tools(1)%name = "plate"
     allocate (setup%tools(1)%surfaces(1), setup%tools(2)%surfaces(1), setup%probes(1))
@@ -75,14 +78,14 @@ contains
     real(wp), allocatable :: x(:), y(:), z(:)
     integer :: i, j, k
 
-    x = greville(setup%solid%axes(1))
-    y = greville(setup%solid%axes(2))
-    z = greville(setup%solid%axes(3))
+    x = greville(setup%patches(1)%solid%axes(1))
+    y = greville(setup%patches(1)%solid%axes(2))
+    z = greville(setup%patches(1)%solid%axes(3))
     allocate (points(size(x), size(y), size(z), 3))
     do k = 1, size(z)
       do j = 1, size(y)
         do i = 1, size(x)
-          associate (knots => setup%solid%axes(1)%knots)
+          associate (knots => setup%patches(1)%solid%axes(1)%knots)
             points(i, j, k, :) = [x(i), z(k) + curvature*knots(i + 1)*knots(i + 2), -y(j)]
           end associate
         end do
@@ -99,15 +102,16 @@ contains
     integer :: e
 
     frame%time = time
-    frame%points = bowed(setup, 1.0e-3_wp*time)
-    frame%velocity = bowed(setup, 1.0e-3_wp) - bowed(setup, 0.0_wp)
-    allocate (frame%eqps(2, 2, 6, 5, 2, 1), frame%stress(6, 2, 2, 6, 5, 2, 1))
-    frame%stress = 0.0_wp
+    allocate (frame%patches(1))
+    frame%patches(1)%points = bowed(setup, 1.0e-3_wp*time)
+    frame%patches(1)%velocity = bowed(setup, 1.0e-3_wp) - bowed(setup, 0.0_wp)
+    allocate (frame%patches(1)%eqps(2, 2, 6, 5, 2, 1), frame%patches(1)%stress(6, 2, 2, 6, 5, 2, 1))
+    frame%patches(1)%stress = 0.0_wp
     do e = 1, 5
-      frame%eqps(:, :, :, e, :, :) = 0.01_wp*time*e
+      frame%patches(1)%eqps(:, :, :, e, :, :) = 0.01_wp*time*e
     end do
-    frame%stress(1, :, :, :, :, :, :) = 100*time
-    frame%state = reshape(frame%eqps, [1, shape(frame%eqps)])
+    frame%patches(1)%stress(1, :, :, :, :, :, :) = 100*time
+    frame%patches(1)%state = reshape(frame%patches(1)%eqps, [1, shape(frame%patches(1)%eqps)])
     frame%tool_displacement = reshape([0.0_wp, -2*time, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [3, 2])
     frame%tool_velocity = reshape([0.0_wp, -2.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [3, 2])
     call record_history(results, row_at(time))
