@@ -78,22 +78,24 @@ def main():
                    abs(run.probes["middle"]["displacement"][-1, 2]),
                    pressure * mindlin(thickness)[0], limit)
     lines = []
-    meshes = ((2, 4, None), (2, 7, None), (3, 4, 0.06))
+    meshes = (("NONE", 2, 4, None), ("NONE", 2, 7, None), ("ANS", 2, 4, 0.05), ("NONE", 3, 4, 0.06))
     if case.is_long:
-        meshes = (*meshes, (3, 8, 0.02))
-    slenderness = np.array([10, 30, 1000])
+        meshes = (*meshes, ("NONE", 3, 8, 0.02))
+    slenderness = np.array([10, 30, 100, 1000])
     if case.is_long:
         slenderness = np.array([10, 30, 100, 300, 1000])
-    for p, n, limit in meshes:
+    for projection, p, n, limit in meshes:
         exact = np.array([mindlin(LENGTH / s)[1] / (2 * np.pi) for s in slenderness])
-        found = np.array([case.modes("clamped_plate", 1, p=p, n=n, slenderness=s)[0]
+        found = np.array([case.modes("clamped_plate", 1, p=p, n=n, slenderness=s,
+                                     projection=projection)[0]
                           for s in slenderness])
-        lines.append((f"p = {p}, {n} x {n} elements", "o-", slenderness, found / exact))
+        name = f"{projection}, p = {p}, {n} x {n} elements"
+        lines.append((name, "o-", slenderness, found / exact))
         if limit:
-            case.deviation(f"lowest frequency, p = {p}, {n} x {n} elements, largest error from "
+            case.deviation(f"lowest frequency, {name}, largest error from "
                            "a/t = 30 to 1000", np.abs(found / exact - 1)[1:].max(), limit)
         else:
-            case.between(f"lowest frequency by the exact one, p = {p}, {n} x {n} elements, "
+            case.between(f"lowest frequency by the exact one, {name}, "
                          "a/t = 1000: locked", found[-1] / exact[-1], 1.5, 10)
     case.panel("slenderness a/t", "lowest frequency by the exact one", lines, "log")
     case.finish()
