@@ -111,7 +111,7 @@ contains
       self%force = 0.0_wp
       self%tool%force = 0.0_wp
       call apply_contact(self%pair, self%tool, self%net(:, :, :, 1 + mod(i, 2)), self%force, &
-                         self%energy, self%depth)
+                         self%energy, self%depth, 1.0_wp)
     end do
   end subroutine run_contact
 

@@ -15,6 +15,8 @@ module contact
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, row_positions, scatter_forces
   use penalty, only: stiffness_from_mass, stiffness_from_area
+  use friction, only: friction_t, new_friction, rub
+  use contact_damping, only: contact_damping_t, new_contact_damping, damp_points
   use closest_point, only: hit_t, search_tool, follow, is_beside
   use closest_point_lanes, only: lanes_t, follow_lanes, n_lanes
   implicit none
@@ -34,6 +36,8 @@ module contact
     real(wp) :: max_depth = 0.0_wp    !! deeper points are behind the tool, not in it; 0: half the
                                       !! search distance [length]
     real(wp) :: overhang = 0.0_wp     !! how far beyond the border a point still touches [length]
+    real(wp) :: friction = 0.0_wp     !! coefficient mu of Coulomb friction, 0: none
+    real(wp) :: damping = 0.0_wp      !! normal damping, part of the critical, 0: none
     logical :: is_corner_start = .false.   !! search anew each time from face corners, as [CA]
   end type contact_options_t
 
@@ -59,6 +63,7 @@ module contact
   !> What one tile adds to the whole.
   type :: tile_result_t
     real(wp) :: energy = 0.0_wp, depth = 0.0_wp, reaction(3) = 0.0_wp
+    real(wp) :: rubbed = 0.0_wp, damped = 0.0_wp   !! energies lost
     type(contact_statistics_t) :: counts
   end type tile_result_t
 
@@ -78,6 +83,8 @@ module contact
     real(wp) :: displacement(3) = 0.0_wp     !! of the tool at the last call [length]
     real(wp), allocatable :: net(:, :, :)    !! control points at the last call [length]
     type(contact_statistics_t) :: statistics
+    type(friction_t), allocatable :: friction            !! only where there is some
+    type(contact_damping_t), allocatable :: damping      !! likewise
   end type contact_t
 
 contains
@@ -95,7 +102,8 @@ contains
 
     contact%options = options
     if (options%max_depth <= 0.0_wp) contact%options%max_depth = 0.5_wp*tool%search_distance
-    if (min(options%scale, options%stiffness, options%max_depth, options%overhang) < 0.0_wp) then
+    if (min(options%scale, options%stiffness, options%max_depth, options%overhang, &
+            options%friction, options%damping) < 0.0_wp) then
       call fail(error, "contact with "//tool%name//": options must not be negative")
     else if (contact%options%max_depth >= tool%search_distance) then
       call fail(error, "contact with "//tool%name//": the depth limit must be below the tool's " &
@@ -122,22 +130,43 @@ contains
     contact%force = 0.0_wp
     contact%net = 0.0_wp
     contact%tiles = cut_tiles(slave)
+    call add_drag(contact, mass, dt)
   end subroutine new_contact
+
+  !> Friction and damping where the options ask for them.
+  subroutine add_drag(contact, mass, dt)
+    type(contact_t), intent(inout) :: contact
+    real(wp), intent(in) :: mass(contact%slave%n_net(1), contact%slave%n_net(2))
+    real(wp), intent(in) :: dt
+    real(wp) :: seen(contact%slave%n_points)
+
+    if (contact%options%friction > 0.0_wp) then
+      allocate (contact%friction)
+      call new_friction(contact%friction, contact%slave%n_points, contact%options%friction)
+    end if
+    if (contact%options%damping > 0.0_wp) then
+      call stiffness_from_mass(contact%slave, mass, 1.0_wp, dt, seen)
+      allocate (contact%damping)
+      call new_contact_damping(contact%damping, contact%options%damping, contact%stiffness, &
+                               seen*dt**2)
+    end if
+  end subroutine add_drag
 
   !> Contact forces of the present positions: `net_force` and `tool%force` are added to, energy and
   !! deepest penetration are set. Bitwise the same for any number of threads.
   !!
   !! Every call is one state after the other: a state left out costs no accuracy, the motion since
   !! the last call is what counts.
-  subroutine apply_contact(contact, tool, net_x, net_force, energy, max_penetration)
+  subroutine apply_contact(contact, tool, net_x, net_force, energy, max_penetration, dt)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(inout) :: tool
     real(wp), intent(in) :: net_x(contact%slave%n_net(1), contact%slave%n_net(2), 3)
       !! control points of the face now [length]
     real(wp), intent(inout) :: net_force(contact%slave%n_net(1), contact%slave%n_net(2), 3)
       !! [force]
-    real(wp), intent(out) :: energy            !! sum of k g^2/2 over touching points [energy]
+    real(wp), intent(out) :: energy            !! of the springs of touching points [energy]
     real(wp), intent(out) :: max_penetration   !! deepest -g of touching points, 0: none [length]
+    real(wp), intent(in) :: dt                 !! since the last call, for damping alone [time]
     type(tile_result_t), allocatable :: results(:)
     integer :: loaded(2, contact%slave%n_along(2)), i, n_due
 
@@ -155,7 +184,7 @@ contains
     !$omp parallel do schedule(dynamic) if (n_due > parallel_size)
     do i = 1, size(contact%tiles)
       if (contact%travel < contact%tiles(i)%test_at) cycle
-      call work_tile(contact, tool, net_x, i, results(i))
+      call work_tile(contact, tool, net_x, dt, i, results(i))
     end do
     !$omp end parallel do
 
@@ -173,6 +202,12 @@ contains
         call add_counts(contact%statistics, part%counts)
       end associate
     end do
+    if (allocated(contact%friction)) then
+      contact%friction%energy = contact%friction%energy + sum(results%rubbed)
+    end if
+    if (allocated(contact%damping)) then
+      contact%damping%energy = contact%damping%energy + sum(results%damped)
+    end if
     call scatter_forces(contact%slave, contact%force, net_force, loaded)
   end subroutine apply_contact
 
@@ -202,10 +237,11 @@ contains
   end subroutine advance_travel
 
   !> Test the points of a tile that may have come within reach.
-  subroutine work_tile(contact, tool, net_x, index, result)
+  subroutine work_tile(contact, tool, net_x, dt, index, result)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: net_x(contact%slave%n_net(1), contact%slave%n_net(2), 3)
+    real(wp), intent(in) :: dt
     integer, intent(in) :: index   !! number of the tile
     type(tile_result_t), intent(out) :: result
     real(wp) :: x(contact%tiles(index)%last - contact%tiles(index)%first + 1, 3)
@@ -236,6 +272,15 @@ contains
         last = min(first + n_lanes - 1, n_queued)
         call follow_points(contact, tool, before, n, x, queue(first:last), result)
       end do
+      if (allocated(contact%damping)) then
+        call damp_points(contact%damping, contact%slave%n_points, before + 1, before + n, dt, x, &
+                         contact%force, result%reaction, result%damped)
+      end if
+      if (allocated(contact%friction)) then
+        call rub(contact%friction, contact%slave%n_points, before + 1, before + n, &
+                 contact%stiffness, x, contact%force, result%reaction, result%energy, &
+                 result%rubbed)
+      end if
       tile%test_at = minval(contact%test_at(before + 1:before + n))
     end associate
   end subroutine work_tile

@@ -39,6 +39,9 @@ contains
         contact%is_corner_start = option_text(deck, record, "START") == "CORNER"
         contact%penalty_scale = option_real(deck, record, "PENALTY")
         contact%stiffness = option_real(deck, record, "STIFFNESS")
+        contact%friction = option_real(deck, record, "FRICTION")
+        contact%damping = option_real(deck, record, "DAMPING")
+        contact%overhang = option_real(deck, record, "OVERHANG")
         call read_face(deck, record, frame, contact, faults)
       end associate
     end do

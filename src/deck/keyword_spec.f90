@@ -45,7 +45,7 @@ module keyword_spec
     logical :: is_unique = .false.   !! may stand only once in a deck
     character(600) :: text = ""      !! meaning
     integer :: n_options = 0, n_lines = 0
-    type(field_spec_t) :: options(8)
+    type(field_spec_t) :: options(16)
     type(line_spec_t) :: lines(8)
     type(string_t), allocatable :: example(:)
   end type keyword_spec_t

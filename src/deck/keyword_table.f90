@@ -268,8 +268,9 @@ contains
   pure subroutine add_contact_keyword(table)
     type(keyword_table_t), intent(inout) :: table
 
-    call add_keyword(table, "CONTACT PAIR", "Contact without friction between a tool and a "// &
-                     "face of the blank, by a penalty on points of the face.")
+    call add_keyword(table, "CONTACT PAIR", "Contact between a tool and a face of the "// &
+                     "blank, by a penalty on points of the face. Without friction and damping "// &
+                     "unless named.")
     call add_option(table, "TOOL", kind_name, "name of the tool")
     call add_option(table, "FACE", kind_name, "face of the blank: "//faces//"; for a box also "// &
                     sides//"; AUTO: the large face that looks at the tool", default="AUTO")
@@ -283,6 +284,13 @@ contains
     call add_option(table, "STIFFNESS", kind_real, "penalty per area instead of the one from "// &
                     "mass and step; 0: none given", default="0", unit="stress/length", &
                     range=">= 0")
+    call add_option(table, "FRICTION", kind_real, "coefficient of Coulomb friction", &
+                    default="0", range=">= 0")
+    call add_option(table, "DAMPING", kind_real, "damping of the motion along the normal, as "// &
+                    "part of the critical damping of penalty and mass", default="0", &
+                    range=">= 0 and <= 0.5")
+    call add_option(table, "OVERHANG", kind_real, "how far beyond the border of the tool a "// &
+                    "point still touches", default="0", unit="length", range=">= 0")
     call add_option(table, "START", kind_choice, "start of the closest-point search: the last "// &
                     "answer, or the corner of the tool's face", default="WARM", &
                     choices="WARM|CORNER")

@@ -36,7 +36,8 @@ contains
       allocate (net_force, mold=net_x)
       net_force = 0.0_wp
       before = bodies%tools(self%tool)%force
-      call apply_contact(self%pair, bodies%tools(self%tool), net_x, net_force, self%energy, depth)
+      call apply_contact(self%pair, bodies%tools(self%tool), net_x, net_force, self%energy, depth, &
+                         instant%dt)
       self%max_penetration = max(self%max_penetration, depth)
       on_blank = before - bodies%tools(self%tool)%force
       if (any(abs(on_blank) > 0.0_wp)) then
@@ -50,13 +51,19 @@ contains
     self%force = on_blank
   end subroutine apply
 
-  !> Add work, spring energy and penetration to the balances; a new maximum begins.
+  !> Add work, energies and penetration to the balances; a new maximum begins.
   subroutine tally_contact(self, tally)
     class(contact_effect_t), intent(inout) :: self
     type(tally_t), intent(inout) :: tally
 
     tally%external_work = tally%external_work + self%external_work
     tally%contact_energy = tally%contact_energy + self%energy
+    if (allocated(self%pair%friction)) then
+      tally%friction_energy = tally%friction_energy + self%pair%friction%energy
+    end if
+    if (allocated(self%pair%damping)) then
+      tally%damping_energy = tally%damping_energy + self%pair%damping%energy
+    end if
     tally%max_penetration = max(tally%max_penetration, self%max_penetration)
     self%max_penetration = 0.0_wp
   end subroutine tally_contact

@@ -89,6 +89,9 @@ contains
       end if
       options%scale = spec%penalty_scale
       options%stiffness = spec%stiffness
+      options%friction = spec%friction
+      options%damping = spec%damping
+      options%overhang = spec%overhang
       options%is_corner_start = spec%is_corner_start
       options%max_depth = tool%search_distance/3.0_wp
       call new_contact(pair%pair, slave, tool, face_mass(body, bounds), &

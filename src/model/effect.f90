@@ -18,6 +18,7 @@ module effect
   type, public :: tally_t
     real(wp) :: external_work = 0.0_wp
     real(wp) :: contact_energy = 0.0_wp    !! stored in the penalty springs now
+    real(wp) :: friction_energy = 0.0_wp   !! work done against friction
     real(wp) :: damping_energy = 0.0_wp    !! work done against damping
     real(wp) :: max_penetration = 0.0_wp   !! deepest since the last tally
   end type tally_t

@@ -72,6 +72,9 @@ module scene
     integer :: n_points(2) = 0              !! Gauss points per element and direction, 0: p + 1
     real(wp) :: penalty_scale = 0.3_wp      !! s of k = s m/dt^2
     real(wp) :: stiffness = 0.0_wp          !! given instead, per area [stress/length]; 0: none
+    real(wp) :: friction = 0.0_wp           !! coefficient of Coulomb friction; 0: none
+    real(wp) :: damping = 0.0_wp            !! normal, part of the critical; 0: none
+    real(wp) :: overhang = 0.0_wp           !! reach beyond the tool's border [length]
     logical :: is_corner_start = .false.    !! local search from the face corner, as the seed
   end type contact_spec_t
 

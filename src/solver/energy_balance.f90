@@ -70,8 +70,9 @@ contains
   end subroutine add_impulse
 
   !> Balance now. `v_before` and the blank's velocities lie half a step to either side. The energy
-  !! error is kinetic + internal + viscous + contact + damping less external work and initial
-  !! energy, over the largest of initial energy, |external work| and kinetic + internal energy.
+  !! error is kinetic + internal + viscous + contact + friction + damping less external work and
+  !! initial energy, over the largest of initial energy, |external work| and kinetic + internal
+  !! energy.
   !! The alarm is the same over the largest of these at any balance so far and of what the blank
   !! would have at the speed of a tool: the step in which a tool first touches a blank at rest is
   !! no alarm.
@@ -107,8 +108,8 @@ contains
                     tiny(1.0_wp))
       balance%reference = max(balance%reference, scaling, energy_of_pace(bodies))
       lack = balance%kinetic + balance%internal + balance%viscous &
-             + balance%tally%contact_energy + balance%tally%damping_energy &
-             - work - balance%kinetic_at_start
+             + balance%tally%contact_energy + balance%tally%friction_energy &
+             + balance%tally%damping_energy - work - balance%kinetic_at_start
       balance%error = lack/scaling
       balance%alarm = lack/balance%reference
       lost = balance%momentum - balance%momentum_at_start - balance%impulse

@@ -127,6 +127,7 @@ contains
     row%damping_energy = balance%tally%damping_energy
     row%added_mass = model%bodies%blank%added_mass
     row%contact_energy = balance%tally%contact_energy
+    row%friction_energy = balance%tally%friction_energy
     row%external_work = balance%tally%external_work
     row%max_penetration = balance%tally%max_penetration
     row%energy_error = balance%error

@@ -100,6 +100,9 @@ class Run:
                             if isinstance(values, h5py.Dataset)}
             self.probes = {name: {key: values[...] for key, values in group.items()}
                            for name, group in file.get("history/probes", {}).items()}
+            self.tools = {name: {key: values[...] for key, values in group.items()
+                                 if isinstance(values, h5py.Dataset)}
+                          for name, group in file["tools"].items()}
             self.at_points = {name: values[...] for name, values in file["points"].items()}
             self.n_points = int(file["VTKHDF/NumberOfPoints"][0])
             self.points = file["VTKHDF/Points"][-self.n_points:]

@@ -1,0 +1,44 @@
+"""A block on an incline with Coulomb friction against the closed form: it sticks below the angle
+whose tangent is the coefficient of friction, and slides above with a = g (sin - mu cos).
+"""
+import numpy as np
+from suite import Case
+
+MU, G, MASS = 0.3, 1.0e6, 7.85e-9 * 20 * 20 * 10
+RISE = 1.2e-3          # pressing and drawing are over
+LIMIT = np.degrees(np.arctan(MU))
+
+
+def main():
+    case = Case("Block on an incline, friction 0.3", "rigid body, closed form")
+    lines = []
+    for slope in (0.95 * LIMIT, 1.05 * LIMIT, 30.0):
+        run = case.run("friction_block", slope=slope)
+        time, energy = run.time(), run.history["friction_energy"]
+        way, speed = (run.probes["middle"][key][:, 0] for key in ("displacement", "velocity"))
+        late = time > RISE + 0.25e-3
+        angle = np.radians(slope)
+        pressed = MU * G * np.cos(angle)
+        exact = max(G * np.sin(angle) - pressed, 0.0)
+        if exact > 0:
+            # the block shears to and fro while it slides, so the slope of a line through the speed
+            fit = np.polyfit(time[late], speed[late], 1)[0]
+            case.error(f"acceleration at {slope:.1f} degrees [mm/s^2]", fit, exact, 0.005)
+            loss = (energy[-1] - energy[late][0]) / (MASS * pressed)
+            case.error(f"work of friction at {slope:.1f} degrees, as way [mm]", loss,
+                       way[-1] - way[late][0], 0.02)
+        else:
+            # what is left is the spring of the penalty and the shear of the block
+            case.between(f"way at {slope:.1f} degrees [mm]", way[-1], 0, 1.0e-3)
+            drift = np.polyfit(time[late], way[late], 1)[0]
+            case.between(f"speed at {slope:.1f} degrees [mm/s]", abs(drift), 0, 0.05)
+        case.deviation(f"energy balance at {slope:.1f} degrees",
+                       np.abs(run.history["energy_error"][late]).max(), 1e-5)
+        lines.append((f"{slope:.1f} degrees", "-", 1e3 * time, way))
+        lines.append(("", "k--", 1e3 * time[late], way[late][0] + speed[late][0]
+                      * (time[late] - time[late][0]) + exact / 2 * (time[late] - time[late][0])**2))
+    case.panel("time [ms]", "way down the slope [mm]", lines)
+    case.finish()
+
+
+main()
