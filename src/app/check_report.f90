@@ -71,9 +71,14 @@ contains
     print "(a)", "control points   "//to_text(product(patch%n_control))
     print "(a)", "points           "//to_text(product(patch%axes%n_points))//" an element ("// &
       triple(patch%axes%n_points)//"), kernel "//kernel_name(patch%kernel)
-    if (patch%projection%kind /= project_nothing) print "(a)", "projection       "// &
-      projection_name(patch%projection%kind)//" with "//triple(patch%projection%n_samples)// &
-      " samples"
+    associate (projection => patch%projection)
+      if (projection%is_smooth) then
+        print "(a)", "projection       "//projection_name(projection%kind)//", smooth"
+      else if (projection%kind /= project_nothing) then
+        print "(a)", "projection       "//projection_name(projection%kind)//" with "// &
+          triple(projection%n_samples)//" samples"
+      end if
+    end associate
   end subroutine print_patch
 
   !> Seconds of one force evaluation of the blank here and now.

@@ -63,6 +63,10 @@ contains
     call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .false., projection=project_sheet)
     call add_force(cases, 2, [2, 2, 3], [1, 1, 1], "voce", .false., projection=project_volume)
     call add_force(cases, 1, [2, 2, 2], [1, 1, 1], "voce", .false., projection=project_sheet)
+    call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .false., projection=project_volume, &
+                   is_smooth=.true.)
+    call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .false., projection=project_sheet, &
+                   is_smooth=.true.)
   end subroutine add_rules
 
   !> Force routine by law; the user's route runs the general kernel with context.
@@ -79,13 +83,14 @@ contains
   end subroutine add_laws
 
   subroutine add_force(cases, degree, points, parts, law, is_rational, is_viscous, &
-                       projection)
+                       projection, is_smooth)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
     integer, intent(in) :: degree, points(3), parts(3)
     character(*), intent(in) :: law
     logical, intent(in) :: is_rational
     logical, intent(in), optional :: is_viscous
     integer, intent(in), optional :: projection     !! its kind, absent: none
+    logical, intent(in), optional :: is_smooth
     type(force_case_t) :: item
     character(:), allocatable :: weights, physics
     integer :: q(3)
@@ -99,6 +104,10 @@ contains
     if (present(projection)) then
       item%projection%kind = projection
       physics = lower_case(projection_name(projection))
+    end if
+    if (present(is_smooth)) then
+      item%projection%is_smooth = is_smooth
+      physics = physics//"_smooth"
     end if
     item%name = "force/p"//to_text(degree)//"/"//to_text(q(1))//"x"//to_text(q(2))//"x"// &
                 to_text(q(3))//"/"//law//"/"//weights//"/"//physics

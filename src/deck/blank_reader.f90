@@ -216,11 +216,17 @@ contains
     logical :: is_good
 
     blank%projection = option_text(deck, record, "PROJECTION")
+    blank%is_smooth = option_text(deck, record, "SPACE") == "SMOOTH"
+    if (blank%is_smooth .and. blank%projection == "NONE") &
+      call add_fault(faults, record%origin, "SPACE=SMOOTH without a projection", &
+                     "PROJECTION=BBAR or ANS beside it")
     if (.not. is_option_given(deck, record, "SAMPLES")) return
     samples = option_text(deck, record, "SAMPLES")
     if (blank%projection == "NONE") call add_fault(faults, record%origin, "SAMPLES="//samples// &
                                                    " without a projection", &
                                                    "PROJECTION=BBAR or ANS beside it")
+    if (blank%is_smooth) call add_fault(faults, record%origin, "SAMPLES="//samples// &
+                                        " beside SPACE=SMOOTH", "SPACE=ELEMENT or no SAMPLES")
     call read_count(samples, blank%n_samples, n_parts, is_good)
     if (is_good) is_good = all(n_parts == 1)
     do p = 1, size(blank%patches)

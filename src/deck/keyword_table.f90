@@ -110,6 +110,9 @@ contains
     call add_option(table, "PROJECTION", kind_choice, "strains projected against locking: BBAR "// &
                     "the volume strain, ANS also transverse shear, with the thickness strain "// &
                     "following", default="NONE", choices="NONE|BBAR|ANS")
+    call add_option(table, "SPACE", kind_choice, "what strains are projected onto: polynomials "// &
+                    "of each ELEMENT, or the SMOOTH splines of one degree less on the knots of "// &
+                    "the patch", default="ELEMENT", choices="ELEMENT|SMOOTH")
     call add_option(table, "SAMPLES", kind_name, "terms of the projection in each direction of "// &
                     "an element, three counts in quotes up to the integration points there; "// &
                     "the degrees where none are given", is_required=.false.)

@@ -4,6 +4,7 @@ module internal_force
   use block_law, only: block_law_t
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
   use tile_forces, only: forces_of_tile
+  use smooth_forces, only: smooth_tile_forces
   implicit none
   private
 
@@ -25,11 +26,15 @@ contains
     type(force_report_t) :: reports(size(buffers))
     integer :: t
 
-    !$omp parallel do schedule(static) default(shared) private(t) if (.not. law%is_serial)
-    do t = 1, size(buffers)
-      call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, buffers(t)%force, reports(t))
-    end do
-    !$omp end parallel do
+    if (patch%projection%is_smooth) then
+      call smooth_tile_forces(patch, buffers, law, dt, x, v, reports)
+    else
+      !$omp parallel do schedule(static) default(shared) private(t) if (.not. law%is_serial)
+      do t = 1, size(buffers)
+        call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, buffers(t)%force, reports(t))
+      end do
+      !$omp end parallel do
+    end if
     patch%time = patch%time + dt
     patch%increment = patch%increment + 1
     call add_tiles(patch, buffers, force)

@@ -4,7 +4,7 @@ module lapack
   implicit none
   private
 
-  public :: eigenvalues, tridiagonal_eigensystem, solve
+  public :: eigenvalues, tridiagonal_eigensystem, solve, band_cholesky
 
   interface
     subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
@@ -31,6 +31,14 @@ module lapack
       real(wp), intent(inout) :: a(lda, *), b(ldb, *)
       integer, intent(out) :: ipiv(*), info
     end subroutine dgesv
+
+    subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
+      import :: wp
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, kd, ldab
+      real(wp), intent(inout) :: ab(ldab, *)
+      integer, intent(out) :: info
+    end subroutine dpbtrf
   end interface
 
 contains
@@ -78,5 +86,16 @@ contains
     x = column(:, 1)
     is_solved = info == 0 .and. all(abs(x) <= huge(1.0_wp))
   end subroutine solve
+
+  !> Cholesky factor of a positive matrix with a band, in place: `band` holds the diagonals from the
+  !! main one downwards, entry (i, j) at (i - j + 1, j). False where the matrix is not positive.
+  subroutine band_cholesky(band, is_solved)
+    real(wp), intent(inout) :: band(:, :)
+    logical, intent(out) :: is_solved
+    integer :: info
+
+    call dpbtrf("L", size(band, 2), size(band, 1) - 1, band, size(band, 1), info)
+    is_solved = info == 0
+  end subroutine band_cholesky
 
 end module lapack

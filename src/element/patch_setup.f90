@@ -8,6 +8,7 @@ module patch_setup
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes, new_axis_table, new_lane_table
   use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, element_of_lane
+  use point_fields, only: new_point_fields
   use point_volumes, only: new_inverse_jacobians, new_element_sizes
   use strain_projection, only: projection_spec_t, new_projection
   use kernel_dispatch, only: kernel_of
@@ -37,7 +38,7 @@ contains
     end do
     patch%lanes = new_lane_table(patch%axes(1))
     if (present(projection)) then
-      call new_projection(patch%projection, projection, patch%axes, error)
+      call new_projection(patch%projection, projection, solid%axes, patch%axes, error)
       if (allocated(error)) return
     end if
     patch%n_control = solid%axes%n_basis
@@ -52,6 +53,8 @@ contains
     allocate (patch%state(n_lanes, q(3), max(1, law%n_state), q(1)*q(2), patch%n_blocks), &
               source=0.0_wp)
     if (patch%is_rational) call set_rational(patch)
+    if (patch%projection%is_smooth) &
+      patch%fields = new_point_fields(q, patch%n_blocks, patch%projection%kind, law%needs_context)
     if (law%needs_context) then
       patch%reference = new_inverse_jacobians(patch, solid)
       patch%element_size = new_element_sizes(patch, solid)
@@ -75,7 +78,8 @@ contains
     integer :: axis, low(3), high(3), q(3)
 
     single%is_rational = patch%is_rational
-    single%projection = patch%projection
+    ! A smooth projection has no single elements; plain strains take their place.
+    if (.not. patch%projection%is_smooth) single%projection = patch%projection
     single%axes = patch%axes
     do axis = 1, 3
       low(axis) = patch%axes(axis)%first(element(axis))

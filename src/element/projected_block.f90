@@ -17,6 +17,7 @@ module projected_block
   private
 
   public :: run_projected
+  public :: start_strain, finish_strain, update_stress, start_stress, finish_stress
 
   logical, parameter :: all_axes(3) = .true.
   logical, parameter :: first_axis(3) = [.true., .false., .false.]

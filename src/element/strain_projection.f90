@@ -4,12 +4,14 @@
 !! weighted by the quadrature weights; that of a patch is the product of those of its
 !! directions. At the p + 1 Gauss points of full quadrature a fit with p terms is the value at the
 !! p Gauss points of the reduced rule, carried to all points: the Legendre polynomial of degree p,
-!! which the fit leaves out, has its zeros there.
+!! which the fit leaves out, has its zeros there. Smooth projections couple the elements of a row.
 module strain_projection
   use kinds, only: wp
   use errors, only: error_t, fail
   use text, only: to_text
   use basis_tables, only: axis_table_t
+  use knot_vector, only: knot_vector_t
+  use smooth_axis, only: smooth_axis_t, new_smooth_axis
   use mls_fit, only: new_mls_matrix, tensor_exponents
   implicit none
   private
@@ -24,6 +26,7 @@ module strain_projection
   type, public :: projection_spec_t
     integer :: kind = project_nothing
     integer :: n_samples(3) = 0       !! per element and direction, 0: default
+    logical :: is_smooth = .false.    !! onto the splines of the patch of one degree less
   end type projection_spec_t
 
   !> Operator of one direction; none where the samples are as many as the points.
@@ -37,24 +40,32 @@ module strain_projection
   type, public :: projection_t
     integer :: kind = project_nothing
     integer :: n_samples(3) = 0
-    type(axis_operator_t) :: axes(3)
+    logical :: is_smooth = .false.
+    type(axis_operator_t) :: axes(3)     !! of an element
+    type(smooth_axis_t) :: smooth(3)     !! of the patch, instead
   end type projection_t
 
 contains
 
   !> Projection for the quadrature of a patch.
-  subroutine new_projection(projection, spec, axes, error)
+  subroutine new_projection(projection, spec, knots, axes, error)
     type(projection_t), intent(out) :: projection
     type(projection_spec_t), intent(in) :: spec
+    type(knot_vector_t), intent(in) :: knots(3)
     type(axis_table_t), intent(in) :: axes(3)
     type(error_t), allocatable, intent(out) :: error
     integer :: axis
 
     projection%kind = spec%kind
+    projection%is_smooth = spec%is_smooth
     projection%n_samples = spec%n_samples
     where (spec%n_samples == 0) projection%n_samples = default_samples(axes%degree, axes%n_points)
     do axis = 1, 3
-      call set_operator(projection%axes(axis), axes(axis), projection%n_samples(axis), error)
+      if (spec%is_smooth) then
+        call new_smooth_axis(projection%smooth(axis), knots(axis), axes(axis), error)
+      else
+        call set_operator(projection%axes(axis), axes(axis), projection%n_samples(axis), error)
+      end if
       if (allocated(error)) return
     end do
   end subroutine new_projection

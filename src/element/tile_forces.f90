@@ -13,7 +13,7 @@ module tile_forces
   implicit none
   private
 
-  public :: forces_of_tile
+  public :: forces_of_tile, gather_motion, gather_weights, add_forces, place_context, add_report
 
 contains
 
@@ -31,12 +31,11 @@ contains
     real(wp), allocatable :: u(:, :), f(:, :), w(:)   ! on the heap: thread stacks are small
     type(point_context_t) :: context
     real(wp) :: sums(n_lanes, 4)
-    integer :: p(3), e2, e3, b, block, first(n_lanes), i2, i3, n_values
+    integer :: e2, e3, b, block, n_values
     type(point_fields_t) :: fields
-    logical :: ok, is_contiguous, is_projected
+    logical :: ok, is_projected
 
-    p = patch%axes%degree
-    n_values = n_lanes*product(p + 1)
+    n_values = n_lanes*product(patch%axes%degree + 1)
     allocate (u(n_values, 6), f(n_values, 3), w(merge(n_values, 0, patch%is_rational)))
     if (allocated(patch%reference)) context = new_point_context(n_lanes*patch%axes(3)%n_points)
     is_projected = patch%projection%kind /= project_nothing
@@ -44,34 +43,73 @@ contains
                                                 allocated(patch%reference))
     force = 0.0_wp
     do e3 = 1, patch%axes(3)%n_elements
-      i3 = patch%axes(3)%first(e3)
       do e2 = tile%row_first, tile%row_last
-        i2 = patch%axes(2)%first(e2)
         do b = tile%block_first, tile%block_last
           block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
-          first = patch%axes(1)%first(patch%lanes%element(:, b))
-          is_contiguous = patch%lanes%is_contiguous(b)
-          call gather_block(p, patch%n_control, 3, is_contiguous, first, i2, i3, x, u(:, 1:3))
-          call gather_block(p, patch%n_control, 3, is_contiguous, first, i2, i3, v, u(:, 4:6))
-          if (patch%is_rational) then
-            call gather_block(p, patch%n_control, 1, is_contiguous, first, i2, i3, &
-                              patch%weights, w)
-            call weigh_block(n_values, 6, w, u)
-          end if
+          call gather_motion(patch, b, e2, e3, x, v, u, w)
           if (allocated(patch%reference)) call place_context(patch, b, e2, e3, block, context)
           if (is_projected) then
             call run_projected(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
           else
             call run_kernel(patch, law, b, e2, e3, block, dt, u, context, f, sums, ok)
           end if
-          if (patch%is_rational) call weigh_block(n_values, 3, w, f)
-          call add_block(p, tile%control_first, tile%control_last, patch%n_control(3), &
-                         is_contiguous, first, i2, i3, f, force)
+          call add_forces(patch, tile, b, e2, e3, w, f, force)
           call add_report(report, sums, ok, block)
         end do
       end do
     end do
   end subroutine forces_of_tile
+
+  !> Positions and velocities of a block, multiplied by the weights of a rational patch.
+  subroutine gather_motion(patch, b, e2, e3, x, v, u, w)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, e2, e3
+    real(wp), intent(in) :: x(:, :, :, :), v(:, :, :, :)
+    real(wp), intent(inout) :: u(:, :)
+    real(wp), intent(inout) :: w(:)        !! the weights, where there are any
+    integer :: p(3), first(n_lanes), i2, i3
+    logical :: is_contiguous
+
+    p = patch%axes%degree
+    first = patch%axes(1)%first(patch%lanes%element(:, b))
+    i2 = patch%axes(2)%first(e2)
+    i3 = patch%axes(3)%first(e3)
+    is_contiguous = patch%lanes%is_contiguous(b)
+    call gather_block(p, patch%n_control, 3, is_contiguous, first, i2, i3, x, u(:, 1:3))
+    call gather_block(p, patch%n_control, 3, is_contiguous, first, i2, i3, v, u(:, 4:6))
+    if (patch%is_rational) then
+      call gather_weights(patch, b, e2, e3, w)
+      call weigh_block(size(u, 1), 6, w, u)
+    end if
+  end subroutine gather_motion
+
+  !> Weights of the control points of a block.
+  subroutine gather_weights(patch, b, e2, e3, w)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, e2, e3
+    real(wp), intent(inout) :: w(:)
+
+    call gather_block(patch%axes%degree, patch%n_control, 1, patch%lanes%is_contiguous(b), &
+                      patch%axes(1)%first(patch%lanes%element(:, b)), patch%axes(2)%first(e2), &
+                      patch%axes(3)%first(e3), patch%weights, w)
+  end subroutine gather_weights
+
+  !> Add the forces of a block, which come without weights, to those of its tile.
+  subroutine add_forces(patch, tile, b, e2, e3, w, f, force)
+    type(ig_patch_t), intent(in) :: patch
+    type(tile_t), intent(in) :: tile
+    integer, intent(in) :: b, e2, e3
+    real(wp), intent(in) :: w(:)           !! the weights of a rational patch
+    real(wp), intent(inout) :: f(:, :)
+    real(wp), intent(inout) :: force(tile%control_first(1):tile%control_last(1), &
+                                     tile%control_first(2):tile%control_last(2), &
+                                     patch%n_control(3), 3)
+
+    if (patch%is_rational) call weigh_block(size(f, 1), 3, w, f)
+    call add_block(patch%axes%degree, tile%control_first, tile%control_last, patch%n_control(3), &
+                   patch%lanes%is_contiguous(b), patch%axes(1)%first(patch%lanes%element(:, b)), &
+                   patch%axes(2)%first(e2), patch%axes(3)%first(e3), f, force)
+  end subroutine add_forces
 
   !> Time, elements and their sizes of a block; the kernel adds what differs from row to row.
   pure subroutine place_context(patch, b, e2, e3, block, context)

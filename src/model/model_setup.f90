@@ -157,6 +157,7 @@ contains
       projection%kind = project_sheet
     end select
     projection%n_samples = spec%n_samples
+    projection%is_smooth = spec%is_smooth
   end function projection_of
 
   !> Three counts as the deck takes them.

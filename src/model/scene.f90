@@ -42,6 +42,7 @@ module scene
     type(seams_t), allocatable :: seams     !! none if not allocated
     integer :: material = 0                 !! index into `materials`
     character(4) :: projection = "NONE"     !! against locking: NONE, BBAR or ANS
+    logical :: is_smooth = .false.          !! it projects onto the splines of the patch
     integer :: n_samples(3) = 0             !! of the projection, per direction; 0: default
   end type blank_spec_t
 
