@@ -80,8 +80,10 @@ module contact
     type(tile_t), allocatable :: tiles(:)
     logical :: is_started = .false.          !! whether `net` holds a state
     real(wp) :: travel = 0.0_wp              !! bound of the motion so far [length]
+    real(wp) :: step_travel = 0.0_wp         !! and of that since the last call [length]
     real(wp) :: displacement(3) = 0.0_wp     !! of the tool at the last call [length]
     real(wp), allocatable :: net(:, :, :)    !! control points at the last call [length]
+    real(wp), allocatable :: shift(:, :, :)  !! their motion since then against the tool [length]
     type(contact_statistics_t) :: statistics
     type(friction_t), allocatable :: friction            !! only where there is some
     type(contact_damping_t), allocatable :: damping      !! likewise
@@ -117,6 +119,7 @@ contains
       allocate (contact%stiffness(n), contact%face(n), contact%at(n, 2))
       allocate (contact%test_at(n), contact%search_at(n), contact%force(n, 3))
       allocate (contact%net(slave%n_net(1), slave%n_net(2), 3))
+      allocate (contact%shift, mold=contact%net)
     end associate
     if (options%stiffness > 0.0_wp) then
       call stiffness_from_area(slave, options%stiffness, contact%stiffness)
@@ -224,13 +227,15 @@ contains
       moved = tool%displacement - contact%displacement
       do j = 1, size(net_x, 2)
         do i = 1, size(net_x, 1)
-          largest = max(largest, (net_x(i, j, 1) - contact%net(i, j, 1) - moved(1))**2 &
-                        + (net_x(i, j, 2) - contact%net(i, j, 2) - moved(2))**2 &
-                        + (net_x(i, j, 3) - contact%net(i, j, 3) - moved(3))**2)
+          contact%shift(i, j, :) = net_x(i, j, :) - contact%net(i, j, :) - moved
+          largest = max(largest, contact%shift(i, j, 1)**2 + contact%shift(i, j, 2)**2 &
+                        + contact%shift(i, j, 3)**2)
         end do
       end do
-      contact%travel = contact%travel + sqrt(largest)
+      contact%step_travel = sqrt(largest)
+      contact%travel = contact%travel + contact%step_travel
     end if
+    if (.not. contact%is_started) contact%shift = 0.0_wp
     contact%is_started = .true.
     contact%net = net_x
     contact%displacement = tool%displacement
@@ -324,6 +329,8 @@ contains
       contact%test_at(point(lane)) = min(contact%travel + safe(lane), &
                                          contact%search_at(point(lane)))
       if (push(lane) <= 0.0_wp) cycle
+      push(lane) = push(lane)*touching_share(contact, point(lane), -lanes%gap(lane), &
+                                             lanes%normal(lane, :))
       contact%force(point(lane), :) = push(lane)*lanes%normal(lane, :)
       result%reaction = result%reaction - push(lane)*lanes%normal(lane, :)
       result%energy = result%energy + energy(lane)
@@ -395,6 +402,25 @@ contains
     end if
   end function safe_distance
 
+  !> Factor (1 + phi)/2 on the force where a point touches first, or last, phi being the part of
+  !! the step in which it touches. The force acts for half a step to either side, and so its work
+  !! is, but for terms of higher order, that of the spring.
+  pure real(wp) function touching_share(contact, point, depth, normal) result(share)
+    type(contact_t), intent(in) :: contact
+    integer, intent(in) :: point
+    real(wp), intent(in) :: depth, normal(3)    !! the depth is positive [length]
+    real(wp) :: shift(1, 3), way
+    integer :: row, along
+
+    share = 1.0_wp
+    if (depth >= contact%step_travel) return
+    row = (point - 1)/contact%slave%n_along(1) + 1
+    along = point - (row - 1)*contact%slave%n_along(1)
+    call row_positions(contact%slave, contact%shift, row, along, along, shift)
+    way = abs(sum(shift(1, :)*normal))
+    if (depth < way) share = 0.5_wp*(1.0_wp + depth/way)
+  end function touching_share
+
   !> Keep where a point was found, and push it out if it is in the tool.
   subroutine push_point(contact, tool, point, hit, result)
     type(contact_t), intent(inout) :: contact
@@ -408,7 +434,8 @@ contains
     contact%at(point, :) = hit%at
     if (hit%face == 0 .or. hit%gap >= 0.0_wp .or. hit%gap <= -contact%options%max_depth &
         .or. is_beside(tool, hit, contact%options%overhang)) return
-    force = -contact%stiffness(point)*hit%gap*hit%normal
+    force = -contact%stiffness(point)*hit%gap*hit%normal &
+            *touching_share(contact, point, -hit%gap, hit%normal)
     contact%force(point, :) = force
     result%reaction = result%reaction - force
     result%energy = result%energy + 0.5_wp*contact%stiffness(point)*hit%gap**2
