@@ -14,7 +14,7 @@ module contact
   use errors, only: error_t, fail
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, row_positions, scatter_forces
-  use penalty, only: stiffness_from_mass, stiffness_from_area
+  use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share
   use friction, only: friction_t, new_friction, rub
   use contact_damping, only: contact_damping_t, new_contact_damping, damp_points
   use closest_point, only: hit_t, search_tool, follow, is_beside
@@ -329,8 +329,8 @@ contains
       contact%test_at(point(lane)) = min(contact%travel + safe(lane), &
                                          contact%search_at(point(lane)))
       if (push(lane) <= 0.0_wp) cycle
-      push(lane) = push(lane)*touching_share(contact, point(lane), -lanes%gap(lane), &
-                                             lanes%normal(lane, :))
+      push(lane) = push(lane)*step_share(contact, point(lane), -lanes%gap(lane), &
+                                         lanes%normal(lane, :))
       contact%force(point(lane), :) = push(lane)*lanes%normal(lane, :)
       result%reaction = result%reaction - push(lane)*lanes%normal(lane, :)
       result%energy = result%energy + energy(lane)
@@ -402,14 +402,12 @@ contains
     end if
   end function safe_distance
 
-  !> Factor (1 + phi)/2 on the force where a point touches first, or last, phi being the part of
-  !! the step in which it touches. The force acts for half a step to either side, and so its work
-  !! is, but for terms of higher order, that of the spring.
-  pure real(wp) function touching_share(contact, point, depth, normal) result(share)
+  !> Factor on the force of a point that touches only in a part of the step.
+  pure real(wp) function step_share(contact, point, depth, normal) result(share)
     type(contact_t), intent(in) :: contact
     integer, intent(in) :: point
     real(wp), intent(in) :: depth, normal(3)    !! the depth is positive [length]
-    real(wp) :: shift(1, 3), way
+    real(wp) :: shift(1, 3)
     integer :: row, along
 
     share = 1.0_wp
@@ -417,9 +415,8 @@ contains
     row = (point - 1)/contact%slave%n_along(1) + 1
     along = point - (row - 1)*contact%slave%n_along(1)
     call row_positions(contact%slave, contact%shift, row, along, along, shift)
-    way = abs(sum(shift(1, :)*normal))
-    if (depth < way) share = 0.5_wp*(1.0_wp + depth/way)
-  end function touching_share
+    share = touching_share(depth, sum(shift(1, :)*normal))
+  end function step_share
 
   !> Keep where a point was found, and push it out if it is in the tool.
   subroutine push_point(contact, tool, point, hit, result)
@@ -435,7 +432,7 @@ contains
     if (hit%face == 0 .or. hit%gap >= 0.0_wp .or. hit%gap <= -contact%options%max_depth &
         .or. is_beside(tool, hit, contact%options%overhang)) return
     force = -contact%stiffness(point)*hit%gap*hit%normal &
-            *touching_share(contact, point, -hit%gap, hit%normal)
+            *step_share(contact, point, -hit%gap, hit%normal)
     contact%force(point, :) = force
     result%reaction = result%reaction - force
     result%energy = result%energy + 0.5_wp*contact%stiffness(point)*hit%gap**2

@@ -5,7 +5,7 @@ module penalty
   implicit none
   private
 
-  public :: stiffness_from_mass, stiffness_from_area
+  public :: stiffness_from_mass, stiffness_from_area, touching_share
 
 contains
 
@@ -45,5 +45,16 @@ contains
 
     stiffness = per_area*reshape(slave%area, slave%n_along)
   end subroutine stiffness_from_area
+
+  !> Factor (1 + phi)/2 on the force where a point touches first, or last, phi being the part of
+  !! the step in which it touches. The force acts for half a step to either side, and so its work
+  !! is, but for terms of higher order, that of the spring.
+  pure real(wp) function touching_share(depth, way) result(share)
+    real(wp), intent(in) :: depth   !! in the tool, positive [length]
+    real(wp), intent(in) :: way     !! along the normal in the last step [length]
+
+    share = 1.0_wp
+    if (depth < abs(way)) share = 0.5_wp*(1.0_wp + depth/abs(way))
+  end function touching_share
 
 end module penalty
