@@ -6,7 +6,7 @@ import os
 from post.results import ResultsError
 from post.style import plt, save
 
-COLOURS = ("#1f4e79", "#b35900", "#5a7d2a", "#7a4b94")
+COLOURS = ("#1f4e79", "#b35900", "#5a7d2a", "#7a4b94", "#a33b4a", "#3d8f8f")
 
 
 def run(arguments):
