@@ -17,9 +17,10 @@ def parser():
             (material, "material", "tests of a material: stress-strain, r-values, yield locus"),
             (compare, "compare", "a strip of the channel against reference data"),
             (bench, "bench", "measurements of igaform_bench: roofline and scaling")):
-        command = commands.add_parser(name, help=text, description=text.capitalize() + ".")
+        command = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
         command.add_argument("file", metavar="FILE",
-                             help="results file of igaform (bench: that of --json)")
+                             help="records of igaform_bench --json" if module is bench
+                             else "result file of igaform")
         command.add_argument("-o", "--out", metavar="PNG",
                              help="the picture to write (default: FILE without its ending, "
                                   f"-{name}.png)")

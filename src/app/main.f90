@@ -39,6 +39,7 @@ program main
     code = run_deck(command)
   end if
   flush (output_unit)
+  flush (error_unit)
   ! STOP would print its code; the C library's exit does not.
   call c_exit(int(code, c_int))
 end program main

@@ -43,7 +43,7 @@ module keyword_spec
     character(20) :: name = ""
     character(20) :: parent = ""     !! keyword that it must follow, "": none
     logical :: is_unique = .false.   !! may stand only once in a deck
-    character(600) :: text = ""      !! meaning
+    character(800) :: text = ""      !! meaning
     integer :: n_options = 0, n_lines = 0
     type(field_spec_t) :: options(16)
     type(line_spec_t) :: lines(8)

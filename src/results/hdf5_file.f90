@@ -43,9 +43,13 @@ contains
     character(*), intent(in) :: path
     type(c_ptr) :: descriptor
     integer(c_int), pointer :: unit
+    integer(c_int) :: status
     logical :: is_there
 
     file%path = path
+    ! At exit the library would touch files again that it could not write, and crash. From the
+    ! second call on this answers that it is known.
+    status = h5dont_atexit()
     if (h5open() < 0) call note(file, "open HDF5 for", "")
     if (.not. is_library_silenced()) call note(file, "silence HDF5 for", "")
     inquire (file=path, exist=is_there)

@@ -21,7 +21,7 @@ module hdf5_library
   integer(hid_t), bind(C, name="H5P_CLS_DATASET_CREATE_ID_g"), protected, public :: h5_class_dataset
   integer(hid_t), bind(C, name="H5P_CLS_LINK_CREATE_ID_g"), protected, public :: h5_class_link
 
-  public :: h5open, h5fcreate, h5fclose, h5fflush, h5fis_hdf5, h5fget_vfd_handle
+  public :: h5dont_atexit, h5open, h5fcreate, h5fclose, h5fflush, h5fis_hdf5, h5fget_vfd_handle
   public :: h5gcreate, h5oopen, h5oclose, h5lexists, h5lcreate_hard
   public :: h5acreate, h5aopen, h5aexists, h5awrite, h5adelete, h5aclose
   public :: h5dcreate, h5dopen, h5dwrite, h5dset_extent, h5dget_space, h5dclose
@@ -31,6 +31,10 @@ module hdf5_library
   public :: h5eset_auto, h5ewalk
 
   interface
+    integer(c_int) function h5dont_atexit() bind(C, name="H5dont_atexit")
+      import :: c_int
+    end function h5dont_atexit
+
     integer(c_int) function h5open() bind(C, name="H5open")
       import :: c_int
     end function h5open
