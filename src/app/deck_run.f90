@@ -252,6 +252,8 @@ contains
         associate (s => item%pair%statistics)
           call log_line(log, item%name//": "//rounded_text(real(s%n_tested, wp))//" of "// &
                         rounded_text(real(s%n_points, wp))//" points tested, "// &
+                        percent(1 - real(s%n_tested, wp)/max(1.0_wp, real(s%n_points, wp)))// &
+                        " culled, "// &
                         rounded_text(real(s%n_iterations, wp)/max(1.0_wp, real(s%n_tested, wp)))// &
                         " face evaluations a point, at most "//to_text(s%max_iterations)//", "// &
                         rounded_text(real(s%n_fallbacks, wp))//" guarded searches, "// &

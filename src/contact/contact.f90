@@ -9,12 +9,12 @@
 !! So one number, the `travel`, is carried along: the largest relative displacement of any control
 !! point, summed over the calls. A point at distance g needs no look until travel has grown by g.
 module contact
-  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use errors, only: error_t, fail
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, row_positions, scatter_forces
   use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share
+  use contact_statistics, only: contact_statistics_t, count_iterations, add_counts
   use friction, only: friction_t, new_friction, rub
   use contact_damping, only: contact_damping_t, new_contact_damping, damp_points
   use closest_point, only: hit_t, search_tool, follow, is_beside
@@ -22,8 +22,8 @@ module contact
   implicit none
   private
 
-  public :: contact_t, contact_options_t, contact_statistics_t, new_contact, apply_contact
-  public :: set_tile_tests
+  public :: contact_t, contact_options_t, new_contact, apply_contact
+  public :: scale_stiffness, set_tile_tests
 
   integer, parameter :: tile_size = 64   !! most points of a tile
   integer, parameter :: parallel_size = 2048    !! fewer points are not worth waking threads for
@@ -40,19 +40,6 @@ module contact
     real(wp) :: damping = 0.0_wp      !! normal damping, part of the critical, 0: none
     logical :: is_corner_start = .false.   !! search anew each time from face corners, as [CA]
   end type contact_options_t
-
-  !> Counts over all calls; `n_touching` of the last call.
-  type :: contact_statistics_t
-    integer(int64) :: n_calls = 0
-    integer(int64) :: n_points = 0       !! points times calls
-    integer(int64) :: n_tested = 0       !! of these, closest points computed; the rest was culled
-    integer(int64) :: n_iterations = 0   !! face evaluations of the local searches
-    integer(int64) :: n_fallbacks = 0    !! points that left the eight lanes for the guarded search
-    integer(int64) :: n_searches = 0     !! global searches
-    integer(int64) :: n_failures = 0     !! points for which every search failed: must be 0
-    integer :: max_iterations = 0        !! in one search of one point
-    integer :: n_touching = 0
-  end type contact_statistics_t
 
   !> Part of a row of slave points: the unit of work, the same for any number of threads.
   type :: tile_t
@@ -71,6 +58,7 @@ module contact
   type :: contact_t
     type(slave_surface_t) :: slave
     type(contact_options_t) :: options
+    real(wp) :: share = 0.0_wp               !! s of the stiffness s m/dt^2, also of a given one
     real(wp), allocatable :: stiffness(:)    !! frozen at the start [force/length]
     integer, allocatable :: face(:)          !! face of the tool last touched or seen, 0: none
     real(wp), allocatable :: at(:, :)        !! local coordinates s, t there, shape (n_points, 2)
@@ -121,11 +109,7 @@ contains
       allocate (contact%net(slave%n_net(1), slave%n_net(2), 3))
       allocate (contact%shift, mold=contact%net)
     end associate
-    if (options%stiffness > 0.0_wp) then
-      call stiffness_from_area(slave, options%stiffness, contact%stiffness)
-    else
-      call stiffness_from_mass(slave, mass, options%scale, dt, contact%stiffness)
-    end if
+    call set_stiffness(contact, mass, dt)
     contact%face = 0
     contact%at = 0.5_wp
     contact%test_at = 0.0_wp
@@ -133,27 +117,46 @@ contains
     contact%force = 0.0_wp
     contact%net = 0.0_wp
     contact%tiles = cut_tiles(slave)
-    call add_drag(contact, mass, dt)
+    if (options%friction > 0.0_wp) then
+      allocate (contact%friction)
+      call new_friction(contact%friction, slave%n_points, options%friction)
+    end if
   end subroutine new_contact
 
-  !> Friction and damping where the options ask for them.
-  subroutine add_drag(contact, mass, dt)
+  !> Penalty stiffness, and the damping that goes with it where there is some.
+  subroutine set_stiffness(contact, mass, dt)
     type(contact_t), intent(inout) :: contact
     real(wp), intent(in) :: mass(contact%slave%n_net(1), contact%slave%n_net(2))
     real(wp), intent(in) :: dt
-    real(wp) :: seen(contact%slave%n_points)
+    real(wp) :: seen(contact%slave%n_points)   ! m/dt^2 of the mass that each point sees
 
-    if (contact%options%friction > 0.0_wp) then
-      allocate (contact%friction)
-      call new_friction(contact%friction, contact%slave%n_points, contact%options%friction)
+    call stiffness_from_mass(contact%slave, mass, 1.0_wp, dt, seen)
+    if (contact%options%stiffness > 0.0_wp) then
+      call stiffness_from_area(contact%slave, contact%options%stiffness, contact%stiffness)
+      contact%share = maxval(contact%stiffness/seen)
+    else
+      contact%share = contact%options%scale
+      contact%stiffness = contact%share*seen
     end if
     if (contact%options%damping > 0.0_wp) then
-      call stiffness_from_mass(contact%slave, mass, 1.0_wp, dt, seen)
       allocate (contact%damping)
       call new_contact_damping(contact%damping, contact%options%damping, contact%stiffness, &
                                seen*dt**2)
     end if
-  end subroutine add_drag
+  end subroutine set_stiffness
+
+  !> Change the penalty of a new contact by a factor; the damping stays the same part of the
+  !! critical one.
+  pure subroutine scale_stiffness(contact, factor)
+    type(contact_t), intent(inout) :: contact
+    real(wp), intent(in) :: factor   !! positive
+
+    contact%share = factor*contact%share
+    contact%stiffness = factor*contact%stiffness
+    if (allocated(contact%damping)) then
+      contact%damping%constant = sqrt(factor)*contact%damping%constant
+    end if
+  end subroutine scale_stiffness
 
   !> Contact forces of the present positions: `net_force` and `tool%force` are added to, energy and
   !! deepest penetration are set. Bitwise the same for any number of threads.
@@ -473,27 +476,5 @@ contains
       end associate
     end do
   end subroutine set_tile_tests
-
-  pure subroutine count_iterations(counts, n_iterations, n_points)
-    type(contact_statistics_t), intent(inout) :: counts
-    integer, intent(in) :: n_iterations, n_points
-
-    counts%n_iterations = counts%n_iterations + n_iterations*n_points
-    counts%max_iterations = max(counts%max_iterations, n_iterations)
-  end subroutine count_iterations
-
-  !> Add the counts of a tile to those of the contact.
-  pure subroutine add_counts(total, part)
-    type(contact_statistics_t), intent(inout) :: total
-    type(contact_statistics_t), intent(in) :: part
-
-    total%n_tested = total%n_tested + part%n_tested
-    total%n_iterations = total%n_iterations + part%n_iterations
-    total%n_fallbacks = total%n_fallbacks + part%n_fallbacks
-    total%n_searches = total%n_searches + part%n_searches
-    total%n_failures = total%n_failures + part%n_failures
-    total%max_iterations = max(total%max_iterations, part%max_iterations)
-    total%n_touching = total%n_touching + part%n_touching
-  end subroutine add_counts
 
 end module contact

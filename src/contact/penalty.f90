@@ -14,7 +14,7 @@ contains
   subroutine stiffness_from_mass(slave, mass, scale, dt, stiffness)
     type(slave_surface_t), intent(in) :: slave
     real(wp), intent(in) :: mass(slave%n_net(1), slave%n_net(2))   !! of the control points [mass]
-    real(wp), intent(in) :: scale   !! s, 0.5 by default
+    real(wp), intent(in) :: scale   !! s
     real(wp), intent(in) :: dt      !! largest time step expected [time]
     real(wp), intent(out) :: stiffness(slave%n_along(1), slave%n_along(2))   !! [force/length]
     real(wp), allocatable :: areas(:, :, :), net_areas(:, :, :)

@@ -420,6 +420,17 @@ contains
                    range=">= 0")
     call add_example(table, "*ENERGY LIMIT")
     call add_example(table, "0.2")
+
+    call add_keyword(table, "PENETRATION LIMIT", "Depths of the blank in a tool, as fractions "// &
+                     "of its thickness, at which a pair warns and at which the run ends.", &
+                     is_unique=.true.)
+    call add_line(table, "")
+    call add_field(table, "warning", kind_real, "a warning in the log, once a pair; 0: never", &
+                   default="0.1", range=">= 0")
+    call add_field(table, "limit", kind_real, "end of the run with an error; 0: never", &
+                   default="0.5", range=">= 0")
+    call add_example(table, "*PENETRATION LIMIT")
+    call add_example(table, "0.05, 0.2")
   end subroutine add_step_keywords
 
   pure subroutine add_output_keywords(table)

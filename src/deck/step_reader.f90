@@ -44,7 +44,7 @@ contains
     if (deck%records(found(1))%is_valid) first_of = found(1)
   end function first_of
 
-  !> End time, safety factor, damping, mass scaling, viscosity and energy limit.
+  !> End time, safety factor, damping, mass scaling, viscosity and limits.
   subroutine read_step(deck, scene, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(scene_t), intent(inout) :: scene
@@ -64,6 +64,11 @@ contains
     if (i > 0) then
       scene%step%viscosity_linear = field_real(deck%records(i), 1, 1)
       scene%step%viscosity_quadratic = field_real(deck%records(i), 1, 2)
+    end if
+    i = first_of(deck, "PENETRATION LIMIT")
+    if (i > 0) then
+      scene%step%depth_warning = field_real(deck%records(i), 1, 1)
+      scene%step%depth_limit = field_real(deck%records(i), 1, 2)
     end if
     i = first_of(deck, "ENERGY LIMIT")
     if (i > 0) scene%step%energy_limit = field_real(deck%records(i), 1, 1)

@@ -15,6 +15,9 @@ module contact_effect
     type(contact_t) :: pair
     real(wp) :: energy = 0.0_wp            !! stored in the penalty springs
     real(wp) :: max_penetration = 0.0_wp   !! deepest since the last tally
+    real(wp) :: depth = 0.0_wp             !! deepest now [length]
+    real(wp) :: thickness = 0.0_wp         !! of the sheet, the measure of depths [length]
+    logical :: has_warned = .false.        !! of a depth beyond the first limit
   contains
     procedure :: apply
     procedure :: tally => tally_contact
@@ -28,7 +31,7 @@ contains
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
     real(wp), allocatable :: net_x(:, :, :, :), net_force(:, :, :, :)
-    real(wp) :: before(3), on_blank(3), depth
+    real(wp) :: before(3), on_blank(3)
 
     associate (low => self%lower, high => self%upper, &
                motion => bodies%blank%parts(self%part)%motion)
@@ -36,9 +39,9 @@ contains
       allocate (net_force, mold=net_x)
       net_force = 0.0_wp
       before = bodies%tools(self%tool)%force
-      call apply_contact(self%pair, bodies%tools(self%tool), net_x, net_force, self%energy, depth, &
-                         instant%dt)
-      self%max_penetration = max(self%max_penetration, depth)
+      call apply_contact(self%pair, bodies%tools(self%tool), net_x, net_force, self%energy, &
+                         self%depth, instant%dt)
+      self%max_penetration = max(self%max_penetration, self%depth)
       on_blank = before - bodies%tools(self%tool)%force
       if (any(abs(on_blank) > 0.0_wp)) then
         motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &

@@ -93,7 +93,8 @@ contains
       options%damping = spec%damping
       options%overhang = spec%overhang
       options%is_corner_start = spec%is_corner_start
-      options%max_depth = tool%search_distance/3.0_wp
+      pair%thickness = tool%search_distance/3.0_wp
+      options%max_depth = pair%thickness
       call new_contact(pair%pair, slave, tool, face_mass(body, bounds), &
                        model%step%safety*model%stable_step, options, error)
       if (allocated(error)) then

@@ -24,6 +24,7 @@ module model_setup
   use effect, only: effect_slot_t
   use load_setup, only: add_load
   use contact_setup, only: add_contact
+  use penalty_share, only: share_penalties
   use model, only: model_t
   implicit none
   private
@@ -66,6 +67,7 @@ contains
     do i = 1, size(scene%contacts)
       call add_contact(scene%contacts(i), scene%blank, model, faults)
     end do
+    if (size(scene%contacts) > 1) call share_penalties(scene%contacts(1)%origin, model, faults)
     do i = 1, size(scene%loads)
       call add_load(scene, scene%loads(i), curve_of(scene, scene%loads(i)%curve), model, faults)
     end do

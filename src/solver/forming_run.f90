@@ -14,13 +14,13 @@ module forming_run
   use model, only: model_t
   use frames, only: results_t, frame_t, write_frame, record_history
   use history, only: history_row_t
-  use run_log, only: run_log_t, log_progress
+  use run_log, only: run_log_t, log_line, log_progress
   use step_control, only: step_control_t, new_step_control, next_step, is_due, count_output
   use central_difference, only: advance_velocities, advance_positions
   use energy_balance, only: energy_balance_t, start_balance, add_step, add_impulse, &
                             take_balance, elastic_energy
   use snapshot, only: new_frame, fill_frame, new_history_row, fill_history_row
-  use health, only: check_health
+  use health, only: check_health, check_depths
   implicit none
   private
 
@@ -102,6 +102,8 @@ contains
       call update_stress(model, run, rate, error)
       if (allocated(error)) exit
       call apply_forces(model, run)
+      call watch_depths(model, run, log, error)
+      if (allocated(error)) exit
     end do
     if (allocated(error)) then
       call save_failed(model, run, results)
@@ -109,6 +111,19 @@ contains
       call check_relaxation(model, error)
     end if
   end subroutine run_model
+
+  !> Warn of deep penetration, or end the run.
+  subroutine watch_depths(model, run, log, error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(in) :: run
+    type(run_log_t), intent(inout) :: log
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: warning
+
+    call check_depths(model%forces, model%step%depth_warning, model%step%depth_limit, &
+                      run%instant, warning, error)
+    if (warning /= "") call log_line(log, warning)
+  end subroutine watch_depths
 
   !> Has an effect reached what the run was for?
   pure logical function any_done(model)
@@ -296,7 +311,8 @@ contains
     run%row%dt = run%instant%dt
     call fill_history_row(model, run%balance, elastic, velocity_now(model, run), run%row)
     call record_history(results, run%row)
-    run%largest_error = max(run%largest_error, abs(run%balance%alarm))
+    ! At the start a touch by round-off has nothing to be measured against.
+    if (run%n_steps > 0) run%largest_error = max(run%largest_error, abs(run%balance%alarm))
     run%largest_penetration = max(run%largest_penetration, run%balance%tally%max_penetration)
   end subroutine take_row
 

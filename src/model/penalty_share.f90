@@ -1,0 +1,65 @@
+!> Penalties of several tools that may press on one face of the blank.
+module penalty_share
+  use kinds, only: wp
+  use faults, only: origin_t, fault_list_t, add_warning
+  use text, only: to_text, rounded_text
+  use contact, only: scale_stiffness
+  use contact_effect, only: contact_effect_t
+  use model, only: model_t
+  implicit none
+  private
+
+  public :: share_penalties
+
+contains
+
+  !> Let the penalties of all tools on a face together stay within what the step leaves: a penalty
+  !! s m/dt^2 beside the blank's own frequency w is stable for (w dt)^2 + s <= 4, and w dt is twice
+  !! the safety factor. A single tool is left as the deck wants it.
+  subroutine share_penalties(origin, model, faults)
+    type(origin_t), intent(in) :: origin   !! of the pairs, for a warning
+    type(model_t), intent(inout) :: model
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i
+
+    do i = 1, size(model%forces)
+      select type (pair => model%forces(i)%item)
+      type is (contact_effect_t)
+        call share_face(origin, pair%part, pair%lower, pair%upper, i, model, faults)
+      end select
+    end do
+  end subroutine share_penalties
+
+  !> Share the penalty of all pairs of one face, if `first` is the first of them.
+  subroutine share_face(origin, part, lower, upper, first, model, faults)
+    type(origin_t), intent(in) :: origin
+    integer, intent(in) :: part, lower(3), upper(3), first
+    type(model_t), intent(inout) :: model
+    type(fault_list_t), intent(inout) :: faults
+    real(wp) :: shares(size(model%forces)), limit
+    integer :: i
+
+    shares = 0.0_wp
+    do i = 1, size(model%forces)
+      select type (pair => model%forces(i)%item)
+      type is (contact_effect_t)
+        if (pair%part /= part .or. any(pair%lower /= lower .or. pair%upper /= upper)) cycle
+        if (i < first) return
+        shares(i) = pair%pair%share
+      end select
+    end do
+    limit = max(4*(1 - model%step%safety**2), maxval(shares))
+    if (sum(shares) <= limit) return
+    do i = 1, size(model%forces)
+      select type (pair => model%forces(i)%item)
+      type is (contact_effect_t)
+        if (shares(i) > 0.0_wp) call scale_stiffness(pair%pair, limit/sum(shares))
+      end select
+    end do
+    call add_warning(faults, origin, "penalties of "//to_text(count(shares > 0.0_wp))// &
+                     " tools on one face that add up to "//rounded_text(sum(shares)), &
+                     "at most "//rounded_text(limit)//" beside the safety factor "// &
+                     rounded_text(model%step%safety)//"; they are scaled to that")
+  end subroutine share_face
+
+end module penalty_share
