@@ -5,6 +5,8 @@ import sys
 
 from post import bench, compare, history, material, picture, profile, verification
 from post.results import ResultsError
+from post.study import command as study
+from post.study import page
 
 
 def parser():
@@ -32,6 +34,12 @@ def parser():
     command.add_argument("-o", "--out", metavar="FOLDER",
                          help="folder of the pictures (default: that of the records)")
     command.set_defaults(run=verification.run)
+    for module, name, text in (
+            (study, "study", "what accuracy costs: many runs of a deck compared"),
+            (page, "study-page", "the manual's page on what accuracy costs")):
+        command = commands.add_parser(name, help=text, description=text.capitalize() + ".")
+        module.add_arguments(command)
+        command.set_defaults(run=module.run)
     return top
 
 

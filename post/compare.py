@@ -17,6 +17,7 @@ SHAPE = (100.0, 500.0)        # reference x of the comparison of shapes
 SLOW_END = 0.01               # runs that end later than this [s] are the slow ones
 LEAST_CLOSING = 149.0         # of a run that has come to its end [mm]
 NOMINAL_CLOSING = 112.34      # closing at which the nominal run is judged [mm]
+SEARCH_POINTS = 200           # enough to find the shift along the sheet
 REFERENCE = "#b35900"
 
 
@@ -50,35 +51,30 @@ class Reference:
         self.force = 0.5 * (np.abs(history["Fl_N_per_mm"]) + np.abs(history["Fu_N_per_mm"]))
 
 
-class Strip:
-    """A result in the terms of the reference: per width, against the closing of the dies."""
+class Sheet:
+    """A result in the terms of the reference: per width, places by reference x."""
 
     def __init__(self, results):
-        if len(results.tools) != 2:
-            raise ResultsError("the comparison needs a result with two dies, this one has "
-                               f"{len(results.tools)} tools")
         self.results = results
         self.section = Section(results)
-        lower, upper = (results.tool_history(t, "displacement") for t in results.tools)
-        self.closing = np.linalg.norm(lower - upper, axis=1)
-        if self.closing[-1] < LEAST_CLOSING:
-            raise ResultsError(f"the dies have closed by {self.closing[-1]:.4g} mm only, the "
-                               f"comparison needs {LEAST_CLOSING:g} mm")
+        self.last = len(results.times) - 1
         places = results.points("reference_position")
-        volume = results.points("reference_volume")
         across = int(np.argmax(np.abs(self.section.normal)))
         start = results.blank_grid("Points", 0) - results.blank_grid("displacement", 0)
         self.width = np.ptp(start[..., across])
         self.start_thickness = float(np.linalg.norm(start[-1, 0, 0] - start[0, 0, 0]))
         self.x0 = places[..., int(np.argmax(self.section.axes[0]))]
-        self.volume = volume
+        self.volume = results.points("reference_volume")
         self.work = results.history("external_work") / self.width
-        self.force = 0.5 / self.width * sum(
-            np.linalg.norm(results.tool_history(t, "force"), axis=1) for t in results.tools)
 
-    def mean_strain(self, frame):
-        """Plastic strain averaged over the thickness and the middle of the sheet."""
-        inside = (self.x0 >= MIDDLE[0]) & (self.x0 <= MIDDLE[1])
+    def middle_points(self, window, frame=-1):
+        """Points of the mid-surface (n, 2) with reference x in a window."""
+        inside = (self.section.start >= window[0]) & (self.section.start <= window[1])
+        return self.section.sheet(frame % (self.last + 1))[1][inside]
+
+    def mean_strain(self, frame, window=MIDDLE):
+        """Plastic strain averaged over the thickness and a window of reference x."""
+        inside = (self.x0 >= window[0]) & (self.x0 <= window[1])
         eqps = self.results.plastic_strain(frame)
         return float(np.sum((eqps * self.volume)[inside]) / np.sum(self.volume[inside]))
 
@@ -87,6 +83,28 @@ class Strip:
         eqps = self.results.plastic_strain(frame)
         return (self.x0.mean(axis=(0, 1)),
                 np.sum(eqps * self.volume, axis=(0, 1)) / np.sum(self.volume, axis=(0, 1)))
+
+    def penetration(self, steps=slice(None)):
+        """Largest penetration in the history or a part of it, over the thickness."""
+        depth = self.results.history("max_penetration")[steps]
+        return float(depth.max(initial=0.0) / self.start_thickness)
+
+
+class Strip(Sheet):
+    """A sheet between two dies, judged against their closing."""
+
+    def __init__(self, results):
+        if len(results.tools) != 2:
+            raise ResultsError("the comparison needs a result with two dies, this one has "
+                               f"{len(results.tools)} tools")
+        lower, upper = (results.tool_history(t, "displacement") for t in results.tools)
+        self.closing = np.linalg.norm(lower - upper, axis=1)
+        if self.closing[-1] < LEAST_CLOSING:
+            raise ResultsError(f"the dies have closed by {self.closing[-1]:.4g} mm only, the "
+                               f"comparison needs {LEAST_CLOSING:g} mm")
+        super().__init__(results)
+        self.force = 0.5 / self.width * sum(
+            np.linalg.norm(results.tool_history(t, "force"), axis=1) for t in results.tools)
 
     def at_closing(self, closing, values):
         """A history value at a closing."""
@@ -105,29 +123,22 @@ class Strip:
         return ((self.at_closing(last, self.work) - self.at_closing(first, self.work))
                 / (last - first))
 
-    def penetration(self, last_closing=np.inf):
-        """Largest penetration until a closing, over the thickness."""
-        depth = self.results.history("max_penetration")[self.closing <= last_closing]
-        return float(depth.max() / self.start_thickness)
 
-
-def shape_distance(strip, reference):
-    """Shift along the sheet, rms and greatest normal distance of the mid-surfaces after it."""
-    inside = (strip.section.start >= SHAPE[0]) & (strip.section.start <= SHAPE[1])
-    points = strip.section.sheet(len(strip.results.times) - 1)[1][inside]
-
-    def distances(shift):
-        return distance_to_line(points + [shift, 0], reference.middle)
+def shape_distance(points, line, can_shift=True):
+    """Shift along the first axis that brings points nearest to a line, rms and greatest distance
+    after it."""
+    some = points[::max(1, len(points) // SEARCH_POINTS)]
 
     def rms(shift):
-        return np.sqrt(np.mean(distances(shift)**2))
+        return np.sqrt(np.mean(distance_to_line(some + [shift, 0], line)**2))
 
     centre, reach = 0.0, 32.0
-    while reach > 1e-4:
+    while can_shift and reach > 1e-4:
         candidates = centre + reach * np.linspace(-1, 1, 9)
         centre = min(candidates, key=rms)
         reach *= 0.35
-    return centre, rms(centre), distances(centre).max()
+    distances = distance_to_line(points + [centre, 0], line)
+    return centre, float(np.sqrt(np.mean(distances**2))), float(distances.max())
 
 
 def distance_to_line(points, line):
@@ -143,7 +154,7 @@ def slow_rows(strip, reference):
     last = len(strip.results.times) - 1
     x0 = strip.section.start
     thickness = strip.section.thickness(last)[(x0 > x0[0] + 5) & (x0 < x0[-1] - 5)]
-    _, rms, greatest = shape_distance(strip, reference)
+    _, rms, greatest = shape_distance(strip.middle_points(SHAPE), reference.middle)
     rows = [within("mean plastic strain, x0 150..450", strip.mean_strain(last), 0.01588, 0.05),
             ("least thickness [mm]", thickness.min(), reference.thickness.min(), 2.97, None),
             ("mid-surface, rms distance [mm]", rms, 0.0, None, 0.3),
@@ -165,8 +176,8 @@ def nominal_rows(strip):
              None, 1.15 * 19400),
             ("mean plastic strain, x0 150..450, at the end", strip.mean_strain(last), 0.0273,
              0.023, 0.033),
-            ("penetration over thickness [%], closing to 112 mm", 100 * strip.penetration(112), 0,
-             None, 3)]
+            ("penetration over thickness [%], closing to 112 mm",
+             100 * strip.penetration(strip.closing <= 112), 0, None, 3)]
 
 
 def energy_row(strip):
@@ -200,7 +211,7 @@ def draw(strip, reference):
     figure = plt.figure(figsize=(10, 9), layout="constrained")
     grid = figure.add_gridspec(3, 2, height_ratios=[1.1, 1, 1])
     last = len(strip.results.times) - 1
-    shift, rms, _ = shape_distance(strip, reference)
+    shift, rms, _ = shape_distance(strip.middle_points(SHAPE), reference.middle)
     panel = figure.add_subplot(grid[0, :])
     middle = strip.section.sheet(last)[1]
     panel.plot(*reference.middle.T, color=REFERENCE, label=f"reference {reference.name}")

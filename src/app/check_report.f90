@@ -2,16 +2,13 @@
 module check_report
   use kinds, only: wp
   use text, only: to_text, rounded_text
-  use timer, only: clock_ticks, ticks_to_seconds
   use strain_projection, only: project_nothing, projection_name
-  use seams, only: seams_t
-  use ig_patch, only: ig_patch_t, force_report_t
-  use patch_body, only: patch_body_t
-  use body_forces, only: forces_of_bodies
+  use ig_patch, only: ig_patch_t
   use blank, only: n_elements_of, mass_of
   use kernel_dispatch, only: kernel_name
   use model, only: model_t
   use step_control, only: step_control_t, new_step_control, next_step
+  use run_forecast, only: forecast_seconds
   implicit none
   private
 
@@ -21,14 +18,13 @@ contains
 
   !> Counts, mass, stable step, number of steps and the time they should take, to standard output.
   subroutine print_check(model)
-    type(model_t), intent(in) :: model
+    type(model_t), intent(inout) :: model   !! some steps of it are taken
     type(step_control_t) :: control
-    real(wp) :: n_steps, seconds
+    real(wp) :: n_steps
     integer :: i
 
     control = new_step_control(model%step, model%output, model%stable_step, model%rate)
     n_steps = model%step%end_time/next_step(control, 0.0_wp, model%rate)
-    seconds = n_steps*force_seconds(model)
     associate (blank => model%bodies%blank)
       print "(a)", "blank            "//blank%name
       do i = 1, size(blank%parts)
@@ -58,8 +54,8 @@ contains
     end do
     print "(a)", "stable step      "//rounded_text(model%stable_step)
     print "(a)", "steps            about "//rounded_text(n_steps)
-    print "(a)", "run time         about "//rounded_text(seconds)// &
-      " s for the blank, up to half more for the rest"
+    print "(a)", "run time         about "//rounded_text(forecast_seconds(model, n_steps))// &
+      " s where nothing else runs"
   end subroutine print_check
 
   subroutine print_patch(patch)
@@ -80,26 +76,6 @@ contains
       end if
     end associate
   end subroutine print_patch
-
-  !> Seconds of one force evaluation of the blank here and now.
-  real(wp) function force_seconds(model) result(seconds)
-    type(model_t), intent(in) :: model
-    integer, parameter :: n_repeats = 5
-    type(patch_body_t), allocatable :: parts(:)
-    type(seams_t) :: seams
-    type(force_report_t) :: report
-    integer :: i
-
-    allocate (parts, source=model%bodies%blank%parts)
-    seams = model%bodies%blank%seams
-    seconds = huge(seconds)
-    do i = 1, n_repeats
-      associate (start => clock_ticks())
-        call forces_of_bodies(parts, seams, model%bodies%blank%law, model%stable_step, report)
-        seconds = min(seconds, ticks_to_seconds(clock_ticks() - start))
-      end associate
-    end do
-  end function force_seconds
 
   function triple(n) result(text)
     integer, intent(in) :: n(3)

@@ -5,7 +5,7 @@ module contact_state
   implicit none
   private
 
-  public :: contact_state_size, pack_contact, unpack_contact
+  public :: contact_state_size, pack_contact, unpack_contact, wake_contact
 
   integer, parameter :: n_single = 5      !! travel, tool displacement, whether it has started
   integer, parameter :: n_per_point = 5   !! face, two local coordinates, next test, next search
@@ -97,5 +97,15 @@ contains
     place = reshape(values(n + 2:4*n + 1), [n, 3])
     vector = reshape(values(4*n + 2:7*n + 1), [n, 3])
   end subroutine take_drag
+
+  !> Let the next call look into all tiles and test every `stride`-th point that has a face near it,
+  !! as it is while a tool forms the sheet: for measuring the cost of that before it happens.
+  pure subroutine wake_contact(contact, stride)
+    type(contact_t), intent(inout) :: contact
+    integer, intent(in) :: stride
+
+    contact%tiles%test_at = 0.0_wp
+    where (contact%face(::stride) > 0) contact%test_at(::stride) = 0.0_wp
+  end subroutine wake_contact
 
 end module contact_state

@@ -24,7 +24,7 @@ module forming_run
   implicit none
   private
 
-  public :: run_t, new_run, run_model, save_failed, take_row
+  public :: run_t, new_run, run_model, take_step, save_failed, take_row
 
   !> Steps before the energy balance may end a run: of a motion that rises from rest the n-th step
   !! misses the share 1/(4 n^2).
@@ -98,10 +98,8 @@ contains
       call update_velocities(model, run, is_end)
       call output_if_due(model, run, results, log, is_end, error)
       if (allocated(error) .or. is_end) exit
-      call update_positions(model, run)
-      call update_stress(model, run, rate, error)
+      call finish_step(model, run, rate, error)
       if (allocated(error)) exit
-      call apply_forces(model, run)
       call watch_depths(model, run, log, error)
       if (allocated(error)) exit
     end do
@@ -150,6 +148,32 @@ contains
       end select
     end do
   end subroutine check_relaxation
+
+  !> One step without any output: what `run_model` repeats, for measuring its cost.
+  subroutine take_step(model, run, rate, dt, error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    real(wp), intent(inout) :: rate   !! largest |J^-1|^2, the model's at first
+    real(wp), intent(inout) :: dt     !! step, 0 at first [time]
+    type(error_t), allocatable, intent(out) :: error
+
+    call advance_step_size(run, rate, .false., dt)
+    call update_velocities(model, run, .false.)
+    call finish_step(model, run, rate, error)
+  end subroutine take_step
+
+  !> From the velocities to the forces at the end of the step.
+  subroutine finish_step(model, run, rate, error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    real(wp), intent(out) :: rate
+    type(error_t), allocatable, intent(out) :: error
+
+    call update_positions(model, run)
+    call update_stress(model, run, rate, error)
+    if (allocated(error)) return
+    call apply_forces(model, run)
+  end subroutine finish_step
 
   !> Size of the coming step and the mean that its velocities span; the last one repeats.
   subroutine advance_step_size(run, rate, is_end, dt)

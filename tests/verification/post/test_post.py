@@ -128,19 +128,7 @@ class TestCompare(unittest.TestCase):
 
     def test_shift_along_the_sheet_is_found(self):
         run = compare.Reference(self.folder, "S1")
-
-        class Shifted:
-            class results:
-                times = [0]
-
-            class section:
-                start = run.x0
-
-                @staticmethod
-                def sheet(_):
-                    return [None, run.middle + [7.3, 0.0], None]
-
-        shift, rms, greatest = compare.shape_distance(Shifted, run)
+        shift, rms, greatest = compare.shape_distance(run.middle + [7.3, 0.0], run.middle)
         self.assertAlmostEqual(shift, -7.3, delta=1e-3)
         self.assertLess(rms, 1e-3)
         self.assertLess(greatest, 1e-3)

@@ -1,0 +1,1 @@
+"""What accuracy costs: many runs of a deck, their errors and their time in one table."""

@@ -1,0 +1,137 @@
+"""The manual's page on what accuracy costs, written from the stored tables of the studies."""
+import os
+import statistics
+
+from post.results import ResultsError
+from post.study import figures, table
+from post.study.choice import (COST, errors_text, front, has_settings, recommended, score,
+                               setting_text)
+from post.study.spec import read_study
+from post.style import save
+
+HEAD = """# What accuracy costs
+
+This page is generated: `python -m post study-page` writes it from the studies in `input/studies`
+and their stored tables in `input/studies/results`. `python -m post study STUDY.toml --store` makes
+such a table anew; [studies](studies.md) tells how. Costs are processor time of one thread, told as
+multiples of the deck's default setting in the same study. An error is allowed up to the dotted
+line of the pictures; the front joins the runs that no other beats in both cost and error; the
+recommended setting is the cheapest one whose errors are all allowed. References are the
+independent runs that [the forming example](channel.md) describes, or a finer run that is none of
+those shown.
+"""
+FORECAST = """
+## How far the forecast is off
+`igaform DECK --check` foretells the run time. Over the {n} finished runs of these studies it was
+{median:.2f} times the processor time in the median, and within 20 % of it in {within:.0f} % of
+them.
+"""
+
+
+def add_arguments(command):
+    command.add_argument("file", metavar="DIR", nargs="?", default="input/studies",
+                         help="folder of studies, their tables in DIR/results "
+                              "(default: input/studies)")
+    command.add_argument("-o", "--out", metavar="PAGE", default="docs/accuracy.md",
+                         help="the page to write, pictures in pictures/ beside it "
+                              "(default: docs/accuracy.md)")
+
+
+def run(arguments):
+    try:
+        names = sorted(name for name in os.listdir(arguments.file) if name.endswith(".toml"))
+    except OSError as fault:
+        raise ResultsError(f"there is no folder '{arguments.file}': {fault.strerror}") from None
+    if not names:
+        raise ResultsError(f"there are no studies in '{arguments.file}'")
+    pictures = os.path.join(os.path.dirname(arguments.out), "pictures")
+    os.makedirs(pictures, exist_ok=True)
+    studies = [read_study(os.path.join(arguments.file, name)) for name in names]
+    tables = [table.read_csv(os.path.join(arguments.file, "results", f"{study.name}.csv"))
+              for study in studies]
+    parts = [HEAD]
+    for study, rows in zip(studies, tables):
+        save(figures.draw(study, rows), os.path.join(pictures, f"accuracy_{study.name}.png"))
+        parts.append(section(study, rows))
+    parts.append(forecast_section([row for rows in tables for row in rows]))
+    parts.append(choice_section(zip(studies, tables)))
+    with open(arguments.out, "w", encoding="utf-8") as file:
+        file.write("".join(parts))
+    print(f"page written: {arguments.out}")
+    return 0
+
+
+def section(study, rows):
+    """A picture, what it shows in words, and the front as a table."""
+    best = recommended(rows, study.limits)
+    usual = default_row(study, rows)
+    unit = usual[COST] if usual else best[COST]
+    lines = ["", f"## {study.title}", study.about.strip(), "",
+             f"![{study.title}](pictures/accuracy_{study.name}.png)", "",
+             sentences(study, rows, best, usual), "",
+             "| front of best choices | cost | error over what is allowed | errors |",
+             "|---|---:|---:|---|"]
+    for row in front(rows, study.limits):
+        name = setting_text(row, study.parameters)
+        name = f"**{name}**" if row is best else name
+        lines.append(f"| {name} | {row[COST] / unit:.2f} | {score(row, study.limits):.2f} | "
+                     f"{errors_text(row, study.limits)} |")
+    return "\n".join(lines) + "\n"
+
+
+def sentences(study, rows, best, usual):
+    """What the recommended and the default setting buy, from the table."""
+    allowed = score(best, study.limits) <= 1
+    text = (f"Recommended of {len(rows)} runs: `{setting_text(best, study.parameters)}`, "
+            f"{'the cheapest within the allowance' if allowed else 'which comes nearest to it'} "
+            f"({errors_text(best, study.limits)}).")
+    if usual is best:
+        text += " It is the deck's default."
+    elif usual:
+        where = ("lies on the front" if any(row is usual for row in front(rows, study.limits))
+                 else "lies behind the front")
+        text += (f" The deck's default, `{setting_text(usual, study.parameters)}`, {where}: "
+                 f"{usual[COST] / best[COST]:.2f} times the cost, "
+                 f"{errors_text(usual, study.limits)}.")
+    lost = [row for row in rows if row["status"] != "completed"]
+    if lost:
+        text += (" Not to its end came "
+                 + "; ".join(f"`{setting_text(row, study.parameters)}`" for row in lost) + ".")
+    return text
+
+
+def default_row(study, rows):
+    """The finished run with the deck's own setting, if it was among those of the study."""
+    found = [row for row in rows if row["status"] == "completed"
+             and study.default and has_settings(row, study.default)]
+    return found[0] if found else None
+
+
+def forecast_section(rows):
+    ratios = [row["forecast_seconds"] / row[COST] for row in rows
+              if row["status"] == "completed" and "forecast_seconds" in row]
+    if not ratios:
+        return ""
+    within = sum(0.8 <= ratio <= 1.2 for ratio in ratios)
+    return FORECAST.format(n=len(ratios), median=statistics.median(ratios),
+                           within=100 * within / len(ratios))
+
+
+def choice_section(studies):
+    """The table of what to choose when, from the wishes that the studies name."""
+    lines = ["", "## Choose this when", "", "| when | errors asked for | choose | cost | errors |",
+             "|---|---|---|---:|---|"]
+    for study, rows in studies:
+        usual = default_row(study, rows)
+        for wish in study.choose:
+            asked = ", ".join(f"{name.replace('_', ' ')} {limit:g}"
+                              for name, limit in wish["limits"].items())
+            best = recommended(rows, wish["limits"])
+            if score(best, wish["limits"]) > 1:
+                lines.append(f"| {wish['when']} | {asked} | none of the runs | | |")
+                continue
+            cost = f"{best[COST] / usual[COST]:.2f}" if usual else ""
+            lines.append(f"| {wish['when']} | {asked} | "
+                         f"`{setting_text(best, study.parameters)}` | {cost} | "
+                         f"{errors_text(best, wish['limits'])} |")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,168 @@
+"""Studies: a small one from TOML to table and page, resumed without repeating what is finished.
+
+Usage: test_study.py IGAFORM PROJECT_FOLDER
+"""
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import h5py
+
+IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
+sys.path.insert(0, PROJECT)
+
+from post.results import ResultsError  # noqa: E402
+from post.study import choice, runs, spec, table  # noqa: E402
+
+STUDY = """
+title = "Mesh of the pulled strip"
+about = "Elements along and across."
+deck = "strip.key"
+[set]
+frames = 1
+[[runs]]
+n_x = [2, 4]
+n_y = [1, 2]
+[default]
+n_x = 4
+n_y = 2
+[limits]
+mean_plastic_strain = 2
+[plot]
+colour = "n_x"
+[[choose]]
+when = "anything will do"
+mean_plastic_strain = 50
+"""
+# Plastic strain p of ln 1.1 = p + (500 - 250 exp(-6 p))/210000, the curve of the deck.
+CLOSED_FORM = "[reference]\nvalues = { mean_plastic_strain = 0.09361 }\n"
+
+
+def write(folder, name, text):
+    path = os.path.join(folder, name)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+    return path
+
+
+class TestStudy(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = self.temporary.name
+        shutil.copy(os.path.join(PROJECT, "input", "tension_strip.key"), self.folder)
+        write(self.folder, "strip.key", "*PARAMETER, DEFAULT\nframes = 2\n"
+                                        "*INCLUDE, INPUT=tension_strip.key\n")
+        self.work = os.path.join(self.folder, "work")
+
+    def post(self, *arguments):
+        done = subprocess.run([sys.executable, "-m", "post", *arguments], cwd=PROJECT,
+                              capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout, done.stderr
+
+    def study(self, text, *more):
+        path = write(self.folder, "mesh.toml", text)
+        return self.post("study", path, "--igaform", IGAFORM, "--work", self.work, "--jobs", "2",
+                         *more)
+
+    def results(self):
+        """Time of writing of each result file."""
+        return {name: os.stat(os.path.join(self.work, name)).st_mtime_ns
+                for name in os.listdir(self.work) if name.endswith(".h5") and name != "mesh.h5"}
+
+    def test_finished_runs_are_not_repeated(self):
+        code, said, fault = self.study(STUDY + CLOSED_FORM, "--store")
+        self.assertEqual(code, 0, fault)
+        self.assertIn("4 runs, 0 of them finished before", said)
+        first = self.results()
+        self.assertEqual(len(first), 4)
+        rows = table.read_csv(os.path.join(self.work, "mesh.csv"))
+        for row in rows:
+            self.assertEqual(row["status"], "completed")
+            self.assertLess(row["mean_plastic_strain_error"], 2)
+            self.assertGreater(row["cpu_seconds"], 0.01)
+            self.assertLess(abs(row["forecast_seconds"] / row["cpu_seconds"] - 1), 0.8)
+        with h5py.File(os.path.join(self.work, "mesh.h5")) as file:
+            self.assertEqual(list(file["set_n_x"][:]), [row["set_n_x"] for row in rows])
+
+        self.assertIn("4 of them finished before", self.study(STUDY + CLOSED_FORM)[1])
+        self.assertEqual(self.results(), first)
+
+        # A file that says it is still running was left by an interruption.
+        cut, gone, *_ = first
+        with h5py.File(os.path.join(self.work, cut), "r+") as file:
+            file["provenance"].attrs["status"] = "running"
+        os.remove(os.path.join(self.work, gone))
+        self.assertIn("2 of them finished before", self.study(STUDY + CLOSED_FORM)[1])
+        again = self.results()
+        self.assertEqual({name for name in first if again[name] == first[name]},
+                         set(first) - {cut, gone})
+
+        page = os.path.join(self.folder, "page.md")
+        code, _, fault = self.post("study-page", self.folder, "-o", page)
+        self.assertEqual(code, 0, fault)
+        with open(page, encoding="utf-8") as file:
+            text = file.read()
+        self.assertIn("| anything will do | mean plastic strain 50 | `n_x=", text)
+        self.assertTrue(os.path.isfile(os.path.join(self.folder, "pictures", "accuracy_mesh.png")))
+
+    def test_a_change_of_an_included_file_is_another_run(self):
+        deck = os.path.join(self.folder, "strip.key")
+        before = runs.identity(deck, {"n_x": 2}, 1, "program")
+        self.assertEqual(runs.identity(deck, {"n_x": 2}, 1, "program"), before)
+        self.assertNotEqual(runs.identity(deck, {"n_x": 3}, 1, "program"), before)
+        self.assertNotEqual(runs.identity(deck, {"n_x": 2}, 1, "another"), before)
+        with open(os.path.join(self.folder, "tension_strip.key"), "a", encoding="utf-8") as file:
+            file.write("** a comment\n")
+        self.assertNotEqual(runs.identity(deck, {"n_x": 2}, 1, "program"), before)
+
+    def test_all_faults_of_a_study_are_told_at_once(self):
+        path = write(self.folder, "bad.toml",
+                     STUDY.replace("title", "titel").replace("strip.key", "none.key")
+                     .replace("mean_plastic_strain = 2", "shap = 1\nthickness = -1")
+                     .replace("n_x = 4", "n_z = 4") + "[reference]\nrun = {}\nvalues = {}\n")
+        code, _, fault = self.post("study", path, "--igaform", IGAFORM)
+        self.assertEqual(code, 1)
+        for part in ("titel: found an unknown key", "did you mean title?", "title: found nothing",
+                     "deck: found 'none.key'", "limits.shap", "did you mean shape?",
+                     "limits.thickness: found -1", "reference: found run and values"):
+            self.assertIn(part, fault)
+
+    def test_a_parameter_that_no_deck_has_is_told(self):
+        code, _, fault = self.study(STUDY.replace("n_y = [1, 2]", "n_q = [1, 2]")
+                                    .replace("n_y = 2\n", "") + CLOSED_FORM)
+        self.assertEqual(code, 1)
+        self.assertIn("N_Q", fault)
+        self.assertIn("in 4 of the runs", fault)
+
+    def test_the_reference_may_not_be_a_run_that_is_judged(self):
+        code, _, fault = self.study(STUDY + "[reference]\nrun = { n_x = 4, n_y = 1 }\n")
+        self.assertEqual(code, 1)
+        self.assertIn("found a run that is one of those drawn", fault)
+
+    def test_a_broken_file_is_told_with_its_line(self):
+        with self.assertRaisesRegex(ResultsError, "not TOML: .*line 2"):
+            spec.read_study(write(self.folder, "broken.toml", "title = 1\n= 2\n"))
+
+
+class TestChoice(unittest.TestCase):
+    rows = [{"status": "completed", "cpu_seconds": cost, "shape_error": error}
+            for cost, error in ((1, 0.9), (2, 0.4), (3, 0.5), (4, 0.1))]
+    rows.append({"status": "failed", "cpu_seconds": 0.1})
+
+    def test_the_front_leaves_out_what_is_beaten(self):
+        best = choice.front(self.rows, {"shape": 0.5})
+        self.assertEqual([row["cpu_seconds"] for row in best], [1, 2, 4])
+
+    def test_the_cheapest_within_the_allowance_is_recommended(self):
+        self.assertEqual(choice.recommended(self.rows, {"shape": 0.5})["cpu_seconds"], 2)
+
+    def test_the_nearest_is_recommended_if_none_is_allowed(self):
+        self.assertEqual(choice.recommended(self.rows, {"shape": 0.01})["cpu_seconds"], 4)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
