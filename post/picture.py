@@ -84,36 +84,37 @@ def draw_with_vtk(path, frame, field, limits, out):
     return lines[-1] if lines else f"exit code {done.returncode}"
 
 
-def surface_samples(results, frame, field, n_parts):
-    """Upper face of the sheet and the field on it, on a grid of places."""
-    n = results.n_elements
+def surface_samples(patch, frame, field, n_parts):
+    """Upper face of a patch of the sheet and the field on it, on a grid of places."""
+    n = patch.n_elements
     xi = np.linspace(0, n[0], n_parts * n[0] + 1)
     eta = np.linspace(0, n[1], n_parts * n[1] + 1)
-    points = results.sample_blank("Points", frame, xi, eta, [n[2]])[0]
-    values = results.sample_blank(field, frame, xi, eta, [n[2]])[0]
+    points = patch.sample("Points", frame, xi, eta, [n[2]])[0]
+    values = patch.sample(field, frame, xi, eta, [n[2]])[0]
     return points, magnitude(values)
 
 
 def draw_with_matplotlib(results, frame, field, limits):
-    points, values = surface_samples(results, frame, field, 2)
+    samples = [surface_samples(patch, frame, field, 2) for patch in results.patches]
+    largest = max(values.max() for _, values in samples)
     figure = plt.figure(figsize=(10, 6), layout="constrained")
     axes = figure.add_subplot(projection="3d", computed_zorder=False)
-    x, z, y = np.moveaxis(points, -1, 0)
     norm = plt.Normalize(*limits)
-    colours = plt.get_cmap(COLOUR_MAP)(norm(values))
     for i, (nodes, corners) in enumerate(results.tool_surfaces(frame, 2)):
         if len(nodes):
             axes.plot_trisurf(nodes[:, 0], nodes[:, 2], nodes[:, 1], color=tool_colour(i),
                               triangles=np.concatenate([corners[:, [0, 1, 2]],
                                                         corners[:, [0, 2, 3]]]),
                               alpha=0.15, linewidth=0)
-    axes.plot_surface(x, y, z, facecolors=colours, rstride=1, cstride=1, linewidth=0,
-                      antialiased=False, shade=False)
+    for points, values in samples:
+        x, z, y = np.moveaxis(points, -1, 0)
+        axes.plot_surface(x, y, z, facecolors=plt.get_cmap(COLOUR_MAP)(norm(values)), rstride=1,
+                          cstride=1, linewidth=0, antialiased=False, shade=False)
     box = [np.ptp(limit()) for limit in (axes.get_xlim, axes.get_ylim, axes.get_zlim)]
     axes.set_box_aspect(box, zoom=1.25)
     axes.set(xlabel="x", ylabel="z", zlabel="y")
     figure.colorbar(plt.cm.ScalarMappable(norm, COLOUR_MAP), ax=axes, shrink=0.6, extend="max",
-                    label=colour_label(results, field, values.max() > limits[1]))
+                    label=colour_label(results, field, largest > limits[1]))
     figure.suptitle(title(results, frame))
     return figure
 

@@ -18,11 +18,16 @@ COLOUR_BAR = {"color": "black", "vertical": False, "width": 0.5, "position_x": 0
 
 def skin(results, frame, field):
     """The faces and edges of the sheet as a surface with the field on it."""
-    n = results.n_elements
+    surfaces = [patch_skin(patch, frame, field) for patch in results.patches]
+    return surfaces[0] if len(surfaces) == 1 else surfaces[0].merge(surfaces[1:])
+
+
+def patch_skin(patch, frame, field):
+    n = patch.n_elements
     xi, eta, zeta = (np.linspace(0, n[d], k * n[d] + 1) for d, k in ((0, N_PARTS), (1, N_PARTS),
                                                                     (2, 2)))
-    points = results.sample_blank("Points", frame, xi, eta, zeta)
-    values = results.sample_blank(field, frame, xi, eta, zeta)
+    points = patch.sample("Points", frame, xi, eta, zeta)
+    values = patch.sample(field, frame, xi, eta, zeta)
     values = magnitude(values)
     grid = pyvista.StructuredGrid(*(points[..., d] for d in range(3)))
     grid.point_data[field] = values.ravel(order="F")
@@ -31,14 +36,15 @@ def skin(results, frame, field):
 
 def element_lines(results, frame):
     """The boundaries of the elements, a little off both faces so that these do not hide them."""
-    n = results.n_elements
     lines = pyvista.MultiBlock()
-    fine = [np.linspace(0, n[d], 2 * N_PARTS * n[d] + 1) for d in range(2)]
-    for zeta in (-0.05, n[2] + 0.05):
-        along = results.sample_blank("Points", frame, fine[0], np.arange(n[1] + 1), [zeta])[0]
-        across = results.sample_blank("Points", frame, np.arange(n[0] + 1), fine[1], [zeta])[0]
-        for line in [*along, *np.swapaxes(across, 0, 1)]:
-            lines.append(pyvista.lines_from_points(line))
+    for patch in results.patches:
+        n = patch.n_elements
+        fine = [np.linspace(0, n[d], 2 * N_PARTS * n[d] + 1) for d in range(2)]
+        for zeta in (-0.05, n[2] + 0.05):
+            along = patch.sample("Points", frame, fine[0], np.arange(n[1] + 1), [zeta])[0]
+            across = patch.sample("Points", frame, np.arange(n[0] + 1), fine[1], [zeta])[0]
+            for line in [*along, *np.swapaxes(across, 0, 1)]:
+                lines.append(pyvista.lines_from_points(line))
     return lines.combine()
 
 
@@ -85,7 +91,7 @@ def main(path, frame, field, low, high, out):
                          clim=(float(low), float(high)),
                          split_sharp_edges=True, specular=0.2, ambient=0.25,
                          scalar_bar_args={"title": label + "\n", **COLOUR_BAR})
-        if np.prod(results.n_elements[:2]) <= 5000:
+        if sum(np.prod(patch.n_elements[:2]) for patch in results.patches) <= 5000:
             lines = plotter.add_mesh(element_lines(results, frame), color="black", opacity=0.3,
                                      line_width=1)
             lines.mapper.SetResolveCoincidentTopologyToPolygonOffset()

@@ -38,13 +38,20 @@ class Results:
         if n_frames == 0:
             raise ResultsError(f"'{path}' holds no frame yet")
         self.n_points = int(self.file["VTKHDF/NumberOfPoints"][0])
-        blank = self.file["nurbs/blank"]
-        self.degrees = blank["degrees"][:]
-        self.n_elements = np.array([len(np.unique(blank[f"knots_{d}"][:])) - 1 for d in (1, 2, 3)])
-        self.degree = int(self.degrees.max())
-        self.grid = tuple(self.degree * self.n_elements[::-1] + 1)
-        self.n_blank = int(np.prod(self.grid))
         self.is_bezier = "RationalWeights" in self.file["VTKHDF/PointData"]
+        self.patches = []
+        for folder in self._patch_folders():
+            first = sum(patch.n_points for patch in self.patches)
+            self.patches.append(Patch(self, folder, first))
+        self.degrees = self.patches[0].degrees
+        self.n_elements = self.patches[0].n_elements
+
+    def _patch_folders(self):
+        """Names of the patches in the order of their display points; empty for a single one."""
+        blank = self.file["nurbs/blank"]
+        if "degrees" in blank:
+            return [""]
+        return sorted(blank, key=lambda name: int(blank[name].attrs["patch"]))
 
     def __enter__(self):
         return self
@@ -83,19 +90,12 @@ class Results:
         return self.file[folder][name][frame * self.n_points:(frame + 1) * self.n_points]
 
     def blank_grid(self, name, frame):
-        """A field of the blank on its grid of display points."""
-        return self.point_data(name, frame)[:self.n_blank].reshape(*self.grid, -1)
+        """A field of the blank's first patch on its grid of display points."""
+        return self.patches[0].field(name, frame)
 
     def sample_blank(self, name, frame, xi, eta, zeta):
-        """A field of the blank at a tensor grid of places; places count elements from 0.
-        Vectors are evaluated as the cells have them, scalars stay in the range of their nodes."""
-        values = self.blank_grid(name, frame)
-        if values.shape[-1] == 1:
-            return cells.interpolate_grid(values, (zeta, eta, xi), self.degree)
-        weights = None
-        if self.is_bezier:
-            weights = self.blank_grid("RationalWeights", frame)
-        return cells.evaluate_grid(values, weights, (zeta, eta, xi), self.degree)
+        """A field of the blank's first patch at a tensor grid of places, see `Patch.sample`."""
+        return self.patches[0].sample(name, frame, xi, eta, zeta)
 
     def tool_surfaces(self, frame, n_parts):
         """For each tool a list of facetted surfaces (points, quadrilaterals), each cell cut into
@@ -119,12 +119,50 @@ class Results:
         return self.file["tools"][tool][name][:]
 
     def points(self, name):
-        """A dataset of /points: the integration points on their grid."""
-        return self.file["points"][name][:]
+        """A dataset of /points: the integration points on their grid; those of several patches
+        one after the other."""
+        return self._of_patches("points", lambda group: group[name][:],
+                                name == "reference_position")
 
     def plastic_strain(self, frame):
-        """Plastic strain at the integration points of a frame."""
-        return self.file["frames/eqps"][frame]
+        """Plastic strain at the integration points of a frame, as `points` orders them."""
+        return self._of_patches("frames", lambda group: group["eqps"][frame], False)
+
+    def _of_patches(self, folder, read, is_vector):
+        groups = [self.file[folder][patch.name] if patch.name else self.file[folder]
+                  for patch in self.patches]
+        values = [read(group) for group in groups]
+        if len(values) == 1:
+            return values[0]
+        return np.concatenate([v.reshape(-1, 3) if is_vector else v.ravel() for v in values])
+
+
+class Patch:
+    """One patch of the blank with its display points."""
+
+    def __init__(self, results, name, first):
+        self.results, self.name, self.first = results, name, first
+        group = results.file["nurbs/blank"]
+        group = group[name] if name else group
+        self.degrees = group["degrees"][:]
+        self.n_elements = np.array([len(np.unique(group[f"knots_{d}"][:])) - 1 for d in (1, 2, 3)])
+        self.degree = int(self.degrees.max())
+        self.grid = tuple(self.degree * self.n_elements[::-1] + 1)
+        self.n_points = int(np.prod(self.grid))
+
+    def field(self, name, frame):
+        """A field on the grid of display points."""
+        values = self.results.point_data(name, frame)
+        return values[self.first:self.first + self.n_points].reshape(*self.grid, -1)
+
+    def sample(self, name, frame, xi, eta, zeta):
+        """A field at a tensor grid of places; places count elements from 0. Vectors are evaluated
+        as the cells have them, scalars stay in the range of their nodes."""
+        values = self.field(name, frame)
+        if values.shape[-1] == 1:
+            return cells.interpolate_grid(values, (zeta, eta, xi), self.degree)
+        weights = self.field("RationalWeights", frame) if self.results.is_bezier else None
+        return cells.evaluate_grid(values, weights, (zeta, eta, xi), self.degree)
 
 
 def text_of(value):

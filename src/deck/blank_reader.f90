@@ -9,6 +9,8 @@ module blank_reader
   use primitives, only: box_solid
   use blank, only: patch_spec_t
   use scene, only: scene_t, blank_spec_t
+  use shape_reader, only: read_round, join_patches
+  use name_table, only: place_of
   use field_split, only: split_fields
   use deck_names, only: deck_names_t, resolve
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given, &
@@ -40,7 +42,7 @@ module blank_reader
 
 contains
 
-  !> Fill the blank of the scene; its solid stays empty if it cannot be made.
+  !> Fill the blank of the scene; its solids stay empty if they cannot be made.
   subroutine read_blank(deck, names, parts, scene, frame, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_names_t), intent(in) :: names
@@ -50,37 +52,115 @@ contains
     type(fault_list_t), intent(inout) :: faults
     integer, allocatable :: found(:)
     logical :: is_complete
+    integer :: p
 
     found = find_records(deck, "BLANK")
-    is_complete = .false.
     allocate (scene%blank%patches(1))
     if (size(found) == 0) return
-    associate (record => deck%records(found(1)), blank => scene%blank, &
-               patch => scene%blank%patches(1))
+    associate (record => deck%records(found(1)), blank => scene%blank)
       blank%origin = record%origin
       blank%name = option_text(deck, record, "NAME")
-      patch%name = blank%name
+      blank%patches(1)%name = blank%name
       if (is_option_given(deck, record, "MATERIAL")) then
         call resolve(names%materials, option_text(deck, record, "MATERIAL"), "*MATERIAL", &
                      record%origin, blank%material, faults)
       end if
       frame%is_box = option_text(deck, record, "TYPE") == "BOX"
-      if (.not. frame%is_box) then
-        call check_parts(deck, parts(1), 3, "the blank", faults)
-        call read_nurbs(deck, parts(1), record, patch%solid, is_complete, faults)
-      else
-        call check_parts(deck, parts(1), 0, "a blank of TYPE=BOX", faults)
-        if (record%is_valid) then
-          call read_box(record, option_text(deck, record, "SPACING") == "CONTROL POINTS", &
-                        patch%solid, frame, is_complete, faults)
-        end if
-      end if
+      call read_shape(deck, names, parts, record, blank, frame, is_complete, faults)
+      call refuse_stray_patches(deck, record, faults)
       if (.not. is_complete) return
-      call refine(deck, parts(1), patch%solid, faults)
-      call read_rule(option_text(deck, record, "RULE"), record, patch, faults)
+      do p = 1, size(blank%patches)
+        call refine(deck, parts(1), blank%patches(p)%solid, faults)
+        call read_rule(option_text(deck, record, "RULE"), record, blank%patches(p), faults)
+      end do
       call read_projection(deck, record, blank, faults)
+      if (.not. frame%is_box) call join_patches(deck, record, blank, faults)
     end associate
   end subroutine read_blank
+
+  !> The solids of the blank, before any refinement that names the blank.
+  subroutine read_shape(deck, names, parts, record, blank, frame, is_complete, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_names_t), intent(in) :: names
+    type(patch_parts_t), intent(in) :: parts(:)
+    type(record_t), intent(in) :: record
+    type(blank_spec_t), intent(inout) :: blank
+    type(box_frame_t), intent(inout) :: frame
+    logical, intent(out) :: is_complete
+    type(fault_list_t), intent(inout) :: faults
+
+    is_complete = .false.
+    select case (option_text(deck, record, "TYPE"))
+    case ("NURBS")
+      call check_parts(deck, parts(1), 3, "the blank", faults)
+      call read_nurbs(deck, parts(1), record, blank%patches(1)%solid, is_complete, faults)
+    case ("BOX")
+      call check_parts(deck, parts(1), 0, "a blank of TYPE=BOX", faults)
+      if (record%is_valid) then
+        call read_box(record, option_text(deck, record, "SPACING") == "CONTROL POINTS", &
+                      blank%patches(1)%solid, frame, is_complete, faults)
+      end if
+    case ("PATCHES")
+      call check_parts(deck, parts(1), 0, "a blank of TYPE=PATCHES", faults)
+      call read_patches(deck, names, parts, blank, is_complete, faults)
+    case ("DISK", "BAR", "RING", "TUBE")
+      call check_parts(deck, parts(1), 0, "a round blank", faults)
+      call read_round(deck, record, blank, is_complete, faults)
+    end select
+  end subroutine read_shape
+
+  !> The patches that *PATCH lists.
+  subroutine read_patches(deck, names, parts, blank, is_complete, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_names_t), intent(in) :: names
+    type(patch_parts_t), intent(in) :: parts(:)   !! by place in `names%patches`
+    type(blank_spec_t), intent(inout) :: blank
+    logical, intent(out) :: is_complete
+    type(fault_list_t), intent(inout) :: faults
+    type(box_frame_t) :: ignored
+    integer, allocatable :: found(:)
+    logical :: is_made
+    integer :: i, place
+
+    found = find_records(deck, "PATCH")
+    is_complete = size(found) > 0
+    if (.not. is_complete) then
+      call add_fault(faults, blank%origin, "TYPE=PATCHES without a *PATCH", "at least one *PATCH")
+      return
+    end if
+    deallocate (blank%patches)
+    allocate (blank%patches(size(found)))
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)), patch => blank%patches(i))
+        patch%name = option_text(deck, record, "NAME")
+        place = place_of(names%patches, squeezed(upper_case(patch%name)))
+        is_made = .false.
+        if (place > 0 .and. option_text(deck, record, "TYPE") == "NURBS") then
+          call check_parts(deck, parts(place), 3, "a patch", faults)
+          call read_nurbs(deck, parts(place), record, patch%solid, is_made, faults)
+        else if (place > 0 .and. record%is_valid) then
+          call check_parts(deck, parts(place), 0, "a patch of TYPE=BOX", faults)
+          call read_box(record, .false., patch%solid, ignored, is_made, faults)
+        end if
+        if (is_made) call refine(deck, parts(place), patch%solid, faults)
+        is_complete = is_complete .and. is_made
+      end associate
+    end do
+  end subroutine read_patches
+
+  !> *PATCH is for blanks of TYPE=PATCHES alone.
+  subroutine refuse_stray_patches(deck, blank_record, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: blank_record
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+
+    if (option_text(deck, blank_record, "TYPE") == "PATCHES") return
+    found = find_records(deck, "PATCH")
+    if (size(found) == 0) return
+    call add_fault(faults, deck%records(found(1))%origin, "a *PATCH beside a blank of TYPE="// &
+                   option_text(deck, blank_record, "TYPE"), "*BLANK with TYPE=PATCHES")
+  end subroutine refuse_stray_patches
 
   subroutine read_nurbs(deck, parts, record, solid, is_complete, faults)
     type(parsed_deck_t), intent(in) :: deck

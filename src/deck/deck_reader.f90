@@ -109,6 +109,7 @@ contains
     call enter_names(deck, "BLANK", names%patches, faults)
     call enter_names(deck, "TOOL", names%patches, faults)
     call enter_names(deck, "TOOL", names%tools, known)
+    call enter_names(deck, "PATCH", names%patches, faults)
     call enter_names(deck, "SET", names%sets, faults)
     call enter_names(deck, "PROBE", names%probes, faults)
     call collect_parts(deck, names, parts, faults)

@@ -5,6 +5,7 @@ module keyword_table
   use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                           add_example, kind_real, kind_integer, kind_name, kind_choice, &
                           kind_flag, kind_words, any_number
+  use blank_keywords, only: add_blank_keywords
   use material_keywords, only: add_material_keywords
   use dynamics_keywords, only: add_dynamics_keywords
   use test_keywords, only: add_test_keyword
@@ -25,7 +26,7 @@ contains
     call add_general_keywords(table)
     call add_parameter_keyword(table)
     call add_material_keywords(table)
-    call add_blank_keyword(table)
+    call add_blank_keywords(table)
     call add_patch_keywords(table)
     call add_tool_keyword(table)
     call add_motion_keywords(table)
@@ -87,57 +88,9 @@ contains
     call add_example(table, "rule = ""2,2,2x3""")
   end subroutine add_parameter_keyword
 
-  pure subroutine add_blank_keyword(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "BLANK", "The sheet: one solid patch. Its axis 1 (xi) should be "// &
-                     "the longest and its axis 3 (zeta) must be the thickness. TYPE=BOX "// &
-                     "generates a box; TYPE=NURBS takes the knots and points of *KNOTS and "// &
-                     "*CONTROL POINTS.", &
-                     is_unique=.true.)
-    call add_option(table, "NAME", kind_name, "name, for PATCH options", default="BLANK")
-    call add_option(table, "MATERIAL", kind_name, "name of the material")
-    call add_option(table, "TYPE", kind_choice, "where the geometry comes from", default="BOX", &
-                    choices="BOX|NURBS")
-    call add_option(table, "RULE", kind_name, "integration points of an element: FULL (degree "// &
-                    "+ 1 per direction), REDUCED (degree per direction) or three counts in "// &
-                    "quotes; 2x3 splits the element in 2 equal parts of 3 points each", &
-                    default="FULL")
-    call add_option(table, "SPACING", kind_choice, "what lies at equal distances in a box: "// &
-                    "knots, or control points, which makes the elements at the ends longer and "// &
-                    "the stable step larger where the size along the sheet governs it; the "// &
-                    "shape is the same", default="KNOTS", choices="KNOTS|CONTROL POINTS")
-    call add_option(table, "PROJECTION", kind_choice, "strains projected against locking: BBAR "// &
-                    "the volume strain, ANS also transverse shear, with the thickness strain "// &
-                    "following", default="NONE", choices="NONE|BBAR|ANS")
-    call add_option(table, "SPACE", kind_choice, "what strains are projected onto: polynomials "// &
-                    "of each ELEMENT, or the SMOOTH splines of one degree less on the knots of "// &
-                    "the patch", default="ELEMENT", choices="ELEMENT|SMOOTH")
-    call add_option(table, "SAMPLES", kind_name, "terms of the projection in each direction of "// &
-                    "an element, three counts in quotes up to the integration points there; "// &
-                    "the degrees where none are given", is_required=.false.)
-    call add_line(table, "One line each for the parametric axes xi, eta and zeta, in this "// &
-                  "order. If the three would make a left-handed patch, eta runs from `to` to "// &
-                  "`from`.", &
-                  when="BOX", n_min=3, n_max=3)
-    call add_field(table, "axis", kind_choice, "coordinate along which the axis runs", &
-                   choices="X|Y|Z")
-    call add_field(table, "from", kind_real, "coordinate at the start", unit="length")
-    call add_field(table, "to", kind_real, "coordinate at the end, above `from`", unit="length")
-    call add_field(table, "degree", kind_integer, "polynomial degree", range=">= 1 and <= 5")
-    call add_field(table, "elements", kind_integer, "number of elements", range=">= 1")
-    call add_field(table, "grading", kind_real, "length of the last element over the first, "// &
-                   "or of the distances of control points if these are spaced", &
-                   default="1", range="> 0")
-    call add_example(table, "*BLANK, NAME=sheet, MATERIAL=steel, TYPE=BOX, RULE=""2,2,2x3""")
-    call add_example(table, "x, -50, 650, 2, 70")
-    call add_example(table, "z, 0, 400, 2, 8")
-    call add_example(table, "y, 0, 3, 2, 1")
-  end subroutine add_blank_keyword
-
   pure subroutine add_patch_keywords(table)
     type(keyword_table_t), intent(inout) :: table
-    character(*), parameter :: owner = "name of the blank or of the tool"
+    character(*), parameter :: owner = "name of the blank, of a *PATCH or of the tool"
 
     call add_keyword(table, "KNOTS", "Open knot vector of one axis of a patch: the first and "// &
                      "the last knot stand degree + 1 times, an inner one at most degree times.")
@@ -307,6 +260,9 @@ contains
                      "common. A control point belongs to it when its Greville abscissae do. "// &
                      "Faces and ALL need no set: their names serve wherever a set is asked for.")
     call add_option(table, "NAME", kind_name, "name")
+    call add_option(table, "PATCH", kind_name, "patch of the blank, all if none is given; a "// &
+                    "name without its number stands for all that differ in it alone", &
+                    is_required=.false.)
     call add_line(table, "One or more face names ("//faces//"; for a box also "//sides//"; two "// &
                   "make an edge), or an axis (xi, eta, zeta; for a box also x, y, z) with the "// &
                   "lower and the upper bound.", n_max=any_number, is_repeated=.true.)
@@ -438,6 +394,8 @@ contains
 
     call add_keyword(table, "PROBE", "A point of the blank whose motion goes into the history.")
     call add_option(table, "NAME", kind_name, "name in the result file")
+    call add_option(table, "PATCH", kind_name, "patch of the blank, the first if none is given", &
+                    is_required=.false.)
     call add_line(table, "Coordinates in the ranges of the knots, 0 to 1 for a box.")
     call add_field(table, "xi", kind_real, "parametric coordinate")
     call add_field(table, "eta", kind_real, "parametric coordinate")

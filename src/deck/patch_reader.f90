@@ -67,7 +67,7 @@ contains
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
         if (.not. is_option_given(deck, record, "PATCH")) cycle
-        call resolve(names%patches, option_text(deck, record, "PATCH"), "*BLANK or *TOOL", &
+        call resolve(names%patches, option_text(deck, record, "PATCH"), "*BLANK, *PATCH or *TOOL", &
                      record%origin, owner(found(i)), faults)
       end associate
     end do

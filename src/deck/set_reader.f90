@@ -7,7 +7,8 @@ module set_reader
   use scene, only: scene_t, set_spec_t
   use field_check, only: did_you_mean
   use deck_names, only: deck_names_t
-  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given, &
+                          line_origin, &
                           n_fields, field_word
   use blank_reader, only: box_frame_t, parametric_of
   implicit none
@@ -39,6 +40,9 @@ contains
         set%origin = record%origin
         set%name = option_text(deck, record, "NAME")
         call take_whole(scene, set)
+        if (is_option_given(deck, record, "PATCH")) then
+          call keep_patch(scene, option_text(deck, record, "PATCH"), set, faults)
+        end if
         if (face_of(set%name, frame) > 0 .or. side_of(set%name) > 0 .or. &
             upper_case(set%name) == "ALL") then
           call add_fault(faults, record%origin, "the name "//set%name, &
@@ -177,6 +181,35 @@ contains
       end if
     end do
   end subroutine read_line
+
+  !> Keep the patches of this name in a set, with or without a number behind it.
+  subroutine keep_patch(scene, name, set, faults)
+    type(scene_t), intent(in) :: scene
+    character(*), intent(in) :: name
+    type(set_spec_t), intent(inout) :: set
+    type(fault_list_t), intent(inout) :: faults
+    character(*), parameter :: digits = "0123456789"
+    character(:), allocatable :: given, own
+    type(string_t) :: known(size(scene%blank%patches))
+    logical :: is_known
+    integer :: p
+
+    given = squeezed(upper_case(name))
+    is_known = .false.
+    do p = 1, size(scene%blank%patches)
+      if (.not. allocated(scene%blank%patches(p)%name)) return
+      known(p)%value = scene%blank%patches(p)%name
+      own = squeezed(upper_case(known(p)%value))
+      if (own == given .or. own(:verify(own, digits, back=.true.)) == given) then
+        is_known = .true.
+      else
+        set%lower(:, p) = huge(1.0_wp)
+        set%upper(:, p) = -huge(1.0_wp)
+      end if
+    end do
+    if (.not. is_known) call add_fault(faults, set%origin, "PATCH="//name, &
+                                       "a patch of the blank"//did_you_mean(name, known))
+  end subroutine keep_patch
 
   !> Keep what a set has in common with a face or side by its name; any other name is the whole.
   subroutine narrow(scene, name, frame, set)

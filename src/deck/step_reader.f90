@@ -2,10 +2,10 @@
 module step_reader
   use kinds, only: wp
   use faults, only: fault_list_t, add_fault
-  use text, only: to_text
-  use scene, only: scene_t
+  use text, only: to_text, upper_case, squeezed
+  use scene, only: scene_t, probe_spec_t
   use deck_records, only: parsed_deck_t, find_records, option_text, option_real, &
-                          option_integer, field_word, field_real
+                          option_integer, is_option_given, field_word, field_real
   implicit none
   private
 
@@ -136,6 +136,9 @@ contains
       associate (record => deck%records(found(i)), probe => scene%probes(i))
         probe%origin = record%origin
         probe%name = option_text(deck, record, "NAME")
+        if (is_option_given(deck, record, "PATCH")) then
+          call find_patch(scene, option_text(deck, record, "PATCH"), probe, faults)
+        end if
         if (.not. record%is_valid) cycle
         probe%xi = [(field_real(record, 1, a), a=1, 3)]
         do a = 1, 3
@@ -151,5 +154,23 @@ contains
       end associate
     end do
   end subroutine read_probes
+
+  !> The patch that a probe names.
+  subroutine find_patch(scene, name, probe, faults)
+    type(scene_t), intent(in) :: scene
+    character(*), intent(in) :: name
+    type(probe_spec_t), intent(inout) :: probe
+    type(fault_list_t), intent(inout) :: faults
+    integer :: p
+
+    do p = 1, size(scene%blank%patches)
+      if (.not. allocated(scene%blank%patches(p)%name)) return
+      if (squeezed(upper_case(scene%blank%patches(p)%name)) /= squeezed(upper_case(name))) cycle
+      probe%patch = p
+      return
+    end do
+    call add_fault(faults, probe%origin, "PATCH="//name, "a patch of the blank, such as "// &
+                   scene%blank%patches(1)%name)
+  end subroutine find_patch
 
 end module step_reader

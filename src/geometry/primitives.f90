@@ -13,7 +13,7 @@ module primitives
   private
 
   public :: plane_surface, cylinder_surface, sphere_surface, extruded_surface, box_solid
-  public :: ring_solid
+  public :: ring_solid, arc_t, unit_arc
 
   !> Rational quadratic on the unit circle.
   type :: arc_t

@@ -22,7 +22,7 @@ module frames
   use hdf5_file, only: close_file, create_file, create_group, create_series, append_integers, &
                        append_reals, byte_values, flush_file, hdf5_file_t, real_values, &
                        take_error, write_reals, &
-                       write_text_attribute
+                       write_text_attribute, write_integer_attribute
   use unit_system, only: new_unit_system, unit_of, unit_system_t
   use provenance, only: provenance_t, text_or_empty
   use provenance_record, only: write_provenance, write_timings
@@ -276,6 +276,9 @@ contains
     do p = 1, size(results%patches)
       call write_solid(results%file, patch_folder(results, "/nurbs/blank", p), &
                        results%patches(p)%solid, unit_of(results%units, "length"))
+      if (size(results%patches) > 1) &
+        call write_integer_attribute(results%file, patch_folder(results, "/nurbs/blank", p), &
+                                     "patch", [p])
     end do
     call create_group(results%file, "/nurbs/tools")
     do i = 1, size(results%tools)

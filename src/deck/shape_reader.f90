@@ -1,0 +1,171 @@
+!> Blanks of several patches: round shapes of *BLANK, and the seams between patches.
+module shape_reader
+  use kinds, only: wp
+  use errors, only: error_t
+  use faults, only: fault_list_t, add_fault, add_warning
+  use text, only: to_text
+  use nurbs_solid, only: nurbs_solid_t
+  use round_solids, only: round_shape_t, disk_solids, bar_solids, ring_solids, tube_solids
+  use seams, only: seams_t, find_seams
+  use patch_joints, only: joints_t, find_joints
+  use scene, only: blank_spec_t
+  use deck_records, only: record_t, parsed_deck_t, option_text, option_real, field_real, &
+                          field_integer
+  implicit none
+  private
+
+  public :: read_round, join_patches
+
+contains
+
+  !> Patches of a blank of TYPE=DISK, BAR, RING or TUBE.
+  subroutine read_round(deck, record, blank, is_complete, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(blank_spec_t), intent(inout) :: blank
+    logical, intent(out) :: is_complete
+    type(fault_list_t), intent(inout) :: faults
+    type(nurbs_solid_t), allocatable :: solids(:)
+    type(error_t), allocatable :: error
+    integer :: p
+
+    is_complete = .false.
+    if (.not. record%is_valid) return
+    select case (option_text(deck, record, "TYPE"))
+    case ("DISK"); call disk_solids(round_shape(deck, record), solids, error)
+    case ("BAR"); call bar_solids(round_shape(deck, record), solids, error)
+    case ("RING"); call ring_solids(ring_shape(deck, record), solids, error)
+    case default; call tube_solids(ring_shape(deck, record), solids, error)
+    end select
+    if (allocated(error)) then
+      call add_fault(faults, record%origin, "a round blank that cannot be made ("// &
+                     error%message//")", "radii, angle and degrees that fit together")
+      return
+    end if
+    is_complete = .true.
+    deallocate (blank%patches)
+    allocate (blank%patches(size(solids)))
+    do p = 1, size(solids)
+      blank%patches(p)%solid = solids(p)
+      blank%patches(p)%name = blank%name
+      if (size(solids) == 1) cycle
+      blank%patches(p)%name = "RIM"//to_text(p - 1)
+      if (p == 1) blank%patches(p)%name = "CORE"
+    end do
+  end subroutine read_round
+
+  !> Data lines of disks and bars.
+  function round_shape(deck, record) result(shape)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(round_shape_t) :: shape
+    integer :: i
+
+    shape%axis = index("XYZ", option_text(deck, record, "AXIS"))
+    shape%origin = [(field_real(record, 1, i), i=1, 3)]
+    shape%radius = field_real(record, 1, 4)
+    shape%height = field_real(record, 1, 5)
+    shape%angle = field_real(record, 2, 1)
+    shape%degrees = [field_integer(record, 2, 2), field_integer(record, 2, 5)]
+    shape%n_elements = [field_integer(record, 2, 3), field_integer(record, 2, 4), &
+                        field_integer(record, 2, 6)]
+    shape%core = field_real(record, 2, 7)
+  end function round_shape
+
+  !> Data lines of rings and tubes.
+  function ring_shape(deck, record) result(shape)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(round_shape_t) :: shape
+    integer :: i
+
+    shape%axis = index("XYZ", option_text(deck, record, "AXIS"))
+    shape%origin = [(field_real(record, 1, i), i=1, 3)]
+    shape%inner_radius = field_real(record, 1, 4)
+    shape%radius = field_real(record, 1, 5)
+    shape%height = field_real(record, 1, 6)
+    shape%start = field_real(record, 2, 1)
+    shape%angle = field_real(record, 2, 2)
+    shape%degrees = [field_integer(record, 2, 3), field_integer(record, 2, 6)]
+    shape%n_elements = [field_integer(record, 2, 4), field_integer(record, 2, 5), &
+                        field_integer(record, 2, 7)]
+  end function ring_shape
+
+  !> Find the seams of a blank as its MERGE option asks. Faces that meet but do not fit are faults;
+  !! a blank that falls apart is one that the user should know of.
+  subroutine join_patches(deck, record, blank, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(blank_spec_t), intent(inout) :: blank
+    type(fault_list_t), intent(inout) :: faults
+    type(nurbs_solid_t) :: solids(size(blank%patches))
+    type(joints_t) :: joints
+    real(wp) :: tolerance
+    integer :: p, i
+
+    if (option_text(deck, record, "MERGE") == "NO") return
+    do p = 1, size(solids)
+      solids(p) = blank%patches(p)%solid
+    end do
+    tolerance = option_real(deck, record, "TOLERANCE")
+    if (tolerance <= 0.0_wp) tolerance = default_tolerance(solids)
+    allocate (blank%seams)
+    call find_seams(solids, tolerance, blank%seams)
+    joints = find_joints(solids, blank%seams)
+    do p = 1, size(solids)
+      blank%patches(p)%solid = solids(p)
+      blank%patches(p)%is_joined = joints%is_joined(:, p)
+    end do
+    do i = 1, size(joints%reasons)
+      call add_fault(faults, record%origin, "patches '"// &
+                     blank%patches(joints%misfit(1, i))%name//"' and '"// &
+                     blank%patches(joints%misfit(3, i))%name//"' that do not fit, "// &
+                     joints%reasons(i)%value, "the same degrees, knots, weights and control "// &
+                     "points on both faces, or MERGE=NO")
+    end do
+    if (size(joints%reasons) == 0) call check_whole(record, blank, joints, faults)
+  end subroutine join_patches
+
+  !> Warn of patches that no common faces lead to.
+  subroutine check_whole(record, blank, joints, faults)
+    type(record_t), intent(in) :: record
+    type(blank_spec_t), intent(in) :: blank
+    type(joints_t), intent(in) :: joints
+    type(fault_list_t), intent(inout) :: faults
+    logical :: is_reached(size(blank%patches))
+    integer :: i, p
+
+    is_reached = .false.
+    is_reached(1) = .true.
+    do i = 1, size(is_reached)
+      do p = 1, size(is_reached)
+        is_reached(p) = is_reached(p) .or. any(is_reached .and. joints%is_tied(:, p))
+      end do
+    end do
+    do p = 1, size(is_reached)
+      if (is_reached(p)) cycle
+      call add_warning(faults, record%origin, "the patch '"//blank%patches(p)%name// &
+                       "', which has no face in common with the others", &
+                       "control points of its face on those of another patch")
+    end do
+  end subroutine check_whole
+
+  !> A millionth of the blank's size: below any element, above the round-off of listed points.
+  pure real(wp) function default_tolerance(solids) result(tolerance)
+    type(nurbs_solid_t), intent(in) :: solids(:)
+    real(wp), parameter :: share = 1.0e-6_wp
+    real(wp) :: low(3), high(3)
+    integer :: p, c
+
+    low = huge(1.0_wp)
+    high = -huge(1.0_wp)
+    do p = 1, size(solids)
+      do c = 1, 3
+        low(c) = min(low(c), minval(solids(p)%points(:, :, :, c)))
+        high(c) = max(high(c), maxval(solids(p)%points(:, :, :, c)))
+      end do
+    end do
+    tolerance = share*norm2(high - low)
+  end function default_tolerance
+
+end module shape_reader

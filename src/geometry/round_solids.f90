@@ -1,0 +1,315 @@
+!> Round solids as patches with exact circles: disks, bars, rings and tubes.
+!!
+!! A round section is a square core and a rim of two to four patches between its edges and the
+!! circle, ruled in homogeneous coordinates, so that no place is degenerate. Neighbours have the
+!! same knots, weights and control points on their common faces. Circles are rational quadratics
+!! (L. Piegl and W. Tiller, The NURBS Book, 2nd ed., section 7.3), raised to the degree asked for.
+module round_solids
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use knot_vector, only: knot_vector_t, new_knot_vector
+  use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
+  use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
+  use primitives, only: arc_t, unit_arc
+  use refinement, only: elevate_degree, insert_knots, dividing_knots
+  implicit none
+  private
+
+  public :: disk_solids, bar_solids, ring_solids, tube_solids
+
+  !> What a round solid is made from. Angles count from the first of the two other axes, which
+  !! follow `axis` in the order x, y, z.
+  type, public :: round_shape_t
+    real(wp) :: origin(3) = 0.0_wp          !! on the axis, where the solid begins [length]
+    integer :: axis = 3                     !! direction of the axis: 1 x, 2 y, 3 z
+    real(wp) :: radius = 0.0_wp             !! outer [length]
+    real(wp) :: inner_radius = 0.0_wp       !! of rings and tubes [length]
+    real(wp) :: height = 0.0_wp             !! along the axis [length]
+    real(wp) :: start = 0.0_wp, angle = 360.0_wp   !! [degrees]; disks and bars: 90, 180 or 360
+    real(wp) :: core = 0.5_wp               !! half the diagonal of the core, of the radius
+    integer :: degrees(2) = 2               !! of the round plane and of the third direction
+    integer :: n_elements(3) = 1            !! see the procedures
+  end type round_shape_t
+
+contains
+
+  !> Disk with its thickness along axis 3. `n_elements`: along an eighth of the circle, across the
+  !! rim, through the thickness. The core comes first.
+  subroutine disk_solids(shape, solids, error)
+    type(round_shape_t), intent(in) :: shape
+    type(nurbs_solid_t), allocatable, intent(out) :: solids(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(nurbs_surface_t), allocatable :: section(:)
+    integer :: p
+
+    call round_section(shape, section, error)
+    if (allocated(error)) return
+    allocate (solids(size(section)))
+    do p = 1, size(section)
+      call sweep(shape, section(p), 3, solids(p), error)
+      if (allocated(error)) return
+    end do
+  end subroutine disk_solids
+
+  !> Bar with its length along axis 1 and the section along axes 2 and 3. `n_elements`: along an
+  !! eighth of the circle, across the rim, along the bar. The core comes first.
+  subroutine bar_solids(shape, solids, error)
+    type(round_shape_t), intent(in) :: shape
+    type(nurbs_solid_t), allocatable, intent(out) :: solids(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(nurbs_surface_t), allocatable :: section(:)
+    integer :: p
+
+    call round_section(shape, section, error)
+    if (allocated(error)) return
+    allocate (solids(size(section)))
+    do p = 1, size(section)
+      call sweep(shape, section(p), 1, solids(p), error)
+      if (allocated(error)) return
+    end do
+  end subroutine bar_solids
+
+  !> Flat ring: axis 1 with the angle, axis 2 from the outer to the inner circle, axis 3 along the
+  !! thickness. `n_elements`: in each piece of the circle of at most a quarter, across, through.
+  subroutine ring_solids(shape, solids, error)
+    type(round_shape_t), intent(in) :: shape
+    type(nurbs_solid_t), allocatable, intent(out) :: solids(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(nurbs_surface_t) :: section
+
+    allocate (solids(1))
+    call ring_section(shape, section, error)
+    if (allocated(error)) return
+    call refine_section(section, [shape%degrees(1), shape%degrees(1)], shape%n_elements(:2), error)
+    if (allocated(error)) return
+    call sweep(shape, section, 3, solids(1), error)
+  end subroutine ring_solids
+
+  !> Tube: axis 1 with the angle, axis 2 along the tube, axis 3 outward through the wall.
+  !! `n_elements`: in each piece of the circle of at most a quarter, along, through the wall.
+  subroutine tube_solids(shape, solids, error)
+    type(round_shape_t), intent(in) :: shape
+    type(nurbs_solid_t), allocatable, intent(out) :: solids(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(nurbs_surface_t) :: section
+    real(wp), allocatable :: points(:, :, :, :), weights(:, :, :)
+    integer :: n, k
+
+    allocate (solids(1))
+    call ring_section(shape, section, error)
+    if (allocated(error)) return
+    n = section%axes(1)%n_basis
+    allocate (points(n, 2, 2, 3), weights(n, 2, 2))
+    do k = 1, 2
+      points(:, :, k, :) = spread(section%points(:, 3 - k, :), 2, 2)
+      weights(:, :, k) = spread(section%weights(:, 3 - k), 2, 2)
+    end do
+    points(:, 2, :, 3) = shape%height
+    call new_nurbs_solid(solids(1), [section%axes(1), section%axes(2), section%axes(2)], points, &
+                         weights, error)
+    if (allocated(error)) return
+    call refine_solid(solids(1), [shape%degrees(1), shape%degrees(1), shape%degrees(2)], &
+                      shape%n_elements, error)
+    call place(shape, solids(1))
+  end subroutine tube_solids
+
+  !> Sector of a ring in the plane of the first two coordinates: the outer circle, then the inner.
+  subroutine ring_section(shape, section, error)
+    type(round_shape_t), intent(in) :: shape
+    type(nurbs_surface_t), intent(out) :: section
+    type(error_t), allocatable, intent(out) :: error
+    type(arc_t) :: arc
+    real(wp), allocatable :: points(:, :, :)
+
+    if (.not. (shape%inner_radius > 0.0_wp .and. shape%radius > shape%inner_radius &
+               .and. shape%height > 0.0_wp)) then
+      call fail(error, "needs 0 < inner radius < outer radius and a positive height")
+    else if (.not. (shape%angle > 0.0_wp .and. shape%angle <= 360.0_wp)) then
+      call fail(error, "the angle must be above 0 and at most 360 degrees")
+    else
+      arc = clean_arc(shape%start, shape%angle)
+      allocate (points(arc%axis%n_basis, 2, 3), source=0.0_wp)
+      points(:, 1, :2) = shape%radius*arc%points
+      points(:, 2, :2) = shape%inner_radius*arc%points
+      call new_nurbs_surface(section, arc%axis, straight(), points, spread(arc%weights, 2, 2), &
+                             error)
+    end if
+  end subroutine ring_section
+
+  !> Core and rim of a disk or of its half or quarter, refined.
+  subroutine round_section(shape, section, error)
+    type(round_shape_t), intent(in) :: shape
+    type(nurbs_surface_t), allocatable, intent(out) :: section(:)
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: starts(:)
+    real(wp) :: side, low(2), angle
+    integer :: p, n, n_core(2)
+
+    n = shape%n_elements(1)
+    n_core = 2*n
+    low = -1.0_wp
+    select case (nint(shape%angle))
+    case (90)
+      starts = [0.0_wp, 45.0_wp, 90.0_wp]
+      low = 0.0_wp
+      n_core = n
+    case (180)
+      starts = [0.0_wp, 45.0_wp, 135.0_wp, 180.0_wp]
+      low(2) = 0.0_wp
+      n_core(2) = n
+    case (360)
+      starts = [-45.0_wp, 45.0_wp, 135.0_wp, 225.0_wp, 315.0_wp]
+    case default
+      call fail(error, "the angle must be 90, 180 or 360 degrees")
+      return
+    end select
+    if (.not. (shape%radius > 0.0_wp .and. shape%height > 0.0_wp)) then
+      call fail(error, "radius and height must be positive")
+      return
+    end if
+    side = shape%core*shape%radius*sqrt(0.5_wp)
+    allocate (section(size(starts)))
+    call core_surface(low*side, side, section(1), error)
+    if (.not. allocated(error)) &
+      call refine_section(section(1), [shape%degrees(1), shape%degrees(1)], n_core, error)
+    do p = 2, size(section)
+      if (allocated(error)) return
+      angle = starts(p) - starts(p - 1)
+      call rim_surface(starts(p - 1), angle, shape%radius, side, section(p), error)
+      if (allocated(error)) return
+      call refine_section(section(p), [shape%degrees(1), shape%degrees(1)], &
+                          [nint(angle/45.0_wp)*n, shape%n_elements(2)], error)
+    end do
+  end subroutine round_section
+
+  subroutine core_surface(low, side, surface, error)
+    real(wp), intent(in) :: low(2), side
+    type(nurbs_surface_t), intent(out) :: surface
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: points(2, 2, 3), weights(2, 2)
+
+    points = 0.0_wp
+    points(1, :, 1) = low(1)
+    points(2, :, 1) = side
+    points(:, 1, 2) = low(2)
+    points(:, 2, 2) = side
+    weights = 1.0_wp
+    call new_nurbs_surface(surface, straight(), straight(), points, weights, error)
+  end subroutine core_surface
+
+  !> One patch of the rim: axis 1 with the angle, axis 2 from the circle to the core.
+  subroutine rim_surface(start, angle, radius, side, surface, error)
+    real(wp), intent(in) :: start, angle, radius, side   !! angles in degrees
+    type(nurbs_surface_t), intent(out) :: surface
+    type(error_t), allocatable, intent(out) :: error
+    type(arc_t) :: arc
+    real(wp) :: points(3, 2, 3), weights(3, 2)
+
+    arc = clean_arc(start, angle)
+    points = 0.0_wp
+    points(:, 1, :2) = radius*arc%points
+    points(1, 2, :2) = side*edge_of_core(start)
+    points(3, 2, :2) = side*edge_of_core(start + angle)
+    points(2, 2, :) = 0.5_wp*(points(1, 2, :) + points(3, 2, :))
+    weights(:, 1) = arc%weights
+    weights(:, 2) = 1.0_wp
+    call new_nurbs_surface(surface, arc%axis, straight(), points, weights, error)
+  end subroutine rim_surface
+
+  !> Where the ray at a multiple of 45 degrees leaves a square of half side 1.
+  pure function edge_of_core(angle) result(corner)
+    real(wp), intent(in) :: angle
+    real(wp) :: corner(2)
+    real(wp), parameter :: degree = acos(-1.0_wp)/180, more_than_root = 1.2_wp
+
+    corner = anint(more_than_root*[cos(angle*degree), sin(angle*degree)])
+  end function edge_of_core
+
+  !> Unit arc without the round-off of angles that lie on an axis.
+  pure function clean_arc(start, angle) result(arc)
+    real(wp), intent(in) :: start, angle
+    type(arc_t) :: arc
+    real(wp), parameter :: round_off = 1.0e-14_wp
+
+    arc = unit_arc(start, angle)
+    where (abs(arc%points) < round_off) arc%points = 0.0_wp
+  end function clean_arc
+
+  pure function straight() result(axis)
+    type(knot_vector_t) :: axis
+
+    axis%degree = 1
+    axis%n_basis = 2
+    axis%knots = [0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp]
+  end function straight
+
+  subroutine refine_section(section, degrees, n_elements, error)
+    type(nurbs_surface_t), intent(inout) :: section
+    integer, intent(in) :: degrees(2), n_elements(2)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: axis
+
+    do axis = 1, 2
+      call elevate_degree(section, axis, degrees(axis) - section%axes(axis)%degree, error)
+      if (allocated(error)) return
+      call insert_knots(section, axis, dividing_knots(section%axes(axis), n_elements(axis)), error)
+      if (allocated(error)) return
+    end do
+  end subroutine refine_section
+
+  subroutine refine_solid(solid, degrees, n_elements, error)
+    type(nurbs_solid_t), intent(inout) :: solid
+    integer, intent(in) :: degrees(3), n_elements(3)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: axis
+
+    do axis = 1, 3
+      call elevate_degree(solid, axis, degrees(axis) - solid%axes(axis)%degree, error)
+      if (allocated(error)) return
+      call insert_knots(solid, axis, dividing_knots(solid%axes(axis), n_elements(axis)), error)
+      if (allocated(error)) return
+    end do
+  end subroutine refine_solid
+
+  !> Draw a refined section along the height, which becomes axis 1 or axis 3, and put it in place.
+  subroutine sweep(shape, section, axis, solid, error)
+    type(round_shape_t), intent(in) :: shape
+    type(nurbs_surface_t), intent(in) :: section
+    integer, intent(in) :: axis
+    type(nurbs_solid_t), intent(out) :: solid
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: points(:, :, :, :)
+
+    if (axis == 3) then
+      points = spread(section%points, 3, 2)
+      points(:, :, 2, 3) = shape%height
+      call new_nurbs_solid(solid, [section%axes, straight()], points, &
+                           spread(section%weights, 3, 2), error)
+    else
+      points = spread(section%points, 1, 2)
+      points(2, :, :, 3) = shape%height
+      call new_nurbs_solid(solid, [straight(), section%axes], points, &
+                           spread(section%weights, 1, 2), error)
+    end if
+    if (allocated(error)) return
+    call elevate_degree(solid, axis, shape%degrees(2) - 1, error)
+    if (allocated(error)) return
+    call insert_knots(solid, axis, dividing_knots(solid%axes(axis), shape%n_elements(3)), error)
+    call place(shape, solid)
+  end subroutine sweep
+
+  !> From coordinates about the axis z to those of the shape.
+  pure subroutine place(shape, solid)
+    type(round_shape_t), intent(in) :: shape
+    type(nurbs_solid_t), intent(inout) :: solid
+    real(wp), allocatable :: local(:, :, :, :)
+    integer :: c, to
+
+    local = solid%points
+    do c = 1, 3
+      to = mod(shape%axis + c - 1, 3) + 1
+      solid%points(:, :, :, to) = shape%origin(to) + local(:, :, :, c)
+    end do
+  end subroutine place
+
+end module round_solids
