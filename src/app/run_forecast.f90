@@ -42,7 +42,7 @@ contains
 
     call cpu_time(set_up)
     seconds = set_up + (growth*n_steps + model%output%n_history)*step_seconds(model) &
-              + model%output%n_frames*value_seconds*n_values(model)
+              + (model%output%n_frames + 1)*value_seconds*n_values(model)
   end function forecast_seconds
 
   !> Mean seconds of a step with all contacts awake.
