@@ -7,9 +7,10 @@ module deck_run
   use errors, only: error_t
   use faults, only: fault_list_t, n_errors
   use timer, only: clock_ticks, ticks_to_seconds
-  use text, only: to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text
   use build_info, only: version, git_commit, build_flags
   use command_line, only: command_t
+  use output_names, only: files_read, result_path, path_beside_result
   use gauss_rule, only: gauss_rule_t
   use scene, only: scene_t
   use deck_reader, only: read_deck
@@ -31,7 +32,7 @@ module deck_run
   implicit none
   private
 
-  public :: run_deck, base_of, file_name
+  public :: run_deck
 
   integer, parameter, public :: exit_done = 0, exit_input = 1, exit_numerics = 2
 
@@ -94,17 +95,20 @@ contains
     type(run_log_t), target :: log
     type(run_t), target :: run
     type(open_run_t), target :: open_run
+    type(string_t), allocatable :: read_files(:)
     type(error_t), allocatable :: error
 
-    call fill_setup(command, scene, model, setup)
+    read_files = files_read(command, scene)
+    call fill_setup(scene, model, setup)
     call new_run(model, run)
-    call open_results(results, setup, error)
+    call result_path(command, read_files, setup%path, error)
+    if (.not. allocated(error)) call open_results(results, setup, error)
     if (allocated(error)) then
       write (error_unit, "(a)") "igaform: "//error%message
       code = exit_input
       return
     end if
-    call open_log(log, log_path(setup%path, command%deck), command%is_quiet, error)
+    call open_log(log, path_beside_result(setup%path, ".log", read_files), command%is_quiet, error)
     if (allocated(error)) then
       write (error_unit, "(a)") "igaform: warning: "//error%message//"; the run goes on without it"
     end if
@@ -112,7 +116,7 @@ contains
     call log_model(log, model)
     open_run = open_run_t(model, run, results, log)
     if (model%bodies%blank%law%needs_context) then
-      call open_message_file(base_of(setup%path)//".msg")
+      call open_message_file(path_beside_result(setup%path, ".msg", read_files))
       call watch_user_calls(c_funloc(save_open_run), c_loc(open_run))
     end if
     call run_model(model, run, results, log, error)
@@ -271,17 +275,14 @@ contains
     call log_line(log, "error: "//message)
   end subroutine say_error
 
-  !> What the result file needs to know of the model and of this program.
-  subroutine fill_setup(command, scene, model, setup)
-    type(command_t), intent(in) :: command
+  !> What the result file, but for its path, needs to know of the model and of this program.
+  subroutine fill_setup(scene, model, setup)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(results_setup_t), intent(out) :: setup
     integer :: axis, i, p
     character(4096) :: line
 
-    setup%path = command%output
-    if (setup%path == "") setup%path = base_of(file_name(command%deck))//".h5"
     allocate (setup%patches(size(model%bodies%blank%parts)))
     do p = 1, size(setup%patches)
       setup%patches(p)%name = model%bodies%blank%parts(p)%name
@@ -320,33 +321,6 @@ contains
       source%n_threads = omp_get_max_threads()
     end associate
   end subroutine fill_setup
-
-  !> The log stands beside the result file, and never in place of it or of the deck.
-  function log_path(result_path, deck_path) result(path)
-    character(*), intent(in) :: result_path, deck_path
-    character(:), allocatable :: path
-
-    path = base_of(result_path)//".log"
-    if (path == result_path .or. path == deck_path) path = result_path//".log"
-  end function log_path
-
-  !> The path without its last ending.
-  function base_of(path) result(base)
-    character(*), intent(in) :: path
-    character(:), allocatable :: base
-    integer :: dot
-
-    dot = index(path, ".", back=.true.)
-    base = path
-    if (dot > index(path, "/", back=.true.) + 1) base = path(:dot - 1)
-  end function base_of
-
-  function file_name(path) result(name)
-    character(*), intent(in) :: path
-    character(:), allocatable :: name
-
-    name = path(index(path, "/", back=.true.) + 1:)
-  end function file_name
 
   function percent(share) result(text)
     real(wp), intent(in) :: share

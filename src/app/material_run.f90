@@ -4,7 +4,7 @@ module material_run
   use kinds, only: wp
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault, n_errors
-  use text, only: to_text
+  use text, only: string_t, to_text
   use command_line, only: command_t
   use build_info, only: version, git_commit, build_flags
   use scene, only: scene_t, material_spec_t
@@ -22,7 +22,8 @@ module material_run
   use unit_system, only: unit_system_t, new_unit_system
   use result_table, only: result_table_t, n_rows, write_csv, write_group
   use return_study, only: study_returns
-  use deck_run, only: exit_done, exit_input, exit_numerics, base_of, file_name
+  use output_names, only: base_of, file_name, files_read, result_path, path_beside_result
+  use deck_run, only: exit_done, exit_input, exit_numerics
   implicit none
   private
 
@@ -129,12 +130,18 @@ contains
     type(law_slot_t), intent(in) :: slots(:)
     type(hdf5_file_t) :: file
     type(unit_system_t) :: units
+    type(string_t), allocatable :: read_files(:)
     type(error_t), allocatable :: error
-    character(:), allocatable :: path
+    character(:), allocatable :: path, table
     integer :: i
 
-    path = command%output
-    if (path == "") path = base_of(file_name(command%deck))//".h5"
+    read_files = files_read(command, scene)
+    call result_path(command, read_files, path, error)
+    if (allocated(error)) then
+      write (error_unit, "(a)") "igaform: error: "//error%message
+      code = exit_input
+      return
+    end if
     units = new_unit_system(scene%units)
     call create_file(file, path)
     call write_text_attribute(file, "/", "generator", "igaform")
@@ -145,7 +152,9 @@ contains
     if (.not. allocated(error)) then
       code = exit_done
       do i = 1, size(scene%tests)
-        call carry_out(scene, i, slots(i)%law, file, base_of(path), units, command%is_quiet, code)
+        table = base_of(path)//"-"//underscored(scene%tests(i)%name)//".h5"
+        table = path_beside_result(table, ".csv", read_files)
+        call carry_out(scene, i, slots(i)%law, file, table, units, command%is_quiet, code)
       end do
       call write_text_attribute(file, "/provenance", "status", &
                                 trim(merge("completed", "failed   ", code == exit_done)))
@@ -157,23 +166,21 @@ contains
   end function run_accepted
 
   !> One test: its rows to the result file and to a CSV file of its own.
-  subroutine carry_out(scene, i, law, file, base, units, is_quiet, code)
+  subroutine carry_out(scene, i, law, file, path, units, is_quiet, code)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: i
     class(block_law_t), intent(in) :: law
     type(hdf5_file_t), intent(inout) :: file
-    character(*), intent(in) :: base       !! of the names of the CSV files
+    character(*), intent(in) :: path       !! of the CSV file
     type(unit_system_t), intent(in) :: units
     logical, intent(in) :: is_quiet
     integer, intent(inout) :: code         !! set where something fails
     type(result_table_t) :: table
     type(error_t), allocatable :: error, failure
-    character(:), allocatable :: path
 
     associate (test => scene%tests(i))
       call run_test(test, law, table, failure)
       call record(scene, i, file, table, units, .not. allocated(failure))
-      path = base//"-"//underscored(test%name)//".csv"
       call write_csv(table, path, units, error)
       if (.not. is_quiet) then
         print "(a)", "test "//test%name//": "//test%kind//", "//to_text(n_rows(table))// &

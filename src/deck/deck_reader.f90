@@ -77,13 +77,18 @@ contains
     character(*), intent(in) :: path
     type(string_t), intent(in) :: overrides(:)
     type(parsed_deck_t), intent(out) :: deck
-    type(scene_t), intent(inout) :: scene         !! its file and text
+    type(scene_t), intent(inout) :: scene         !! its files and text
     type(fault_list_t), intent(inout) :: faults
     logical, intent(out) :: is_deck               !! there are keywords to read
     type(lexed_deck_t) :: lexed
+    integer :: i
 
     call lex_deck(path, overrides, lexed, faults)
     scene%file = path
+    allocate (scene%files(lexed%n_files))
+    do i = 1, lexed%n_files
+      scene%files(i)%value = lexed%files(i)%value
+    end do
     is_deck = lexed%n_blocks > 0
     if (lexed%n_files > 0) then
       scene%text = lexed%characters(:lexed%n_characters)

@@ -168,6 +168,7 @@ module scene
   !> All of a deck.
   type, public :: scene_t
     character(:), allocatable :: file       !! path of the deck
+    type(string_t), allocatable :: files(:) !! paths of the deck and of all that it includes
     character(:), allocatable :: text       !! the deck as read, for the provenance
     character(:), allocatable :: heading, units
     type(material_spec_t), allocatable :: materials(:)

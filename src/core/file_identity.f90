@@ -1,0 +1,41 @@
+!> Whether two paths lead to one file.
+module file_identity
+  use text, only: string_t
+  implicit none
+  private
+
+  public :: is_same_file, is_any_of_files
+
+contains
+
+  !> Do both paths lead to the same file that is there? Links count as the file that they lead to;
+  !! a file that is not there yet is the same as none.
+  logical function is_same_file(one, other) result(is_same)
+    character(*), intent(in) :: one, other
+    integer :: unit, status, found
+    logical :: is_there
+
+    is_same = one == other
+    inquire (file=one, exist=is_there)
+    if (is_same .or. .not. is_there) return
+    ! A file that is open is known by device and inode, under whatever name it is asked for.
+    open (newunit=unit, file=one, status="old", action="read", iostat=status)
+    if (status /= 0) return
+    inquire (file=other, number=found)
+    is_same = found == unit
+    close (unit)
+  end function is_same_file
+
+  !> Does the path lead to one of these files?
+  logical function is_any_of_files(path, files) result(is_any)
+    character(*), intent(in) :: path
+    type(string_t), intent(in) :: files(:)
+    integer :: i
+
+    is_any = .false.
+    do i = 1, size(files)
+      if (.not. is_any) is_any = is_same_file(path, files(i)%value)
+    end do
+  end function is_any_of_files
+
+end module file_identity
