@@ -10,6 +10,7 @@ module aba_utilities
                                          c_null_funptr, c_null_ptr, c_ptr, c_size_t, &
                                          c_associated, c_f_procpointer
   use, intrinsic :: iso_fortran_env, only: error_unit
+  use crash_watch, only: signal_stack_t, catch_crashes, give_signal_stack, is_out_of_stack
   implicit none
   private
 
@@ -60,7 +61,8 @@ module aba_utilities
   end interface
 
   integer(c_int) :: element = 0, point = 0   ! in hand in this thread; 0: no call is under way
-  !$omp threadprivate(element, point)
+  type(signal_stack_t) :: signal_stack
+  !$omp threadprivate(element, point, signal_stack)
   type(c_funptr) :: farewell = c_null_funptr
   type(c_ptr) :: farewell_context = c_null_ptr
   logical :: is_leaving = .false.
@@ -72,6 +74,7 @@ contains
   subroutine enter_user_call(noel, npt) bind(C, name="igaform_enter_user_call")
     integer(c_int), value :: noel, npt   !! -1: before the run, for no point
 
+    if (.not. signal_stack%is_given) call give_signal_stack(signal_stack)
     element = noel
     point = npt
   end subroutine enter_user_call
@@ -106,16 +109,12 @@ contains
     type(c_funptr), value :: action
     type(c_ptr), value :: context   !! what the action is to work on
     integer(c_int), parameter :: crashes(5) = [4_c_int, 6_c_int, 7_c_int, 8_c_int, 11_c_int]
-    type(c_funptr) :: before
     integer(c_int) :: status
-    integer :: i
 
     farewell = action
     farewell_context = context
     status = c_atexit(c_funloc(at_exit))
-    do i = 1, size(crashes)
-      before = c_signal(crashes(i), c_funloc(at_crash))
-    end do
+    call catch_crashes(crashes, c_funloc(at_crash))
   end subroutine watch_user_calls
 
   !> Ends the run: the user's subroutine found no way on.
@@ -162,19 +161,31 @@ contains
 
   !> A crash. Inside a call of the user's subroutine it is told where; the state is not to be
   !! trusted any more, so nothing is saved. Any other crash takes its usual way.
-  subroutine at_crash(number) bind(C)
+  subroutine at_crash(number, details) bind(C)
     integer(c_int), value :: number
-    integer(c_int), parameter :: set_mask = 2_c_int
+    type(c_ptr), value :: details   ! a third argument, the registers, is of no use here
+    integer(c_int), parameter :: set_mask = 2_c_int, segment_fault = 11_c_int, bus_error = 7_c_int
     integer(c_int64_t), parameter :: no_signals(16) = 0_c_int64_t   ! the size of a sigset_t
     type(c_funptr) :: before
     integer(c_int) :: status
+    logical :: is_overflow
 
+    is_overflow = is_out_of_stack(signal_stack, details)
+    is_overflow = is_overflow .and. (number == segment_fault .or. number == bus_error)
     if (element == 0) then
       write (error_unit, "(a)") "igaform: error: crashed outside the user's subroutine, which "// &
         "may have written past the end of its arrays (one for plane strain or shells counts on "// &
         "NTENS below 6)"
       flush (error_unit)
       before = c_signal(number, c_null_funptr)
+    else if (is_overflow) then
+      ! The calls of a recursion without end would fill screens.
+      write (error_unit, "(a)") "igaform: error: "// &
+        trim(where_and_why("the user's subroutine ran out of stack"))//": it calls itself "// &
+        "without end, or its local arrays are too large; `ulimit -s unlimited` and "// &
+        "OMP_STACKSIZE=256M before the run give more"
+      flush (error_unit)
+      call c_exit_now(int(exit_by_user, c_int))
     else
       write (error_unit, "(a)") "igaform: error: "// &
         trim(where_and_why("the user's subroutine crashed"))

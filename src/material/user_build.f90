@@ -16,12 +16,13 @@ module user_build
 
   !> -frecursive keeps local arrays on the stack, so that threads do not share them. -w: the
   !! sources are old and not ours. -g: crashes tell the line. The sections let the linker leave out
-  !! what neither UMAT nor VUMAT needs, and with it what is missing there.
-  character(*), parameter :: options(18) = [character(28) :: "-fPIC", "-frecursive", "-O2", "-g", &
+  !! what neither UMAT nor VUMAT needs, and with it what is missing there. The protection lets no
+  !! large array reach over the end of a stack into what lies behind.
+  character(*), parameter :: options(19) = [character(28) :: "-fPIC", "-frecursive", "-O2", "-g", &
     "-w", "-std=legacy", "-fallow-argument-mismatch", "-fallow-invalid-boz", "-fno-range-check", &
     "-fcray-pointer", "-fdec-format-defaults", "-fdec-math", "-fd-lines-as-comments", &
     "-fdollar-ok", "-ffree-line-length-none", "-fdiagnostics-color=never", &
-    "-ffunction-sections", "-fdata-sections"]
+    "-ffunction-sections", "-fdata-sections", "-fstack-clash-protection"]
 
   !> What is called from outside; all else may go.
   character(*), parameter :: exported = "umat_; vumat_; sdvini_; uexternaldb_; vexternaldb_;"
