@@ -31,7 +31,7 @@ module contact
 
   !> What the deck says about a contact.
   type :: contact_options_t
-    real(wp) :: scale = 0.3_wp        !! s of the stiffness s m/dt^2
+    real(wp) :: scale = 0.5_wp        !! s of the stiffness s m/dt^2
     real(wp) :: stiffness = 0.0_wp    !! given per area instead, if positive [stress/length]
     real(wp) :: max_depth = 0.0_wp    !! deeper points are behind the tool, not in it; 0: half the
                                       !! search distance [length]

@@ -236,7 +236,7 @@ contains
     call add_option(table, "COUNT", kind_name, "Gauss points per element in the two directions "// &
                     "of the face, such as ""3,3""; degree + 1 if not given", is_required=.false.)
     call add_option(table, "PENALTY", kind_real, "factor s of the penalty s m/dt^2, m being "// &
-                    "the mass that the point sees", default="0.3", range="> 0")
+                    "the mass that the point sees", default="0.5", range="> 0")
     call add_option(table, "STIFFNESS", kind_real, "penalty per area instead of the one from "// &
                     "mass and step; 0: none given", default="0", unit="stress/length", &
                     range=">= 0")
