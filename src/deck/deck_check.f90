@@ -2,6 +2,7 @@
 module deck_check
   use kinds, only: wp
   use faults, only: new_origin, fault_list_t, add_fault, add_warning
+  use nurbs_solid, only: nurbs_solid_t
   use scene, only: scene_t, tool_spec_t
   use set_range, only: is_held
   use deck_records, only: parsed_deck_t, find_records
@@ -47,6 +48,7 @@ contains
 
     call check_sets(scene, faults)
     call check_thickness(scene, faults)
+    call check_thickness_degree(scene, faults)
     do i = 1, size(scene%tools)
       call check_tool(scene, i, faults)
     end do
@@ -74,17 +76,46 @@ contains
     integer :: p
 
     do p = 1, size(scene%blank%patches)
-      associate (points => scene%blank%patches(p)%solid%points)
-        extent(1) = maxval(norm2(points(ubound(points, 1), :, :, :) - points(1, :, :, :), 3))
-        extent(2) = maxval(norm2(points(:, ubound(points, 2), :, :) - points(:, 1, :, :), 3))
-        extent(3) = maxval(norm2(points(:, :, ubound(points, 3), :) - points(:, :, 1, :), 3))
-      end associate
+      extent = extents(scene%blank%patches(p)%solid)
       if (extent(3) <= maxval(extent(:2))) cycle
       call add_warning(faults, scene%blank%origin, "axis 3 of the blank as its longest", &
                        "the thickness as axis 3, the longest side as axis 1")
       return
     end do
   end subroutine check_thickness
+
+  !> Warn of a sheet of degree 1 through its thickness: in bending, the strain that Poisson's ratio
+  !! asks for through the thickness is linear, and degree 1 has none.
+  subroutine check_thickness_degree(scene, faults)
+    type(scene_t), intent(in) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), parameter :: thin = 0.2_wp   ! of the longest side: what is thicker hardly bends
+    real(wp) :: extent(3)
+    integer :: p
+
+    if (scene%blank%projection == "ANS") return
+    do p = 1, size(scene%blank%patches)
+      associate (solid => scene%blank%patches(p)%solid)
+        extent = extents(solid)
+        if (solid%axes(3)%degree > 1 .or. extent(3) > thin*maxval(extent)) cycle
+      end associate
+      call add_warning(faults, scene%blank%origin, "degree 1 through the thickness of a sheet, "// &
+                       "which is far too stiff in bending", "PROJECTION=ANS, or degree 2")
+      return
+    end do
+  end subroutine check_thickness_degree
+
+  !> Largest distances of opposite control points along the three axes.
+  pure function extents(solid) result(extent)
+    type(nurbs_solid_t), intent(in) :: solid
+    real(wp) :: extent(3)
+
+    associate (points => solid%points)
+      extent(1) = maxval(norm2(points(ubound(points, 1), :, :, :) - points(1, :, :, :), 3))
+      extent(2) = maxval(norm2(points(:, ubound(points, 2), :, :) - points(:, 1, :, :), 3))
+      extent(3) = maxval(norm2(points(:, :, ubound(points, 3), :) - points(:, :, 1, :), 3))
+    end associate
+  end function extents
 
   !> Warn of a tool that no contact pair names, or that cannot reach the blank.
   subroutine check_tool(scene, i, faults)

@@ -8,6 +8,7 @@ module patch_body
   use ig_patch, only: ig_patch_t, tile_buffer_t
   use strain_projection, only: projection_spec_t
   use patch_setup, only: new_patch, new_tile_buffers
+  use shape_check, only: check_shape
   use lumped_mass, only: new_lumped_mass
   implicit none
   private
@@ -55,6 +56,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(projection_spec_t), intent(in), optional :: projection   !! absent: none
 
+    call check_shape(solid, name, error)
+    if (allocated(error)) return
     call new_patch(body%patch, solid, n_points, n_parts, law, viscosity, error, projection)
     if (allocated(error)) return
     body%name = name

@@ -1,10 +1,11 @@
 !> Build the model from the scene. What only shows here, such as a blank that starts inside a
 !! tool, is reported like any other fault of the deck.
 module model_setup
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
   use errors, only: error_t
-  use faults, only: fault_list_t, add_fault, n_errors
-  use text, only: to_text
+  use faults, only: fault_list_t, add_fault, add_warning, n_errors
+  use text, only: to_text, rounded_text
   use scene, only: scene_t, blank_spec_t
   use knot_vector, only: n_spans
   use nurbs_solid, only: evaluate_solid
@@ -64,6 +65,8 @@ contains
     call set_initial_velocities(scene, model)
     call add_supports(scene, model)
     call set_stable_step(model)
+    call check_step(scene, model, faults)
+    if (n_errors(faults) > before) return
     do i = 1, size(scene%contacts)
       call add_contact(scene%contacts(i), scene%blank, model, faults)
     end do
@@ -74,6 +77,27 @@ contains
     call add_thickness_scaling(model)
     call add_damping(last_change(scene), model)
   end subroutine build_model
+
+  !> Refuse a stable step that is no number, and warn of more steps than a machine takes in days.
+  subroutine check_step(scene, model, faults)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), parameter :: many = 1.0e9_wp
+    real(wp) :: n_steps
+
+    if (.not. (ieee_is_finite(model%stable_step) .and. ieee_is_finite(model%rate) &
+               .and. model%stable_step > 0.0_wp)) then
+      call add_fault(faults, scene%materials(scene%blank%material)%origin, &
+                     "stiffness and density that give no usable stable step ("// &
+                     to_text(model%stable_step)//")", "values in consistent units")
+      return
+    end if
+    n_steps = model%step%end_time/(model%step%safety*model%stable_step)
+    if (n_steps > many) call add_warning(faults, scene%step%origin, "an end time of about "// &
+      rounded_text(n_steps)//" steps of "//rounded_text(model%step%safety*model%stable_step), &
+      "fewer: check the units of the deck, shorten the process or scale masses")
+  end subroutine check_step
 
   !> Time from which all curves are constant.
   pure real(wp) function last_change(scene) result(time)
@@ -110,7 +134,8 @@ contains
                      [scene%step%viscosity_linear, scene%step%viscosity_quadratic], error, &
                      spec%seams, projection_of(spec))
       if (allocated(error)) then
-        call add_fault(faults, spec%origin, error%message, "a patch with positive volume")
+        call add_fault(faults, spec%origin, error%message, "a right-handed patch "// &
+                       "with positive volume everywhere")
       else
         call set_initial_states(scene, model%bodies%blank)
       end if

@@ -1,5 +1,6 @@
 !> Quantities against time: balances, tool forces, probes. Collected in memory between frames.
 module history
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use text, only: string_t
   use hdf5_file, only: append_reals, create_group, create_series, hdf5_file_t, integer_values, &
@@ -14,7 +15,7 @@ module history
 
   !> All quantities at one time. Zero where nothing is set.
   type :: history_row_t
-    integer :: step = 0
+    integer(int64) :: step = 0
     real(wp) :: time = 0.0_wp, dt = 0.0_wp
     real(wp) :: kinetic_energy = 0.0_wp, internal_energy = 0.0_wp, plastic_work = 0.0_wp
     real(wp) :: contact_energy = 0.0_wp, friction_energy = 0.0_wp, viscous_energy = 0.0_wp

@@ -88,7 +88,7 @@ contains
   !> Write where the run is. On a terminal the line replaces the one before.
   subroutine log_progress(log, step, time, end_time, dt, energy_error, elapsed)
     type(run_log_t), intent(inout) :: log
-    integer, intent(in) :: step
+    integer(int64), intent(in) :: step
     real(wp), intent(in) :: time, end_time, dt
     real(wp), intent(in) :: energy_error
     real(wp), intent(in) :: elapsed            !! wall clock since the first step [s]

@@ -292,7 +292,7 @@ contains
       call start_watch(model%timer, run%watch_output)
       if (.not. is_start) call count_output(run%control%history)
       call take_row(model, run, results)
-      call log_progress(log, int(run%n_steps), run%instant%time, model%step%end_time, &
+      call log_progress(log, run%n_steps, run%instant%time, model%step%end_time, &
                         run%instant%dt, run%balance%error, &
                         ticks_to_seconds(clock_ticks() - run%started))
       if (model%step%energy_limit > 0.0_wp .and. run%n_steps > first_steps .and. &
@@ -330,7 +330,7 @@ contains
                                            run%volumes(p)%values)
       end associate
     end do
-    run%row%step = int(run%n_steps)
+    run%row%step = run%n_steps
     run%row%time = run%instant%time
     run%row%dt = run%instant%dt
     call fill_history_row(model, run%balance, elastic, velocity_now(model, run), run%row)

@@ -91,6 +91,12 @@ def check_made(program, folder):
     crlf.write_bytes("".join(parts).replace("\n", "\r\n").encode())
     yield "CRLF line ends", check_acceptance(program, crlf)
 
+    endless = folder / "endless.key"
+    endless.write_text("".join(parts).replace("1.0e-6", "1.0e30"))
+    yield "endless process", check_acceptance(program, endless,
+                                              [["warning: *DYNAMIC:", "an end time of about",
+                                                "E+36 steps"]])
+
     long_deck = folder / "long.key"
     probes = "".join(f"*PROBE, NAME=p{i}\n0.5, 0.5, 0.5\n" for i in range(50000))
     long_deck.write_text("".join(parts) + probes + "*SET, NAME=last\n")
