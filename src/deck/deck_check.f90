@@ -85,7 +85,8 @@ contains
   end subroutine check_thickness
 
   !> Warn of a sheet of degree 1 through its thickness: in bending, the strain that Poisson's ratio
-  !! asks for through the thickness is linear, and degree 1 has none.
+  !! asks for through the thickness is linear, and degree 1 has none. Without a ratio nothing is
+  !! asked for, and a blank that is held all over does not bend through its thickness.
   subroutine check_thickness_degree(scene, faults)
     type(scene_t), intent(in) :: scene
     type(fault_list_t), intent(inout) :: faults
@@ -94,6 +95,9 @@ contains
     integer :: p
 
     if (scene%blank%projection == "ANS") return
+    if (.not. abs(scene%materials(scene%blank%material)%poisson) > 0.0_wp) return
+    if (any([(is_held_everywhere(scene, scene%boundaries(p)%set), &
+              p=1, size(scene%boundaries))])) return
     do p = 1, size(scene%blank%patches)
       associate (solid => scene%blank%patches(p)%solid)
         extent = extents(solid)
@@ -104,6 +108,16 @@ contains
       return
     end do
   end subroutine check_thickness_degree
+
+  !> Does a set hold all control points?
+  pure logical function is_held_everywhere(scene, set) result(is_all)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: set
+    integer :: p
+
+    is_all = all([(all(is_held(scene%blank%patches(p)%solid, scene%sets(set), p)), &
+                   p=1, size(scene%blank%patches))])
+  end function is_held_everywhere
 
   !> Largest distances of opposite control points along the three axes.
   pure function extents(solid) result(extent)
