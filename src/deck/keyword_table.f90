@@ -202,6 +202,12 @@ contains
                      "constant outside.")
     call add_option(table, "NAME", kind_name, "name, for AMPLITUDE options")
     call add_option(table, "INPUT", kind_name, "file with the data lines", is_required=.false.)
+    call add_option(table, "DEFINITION", kind_choice, "may be given", default="TABULAR", &
+                    choices="TABULAR")
+    call add_option(table, "TIME", kind_choice, "may be given; there is one step", &
+                    default="STEP TIME", choices="STEP TIME|TOTAL TIME")
+    call add_option(table, "VALUE", kind_choice, "may be given", default="RELATIVE", &
+                    choices="RELATIVE")
     call add_line(table, "Pairs of time and value, any number on a line; times rise.", &
                   n_max=any_number, is_repeated=.true.)
     call add_field(table, "time, value", kind_real, "time, then value", unit="time, none")
@@ -356,8 +362,11 @@ contains
     call add_option(table, "STABLE STEP", kind_choice, "from the largest frequency of the "// &
                     "whole blank, or from that of its elements, which lies above it", &
                     default="ASSEMBLED", choices="ASSEMBLED|ELEMENT")
-    call add_line(table, "")
-    call add_field(table, "end time", kind_real, "end of the run", unit="time", range="> 0")
+    call add_line(table, "The end time, alone or as the second field, where Abaqus has it.")
+    call add_field(table, "end time", kind_real, "end of the run", unit="time", range="> 0", &
+                   is_required=.false.)
+    call add_field(table, "end time", kind_real, "the same, if the first field is empty", &
+                   unit="time", range="> 0", is_required=.false.)
     call add_example(table, "*DYNAMIC, EXPLICIT, SAFETY=0.8")
     call add_example(table, "4.0e-3")
 

@@ -27,6 +27,8 @@ contains
     call add_example(table, "7.85e-9")
 
     call add_keyword(table, "ELASTIC", "Isotropic elastic constants.", parent="MATERIAL")
+    call add_option(table, "TYPE", kind_choice, "may be given; no other elasticity is there", &
+                    default="ISOTROPIC", choices="ISOTROPIC")
     call add_line(table, "")
     call add_field(table, "E", kind_real, "Young's modulus", unit="stress", range="> 0")
     call add_field(table, "nu", kind_real, "Poisson's ratio", range="> -1 and < 0.5")
@@ -52,8 +54,9 @@ contains
     call add_keyword(table, "PLASTIC", "Von Mises plasticity with isotropic hardening: the "// &
                      "flow stress after the equivalent plastic strain eqps. Curves that fall "// &
                      "are refused.", parent="MATERIAL")
-    call add_option(table, "HARDENING", kind_choice, "hardening law", default="VOCE", &
-                    choices="VOCE|SWIFT|LINEAR|TABLE|VOCE SWIFT|PERFECT")
+    call add_option(table, "HARDENING", kind_choice, "hardening law; ISOTROPIC is TABLE, as "// &
+                    "Abaqus calls it", default="VOCE", &
+                    choices="VOCE|SWIFT|LINEAR|TABLE|ISOTROPIC|VOCE SWIFT|PERFECT")
     call add_option(table, "RETURN", kind_choice, "return to the yield surface: backward "// &
                     "Euler, or the semi-implicit scheme of Cardoso and Adetoro (2017, box 1), "// &
                     "one Newton step for each of STAGES residual levels that fall evenly to "// &
@@ -155,12 +158,21 @@ contains
     call add_keyword(table, "ORIENTATION", "Axes of the material at the start: 1, the rolling "// &
                      "direction, along a; 3, the normal of the sheet, along a x b. They turn "// &
                      "with the material.", parent="MATERIAL")
+    call add_option(table, "NAME", kind_name, "may be given; the place behind *MATERIAL says "// &
+                    "whose axes they are", is_required=.false.)
+    call add_option(table, "SYSTEM", kind_choice, "may be given", default="RECTANGULAR", &
+                    choices="RECTANGULAR")
+    call add_option(table, "DEFINITION", kind_choice, "may be given", default="COORDINATES", &
+                    choices="COORDINATES")
     call add_line(table, "")
     do i = 1, 6
       call add_field(table, merge("a", "b", i <= 3)//achar(iachar("x") + mod(i - 1, 3)), &
                      kind_real, merge("rolling direction         ", &
                                       "a vector across, in plane ", i <= 3))
     end do
+    call add_line(table, "A further rotation, which must be none.", n_min=0)
+    call add_field(table, "axis", kind_integer, "axis of the rotation", range=">= 1 and <= 3")
+    call add_field(table, "angle", kind_real, "angle, 0", default="0")
     call add_example(table, "*ORIENTATION")
     call add_example(table, "1, 0, 0, 0, 1, 0")
   end subroutine add_yield_keywords
@@ -190,7 +202,7 @@ contains
     call add_field(table, "sigma_0", kind_real, "initial yield stress", unit="stress", range="> 0")
     call add_field(table, "H", kind_real, "hardening modulus, at least 0", unit="stress")
     call add_line(table, "Points of the curve from plastic strain 0 on; linear between them, "// &
-                  "constant behind the last.", when="TABLE", n_max=any_number)
+                  "constant behind the last.", when="TABLE|ISOTROPIC", n_max=any_number)
     call add_field(table, "stress", kind_real, "flow stress", unit="stress", range="> 0")
     call add_field(table, "plastic strain", kind_real, "equivalent plastic strain", range=">= 0")
     call add_line(table, "alpha times Swift plus 1 - alpha times Voce, Roth and Mohr (2014).", &

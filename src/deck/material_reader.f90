@@ -1,10 +1,11 @@
 !> *MATERIAL with the keywords that belong to it.
 module material_reader
-  use faults, only: fault_list_t, add_fault
+  use kinds, only: wp
+  use faults, only: fault_list_t, add_fault, add_warning
   use text, only: to_text
   use scene, only: scene_t, material_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
-                          field_real, field_integer, field_word, all_numbers
+                          field_real, field_integer, field_word, all_numbers, is_option_given
   implicit none
   private
 
@@ -87,7 +88,7 @@ contains
           material%plasticity%potential = option_text(deck, record, "TYPE")
           material%plasticity%coefficients = all_numbers(record)
         case ("ORIENTATION")
-          material%plasticity%orientation = all_numbers(record)
+          call read_orientation(record, material, faults)
         case ("ADIABATIC HEATING")
           material%plasticity%heating = all_numbers(record)
         case ("HYPERELASTIC")
@@ -96,6 +97,11 @@ contains
           call read_user_material(deck, record, material, faults)
         case ("DEPVAR")
           call read_state_names(record, material)
+          if (is_option_given(deck, record, "DELETE")) then
+            call add_warning(faults, record%origin, "DELETE="//option_text(deck, record, &
+                             "DELETE"), "none, for no element is ever removed: points that "// &
+                             "the subroutine deletes go on with the stress it returns")
+          end if
         end select
       end associate
     end do
@@ -106,6 +112,12 @@ contains
     end if
     do part = first_of_plastic, size(parts)
       if (has(part) == 0 .or. has(plastic_part) > 0) cycle
+      if (parts(part) == "ORIENTATION" .and. has(user_part) > 0) then
+        call add_fault(faults, deck%records(has(part))%origin, "axes for *USER MATERIAL", &
+                       "none: a UMAT is given components along x, y, z and DROT, a VUMAT those "// &
+                       "that turn with the material from x, y, z on (see docs/user-materials.md)")
+        cycle
+      end if
       call add_fault(faults, deck%records(has(part))%origin, "no *PLASTIC in this material", &
                      "*"//trim(parts(part))//" only with *PLASTIC")
     end do
@@ -141,6 +153,22 @@ contains
     call read_constants(deck, record, material, faults)
   end subroutine read_user_material
 
+  !> The axes; a rotation that Abaqus would apply on top of them must be none.
+  subroutine read_orientation(record, material, faults)
+    type(record_t), intent(in) :: record
+    type(material_spec_t), intent(inout) :: material
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), allocatable :: numbers(:)
+
+    numbers = all_numbers(record)
+    material%plasticity%orientation = numbers(:6)
+    if (size(numbers) < 8) return
+    if (abs(numbers(8)) > 0.0_wp) then
+      call add_fault(faults, record%origin, "a further rotation by "//to_text(numbers(8)), &
+                     "vectors a and b that are turned by it, and no angle")
+    end if
+  end subroutine read_orientation
+
   !> Number of the state variables and the names of some or all of them.
   subroutine read_state_names(record, material)
     type(record_t), intent(in) :: record
@@ -168,6 +196,7 @@ contains
     material%law = "PLASTIC"
     material%constants = all_numbers(record)
     material%plasticity%hardening = option_text(deck, record, "HARDENING")
+    if (material%plasticity%hardening == "ISOTROPIC") material%plasticity%hardening = "TABLE"
     if (option_text(deck, record, "RETURN") == "MULTISTAGE") then
       material%plasticity%n_stages = option_integer(deck, record, "STAGES")
     end if

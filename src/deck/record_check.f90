@@ -8,6 +8,7 @@ module record_check
   use keyword_table, only: new_keyword_table
   use lexer, only: lexed_deck_t, block_t, option_place
   use line_list, only: line_text
+  use foreign_keywords, only: foreign_note
   use field_split, only: split_fields, field_text
   use field_check, only: check_field, expectation, did_you_mean
   use deck_records, only: record_t, parsed_deck_t, find_records, line_origin
@@ -17,12 +18,6 @@ module record_check
   public :: check_records
 
   integer, parameter :: most_faults = 20   ! of the data lines of one block; the rest is the same
-
-  !> Keywords that decks of user subroutines carry along and that change nothing here.
-  character(*), parameter :: without_effect(16) = [character(26) :: "USER OUTPUT VARIABLES", &
-    "TRANSVERSE SHEAR STIFFNESS", "HOURGLASS STIFFNESS", "SECTION CONTROLS", "PREPRINT", "STEP", &
-    "END STEP", "STATIC", "RESTART", "FILE OUTPUT", "FIELD OUTPUT", "HISTORY OUTPUT", &
-    "ELEMENT OUTPUT", "NODE OUTPUT", "MONITOR", "CONTROLS"]
 
 contains
 
@@ -54,7 +49,13 @@ contains
           call check_options(block, deck%table%items(record%spec), record, faults)
         end if
       end associate
-      if (has_known_type(deck, i)) call check_lines(deck, i, faults)
+      if (is_unnamed_table(deck, i)) then
+        call add_fault(faults, deck%records(i)%origin, "points of a curve without HARDENING", &
+                       "*PLASTIC, HARDENING=TABLE for lines of stress and plastic strain; "// &
+                       "without it, one line of sigma_0, Q, b (VOCE)")
+      else if (has_known_type(deck, i)) then
+        call check_lines(deck, i, faults)
+      end if
       deck%records(i)%is_valid = faults%n_items == n_before
     end do
     call check_uniqueness(deck, faults)
@@ -71,12 +72,11 @@ contains
     do i = 1, table%n_keywords
       if (table%items(i)%name == block%keyword) record%spec = i
     end do
-    if (record%spec > 0) return
-    if (any(block%keyword == without_effect)) then
-      call add_warning(faults, record%origin, "a keyword without effect here", &
-                       "none: it and its lines are passed over")
-      return
+    if (foreign_note(block) /= "") then
+      record%spec = 0
+      call add_warning(faults, record%origin, "a keyword without effect here", foreign_note(block))
     end if
+    if (record%spec > 0 .or. foreign_note(block) /= "") return
     do i = 1, table%n_keywords
       names(i)%value = "*"//trim(table%items(i)%name)
     end do
@@ -230,6 +230,22 @@ contains
       end do
     end associate
   end function has_known_type
+
+  !> Are these the points of *PLASTIC as Abaqus has them, whose curve is a table unless it says
+  !! otherwise?
+  pure logical function is_unnamed_table(deck, i)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: i   !! record in hand
+    integer, allocatable :: first(:), last(:)
+
+    is_unnamed_table = .false.
+    associate (block => deck%lexed%blocks(i))
+      if (block%keyword /= "PLASTIC" .or. block%last < block%first) return
+      if (option_place(block, "HARDENING") > 0) return
+      call split_fields(line_text(deck%lexed%lines, block%first), first, last)
+      is_unnamed_table = size(first) == 2
+    end associate
+  end function is_unnamed_table
 
   !> Give each data line its form and check its fields.
   subroutine check_lines(deck, i, faults)

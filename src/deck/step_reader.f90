@@ -5,7 +5,8 @@ module step_reader
   use text, only: to_text, upper_case, squeezed
   use scene, only: scene_t, probe_spec_t
   use deck_records, only: parsed_deck_t, find_records, option_text, option_real, &
-                          option_integer, is_option_given, field_word, field_real
+                          option_integer, is_option_given, field_word, field_real, record_t, &
+                          is_filled
   implicit none
   private
 
@@ -44,6 +45,22 @@ contains
     if (deck%records(found(1))%is_valid) first_of = found(1)
   end function first_of
 
+  !> The end time stands in the one field or the other.
+  subroutine read_end_time(record, end_time, faults)
+    type(record_t), intent(in) :: record
+    real(wp), intent(inout) :: end_time
+    type(fault_list_t), intent(inout) :: faults
+
+    if (is_filled(record, 1, 1) .neqv. is_filled(record, 1, 2)) then
+      end_time = field_real(record, 1, merge(1, 2, is_filled(record, 1, 1)))
+    else if (is_filled(record, 1, 1)) then
+      call add_fault(faults, record%origin, "two times", "the end time alone, for the stable "// &
+                     "step follows from the blank")
+    else
+      call add_fault(faults, record%origin, "no end time", "a number > 0")
+    end if
+  end subroutine read_end_time
+
   !> End time, safety factor, damping, mass scaling, viscosity and limits.
   subroutine read_step(deck, scene, faults)
     type(parsed_deck_t), intent(in) :: deck
@@ -54,7 +71,7 @@ contains
     i = first_of(deck, "DYNAMIC")
     if (i > 0) then
       scene%step%origin = deck%records(i)%origin
-      scene%step%end_time = field_real(deck%records(i), 1, 1)
+      if (deck%records(i)%is_valid) call read_end_time(deck%records(i), scene%step%end_time, faults)
       scene%step%safety = option_real(deck, deck%records(i), "SAFETY")
       scene%step%is_element_step = option_text(deck, deck%records(i), "STABLE STEP") == "ELEMENT"
     end if

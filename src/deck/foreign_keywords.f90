@@ -1,0 +1,58 @@
+!> Keywords of Abaqus decks that mean nothing here: they are passed over with a note, so that the
+!! material of a subroutine's own deck can be taken as it is.
+module foreign_keywords
+  use lexer, only: block_t, option_place
+  implicit none
+  private
+
+  public :: foreign_note
+
+  character(*), parameter :: of_mesh(16) = [character(14) :: "NODE", "ELEMENT", "NSET", "ELSET", &
+    "NGEN", "NFILL", "NCOPY", "ELGEN", "ELCOPY", "PART", "END PART", "ASSEMBLY", "END ASSEMBLY", &
+    "INSTANCE", "END INSTANCE", "SYSTEM"]
+  character(*), parameter :: of_section(6) = [character(26) :: "SOLID SECTION", "SHELL SECTION", &
+    "SECTION CONTROLS", "HOURGLASS", "HOURGLASS STIFFNESS", "TRANSVERSE SHEAR STIFFNESS"]
+  character(*), parameter :: of_step(8) = [character(18) :: "STEP", "END STEP", "STATIC", &
+    "CONTROLS", "SOLUTION TECHNIQUE", "PREPRINT", "RESTART", "MONITOR"]
+  character(*), parameter :: of_output(16) = [character(21) :: "USER OUTPUT VARIABLES", &
+    "FILE OUTPUT", "FIELD OUTPUT", "HISTORY OUTPUT", "ELEMENT OUTPUT", "NODE OUTPUT", &
+    "CONTACT OUTPUT", "ENERGY OUTPUT", "INCREMENTATION OUTPUT", "NODE PRINT", "EL PRINT", &
+    "ENERGY PRINT", "NODE FILE", "EL FILE", "ENERGY FILE", "DIAGNOSTICS"]
+  character(*), parameter :: of_heat(3) = [character(13) :: "EXPANSION", "CONDUCTIVITY", &
+    "SPECIFIC HEAT"]
+  character(*), parameter :: passed_over = ": it and its lines are passed over"
+
+contains
+
+  !> Why the keyword is not needed here; empty if it is no such keyword.
+  pure function foreign_note(block) result(note)
+    type(block_t), intent(in) :: block
+    character(:), allocatable :: note
+
+    note = ""
+    if (any(block%keyword == of_mesh)) then
+      note = "none, for the mesh is that of *BLANK"//passed_over
+    else if (any(block%keyword == of_section)) then
+      note = "none, for *BLANK names its material and consists of solid elements"//passed_over
+    else if (any(block%keyword == of_step)) then
+      note = "none, for *DYNAMIC is the only step"//passed_over
+    else if (any(block%keyword == of_output) .or. is_other_output(block)) then
+      note = "none, for *OUTPUT, FRAMES=n, HISTORY=n says what is written"//passed_over
+    else if (any(block%keyword == of_heat)) then
+      note = "none, for there is no field of temperature"//passed_over
+    end if
+  end function foreign_note
+
+  !> *OUTPUT as Abaqus has it: with FIELD or a lone HISTORY.
+  pure logical function is_other_output(block) result(is_other)
+    type(block_t), intent(in) :: block
+    integer :: place
+
+    is_other = .false.
+    if (block%keyword /= "OUTPUT") return
+    is_other = option_place(block, "FIELD") > 0 .or. option_place(block, "DIAGNOSTICS") > 0
+    place = option_place(block, "HISTORY")
+    if (place > 0) is_other = is_other .or. .not. block%options(place)%has_value
+  end function is_other_output
+
+end module foreign_keywords
