@@ -7,6 +7,7 @@ module closest_point
   use kinds, only: wp
   use tool, only: tool_t
   use tool_face, only: separation_t, separation, face_position, unit_normal
+  use tool_cells, only: cell_t
   use contact_territory, only: is_in_territory, distance_bound, relative_place
   use position_code, only: find_candidates
   implicit none
@@ -14,9 +15,10 @@ module closest_point
 
   public :: hit_t, search_tool, search_all_faces, follow, is_beside
 
-  integer, parameter :: max_iterations = 60   !! Newton steps before a start is given up
+  integer, parameter :: max_iterations = 200   !! Newton steps before a start is given up
   integer, parameter :: max_halvings = 12     !! of one step
   real(wp), parameter :: step_tolerance = 1.0e-12_wp      !! last step, part of the tool's scale
+  real(wp), parameter :: stalled_step = 1.0e-7_wp         !! the same where round-off stops it
   real(wp), parameter :: same_place = 1.0e-8_wp           !! part of the tool's scale
   real(wp), parameter :: along_normal = 1.0e-6_wp         !! sine of an angle taken for zero
   real(wp), parameter :: border_slack = 1.0e-9_wp         !! part of the tool's scale
@@ -37,7 +39,7 @@ module closest_point
 
 contains
 
-  !> Closest point among the faces that the position code of `x` names and whose territory holds it.
+  !> Closest point among the cells that the position code of `x` names and whose territory holds it.
   !! Nothing found means that `x` is farther than the search distance from every face, unless
   !! `is_converged` is false: then every start failed. The rival is exact if nearer than
   !! `distance + margin`.
@@ -54,13 +56,14 @@ contains
     allocate (near(last - first + 1))
     n = 0
     do i = first, last
-      associate (face => tool%codes%faces(i))
-        if (.not. is_in_territory(tool%territories(face), x, tool%search_distance)) cycle
+      associate (cell => tool%codes%faces(i))
+        if (.not. is_in_territory(tool%cells(cell)%territory, x, tool%search_distance)) cycle
+        if (distance_bound(tool%cells(cell)%territory, x) > tool%search_distance) cycle
         n = n + 1
-        near(n) = face
+        near(n) = cell
       end associate
     end do
-    call search_faces(tool, x, near(:n), margin, is_corner_start, hit)
+    call search_cells(tool, x, near(:n), margin, is_corner_start, hit)
     if (n == 0) hit%is_converged = .true.
     if (hit%face == 0 .or. hit%distance <= tool%search_distance) return
     hit = hit_t(n_iterations=hit%n_iterations, is_converged=.true.)
@@ -73,7 +76,7 @@ contains
     type(hit_t), intent(out) :: hit
     integer :: i
 
-    call search_faces(tool, x, [(i, i=1, tool%n_faces)], 0.0_wp, .false., hit)
+    call search_cells(tool, x, [(i, i=1, size(tool%cells))], 0.0_wp, .false., hit)
   end subroutine search_all_faces
 
   !> Whether a point is beyond the tool's border by more than is allowed, so that it does not touch.
@@ -96,62 +99,43 @@ contains
 
     hit%face = face
     hit%at = min(max(at, 0.0_wp), 1.0_wp)
-    call descend(tool, x, .true., hit)
+    call descend(tool, x, hit)
     call finish(tool, x, hit)
   end subroutine follow
 
-  !> Nearest of the local searches on some faces. A search that would leave its face is dropped, for
-  !! the place it is after belongs to a face that is searched as well; only if this leaves nothing,
-  !! searches may leave their faces.
-  pure subroutine search_faces(tool, x, faces, margin, is_corner_start, hit)
+  !> Nearest of the local searches from some cells, in rising order of their bounds, until no other
+  !! cell can matter.
+  pure subroutine search_cells(tool, x, cells, margin, is_corner_start, hit)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
-    integer, intent(in) :: faces(:)
+    integer, intent(in) :: cells(:)
     real(wp), intent(in) :: margin
     logical, intent(in) :: is_corner_start
     type(hit_t), intent(out) :: hit
-    real(wp) :: bounds(size(faces))
-    integer :: i, n_iterations
-
-    bounds = [(distance_bound(tool%territories(faces(i)), x), i=1, size(faces))]
-    call take_nearest(tool, x, faces, bounds, margin, is_corner_start, .false., hit)
-    n_iterations = hit%n_iterations
-    if (hit%face == 0) then
-      call take_nearest(tool, x, faces, bounds, margin, is_corner_start, .true., hit)
-      n_iterations = n_iterations + hit%n_iterations
-    end if
-    if (hit%face /= 0) call finish(tool, x, hit)
-    hit%n_iterations = n_iterations
-  end subroutine search_faces
-
-  !> Local searches in rising order of the bounds, until no other face can matter.
-  pure subroutine take_nearest(tool, x, faces, bounds, margin, is_corner_start, may_leave, hit)
-    type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: x(3)
-    integer, intent(in) :: faces(:)
-    real(wp), intent(in) :: bounds(:)
-    real(wp), intent(in) :: margin
-    logical, intent(in) :: is_corner_start, may_leave
-    type(hit_t), intent(out) :: hit
     type(hit_t) :: trial
-    logical :: is_left(size(faces))
+    real(wp) :: bounds(size(cells))
+    logical :: is_left(size(cells))
     integer :: i, n, n_iterations
 
+    bounds = [(distance_bound(tool%cells(cells(i))%territory, x), i=1, size(cells))]
     n_iterations = 0
     is_left = .true.
-    do n = 1, size(faces)
+    do n = 1, size(cells)
       i = minloc(bounds, 1, is_left)
       if (bounds(i) > hit%distance + margin) exit
       is_left(i) = .false.
-      trial%face = faces(i)
-      trial%at = 0.0_wp
-      if (.not. is_corner_start) call start_nearest(tool, x, trial)
-      call descend(tool, x, may_leave, trial)
+      associate (cell => tool%cells(cells(i)))
+        trial%face = cell%face
+        trial%at = cell%low
+        if (.not. is_corner_start) trial%at = start_in(tool, cell, x)
+      end associate
+      call descend(tool, x, trial)
       n_iterations = n_iterations + trial%n_iterations
       if (trial%is_converged) call take_nearer(tool, trial, hit)
     end do
+    if (hit%face /= 0) call finish(tool, x, hit)
     hit%n_iterations = n_iterations
-  end subroutine take_nearest
+  end subroutine search_cells
 
   !> Keep the nearer of two, and the farther as its rival unless both are one place.
   pure subroutine take_nearer(tool, trial, hit)
@@ -176,32 +160,30 @@ contains
     if (between > same_place*tool%scale) hit%rival = min(rival, other%distance)
   end subroutine take_nearer
 
-  !> Start near the closest point of a face: below the point where the face is gently curved, else
-  !! on the nearest of some points spread over it.
-  pure subroutine start_nearest(tool, x, start)
+  !> Start near the closest point of a cell: below the point where the face is gently curved, else
+  !! on the nearest of some points spread over the cell.
+  pure function start_in(tool, cell, x) result(start)
     type(tool_t), intent(in) :: tool
+    type(cell_t), intent(in) :: cell
     real(wp), intent(in) :: x(3)
-    type(hit_t), intent(inout) :: start
-    real(wp) :: square, least, at(2)
-    integer :: i, j, n(2)
+    integer, parameter :: n = 4
+    real(wp) :: start(2), square, least, at(2)
+    integer :: i, j
 
-    if (tool%is_gentle(start%face)) then
-      start%at = min(max(relative_place(tool%territories(start%face), x), 0.0_wp), 1.0_wp)
-      return
-    end if
-    n = tool%orders + 1
-    least = huge(1.0_wp)
-    do j = 1, n(2)
-      do i = 1, n(1)
-        at = (real([i, j], wp) - 0.5_wp)/n
-        square = sum((x - place_on(tool, start%face, at))**2)
-        if (square < least) then
-          least = square
-          start%at = at
-        end if
+    start = min(max(relative_place(cell%territory, x), 0.0_wp), 1.0_wp)
+    start = cell%low + start*(cell%high - cell%low)
+    if (cell%is_gentle) return
+    least = sum((x - place_on(tool, cell%face, start))**2)
+    do j = 1, n
+      do i = 1, n
+        at = cell%low + (real([i, j], wp) - 0.5_wp)/n*(cell%high - cell%low)
+        square = sum((x - place_on(tool, cell%face, at))**2)
+        if (square >= least) cycle
+        least = square
+        start = at
       end do
     end do
-  end subroutine start_nearest
+  end function start_in
 
   !> Point of a face of a tool.
   pure function place_on(tool, face, at) result(point)
@@ -224,18 +206,15 @@ contains
   end function seen_from
 
   !> Newton with the full second derivatives, eq. (52), from a start on a face, always downhill.
-  !! Where the Hessian is not positive the metric alone is used (Gauss-Newton).
-  pure subroutine descend(tool, x, may_leave, hit)
+  !! Where the Hessian is not positive enough of the metric is added.
+  pure subroutine descend(tool, x, hit)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
-    logical, intent(in) :: may_leave   !! the face it starts on
     type(hit_t), intent(inout) :: hit
     type(separation_t) :: here
     logical :: is_free(2), is_lower
     real(wp) :: step(2), gain
-    integer :: start
 
-    start = hit%face
     hit%n_iterations = 1
     hit%is_converged = .false.
     here = seen_from(tool, hit%face, hit%at, x)
@@ -244,8 +223,9 @@ contains
       call newton_step(here, hit%at, is_free, step, gain)
       hit%is_converged = gain <= (step_tolerance*tool%scale)**2
       if (hit%is_converged) exit
-      if (hit%face /= start .and. .not. may_leave) return
       call step_down(tool, x, step, hit, here, is_lower)
+      ! Nothing lower nearby: the place is as good as round-off lets it be, if the step was short.
+      hit%is_converged = gain <= (stalled_step*tool%scale)**2
       if (.not. is_lower) exit
     end do
     hit%distance = sqrt(here%square)
@@ -309,13 +289,8 @@ contains
 
     step = 0.0_wp
     if (all(is_free)) then
-      k = here%hessian
+      k = positive_hessian(here)
       determinant = k(1)*k(2) - k(3)**2
-      if (.not. (k(1) > 0.0_wp .and. determinant > safe*here%metric(1)*here%metric(2))) then
-        k = here%metric
-        k(:2) = k(:2)*(1.0_wp + safe) + tiny(1.0_wp)
-        determinant = k(1)*k(2) - k(3)**2
-      end if
       step(1) = (k(2)*here%slope(1) - k(3)*here%slope(2))/determinant
       step(2) = (k(1)*here%slope(2) - k(3)*here%slope(1))/determinant
       if (.not. any(is_blocked_both(at, step))) then
@@ -331,6 +306,29 @@ contains
     end do
     gain = dot_product(step, here%slope)
   end subroutine newton_step
+
+  !> The Hessian, made positive where it is not by enough of the metric to turn the sign of its
+  !! lowest eigenvalue; the metric alone (Gauss-Newton) where that is degenerate.
+  pure function positive_hessian(here) result(k)
+    type(separation_t), intent(in) :: here
+    real(wp) :: k(3)
+    real(wp), parameter :: safe = 1.0e-10_wp, least = 1.0e-3_wp
+    real(wp) :: a, b, lowest
+
+    associate (h => here%hessian, m => here%metric)
+      k = h
+      if (h(1) > 0.0_wp .and. h(1)*h(2) - h(3)**2 > safe*m(1)*m(2)) return
+      a = m(1)*m(2) - m(3)**2
+      if (a > safe*m(1)*m(2)) then
+        b = 0.5_wp*(h(1)*m(2) + h(2)*m(1)) - h(3)*m(3)
+        lowest = (b - sqrt(max(b**2 - a*(h(1)*h(2) - h(3)**2), 0.0_wp)))/a
+        k = h + max(-2*lowest, least)*m
+        if (k(1) > 0.0_wp .and. k(1)*k(2) - k(3)**2 > safe*m(1)*m(2)) return
+      end if
+      k = m
+      k(:2) = k(:2)*(1.0_wp + safe) + tiny(1.0_wp)
+    end associate
+  end function positive_hessian
 
   !> `is_blocked` for each coordinate.
   pure function is_blocked_both(at, direction) result(blocked)

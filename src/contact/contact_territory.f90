@@ -76,7 +76,8 @@ contains
     real(wp) :: place(2), along(3)
 
     along = matmul(x - territory%centre, territory%axes)
-    place = (along(:2) - territory%low(:2))/(territory%high(:2) - territory%low(:2))
+    place = (along(:2) - territory%low(:2)) &
+            /max(territory%high(:2) - territory%low(:2), tiny(1.0_wp))
   end function relative_place
 
   !> Orthonormal directions from two that span the face; any that fit where these degenerate.

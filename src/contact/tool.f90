@@ -10,7 +10,7 @@ module tool
   use nurbs_surface, only: nurbs_surface_t
   use bezier, only: bezier_face_t, bezier_faces, power_form
   use position_code, only: position_code_t, new_position_code
-  use contact_territory, only: contact_territory_t, new_territory
+  use tool_cells, only: cell_t, cell_list_t, cut_face
   implicit none
   private
 
@@ -36,9 +36,8 @@ module tool
     real(wp), allocatable :: low(:, :)         !! xi and eta where a face begins, (2, n_faces)
     real(wp), allocatable :: high(:, :)        !! xi and eta where a face ends, (2, n_faces)
     real(wp) :: box(3, 2) = 0.0_wp             !! corners of the box around all faces [length]
-    type(contact_territory_t), allocatable :: territories(:)   !! shape (n_faces)
-    logical, allocatable :: is_gentle(:)       !! too flat to have two places closest to a point
-    type(position_code_t) :: codes             !! faces within the search distance of a place
+    type(cell_t), allocatable :: cells(:)      !! the faces, cut where they bend
+    type(position_code_t) :: codes             !! cells within the search distance of a place
   end type tool_t
 
 contains
@@ -87,10 +86,11 @@ contains
     end do
   end subroutine check
 
-  !> Faces of all surfaces with their power form, neighbours, territories and position codes.
+  !> Faces of all surfaces with their power form, neighbours, cells and position codes.
   subroutine set_faces(tool)
     type(tool_t), intent(inout) :: tool
     type(bezier_face_t), allocatable :: faces(:)
+    type(cell_list_t) :: cells
     real(wp), allocatable :: boxes(:, :, :)
     integer :: surface, i, n
 
@@ -103,7 +103,6 @@ contains
     n = tool%n_faces
     allocate (tool%coefficients(4, tool%orders(1), tool%orders(2), n), source=0.0_wp)
     allocate (tool%neighbours(4, n), tool%surface_of(n), tool%low(2, n), tool%high(2, n))
-    allocate (tool%territories(n), tool%is_gentle(n), boxes(3, 2, n))
     n = 0
     do surface = 1, size(tool%surfaces)
       faces = bezier_faces(tool%surfaces(surface))
@@ -116,45 +115,19 @@ contains
         associate (d => faces(i)%degree)
           tool%coefficients(:, :d(1) + 1, :d(2) + 1, n) = power_form(faces(i))
         end associate
-        call enclose(faces(i)%hull, tool%territories(n), boxes(:, :, n))
-        tool%is_gentle(n) = is_flat_enough(tool%territories(n), maxval(faces(i)%degree), &
-                                           tool%search_distance)
+        call cut_face(cells, n, faces(i)%hull, tool%search_distance)
       end do
+    end do
+    tool%cells = cells%items(:cells%n)
+    allocate (boxes(3, 2, cells%n))
+    do i = 1, cells%n
+      boxes(:, :, i) = tool%cells(i)%box
     end do
     tool%box(:, 1) = minval(boxes(:, 1, :), 2)
     tool%box(:, 2) = maxval(boxes(:, 2, :), 2)
     tool%scale = maxval(abs(tool%box))
     call new_position_code(tool%codes, boxes, tool%search_distance)
   end subroutine set_faces
-
-  !> Territory and bounding box of the Bezier control points of a face.
-  pure subroutine enclose(hull, territory, box)
-    real(wp), intent(in) :: hull(:, :, :)   !! homogeneous, shape (4, n1, n2)
-    type(contact_territory_t), intent(out) :: territory
-    real(wp), intent(out) :: box(3, 2)
-    real(wp) :: points(size(hull, 2), size(hull, 3), 3)
-    integer :: i
-
-    do i = 1, 3
-      points(:, :, i) = hull(i, :, :)/hull(4, :, :)
-      box(i, :) = [minval(points(:, :, i)), maxval(points(:, :, i))]
-    end do
-    call new_territory(territory, points)
-  end subroutine enclose
-
-  !> Whether a face bends so little that a point within the search distance cannot be beyond its
-  !! centre of curvature. A curve of degree p and sagitta h is taken to bend no tighter than one of
-  !! degree 2 over 1/(p - 1) of its length l, whose radius is l^2/(8 h (p - 1)^2).
-  pure logical function is_flat_enough(territory, degree, distance)
-    type(contact_territory_t), intent(in) :: territory
-    integer, intent(in) :: degree
-    real(wp), intent(in) :: distance
-    real(wp), parameter :: safety = 2.0_wp
-    real(wp) :: extent(3)
-
-    extent = territory%high - territory%low
-    is_flat_enough = 8*safety*distance*extent(3)*max(degree - 1, 1)**2 < minval(extent(:2))**2
-  end function is_flat_enough
 
   !> Faces across the four edges of each face of a surface, `before` being the number of faces of
   !! the surfaces before it. A surface closed on itself has no border there.

@@ -17,6 +17,7 @@ module brute_force
     real(wp), allocatable :: low(:, :), high(:, :)    !! parametric range of each face, (2, n)
     real(wp), allocatable :: points(:, :, :, :)       !! shape (3, n_along, n_along, n)
     real(wp), allocatable :: reach(:)                 !! widest distance between neighbours
+    real(wp), allocatable :: centre(:, :), radius(:)  !! of a ball around the samples of a face
   end type samples_t
 
 contains
@@ -33,7 +34,7 @@ contains
     allocate (spans2, source=span_table(surface%axes(2)))
     n = size(spans1)*size(spans2)
     allocate (samples%low(2, n), samples%high(2, n), samples%points(3, n_along, n_along, n))
-    allocate (samples%reach(n))
+    allocate (samples%reach(n), samples%centre(3, n), samples%radius(n))
     n = 0
     do j = 1, size(spans2)
       do i = 1, size(spans1)
@@ -51,6 +52,8 @@ contains
         associate (p => samples%points(:, :, :, n), m => n_along)
           samples%reach(n) = sqrt(maxval(sum((p(:, 2:, :) - p(:, :m - 1, :))**2, 1))) &
                              + sqrt(maxval(sum((p(:, :, 2:) - p(:, :, :m - 1))**2, 1)))
+          samples%centre(:, n) = p(:, (m + 1)/2, (m + 1)/2)
+          samples%radius(n) = sqrt(maxval(squares_from(p, samples%centre(:, n))))
         end associate
       end do
     end do
@@ -61,19 +64,37 @@ contains
   real(wp) function brute_distance(samples, x) result(distance)
     type(samples_t), intent(in) :: samples
     real(wp), intent(in) :: x(3)
-    real(wp) :: least(size(samples%reach))
-    integer :: face, best(2)
+    real(wp) :: bound(size(samples%reach)), least(size(samples%reach)), nearest
+    integer :: face, first, best(2)
 
-    do face = 1, size(least)
-      least(face) = sqrt(minval(squares_from(samples%points(:, :, :, face), x)))
+    do face = 1, size(bound)
+      bound(face) = norm2(x - samples%centre(:, face)) - samples%radius(face) - samples%reach(face)
     end do
-    distance = minval(least)
+    least = huge(1.0_wp)
+    first = minloc(bound, 1)
+    least(first) = least_of(samples, first, x)
+    nearest = least(first)
+    do face = 1, size(least)
+      if (bound(face) > nearest .or. face == first) cycle
+      least(face) = least_of(samples, face, x)
+      nearest = min(nearest, least(face))
+    end do
+    distance = nearest
     do face = 1, size(least)
       if (least(face) - samples%reach(face) > distance) cycle
       best = minloc(squares_from(samples%points(:, :, :, face), x))
       distance = min(distance, moved_downhill(samples, x, face, real(best - 1, wp)/(n_along - 1)))
     end do
   end function brute_distance
+
+  !> Distance from `x` to the nearest sample of a face.
+  pure real(wp) function least_of(samples, face, x) result(least)
+    type(samples_t), intent(in) :: samples
+    integer, intent(in) :: face
+    real(wp), intent(in) :: x(3)
+
+    least = sqrt(minval(squares_from(samples%points(:, :, :, face), x)))
+  end function least_of
 
   !> Squared distances from `x` to the samples of a face.
   pure function squares_from(points, x) result(squares)
