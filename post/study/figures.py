@@ -149,4 +149,5 @@ def draw_shares(panel, study, rows):
     panel.grid(False, axis="y")
     panel.set(xlabel="share of the time of all steps [%]", xlim=(0, 100),
               title="where the time goes" + ("" if shown is rows else ", runs of the front"))
-    panel.legend(fontsize=6, loc="lower center", bbox_to_anchor=(0.5, -0.32), ncols=3)
+    if names:
+        panel.legend(fontsize=6, loc="lower center", bbox_to_anchor=(0.5, -0.32), ncols=3)

@@ -64,6 +64,8 @@ def run(arguments):
 def section(study, rows):
     """A picture, what it shows in words, and the front as a table."""
     best = recommended(rows, study.limits)
+    if best is None:
+        raise ResultsError(f"no run in the stored table of {study.path} came to its end")
     usual = default_row(study, rows)
     unit = usual[COST] if usual else best[COST]
     lines = ["", f"## {study.title}", study.about.strip(), "",
