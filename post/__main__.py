@@ -7,6 +7,7 @@ from post import bench, compare, history, material, picture, profile, verificati
 from post.results import ResultsError
 from post.study import command as study
 from post.study import page
+from post.style import check_format
 
 
 def parser():
@@ -27,19 +28,19 @@ def parser():
                              help="the picture to write (default: FILE without its ending, "
                                   f"-{name}.png)")
         module.add_arguments(command)
-        command.set_defaults(run=module.run)
+        command.set_defaults(run=module.run, is_picture=True)
     command = commands.add_parser("verification",
                                   help="pictures and table of the verification suite")
     command.add_argument("file", metavar="FOLDER", help="records that the tests have left")
     command.add_argument("-o", "--out", metavar="FOLDER",
                          help="folder of the pictures (default: that of the records)")
-    command.set_defaults(run=verification.run)
+    command.set_defaults(run=verification.run, is_picture=False)
     for module, name, text in (
             (study, "study", "what accuracy costs: many runs of a deck compared"),
             (page, "study-page", "the manual's page on what accuracy costs")):
         command = commands.add_parser(name, help=text, description=text.capitalize() + ".")
         module.add_arguments(command)
-        command.set_defaults(run=module.run)
+        command.set_defaults(run=module.run, is_picture=False)
     return top
 
 
@@ -56,6 +57,8 @@ def main():
             folder = os.path.dirname(arguments.out) or "."
         if not os.path.isdir(folder):
             raise ResultsError(f"there is no folder '{folder}' for the picture")
+        if arguments.is_picture:
+            check_format(arguments.out)
         return arguments.run(arguments)
     except ResultsError as fault:
         print(f"post: {fault}", file=sys.stderr)

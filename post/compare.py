@@ -17,6 +17,7 @@ SHAPE = (100.0, 500.0)        # reference x of the comparison of shapes
 SLOW_END = 0.01               # runs that end later than this [s] are the slow ones
 LEAST_CLOSING = 149.0         # of a run that has come to its end [mm]
 NOMINAL_CLOSING = 112.34      # closing at which the nominal run is judged [mm]
+FRAME_REACH = 0.02            # of the run: a frame so near tells what the sheet was like
 SEARCH_POINTS = 200           # enough to find the shift along the sheet
 REFERENCE = "#b35900"
 
@@ -111,8 +112,15 @@ class Strip(Sheet):
         return float(np.interp(closing, self.closing, values))
 
     def mean_strain_at(self, closing):
-        """`mean_strain` between the two frames around a closing."""
+        """`mean_strain` between the two frames around a closing, one of which must be near: plastic
+        strain comes in bursts, and nothing is known of it between frames."""
         times = self.results.history("time")
+        time = np.interp(closing, self.closing, times)
+        away = np.abs(self.results.times - time).min() / self.results.times[-1]
+        if away > FRAME_REACH:
+            raise ResultsError(
+                f"the frame nearest to closing {closing:g} mm is {100 * away:.1f} % of the run away, "
+                f"more than {100 * FRAME_REACH:g} %: write more frames (*OUTPUT, FRAMES=)")
         of_frames = np.interp(self.results.times, times, self.closing)
         after = int(np.clip(np.searchsorted(of_frames, closing), 1, len(of_frames) - 1))
         share = (closing - of_frames[after - 1]) / (of_frames[after] - of_frames[after - 1])

@@ -1,5 +1,9 @@
-"""The look of all pictures."""
+"""The look of all pictures, and where they go."""
+import os
+
 import matplotlib
+
+from post.results import ResultsError
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first)
@@ -19,7 +23,21 @@ def tool_colour(i):
     return TOOLS[i % len(TOOLS)]
 
 
+def check_format(path):
+    """Refuse the name of a picture whose ending is no picture format."""
+    formats = sorted(plt.figure().canvas.get_supported_filetypes())
+    plt.close()
+    ending = os.path.splitext(path)[1]
+    if ending[1:].lower() not in formats:
+        raise ResultsError(f"'{path}' ends in '{ending}', which is no picture format; it may be "
+                           f"one of {', '.join(formats)}")
+
+
 def save(figure, path):
-    figure.savefig(path)
-    plt.close(figure)
+    try:
+        figure.savefig(path)
+    except OSError as fault:
+        raise ResultsError(f"cannot write '{path}': {fault.strerror}") from None
+    finally:
+        plt.close(figure)
     print(f"picture written: {path}")

@@ -140,6 +140,39 @@ class TestCompare(unittest.TestCase):
         self.assertFalse(compare.print_table(rows, "S1", "file"))
 
 
+class SteadyRun:
+    """A stand-in for a result: frames at shares of a run of 2 s."""
+
+    def __init__(self, shares):
+        self.times = 2.0 * np.array(shares)
+
+    def history(self, name):
+        assert name == "time"
+        return np.linspace(0, 2, 11)
+
+
+class TestStrainAtClosing(unittest.TestCase):
+    """Dies that close by 150 mm evenly, and a strain that is the number of the frame."""
+
+    @staticmethod
+    def strain(shares):
+        strip = compare.Strip.__new__(compare.Strip)
+        strip.results = SteadyRun(shares)
+        strip.closing = np.linspace(0, 150, 11)
+        strip.mean_strain = float
+        return strip.mean_strain_at(112.5)
+
+    def test_it_lies_between_near_frames(self):
+        self.assertAlmostEqual(self.strain([0, 0.74, 0.76, 1]), 1.5)
+        self.assertAlmostEqual(self.strain([0, 0.75, 1]), 1)
+
+    def test_sparse_frames_are_refused(self):
+        with self.assertRaisesRegex(ResultsError, "closing 112.5 mm is 25.0 % of the run away"):
+            self.strain([0, 0.5, 1])
+        with self.assertRaisesRegex(ResultsError, "write more frames"):
+            self.strain([0, 0.725, 0.775, 1])
+
+
 class TestCommands(Known):
     def run_post(self, *arguments):
         return subprocess.run([sys.executable, "-m", "post", *arguments], cwd=PROJECT,
@@ -155,6 +188,17 @@ class TestCommands(Known):
         self.assertEqual(data[1:4], b"PNG")
         self.assertGreaterEqual(int.from_bytes(data[16:20], "big"), least_width)
         return done
+
+    def test_the_package_works_from_any_folder(self):
+        environment = dict(os.environ, PYTHONPATH=PROJECT)
+        with tempfile.TemporaryDirectory() as folder:
+            for command in (["history", self.paths["LAGRANGE"]],
+                            ["picture", self.paths["BEZIER"], "--frame", "1"]):
+                done = subprocess.run(
+                    [sys.executable, "-m", "post", *command, "-o", f"{command[0]}.png"], cwd=folder,
+                    env=environment, capture_output=True, text=True, check=False)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertTrue(os.path.isfile(os.path.join(folder, f"{command[0]}.png")))
 
     def test_pictures_are_drawn(self):
         path = self.paths["LAGRANGE"]
@@ -187,6 +231,8 @@ class TestCommands(Known):
         with open(text, "w", encoding="utf-8") as file:
             file.write("no HDF5")
         good = self.paths["LAGRANGE"]
+        blocked = os.path.join(self.folder.name, "folder.png")
+        os.mkdir(blocked)
         for arguments, words in ((["picture", "missing.h5"], "there is no file 'missing.h5'"),
                                  (["history", other], "not a results file of igaform"),
                                  (["profile", text], "cannot be opened as an HDF5 file"),
@@ -194,6 +240,10 @@ class TestCommands(Known):
                                  (["profile", good, "--times", "99"], "outside the frames"),
                                  (["compare", good, "missing"], "the dies have closed by"),
                                  (["history", good, "--out", "nowhere/x.png"], "no folder"),
+                                 (["picture", good, "-o", "sheet.xyz"],
+                                  "'sheet.xyz' ends in '.xyz', which is no picture format"),
+                                 (["history", good, "-o", "history"], "no picture format"),
+                                 (["profile", good, "-o", blocked], f"cannot write '{blocked}'"),
                                  (["compare", good], "REFERENCE_DIR")):
             done = self.run_post(*arguments)
             self.assertIn(done.returncode, (1, 2), arguments)
