@@ -119,8 +119,8 @@ class Strip(Sheet):
         away = np.abs(self.results.times - time).min() / self.results.times[-1]
         if away > FRAME_REACH:
             raise ResultsError(
-                f"the frame nearest to closing {closing:g} mm is {100 * away:.1f} % of the run away, "
-                f"more than {100 * FRAME_REACH:g} %: write more frames (*OUTPUT, FRAMES=)")
+                f"the frame nearest to closing {closing:g} mm is {100 * away:.1f} % of the run "
+                f"away, more than {100 * FRAME_REACH:g} %: write more frames (*OUTPUT, FRAMES=)")
         of_frames = np.interp(self.results.times, times, self.closing)
         after = int(np.clip(np.searchsorted(of_frames, closing), 1, len(of_frames) - 1))
         share = (closing - of_frames[after - 1]) / (of_frames[after] - of_frames[after - 1])
