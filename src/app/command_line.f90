@@ -67,8 +67,9 @@ contains
            //"       igaform material DECK [options]   tests of one material point"//feed &
            //"  --out FILE.h5      result file (default: name of the deck, here)"//feed &
            //"  --threads N        OpenMP threads"//feed &
-           //"  --user FILE        UMAT or VUMAT of *USER MATERIAL: .f .for .f90 .F .so;"//feed &
-           //"                     may come several times"//feed &
+           //"  --user FILE        UMAT or VUMAT of *USER MATERIAL: .f .for .ftn .f77"//feed &
+           //"                     .fpp .f90 .f95 .f03 .f08 (also in capitals) or .so; may"//feed &
+           //"                     come several times"//feed &
            //"  --set NAME=VALUE   replace the value of a *PARAMETER of the deck"//feed &
            //"  --check            read, report counts, mass, step and cost; do not run"//feed &
            //"  --modes N          print the N lowest frequencies of the blank; do not run"//feed &

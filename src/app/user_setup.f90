@@ -1,8 +1,8 @@
 !> From --user and the materials of a deck to the loaded subroutines of the user.
 module user_setup
   use errors, only: error_t
-  use faults, only: fault_list_t, add_fault, add_warning, new_origin
-  use text, only: joined
+  use faults, only: fault_list_t, add_fault, add_warning, new_origin, n_errors
+  use text, only: string_t, joined
   use scene, only: scene_t
   use law_setup, only: is_user_material
   use user_library, only: user_library_t, load_user_library
@@ -35,6 +35,8 @@ contains
       is_needed = is_needed .or. is_user_material(scene%materials(i))
     end do
     if (size(command%user_files) == 0) return
+    call check_presence(command%user_files, faults)
+    if (n_errors(faults) > 0) return
     if (.not. is_needed) then
       call add_warning(faults, new_origin("--user "//joined(command%user_files, " --user "), 0, &
                                           ""), "no *USER MATERIAL in the deck, so it is not used", &
@@ -56,6 +58,20 @@ contains
       "UMAT, VUMAT, SDVINI, UEXTERNALDB or VEXTERNALDB")
     call start_user_code(library, job_name(command), folder_name(folder))
   end subroutine load_user_files
+
+  !> Files that are not there are faults, even where no material asks for them.
+  subroutine check_presence(files, faults)
+    type(string_t), intent(in) :: files(:)
+    type(fault_list_t), intent(inout) :: faults
+    logical :: is_there
+    integer :: i
+
+    do i = 1, size(files)
+      inquire (file=files(i)%value, exist=is_there)
+      if (.not. is_there) call add_fault(faults, new_origin("--user", 0, ""), "no file '"// &
+                                         files(i)%value//"'", "sources or a library of the user")
+    end do
+  end subroutine check_presence
 
   !> Name of the result file, or else of the deck, without folder and ending.
   function job_name(command) result(name)

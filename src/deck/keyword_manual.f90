@@ -2,7 +2,7 @@
 module keyword_manual
   use text, only: to_text, lower_case
   use keyword_spec, only: keyword_table_t, keyword_spec_t, line_spec_t, field_spec_t, kind_flag, &
-                          kind_name, kind_words, any_number, selects_lines
+                          kind_name, kind_words, any_number, selects_lines, may_be_left_out
   use keyword_table, only: new_keyword_table
   use field_check, only: expectation
   use line_list, only: append_text
@@ -110,7 +110,7 @@ contains
     integer :: i
 
     title = "One data line"
-    if (line%n_min == 0) title = "Data line, may be missing"
+    if (line%n_min == 0 .or. may_be_left_out(line)) title = "Data line, may be missing"
     if (line%n_min > 1) title = to_text(line%n_min)//" data lines"
     if (line%n_max == any_number) then
       title = "Data lines"

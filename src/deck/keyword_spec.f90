@@ -6,6 +6,7 @@ module keyword_spec
 
   public :: field_spec_t, line_spec_t, keyword_spec_t, keyword_table_t
   public :: add_keyword, add_option, add_line, add_field, add_example, selects_lines
+  public :: may_be_left_out
 
   integer, parameter, public :: kind_real = 1      !! a number
   integer, parameter, public :: kind_integer = 2   !! a whole number
@@ -146,6 +147,14 @@ contains
 
     selects_lines = option%name == "TYPE" .or. option%name == "HARDENING"
   end function selects_lines
+
+  !> May the line be missing, because all that it would say has a default?
+  pure logical function may_be_left_out(line)
+    type(line_spec_t), intent(in) :: line
+
+    may_be_left_out = line%n_max == 1 .and. line%n_fields > 0
+    if (may_be_left_out) may_be_left_out = all(line%fields(:line%n_fields)%default /= "")
+  end function may_be_left_out
 
   pure function new_field(name, kind, text, default, unit, range, choices, is_required) &
       result(field)

@@ -4,7 +4,7 @@ module record_check
   use faults, only: origin_t, new_origin, fault_list_t, add_fault, add_warning
   use text, only: string_t, to_text, squeezed
   use keyword_spec, only: keyword_table_t, keyword_spec_t, line_spec_t, field_spec_t, kind_flag, &
-                          kind_words, any_number, selects_lines
+                          kind_words, any_number, selects_lines, may_be_left_out
   use keyword_table, only: new_keyword_table
   use lexer, only: lexed_deck_t, block_t, option_place
   use line_list, only: line_text
@@ -257,6 +257,10 @@ contains
     associate (spec => deck%table%items(deck%records(i)%spec), record => deck%records(i))
       record%first_line = deck%lexed%blocks(i)%first
       record%n_lines = deck%lexed%blocks(i)%last - record%first_line + 1
+      do form = 1, spec%n_lines
+        if (record%n_lines > 0 .or. .not. is_asked_for(record, spec, spec%lines(form))) cycle
+        if (may_be_left_out(spec%lines(form))) record%n_lines = 1   ! an empty one in its place
+      end do
       allocate (record%first(record%n_lines + 1), record%words(4*record%n_lines))
       allocate (record%numbers(4*record%n_lines), source=0.0_wp)
       allocate (record%is_filled(4*record%n_lines), source=.false.)
@@ -343,7 +347,9 @@ contains
     character(:), allocatable :: given, field
     integer :: j, n, place
 
-    given = line_text(deck%lexed%lines, deck%records(i)%first_line + line - 1)
+    given = ""
+    place = deck%records(i)%first_line + line - 1
+    if (place <= deck%lexed%blocks(i)%last) given = line_text(deck%lexed%lines, place)
     if (form%fields(1)%kind == kind_words) then
       first = [1]
       last = [len(given)]

@@ -210,6 +210,11 @@ contains
       call follow(new_program(tension), law, spec, point, history, error)
       if (allocated(error)) exit
       plastic = matmul(strain_to_frame(degree*tension%angle), plastic_strain(law, point))
+      if (.not. is_plastic(law, spec, point, plastic)) then
+        call fail(error, "no plastic strain in tension at "//to_text(tension%angle)// &
+                  " degrees, so no r-value")
+        exit
+      end if
       rotated = matmul(stress_to_frame(degree*tension%angle), point%stress)
       degrees(1, i) = tension%angle
       r(1, i) = plastic(2)/plastic(3)
@@ -223,6 +228,20 @@ contains
     call add_column(table, "stress", "stress", "Cauchy stress along the pull at the end", &
                     stress(:, :n))
   end subroutine find_r_values
+
+  !> Has the point yielded, by its law and by a plastic strain beyond round-off?
+  logical function is_plastic(law, spec, point, plastic)
+    class(block_law_t), intent(in) :: law
+    type(material_test_spec_t), intent(in) :: spec
+    type(material_point_t), intent(in) :: point
+    real(wp), intent(in) :: plastic(6)
+    real(wp), parameter :: round_off = 1.0e-6_wp
+    type(material_point_t) :: start
+
+    start = new_point(law, spec%state)
+    is_plastic = point%state(law%eqps_state) > start%state(law%eqps_state) .and. &
+                 abs(plastic(3)) > round_off*maxval(abs(point%strain))
+  end function is_plastic
 
   !> Stresses s11, s22 at which a plastic strain first shows, s33 and shear being zero. The stress
   !! keeps its direction while strain steps double, then are halved back to the threshold.

@@ -192,8 +192,9 @@ def faults_are_told(bench):
     for elastic in ("", f"*ELASTIC\n{STEEL}\n"):
         bench.run(deck(elastic + user(STEEL)), FILES / "plane_stress.f", code=1)
         bench.says("components 11 but not for 22", "plane stress", "NTENS = 6")
-    bench.run(material, FILES / "nowhere.f", code=1)
-    bench.says("no file")
+    for text in (material, deck(f"*ELASTIC\n{STEEL}")):
+        bench.run(text, FILES / "nowhere.f", code=1)
+        bench.says("no file", "nowhere.f")
     bench.run(material, code=1)
     bench.says("--user FILE")
     bench.run(deck(user(STEEL, 0, ", TYPE=VUMAT")), FILES / "linear_fixed.for", code=1)
@@ -280,6 +281,13 @@ def material_tests_know_names_and_starts(bench):
     assert "state_damage" in header and "state_EQPS" in header, header
 
 
+def laws_that_never_yield_have_no_r_values(bench):
+    text = deck(user(STEEL, 1, "", "\n1, EQPS"), body="")
+    text += "*MATERIAL TEST, NAME=r, MATERIAL=steel, TYPE=R VALUES, INCREMENTS=4\n"
+    bench.run(text, FILES / "linear_fixed.for", command=["material"], code=2)
+    bench.says("test r: no plastic strain in tension at 0 degrees")
+
+
 def libraries_are_kept_and_renewed(bench):
     """Compiled once; again when the source or an included file changes; names of any kind."""
     folder = bench.folder / "it's; a \"folder\", $HOME"
@@ -317,7 +325,8 @@ def main(igaform):
               vumats_of_both_signatures, shared_data_run_in_order, states_start_as_told,
               failures_name_element_and_point, faults_are_told, files_from_elsewhere,
               files_read_are_never_written,
-              material_tests_know_names_and_starts, libraries_are_kept_and_renewed)
+              material_tests_know_names_and_starts,
+              laws_that_never_yield_have_no_r_values, libraries_are_kept_and_renewed)
     n_failed = 0
     for check in checks:
         with tempfile.TemporaryDirectory() as folder:
