@@ -76,7 +76,7 @@ contains
   !! state of the thread; on the other stack where the thread has one.
   subroutine catch_crashes(signals, handler)
     integer(c_int), intent(in) :: signals(:)
-    type(c_funptr), intent(in) :: handler
+    type(c_funptr), value :: handler   ! by value: gfortran 12 puts the address in read-only memory
     integer(c_int), parameter :: with_details = 4_c_int, on_other_stack = 134217728_c_int
     type(action_t) :: action
     integer(c_int) :: status
