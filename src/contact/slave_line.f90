@@ -6,7 +6,7 @@ module slave_line
   implicit none
   private
 
-  public :: slave_line_t, area_rule_t, new_slave_line, new_area_rule
+  public :: slave_line_t, area_rule_t, new_slave_line, new_area_rule, solve_moments
 
   integer, parameter, public :: points_gauss = 1      !! Gauss points of each element
   integer, parameter, public :: points_knot = 2       !! the distinct knots
@@ -68,7 +68,7 @@ contains
 
   !> Quadrature that shares the area of a face out to its slave points, so that nothing is lost:
   !! Gauss points keep their own, knots take it by hat functions, Greville points by the basis
-  !! functions they belong to (row sums).
+  !! functions they belong to (row sums, which `solve_moments` turns into weights).
   pure subroutine new_area_rule(rule, axis, kind, n_gauss)
     type(area_rule_t), intent(out) :: rule
     type(knot_vector_t), intent(in) :: axis
@@ -105,6 +105,40 @@ contains
       end do
     end do
   end subroutine new_area_rule
+
+  !> Weights of Greville points from the moments b_I = integral of N_I: sum_p N_I(xi_p) a_p = b_I,
+  !! for several columns. The matrix is banded and totally positive, so elimination needs no pivots
+  !! (C. de Boor, A Practical Guide to Splines, rev. ed., Springer 2001, ch. XIII).
+  pure subroutine solve_moments(line, columns)
+    type(slave_line_t), intent(in) :: line         !! of Greville points
+    real(wp), intent(inout) :: columns(:, :)       !! moments in, weights out, shape (n_points, m)
+    real(wp) :: band(-line%degree:line%degree, line%n_points), factor
+    integer :: i, j, p, n, d
+
+    n = line%n_points
+    d = line%degree
+    band = 0.0_wp
+    do p = 1, n
+      do i = line%first(p), line%first(p) + d
+        if (abs(p - i) <= d) band(p - i, i) = line%values(p, i - line%first(p) + 1)
+      end do
+    end do
+    do j = 1, n
+      do i = j + 1, min(j + d, n)
+        factor = band(j - i, i)/band(0, j)
+        do p = j, min(j + d, n)
+          band(p - i, i) = band(p - i, i) - factor*band(p - j, j)
+        end do
+        columns(i, :) = columns(i, :) - factor*columns(j, :)
+      end do
+    end do
+    do j = n, 1, -1
+      do p = j + 1, min(j + d, n)
+        columns(j, :) = columns(j, :) - band(p - j, j)*columns(p, :)
+      end do
+      columns(j, :) = columns(j, :)/band(0, j)
+    end do
+  end subroutine solve_moments
 
   !> Gauss points of all elements in rising order.
   pure function gauss_places(axis, n_gauss) result(xi)

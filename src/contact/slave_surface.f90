@@ -6,7 +6,7 @@ module slave_surface
   use kinds, only: wp
   use errors, only: error_t, fail
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
-  use slave_line, only: slave_line_t, area_rule_t, new_slave_line, new_area_rule, &
+  use slave_line, only: slave_line_t, area_rule_t, new_slave_line, new_area_rule, solve_moments, &
                         points_gauss, points_knot, points_greville
   implicit none
   private
@@ -243,7 +243,24 @@ contains
         end do
       end do
     end do
+    if (kind == points_greville) call set_exact_areas(slave, area)
     slave%area = reshape(area, [slave%n_points])
   end subroutine set_areas
+
+  !> From the moments of the basis functions to weights of Greville points that integrate all of
+  !! them, so that a uniform pressure is one on the control points too. Strong grading may make such
+  !! weights negative; then the moments stay, which share the area out but not its moments.
+  pure subroutine set_exact_areas(slave, area)
+    type(slave_surface_t), intent(in) :: slave
+    real(wp), intent(inout) :: area(slave%n_along(1), slave%n_along(2))
+    real(wp) :: along(slave%n_along(1), slave%n_along(2))
+    real(wp) :: across(slave%n_along(2), slave%n_along(1))
+
+    along = area
+    call solve_moments(slave%lines(1), along)
+    across = transpose(along)
+    call solve_moments(slave%lines(2), across)
+    if (minval(across) > 0.0_wp) area = transpose(across)
+  end subroutine set_exact_areas
 
 end module slave_surface
