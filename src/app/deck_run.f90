@@ -234,7 +234,8 @@ contains
     call log_line(log, "energy     largest balance error "//percent(run%largest_error))
     call log_line(log, "momentum   balance error "//rounded_text(run%balance%momentum_error)// &
                   ", relative")
-    call log_line(log, "contact    deepest penetration "//rounded_text(run%largest_penetration))
+    if (has_contact(model)) call log_line(log, "contact    deepest penetration "// &
+                                          rounded_text(run%largest_penetration))
     call log_searches(log, model)
     if (run%balance%kinetic > small*run%balance%internal) then
       call log_line(log, "warning: the kinetic energy "//rounded_text(run%balance%kinetic)// &
@@ -243,6 +244,19 @@ contains
                     "process should stay below 10 %")
     end if
   end subroutine log_balance
+
+  pure logical function has_contact(model)
+    type(model_t), intent(in) :: model
+    integer :: i
+
+    has_contact = .false.
+    do i = 1, size(model%forces)
+      select type (item => model%forces(i)%item)
+      type is (contact_effect_t)
+        has_contact = .true.
+      end select
+    end do
+  end function has_contact
 
   !> What the contact searches did, pair by pair.
   subroutine log_searches(log, model)
@@ -254,14 +268,14 @@ contains
       select type (item => model%forces(i)%item)
       type is (contact_effect_t)
         associate (s => item%pair%statistics)
-          call log_line(log, item%name//": "//rounded_text(real(s%n_tested, wp))//" of "// &
-                        rounded_text(real(s%n_points, wp))//" points tested, "// &
+          call log_line(log, item%name//": "//to_text(s%n_tested)//" of "// &
+                        to_text(s%n_points)//" points tested, "// &
                         percent(1 - real(s%n_tested, wp)/max(1.0_wp, real(s%n_points, wp)))// &
                         " culled, "// &
                         rounded_text(real(s%n_iterations, wp)/max(1.0_wp, real(s%n_tested, wp)))// &
                         " face evaluations a point, at most "//to_text(s%max_iterations)//", "// &
-                        rounded_text(real(s%n_fallbacks, wp))//" guarded searches, "// &
-                        rounded_text(real(s%n_failures, wp))//" failed")
+                        to_text(s%n_fallbacks)//" guarded searches, "// &
+                        to_text(s%n_failures)//" failed")
         end associate
       end select
     end do

@@ -3,7 +3,8 @@ module faults
   implicit none
   private
 
-  public :: origin_t, fault_t, fault_list_t, new_origin, add_fault, add_warning, n_errors
+  public :: origin_t, fault_t, fault_list_t, new_origin, n_errors
+  public :: add_fault, add_warning, drop_warnings
 
   !> The place in a deck that something came from.
   type :: origin_t
@@ -56,6 +57,25 @@ contains
 
     call append(list, fault_t(origin, .true., found, expected))
   end subroutine add_warning
+
+  !> Take back the warnings of a place, where an error has shown what they come from.
+  pure subroutine drop_warnings(list, origin)
+    type(fault_list_t), intent(inout) :: list
+    type(origin_t), intent(in) :: origin
+    integer :: i, n_kept
+
+    n_kept = 0
+    do i = 1, list%n_items
+      associate (item => list%items(i))
+        if (item%is_warning .and. item%origin%line == origin%line) then
+          if (item%origin%file == origin%file) cycle
+        end if
+      end associate
+      n_kept = n_kept + 1
+      if (n_kept < i) list%items(n_kept) = list%items(i)
+    end do
+    list%n_items = n_kept
+  end subroutine drop_warnings
 
   !> Number of faults that prevent the run (warnings do not count).
   pure integer function n_errors(list)

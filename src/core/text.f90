@@ -1,6 +1,7 @@
 !> Small services for text: case, numbers to and from text, the nearest of several names.
 module text
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   implicit none
   private
@@ -15,7 +16,7 @@ module text
 
   !> A number as the shortest text that reads back as the same number.
   interface to_text
-    module procedure integer_to_text, real_to_text
+    module procedure integer_to_text, long_to_text, real_to_text
   end interface to_text
 
 contains
@@ -75,6 +76,15 @@ contains
     write (buffer, "(i0)") number
     written = trim(buffer)
   end function integer_to_text
+
+  pure function long_to_text(number) result(written)
+    integer(int64), intent(in) :: number
+    character(:), allocatable :: written
+    character(20) :: buffer
+
+    write (buffer, "(i0)") number
+    written = trim(buffer)
+  end function long_to_text
 
   !> Fifteen digits suffice for any number a person wrote; the rest takes up to seventeen.
   pure function real_to_text(number) result(written)

@@ -40,19 +40,20 @@ contains
     type(record_t), intent(in) :: record
     type(name_table_t), intent(inout) :: names
     type(fault_list_t), intent(inout) :: faults
-    character(:), allocatable :: name
+    character(:), allocatable :: name, given
     logical :: is_new
 
-    name = squeezed(upper_case(option_text(deck, record, "NAME")))
+    given = squeezed(option_text(deck, record, "NAME"))
+    name = upper_case(given)
     is_new = .false.
     if (name /= "") call insert(names, name, is_new)
     if (name /= "" .and. (scan(name, "/") > 0 .or. verify(name, ".") == 0)) then
-      call add_fault(faults, record%origin, "the name "//name, "a name without slashes that is "// &
-                     "not made of points alone")
+      call add_fault(faults, record%origin, "the name "//given, "a name without slashes that "// &
+                     "is not made of points alone")
     end if
     if (is_new) return
-    if (name /= "") call add_fault(faults, record%origin, "the name "//name//" a second time", &
-                                   "a name of its own")
+    if (name /= "") call add_fault(faults, record%origin, "the name "//given// &
+                                   " a second time", "a name of its own")
     call insert(names, "="//to_text(names%n_names), is_new)
   end subroutine enter_name
 

@@ -1,5 +1,6 @@
 !> From the files of a deck to its keyword blocks: comments, continued lines, includes, parameters.
 module lexer
+  use kinds, only: wp
   use errors, only: error_t
   use faults, only: origin_t, new_origin, fault_list_t, add_fault
   use text, only: string_t, upper_case, squeezed, to_text
@@ -444,8 +445,11 @@ contains
     else
       call evaluate(value, state%parameters, parameter%number, error)
     end if
-    if (allocated(error)) call add_fault(faults, origin, name//" = "//value//": "//error%message, &
-                                         "an expression of numbers and earlier parameters")
+    if (allocated(error)) then
+      call add_fault(faults, origin, name//" = "//value//": "//error%message, &
+                     "an expression of numbers and earlier parameters")
+      parameter%number = 1.0_wp   ! what uses it is more likely to pass than with 0
+    end if
     call define_parameter(state%parameters, name, parameter, is_new)
     if (.not. is_new) call add_fault(faults, origin, "a second value for the parameter "//name, &
                                      "one value a parameter (see *PARAMETER, DEFAULT)")

@@ -4,7 +4,7 @@ module model_setup
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
   use errors, only: error_t
-  use faults, only: fault_list_t, add_fault, add_warning, n_errors
+  use faults, only: fault_list_t, add_fault, add_warning, drop_warnings, n_errors
   use text, only: to_text, rounded_text
   use scene, only: scene_t, blank_spec_t
   use knot_vector, only: n_spans
@@ -68,7 +68,10 @@ contains
     call check_step(scene, model, faults)
     if (n_errors(faults) > before) return
     do i = 1, size(scene%contacts)
+      before = n_errors(faults)
       call add_contact(scene%contacts(i), scene%blank, model, faults)
+      if (n_errors(faults) > before) &
+        call drop_warnings(faults, scene%tools(scene%contacts(i)%tool)%origin)
     end do
     if (size(scene%contacts) > 1) call share_penalties(scene%contacts(1)%origin, model, faults)
     do i = 1, size(scene%loads)

@@ -1,7 +1,8 @@
 !> Names of units for the datasets, from the label that a deck gives to its units.
 !!
 !! A deck is consistent in any units and only names them, such as `mm, t, s, N, MPa, mJ`. What the
-!! label does not name is composed of length, mass and time.
+!! label does not name is composed of length, mass and time; without a label the quantities
+!! themselves stand for their units.
 module unit_system
   implicit none
   private
@@ -31,6 +32,11 @@ contains
       if (last >= first) call place_symbol(units, label(first:last))
       first = last + 2
     end do
+    if (label == "") then
+      units%force = "force"
+      units%stress = "stress"
+      units%energy = "energy"
+    end if
     if (.not. allocated(units%force)) then
       units%force = units%mass//"*"//units%length//"/"//units%time//"^2"
     end if

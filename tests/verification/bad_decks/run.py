@@ -4,6 +4,7 @@ Usage: run.py PROGRAM. The decks and what their reports must hold are listed in 
 that are better made than kept (binary, CRLF line ends, very long) are made here.
 """
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -65,6 +66,19 @@ def check_acceptance(program, deck, expected=()):
     return [f"{complaint}; stderr was:\n{done.stderr}" for complaint in complaints]
 
 
+def check_log(program, deck, folder, has_contact):
+    """Complaints about a log that tells of contact where there is none, or does not tell."""
+    subprocess.run([program, str(HERE / deck), "--quiet", "--out", str(folder / "log.h5")],
+                   capture_output=True, check=False, timeout=120)
+    log = (folder / "log.log").read_text()
+    complaints = []
+    if ("deepest penetration" in log) != has_contact:
+        complaints.append("wrong about the deepest penetration")
+    if bool(re.search(r": \d+ of \d+ points tested,", log)) != has_contact:
+        complaints.append("wrong about the points tested")
+    return [f"{complaint}; the log is:\n{log}" for complaint in complaints]
+
+
 def check_listed(program):
     """Decks of cases.txt."""
     for deck, expectations in read_cases().items():
@@ -96,6 +110,9 @@ def check_made(program, folder):
     yield "endless process", check_acceptance(program, endless,
                                               [["warning: *DYNAMIC:", "an end time of about",
                                                 "E+36 steps"]])
+
+    yield "log without contact", check_log(program, "good.key", folder, False)
+    yield "log with contact", check_log(program, "idle_tool.key", folder, True)
 
     long_deck = folder / "long.key"
     probes = "".join(f"*PROBE, NAME=p{i}\n0.5, 0.5, 0.5\n" for i in range(50000))

@@ -30,10 +30,12 @@ def main():
     case = Case("Thick ring, radii 20 and 40 mm, plane strain: lowest frequency",
                 "two-dimensional elasticity, Love (1927)")
     reference = exact(2)[0]
-    meshes = (6, 12, 18) if case.is_long else (6, 12)
+    assert reference < min(exact(n)[0] for n in (4, 6, 8)), "another mode is the lowest"
     lines = []
     for p in (2, 3, 4):
-        errors = [case.mode_near(reference, "ring_modes", 30, n_r=n // 2, n_t=n, **{"raise": p - 2})
+        # from 10 elements on, no short wave of degree 4 lies below
+        meshes = ((10 if p == 4 else 6), 12, 18) if case.is_long else ((10 if p == 4 else 6), 12)
+        errors = [case.lowest("ring_modes", n_r=n // 2, n_t=n, **{"raise": p - 2})
                   / reference - 1 for n in meshes]
         sizes = [90 / n for n in meshes]
         case.deviation(f"lowest frequency, p = {p}, {meshes[-1]} elements round the quarter",

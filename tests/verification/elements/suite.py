@@ -11,6 +11,8 @@ import sys
 import h5py
 import numpy as np
 
+LEAST_GAP = 1.08   # of the second frequency over the first: more than errors amount to
+
 
 class Case:
     """One case: runs decks, collects errors with their limits and the lines of a picture."""
@@ -39,11 +41,14 @@ class Case:
                               capture_output=True, text=True).stdout
         return np.array([float(line.split()[1]) for line in text.splitlines()[1:]])
 
-    def mode_near(self, frequency, deck, count, **settings):
-        """The one of the lowest `count` frequencies that lies nearest to a reference: from degree 3
-        on, row-sum masses give short waves frequencies below those of long ones."""
-        values = self.modes(deck, count, **settings)
-        return values[np.argmin(np.abs(values - frequency))]
+    def lowest(self, deck, **settings):
+        """The lowest frequency, which must stand alone: where the references say that the mode in
+        question is the lowest, no other one can then be taken for it. From degree 3 on, row-sum
+        masses give short waves frequencies below those of long ones on coarse meshes."""
+        first, second = self.modes(deck, 2, **settings)
+        self.between(f"{deck}, {settings}: second over first frequency", second / first,
+                     LEAST_GAP, np.inf)
+        return first
 
     def error(self, quantity, measured, reference, limit):
         """The relative error of a number against its reference, and the error that passes."""
