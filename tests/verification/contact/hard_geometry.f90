@@ -4,7 +4,7 @@
 !! A hit must be a place of the tool, no farther than the best that brute force finds; a point
 !! within reach must have one; every search must end well.
 program hard_geometry
-  use, intrinsic :: iso_fortran_env, only: int64
+  use, intrinsic :: iso_fortran_env, only: int64, output_unit
   use kinds, only: wp
   use errors, only: error_t
   use nurbs_surface, only: evaluate_surface
@@ -37,6 +37,7 @@ program hard_geometry
     "farther       off   mean  most"
   do i = 1, n_cases
     call check_case(hard_case(i), n_points, is_good)
+    flush (output_unit)
   end do
   if (.not. is_good) error stop "some closest points are wrong"
 

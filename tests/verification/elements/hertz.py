@@ -31,11 +31,11 @@ def main():
         exact = below(x, -y, half_width, peak)
         case.deviation(f"stress within 2 b, rms by the peak, {n} x {n} elements",
                        np.sqrt(np.mean((stress - exact)[near]**2)) / peak, 0.03)
-        axis = near & (x == x.min())
+        axis = near & (x < x.min() + 1e-9)
         top = np.argmax(np.where(axis, y, -np.inf))
         case.error(f"stress at the highest point of the axis, {n} x {n} elements", stress[top],
                    exact[top], 0.03)
-        row = y == y.max()
+        row = (y > y.max() - 1e-9) & (x < 2.5 * half_width)
         order = np.argsort(x[row])
         lines.append((f"{n} x {n} elements", "o", x[row][order] / half_width,
                       -stress[row][order] / peak))
