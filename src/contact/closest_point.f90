@@ -16,9 +16,9 @@ module closest_point
   public :: hit_t, search_tool, search_all_faces, follow, is_beside
 
   integer, parameter :: max_iterations = 200   !! Newton steps before a start is given up
-  integer, parameter :: max_halvings = 12     !! of one step
+  integer, parameter :: max_halvings = 30     !! of one step
   real(wp), parameter :: step_tolerance = 1.0e-12_wp      !! last step, part of the tool's scale
-  real(wp), parameter :: stalled_step = 1.0e-7_wp         !! the same where round-off stops it
+  real(wp), parameter :: stalled_step = 1.0e-5_wp         !! the same where round-off stops it
   real(wp), parameter :: same_place = 1.0e-8_wp           !! part of the tool's scale
   real(wp), parameter :: along_normal = 1.0e-6_wp         !! sine of an angle taken for zero
   real(wp), parameter :: border_slack = 1.0e-9_wp         !! part of the tool's scale

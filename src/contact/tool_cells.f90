@@ -15,8 +15,8 @@ module tool_cells
 
   integer, parameter :: max_depth = 28             !! halvings of a face, both directions together
   integer, parameter :: max_cells = 4096           !! of one face
-  real(wp), parameter :: most_bend = 0.1_wp        !! sagitta over chord of a polygon of degree 2
-  real(wp), parameter :: most_turn = 0.4_wp        !! of edges across the direction [rad]
+  real(wp), parameter :: most_bend = 0.05_wp       !! sagitta over chord of a polygon of degree 2
+  real(wp), parameter :: most_turn = 0.2_wp        !! of edges across the direction [rad]
   real(wp), parameter :: most_ratio = 2.0_wp       !! of the weights
   real(wp), parameter :: same_weights = 1.5_wp     !! ratio that leaves sagittas their meaning
 

@@ -87,7 +87,10 @@ contains
     case (19)
       hard%name = "faces from 0.0001 to 0.5"
       hard%surfaces(1) = wavy([2, 2], [1.0e-4_wp, 3.0e-4_wp, 1.0e-3_wp, 0.02_wp, 0.5_wp], &
-                              [0.4_wp, 0.401_wp, 0.9_wp], 1.0_wp)
+                              [0.4_wp, 0.401_wp, 0.9_wp], 0.0_wp)
+      associate (points => hard%surfaces(1)%points)
+        points(:, :, 3) = 2*sin(0.9_wp*points(:, :, 1))*cos(0.7_wp*points(:, :, 2))
+      end associate
     case (20)
       hard%name = "200 x 200 faces"
       hard%surfaces(1) = wavy([2, 2], evenly(200), evenly(200), 0.05_wp)
