@@ -19,7 +19,7 @@ module point_fields
     real(wp), allocatable :: mean(:, :, :)           !! volume strain or its stress
     real(wp), allocatable :: along1(:, :, :, :)      !! what axis 1 alone projects; sheet only
     real(wp), allocatable :: along2(:, :, :, :)      !! what axis 2 alone projects; sheet only
-    real(wp), allocatable :: tangents(:, :, :, :)    !! (8*q3, 12, q1*q2, n); sheet only
+    real(wp), allocatable :: tangents(:, :, :, :)    !! (8*q3, 12, q1*q2, n); idle without a sheet
     real(wp), allocatable :: gradients(:, :, :, :)   !! F at start and end, row by row; context
     real(wp), allocatable :: place(:, :, :, :)       !! (8*q3, 3, q1*q2, n); context only
     real(wp), allocatable :: growth(:, :, :, :)      !! log det F, (8*q3, 2, q1*q2, n); context
@@ -44,7 +44,7 @@ contains
     allocate (fields%mean(points, rows, n))
     allocate (fields%inverse(points, 9, rows, n), fields%weighted(points, 6, rows, n))
     allocate (fields%along1(points, 6, rows, n_sheet), fields%along2(points, 6, rows, n_sheet))
-    allocate (fields%tangents(points, 12, rows, n_sheet))
+    allocate (fields%tangents(points, 12, rows, max(n_sheet, 1)))
     allocate (fields%gradients(points, 18, rows, n_context))
     allocate (fields%place(points, 3, rows, n_context), fields%growth(points, 2, rows, n_context))
   end function new_point_fields

@@ -279,18 +279,18 @@ contains
     type(nurbs_solid_t), intent(out) :: solid
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: points(:, :, :, :)
+    type(knot_vector_t) :: axes(3)
 
+    points = spread(section%points, axis, 2)
+    axes(axis) = straight()
     if (axis == 3) then
-      points = spread(section%points, 3, 2)
+      axes(:2) = section%axes
       points(:, :, 2, 3) = shape%height
-      call new_nurbs_solid(solid, [section%axes, straight()], points, &
-                           spread(section%weights, 3, 2), error)
     else
-      points = spread(section%points, 1, 2)
+      axes(2:) = section%axes
       points(2, :, :, 3) = shape%height
-      call new_nurbs_solid(solid, [straight(), section%axes], points, &
-                           spread(section%weights, 1, 2), error)
     end if
+    call new_nurbs_solid(solid, axes, points, spread(section%weights, axis, 2), error)
     if (allocated(error)) return
     call elevate_degree(solid, axis, shape%degrees(2) - 1, error)
     if (allocated(error)) return
