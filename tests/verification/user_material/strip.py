@@ -24,7 +24,7 @@ def run(igaform, folder, name, settings, *options):
 
 
 def main(igaform, project, limit, *settings):
-    source = pathlib.Path(project) / "input"
+    source = pathlib.Path(project).resolve() / "input"
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         (folder / "channel").symlink_to(source / "channel")
