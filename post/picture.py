@@ -14,7 +14,9 @@ from post.results import Results, ResultsError
 from post.style import COLOUR_MAP, plt, save, tool_colour
 
 FIELDS = {"eqps": "equivalent plastic strain", "mises": "von Mises stress",
-          "thickness": "thickness", "displacement": "displacement", "velocity": "velocity"}
+          "thickness": "thickness", "thinning": "thinning",
+          "major_strain": "major strain", "minor_strain": "minor strain",
+          "displacement": "displacement", "velocity": "velocity"}
 TIME_LIMIT = 600   # seconds for VTK
 
 

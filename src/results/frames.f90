@@ -27,9 +27,10 @@ module frames
   use provenance, only: provenance_t, text_or_empty
   use provenance_record, only: write_provenance, write_timings
   use run_log, only: timings_t
-  use display_grid, only: display_grid_t, display_scalars, display_thickness, display_vectors, &
-                          mises_stress, new_display_grid, point_grid
-  use point_geometry, only: new_point_geometry, plane_strains, point_geometry_t
+  use display_grid, only: display_thickness, display_vectors, new_display_grid, point_grid
+  use display_fields, only: display_field_t, display_fields_of, patch_frame_t, patch_scalars, &
+                            patch_vectors, patch_view_t
+  use point_geometry, only: new_point_geometry, plane_strains
   use tool_mesh, only: new_surface_mesh, surface_mesh_t
   use vtk_cells, only: hexahedra_on_grid, vtk_bezier_hexahedron, vtk_bezier_quadrilateral, &
                        vtk_lagrange_hexahedron, vtk_lagrange_quadrilateral
@@ -68,16 +69,6 @@ module frames
     type(provenance_t) :: provenance
   end type results_setup_t
 
-  !> A patch in one frame. Fields at integration points in element order; elements counted along
-  !! each axis.
-  type :: patch_frame_t
-    real(wp), allocatable :: points(:, :, :, :)         !! control points, (n1, n2, n3, 3)
-    real(wp), allocatable :: velocity(:, :, :, :)       !! of control points, (n1, n2, n3, 3)
-    real(wp), allocatable :: eqps(:, :, :, :, :, :)     !! (q1, q2, q3, e1, e2, e3)
-    real(wp), allocatable :: stress(:, :, :, :, :, :, :)   !! (6, q1, q2, q3, e1, e2, e3)
-    real(wp), allocatable :: state(:, :, :, :, :, :, :)    !! (n_state, q1, ..., e3) if n_state > 0
-  end type patch_frame_t
-
   !> One frame.
   type :: frame_t
     real(wp) :: time = 0.0_wp
@@ -86,15 +77,6 @@ module frames
     real(wp), allocatable :: tool_velocity(:, :)        !! (3, tools)
     logical :: is_failed = .false.                      !! the state at which a run failed
   end type frame_t
-
-  !> A patch of the blank in the file.
-  type :: patch_view_t
-    character(:), allocatable :: name
-    type(nurbs_solid_t) :: solid
-    type(display_grid_t) :: grid
-    type(point_geometry_t) :: geometry
-    integer :: rule_size(3) = 0
-  end type patch_view_t
 
   !> An open results file.
   type :: results_t
@@ -139,6 +121,8 @@ contains
         view%rule_size = patch%rule%n
         view%grid = new_display_grid(patch%solid, patch%rule, setup%is_bezier)
         view%geometry = new_point_geometry(patch%solid, patch%rule)
+        view%thickness = [display_thickness(view%grid, display_vectors(view%grid, reshape( &
+          patch%solid%points, [size(patch%solid%weights), 3])))]
       end associate
     end do
     call mesh_blank_and_tools(results, cells, weights)
@@ -256,16 +240,20 @@ contains
 
   subroutine create_fields(results)
     type(results_t), intent(inout) :: results
+    type(display_field_t), allocatable :: fields(:)
+    integer :: i
 
     associate (file => results%file, n => results%n_points, units => results%units)
       call create_point_data(file, "displacement", 3, n, unit_of(units, "length"), &
                              "displacement since the start")
       call create_point_data(file, "velocity", 3, n, unit_of(units, "velocity"), "velocity")
-      call create_point_data(file, "eqps", 1, n, "1", "equivalent plastic strain (NaN on tools)")
-      call create_point_data(file, "mises", 1, n, unit_of(units, "stress"), &
-                             "von Mises stress (NaN on tools)")
-      call create_point_data(file, "thickness", 1, n, unit_of(units, "length"), &
-                             "distance between both faces (NaN on tools)")
+      fields = display_fields_of()
+      do i = 1, size(fields)
+        associate (field => fields(i))
+          call create_point_data(file, trim(field%name), 1, n, &
+                                 unit_of(units, trim(field%quantity)), trim(field%description))
+        end associate
+      end do
     end associate
   end subroutine create_fields
 
@@ -319,21 +307,22 @@ contains
     type(results_t), intent(inout) :: results
     type(frame_t), intent(in) :: frame
     real(wp), allocatable :: points(:, :), displacement(:, :), velocity(:, :)
-    real(wp), allocatable :: eqps(:, :), mises(:, :), thickness(:, :)
-    integer :: p, first, last
+    real(wp), allocatable :: scalars(:, :)
+    type(display_field_t), allocatable :: fields(:)
+    integer :: p, i, first, last
 
-    allocate (points(results%n_points, 3), eqps(results%n_points, 1))
+    fields = display_fields_of()
+    allocate (points(results%n_points, 3), scalars(results%n_points, size(fields)))
     allocate (displacement, velocity, mold=points)
-    eqps = ieee_value(1.0_wp, ieee_quiet_nan)
-    mises = eqps
-    thickness = eqps
+    scalars = ieee_value(1.0_wp, ieee_quiet_nan)
     last = 0
     do p = 1, size(results%patches)
       first = last + 1
       last = last + size(results%patches(p)%grid%weights)
-      call fill_patch(results%patches(p), frame%patches(p), points(first:last, :), &
-                      displacement(first:last, :), velocity(first:last, :), &
-                      eqps(first:last, 1), mises(first:last, 1), thickness(first:last, 1))
+      call patch_vectors(results%patches(p), frame%patches(p), points(first:last, :), &
+                         displacement(first:last, :), velocity(first:last, :))
+      call patch_scalars(results%patches(p), frame%patches(p), points(first:last, :), &
+                         scalars(first:last, :))
     end do
     displacement(last + 1:, :) = on_tools(results, frame%tool_displacement)
     points(last + 1:, :) = results%tool_points + displacement(last + 1:, :)
@@ -341,32 +330,11 @@ contains
     call append_points(results%file, points)
     call append_point_data(results%file, "displacement", displacement, results%n_frames)
     call append_point_data(results%file, "velocity", velocity, results%n_frames)
-    call append_point_data(results%file, "eqps", eqps, results%n_frames)
-    call append_point_data(results%file, "mises", mises, results%n_frames)
-    call append_point_data(results%file, "thickness", thickness, results%n_frames)
+    do i = 1, size(fields)
+      call append_point_data(results%file, trim(fields(i)%name), scalars(:, i:i), &
+                             results%n_frames)
+    end do
   end subroutine write_display
-
-  ! Fields at the display points of a patch.
-  pure subroutine fill_patch(view, fields, points, displacement, velocity, eqps, mises, thickness)
-    type(patch_view_t), intent(in) :: view
-    type(patch_frame_t), intent(in) :: fields
-    real(wp), intent(out) :: points(:, :), displacement(:, :), velocity(:, :)
-    real(wp), intent(out) :: eqps(:), mises(:), thickness(:)
-    real(wp), allocatable :: state(:)
-    integer :: n_controls
-
-    n_controls = size(view%solid%weights)
-    points = display_vectors(view%grid, reshape(fields%points, [n_controls, 3]))
-    displacement = display_vectors(view%grid, reshape(fields%points - view%solid%points, &
-                                                      [n_controls, 3]))
-    velocity = display_vectors(view%grid, reshape(fields%velocity, [n_controls, 3]))
-    state = [point_grid(1, view%rule_size, view%grid%n_elements, fields%eqps)]
-    eqps = display_scalars(view%grid, state)
-    state = [point_grid(6, view%rule_size, view%grid%n_elements, fields%stress)]
-    state = mises_stress(reshape(state, [6, size(state)/6]))
-    mises = display_scalars(view%grid, state)
-    thickness = [display_thickness(view%grid, points)]
-  end subroutine fill_patch
 
   ! One vector per tool at all display points of the tools.
   pure function on_tools(results, vectors) result(values)

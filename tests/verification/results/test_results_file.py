@@ -17,7 +17,8 @@ import pyvista
 import vtk
 
 LAGRANGE_QUAD, LAGRANGE_HEX, BEZIER_QUAD, BEZIER_HEX = 70, 72, 77, 79
-FIELDS = ("displacement", "velocity", "eqps", "mises", "thickness")
+FIELDS = ("displacement", "velocity", "eqps", "mises", "thickness", "thinning", "major_strain",
+          "minor_strain")
 
 
 def read_step(path, step):
@@ -173,8 +174,22 @@ class KnownContents(GeneralRules):
         np.testing.assert_allclose(eqps[shared], 0.5 * (0.06 + 0.09), atol=1e-15)
         np.testing.assert_allclose(blank.point_data["mises"], 300, rtol=1e-14)
         np.testing.assert_allclose(blank.point_data["thickness"], 2, rtol=1e-12)
+        np.testing.assert_allclose(blank.point_data["thinning"], 0, atol=1e-12)
+        self.check_plane_strains(blank)
         self.assertEqual(np.count_nonzero(np.isnan(grid.point_data["eqps"])),
                          grid.n_points - blank.n_points)
+
+    def check_plane_strains(self, blank):
+        """Those of the integration points, 0.5 log(1 + (0.006 x)^2), at the outermost display
+        points and in the middle of the elements."""
+        major = blank.point_data["major_strain"]
+        np.testing.assert_allclose(blank.point_data["minor_strain"], 0, atol=1e-12)
+        half = 10 / np.sqrt(3)
+        for x, points in ((0, [10 - half]), (30, [30 - half, 30 + half]), (100, [90 + half])):
+            expected = np.mean(0.5 * np.log1p((0.006 * np.array(points))**2))
+            at = np.isclose(blank.points[:, 0], x)
+            self.assertTrue(at.any())
+            np.testing.assert_allclose(major[at], expected, atol=1e-12)
 
     def test_tools_move(self):
         first, _ = read_step(self.path, 0)
