@@ -53,6 +53,8 @@ module ig_patch
     real(wp), allocatable :: rational(:, :, :, :, :)
     real(wp), allocatable :: stress(:, :, :, :, :) !! (8, q3, 6, q1*q2, n_blocks)
     real(wp), allocatable :: state(:, :, :, :, :)  !! (8, q3, n_state, q1*q2, n_blocks)
+    !> Viscous stress of the last step, (8, q3, q1*q2, n_blocks); without viscosity one idle block.
+    real(wp), allocatable :: push(:, :, :, :)
     !> Inverse of the jacobian at the start, row by row, (8, q3, 9, q1*q2, n_blocks); only for laws
     !! that need the context of their points, as are time and increment.
     real(wp), allocatable :: reference(:, :, :, :, :)

@@ -69,7 +69,8 @@ contains
   patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), \
   patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, \
   patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights
-#define TAIL patch%stress(1, 1, 1, 1, block), patch%state(1, 1, 1, 1, block), f, sums, ok
+#define TAIL patch%stress(1, 1, 1, 1, block), patch%state(1, 1, 1, 1, block), \
+  patch%push(1, 1, 1, min(block, size(patch%push, 4))), f, sums, ok
 #define WEIGHTS patch%rational(1, 1, 1, 1, block)
 #define COUNTS p(1), p(2), p(3), q(1), q(2), q(3)
 

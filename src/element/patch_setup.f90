@@ -61,6 +61,8 @@ contains
     end if
     call set_lengths(patch, solid, patch%viscosity%length, error)
     patch%viscosity%is_active = any(viscosity > 0.0_wp)
+    allocate (patch%push(n_lanes, q(3), q(1)*q(2), &
+                         merge(patch%n_blocks, 1, patch%viscosity%is_active)), source=0.0_wp)
     patch%viscosity%linear = viscosity(1)
     patch%viscosity%quadratic = viscosity(2)
     patch%viscosity%density = law%density
@@ -101,6 +103,7 @@ contains
     allocate (single%stress(n_lanes, q(3), 6, q(1)*q(2), 1), source=0.0_wp)
     allocate (single%state(n_lanes, q(3), size(patch%state, 3), q(1)*q(2), 1), source=0.0_wp)
     if (single%is_rational) call set_rational(single)
+    allocate (single%push(n_lanes, q(3), q(1)*q(2), 1), source=0.0_wp)
     allocate (single%viscosity%length(n_lanes, 1), source=minval(patch%viscosity%length))
     single%tiles = new_tiles(single, 1)
   end function element_patch

@@ -129,6 +129,7 @@ contains
                          fields%gradients(:, :, :, context_slot), &
                          fields%place(:, :, :, context_slot), &
                          patch%stress(:, :, :, :, block), patch%state(:, :, :, :, block), &
+                         patch%push(:, :, :, min(block, size(patch%push, 4))), &
                          fields%weighted(:, :, :, slot), sums, ok)
   end subroutine update_stress
 

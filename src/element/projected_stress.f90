@@ -15,7 +15,7 @@ contains
 
   !> Stress, state, work and stress times volume of all rows of a block.
   subroutine stress_of_block(law, q, dt, is_viscous, viscous, spin, dstrain, volume, &
-                             end_volume, context, gradients, place, stress, state, weighted, &
+                             end_volume, context, gradients, place, stress, state, push, weighted, &
                              sums, ok)
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: q(3)
@@ -28,6 +28,7 @@ contains
     real(wp), intent(in) :: gradients(8*q(3), 18, *), place(8*q(3), 3, *)   !! context only
     real(wp), intent(inout) :: stress(8, q(3), 6, q(1)*q(2))
     real(wp), intent(inout) :: state(8, q(3), law%n_state, q(1)*q(2))
+    real(wp), intent(inout) :: push(8, q(3), q(1)*q(2))    !! viscous stress
     real(wp), intent(out) :: weighted(8, q(3), 6, q(1)*q(2))
     real(wp), intent(inout) :: sums(n_lanes, 4)
     logical, intent(out) :: ok
@@ -55,7 +56,8 @@ contains
       call add_work(q(3), stress(:, :, :, row), dstrain(:, :, :, row), volume(:, :, row), sums)
       call weigh(q(3), stress(:, :, :, row), end_volume(:, :, row), weighted(:, :, :, row))
       if (is_viscous) call add_viscous(q(3), dstrain(:, :, :, row), viscous, volume(:, :, row), &
-                                       end_volume(:, :, row), weighted(:, :, :, row), sums)
+                                       end_volume(:, :, row), push(:, :, row), &
+                                       weighted(:, :, :, row), sums)
     end do
   end subroutine stress_of_block
 
@@ -88,23 +90,24 @@ contains
     end do
   end subroutine weigh
 
-  !> Viscous pressure, which is not part of the stored stress.
-  pure subroutine add_viscous(n, dstrain, viscous, volume, end_volume, weighted, sums)
+  !> Viscous stress, see `viscous_row` of the kernel.
+  pure subroutine add_viscous(n, dstrain, viscous, volume, end_volume, push, weighted, sums)
     integer, intent(in) :: n
     real(wp), intent(in) :: dstrain(8, n, 6), viscous(8, 2), volume(8, n), end_volume(8, n)
-    real(wp), intent(inout) :: weighted(8, n, 6), sums(8, 4)
-    real(wp) :: growth, push
+    real(wp), intent(inout) :: push(8, n), weighted(8, n, 6), sums(8, 4)
+    real(wp) :: growth, now
     integer :: l, q
 
     do q = 1, n
-      !$omp simd private(growth, push)
+      !$omp simd private(growth, now)
       do l = 1, 8
         growth = dstrain(l, q, 1) + dstrain(l, q, 2) + dstrain(l, q, 3)
-        push = growth*(viscous(l, 1) + viscous(l, 2)*max(0.0_wp, -growth))
-        sums(l, 2) = sums(l, 2) + volume(l, q)*growth*push
-        weighted(l, q, 1) = weighted(l, q, 1) + push*end_volume(l, q)
-        weighted(l, q, 2) = weighted(l, q, 2) + push*end_volume(l, q)
-        weighted(l, q, 3) = weighted(l, q, 3) + push*end_volume(l, q)
+        now = growth*(viscous(l, 1) + viscous(l, 2)*max(0.0_wp, -growth))
+        sums(l, 2) = sums(l, 2) + 0.5_wp*volume(l, q)*growth*(push(l, q) + now)
+        push(l, q) = now
+        weighted(l, q, 1) = weighted(l, q, 1) + now*end_volume(l, q)
+        weighted(l, q, 2) = weighted(l, q, 2) + now*end_volume(l, q)
+        weighted(l, q, 3) = weighted(l, q, 3) + now*end_volume(l, q)
       end do
     end do
   end subroutine add_viscous
