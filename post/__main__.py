@@ -3,7 +3,8 @@ import argparse
 import os
 import sys
 
-from post import bench, compare, history, material, picture, profile, verification
+from post import (bench, compare, draw_in, fld, force, history, material, picture, profile,
+                  springback, verification)
 from post.results import ResultsError
 from post.study import command as study
 from post.study import page
@@ -17,6 +18,10 @@ def parser():
             (picture, "picture", "the formed sheet in 3-D with the plastic strain and the tools"),
             (profile, "profile", "the sheet's mid-section and the tools at chosen times"),
             (history, "history", "energies and tool forces against time"),
+            (fld, "fld", "forming-limit diagram: strains in the sheet's plane and a limit curve"),
+            (force, "force", "forces of the tools against their strokes"),
+            (draw_in, "draw-in", "how far the edge of the sheet has moved inwards"),
+            (springback, "springback", "angles between straight stretches of the mid-section"),
             (material, "material", "tests of a material: stress-strain, r-values, yield locus"),
             (compare, "compare", "a strip of the channel against reference data"),
             (bench, "bench", "measurements of igaform_bench: roofline and scaling")):

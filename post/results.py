@@ -155,6 +155,11 @@ class Patch:
         values = self.results.point_data(name, frame)
         return values[self.first:self.first + self.n_points].reshape(*self.grid, -1)
 
+    def points(self, name):
+        """A dataset of /points of this patch, on the grid of the integration points."""
+        group = self.results.file["points"]
+        return (group[self.name] if self.name else group)[name][:]
+
     def sample(self, name, frame, xi, eta, zeta):
         """A field at a tensor grid of places; places count elements from 0. Vectors are evaluated
         as the cells have them, scalars stay in the range of their nodes."""

@@ -321,6 +321,7 @@ contains
       if (allocated(material%state_names)) setup%state_names = material%state_names
     end associate
     setup%is_bezier = scene%output%is_bezier
+    setup%blank_mass = mass_of(model%bodies%blank%parts)/model%bodies%blank%mass_factor
     call get_command(line)
     ! One by one: gfortran 12 takes wrong lengths from a structure constructor here.
     associate (source => setup%provenance)

@@ -25,7 +25,7 @@ module frames
                        write_text_attribute, write_integer_attribute
   use unit_system, only: new_unit_system, unit_of, unit_system_t
   use provenance, only: provenance_t, text_or_empty
-  use provenance_record, only: write_provenance, write_timings
+  use provenance_record, only: write_provenance, write_blank_mass, write_timings
   use run_log, only: timings_t
   use display_grid, only: display_thickness, display_vectors, new_display_grid, point_grid
   use display_fields, only: display_field_t, display_fields_of, patch_frame_t, patch_scalars, &
@@ -66,6 +66,7 @@ module frames
     integer :: n_state = 0                              !! columns of the frames' state
     type(string_t), allocatable :: state_names(:)       !! of these columns; may be none
     logical :: is_bezier = .false.                      !! Bezier cells instead of Lagrange
+    real(wp) :: blank_mass = 0.0_wp                     !! without what scaling has added
     type(provenance_t) :: provenance
   end type results_setup_t
 
@@ -131,6 +132,7 @@ contains
     associate (file => results%file)
       call write_text_attribute(file, "/", "generator", "igaform")
       call write_provenance(file, setup%provenance)
+      call write_blank_mass(file, setup%blank_mass, unit_of(results%units, "mass"))
       call create_grid(file, cells, results%n_points, unit_of(results%units, "length"), &
                        unit_of(results%units, "time"))
       if (setup%is_bezier) call write_rational_weights(file, weights)

@@ -1,6 +1,7 @@
 !> Provenance and timings in a results file.
 module provenance_record
   use, intrinsic :: iso_fortran_env, only: int64
+  use kinds, only: wp
   use timer, only: watch_seconds
   use hdf5_file, only: create_group, hdf5_file_t, integer_values, write_integers, write_reals, &
                        write_text, write_text_attribute
@@ -10,7 +11,7 @@ module provenance_record
   implicit none
   private
 
-  public :: write_provenance, write_timings
+  public :: write_provenance, write_blank_mass, write_timings
 
 contains
 
@@ -44,6 +45,16 @@ contains
     call write_integers(file, folder//"host_cores", [int(host_cores(), int64)], [integer ::], &
                         "processors of the machine", integer_values)
   end subroutine write_provenance
+
+  !> Write the mass of the blank beside the provenance.
+  subroutine write_blank_mass(file, mass, unit)
+    type(hdf5_file_t), intent(inout) :: file
+    real(wp), intent(in) :: mass
+    character(*), intent(in) :: unit
+
+    call write_reals(file, "/provenance/blank_mass", [mass], [integer ::], unit, &
+                     "mass of the blank without what scaling has added")
+  end subroutine write_blank_mass
 
   !> Write /timings: one group for each effect, and the cost of the whole run.
   subroutine write_timings(file, timings)

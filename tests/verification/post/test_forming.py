@@ -1,0 +1,193 @@
+"""Forming outputs against closed forms: strains of a stretched sheet, limit curves, angles, draw-in.
+
+Usage: test_forming.py IGAFORM PROJECT_FOLDER
+"""
+import argparse
+import contextlib
+import io
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
+sys.path.insert(0, PROJECT)
+
+from post import draw_in, fld, force, springback  # noqa: E402
+from post.results import Results, ResultsError  # noqa: E402
+
+DECK = os.path.join(PROJECT, "tests", "verification", "post", "stretched_sheet.key")
+MAJOR, MINOR = np.log(26 / 20), np.log(11 / 10)
+
+
+class TestStretchedSheet(unittest.TestCase):
+    """A sheet of 20 x 10 mm, of which two edges are symmetry planes, pulled to 26 x 11 mm."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.path = os.path.join(cls.folder.name, "sheet.h5")
+        subprocess.run([IGAFORM, DECK, "--quiet", "--threads", "1", "--out", cls.path], check=True,
+                       capture_output=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_strains_at_points_and_in_the_pictures(self):
+        with Results(self.path) as results:
+            for layer in fld.LAYERS:
+                for frame, share in ((2, 1), (1, None)):
+                    minor, major, _ = fld.strains(results, frame, layer)
+                    if share:
+                        np.testing.assert_allclose(major, MAJOR, atol=2e-3)
+                        np.testing.assert_allclose(minor, MINOR, atol=2e-3)
+                    else:
+                        self.assertTrue(np.all((major > 0.3 * MAJOR) & (major < 0.7 * MAJOR)))
+            thinning = results.blank_grid("thinning", 2)
+            # plastic flow keeps the volume, stress and elasticity change it by less than 0.2 %
+            np.testing.assert_allclose(thinning, 1 - np.exp(-MAJOR - MINOR), atol=3e-3)
+            np.testing.assert_allclose(results.blank_grid("major_strain", 2), MAJOR, atol=2e-3)
+
+    def test_draw_in_is_the_motion_of_the_edges(self):
+        with Results(self.path) as results:
+            outline = draw_in.Outline(results)
+            np.testing.assert_array_equal(outline.centre, [0, 0])
+            corner = float(np.degrees(np.arctan2(10, 20)))
+            angles = [0.0, 90.0, corner]
+            np.testing.assert_allclose(outline.radii(outline.at(None), angles),
+                                       [20, 10, np.hypot(20, 10)], rtol=1e-9)
+            np.testing.assert_allclose(outline.radii(outline.at(2), angles[:2]), [26, 11],
+                                       rtol=1e-9)
+            self.assertRaises(ResultsError, outline.radii, outline.at(2), [200.0])
+
+    def test_the_command_counts_points_beyond_a_curve(self):
+        curve = os.path.join(self.folder.name, "curve.csv")
+        for level, n in ((MAJOR - 0.01, 48), (MAJOR + 0.01, 0)):
+            with open(curve, "w", encoding="utf-8") as file:
+                file.write(f"minor,major\n-0.2,{level}\n0.4,{level}\n")
+            done = subprocess.run(
+                [sys.executable, "-m", "post", "fld", self.path, "--curve", curve], cwd=PROJECT,
+                capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn(f"{n} of 48 points beyond the limit", done.stdout)
+            self.assertTrue(os.path.isfile(self.path.removesuffix(".h5") + "-fld.png"))
+
+    def test_the_mass_of_the_blank_is_in_the_file(self):
+        with Results(self.path) as results:
+            self.assertAlmostEqual(results.file["provenance/blank_mass"][()], 7.85e-9 * 200,
+                                   delta=1e-20)
+
+    def test_no_tools_no_forces(self):
+        with Results(self.path) as results:
+            self.assertRaises(ResultsError, force.chosen, results, argparse.Namespace(tool=None))
+
+
+class TestLimitCurves(unittest.TestCase):
+    def test_keeler_and_brazier(self):
+        curve = fld.keeler_brazier(0.21, 1.0)
+        self.assertAlmostEqual(float(curve(np.array(0.0))), np.log(1.3743))
+        np.testing.assert_allclose(curve(np.array([-0.1, 0.2])) - np.log(1.3743), [0.1, 0.1])
+        # a steel of twice the exponent is no better than 0.21, half of it gives half
+        self.assertEqual(float(fld.keeler_brazier(0.42, 1.0)(np.array(0.0))),
+                         float(curve(np.array(0.0))))
+        self.assertAlmostEqual(float(fld.keeler_brazier(0.105, 1.0)(np.array(0.0))),
+                               np.log(1.18715))
+
+    def test_a_listed_curve_goes_on_beyond_its_ends(self):
+        curve = fld.listed_curve(np.array([-0.1, 0.0, 0.2]), np.array([0.4, 0.3, 0.4]))
+        np.testing.assert_allclose(curve(np.array([-0.2, -0.05, 0.1, 0.4])), [0.5, 0.35, 0.35, 0.5])
+
+    def test_curves_that_are_none_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "curve.csv")
+            for text in ("", "0.1,0.2\n", "0.1,0.2\n0.1,0.3\n"):
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(text)
+                self.assertRaises(ResultsError, fld.read_curve, path, False)
+            with open(path, "w", encoding="utf-8") as file:
+                file.write("# minor, major\n0.1,0.5\n-0.1,0.6\n")
+            minor, major = fld.read_curve(path, True)
+            np.testing.assert_allclose(minor, np.log1p([-0.1, 0.1]))
+            np.testing.assert_allclose(major, np.log1p([0.6, 0.5]))
+        self.assertRaises(ResultsError, fld.read_curve, path, False)
+
+    def test_layers(self):
+        values = np.arange(6.0)[:, None]
+        self.assertEqual([fld.layer_of(values, layer)[0] for layer in fld.LAYERS], [2.5, 5, 0])
+        self.assertEqual(fld.layer_of(values[:5], "middle")[0], 2)
+
+
+def u_section(theta_1, theta_2, radius=5.0, wall_radius=np.inf):
+    """Half a U-section: bottom of 25, wall of 60 and flange of 40 mm with corners in between."""
+    pieces, at, direction = [], np.zeros(2), 0.0
+    parts = ((25.0, 0.0), (None, np.radians(180 - theta_1)), (60.0, 60.0 / wall_radius),
+             (None, -np.radians(180 - theta_2)), (40.0, 0.0))
+    for length, turn in parts:
+        length = abs(turn) * radius if length is None else length
+        s = np.linspace(0, length, 200)[1:]
+        angle = direction + turn * s / length
+        steps = np.diff(np.concatenate([[0], s]))
+        middle = angle - 0.5 * turn * steps / length
+        points = at + np.cumsum(np.column_stack([np.cos(middle), np.sin(middle)])
+                                * steps[:, None], axis=0)
+        pieces.append(points)
+        at, direction = points[-1], direction + turn
+    return np.concatenate(pieces)
+
+
+class TestSpringback(unittest.TestCase):
+    def angles(self, line):
+        parts = springback.straight_parts(line, 30.0, 8.0)
+        self.assertEqual(len(parts), 3)
+        fits = [springback.fitted(line[part]) for part in parts]
+        return [springback.angle_between(a, b) for a, b in zip(fits, fits[1:])], fits
+
+    def test_angles_of_a_u_section(self):
+        for theta in ((90.0, 90.0), (101.3, 77.2), (85.0, 95.0)):
+            for turn in (0.0, 2.0):
+                line = u_section(*theta)
+                line = line @ np.array([[np.cos(turn), np.sin(turn)],
+                                        [-np.sin(turn), np.cos(turn)]])
+                np.testing.assert_allclose(self.angles(line)[0], theta, atol=0.02)
+
+    def test_curl_of_the_wall(self):
+        angles, fits = self.angles(u_section(95.0, 85.0, wall_radius=200.0))
+        self.assertAlmostEqual(fits[1]["radius"], 200, delta=0.5)
+        self.assertGreater(fits[0]["radius"], 1e5)
+        # the chord of the wall goes half its turn beyond its beginning
+        half = np.degrees(0.5 * 60 / 200)
+        np.testing.assert_allclose(angles, [95 - half, 85 + half], atol=0.05)
+
+    def test_stretches_by_coordinates(self):
+        start = np.linspace(0, 10, 11)
+        np.testing.assert_array_equal(springback.by_start(start, 4.0, 2.0), [2, 3, 4])
+        self.assertRaises(ResultsError, springback.by_start, start, 20.0, 30.0)
+
+
+class TestForce(unittest.TestCase):
+    class Histories:
+        tools = ["punch"]
+
+        def tool_history(self, tool, name):
+            t = np.linspace(0, 1, 11)[:, None]
+            if name == "displacement":
+                return t * [0, -3, 4]
+            return t * [50, 6, -8]
+
+    def test_force_against_the_stroke(self):
+        stroke, load = force.stroke_and_force(self.Histories(), "punch")
+        self.assertAlmostEqual(stroke[-1], 5)
+        self.assertAlmostEqual(load[-1], 10)
+
+    def test_unknown_tools_are_refused(self):
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.assertRaises(ResultsError, force.chosen, self.Histories(),
+                              argparse.Namespace(tool=["die"]))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
