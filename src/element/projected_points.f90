@@ -75,39 +75,54 @@ contains
     end do
   end subroutine join_volume
 
-  !> Volume strain along the normal, transverse shear along its own axis.
+  !> Volume strain along the normal, transverse shear along its own axis: all that is added has
+  !! the form h n + n h.
   pure subroutine correct_sheet(q, n, tangents, theta, along1, along2, dstrain)
     integer, intent(in) :: q, n
     real(wp), intent(in) :: tangents(8*q, 12, n)    !! those of the middle of the step are used
     real(wp), intent(in) :: theta(8*q, n), along1(8*q, 6, n), along2(8*q, 6, n)
     real(wp), intent(inout) :: dstrain(8*q, 6, n)
-    real(wp) :: normal(8*q, 3), dual(8*q, 3, 2), form(8*q, 6), strain(8*q, 6)
-    real(wp) :: growth(8*q), shear(8*q, 2)
-    integer :: row, c
+    real(wp) :: normal(8*q, 3), dual(8*q, 3, 2), shear(8*q, 2), growth, h1, h2, h3
+    integer :: l, row
 
     do row = 1, n
-      associate (t => tangents(:, 1:6, row), d => dstrain(:, :, row))
-        call sheet_frames(8*q, t, normal, dual)
-        growth = theta(:, row) - d(:, 1) - d(:, 2) - d(:, 3)
-        call shear_form(8*q, t(:, 1:3), normal, form)
-        call contract(8*q, form, along1(:, :, row) - d, shear(:, 1))
-        call shear_form(8*q, t(:, 4:6), normal, form)
-        call contract(8*q, form, along2(:, :, row) - d, shear(:, 2))
-        call normal_strain(8*q, normal, strain)
-        do c = 1, 6
-          d(:, c) = d(:, c) + growth*strain(:, c)
-        end do
-        call shear_strain(8*q, dual(:, :, 1), normal, strain)
-        do c = 1, 6
-          d(:, c) = d(:, c) + shear(:, 1)*strain(:, c)
-        end do
-        call shear_strain(8*q, dual(:, :, 2), normal, strain)
-        do c = 1, 6
-          d(:, c) = d(:, c) + shear(:, 2)*strain(:, c)
+      associate (d => dstrain(:, :, row))
+        call sheet_frames(8*q, tangents(:, 1:6, row), normal, dual)
+        call added_shear(8*q, tangents(:, 1:3, row), normal, along1(:, :, row), d, shear(:, 1))
+        call added_shear(8*q, tangents(:, 4:6, row), normal, along2(:, :, row), d, shear(:, 2))
+        !$omp simd private(growth, h1, h2, h3)
+        do l = 1, 8*q
+          growth = 0.5_wp*(theta(l, row) - d(l, 1) - d(l, 2) - d(l, 3))
+          h1 = growth*normal(l, 1) + shear(l, 1)*dual(l, 1, 1) + shear(l, 2)*dual(l, 1, 2)
+          h2 = growth*normal(l, 2) + shear(l, 1)*dual(l, 2, 1) + shear(l, 2)*dual(l, 2, 2)
+          h3 = growth*normal(l, 3) + shear(l, 1)*dual(l, 3, 1) + shear(l, 2)*dual(l, 3, 2)
+          d(l, 1) = d(l, 1) + 2.0_wp*h1*normal(l, 1)
+          d(l, 2) = d(l, 2) + 2.0_wp*h2*normal(l, 2)
+          d(l, 3) = d(l, 3) + 2.0_wp*h3*normal(l, 3)
+          d(l, 4) = d(l, 4) + 2.0_wp*(h1*normal(l, 2) + h2*normal(l, 1))
+          d(l, 5) = d(l, 5) + 2.0_wp*(h1*normal(l, 3) + h3*normal(l, 1))
+          d(l, 6) = d(l, 6) + 2.0_wp*(h2*normal(l, 3) + h3*normal(l, 2))
         end do
       end associate
     end do
   end subroutine correct_sheet
+
+  !> t.(A - D).n of engineering strains A and D.
+  pure subroutine added_shear(m, t, n, a, d, shear)
+    integer, intent(in) :: m
+    real(wp), intent(in) :: t(m, 3), n(m, 3), a(m, 6), d(m, 6)
+    real(wp), intent(out) :: shear(m)
+    integer :: l
+
+    !$omp simd
+    do l = 1, m
+      shear(l) = (a(l, 1) - d(l, 1))*t(l, 1)*n(l, 1) + (a(l, 2) - d(l, 2))*t(l, 2)*n(l, 2) &
+                 + (a(l, 3) - d(l, 3))*t(l, 3)*n(l, 3) &
+                 + 0.5_wp*((a(l, 4) - d(l, 4))*(t(l, 1)*n(l, 2) + t(l, 2)*n(l, 1)) &
+                           + (a(l, 5) - d(l, 5))*(t(l, 1)*n(l, 3) + t(l, 3)*n(l, 1)) &
+                           + (a(l, 6) - d(l, 6))*(t(l, 2)*n(l, 3) + t(l, 3)*n(l, 2)))
+    end do
+  end subroutine added_shear
 
   !> Split stresses into what works on the projected strains of `correct_sheet` and the rest.
   pure subroutine split_sheet(q, n, tangents, weighted, mean, along1, along2)
@@ -115,25 +130,25 @@ contains
     real(wp), intent(in) :: tangents(8*q, 12, n)    !! those of the end of the step are used
     real(wp), intent(inout) :: weighted(8*q, 6, n)
     real(wp), intent(out) :: mean(8*q, n), along1(8*q, 6, n), along2(8*q, 6, n)
-    real(wp) :: normal(8*q, 3), dual(8*q, 3, 2), form(8*q, 6), strain(8*q, 6), shear(8*q)
-    integer :: row, c
+    real(wp) :: normal(8*q, 3), dual(8*q, 3, 2), shear(8*q, 2), n1, n2, n3, f1, f2, f3
+    integer :: l, row, c
 
     do row = 1, n
-      associate (t => tangents(:, 7:12, row), s => weighted(:, :, row))
-        call sheet_frames(8*q, t, normal, dual)
-        call normal_strain(8*q, normal, strain)
-        call contract(8*q, s, strain, mean(:, row))
-        call shear_strain(8*q, dual(:, :, 1), normal, strain)
-        call contract(8*q, s, strain, shear)
-        call shear_form(8*q, t(:, 1:3), normal, form)
-        do c = 1, 6
-          along1(:, c, row) = shear*form(:, c)
+      associate (s => weighted(:, :, row))
+        call sheet_frames(8*q, tangents(:, 7:12, row), normal, dual)
+        !$omp simd private(n1, n2, n3, f1, f2, f3)
+        do l = 1, 8*q
+          n1 = normal(l, 1); n2 = normal(l, 2); n3 = normal(l, 3)
+          f1 = s(l, 1)*n1 + s(l, 4)*n2 + s(l, 5)*n3
+          f2 = s(l, 4)*n1 + s(l, 2)*n2 + s(l, 6)*n3
+          f3 = s(l, 5)*n1 + s(l, 6)*n2 + s(l, 3)*n3
+          mean(l, row) = f1*n1 + f2*n2 + f3*n3
+          shear(l, 1) = 2.0_wp*(f1*dual(l, 1, 1) + f2*dual(l, 2, 1) + f3*dual(l, 3, 1))
+          shear(l, 2) = 2.0_wp*(f1*dual(l, 1, 2) + f2*dual(l, 2, 2) + f3*dual(l, 3, 2))
         end do
-        call shear_strain(8*q, dual(:, :, 2), normal, strain)
-        call contract(8*q, s, strain, shear)
-        call shear_form(8*q, t(:, 4:6), normal, form)
+        call shear_stress(8*q, tangents(:, 7:9, row), normal, shear(:, 1), along1(:, :, row))
+        call shear_stress(8*q, tangents(:, 10:12, row), normal, shear(:, 2), along2(:, :, row))
         do c = 1, 6
-          along2(:, c, row) = shear*form(:, c)
           s(:, c) = s(:, c) - along1(:, c, row) - along2(:, c, row)
         end do
         do c = 1, 3
@@ -142,6 +157,24 @@ contains
       end associate
     end do
   end subroutine split_sheet
+
+  !> Stress that works on t.D.n alone: the symmetric part of t n, times a shear.
+  pure subroutine shear_stress(m, t, n, shear, stress)
+    integer, intent(in) :: m
+    real(wp), intent(in) :: t(m, 3), n(m, 3), shear(m)
+    real(wp), intent(out) :: stress(m, 6)
+    integer :: l
+
+    !$omp simd
+    do l = 1, m
+      stress(l, 1) = shear(l)*t(l, 1)*n(l, 1)
+      stress(l, 2) = shear(l)*t(l, 2)*n(l, 2)
+      stress(l, 3) = shear(l)*t(l, 3)*n(l, 3)
+      stress(l, 4) = 0.5_wp*shear(l)*(t(l, 1)*n(l, 2) + t(l, 2)*n(l, 1))
+      stress(l, 5) = 0.5_wp*shear(l)*(t(l, 1)*n(l, 3) + t(l, 3)*n(l, 1))
+      stress(l, 6) = 0.5_wp*shear(l)*(t(l, 2)*n(l, 3) + t(l, 3)*n(l, 2))
+    end do
+  end subroutine shear_stress
 
   !> Unit normals of two tangents and their dual pairs in their plane.
   pure subroutine sheet_frames(m, t, normal, dual)
@@ -169,57 +202,5 @@ contains
       normal(l, 3) = scaling*n3
     end do
   end subroutine sheet_frames
-
-  !> Sum over the components of two lists.
-  pure subroutine contract(m, a, b, total)
-    integer, intent(in) :: m
-    real(wp), intent(in) :: a(m, 6), b(m, 6)
-    real(wp), intent(out) :: total(m)
-
-    total = a(:, 1)*b(:, 1) + a(:, 2)*b(:, 2) + a(:, 3)*b(:, 3) + a(:, 4)*b(:, 4) &
-            + a(:, 5)*b(:, 5) + a(:, 6)*b(:, 6)
-  end subroutine contract
-
-  !> Factors of the engineering strains in t.D.n.
-  pure subroutine shear_form(m, t, n, form)
-    integer, intent(in) :: m
-    real(wp), intent(in) :: t(m, 3), n(m, 3)
-    real(wp), intent(out) :: form(m, 6)
-
-    form(:, 1) = t(:, 1)*n(:, 1)
-    form(:, 2) = t(:, 2)*n(:, 2)
-    form(:, 3) = t(:, 3)*n(:, 3)
-    form(:, 4) = 0.5_wp*(t(:, 1)*n(:, 2) + t(:, 2)*n(:, 1))
-    form(:, 5) = 0.5_wp*(t(:, 1)*n(:, 3) + t(:, 3)*n(:, 1))
-    form(:, 6) = 0.5_wp*(t(:, 2)*n(:, 3) + t(:, 3)*n(:, 2))
-  end subroutine shear_form
-
-  !> The tensor g n + n g as engineering strains.
-  pure subroutine shear_strain(m, g, n, strain)
-    integer, intent(in) :: m
-    real(wp), intent(in) :: g(m, 3), n(m, 3)
-    real(wp), intent(out) :: strain(m, 6)
-
-    strain(:, 1) = 2.0_wp*g(:, 1)*n(:, 1)
-    strain(:, 2) = 2.0_wp*g(:, 2)*n(:, 2)
-    strain(:, 3) = 2.0_wp*g(:, 3)*n(:, 3)
-    strain(:, 4) = 2.0_wp*(g(:, 1)*n(:, 2) + g(:, 2)*n(:, 1))
-    strain(:, 5) = 2.0_wp*(g(:, 1)*n(:, 3) + g(:, 3)*n(:, 1))
-    strain(:, 6) = 2.0_wp*(g(:, 2)*n(:, 3) + g(:, 3)*n(:, 2))
-  end subroutine shear_strain
-
-  !> The tensor n n as engineering strains.
-  pure subroutine normal_strain(m, n, strain)
-    integer, intent(in) :: m
-    real(wp), intent(in) :: n(m, 3)
-    real(wp), intent(out) :: strain(m, 6)
-
-    strain(:, 1) = n(:, 1)*n(:, 1)
-    strain(:, 2) = n(:, 2)*n(:, 2)
-    strain(:, 3) = n(:, 3)*n(:, 3)
-    strain(:, 4) = 2.0_wp*n(:, 1)*n(:, 2)
-    strain(:, 5) = 2.0_wp*n(:, 1)*n(:, 3)
-    strain(:, 6) = 2.0_wp*n(:, 2)*n(:, 3)
-  end subroutine normal_strain
 
 end module projected_points
