@@ -12,8 +12,6 @@ module smooth_axis
 
   public :: new_smooth_axis, project_lines
 
-  integer, parameter :: chunk = 64      ! lines that are worked side by side
-
   !> Splines at the quadrature points and the factor of their mass matrix.
   type, public :: smooth_axis_t
     integer :: n_functions = 0
@@ -67,68 +65,74 @@ contains
   end subroutine new_smooth_axis
 
   !> Project along the middle index, in place; `is_transposed` for forces.
-  subroutine project_lines(smooth, is_transposed, before, n, after, field)
+  pure subroutine project_lines(smooth, is_transposed, before, n, after, field)
     type(smooth_axis_t), intent(in) :: smooth
     logical, intent(in) :: is_transposed
     integer, intent(in) :: before, n, after
     real(wp), intent(inout) :: field(before, n, after)   !! n: points of all elements of a line
-    integer :: part, k, low, high
+    integer :: k
 
-    !$omp parallel do collapse(2) schedule(static) default(shared) private(part, k, low, high)
     do k = 1, after
-      do part = 1, (before + chunk - 1)/chunk
-        low = (part - 1)*chunk + 1
-        high = min(part*chunk, before)
-        call project_chunk(smooth, is_transposed, high - low + 1, n, field(low:high, :, k))
-      end do
+      call project_side_by_side(smooth, is_transposed, before, n, field(:, :, k))
     end do
-    !$omp end parallel do
   end subroutine project_lines
 
   !> Sum up the loads of the splines, solve for them, and take them at the points.
-  pure subroutine project_chunk(smooth, is_transposed, m, n, field)
+  pure subroutine project_side_by_side(smooth, is_transposed, m, n, field)
     type(smooth_axis_t), intent(in) :: smooth
     logical, intent(in) :: is_transposed
     integer, intent(in) :: m, n
     real(wp), intent(inout) :: field(m, n)
-    real(wp) :: c(m, smooth%n_functions), measure
+    real(wp), allocatable :: c(:, :)       ! on the heap: thread stacks are small
+    real(wp) :: factors(size(smooth%values, 1))
     integer :: e, q, a, i, j, n_points
 
     n_points = size(smooth%measure, 1)
-    c = 0.0_wp
+    allocate (c(m, smooth%n_functions), source=0.0_wp)
     do e = 1, size(smooth%first)
       do q = 1, n_points
-        measure = merge(1.0_wp, smooth%measure(q, e), is_transposed)
-        do a = 1, size(smooth%values, 1)
+        factors = merge(1.0_wp, smooth%measure(q, e), is_transposed)*smooth%values(:, q, e)
+        do a = 1, size(factors)
           i = smooth%first(e) + a - 1
-          c(:, i) = c(:, i) + measure*smooth%values(a, q, e)*field(:, q + n_points*(e - 1))
+          call add_line(m, factors(a), field(:, q + n_points*(e - 1)), c(:, i))
         end do
       end do
     end do
     do j = 1, smooth%n_functions
-      c(:, j) = c(:, j)/smooth%factor(1, j)
+      c(:, j) = c(:, j)*(1.0_wp/smooth%factor(1, j))
       do i = j + 1, min(j + size(smooth%factor, 1) - 1, smooth%n_functions)
-        c(:, i) = c(:, i) - smooth%factor(i - j + 1, j)*c(:, j)
+        call add_line(m, -smooth%factor(i - j + 1, j), c(:, j), c(:, i))
       end do
     end do
     do j = smooth%n_functions, 1, -1
       do i = j + 1, min(j + size(smooth%factor, 1) - 1, smooth%n_functions)
-        c(:, j) = c(:, j) - smooth%factor(i - j + 1, j)*c(:, i)
+        call add_line(m, -smooth%factor(i - j + 1, j), c(:, i), c(:, j))
       end do
-      c(:, j) = c(:, j)/smooth%factor(1, j)
+      c(:, j) = c(:, j)*(1.0_wp/smooth%factor(1, j))
     end do
     field = 0.0_wp
     do e = 1, size(smooth%first)
       do q = 1, n_points
-        measure = merge(smooth%measure(q, e), 1.0_wp, is_transposed)
-        do a = 1, size(smooth%values, 1)
+        factors = merge(smooth%measure(q, e), 1.0_wp, is_transposed)*smooth%values(:, q, e)
+        do a = 1, size(factors)
           i = smooth%first(e) + a - 1
-          associate (line => field(:, q + n_points*(e - 1)))
-            line = line + measure*smooth%values(a, q, e)*c(:, i)
-          end associate
+          call add_line(m, factors(a), c(:, i), field(:, q + n_points*(e - 1)))
         end do
       end do
     end do
-  end subroutine project_chunk
+  end subroutine project_side_by_side
+
+  !> Add a multiple of a line.
+  pure subroutine add_line(m, factor, x, y)
+    integer, intent(in) :: m
+    real(wp), intent(in) :: factor, x(m)
+    real(wp), intent(inout) :: y(m)
+    integer :: l
+
+    !$omp simd
+    do l = 1, m
+      y(l) = y(l) + factor*x(l)
+    end do
+  end subroutine add_line
 
 end module smooth_axis

@@ -6,9 +6,9 @@ module smooth_forces
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use point_context, only: point_context_t, new_point_context
-  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, force_report_t, element_of_lane
+  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, force_report_t
   use strain_projection, only: project_sheet
-  use smooth_axis, only: project_lines
+  use smooth_lines, only: project_field
   use point_fields, only: point_fields_t
   use projected_dispatch, only: run_strain, run_nodal
   use projected_block, only: start_strain, finish_strain, update_stress, start_stress, finish_stress
@@ -157,67 +157,5 @@ contains
     if (allocated(patch%reference) .and. .not. is_transposed) &
       call project_field(patch, [1, 2, 3], .false., 2, fields%growth)
   end subroutine project
-
-  !> From blocks to lines, along the axes given, and back. Lanes that repeat an element get its
-  !! strains too, but no stress.
-  subroutine project_field(patch, along, is_transposed, n_fields, field)
-    type(ig_patch_t), intent(in) :: patch
-    integer, intent(in) :: along(:), n_fields
-    logical, intent(in) :: is_transposed
-    real(wp), intent(inout) :: field(n_lanes, patch%axes(3)%n_points, n_fields, &
-                                     patch%axes(2)%n_points, patch%axes(1)%n_points, &
-                                     patch%n_blocks)
-    real(wp), allocatable :: grid(:, :, :, :)
-    integer :: q(3), n(3), block, b, lane, e(3), o(3), i, j
-
-    q = patch%axes%n_points
-    n = q*patch%axes%n_elements
-    allocate (grid(n(3), n(2), n(1), n_fields))
-    !$omp parallel do schedule(static) default(shared) private(block, b, lane, e, o, i, j)
-    do block = 1, patch%n_blocks
-      do lane = 1, n_lanes
-        b = mod(block - 1, patch%lanes%n_blocks) + 1
-        if (.not. patch%lanes%is_owner(lane, b)) cycle
-        e = element_of_lane(patch, block, lane)
-        o = q*(e - 1)
-        do i = 1, q(1)
-          do j = 1, q(2)
-            grid(o(3) + 1:o(3) + q(3), o(2) + j, o(1) + i, :) = field(lane, :, :, j, i, block)
-          end do
-        end do
-      end do
-    end do
-    !$omp end parallel do
-    do i = 1, size(along)
-      associate (smooth => patch%projection%smooth(along(i)))
-        select case (along(i))
-        case (1)
-          call project_lines(smooth, is_transposed, n(3)*n(2), n(1), n_fields, grid)
-        case (2)
-          call project_lines(smooth, is_transposed, n(3), n(2), n(1)*n_fields, grid)
-        case default
-          call project_lines(smooth, is_transposed, 1, n(3), n(2)*n(1)*n_fields, grid)
-        end select
-      end associate
-    end do
-    !$omp parallel do schedule(static) default(shared) private(block, b, lane, e, o, i, j)
-    do block = 1, patch%n_blocks
-      do lane = 1, n_lanes
-        b = mod(block - 1, patch%lanes%n_blocks) + 1
-        if (is_transposed .and. .not. patch%lanes%is_owner(lane, b)) then
-          field(lane, :, :, :, :, block) = 0.0_wp
-          cycle
-        end if
-        e = element_of_lane(patch, block, lane)
-        o = q*(e - 1)
-        do i = 1, q(1)
-          do j = 1, q(2)
-            field(lane, :, :, j, i, block) = grid(o(3) + 1:o(3) + q(3), o(2) + j, o(1) + i, :)
-          end do
-        end do
-      end do
-    end do
-    !$omp end parallel do
-  end subroutine project_field
 
 end module smooth_forces
