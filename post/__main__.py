@@ -4,7 +4,7 @@ import os
 import sys
 
 from post import (bench, compare, draw_in, fld, force, history, material, picture, profile,
-                  springback, verification)
+                  springback, verification, watch)
 from post.results import ResultsError
 from post.study import command as study
 from post.study import page
@@ -41,6 +41,7 @@ def parser():
                          help="folder of the pictures (default: that of the records)")
     command.set_defaults(run=verification.run, is_picture=False)
     for module, name, text in (
+            (watch, "watch", "progress, energies and time step of a run while it goes on"),
             (study, "study", "what accuracy costs: many runs of a deck compared"),
             (page, "study-page", "the manual's page on what accuracy costs")):
         command = commands.add_parser(name, help=text, description=text.capitalize() + ".")

@@ -16,6 +16,10 @@ module command_line
     logical :: is_material = .false.       !! tests of one material point instead of a forming run
     integer :: n_modes = 0                 !! of --modes; 0: none asked for
     logical :: is_return_study = .false.   !! errors and cost of returns instead of those tests
+    logical :: is_batch = .false.          !! many runs: `deck` is their list or folder
+    integer :: n_jobs = 1                  !! of --jobs: runs side by side
+    integer :: only = 0                    !! of --only: the number of a run; 0: all
+    logical :: is_summary = .false.        !! the table of the batch alone
     logical :: is_check = .false., is_quiet = .false.
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
     character(:), allocatable :: fault     !! why the command cannot be carried out; else empty
@@ -47,7 +51,8 @@ contains
     allocate (command%overrides(0), command%user_files(0))
     i = 0
     if (size(arguments) > 0) command%is_material = arguments(1)%value == "material"
-    if (command%is_material) i = 1
+    if (size(arguments) > 0) command%is_batch = arguments(1)%value == "batch"
+    if (command%is_material .or. command%is_batch) i = 1
     do while (i < size(arguments) .and. command%fault == "")
       i = i + 1
       call take_argument(arguments, command, i)
@@ -65,6 +70,7 @@ contains
 
     text = "usage: igaform DECK [options]"//feed &
            //"       igaform material DECK [options]   tests of one material point"//feed &
+           //"       igaform batch LIST [--jobs N]     runs of a list or folder"//feed &
            //"  --out FILE.h5      result file (default: name of the deck, here)"//feed &
            //"  --threads N        OpenMP threads"//feed &
            //"  --user FILE        UMAT or VUMAT of *USER MATERIAL: .f .for .ftn .f77"//feed &
@@ -75,10 +81,14 @@ contains
            //"  --modes N          print the N lowest frequencies of the blank; do not run"//feed &
            //"  --return-study     igaform material: errors and cost of the return"//feed &
            //"                     mapping of each *PLASTIC; no tests"//feed &
+           //"  --jobs N           igaform batch: runs side by side (default: 1)"//feed &
+           //"  --only N           igaform batch: run number N alone"//feed &
+           //"  --summary          igaform batch: the table alone, no runs"//feed &
            //"  --quiet            errors and warnings only"//feed &
            //"  --keywords         print the reference of all keywords"//feed &
            //"  --version, --help"//feed &
-           //"exit codes: 0 done, 1 the input is at fault, 2 the run failed"
+           //"exit codes: 0 done, 1 the input is at fault, 2 the run failed,"//feed &
+           //"            3 interrupted"
   end function usage_text
 
   !> Argument number i; takes its value too where it has one.
@@ -96,6 +106,9 @@ contains
       command%is_return_study = .true.
       if (.not. command%is_material) command%fault = "option --return-study goes with "// &
                                                      "'igaform material'"
+    case ("--summary")
+      command%is_summary = .true.
+      if (.not. command%is_batch) command%fault = "option --summary goes with 'igaform batch'"
     case ("--quiet")
       command%is_quiet = .true.
     case ("--help", "-h")
@@ -104,18 +117,14 @@ contains
       command%wants_version = .true.
     case ("--keywords")
       command%wants_keywords = .true.
-    case ("--out", "--threads", "--set", "--user", "--modes")
+    case ("--out", "--threads", "--set", "--user", "--modes", "--jobs", "--only")
       if (i == size(arguments)) then
         command%fault = "option "//word//" needs a value"
         return
       end if
       i = i + 1
       value = arguments(i)%value
-      if (word == "--out") command%output = value
-      if (word == "--set") call append(command%overrides, value)
-      if (word == "--user") call append(command%user_files, value)
-      if (word == "--threads") call take_count(word, value, command%n_threads, command%fault)
-      if (word == "--modes") call take_count(word, value, command%n_modes, command%fault)
+      call take_value(word, value, command)
     case default
       if (index(word, "-") == 1) then
         command%fault = "unknown option '"//word//"'"
@@ -128,6 +137,32 @@ contains
       end if
     end select
   end subroutine take_argument
+
+  !> An option that has a value.
+  subroutine take_value(word, value, command)
+    character(*), intent(in) :: word, value
+    type(command_t), intent(inout) :: command
+
+    select case (word)
+    case ("--out")
+      command%output = value
+    case ("--set")
+      call append(command%overrides, value)
+    case ("--user")
+      call append(command%user_files, value)
+    case ("--threads")
+      call take_count(word, value, command%n_threads, command%fault)
+    case ("--modes")
+      call take_count(word, value, command%n_modes, command%fault)
+    case ("--jobs")
+      call take_count(word, value, command%n_jobs, command%fault)
+    case ("--only")
+      call take_count(word, value, command%only, command%fault)
+    end select
+    if (.not. command%is_batch .and. (word == "--jobs" .or. word == "--only")) then
+      command%fault = "option "//word//" goes with 'igaform batch'"
+    end if
+  end subroutine take_value
 
   !> The value of an option that counts something.
   subroutine take_count(option, value, count, fault)
@@ -158,7 +193,8 @@ contains
     type(string_t), allocatable :: options(:)
 
     options = strings([character(14) :: "--out", "--threads", "--set", "--user", "--check", &
-                       "--modes", "--return-study", "--quiet", "--keywords", "--version", "--help"])
+                       "--modes", "--return-study", "--jobs", "--only", "--summary", "--quiet", &
+                        "--keywords", "--version", "--help"])
     nearest = nearest_name(word, options)
   end function nearest_option
 

@@ -10,6 +10,7 @@ module deck_run
   use text, only: string_t, to_text, rounded_text
   use build_info, only: version, git_commit, build_flags
   use command_line, only: command_t
+  use run_identity, only: identity_of
   use output_names, only: files_read, result_path, path_beside_result
   use gauss_rule, only: gauss_rule_t
   use scene, only: scene_t
@@ -34,7 +35,8 @@ module deck_run
 
   public :: run_deck
 
-  integer, parameter, public :: exit_done = 0, exit_input = 1, exit_numerics = 2
+  integer, parameter, public :: exit_done = 0, exit_input = 1, exit_numerics = 2, &
+                                exit_interrupted = 3
 
   !> A run under way, for `save_open_run`.
   type :: open_run_t
@@ -100,6 +102,7 @@ contains
 
     read_files = files_read(command, scene)
     call fill_setup(scene, model, setup)
+    setup%provenance%identity = identity_of(command, scene)
     call new_run(model, run)
     call result_path(command, read_files, setup%path, error)
     if (.not. allocated(error)) call open_results(results, setup, error)

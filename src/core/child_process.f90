@@ -1,12 +1,13 @@
 !> Other programs, run without a shell: words reach them as they are, whatever they contain.
 module child_process
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_ptr, c_loc, c_null_char, &
-                                         c_null_ptr
+                                         c_null_ptr, c_f_pointer
   use text, only: string_t
   implicit none
   private
 
-  public :: run_program, c_text, program_missing
+  public :: run_program, start_program, take_ended, stop_program, pause_briefly
+  public :: c_text, program_missing
 
   integer, parameter :: program_missing = -1   !! code of a program that cannot be started
 
@@ -52,7 +53,19 @@ module child_process
       integer(c_int), value :: pid, options
       integer(c_int), intent(out) :: status
     end function c_waitpid
+
+    integer(c_int) function c_kill(pid, signal) bind(C, name="kill")
+      import :: c_int
+      integer(c_int), value :: pid, signal
+    end function c_kill
+
+    integer(c_int) function c_usleep(microseconds) bind(C, name="usleep")
+      import :: c_int
+      integer(c_int), value :: microseconds
+    end function c_usleep
   end interface
+
+  type(c_ptr), bind(C, name="environ"), protected :: environ   !! that of this program
 
   !> What compilers and binary tools look at, beside the language of their messages.
   character(*), parameter :: passed_on(10) = [character(17) :: "PATH", "HOME", "TMPDIR", &
@@ -73,37 +86,98 @@ contains
     type(string_t), intent(in) :: words(:)   !! the program and its arguments
     character(*), intent(in) :: output       !! path of the file for its output and its errors
     integer, intent(out) :: code
-    integer(c_int), parameter :: to_read = 0_c_int, to_write = 577_c_int, mode = 420_c_int
-    integer(c_int64_t) :: actions(64)        ! room enough for the type that C hides
-    type(c_text_t), allocatable, target :: arguments(:), settings(:)
-    type(c_ptr) :: argument_list(size(words) + 1), setting_list(size(passed_on) + 2)
-    integer(c_int) :: pid, status, failed
-    integer :: i
+    type(c_text_t), allocatable, target :: settings(:)
+    type(c_ptr) :: setting_list(size(passed_on) + 2)
+    integer(c_int) :: pid, status
 
     code = program_missing
+    call list_settings(settings, setting_list)
+    call spawn(words(1)%value, words, output, setting_list, pid)
+    if (pid == 0) return
+    if (c_waitpid(pid, status, 0_c_int) == pid) code = exit_code(status)
+  end subroutine run_program
+
+  !> Start a program and go on; its environment is that of this one. `process` is its number, 0
+  !! where it cannot be started.
+  subroutine start_program(program, words, output, process)
+    character(*), intent(in) :: program      !! its file
+    type(string_t), intent(in) :: words(:)   !! how it is called, and its arguments
+    character(*), intent(in) :: output       !! path of the file for its output and its errors
+    integer, intent(out) :: process
+    type(c_ptr), pointer :: settings(:)
+    integer(c_int) :: pid
+
+    call c_f_pointer(environ, settings, [1])
+    call spawn(program, words, output, settings, pid)
+    process = int(pid)
+  end subroutine start_program
+
+  !> A started program that has ended meanwhile, with its exit code as `run_program` has it; process
+  !! 0 if there is none.
+  subroutine take_ended(process, code)
+    integer, intent(out) :: process, code
+    integer(c_int), parameter :: any_child = -1_c_int, no_wait = 1_c_int
+    integer(c_int) :: status
+
+    process = max(0, int(c_waitpid(any_child, status, no_wait)))
+    code = program_missing
+    if (process > 0) code = exit_code(status)
+  end subroutine take_ended
+
+  !> Ask a started program to stop (SIGTERM).
+  subroutine stop_program(process)
+    integer, intent(in) :: process
+    integer(c_int), parameter :: terminate = 15_c_int
+    integer(c_int) :: ignored
+
+    ignored = c_kill(int(process, c_int), terminate)
+  end subroutine stop_program
+
+  !> Sleep for a twentieth of a second, or up to the next signal.
+  subroutine pause_briefly()
+    integer(c_int) :: ignored
+
+    ignored = c_usleep(50000_c_int)
+  end subroutine pause_briefly
+
+  !> Start a program that reads nothing and writes to a file; pid 0 if it cannot be started.
+  subroutine spawn(program, words, output, environment, pid)
+    character(*), intent(in) :: program, output
+    type(string_t), intent(in) :: words(:)
+    type(c_ptr), intent(in) :: environment(*)
+    integer(c_int), intent(out) :: pid
+    integer(c_int), parameter :: to_read = 0_c_int, to_write = 577_c_int, mode = 420_c_int
+    integer(c_int64_t) :: actions(64)        ! room enough for the type that C hides
+    type(c_text_t), allocatable, target :: arguments(:)
+    type(c_ptr) :: argument_list(size(words) + 1)
+    integer(c_int) :: failed
+    integer :: i
+
+    pid = 0
     allocate (arguments(size(words)))
     do i = 1, size(words)
       arguments(i)%text = c_text(words(i)%value)
       argument_list(i) = c_loc(arguments(i)%text)
     end do
     argument_list(size(words) + 1) = c_null_ptr
-    call list_settings(settings, setting_list)
     actions = 0_c_int64_t
-    failed = c_actions_init(actions)
-    if (failed /= 0) return
+    if (c_actions_init(actions) /= 0) return
     failed = c_add_open(actions, 0_c_int, c_text("/dev/null"), to_read, mode)
     if (failed == 0) failed = c_add_open(actions, 1_c_int, c_text(output), to_write, mode)
     if (failed == 0) failed = c_add_dup(actions, 1_c_int, 2_c_int)
-    if (failed == 0) failed = c_spawn(pid, arguments(1)%text, actions, c_null_ptr, argument_list, &
-                                      setting_list)
-    if (failed == 0) then
-      if (c_waitpid(pid, status, 0_c_int) == pid) then
-        code = iand(ishft(int(status), -8), 255)
-        if (iand(int(status), 127) /= 0) code = 128 + iand(int(status), 127)
-      end if
-    end if
+    if (failed == 0) failed = c_spawn(pid, c_text(program), actions, c_null_ptr, argument_list, &
+                                      environment)
+    if (failed /= 0) pid = 0
     failed = c_actions_destroy(actions)
-  end subroutine run_program
+  end subroutine spawn
+
+  !> Exit code of a program that has ended, or 128 + signal.
+  pure integer function exit_code(status) result(code)
+    integer(c_int), intent(in) :: status
+
+    code = iand(ishft(int(status), -8), 255)
+    if (iand(int(status), 127) /= 0) code = 128 + iand(int(status), 127)
+  end function exit_code
 
   !> The environment of the program: messages in English, the rest as it is here.
   subroutine list_settings(settings, list)

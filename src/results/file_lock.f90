@@ -1,12 +1,19 @@
 !> Advisory locks of whole files (flock), as the HDF5 library uses them.
 module file_lock
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, &
+                                         c_null_ptr, c_ptr
   implicit none
   private
 
-  public :: is_locked_by_others, is_lock_shared
+  public :: is_locked_by_others, is_lock_shared, folder_lock_t, hold_folder, release_folder
 
   integer(c_int), parameter :: lock_shared = 1, lock_exclusive = 2, lock_no_wait = 4
+
+  !> A lock on the folder of a file, held for as long as it takes to create the file.
+  type :: folder_lock_t
+    private
+    type(c_ptr) :: stream = c_null_ptr
+  end type folder_lock_t
 
   interface
     type(c_ptr) function c_fopen(path, mode) bind(C, name="fopen")
@@ -47,6 +54,30 @@ contains
     shared = c_flock(file, ior(lock_shared, lock_no_wait))
     is_locked = c_fclose(stream) == 0 .and. exclusive /= 0 .and. shared == 0
   end function is_locked_by_others
+
+  !> Wait until nobody else creates a file in the folder of this one: between the look whether it
+  !! may be replaced and its lock nobody must come in. Without effect on file systems without locks.
+  subroutine hold_folder(path, lock)
+    character(*), intent(in) :: path
+    type(folder_lock_t), intent(out) :: lock
+    integer(c_int) :: ignored
+
+    character(:), allocatable :: folder
+
+    folder = path(:index(path, "/", back=.true.))
+    if (folder == "") folder = "."
+    lock%stream = c_fopen(folder//c_null_char, "r"//c_null_char)
+    if (c_associated(lock%stream)) ignored = c_flock(c_fileno(lock%stream), lock_exclusive)
+  end subroutine hold_folder
+
+  !> Let others in again.
+  subroutine release_folder(lock)
+    type(folder_lock_t), intent(inout) :: lock
+    integer(c_int) :: ignored
+
+    if (c_associated(lock%stream)) ignored = c_fclose(lock%stream)
+    lock%stream = c_null_ptr
+  end subroutine release_folder
 
   !> Turn the lock on an open file into a shared one; false on a file system without locks.
   logical function is_lock_shared(descriptor) result(is_shared)

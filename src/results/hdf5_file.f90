@@ -13,7 +13,8 @@ module hdf5_file
   use errors, only: error_t, fail
   use hdf5_library
   use hdf5_reason, only: failure_reason, is_library_silenced
-  use file_lock, only: is_locked_by_others, is_lock_shared
+  use file_lock, only: is_locked_by_others, is_lock_shared, folder_lock_t, hold_folder, &
+                       release_folder
   implicit none
   private
 
@@ -41,10 +42,8 @@ contains
   subroutine create_file(file, path)
     type(hdf5_file_t), intent(out) :: file
     character(*), intent(in) :: path
-    type(c_ptr) :: descriptor
-    integer(c_int), pointer :: unit
+    type(folder_lock_t) :: lock
     integer(c_int) :: status
-    logical :: is_there
 
     file%path = path
     ! At exit the library would touch files again that it could not write, and crash. From the
@@ -52,17 +51,29 @@ contains
     status = h5dont_atexit()
     if (h5open() < 0) call note(file, "open HDF5 for", "")
     if (.not. is_library_silenced()) call note(file, "silence HDF5 for", "")
-    inquire (file=path, exist=is_there)
+    call hold_folder(path, lock)
+    call create_locked(file)
+    call release_folder(lock)
+  end subroutine create_file
+
+  !> Create it if it may be, and let readers look in.
+  subroutine create_locked(file)
+    type(hdf5_file_t), intent(inout) :: file
+    type(c_ptr) :: descriptor
+    integer(c_int), pointer :: unit
+    logical :: is_there
+
+    inquire (file=file%path, exist=is_there)
     if (is_there) call check_replaceable(file)
     if (allocated(file%error)) return
-    file%id = h5fcreate(c_text(path), h5_truncate, h5_default, h5_default)
+    file%id = h5fcreate(c_text(file%path), h5_truncate, h5_default, h5_default)
     if (file%id < 0) then
       call note(file, "create", "")
     else if (h5fget_vfd_handle(file%id, h5_default, descriptor) >= 0) then
       call c_f_pointer(descriptor, unit)
       file%is_shared = is_lock_shared(unit)
     end if
-  end subroutine create_file
+  end subroutine create_locked
 
   !> Close the file; what was written is complete.
   subroutine close_file(file)

@@ -11,6 +11,7 @@ module hdf5_library
   integer, parameter, public :: hsize_t = c_int64_t   !! extents
   integer(hid_t), parameter, public :: h5_default = 0_hid_t
   integer(hsize_t), parameter, public :: h5_unlimited = -1_hsize_t
+  integer(c_int), parameter, public :: h5_read_only = 0, h5_read_write = 1
   integer(c_int), parameter, public :: h5_truncate = 2, h5_scope_global = 1, h5_select_set = 0
   integer(c_int), parameter, public :: h5_walk_upward = 0, h5_null_padded = 1, h5_utf8 = 1
 
@@ -23,6 +24,7 @@ module hdf5_library
 
   public :: h5dont_atexit, h5open, h5fcreate, h5fclose, h5fflush, h5fis_hdf5, h5fget_vfd_handle
   public :: h5gcreate, h5oopen, h5oclose, h5lexists, h5lcreate_hard
+  public :: h5fopen, h5dread, h5aread, h5aget_type, h5tget_size, h5sget_ndims, h5dget_type
   public :: h5acreate, h5aopen, h5aexists, h5awrite, h5adelete, h5aclose
   public :: h5dcreate, h5dopen, h5dwrite, h5dset_extent, h5dget_space, h5dclose
   public :: h5screate_simple, h5sget_extent, h5sselect_hyperslab, h5sclose
@@ -45,6 +47,13 @@ module hdf5_library
       integer(c_int), value :: flags
       integer(hid_t), value :: creation, access
     end function h5fcreate
+
+    integer(hid_t) function h5fopen(path, flags, access) bind(C, name="H5Fopen")
+      import :: c_char, c_int, hid_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: flags
+      integer(hid_t), value :: access
+    end function h5fopen
 
     integer(c_int) function h5fclose(file) bind(C, name="H5Fclose")
       import :: c_int, hid_t
@@ -165,6 +174,39 @@ module hdf5_library
       integer(hid_t), value :: dataset, type, memory, place, transfer
       type(c_ptr), value :: values
     end function h5dwrite
+
+    integer(c_int) function h5dread(dataset, type, memory, place, transfer, values) &
+      bind(C, name="H5Dread")
+      import :: c_int, c_ptr, hid_t
+      integer(hid_t), value :: dataset, type, memory, place, transfer
+      type(c_ptr), value :: values
+    end function h5dread
+
+    integer(hid_t) function h5dget_type(dataset) bind(C, name="H5Dget_type")
+      import :: hid_t
+      integer(hid_t), value :: dataset
+    end function h5dget_type
+
+    integer(c_int) function h5aread(attribute, type, values) bind(C, name="H5Aread")
+      import :: c_int, c_ptr, hid_t
+      integer(hid_t), value :: attribute, type
+      type(c_ptr), value :: values
+    end function h5aread
+
+    integer(hid_t) function h5aget_type(attribute) bind(C, name="H5Aget_type")
+      import :: hid_t
+      integer(hid_t), value :: attribute
+    end function h5aget_type
+
+    integer(c_size_t) function h5tget_size(type) bind(C, name="H5Tget_size")
+      import :: c_size_t, hid_t
+      integer(hid_t), value :: type
+    end function h5tget_size
+
+    integer(c_int) function h5sget_ndims(space) bind(C, name="H5Sget_simple_extent_ndims")
+      import :: c_int, hid_t
+      integer(hid_t), value :: space
+    end function h5sget_ndims
 
     integer(c_int) function h5dset_extent(dataset, extents) bind(C, name="H5Dset_extent")
       import :: c_int, hid_t, hsize_t

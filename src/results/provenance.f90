@@ -15,6 +15,7 @@ module provenance
     character(:), allocatable :: git_commit
     character(:), allocatable :: build_flags    !! empty: those this layer was compiled with
     character(:), allocatable :: command_line
+    character(:), allocatable :: identity       !! digest of deck and program; empty: not known
     character(:), allocatable :: deck_file
     character(:), allocatable :: deck_text
     character(:), allocatable :: heading

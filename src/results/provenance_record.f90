@@ -26,6 +26,7 @@ contains
     if (len(flags) == 0) flags = compiler_flags()
     call create_group(file, "/provenance")
     call write_text_attribute(file, "/provenance", "status", "running")
+    call write_text_attribute(file, "/provenance", "identity", text_or_empty(source%identity))
     call write_text(file, folder//"version", text_or_empty(source%version), &
                     "version of the program")
     call write_text(file, folder//"git_commit", text_or_empty(source%git_commit), &

@@ -1,0 +1,200 @@
+!> Many runs, some of them side by side: what is finished is not repeated.
+module batch
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use text, only: string_t, to_text
+  use errors, only: error_t, fail
+  use faults, only: fault_list_t
+  use scene, only: scene_t
+  use deck_reader, only: read_deck
+  use interrupt, only: watch_signals, is_stop_wanted
+  use child_process, only: start_program, take_ended, stop_program, pause_briefly
+  use provenance, only: host_cores
+  use system_files, only: remove_file, true_path
+  use command_line, only: command_t
+  use output_names, only: base_of, file_name
+  use run_identity, only: identity_of
+  use batch_list, only: batch_run_t, read_batch
+  use batch_table, only: outcome_t, outcome_of, is_final, print_table, write_table
+  use deck_run, only: exit_done, exit_input, exit_numerics, exit_interrupted
+  implicit none
+  private
+
+  public :: run_batch
+
+  !> A run under way.
+  type :: job_t
+    integer :: process = 0     !! 0: none
+    integer :: run = 0         !! place in the list
+  end type job_t
+
+contains
+
+  !> Carry out the batch; the exit code is 0 if all runs are completed, 3 if the batch was
+  !! interrupted, else 2 if a run failed and 1 if a deck was refused.
+  integer function run_batch(command) result(code)
+    type(command_t), intent(in) :: command
+    type(batch_run_t), allocatable :: runs(:)
+    type(string_t), allocatable :: identities(:)
+    type(outcome_t), allocatable :: outcomes(:)
+    type(error_t), allocatable :: error
+    logical, allocatable :: is_due(:)
+    integer :: i
+
+    code = exit_input
+    call read_batch(command%deck, runs, error)
+    if (.not. allocated(error)) then
+      if (command%only > size(runs)) call fail(error, "--only "//to_text(command%only)// &
+                                               ": the batch has "//to_text(size(runs))//" runs")
+    end if
+    if (allocated(error)) then
+      write (error_unit, "(a)") "igaform: "//error%message
+      return
+    end if
+    allocate (identities(size(runs)), outcomes(size(runs)), is_due(size(runs)))
+    do i = 1, size(runs)
+      identities(i)%value = identity_of_run(runs(i))
+      outcomes(i) = outcome_of(runs(i), identities(i)%value)
+      is_due(i) = .not. (is_final(outcomes(i)) .or. command%is_summary) &
+                  .and. (command%only == 0 .or. command%only == i)
+    end do
+    call watch_signals()
+    if (any(is_due)) call carry_out(command, runs, identities, is_due, outcomes)
+    if (command%only == 0) then
+      call print_table(runs, outcomes)
+      call write_table(base_of(file_name(true_path(command%deck)))//"_summary.csv", runs, &
+                       outcomes, error)
+      if (allocated(error)) write (error_unit, "(a)") "igaform: "//error%message
+    else
+      call print_table(runs(command%only:command%only), outcomes(command%only:command%only))
+    end if
+    code = code_of(command, outcomes)
+    if (allocated(error)) code = exit_input
+  end function run_batch
+
+  !> The key that the result of a run must carry. What is wrong with a deck the run itself tells.
+  function identity_of_run(run) result(identity)
+    type(batch_run_t), intent(in) :: run
+    character(:), allocatable :: identity
+    type(scene_t) :: scene
+    type(fault_list_t) :: faults
+
+    call read_deck(run%command%deck, run%command%overrides, scene, faults)
+    identity = identity_of(run%command, scene)
+  end function identity_of_run
+
+  !> Start what is due as places come free, until all is done or a signal says stop: then all that
+  !! is under way is asked to stop and waited for.
+  subroutine carry_out(command, runs, identities, is_due, outcomes)
+    type(command_t), intent(in) :: command
+    type(batch_run_t), intent(in) :: runs(:)
+    type(string_t), intent(in) :: identities(:)
+    logical, intent(in) :: is_due(:)
+    type(outcome_t), intent(inout) :: outcomes(:)
+    type(job_t) :: jobs(max(1, command%n_jobs))
+    integer :: next, process, code, j, n_done
+    logical :: is_stopping
+
+    next = 1
+    n_done = 0
+    is_stopping = .false.
+    do
+      do j = 1, size(jobs)
+        if (jobs(j)%process /= 0 .or. is_stopping) cycle
+        do while (next <= size(runs))
+          if (is_due(next)) exit
+          next = next + 1
+        end do
+        if (next > size(runs)) exit
+        call start(command, runs(next), jobs(j)%process)
+        jobs(j)%run = next
+        next = next + 1
+      end do
+      if (all(jobs%process == 0)) exit
+      call take_ended(process, code)
+      if (process == 0) then
+        if (is_stop_wanted() .and. .not. is_stopping) then
+          is_stopping = .true.
+          do j = 1, size(jobs)
+            if (jobs(j)%process /= 0) call stop_program(jobs(j)%process)
+          end do
+        end if
+        call pause_briefly()
+        cycle
+      end if
+      do j = 1, size(jobs)
+        if (jobs(j)%process /= process) cycle
+        jobs(j)%process = 0
+        n_done = n_done + 1
+        associate (r => jobs(j)%run)
+          call look_after(runs(r), identities(r)%value, code, outcomes(r))
+          write (output_unit, "(a)") "["//to_text(n_done)//"/"//to_text(count(is_due))//"] "// &
+            runs(r)%text//": "//outcomes(r)%status
+          flush (output_unit)
+        end associate
+      end do
+    end do
+  end subroutine carry_out
+
+  !> Start one run. The cores are shared out evenly unless the user says how many threads.
+  subroutine start(command, run, process)
+    type(command_t), intent(in) :: command
+    type(batch_run_t), intent(in) :: run
+    integer, intent(out) :: process
+    type(string_t), allocatable :: words(:)
+    integer :: n_threads
+
+    n_threads = command%n_threads
+    if (n_threads == 0) n_threads = max(1, host_cores()/max(1, command%n_jobs))
+    words = [words_of("igaform"), run%words, words_of("--quiet")]
+    if (run%command%n_threads == 0) then
+      words = [words, words_of("--threads"), words_of(to_text(n_threads))]
+    end if
+    call start_program("/proc/self/exe", words, run%base//".err", process)
+    if (process == 0) write (error_unit, "(a)") "igaform: cannot start '"//run%text// &
+      "' with '"//run%base//".err' for its messages"
+  end subroutine start
+
+  function words_of(word) result(list)
+    character(*), intent(in) :: word
+    type(string_t) :: list(1)
+
+    list(1)%value = word
+  end function words_of
+
+  !> How a run that has ended stands now; a file of messages without any goes away.
+  subroutine look_after(run, identity, code, outcome)
+    type(batch_run_t), intent(in) :: run
+    character(*), intent(in) :: identity
+    integer, intent(in) :: code
+    type(outcome_t), intent(out) :: outcome
+    integer :: length
+
+    inquire (file=run%base//".err", size=length)
+    if (length <= 0) call remove_file(run%base//".err")
+    outcome = outcome_of(run, identity)
+    if (code == exit_input) outcome%status = "refused"
+    if (code > 128 .and. outcome%message == "") outcome%message = "ended by signal "// &
+                                                                  to_text(code - 128)
+  end subroutine look_after
+
+  integer function code_of(command, outcomes) result(code)
+    type(command_t), intent(in) :: command
+    type(outcome_t), intent(in) :: outcomes(:)
+    integer :: i
+
+    code = exit_done
+    do i = 1, size(outcomes)
+      if (command%only > 0 .and. command%only /= i) cycle
+      select case (outcomes(i)%status)
+      case ("completed")
+      case ("refused")
+        code = max(code, exit_input)
+      case ("failed")
+        code = max(code, exit_numerics)
+      case default
+        code = exit_interrupted
+      end select
+    end do
+  end function code_of
+
+end module batch

@@ -1,0 +1,206 @@
+!> The runs of a batch: from a list, one command line a line, or from the decks of a folder.
+module batch_list
+  use text, only: string_t, to_text
+  use errors, only: error_t, fail
+  use system_files, only: true_path, matching_files, is_folder
+  use command_line, only: command_t, parse_arguments
+  use output_names, only: base_of, file_name
+  implicit none
+  private
+
+  public :: batch_run_t, read_batch, split_words
+
+  !> One run of a batch.
+  type :: batch_run_t
+    type(string_t), allocatable :: words(:)    !! its command line
+    type(command_t) :: command                 !! the same, taken apart
+    integer :: line = 0                        !! of the list; of a folder: number of the deck
+    character(:), allocatable :: text          !! the words as they were written
+    character(:), allocatable :: base          !! path of its files without their endings
+    character(:), allocatable :: result_file
+  end type batch_run_t
+
+contains
+
+  !> Read the list, or find the decks (`*.key`) of the folder. Refused: no run, a line that is no
+  !! command line, two runs that would write one file.
+  subroutine read_batch(path, runs, error)
+    character(*), intent(in) :: path
+    type(batch_run_t), allocatable, intent(out) :: runs(:)
+    type(error_t), allocatable, intent(out) :: error
+
+    if (is_folder(path)) then
+      call take_folder(path, runs)
+    else
+      call take_list(path, runs, error)
+    end if
+    if (allocated(error)) return
+    if (size(runs) == 0) then
+      call fail(error, "batch '"//path//"': found no run, expected decks (*.key) in a folder, "// &
+                "or a file with the words behind 'igaform' of one run a line")
+      return
+    end if
+    call check_commands(path, runs, error)
+    if (.not. allocated(error)) call check_files(path, runs, error)
+  end subroutine read_batch
+
+  subroutine take_folder(path, runs)
+    character(*), intent(in) :: path
+    type(batch_run_t), allocatable, intent(out) :: runs(:)
+    type(string_t), allocatable :: decks(:)
+    integer :: i
+
+    call matching_files(path, ".key", decks)
+    allocate (runs(size(decks)))
+    do i = 1, size(decks)
+      allocate (runs(i)%words(1))
+      runs(i)%words(1)%value = decks(i)%value
+      runs(i)%text = decks(i)%value
+      runs(i)%line = i
+    end do
+  end subroutine take_folder
+
+  subroutine take_list(path, runs, error)
+    character(*), intent(in) :: path
+    type(batch_run_t), allocatable, intent(out) :: runs(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable :: words(:)
+    type(batch_run_t) :: run
+    character(4096) :: line
+    character(256) :: message
+    character(:), allocatable :: fault
+    integer :: unit, status, number
+
+    allocate (runs(0))
+    open (newunit=unit, file=path, action="read", status="old", iostat=status, iomsg=message)
+    if (status /= 0) then
+      call fail(error, "batch '"//path//"': "//trim(message))
+      return
+    end if
+    number = 0
+    do
+      read (unit, "(a)", iostat=status) line
+      if (status /= 0) exit
+      number = number + 1
+      call split_words(trim(line), words, fault)
+      if (fault /= "") call fail(error, place(path, number)//fault)
+      if (allocated(error)) exit
+      if (size(words) == 0) cycle
+      run%words = words
+      run%text = trim(adjustl(line))
+      run%line = number
+      runs = [runs, run]
+    end do
+    close (unit)
+  end subroutine take_list
+
+  !> Words set apart by blanks; quotes keep blanks together, # begins a comment where a word could.
+  subroutine split_words(line, words, fault)
+    character(*), intent(in) :: line
+    type(string_t), allocatable, intent(out) :: words(:)
+    character(:), allocatable, intent(out) :: fault    !! empty: none
+    type(string_t) :: word
+    character(1) :: quote
+    logical :: is_open
+    integer :: i
+
+    allocate (words(0))
+    fault = ""
+    word%value = ""
+    is_open = .false.
+    quote = " "
+    do i = 1, len(line)
+      associate (letter => line(i:i))
+        if (quote /= " ") then
+          if (letter == quote) then
+            quote = " "
+          else
+            word%value = word%value//letter
+          end if
+        else if (letter == "'" .or. letter == '"') then
+          quote = letter
+          is_open = .true.
+        else if (letter == " " .or. letter == achar(9) .or. letter == achar(13)) then
+          if (is_open) words = [words, word]
+          is_open = .false.
+          word%value = ""
+        else if (letter == "#" .and. .not. is_open) then
+          exit
+        else
+          word%value = word%value//letter
+          is_open = .true.
+        end if
+      end associate
+    end do
+    if (is_open) words = [words, word]
+    if (quote /= " ") fault = "a quote "//quote//" that nothing closes"
+  end subroutine split_words
+
+  !> Take all command lines apart.
+  subroutine check_commands(path, runs, error)
+    character(*), intent(in) :: path
+    type(batch_run_t), intent(inout) :: runs(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: i
+
+    do i = 1, size(runs)
+      associate (run => runs(i))
+        call parse_arguments(run%words, run%command)
+        if (run%command%fault /= "") then
+          call fail(error, place(path, run%line)//run%command%fault)
+        else if (run%command%is_material .or. run%command%is_batch .or. run%command%is_check &
+                 .or. run%command%n_modes > 0 .or. run%command%wants_help &
+                 .or. run%command%wants_version .or. run%command%wants_keywords) then
+          call fail(error, place(path, run%line)//"'"//run%text//"' is no run of a deck")
+        end if
+        if (allocated(error)) return
+        run%result_file = run%command%output
+        if (run%result_file == "") run%result_file = base_of(file_name(run%command%deck))//".h5"
+        run%base = base_of(run%result_file)
+      end associate
+    end do
+  end subroutine check_commands
+
+  !> No file may be written by two runs, nor be written by one and be the deck of another, under
+  !! whatever path. Files beside a result have its name without the ending.
+  subroutine check_files(path, runs, error)
+    character(*), intent(in) :: path
+    type(batch_run_t), intent(in) :: runs(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t) :: bases(size(runs)), results(size(runs)), decks(size(runs))
+    integer :: i, j
+
+    do i = 1, size(runs)
+      bases(i)%value = base_of(true_path(runs(i)%base//".h5"))
+      results(i)%value = true_path(runs(i)%result_file)
+      decks(i)%value = true_path(runs(i)%command%deck)
+    end do
+    do i = 1, size(runs)
+      do j = 1, size(runs)
+        if (j < i) then
+          if (bases(i)%value == bases(j)%value .or. results(i)%value == results(j)%value &
+              .or. results(i)%value == bases(j)%value//".ckpt.h5" &
+              .or. results(j)%value == bases(i)%value//".ckpt.h5") then
+            call fail(error, place(path, runs(i)%line)//"the run writes '"//runs(i)%result_file &
+                      //"' and files beside it, as does that of line "//to_text(runs(j)%line)// &
+                      " ('"//runs(j)%result_file//"'); give one of them another --out")
+            return
+          end if
+        end if
+        if (results(i)%value /= decks(j)%value) cycle
+        call fail(error, place(path, runs(i)%line)//"the result '"//runs(i)%result_file// &
+                  "' is the deck of line "//to_text(runs(j)%line)//"; give another --out")
+        return
+      end do
+    end do
+  end subroutine check_files
+
+  function place(path, line) result(text)
+    character(*), intent(in) :: path
+    integer, intent(in) :: line
+    character(:), allocatable :: text
+
+    text = "batch "//path//":"//to_text(line)//": "
+  end function place
+
+end module batch_list

@@ -1,0 +1,187 @@
+!> The summary of a batch, as a table on the terminal and as CSV. It is read from the result files,
+!! so it is the same whoever has carried out the runs.
+module batch_table
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use kinds, only: wp
+  use text, only: to_text, rounded_text
+  use errors, only: error_t, fail
+  use result_state, only: result_state_t, read_result_state
+  use system_files, only: replace_file
+  use batch_list, only: batch_run_t
+  implicit none
+  private
+
+  public :: outcome_t, outcome_of, is_final, print_table, write_table, summary_words
+
+  !> How a run stands.
+  type :: outcome_t
+    character(:), allocatable :: status    !! completed, failed, interrupted, refused, due
+    character(:), allocatable :: message   !! first error it told; empty: none
+    type(result_state_t) :: state
+  end type outcome_t
+
+  character(*), parameter :: header = &
+    "line,status,steps,wall_seconds,energy_error,result,message,command"
+
+contains
+
+  !> How a run stands: by its result, if that belongs to this very deck and program.
+  function outcome_of(run, identity) result(outcome)
+    type(batch_run_t), intent(in) :: run
+    character(*), intent(in) :: identity       !! that its result must have
+    type(outcome_t) :: outcome
+
+    call read_result_state(run%result_file, outcome%state)
+    outcome%status = "due"
+    outcome%message = first_error(run%base//".err")
+    if (outcome%state%identity == identity) then
+      outcome%status = outcome%state%status
+      if (outcome%status == "running" .or. outcome%status == "") outcome%status = "interrupted"
+    else
+      outcome%state%status = ""
+      if (outcome%message /= "") outcome%status = "refused"
+    end if
+    if (outcome%status == "completed") outcome%message = ""
+  end function outcome_of
+
+  !> Would the run, once more, end the same?
+  pure logical function is_final(outcome)
+    type(outcome_t), intent(in) :: outcome
+
+    is_final = outcome%status == "completed" .or. outcome%status == "failed"
+  end function is_final
+
+  !> The first line of a file that tells of an error, without the program's name.
+  function first_error(path) result(message)
+    character(*), intent(in) :: path
+    character(:), allocatable :: message
+    character(1024) :: line
+    integer :: unit, status, place
+
+    message = ""
+    open (newunit=unit, file=path, action="read", status="old", iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, "(a)", iostat=status) line
+      if (status /= 0) exit
+      if (message == "" .and. index(line, "warning:") == 0) message = trim(line)
+      place = index(line, "error: ")
+      if (place == 0) cycle
+      message = trim(line)
+      if (index(line, "igaform: error: ") == 1) message = trim(line(place + 7:))
+      exit
+    end do
+    close (unit)
+  end function first_error
+
+  !> The table for people.
+  subroutine print_table(runs, outcomes)
+    type(batch_run_t), intent(in) :: runs(:)
+    type(outcome_t), intent(in) :: outcomes(:)
+    integer :: i
+
+    write (output_unit, "(a)") "line  status             steps    wall [s]  energy error  run"
+    do i = 1, size(runs)
+      associate (o => outcomes(i))
+        if (is_final(o)) then
+          write (output_unit, "(i4, 2x, a11, i13, f12.1, es14.2, 2x, a)") runs(i)%line, &
+            o%status//repeat(" ", 11), nint(o%state%n_steps), o%state%wall_seconds, &
+            o%state%energy_error, runs(i)%text
+        else
+          write (output_unit, "(i4, 2x, a11, 41x, a)") runs(i)%line, o%status//repeat(" ", 11), &
+            runs(i)%text
+        end if
+        if (o%message /= "") write (output_unit, "(19x, a)") o%message
+      end associate
+    end do
+    write (output_unit, "(a)") summary_words(outcomes)
+  end subroutine print_table
+
+  !> How many runs stand how, in words.
+  function summary_words(outcomes) result(words)
+    type(outcome_t), intent(in) :: outcomes(:)
+    character(:), allocatable :: words
+    character(11), parameter :: kinds(5) = [character(11) :: "completed", "failed", "refused", &
+                                            "interrupted", "due"]
+    integer :: k, i, n
+
+    words = to_text(size(outcomes))//" runs"
+    do k = 1, size(kinds)
+      n = 0
+      do i = 1, size(outcomes)
+        if (outcomes(i)%status == trim(kinds(k))) n = n + 1
+      end do
+      if (n > 0) words = words//merge(": ", ", ", index(words, ":") == 0)//to_text(n)//" "// &
+                         trim(kinds(k))
+    end do
+  end function summary_words
+
+  !> The table as CSV, put in the place of an older one in one go. Refused: a file of this name
+  !! that is no such table.
+  subroutine write_table(path, runs, outcomes, error)
+    character(*), intent(in) :: path
+    type(batch_run_t), intent(in) :: runs(:)
+    type(outcome_t), intent(in) :: outcomes(:)
+    type(error_t), allocatable, intent(out) :: error
+    integer :: unit, status, i
+    character(256) :: message
+
+    if (.not. is_ours(path)) then
+      call fail(error, "summary '"//path//"': there is a file of this name that is no summary "// &
+                "of a batch; it is left alone")
+      return
+    end if
+    open (newunit=unit, file=path//".new", action="write", status="replace", iostat=status, &
+          iomsg=message)
+    if (status == 0) write (unit, "(a)", iostat=status, iomsg=message) header
+    do i = 1, size(runs)
+      if (status == 0) write (unit, "(a)", iostat=status, iomsg=message) &
+        csv_line(runs(i), outcomes(i))
+    end do
+    if (status == 0) close (unit, iostat=status, iomsg=message)
+    if (status == 0) then
+      if (replace_file(path//".new", path)) return
+      message = "cannot put it in its place"
+    end if
+    call fail(error, "summary '"//path//"': "//trim(message))
+  end subroutine write_table
+
+  logical function is_ours(path)
+    character(*), intent(in) :: path
+    character(len(header) + 1) :: line
+    integer :: unit, status
+
+    open (newunit=unit, file=path, action="read", status="old", iostat=status)
+    is_ours = status /= 0
+    if (is_ours) return
+    read (unit, "(a)", iostat=status) line
+    is_ours = status == 0 .and. line == header
+    close (unit)
+  end function is_ours
+
+  function csv_line(run, outcome) result(line)
+    type(batch_run_t), intent(in) :: run
+    type(outcome_t), intent(in) :: outcome
+    character(:), allocatable :: line
+
+    line = to_text(run%line)//","//outcome%status//","//to_text(nint(outcome%state%n_steps))// &
+           ","//rounded_text(outcome%state%wall_seconds)//","// &
+           rounded_text(outcome%state%energy_error)//","//quoted(run%result_file)//","// &
+           quoted(outcome%message)//","//quoted(run%text)
+  end function csv_line
+
+  !> A field of CSV.
+  pure function quoted(given) result(field)
+    character(*), intent(in) :: given
+    character(:), allocatable :: field
+    integer :: i
+
+    field = '"'
+    do i = 1, len(given)
+      field = field//given(i:i)
+      if (given(i:i) == '"') field = field//'"'
+    end do
+    field = field//'"'
+  end function quoted
+
+end module batch_table

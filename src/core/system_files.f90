@@ -1,0 +1,201 @@
+!> Services of the operating system for files: true paths, files by pattern, safe replacement.
+module system_files
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, &
+                                         c_null_char, c_null_ptr, c_ptr, c_size_t
+  use text, only: string_t
+  implicit none
+  private
+
+  public :: true_path, matching_files, is_folder, sync_file, replace_file, remove_file
+
+  !> The result of glob; the tail is room for what the C library keeps there.
+  type, bind(C) :: glob_t
+    integer(c_size_t) :: n = 0
+    type(c_ptr) :: paths = c_null_ptr
+    integer(c_size_t) :: rest(14) = 0
+  end type glob_t
+
+  interface
+    type(c_ptr) function c_realpath(path, resolved) bind(C, name="realpath")
+      import :: c_char, c_ptr
+      character(kind=c_char), intent(in) :: path(*)
+      type(c_ptr), value :: resolved
+    end function c_realpath
+
+    subroutine c_free(memory) bind(C, name="free")
+      import :: c_ptr
+      type(c_ptr), value :: memory
+    end subroutine c_free
+
+    integer(c_size_t) function c_strlen(text) bind(C, name="strlen")
+      import :: c_ptr, c_size_t
+      type(c_ptr), value :: text
+    end function c_strlen
+
+    integer(c_int) function c_glob(pattern, flags, on_error, found) bind(C, name="glob")
+      import :: c_char, c_int, c_ptr, glob_t
+      character(kind=c_char), intent(in) :: pattern(*)
+      integer(c_int), value :: flags
+      type(c_ptr), value :: on_error
+      type(glob_t), intent(inout) :: found
+    end function c_glob
+
+    subroutine c_globfree(found) bind(C, name="globfree")
+      import :: glob_t
+      type(glob_t), intent(inout) :: found
+    end subroutine c_globfree
+
+    type(c_ptr) function c_fopen(path, mode) bind(C, name="fopen")
+      import :: c_char, c_ptr
+      character(kind=c_char), intent(in) :: path(*), mode(*)
+    end function c_fopen
+
+    integer(c_int) function c_fileno(stream) bind(C, name="fileno")
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream
+    end function c_fileno
+
+    integer(c_int) function c_fclose(stream) bind(C, name="fclose")
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream
+    end function c_fclose
+
+    integer(c_int) function c_fsync(descriptor) bind(C, name="fsync")
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end function c_fsync
+
+    integer(c_int) function c_rename(old, new) bind(C, name="rename")
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: old(*), new(*)
+    end function c_rename
+
+    integer(c_int) function c_unlink(path) bind(C, name="unlink")
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_unlink
+  end interface
+
+contains
+
+  !> The path without links, dots and double strokes. Of a file that is not there yet the folder is
+  !! resolved; a path into no folder comes back as it is.
+  function true_path(path) result(resolved)
+    character(*), intent(in) :: path
+    character(:), allocatable :: resolved
+    integer :: stroke
+
+    resolved = resolve(path)
+    if (resolved /= "") return
+    stroke = index(path, "/", back=.true.)
+    resolved = resolve(folder_of(path))
+    if (resolved == "") then
+      resolved = path
+    else if (resolved == "/") then
+      resolved = "/"//path(stroke + 1:)
+    else
+      resolved = resolved//"/"//path(stroke + 1:)
+    end if
+  end function true_path
+
+  !> The folder of a file.
+  pure function folder_of(path) result(folder)
+    character(*), intent(in) :: path
+    character(:), allocatable :: folder
+
+    folder = path(:index(path, "/", back=.true.))
+    if (folder == "") folder = "."
+  end function folder_of
+
+  !> What realpath gives, empty if it gives nothing.
+  function resolve(path) result(resolved)
+    character(*), intent(in) :: path
+    character(:), allocatable :: resolved
+    type(c_ptr) :: found
+
+    resolved = ""
+    found = c_realpath(path//c_null_char, c_null_ptr)
+    if (.not. c_associated(found)) return
+    resolved = fortran_text(found)
+    call c_free(found)
+  end function resolve
+
+  function fortran_text(address) result(text)
+    type(c_ptr), intent(in) :: address
+    character(:), allocatable :: text
+    character(kind=c_char), pointer :: letters(:)
+    integer :: i, n
+
+    n = int(c_strlen(address))
+    call c_f_pointer(address, letters, [n])
+    allocate (character(n) :: text)
+    do i = 1, n
+      text(i:i) = letters(i)
+    end do
+  end function fortran_text
+
+  !> Files of a folder whose names have the ending, in order of their names.
+  subroutine matching_files(folder, ending, files)
+    character(*), intent(in) :: folder, ending
+    type(string_t), allocatable, intent(out) :: files(:)
+    character(:), allocatable :: pattern
+    type(c_ptr), pointer :: paths(:)
+    type(glob_t) :: found
+    integer :: i
+
+    pattern = ""
+    do i = 1, len(folder)
+      if (scan(folder(i:i), "*?[]\") > 0) pattern = pattern//"\"
+      pattern = pattern//folder(i:i)
+    end do
+    if (c_glob(pattern//"/*"//ending//c_null_char, 0_c_int, c_null_ptr, found) /= 0) then
+      allocate (files(0))
+      return
+    end if
+    call c_f_pointer(found%paths, paths, [found%n])
+    allocate (files(found%n))
+    do i = 1, size(files)
+      files(i)%value = fortran_text(paths(i))
+    end do
+    call c_globfree(found)
+  end subroutine matching_files
+
+  !> Is there a folder of this name?
+  logical function is_folder(path)
+    character(*), intent(in) :: path
+
+    inquire (file=path//"/.", exist=is_folder)
+  end function is_folder
+
+  !> Wait until a file, or the names in a folder, are on the disk; false if that failed.
+  logical function sync_file(path) result(is_synced)
+    character(*), intent(in) :: path
+    type(c_ptr) :: stream
+
+    is_synced = .false.
+    stream = c_fopen(path//c_null_char, "r"//c_null_char)
+    if (.not. c_associated(stream)) return
+    is_synced = c_fsync(c_fileno(stream)) == 0
+    is_synced = c_fclose(stream) == 0 .and. is_synced
+  end function sync_file
+
+  !> Put a finished file in the place of an older one, in one go: whoever looks, even after a crash,
+  !! finds the one or the other. False if that failed; then the older one is still there.
+  logical function replace_file(new, path) result(is_replaced)
+    character(*), intent(in) :: new, path
+    logical :: ignored
+
+    is_replaced = c_rename(new//c_null_char, path//c_null_char) == 0
+    ! Some file systems know no sync of a folder; the file itself is safe.
+    if (is_replaced) ignored = sync_file(folder_of(path))
+  end function replace_file
+
+  !> Delete a file, if it is there.
+  subroutine remove_file(path)
+    character(*), intent(in) :: path
+    integer(c_int) :: ignored
+
+    ignored = c_unlink(path//c_null_char)
+  end subroutine remove_file
+
+end module system_files

@@ -1,0 +1,119 @@
+!> An HDF5 file being read: texts and numbers by name. What is not there comes back empty.
+module hdf5_reading
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_null_char
+  use kinds, only: wp
+  use hdf5_library
+  use hdf5_reason, only: is_library_silenced
+  implicit none
+  private
+
+  public :: open_for_reading, close_reading, read_text_attribute, read_text, read_numbers
+
+contains
+
+  !> Handle of a file opened for reading; negative if it cannot be opened.
+  integer(hid_t) function open_for_reading(path) result(file)
+    character(*), intent(in) :: path
+
+    file = -1
+    if (h5dont_atexit() < 0) continue   ! at exit the library must not touch files again
+    if (h5open() < 0) return
+    if (.not. is_library_silenced()) return
+    file = h5fopen(path//c_null_char, h5_read_only, h5_default)
+  end function open_for_reading
+
+  !> Close it.
+  subroutine close_reading(file)
+    integer(hid_t), intent(inout) :: file
+    integer(c_int) :: ignored
+
+    if (file >= 0) ignored = h5fclose(file)
+    file = -1
+  end subroutine close_reading
+
+  !> A text attribute of an object; empty if there is none.
+  function read_text_attribute(file, object, name) result(text)
+    integer(hid_t), intent(in) :: file
+    character(*), intent(in) :: object, name
+    character(:), allocatable :: text
+    character(kind=c_char), allocatable, target :: letters(:)
+    integer(hid_t) :: owner, attribute, type
+    integer(c_int) :: ignored
+
+    text = ""
+    owner = h5oopen(file, object//c_null_char, h5_default)
+    if (owner < 0) return
+    attribute = h5aopen(owner, name//c_null_char, h5_default)
+    if (attribute >= 0) then
+      type = h5aget_type(attribute)
+      allocate (letters(h5tget_size(type)))
+      if (h5aread(attribute, type, c_loc(letters)) >= 0) text = plain_text(letters)
+      ignored = h5tclose(type)
+      ignored = h5aclose(attribute)
+    end if
+    ignored = h5oclose(owner)
+  end function read_text_attribute
+
+  !> A text written as a scalar dataset; empty if there is none.
+  function read_text(file, name) result(text)
+    integer(hid_t), intent(in) :: file
+    character(*), intent(in) :: name
+    character(:), allocatable :: text
+    character(kind=c_char), allocatable, target :: letters(:)
+    integer(hid_t) :: dataset, type
+    integer(c_int) :: ignored
+
+    text = ""
+    dataset = h5dopen(file, name//c_null_char, h5_default)
+    if (dataset < 0) return
+    type = h5dget_type(dataset)
+    allocate (letters(h5tget_size(type)))
+    if (h5dread(dataset, type, h5_default, h5_default, h5_default, c_loc(letters)) >= 0) &
+      text = plain_text(letters)
+    ignored = h5tclose(type)
+    ignored = h5dclose(dataset)
+  end function read_text
+
+  !> All numbers of a dataset one after the other; not allocated if they cannot be read.
+  subroutine read_numbers(file, name, values)
+    integer(hid_t), intent(in) :: file
+    character(*), intent(in) :: name
+    real(wp), allocatable, target, intent(out) :: values(:)
+    integer, parameter :: max_rank = 32
+    integer(hsize_t) :: extents(max_rank), limits(max_rank)
+    integer(hid_t) :: dataset, space
+    integer(c_int) :: ignored, rank
+
+    dataset = h5dopen(file, name//c_null_char, h5_default)
+    if (dataset < 0) return
+    space = h5dget_space(dataset)
+    rank = h5sget_ndims(space)
+    ignored = h5sget_extent(space, extents, limits)
+    ignored = h5sclose(space)
+    if (rank >= 0) then
+      allocate (values(product(extents(:rank))))
+      if (size(values) > 0) then
+        if (h5dread(dataset, h5_double, h5_default, h5_default, h5_default, c_loc(values)) < 0) &
+          deallocate (values)
+      end if
+    end if
+    ignored = h5dclose(dataset)
+  end subroutine read_numbers
+
+  !> Letters up to the first zero.
+  pure function plain_text(letters) result(text)
+    character(kind=c_char), intent(in) :: letters(:)
+    character(:), allocatable :: text
+    integer :: i, n
+
+    n = size(letters)
+    do i = size(letters), 1, -1
+      if (letters(i) == c_null_char) n = i - 1
+    end do
+    allocate (character(n) :: text)
+    do i = 1, n
+      text(i:i) = letters(i)
+    end do
+  end function plain_text
+
+end module hdf5_reading

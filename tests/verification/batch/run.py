@@ -1,0 +1,147 @@
+"""Batches of runs: table, resume, refusals, interruption, locks, a look at a running run.
+
+Usage: run.py PROGRAM PROJECT
+"""
+import csv
+import importlib.util
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+PROGRAM, PROJECT = sys.argv[1], pathlib.Path(sys.argv[2])
+DECK = PROJECT / "input" / "tension_strip.key"
+SHORT = "--set n_x=4 --set end_time=1e-4"
+LONG = "--set n_x=40 --set end_time=0.1"
+
+
+def igaform(folder, *words, code=0):
+    done = subprocess.run([PROGRAM, *map(str, words)], cwd=folder, capture_output=True, text=True,
+                          timeout=100)
+    assert done.returncode == code, f"{words}: exit code {done.returncode}, not {code}\n" \
+                                    f"{done.stdout}\n{done.stderr}"
+    return done.stdout + done.stderr
+
+
+def write_list(folder, *lines):
+    (folder / "list.txt").write_text("# a sweep\n\n" + "\n".join(lines) + "\n")
+
+
+def table(folder):
+    with open(folder / "list_summary.csv", newline="") as file:
+        return {row["result"]: row for row in csv.DictReader(file)}
+
+
+def runs_once_and_not_again(folder):
+    odd = "b c;'d\".h5"
+    write_list(folder, f"{DECK} {SHORT} --out a.h5   # the first",
+               f"{DECK} {SHORT} --set n_y=3 --out \"b c;'d\"'\"'.h5", "nowhere.key --out n.h5")
+    said = igaform(folder, "batch", "list.txt", "--jobs", 2, code=1)
+    assert "3 runs: 2 completed, 1 refused" in said, said
+    rows = table(folder)
+    assert set(rows) == {"a.h5", odd, "n.h5"}, rows
+    assert rows[odd]["status"] == "completed" and int(rows[odd]["steps"]) > 100, rows
+    assert "nowhere.key" in rows["n.h5"]["message"], rows
+    left = sorted(path.name for path in folder.iterdir())
+    assert left == sorted(["a.h5", "a.log", odd, odd[:-3] + ".log", "n.err", "list.txt",
+                           "list_summary.csv"]), left
+    before = (folder / "a.h5").stat().st_mtime_ns
+    said = igaform(folder, "batch", "list.txt", code=1)
+    assert "[1/1] nowhere.key" in said, said
+    assert (folder / "a.h5").stat().st_mtime_ns == before
+    (folder / "list.txt").write_text(f"{DECK} {SHORT} --set n_y=4 --out a.h5\n")
+    said = igaform(folder, "batch", "list.txt")
+    assert "[1/1]" in said and (folder / "a.h5").stat().st_mtime_ns > before, said
+
+
+def one_file_has_one_writer(folder):
+    (folder / "sub").mkdir()
+    (folder / "link").symlink_to("sub")
+    for one, other in (("a.h5", "./sub/../a.h5"), ("sub/a.h5", "link/a.h5"), ("a.h5", "a.hdf"),
+                       ("a.h5", str(folder / "a.h5")), ("a.h5", "a.ckpt.h5")):
+        write_list(folder, f"{DECK} --out {one}", f"{DECK} --out {other}")
+        said = igaform(folder, "batch", "list.txt", code=1)
+        assert "list.txt:4: the run writes" in said and "line 3" in said, said
+    write_list(folder, f"{DECK} --colour red")
+    assert "list.txt:3: unknown option" in igaform(folder, "batch", "list.txt", code=1)
+    write_list(folder, f"{DECK} 'a b")
+    assert "list.txt:3: a quote" in igaform(folder, "batch", "list.txt", code=1)
+    assert not list(folder.glob("**/*.h5"))
+    (folder / "list_summary.csv").write_text("mine\n")
+    write_list(folder, f"{DECK} {SHORT} --out a.h5")
+    assert "left alone" in igaform(folder, "batch", "list.txt", code=1)
+    assert (folder / "list_summary.csv").read_text() == "mine\n"
+
+
+def an_array_of_jobs_shares_a_list(folder):
+    write_list(folder, *(f"{DECK} {SHORT} --set n_y={n} --out {n}.h5" for n in (2, 3)))
+    igaform(folder, "batch", "list.txt", "--only", 2)
+    assert not (folder / "2.h5").exists() and (folder / "3.h5").exists()
+    assert not (folder / "list_summary.csv").exists()
+    said = igaform(folder, "batch", "list.txt", "--summary", code=3)
+    assert "2 runs: 1 completed, 1 due" in said, said
+    igaform(folder, "batch", "list.txt", "--only", 3, code=1)
+
+
+def a_folder_is_a_batch(folder):
+    (folder / "decks").mkdir()
+    for n in (2, 3):
+        text = DECK.read_text().replace("n_x = 16", "n_x = 4").replace("n_y = 4", f"n_y = {n}")
+        (folder / "decks" / f"s[{n}].key").write_text(text.replace("1.0e-3", "1.0e-4"))
+    igaform(folder, "batch", "decks/", "--jobs", 2)
+    assert (folder / "s[2].h5").exists() and (folder / "decks_summary.csv").exists()
+
+
+def interruption_stops_all(folder):
+    write_list(folder, *(f"{DECK} {LONG} --out {n}.h5" for n in (1, 2, 3)))
+    with open(folder / "said", "w") as said:
+        batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--jobs", "2"], cwd=folder,
+                                 stdout=said, stderr=said)
+        wait_for(lambda: (folder / "2.log").exists())
+        batch.send_signal(signal.SIGINT)
+        assert batch.wait(20) == 3, (folder / "said").read_text()
+    assert table(folder)["3.h5"]["status"] == "due", table(folder)
+    assert table(folder)["1.h5"]["status"] == "interrupted", table(folder)
+
+
+def a_second_run_leaves_the_file_alone(folder):
+    first = subprocess.Popen([PROGRAM, DECK, *LONG.split(), "--out", "a.h5", "--quiet"],
+                             cwd=folder)
+    try:
+        wait_for(lambda: (folder / "a.log").exists())
+        size = (folder / "a.h5").stat().st_size
+        said = igaform(folder, DECK, "--out", "./a.h5", code=1)
+        assert "another program is using it" in said, said
+        assert (folder / "a.h5").stat().st_size >= size
+        if importlib.util.find_spec("h5py"):
+            wait_for(lambda: "step" in (folder / "a.log").read_text())
+            watch = [sys.executable, "-m", "post", "watch", folder / "a.h5"]
+            said = subprocess.run([*watch, "--once"], cwd=PROJECT, capture_output=True, text=True,
+                                  check=True).stdout
+            assert "a.h5: running, 1 frames" in said and "dt " in said and "%" in said, said
+            first.kill()
+            first.wait()
+            said = subprocess.run(watch, cwd=PROJECT, capture_output=True, text=True, timeout=20,
+                                  check=True).stdout
+            assert "ended without a word" in said, said
+    finally:
+        first.kill()
+        first.wait()
+
+
+def wait_for(condition):
+    end = time.monotonic() + 30
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
+
+
+if __name__ == "__main__":
+    for test in (runs_once_and_not_again, one_file_has_one_writer, an_array_of_jobs_shares_a_list,
+                 a_folder_is_a_batch, interruption_stops_all, a_second_run_leaves_the_file_alone):
+        with tempfile.TemporaryDirectory() as place:
+            test(pathlib.Path(os.path.realpath(place)))
+        print("passed:", test.__name__.replace("_", " "))
