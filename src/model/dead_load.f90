@@ -45,7 +45,7 @@ contains
   end function gravity_load
 
   !> Traction on the part of a face that `rule` covers.
-  pure function traction_load(part, face, rule, lower, upper, traction, curve) result(load)
+  function traction_load(part, face, rule, lower, upper, traction, curve) result(load)
     integer, intent(in) :: part                   !! patch of the blank
     type(nurbs_surface_t), intent(in) :: face     !! of it, at the start
     type(face_rule_t), intent(in) :: rule

@@ -28,15 +28,18 @@ contains
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
     real(wp), allocatable :: net(:, :, :, :), now(:, :, :, :)
+    real(wp) :: pressure_now
     integer :: c
 
+    pressure_now = self%value*curve_value(self%curve, instant%time)
     associate (low => self%lower, high => self%upper, &
                motion => bodies%blank%parts(self%part)%motion)
       net = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
       allocate (now, mold=net)
       now = 0.0_wp
-      call add_face_forces(self%rule, shape(self%rule%weights), net, [0.0_wp, 0.0_wp, 0.0_wp], &
-                           self%value*curve_value(self%curve, instant%time), now)
+      if (abs(pressure_now) > 0.0_wp) &
+        call add_face_forces(self%rule, shape(self%rule%weights), net, &
+                             [0.0_wp, 0.0_wp, 0.0_wp], pressure_now, now)
       if (.not. allocated(self%before)) then
         allocate (self%before, mold=now)
         self%before = 0.0_wp
