@@ -32,16 +32,17 @@ contains
 
     call add_keyword(table, "BLANK", "The sheet: one solid patch or several. Axis 1 (xi) "// &
                      "should be the longest and axis 3 (zeta) must be the thickness. BOX, "// &
-                     "DISK, BAR, RING and TUBE generate shapes with exact circles; NURBS takes "// &
-                     "the knots and points of *KNOTS and *CONTROL POINTS; PATCHES takes "// &
+                     "DISK, BAR, RING, TUBE and CUP generate shapes with exact circles; NURBS "// &
+                     "takes the knots and points of *KNOTS and *CONTROL POINTS; PATCHES takes "// &
                      "every *PATCH.", &
                      is_unique=.true.)
     call add_option(table, "NAME", kind_name, "name, for PATCH options", default="BLANK")
     call add_option(table, "MATERIAL", kind_name, "name of the material")
     call add_option(table, "TYPE", kind_choice, "where the geometry comes from", default="BOX", &
-                    choices="BOX|NURBS|DISK|BAR|RING|TUBE|PATCHES")
+                    choices="BOX|NURBS|DISK|BAR|RING|TUBE|CUP|PATCHES")
     call add_option(table, "AXIS", kind_choice, "axis of a round shape: thickness of a disk or "// &
-                    "ring, length of a bar or tube", default="Z", choices="X|Y|Z")
+                    "ring, length of a bar or tube, from the bottom of a cup to its edge", &
+                    default="Z", choices="X|Y|Z")
     call add_option(table, "RULE", kind_name, "integration points of an element: FULL (degree "// &
                     "+ 1 per direction), REDUCED (degree per direction) or three counts in "// &
                     "quotes; 2x3 splits the element in 2 equal parts of 3 points each", &
@@ -103,15 +104,11 @@ contains
     call add_field(table, "angle", kind_real, "360, 180 or 90", unit="degrees", default="360", &
                    range=">= 90 and <= 360")
     call add_degree(table, "degree", "degree in the round plane", 2)
-    call add_field(table, "around", kind_integer, "elements along an eighth of the circle", &
-                   range=">= 1 and <= 1000")
-    call add_field(table, "across", kind_integer, "elements across the rim", &
-                   range=">= 1 and <= 1000")
+    call add_count(table, "around", "elements along an eighth of the circle")
+    call add_count(table, "across", "elements across the rim")
     call add_degree(table, "degree_h", "degree along the height", 1)
-    call add_field(table, "along", kind_integer, "elements along the height", &
-                   range=">= 1 and <= 1000")
-    call add_field(table, "core", kind_real, "half the diagonal of the core over the radius", &
-                   default="0.5", range="> 0 and < 0.9")
+    call add_count(table, "along", "elements along the height")
+    call add_core(table)
     call add_line(table, "Where the axis begins, radii, and height along the axis.", &
                   when="RING|TUBE")
     call add_origin(table)
@@ -126,13 +123,55 @@ contains
     call add_field(table, "angle", kind_real, "angle; 360 closes the ring", unit="degrees", &
                    default="360", range="> 0 and <= 360")
     call add_degree(table, "degree", "degree along axes 1 and 2", 2)
-    call add_field(table, "around", kind_integer, "elements in each piece of the circle of at "// &
-                   "most a quarter", range=">= 1 and <= 1000")
-    call add_field(table, "across", kind_integer, "elements along axis 2", range=">= 1 and <= 1000")
+    call add_count(table, "around", "elements in each piece of the circle of at "// &
+                   "most a quarter")
+    call add_count(table, "across", "elements along axis 2")
     call add_degree(table, "degree_3", "degree along axis 3", 1)
-    call add_field(table, "through", kind_integer, "elements along axis 3", &
-                   range=">= 1 and <= 1000")
+    call add_count(table, "through", "elements along axis 3")
+    call add_cup_lines(table)
   end subroutine add_round_lines
+
+  pure subroutine add_cup_lines(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_line(table, "Middle of the bottom's outside, and the measures of the cup, its "// &
+                  "radius and height those of the outside.", when="CUP")
+    call add_origin(table)
+    call add_field(table, "radius", kind_real, "radius", unit="length", range="> 0")
+    call add_field(table, "height", kind_real, "height along the axis", unit="length", range="> 0")
+    call add_field(table, "thickness", kind_real, "thickness of bottom and wall", unit="length", &
+                   range="> 0")
+    call add_field(table, "corner", kind_real, "radius inside, between bottom and wall", &
+                   unit="length", range="> 0")
+    call add_line(table, "The patches CORE and RIM1, RIM2 ... of the bottom as of a disk, "// &
+                  "CORNER1 ... and WALL1 ... above its rims: axis 1 along the circle, axis 2 "// &
+                  "down and to the middle, axis 3 inward. A half or quarter begins at the axis "// &
+                  "that follows AXIS.", when="CUP")
+    call add_field(table, "angle", kind_real, "360, 180 or 90", unit="degrees", default="360", &
+                   range=">= 90 and <= 360")
+    call add_degree(table, "degree", "degree along axes 1 and 2", 2)
+    call add_count(table, "around", "elements along an eighth of the circle")
+    call add_count(table, "across", "elements across the rim of the bottom")
+    call add_count(table, "bend", "elements along the corner")
+    call add_count(table, "along", "elements along the wall")
+    call add_degree(table, "degree_t", "degree through the thickness", 1)
+    call add_count(table, "through", "elements through the thickness")
+    call add_core(table)
+  end subroutine add_cup_lines
+
+  pure subroutine add_core(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_field(table, "core", kind_real, "half the diagonal of the core over the radius of "// &
+                   "the round section", default="0.5", range="> 0 and < 0.9")
+  end subroutine add_core
+
+  pure subroutine add_count(table, name, text)
+    type(keyword_table_t), intent(inout) :: table
+    character(*), intent(in) :: name, text
+
+    call add_field(table, name, kind_integer, text, range=">= 1 and <= 1000")
+  end subroutine add_count
 
   pure subroutine add_origin(table)
     type(keyword_table_t), intent(inout) :: table

@@ -103,7 +103,7 @@ contains
     case ("PATCHES")
       call check_parts(deck, parts(1), 0, "a blank of TYPE=PATCHES", faults)
       call read_patches(deck, names, parts, blank, is_complete, faults)
-    case ("DISK", "BAR", "RING", "TUBE")
+    case ("DISK", "BAR", "RING", "TUBE", "CUP")
       call check_parts(deck, parts(1), 0, "a round blank", faults)
       call read_round(deck, record, blank, is_complete, faults)
     end select

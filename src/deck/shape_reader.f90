@@ -5,7 +5,8 @@ module shape_reader
   use faults, only: fault_list_t, add_fault, add_warning
   use text, only: to_text
   use nurbs_solid, only: nurbs_solid_t
-  use round_solids, only: round_shape_t, disk_solids, bar_solids, ring_solids, tube_solids
+  use round_solids, only: round_shape_t, disk_solids, bar_solids, ring_solids, tube_solids, &
+                          cup_solids
   use seams, only: seams_t, find_seams
   use patch_joints, only: joints_t, find_joints
   use scene, only: blank_spec_t
@@ -18,7 +19,7 @@ module shape_reader
 
 contains
 
-  !> Patches of a blank of TYPE=DISK, BAR, RING or TUBE.
+  !> Patches of a blank of TYPE=DISK, BAR, RING, TUBE or CUP.
   subroutine read_round(deck, record, blank, is_complete, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
@@ -34,6 +35,7 @@ contains
     select case (option_text(deck, record, "TYPE"))
     case ("DISK"); call disk_solids(round_shape(deck, record), solids, error)
     case ("BAR"); call bar_solids(round_shape(deck, record), solids, error)
+    case ("CUP"); call cup_solids(cup_shape(deck, record), solids, error)
     case ("RING"); call ring_solids(ring_shape(deck, record), solids, error)
     case default; call tube_solids(ring_shape(deck, record), solids, error)
     end select
@@ -49,10 +51,23 @@ contains
       blank%patches(p)%solid = solids(p)
       blank%patches(p)%name = blank%name
       if (size(solids) == 1) cycle
-      blank%patches(p)%name = "RIM"//to_text(p - 1)
-      if (p == 1) blank%patches(p)%name = "CORE"
+      blank%patches(p)%name = part_name(p, size(solids), option_text(deck, record, "TYPE") == "CUP")
     end do
   end subroutine read_round
+
+  !> Names of the patches of a round section, and of the rest of a cup.
+  function part_name(p, n, is_cup) result(name)
+    integer, intent(in) :: p, n        !! patch, and how many there are
+    logical, intent(in) :: is_cup
+    character(:), allocatable :: name
+    character(6), parameter :: rings(3) = [character(6) :: "RIM", "CORNER", "WALL"]
+    integer :: n_around
+
+    n_around = n - 1
+    if (is_cup) n_around = (n - 1)/3
+    name = "CORE"
+    if (p > 1) name = trim(rings((p - 2)/n_around + 1))//to_text(mod(p - 2, n_around) + 1)
+  end function part_name
 
   !> Data lines of disks and bars.
   function round_shape(deck, record) result(shape)
@@ -71,6 +86,27 @@ contains
                         field_integer(record, 2, 6)]
     shape%core = field_real(record, 2, 7)
   end function round_shape
+
+  !> Data lines of cups.
+  function cup_shape(deck, record) result(shape)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(round_shape_t) :: shape
+    integer :: i
+
+    shape%axis = index("XYZ", option_text(deck, record, "AXIS"))
+    shape%origin = [(field_real(record, 1, i), i=1, 3)]
+    shape%radius = field_real(record, 1, 4)
+    shape%height = field_real(record, 1, 5)
+    shape%thickness = field_real(record, 1, 6)
+    shape%corner = field_real(record, 1, 7)
+    shape%angle = field_real(record, 2, 1)
+    shape%degrees = [field_integer(record, 2, 2), field_integer(record, 2, 7)]
+    shape%n_elements = [field_integer(record, 2, 3), field_integer(record, 2, 4), &
+                        field_integer(record, 2, 8)]
+    shape%n_along = [field_integer(record, 2, 5), field_integer(record, 2, 6)]
+    shape%core = field_real(record, 2, 9)
+  end function cup_shape
 
   !> Data lines of rings and tubes.
   function ring_shape(deck, record) result(shape)

@@ -186,7 +186,7 @@ contains
     type(patch_body_t), intent(in) :: body
     real(wp), intent(inout) :: field(:, :, :, :)
 
-    call shrink_differences(body%mass, column_directions(body%motion%x), &
+    call shrink_differences(body%inertia, column_directions(body%motion%x), &
                             sqrt(body%column_factor), field)
   end subroutine shrink_columns
 

@@ -1,4 +1,4 @@
-!> Round solids as patches with exact circles: disks, bars, rings and tubes.
+!> Round solids as patches with exact circles: disks, bars, rings, tubes and cups.
 !!
 !! A round section is a square core and a rim of two to four patches between its edges and the
 !! circle, ruled in homogeneous coordinates, so that no place is degenerate. Neighbours have the
@@ -15,7 +15,7 @@ module round_solids
   implicit none
   private
 
-  public :: disk_solids, bar_solids, ring_solids, tube_solids
+  public :: disk_solids, bar_solids, ring_solids, tube_solids, cup_solids
 
   !> What a round solid is made from. Angles count from the first of the two other axes, which
   !! follow `axis` in the order x, y, z.
@@ -25,10 +25,13 @@ module round_solids
     real(wp) :: radius = 0.0_wp             !! outer [length]
     real(wp) :: inner_radius = 0.0_wp       !! of rings and tubes [length]
     real(wp) :: height = 0.0_wp             !! along the axis [length]
-    real(wp) :: start = 0.0_wp, angle = 360.0_wp   !! [degrees]; disks and bars: 90, 180 or 360
+    real(wp) :: start = 0.0_wp, angle = 360.0_wp   !! [degrees]; but for rings 90, 180 or 360
     real(wp) :: core = 0.5_wp               !! half the diagonal of the core, of the radius
     integer :: degrees(2) = 2               !! of the round plane and of the third direction
     integer :: n_elements(3) = 1            !! see the procedures
+    real(wp) :: thickness = 0.0_wp          !! of cups [length]
+    real(wp) :: corner = 0.0_wp             !! radius inside, between bottom and wall [length]
+    integer :: n_along(2) = 1               !! elements along corner and wall
   end type round_shape_t
 
 contains
@@ -113,6 +116,81 @@ contains
     call place(shape, solids(1))
   end subroutine tube_solids
 
+  !> Cup: a flat bottom, a corner and a wall of one thickness, open above; `radius` and `height` are
+  !! those of the outside. `n_elements`: along an eighth of the circle, across the rim of the
+  !! bottom, through the thickness. The core comes first, then rims, corners and walls from the same
+  !! angles on. Their axis 1 runs with the angle, axis 2 to the middle of the bottom, axis 3 inward.
+  subroutine cup_solids(shape, solids, error)
+    type(round_shape_t), intent(in) :: shape
+    type(nurbs_solid_t), allocatable, intent(out) :: solids(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(round_shape_t) :: bottom
+    type(nurbs_solid_t), allocatable :: flat(:)
+    type(arc_t) :: bend
+    real(wp) :: r(3, 2), z(3, 2)   ! control points of the corner, outside and inside
+    real(wp) :: radii(2)
+    integer :: n
+
+    bottom = shape
+    bottom%height = shape%thickness
+    bottom%radius = shape%radius - shape%thickness - shape%corner
+    if (.not. (shape%corner > 0.0_wp .and. shape%thickness > 0.0_wp .and. bottom%radius > 0.0_wp &
+               .and. shape%height > shape%thickness + shape%corner)) then
+      call fail(error, "needs a positive corner radius and thickness, their sum below the "// &
+                "radius and the height")
+      return
+    end if
+    call disk_solids(bottom, flat, error)
+    if (allocated(error)) return
+    n = size(flat) - 1
+    allocate (solids(1 + 3*n))
+    solids(:1 + n) = flat
+    bend = unit_arc(0.0_wp, 90.0_wp)
+    radii = shape%corner + [shape%thickness, 0.0_wp]
+    r = bottom%radius + reshape([1, 1, 0, 1, 1, 0], [3, 2])*spread(radii, 1, 3)
+    z = radii(1) - reshape([0, 1, 1, 0, 1, 1], [3, 2])*spread(radii, 1, 3)
+    call revolve(shape, bend%axis, bend%weights, r, z, shape%n_along(1), &
+                 solids(2 + n:1 + 2*n), error)
+    if (allocated(error)) return
+    z(2, :) = radii(1)
+    z(1, :) = shape%height
+    call revolve(shape, straight(), [1.0_wp, 1.0_wp], r(:2, :), z(:2, :), shape%n_along(2), &
+                 solids(2 + 2*n:), error)
+  end subroutine cup_solids
+
+  !> Draw a strip between two lines about the axis, in the pieces of the rim.
+  subroutine revolve(shape, axis, weights, r, z, n_along, solids, error)
+    type(round_shape_t), intent(in) :: shape
+    type(knot_vector_t), intent(in) :: axis          !! of both lines
+    real(wp), intent(in) :: weights(:)               !! of both lines
+    real(wp), intent(in) :: r(:, :), z(:, :)         !! outer and inner line, shape (n, 2)
+    integer, intent(in) :: n_along                   !! elements along the lines
+    type(nurbs_solid_t), intent(inout) :: solids(:)
+    type(error_t), allocatable, intent(out) :: error
+    type(arc_t) :: arc
+    real(wp) :: points(3, size(r, 1), 2, 3), starts(size(solids) + 1)
+    integer :: p, i
+
+    starts = rim_angles(shape)
+    do p = 1, size(solids)
+      arc = clean_arc(starts(p), starts(p + 1) - starts(p))
+      do i = 1, 3
+        points(i, :, :, 1) = r*arc%points(i, 1)
+        points(i, :, :, 2) = r*arc%points(i, 2)
+        points(i, :, :, 3) = z
+      end do
+      call new_nurbs_solid(solids(p), [arc%axis, axis, straight()], points, &
+                           spread(spread(arc%weights, 2, size(weights)) &
+                                  *spread(weights, 1, 3), 3, 2), error)
+      if (allocated(error)) return
+      call refine_solid(solids(p), shape%degrees([1, 1, 2]), &
+                        [nint((starts(p + 1) - starts(p))/45.0_wp)*shape%n_elements(1), n_along, &
+                         shape%n_elements(3)], error)
+      if (allocated(error)) return
+      call place(shape, solids(p))
+    end do
+  end subroutine revolve
+
   !> Sector of a ring in the plane of the first two coordinates: the outer circle, then the inner.
   subroutine ring_section(shape, section, error)
     type(round_shape_t), intent(in) :: shape
@@ -148,21 +226,19 @@ contains
     n = shape%n_elements(1)
     n_core = 2*n
     low = -1.0_wp
-    select case (nint(shape%angle))
-    case (90)
-      starts = [0.0_wp, 45.0_wp, 90.0_wp]
-      low = 0.0_wp
-      n_core = n
-    case (180)
-      starts = [0.0_wp, 45.0_wp, 135.0_wp, 180.0_wp]
-      low(2) = 0.0_wp
-      n_core(2) = n
-    case (360)
-      starts = [-45.0_wp, 45.0_wp, 135.0_wp, 225.0_wp, 315.0_wp]
-    case default
+    starts = rim_angles(shape)
+    if (size(starts) == 0) then
       call fail(error, "the angle must be 90, 180 or 360 degrees")
       return
-    end select
+    end if
+    if (nint(shape%angle) < 360) then
+      low(2) = 0.0_wp
+      n_core(2) = n
+    end if
+    if (nint(shape%angle) == 90) then
+      low(1) = 0.0_wp
+      n_core(1) = n
+    end if
     if (.not. (shape%radius > 0.0_wp .and. shape%height > 0.0_wp)) then
       call fail(error, "radius and height must be positive")
       return
@@ -181,6 +257,23 @@ contains
                           [nint(angle/45.0_wp)*n, shape%n_elements(2)], error)
     end do
   end subroutine round_section
+
+  !> Angles between which the patches of the rim lie [degrees]; none if the angle is not possible.
+  pure function rim_angles(shape) result(starts)
+    type(round_shape_t), intent(in) :: shape
+    real(wp), allocatable :: starts(:)
+
+    select case (nint(shape%angle))
+    case (90)
+      starts = [0.0_wp, 45.0_wp, 90.0_wp]
+    case (180)
+      starts = [0.0_wp, 45.0_wp, 135.0_wp, 180.0_wp]
+    case (360)
+      starts = [-45.0_wp, 45.0_wp, 135.0_wp, 225.0_wp, 315.0_wp]
+    case default
+      allocate (starts(0))
+    end select
+  end function rim_angles
 
   subroutine core_surface(low, side, surface, error)
     real(wp), intent(in) :: low(2), side

@@ -4,6 +4,7 @@ module blank
   use errors, only: error_t
   use nurbs_solid, only: nurbs_solid_t
   use seams, only: seams_t, no_seams
+  use seam_columns, only: column_mask_t, whole_columns
   use block_law, only: block_law_t
   use strain_projection, only: projection_spec_t
   use ig_patch, only: force_report_t
@@ -12,7 +13,7 @@ module blank
   private
 
   public :: blank_t, motion_t, patch_body_t, patch_spec_t, new_blank, face_slice
-  public :: n_elements_of, n_controls_of, mass_of
+  public :: n_elements_of, n_controls_of, mass_of, columns_of
 
   !> A patch as a scene describes it.
   type :: patch_spec_t
@@ -96,6 +97,17 @@ contains
       mass = mass + sum(parts(p)%mass)
     end do
   end function mass_of
+
+  !> Columns through the thickness that seams leave whole, by patch.
+  pure function columns_of(blank) result(is_whole)
+    type(blank_t), intent(in) :: blank
+    type(column_mask_t), allocatable :: is_whole(:)
+    integer :: p
+
+    is_whole = whole_columns(blank%seams, reshape([(blank%parts(p)%patch%n_control, &
+                                                    p=1, size(blank%parts))], &
+                                                  [3, size(blank%parts)]))
+  end function columns_of
 
   !> Bounds (lower, upper) of the control indices of a face: 1 xi_min, 2 xi_max, ... 6 zeta_max.
   pure function face_slice(n, face) result(bounds)

@@ -56,7 +56,7 @@ contains
         motion%v = motion%v + change
         if (allocated(body%column_factor)) then
           ! The scaled mass takes up the change.
-          call shrink_differences(body%mass, column_directions(motion%x), &
+          call shrink_differences(body%inertia, column_directions(motion%x), &
                                   1.0_wp/body%column_factor, change)
         end if
         do c = 1, 3

@@ -8,6 +8,7 @@ module model_setup
   use text, only: to_text, rounded_text
   use scene, only: scene_t, blank_spec_t
   use knot_vector, only: n_spans
+  use seam_columns, only: column_mask_t
   use nurbs_solid, only: evaluate_solid
   use block_law, only: block_law_t
   use user_library, only: user_library_t
@@ -17,7 +18,7 @@ module model_setup
   use spurious_modes, only: n_spurious_modes, serving_rule
   use step_setup, only: set_stable_step, add_thickness_scaling, add_damping
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
-  use blank, only: blank_t, new_blank, patch_spec_t
+  use blank, only: blank_t, new_blank, patch_spec_t, columns_of
   use motion_curve, only: curve_t, constant_curve, curve_value
   use rigid_motion, only: move_tool
   use boundary, only: boundary_t
@@ -56,12 +57,7 @@ contains
     call build_tools(scene, model, faults)
     if (n_errors(faults) > before) return
 
-    if (scene%step%thickness_factor > 1.0_wp .and. (size(scene%blank%patches) > 1 .or. &
-        model%bodies%blank%seams%n_groups > 0)) then
-      call add_fault(faults, scene%step%origin, "mass scaling through the thickness of a blank "// &
-                     "with seams", "it on blanks of one patch alone, or the scaling of all masses")
-      return
-    end if
+    if (scene%step%thickness_factor > 1.0_wp) call check_columns(scene, model%bodies%blank, faults)
     call set_initial_velocities(scene, model)
     call add_supports(scene, model)
     call set_stable_step(model)
@@ -80,6 +76,22 @@ contains
     call add_thickness_scaling(model)
     call add_damping(last_change(scene), model)
   end subroutine build_model
+
+  !> Warn of columns through the thickness that seams keep from being scaled.
+  subroutine check_columns(scene, blank, faults)
+    type(scene_t), intent(in) :: scene
+    type(blank_t), intent(in) :: blank
+    type(fault_list_t), intent(inout) :: faults
+    type(column_mask_t), allocatable :: is_whole(:)
+    integer :: p, n
+
+    is_whole = columns_of(blank)
+    n = sum([(count(.not. is_whole(p)%values), p=1, size(is_whole))])
+    if (n > 0) call add_warning(faults, scene%step%origin, "mass scaling through the thickness "// &
+                                "that leaves out "//to_text(n)//" columns of control points, "// &
+                                "which are not one along each seam they touch", &
+                                "seams that run through the thickness, axis 3 of both patches")
+  end subroutine check_columns
 
   !> Refuse a stable step that is no number, and warn of more steps than a machine takes in days.
   subroutine check_step(scene, model, faults)

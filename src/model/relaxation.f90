@@ -147,7 +147,7 @@ contains
     integer :: k
 
     inertia = 0.0_wp
-    differences = column_differences(body%mass, column_directions(body%motion%x), v)
+    differences = column_differences(body%inertia, column_directions(body%motion%x), v)
     do k = 1, size(differences, 3)
       inertia = inertia + sum((body%column_factor - 1.0_wp)*body%mass(:, :, k) &
                               *differences(:, :, k)**2)

@@ -2,10 +2,11 @@
 module step_setup
   use kinds, only: wp
   use column_scaling, only: difference_masses
+  use seam_columns, only: column_mask_t
   use stable_step, only: largest_frequency, viscous_step
   use element_step, only: stable_element_step
   use patch_body, only: field_t, set_inertia
-  use blank, only: blank_t, mass_of
+  use blank, only: blank_t, mass_of, columns_of
   use boundary, only: boundary_t
   use damping, only: damping_t
   use relaxation, only: relaxation_t
@@ -76,23 +77,28 @@ contains
     call set_inertia(blank%parts, blank%seams)
   end subroutine scale_uniformly
 
-  !> Factors of the columns of the only patch. Where a support holds some points of a column and
-  !! not the others, its motion has no mean to keep, and the column stays as it is.
+  !> Factors of the columns. Where a support holds some points of a column and not the others, its
+  !! motion has no mean to keep, and the column stays as it is; so do columns that seams mix up.
   subroutine scale_columns(model)
     type(model_t), intent(inout) :: model
     type(field_t), allocatable :: is_free(:)
-    integer :: c
+    type(column_mask_t), allocatable :: is_whole(:)
+    integer :: c, p
 
     is_free = free_components(model)
-    associate (blank => model%bodies%blank, body => model%bodies%blank%parts(1), &
-               free => is_free(1)%values)
-      allocate (body%column_factor(size(body%mass, 1), size(body%mass, 2)), &
-                source=model%step%thickness_factor)
-      do c = 1, 3
-        where (maxval(free(:, :, :, c), 3) > minval(free(:, :, :, c), 3)) &
-          body%column_factor = 1.0_wp
+    associate (blank => model%bodies%blank)
+      is_whole = columns_of(blank)
+      do p = 1, size(blank%parts)
+        associate (body => blank%parts(p), free => is_free(p)%values)
+          body%column_factor = merge(model%step%thickness_factor, 1.0_wp, is_whole(p)%values)
+          do c = 1, 3
+            where (maxval(free(:, :, :, c), 3) > minval(free(:, :, :, c), 3)) &
+              body%column_factor = 1.0_wp
+          end do
+          blank%added_mass = blank%added_mass + sum((body%column_factor - 1.0_wp) &
+            *difference_masses(body%inertia)*sum(body%mass, 3)/sum(body%inertia, 3))/3.0_wp
+        end associate
       end do
-      blank%added_mass = sum((body%column_factor - 1.0_wp)*difference_masses(body%mass))/3.0_wp
     end associate
   end subroutine scale_columns
 

@@ -1,6 +1,7 @@
 !> Mass scaling through the thickness as an effect: the last of the force stage.
 module thickness_scaling
   use kinds, only: wp
+  use seams, only: collect, sum_groups, hand_out
   use assembly, only: assembly_t
   use column_scaling, only: column_directions, column_differences
   use effect, only: effect_t, instant_t
@@ -8,8 +9,8 @@ module thickness_scaling
   private
 
   !> Adds to the forces what makes the lumped mass answer like the scaled one. These forces have no
-  !! sum in any column and are no work: the kinetic energy of the scaled mass takes it up. The
-  !! factors are those of the blank, which has one patch and no seams.
+  !! sum in any column and are no work: the kinetic energy of the scaled mass takes it up. At a seam
+  !! each patch adds the part that it has of the mass there.
   type, extends(effect_t), public :: thickness_scaling_t
   contains
     procedure :: apply
@@ -23,25 +24,34 @@ contains
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
     real(wp), allocatable :: acceleration(:, :, :, :), directions(:, :, :), differences(:, :, :)
-    integer :: k, c
+    integer :: p, k, c
 
-    associate (mass => bodies%blank%parts(1)%mass, motion => bodies%blank%parts(1)%motion, &
-               factor => bodies%blank%parts(1)%column_factor)
-      allocate (acceleration, mold=motion%x)
-      do c = 1, 3
-        acceleration(:, :, :, c) = (motion%external_force(:, :, :, c) &
-                                    - motion%internal_force(:, :, :, c))/mass
+    associate (parts => bodies%blank%parts, seams => bodies%blank%seams)
+      do p = 1, size(parts)
+        call collect(seams, p, size(parts(p)%mass), 3, parts(p)%motion%external_force)
       end do
-      directions = column_directions(motion%x)
-      differences = column_differences(mass, directions, acceleration)
-      do k = 1, size(mass, 3)
-        differences(:, :, k) = differences(:, :, k)*mass(:, :, k)*(1.0_wp - 1.0_wp/factor)
-      end do
-      do c = 1, 3
-        do k = 1, size(mass, 3)
-          motion%external_force(:, :, k, c) = motion%external_force(:, :, k, c) &
-                                              - directions(:, :, c)*differences(:, :, k)
-        end do
+      call sum_groups(seams, 3)
+      do p = 1, size(parts)
+        associate (body => parts(p), motion => parts(p)%motion)
+          acceleration = motion%external_force
+          call hand_out(seams, p, size(body%mass), 3, acceleration)
+          do c = 1, 3
+            acceleration(:, :, :, c) = (acceleration(:, :, :, c) &
+                                        - motion%internal_force(:, :, :, c))/body%inertia
+          end do
+          directions = column_directions(motion%x)
+          differences = column_differences(body%inertia, directions, acceleration)
+          do k = 1, size(body%mass, 3)
+            differences(:, :, k) = differences(:, :, k)*body%mass(:, :, k) &
+                                   *(1.0_wp - 1.0_wp/body%column_factor)
+          end do
+          do c = 1, 3
+            do k = 1, size(body%mass, 3)
+              motion%external_force(:, :, k, c) = motion%external_force(:, :, k, c) &
+                                                  - directions(:, :, c)*differences(:, :, k)
+            end do
+          end do
+        end associate
       end do
     end associate
   end subroutine apply

@@ -143,8 +143,8 @@ contains
     end do
     if (.not. allocated(body%column_factor)) return
     directions = column_directions(body%motion%x)
-    difference1 = column_differences(body%mass, directions, v1)
-    difference2 = column_differences(body%mass, directions, v2)
+    difference1 = column_differences(body%inertia, directions, v1)
+    difference2 = column_differences(body%inertia, directions, v2)
     do k = 1, size(body%mass, 3)
       energy = energy + 0.5_wp*sum((body%column_factor - 1.0_wp)*body%mass(:, :, k) &
                                    *difference1(:, :, k)*difference2(:, :, k))

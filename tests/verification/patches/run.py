@@ -35,15 +35,20 @@ def modes(igaform, deck, n, **values):
 
 
 def two_boxes(igaform, decks, folder, _):
-    """Two patches are one patch that is only continuous in its values where they meet."""
-    one = run(igaform, os.path.join(decks, "one_box.key"), folder, "one")
-    two = run(igaform, os.path.join(decks, "two_boxes.key"), folder, "two")
-    for name in ("kinetic_energy", "internal_energy", "external_work", "momentum",
-                 "probes/tip/displacement"):
-        a, b = one[f"history/{name}"], two[f"history/{name}"]
-        error = np.abs(a - b).max() / np.abs(a).max()
-        print(f"{name}: {error:.1e}")
-        assert error < 1e-12, name
+    """Two patches are one patch that is only continuous in its values where they meet, with its
+    columns scaled and damped as well."""
+    steps = []
+    for settings in ({"mass_factor": 4, "alpha": 1e4}, {}):
+        one = run(igaform, os.path.join(decks, "one_box.key"), folder, "one", **settings)
+        two = run(igaform, os.path.join(decks, "two_boxes.key"), folder, "two", **settings)
+        for name in ("kinetic_energy", "internal_energy", "external_work", "momentum",
+                     "added_mass", "damping_energy", "probes/tip/displacement"):
+            a, b = one[f"history/{name}"], two[f"history/{name}"]
+            error = np.abs(a - b).max() / max(np.abs(a).max(), 1e-12)
+            print(f"{settings} {name}: {error:.1e}")
+            assert error < 1e-12, name
+        steps.append(one["history/dt"][1])
+    assert steps[0] > 1.2 * steps[1], "the scaling lengthens no step"
     assert np.abs(one["history/probes/tip/displacement"]).max() > 0.1, "the plate hardly bends"
     left, right = two["nurbs/blank/left/points"], two["nurbs/blank/right/points"]
     assert np.array_equal(left[:, :, -1], right[:, :, 0]), "the seam has opened"
@@ -61,6 +66,44 @@ def ring(igaform, decks, _, inputs):
     assert abs(closed[3] / exact - 1) < 0.01, "the mode of the theory"
     slit = modes(igaform, os.path.join(decks, "ring.key"), 8, around=12, merge="NO")
     assert slit[3] < 0.5 * closed[3], "a slit ring is softer"
+
+
+def cup(igaform, decks, folder, _):
+    """Under pressure the wall of a cup carries the resultant on its bottom, with Lame's hoop stress.
+    A free one keeps its momentum, with its columns scaled too, and the same for 1 to 4 threads."""
+    rest = run(igaform, os.path.join(decks, "cup_pressure.key"), folder, "rest", along=16,
+               mass_factor=20)
+    inner, outer = 19.0, 20.0
+    stress, place, volume = (np.concatenate([rest[f"points/WALL{k}/{name}"].reshape(-1, n)
+                                             for k in (1, 2)])
+                             for name, n in (("stress", 6), ("reference_position", 3),
+                                             ("reference_volume", 1)))
+    is_middle = np.abs(place[:, 2] - 25) < 5
+    share = volume[is_middle, 0] / volume[is_middle, 0].sum()
+    stress, radius = stress[is_middle], np.hypot(*place[is_middle, :2].T)
+    x, y = place[is_middle, :2].T / radius
+    hoop = share @ (stress[:, 0] * y * y + stress[:, 1] * x * x - 2 * stress[:, 3] * x * y)
+    axial = share @ stress[:, 2]
+    exact = inner**2 / (outer**2 - inner**2)
+    exact_hoop = share @ (exact * (1 + outer**2 / radius**2))
+    print(f"axial stress {axial:.4f} of {exact:.4f}, hoop {hoop:.4f} of {exact_hoop:.4f}")
+    assert abs(axial / exact - 1) < 1e-3, "the resultant on the bottom"
+    assert abs(hoop / exact_hoop - 1) < 5e-3, "Lame's hoop stress"
+
+    deck, steps = os.path.join(decks, "cup_free.key"), []
+    for mass_factor in (1, 4):
+        free = run(igaform, deck, folder, "free", angle=360, mass_factor=mass_factor)
+        momentum, energy = free["history/momentum"], free["history/energy_error"]
+        drift = np.abs(momentum - momentum[0]).max() / np.abs(momentum[0]).max()
+        print(f"factor {mass_factor}: dt {free['history/dt'][1]:.3e}, momentum {drift:.1e}, "
+              f"energy {np.abs(energy).max():.1e}")
+        assert drift < 1e-11 and np.abs(energy).max() < 5e-4
+        steps.append(free["history/dt"][1])
+    assert steps[1] > 1.3 * steps[0], "the scaling lengthens no step"
+    other = run(igaform, deck, folder, "threads", 3, angle=360, mass_factor=4)
+    for name, values in free.items():
+        if "wall" not in name:
+            assert np.array_equal(values, other[name], equal_nan=True), name
 
 
 def disk(igaform, _, folder, inputs):
@@ -88,7 +131,8 @@ def disk(igaform, _, folder, inputs):
 
 def main(igaform, decks, case, inputs):
     with tempfile.TemporaryDirectory() as folder:
-        {"two_boxes": two_boxes, "ring": ring, "disk": disk}[case](igaform, decks, folder, inputs)
+        {"two_boxes": two_boxes, "ring": ring, "disk": disk, "cup": cup}[case](
+            igaform, decks, folder, inputs)
 
 
 if __name__ == "__main__":
