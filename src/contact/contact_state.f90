@@ -1,101 +1,126 @@
-!> State of a contact as numbers, for checkpoints: a run taken up again goes on bit by bit the same.
+!> State of a contact for checkpoints: a run taken up again goes on bit by bit the same.
 module contact_state
   use kinds, only: wp
+  use state_store, only: state_store_t, put, take, put_array, take_array
   use contact, only: contact_t, set_tile_tests
   implicit none
   private
 
-  public :: contact_state_size, pack_contact, unpack_contact, wake_contact
-
-  integer, parameter :: n_single = 5      !! travel, tool displacement, whether it has started
-  integer, parameter :: n_per_point = 5   !! face, two local coordinates, next test, next search
-  integer, parameter :: n_drag = 7        !! of friction or damping: whether it touches, two vectors
+  public :: pack_contact, unpack_contact, wake_contact
 
 contains
 
-  !> Numbers that `pack_contact` writes.
-  pure integer function contact_state_size(contact)
+  !> Frozen penalty, warm starts, culling state, history of friction and damping, counts. Forces are
+  !! not among them: the next call computes them.
+  pure subroutine pack_contact(contact, store)
     type(contact_t), intent(in) :: contact
+    type(state_store_t), intent(inout) :: store
 
-    associate (n => contact%slave%n_points)
-      contact_state_size = n_single + size(contact%net) + n_per_point*n
-      if (allocated(contact%friction)) contact_state_size = contact_state_size + 1 + n_drag*n
-      if (allocated(contact%damping)) contact_state_size = contact_state_size + 1 + n_drag*n
+    call put(store, "travel", contact%travel)
+    call put_array(store, "tool_displacement", 3, contact%displacement)
+    call put(store, "is_started", contact%is_started)
+    call put(store, "share", contact%share)
+    call put_array(store, "stiffness", size(contact%stiffness), contact%stiffness)
+    call put_array(store, "net", size(contact%net), contact%net)
+    call put_array(store, "face", size(contact%face), real(contact%face, wp))
+    call put_array(store, "at", size(contact%at), contact%at)
+    call put_array(store, "test_at", size(contact%test_at), contact%test_at)
+    call put_array(store, "search_at", size(contact%search_at), contact%search_at)
+    associate (counts => contact%statistics)
+      call put_array(store, "counts", 8, [real(counts%n_calls, wp), real(counts%n_points, wp), &
+                                          real(counts%n_tested, wp), &
+                                          real(counts%n_iterations, wp), &
+                                          real(counts%n_fallbacks, wp), &
+                                          real(counts%n_searches, wp), &
+                                          real(counts%n_failures, wp), &
+                                          real(counts%max_iterations, wp)])
     end associate
-  end function contact_state_size
-
-  !> Warm starts, culling state, history of friction and damping. Forces are not among them: the
-  !! next call computes them.
-  pure subroutine pack_contact(contact, values)
-    type(contact_t), intent(in) :: contact
-    real(wp), intent(out) :: values(:)   !! shape (contact_state_size)
-
-    integer :: n, at
-
-    n = contact%slave%n_points
-    at = n_single + size(contact%net) + n_per_point*n
-    values(:at) = [contact%travel, contact%displacement, &
-                   merge(1.0_wp, 0.0_wp, contact%is_started), contact%net, &
-                   real(contact%face, wp), contact%at, contact%test_at, contact%search_at]
     if (allocated(contact%friction)) then
-      associate (state => contact%friction, part => values(at + 1:at + 1 + n_drag*n))
-        part = [state%energy, merge(1.0_wp, 0.0_wp, state%is_touching), state%place, state%stretch]
+      associate (state => contact%friction)
+        call put_drag(store, "friction", state%energy, state%is_touching, state%place, &
+                      state%stretch)
       end associate
-      at = at + 1 + n_drag*n
     end if
     if (allocated(contact%damping)) then
-      associate (state => contact%damping, part => values(at + 1:at + 1 + n_drag*n))
-        part = [state%energy, merge(1.0_wp, 0.0_wp, state%is_touching), state%place, state%force]
+      associate (state => contact%damping)
+        call put_drag(store, "damping", state%energy, state%is_touching, state%place, state%force)
+        call put_array(store, "damping_constant", size(state%constant), state%constant)
       end associate
     end if
   end subroutine pack_contact
 
   !> Take the state back into a contact that was set up in the same way.
-  pure subroutine unpack_contact(contact, values)
+  pure subroutine unpack_contact(contact, store)
     type(contact_t), intent(inout) :: contact
-    real(wp), intent(in) :: values(:)   !! from `pack_contact`
-    integer :: n, at
+    type(state_store_t), intent(inout) :: store
+    real(wp) :: face(size(contact%face)), numbers(8)
 
-    n = contact%slave%n_points
-    contact%travel = values(1)
-    contact%displacement = values(2:4)
-    contact%is_started = values(5) > 0.5_wp
-    at = n_single
-    contact%net = reshape(values(at + 1:at + size(contact%net)), shape(contact%net))
-    at = at + size(contact%net)
-    contact%face = nint(values(at + 1:at + n))
-    contact%at = reshape(values(at + n + 1:at + 3*n), [n, 2])
-    contact%test_at = values(at + 3*n + 1:at + 4*n)
-    contact%search_at = values(at + 4*n + 1:at + 5*n)
+    call take(store, "travel", contact%travel)
+    call take_array(store, "tool_displacement", 3, contact%displacement)
+    call take(store, "is_started", contact%is_started)
+    call take(store, "share", contact%share)
+    call take_array(store, "stiffness", size(contact%stiffness), contact%stiffness)
+    call take_array(store, "net", size(contact%net), contact%net)
+    face = real(contact%face, wp)
+    call take_array(store, "face", size(face), face)
+    contact%face = nint(face)
+    call take_array(store, "at", size(contact%at), contact%at)
+    call take_array(store, "test_at", size(contact%test_at), contact%test_at)
+    call take_array(store, "search_at", size(contact%search_at), contact%search_at)
+    numbers = 0.0_wp
+    call take_array(store, "counts", 8, numbers)
+    associate (counts => contact%statistics)
+      counts%n_calls = nint(numbers(1), kind(counts%n_calls))
+      counts%n_points = nint(numbers(2), kind(counts%n_calls))
+      counts%n_tested = nint(numbers(3), kind(counts%n_calls))
+      counts%n_iterations = nint(numbers(4), kind(counts%n_calls))
+      counts%n_fallbacks = nint(numbers(5), kind(counts%n_calls))
+      counts%n_searches = nint(numbers(6), kind(counts%n_calls))
+      counts%n_failures = nint(numbers(7), kind(counts%n_calls))
+      counts%max_iterations = nint(numbers(8))
+    end associate
     contact%force = 0.0_wp
-    at = at + n_per_point*n
     if (allocated(contact%friction)) then
       associate (state => contact%friction)
-        call take_drag(n, values(at + 1:), state%energy, state%is_touching, state%place, &
+        call take_drag(store, "friction", state%energy, state%is_touching, state%place, &
                        state%stretch)
       end associate
-      at = at + 1 + n_drag*n
     end if
     if (allocated(contact%damping)) then
       associate (state => contact%damping)
-        call take_drag(n, values(at + 1:), state%energy, state%is_touching, state%place, &
-                       state%force)
+        call take_drag(store, "damping", state%energy, state%is_touching, state%place, state%force)
+        call take_array(store, "damping_constant", size(state%constant), state%constant)
       end associate
     end if
     call set_tile_tests(contact)
   end subroutine unpack_contact
 
   !> Energy, flags and two vectors of each point.
-  pure subroutine take_drag(n, values, energy, is_touching, place, vector)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: values(1 + n_drag*n)
-    real(wp), intent(out) :: energy, place(n, 3), vector(n, 3)
-    logical, intent(out) :: is_touching(n)
+  pure subroutine put_drag(store, name, energy, is_touching, place, vector)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    logical, intent(in) :: is_touching(:)
+    real(wp), intent(in) :: energy, place(size(is_touching), 3), vector(size(is_touching), 3)
 
-    energy = values(1)
-    is_touching = values(2:n + 1) > 0.5_wp
-    place = reshape(values(n + 2:4*n + 1), [n, 3])
-    vector = reshape(values(4*n + 2:7*n + 1), [n, 3])
+    call put(store, name//"_energy", energy)
+    call put_array(store, name//"_touching", size(is_touching), merge(1.0_wp, 0.0_wp, is_touching))
+    call put_array(store, name//"_place", size(place), place)
+    call put_array(store, name//"_vector", size(vector), vector)
+  end subroutine put_drag
+
+  pure subroutine take_drag(store, name, energy, is_touching, place, vector)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    logical, intent(inout) :: is_touching(:)
+    real(wp), intent(inout) :: energy, place(size(is_touching), 3), vector(size(is_touching), 3)
+    real(wp) :: flags(size(is_touching))
+
+    call take(store, name//"_energy", energy)
+    flags = 0.0_wp
+    call take_array(store, name//"_touching", size(flags), flags)
+    is_touching = flags > 0.5_wp
+    call take_array(store, name//"_place", size(place), place)
+    call take_array(store, name//"_vector", size(vector), vector)
   end subroutine take_drag
 
   !> Let the next call look into all tiles and test every `stride`-th point that has a face near it,

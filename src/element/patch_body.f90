@@ -2,6 +2,8 @@
 module patch_body
   use kinds, only: wp
   use errors, only: error_t
+  use text, only: to_text
+  use state_store, only: state_store_t, put, take, put_array, take_array, has_state
   use nurbs_solid, only: nurbs_solid_t
   use seams, only: seams_t, collect, sum_groups, hand_out
   use block_law, only: block_law_t
@@ -14,6 +16,7 @@ module patch_body
   private
 
   public :: new_patch_body, without_state, set_inertia, share_internal_forces, share_external_forces
+  public :: put_fields, take_fields
 
   !> A field on the control points or the integration points of one patch.
   type, public :: field_t
@@ -72,6 +75,46 @@ contains
       motion%external_force = 0.0_wp
     end associate
   end subroutine new_patch_body
+
+  !> Put fields of all patches; those not there yet leave nothing.
+  subroutine put_fields(store, name, fields)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    type(field_t), allocatable, intent(in) :: fields(:)
+    integer :: p
+
+    if (.not. allocated(fields)) return
+    call put(store, name//"_n", size(fields))
+    do p = 1, size(fields)
+      associate (values => fields(p)%values, path => name//"_"//to_text(p))
+        call put_array(store, path//"_shape", 4, real(shape(values), wp))
+        call put_array(store, path, size(values), values)
+      end associate
+    end do
+  end subroutine put_fields
+
+  !> Take them back; fields that are not in the store are none.
+  subroutine take_fields(store, name, fields)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    type(field_t), allocatable, intent(inout) :: fields(:)
+    real(wp) :: extents(4)
+    integer :: p, n
+
+    if (allocated(fields)) deallocate (fields)
+    if (.not. has_state(store, name//"_n")) return
+    n = 0
+    call take(store, name//"_n", n)
+    allocate (fields(n))
+    do p = 1, n
+      extents = 0.0_wp
+      call take_array(store, name//"_"//to_text(p)//"_shape", 4, extents)
+      associate (e => nint(extents))
+        allocate (fields(p)%values(e(1), e(2), e(3), e(4)), source=0.0_wp)
+      end associate
+      call take_array(store, name//"_"//to_text(p), size(fields(p)%values), fields(p)%values)
+    end do
+  end subroutine take_fields
 
   !> Copies of bodies for trial motions of an elastic law: no viscosity, one empty state variable.
   function without_state(bodies) result(trial)

@@ -1,6 +1,7 @@
 !> Prescribed velocity components of control points; zero is a fixed support.
 module boundary
   use kinds, only: wp
+  use state_store, only: state_store_t, put, take
   use assembly, only: assembly_t
   use motion_curve, only: curve_t, curve_value
   use effect, only: effect_t, instant_t
@@ -19,6 +20,8 @@ module boundary
     real(wp) :: moved = 0.0_wp                  !! displacement of the last step
   contains
     procedure :: apply
+    procedure :: pack => pack_boundary
+    procedure :: unpack => unpack_boundary
   end type boundary_t
 
 contains
@@ -46,5 +49,21 @@ contains
     self%force(self%component) = total
     self%moved = velocity*instant%dt
   end subroutine apply
+
+  !> What the effect carries from step to step.
+  subroutine pack_boundary(self, store)
+    class(boundary_t), intent(in) :: self
+    type(state_store_t), intent(inout) :: store
+
+    call put(store, "moved", self%moved)
+  end subroutine pack_boundary
+
+  !> Take it back.
+  subroutine unpack_boundary(self, store)
+    class(boundary_t), intent(inout) :: self
+    type(state_store_t), intent(inout) :: store
+
+    call take(store, "moved", self%moved)
+  end subroutine unpack_boundary
 
 end module boundary

@@ -1,9 +1,11 @@
 !> Contact of one face of the blank with one tool, as an effect of the force stage.
 module contact_effect
   use kinds, only: wp
+  use state_store, only: state_store_t, put, take
   use assembly, only: assembly_t
   use effect, only: effect_t, instant_t, tally_t
   use contact, only: contact_t, apply_contact
+  use contact_state, only: pack_contact, unpack_contact
   implicit none
   private
 
@@ -20,6 +22,8 @@ module contact_effect
     logical :: has_warned = .false.        !! of a depth beyond the first limit
   contains
     procedure :: apply
+    procedure :: pack => pack_contact_effect
+    procedure :: unpack => unpack_contact_effect
     procedure :: tally => tally_contact
   end type contact_effect_t
 
@@ -70,5 +74,29 @@ contains
     tally%max_penetration = max(tally%max_penetration, self%max_penetration)
     self%max_penetration = 0.0_wp
   end subroutine tally_contact
+
+  !> What the effect carries from step to step.
+  subroutine pack_contact_effect(self, store)
+    class(contact_effect_t), intent(in) :: self
+    type(state_store_t), intent(inout) :: store
+
+    call put(store, "energy", self%energy)
+    call put(store, "max_penetration", self%max_penetration)
+    call put(store, "depth", self%depth)
+    call put(store, "has_warned", self%has_warned)
+    call pack_contact(self%pair, store)
+  end subroutine pack_contact_effect
+
+  !> Take it back.
+  subroutine unpack_contact_effect(self, store)
+    class(contact_effect_t), intent(inout) :: self
+    type(state_store_t), intent(inout) :: store
+
+    call take(store, "energy", self%energy)
+    call take(store, "max_penetration", self%max_penetration)
+    call take(store, "depth", self%depth)
+    call take(store, "has_warned", self%has_warned)
+    call unpack_contact(self%pair, store)
+  end subroutine unpack_contact_effect
 
 end module contact_effect

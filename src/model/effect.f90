@@ -2,9 +2,13 @@
 !! has no effect in the lists of the model and so costs nothing.
 module effect
   use kinds, only: wp
+  use state_store, only: state_store_t, enter_folder, put, take, put_array, take_array
+  use text, only: to_text
   use assembly, only: assembly_t
   implicit none
   private
+
+  public :: pack_effects, unpack_effects
 
   !> Where the step stands.
   type, public :: instant_t
@@ -32,6 +36,8 @@ module effect
     logical :: is_done = .false.           !! what the run was to reach is reached: it may end
   contains
     procedure(apply_effect), deferred :: apply
+    procedure(pack_effect), deferred :: pack       !! own state into a store; none: nothing to do
+    procedure(unpack_effect), deferred :: unpack   !! and back
     procedure :: tally => tally_effect
   end type effect_t
 
@@ -48,9 +54,61 @@ module effect
       type(assembly_t), intent(inout) :: bodies
       type(instant_t), intent(in) :: instant
     end subroutine apply_effect
+
+    !> Put what the effect carries from step to step, beside what the base holds.
+    subroutine pack_effect(self, store)
+      import :: effect_t, state_store_t
+      class(effect_t), intent(in) :: self
+      type(state_store_t), intent(inout) :: store
+    end subroutine pack_effect
+
+    !> Take it back into an effect that was set up in the same way.
+    subroutine unpack_effect(self, store)
+      import :: effect_t, state_store_t
+      class(effect_t), intent(inout) :: self
+      type(state_store_t), intent(inout) :: store
+    end subroutine unpack_effect
   end interface
 
 contains
+
+  !> State of a list of effects, each in a folder of its own.
+  subroutine pack_effects(effects, folder, store)
+    type(effect_slot_t), intent(in) :: effects(:)
+    character(*), intent(in) :: folder
+    type(state_store_t), intent(inout) :: store
+    integer :: i
+
+    do i = 1, size(effects)
+      associate (item => effects(i)%item)
+        call enter_folder(store, folder//"/"//to_text(i))
+        call put(store, "external_work", item%external_work)
+        call put_array(store, "force", 3, item%force)
+        call put(store, "is_done", item%is_done)
+        call item%pack(store)
+      end associate
+    end do
+    call enter_folder(store, "")
+  end subroutine pack_effects
+
+  !> Take it back into a list that was set up in the same way.
+  subroutine unpack_effects(effects, folder, store)
+    type(effect_slot_t), intent(inout) :: effects(:)
+    character(*), intent(in) :: folder
+    type(state_store_t), intent(inout) :: store
+    integer :: i
+
+    do i = 1, size(effects)
+      associate (item => effects(i)%item)
+        call enter_folder(store, folder//"/"//to_text(i))
+        call take(store, "external_work", item%external_work)
+        call take_array(store, "force", 3, item%force)
+        call take(store, "is_done", item%is_done)
+        call item%unpack(store)
+      end associate
+    end do
+    call enter_folder(store, "")
+  end subroutine unpack_effects
 
   !> Add what this effect holds to the balances of the run.
   subroutine tally_effect(self, tally)

@@ -1,11 +1,12 @@
 !> Dynamic relaxation: damping that leads a motion to rest, and the test whether it has got there.
 module relaxation
   use kinds, only: wp
+  use state_store, only: state_store_t, put, take
   use text, only: rounded_text
   use assembly, only: assembly_t
   use effect, only: instant_t
   use column_scaling, only: column_directions, column_differences
-  use patch_body, only: patch_body_t, field_t
+  use patch_body, only: patch_body_t, field_t, put_fields, take_fields
   use damping, only: damping_t, damp, velocities_before
   implicit none
   private
@@ -29,6 +30,8 @@ module relaxation
     real(wp) :: settled_at = 0.0_wp                !! time of rest, where `is_done`
   contains
     procedure :: apply
+    procedure :: pack => pack_relaxation
+    procedure :: unpack => unpack_relaxation
     procedure :: outcome
   end type relaxation_t
 
@@ -165,5 +168,39 @@ contains
             "energy (limit "//rounded_text(self%energy_limit)//"), unbalanced force "// &
             rounded_text(self%force_residual)//" (limit "//rounded_text(self%force_limit)//")"
   end function outcome
+
+  !> What the effect carries from step to step.
+  subroutine pack_relaxation(self, store)
+    class(relaxation_t), intent(in) :: self
+    type(state_store_t), intent(inout) :: store
+
+    call self%damping_t%pack(store)
+    call put(store, "internal_energy", self%internal_energy)
+    call put(store, "kinetic_energy", self%kinetic_energy)
+    call put(store, "peak_energy", self%peak_energy)
+    call put(store, "largest_energy", self%largest_energy)
+    call put(store, "largest_force", self%largest_force)
+    call put(store, "energy_residual", self%energy_residual)
+    call put(store, "force_residual", self%force_residual)
+    call put(store, "settled_at", self%settled_at)
+    call put_fields(store, "internal_force", self%internal_force)
+  end subroutine pack_relaxation
+
+  !> Take it back.
+  subroutine unpack_relaxation(self, store)
+    class(relaxation_t), intent(inout) :: self
+    type(state_store_t), intent(inout) :: store
+
+    call self%damping_t%unpack(store)
+    call take(store, "internal_energy", self%internal_energy)
+    call take(store, "kinetic_energy", self%kinetic_energy)
+    call take(store, "peak_energy", self%peak_energy)
+    call take(store, "largest_energy", self%largest_energy)
+    call take(store, "largest_force", self%largest_force)
+    call take(store, "energy_residual", self%energy_residual)
+    call take(store, "force_residual", self%force_residual)
+    call take(store, "settled_at", self%settled_at)
+    call take_fields(store, "internal_force", self%internal_force)
+  end subroutine unpack_relaxation
 
 end module relaxation

@@ -2,6 +2,7 @@
 module thickness_scaling
   use kinds, only: wp
   use seams, only: collect, sum_groups, hand_out
+  use state_store, only: state_store_t
   use assembly, only: assembly_t
   use column_scaling, only: column_directions, column_differences
   use effect, only: effect_t, instant_t
@@ -14,6 +15,8 @@ module thickness_scaling
   type, extends(effect_t), public :: thickness_scaling_t
   contains
     procedure :: apply
+    procedure :: pack => pack_thickness_scaling
+    procedure :: unpack => unpack_thickness_scaling
   end type thickness_scaling_t
 
 contains
@@ -55,5 +58,17 @@ contains
       end do
     end associate
   end subroutine apply
+
+  !> It carries nothing.
+  subroutine pack_thickness_scaling(self, store)
+    class(thickness_scaling_t), intent(in) :: self
+    type(state_store_t), intent(inout) :: store
+  end subroutine pack_thickness_scaling
+
+  !> Take it back.
+  subroutine unpack_thickness_scaling(self, store)
+    class(thickness_scaling_t), intent(inout) :: self
+    type(state_store_t), intent(inout) :: store
+  end subroutine unpack_thickness_scaling
 
 end module thickness_scaling
