@@ -8,7 +8,8 @@ module shape_reader
   use round_solids, only: round_shape_t, disk_solids, bar_solids, ring_solids, tube_solids, &
                           cup_solids
   use seams, only: seams_t, find_seams
-  use patch_joints, only: joints_t, find_joints
+  use patch_joints, only: joints_t, find_joints, face_names
+  use tee_joints, only: find_tee_joints
   use scene, only: blank_spec_t
   use deck_records, only: record_t, parsed_deck_t, option_text, option_real, field_real, &
                           field_integer
@@ -159,8 +160,28 @@ contains
                      joints%reasons(i)%value, "the same degrees, knots, weights and control "// &
                      "points on both faces, or MERGE=NO")
     end do
-    if (size(joints%reasons) == 0) call check_whole(record, blank, joints, faults)
+    if (size(joints%reasons) > 0) return
+    call warn_of_tee_joints(record, blank, find_tee_joints(solids, joints%is_joined, tolerance), &
+                            faults)
+    call check_whole(record, blank, joints, faults)
   end subroutine join_patches
+
+  !> Warn of faces that lie on each other without being joined.
+  subroutine warn_of_tee_joints(record, blank, pairs, faults)
+    type(record_t), intent(in) :: record
+    type(blank_spec_t), intent(in) :: blank
+    integer, intent(in) :: pairs(:, :)        !! see `find_tee_joints`
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i
+
+    do i = 1, size(pairs, 2)
+      call add_warning(faults, record%origin, "the faces "//trim(face_names(pairs(2, i)))// &
+                       " of '"//blank%patches(pairs(1, i))%name//"' and "// &
+                       trim(face_names(pairs(4, i)))//" of '"//blank%patches(pairs(3, i))%name// &
+                       "', which lie on each other in part, so that nothing joins them there", &
+                       "patches cut so that whole faces meet")
+    end do
+  end subroutine warn_of_tee_joints
 
   !> Warn of patches that no common faces lead to.
   subroutine check_whole(record, blank, joints, faults)

@@ -9,10 +9,10 @@ module patch_joints
   implicit none
   private
 
-  public :: joints_t, find_joints
+  public :: joints_t, find_joints, face_names
 
-  character(8), parameter :: names(6) = [character(8) :: "XI_MIN", "XI_MAX", "ETA_MIN", "ETA_MAX", &
-                                         "ZETA_MIN", "ZETA_MAX"]
+  character(8), parameter :: face_names(6) = [character(8) :: "XI_MIN", "XI_MAX", "ETA_MIN", &
+                                              "ETA_MAX", "ZETA_MIN", "ZETA_MAX"]
 
   !> What was found.
   type :: joints_t
@@ -74,7 +74,7 @@ contains
     character(*), intent(in) :: reason
     type(string_t) :: added
 
-    added%value = trim(names(place(2)))//" against "//trim(names(place(4)))//": "//reason
+    added%value = trim(face_names(place(2)))//" against "//trim(face_names(place(4)))//": "//reason
     joints%misfit = reshape([joints%misfit, place], [4, size(joints%misfit, 2) + 1])
     joints%reasons = [joints%reasons, added]
   end subroutine add_misfit

@@ -69,7 +69,7 @@ def ring(igaform, decks, _, inputs):
 
 
 def cup(igaform, decks, folder, _):
-    """Under pressure the wall of a cup carries the resultant on its bottom, with Lame's hoop stress.
+    """Under pressure the wall of a cup carries the resultant on its bottom, with Lame's hoop.
     A free one keeps its momentum, with its columns scaled too, and the same for 1 to 4 threads."""
     rest = run(igaform, os.path.join(decks, "cup_pressure.key"), folder, "rest", along=16,
                mass_factor=20)
