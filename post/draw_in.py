@@ -11,8 +11,8 @@ SAME = 1e-6          # of the sheet's size: edges that coincide at the start are
 def add_arguments(command):
     command.add_argument("--angles", type=float, nargs="+", metavar="DEGREES",
                          default=[0.0, 45.0, 90.0],
-                         help="directions in the plane of the sheet, from its first coordinate axis "
-                              "(default: 0 45 90)")
+                         help="directions in the plane of the sheet, from its first coordinate "
+                              "axis (default: 0 45 90)")
     command.add_argument("--centre", type=float, nargs=2, metavar=("A", "B"),
                          help="point that the directions start from (default: the origin if it is "
                               "in the sheet's outline, else its middle)")
@@ -90,7 +90,8 @@ class Outline:
         for patch in self.results.patches:
             n = patch.n_elements
             lines = [np.linspace(0, n[d], N_PER_ELEMENT * n[d] + 1) for d in (0, 1)]
-            for xi, eta in (([0], lines[1]), ([n[0]], lines[1]), (lines[0], [0]), (lines[0], [n[1]])):
+            for xi, eta in (([0], lines[1]), ([n[0]], lines[1]),
+                            (lines[0], [0]), (lines[0], [n[1]])):
                 line = self._line(patch, xi, eta, None)
                 edges.append((patch, xi, eta))
                 middles.append(np.concatenate([line[len(line) // 2],

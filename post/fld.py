@@ -1,9 +1,9 @@
 """Forming-limit diagram: strains in the sheet's plane against a limit curve.
 
-The curve is that of Keeler and Brazier (1977) from the thickness in mm and the hardening exponent n:
-(23.3 + 14.13 t) n/0.21 per cent of engineering strain where the minor strain is zero, with n up to
-0.21 and t up to 3.1 mm; towards negative minor strains at constant thinning, towards positive ones
-with slope 1/2, both in logarithmic strains. Or it is a user's, a CSV file of minor and major strain.
+The curve is that of Keeler and Brazier (1977) from the thickness in mm and the hardening exponent
+n: (23.3 + 14.13 t) n/0.21 per cent of engineering strain where the minor strain is zero, with n up
+to 0.21 and t up to 3.1 mm; towards negative minor strains at constant thinning, towards positive
+ones with slope 1/2, both in logarithmic strains. Or a user's, a CSV file of minor and major strain.
 """
 import csv
 
@@ -12,7 +12,8 @@ import numpy as np
 from post.results import Results, ResultsError
 from post.style import BLANK, plt, save
 
-LAYERS = {"middle": "mid-surface", "top": "upper face (zeta_max)", "bottom": "lower face (zeta_min)"}
+LAYERS = {"middle": "mid-surface", "top": "upper face (zeta_max)",
+          "bottom": "lower face (zeta_min)"}
 BEYOND, LIMIT = "#a33b4a", "#b35900"
 NEAR = 0.9                   # share of the limit from which a point counts as close to it
 MOST_N, MOST_THICKNESS = 0.21, 3.1

@@ -68,7 +68,8 @@ def write_table(path, curves):
     try:
         with open(path, "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
-            writer.writerow([f"{name} {what}" for name, *_ in curves for what in ("stroke", "force")])
+            writer.writerow([f"{name} {what}" for name, *_ in curves
+                             for what in ("stroke", "force")])
             writer.writerows(zip(*(column for _, *columns in curves for column in columns)))
     except OSError as fault:
         raise ResultsError(f"cannot write '{path}': {fault.strerror}") from None

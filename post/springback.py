@@ -1,9 +1,9 @@
 """Angles between straight stretches of the sheet's mid-section, and the curl of each.
 
-A stretch is straight where the radius of curvature exceeds `--radius`; of the stretches found, those
-shorter than `--shortest` are passed over. `--stretch FROM TO` takes stretches of material instead,
-by their coordinates along the sheet at the start. Lines are fitted by least squares of the distance,
-circles by Kasa's method. Of a U-section from the bottom outwards, the first two angles are theta 1
+A stretch is straight where the radius of curvature exceeds `--radius`; of the stretches found,
+those shorter than `--shortest` are passed over. `--stretch FROM TO` takes stretches of material
+instead, by their coordinates along the sheet at the start. Lines are fitted by least squares of the
+distance, circles by Kasa's method. Of a U-section from the bottom outwards, the first two angles are theta 1
 (bottom and wall) and theta 2 (wall and flange) of NUMISHEET'93.
 """
 import numpy as np
@@ -79,7 +79,8 @@ def straight_parts(line, radius, shortest):
 
 
 def fitted(points):
-    """Line and circle of a stretch: direction in degrees, distance from the line, length, radius."""
+    """Line and circle of a stretch: direction in degrees, distance from the line, length and
+    radius."""
     centre = points.mean(axis=0)
     _, _, axes = np.linalg.svd(points - centre)
     along = axes[0] * np.sign((points[-1] - points[0]) @ axes[0])

@@ -1,4 +1,4 @@
-"""Forming outputs against closed forms: strains of a stretched sheet, limit curves, angles, draw-in.
+"""Forming outputs against closed forms: strains of a stretched sheet, limit curves, angles.
 
 Usage: test_forming.py IGAFORM PROJECT_FOLDER
 """
