@@ -16,7 +16,8 @@ from post.style import COLOUR_MAP, plt, save, tool_colour
 FIELDS = {"eqps": "equivalent plastic strain", "mises": "von Mises stress",
           "thickness": "thickness", "thinning": "thinning",
           "major_strain": "major strain", "minor_strain": "minor strain",
-          "displacement": "displacement", "velocity": "velocity"}
+          "contact_pressure": "contact pressure", "displacement": "displacement",
+          "velocity": "velocity"}
 TIME_LIMIT = 600   # seconds for VTK
 
 

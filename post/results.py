@@ -87,6 +87,9 @@ class Results:
         folder = "VTKHDF" if name == "Points" else "VTKHDF/PointData"
         if name == "RationalWeights":
             frame = 0
+        if name not in self.file[folder]:
+            raise ResultsError(f"there is no field {name} in '{self.path}': the deck must ask for "
+                               "it (*OUTPUT, FIELDS=)")
         return self.file[folder][name][frame * self.n_points:(frame + 1) * self.n_points]
 
     def blank_grid(self, name, frame):

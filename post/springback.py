@@ -3,8 +3,8 @@
 A stretch is straight where the radius of curvature exceeds `--radius`; of the stretches found,
 those shorter than `--shortest` are passed over. `--stretch FROM TO` takes stretches of material
 instead, by their coordinates along the sheet at the start. Lines are fitted by least squares of the
-distance, circles by Kasa's method. Of a U-section from the bottom outwards, the first two angles are theta 1
-(bottom and wall) and theta 2 (wall and flange) of NUMISHEET'93.
+distance, circles by Kasa's method. Of a U-section from the bottom outwards the first two angles are
+theta 1 (bottom and wall) and theta 2 (wall and flange) of NUMISHEET'93.
 """
 import numpy as np
 

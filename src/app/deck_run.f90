@@ -13,6 +13,8 @@ module deck_run
   use run_identity, only: identity_of
   use output_names, only: files_read, result_path, path_beside_result
   use gauss_rule, only: gauss_rule_t
+  use nurbs_solid, only: solid_face
+  use surface_grid, only: element_size_of
   use scene, only: scene_t
   use deck_reader, only: read_deck
   use fault_report, only: report_faults
@@ -315,6 +317,8 @@ contains
     do i = 1, size(scene%tools)
       setup%tools(i)%name = scene%tools(i)%name
       setup%tools(i)%surfaces = scene%tools(i)%surfaces
+      if (scene%output%has_pressure) setup%tools(i)%cell_length = &
+        element_size_of(solid_face(model%bodies%blank%parts(1)%solid, 6))
     end do
     do i = 1, size(scene%probes)
       setup%probes(i)%value = scene%probes(i)%name
@@ -324,6 +328,7 @@ contains
       if (allocated(material%state_names)) setup%state_names = material%state_names
     end associate
     setup%is_bezier = scene%output%is_bezier
+    setup%n_contact_fields = count([scene%output%has_pressure, scene%output%has_wear])
     setup%blank_mass = mass_of(model%bodies%blank%parts)/model%bodies%blank%mass_factor
     call get_command(line)
     ! One by one: gfortran 12 takes wrong lengths from a structure constructor here.

@@ -420,6 +420,10 @@ contains
     call add_option(table, "CELLS", kind_choice, "cells of the pictures: LAGRANGE for all "// &
                     "readers; BEZIER keeps weights, for readers that know them", &
                     default="LAGRANGE", choices="LAGRANGE|BEZIER")
+    call add_option(table, "FIELDS", kind_choice, "more fields: CONTACT: the pressure of the "// &
+                    "contact pairs on blank and tools; WEAR: also pressure times slip on the "// &
+                    "tools since the start, gathered in every step", default="NONE", &
+                    choices="NONE|CONTACT|WEAR")
     call add_example(table, "*OUTPUT, FRAMES=20, HISTORY=200")
   end subroutine add_output_keywords
 

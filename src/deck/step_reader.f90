@@ -137,6 +137,9 @@ contains
     scene%output%n_frames = option_integer(deck, deck%records(i), "FRAMES")
     scene%output%n_history = option_integer(deck, deck%records(i), "HISTORY")
     scene%output%is_bezier = option_text(deck, deck%records(i), "CELLS") == "BEZIER"
+    scene%output%has_wear = option_text(deck, deck%records(i), "FIELDS") == "WEAR"
+    scene%output%has_pressure = scene%output%has_wear .or. &
+                                option_text(deck, deck%records(i), "FIELDS") == "CONTACT"
   end subroutine read_output
 
   !> Fill the list of probes, one for each *PROBE in the order of the deck.

@@ -6,6 +6,7 @@ module contact_effect
   use effect, only: effect_t, instant_t, tally_t
   use contact, only: contact_t, apply_contact
   use contact_state, only: pack_contact, unpack_contact
+  use contact_fields, only: contact_fields_t, add_wear, pack_wear, unpack_wear
   implicit none
   private
 
@@ -20,6 +21,7 @@ module contact_effect
     real(wp) :: depth = 0.0_wp             !! deepest now [length]
     real(wp) :: thickness = 0.0_wp         !! of the sheet, the measure of depths [length]
     logical :: has_warned = .false.        !! of a depth beyond the first limit
+    type(contact_fields_t), allocatable :: fields   !! only where the deck asks for them
   contains
     procedure :: apply
     procedure :: pack => pack_contact_effect
@@ -46,6 +48,10 @@ contains
       call apply_contact(self%pair, bodies%tools(self%tool), net_x, net_force, self%energy, &
                          self%depth, instant%dt)
       self%max_penetration = max(self%max_penetration, self%depth)
+      if (allocated(self%fields)) then
+        if (self%fields%has_wear) call add_wear(self%fields, self%pair, &
+                                                bodies%tools(self%tool), net_x)
+      end if
       on_blank = before - bodies%tools(self%tool)%force
       if (any(abs(on_blank) > 0.0_wp)) then
         motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
@@ -85,6 +91,7 @@ contains
     call put(store, "depth", self%depth)
     call put(store, "has_warned", self%has_warned)
     call pack_contact(self%pair, store)
+    if (allocated(self%fields)) call pack_wear(self%fields, store)
   end subroutine pack_contact_effect
 
   !> Take it back.
@@ -97,6 +104,7 @@ contains
     call take(store, "depth", self%depth)
     call take(store, "has_warned", self%has_warned)
     call unpack_contact(self%pair, store)
+    if (allocated(self%fields)) call unpack_wear(self%fields, store)
   end subroutine unpack_contact_effect
 
 end module contact_effect

@@ -4,7 +4,7 @@ module contact_setup
   use errors, only: error_t
   use faults, only: origin_t, fault_list_t, add_fault, n_errors
   use text, only: to_text
-  use scene, only: contact_spec_t, blank_spec_t
+  use scene, only: contact_spec_t, blank_spec_t, output_spec_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: solid_face
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss, points_knot, &
@@ -13,6 +13,9 @@ module contact_setup
   use contact_check, only: initial_gap, face_gaps
   use blank, only: face_slice, patch_body_t
   use contact_effect, only: contact_effect_t
+  use contact_fields, only: new_contact_fields
+  use surface_grid, only: element_size_of
+  use tool, only: tool_t
   use effect, only: effect_slot_t
   use model, only: model_t
   implicit none
@@ -102,10 +105,26 @@ contains
         return
       end if
       call check_start(spec, blank_spec%origin, model, pair, faults)
+      if (model%output%has_pressure) call add_fields(spec, body, face, tool, model%output, pair)
     end associate
     allocate (slot%item, source=pair)
     model%forces = [model%forces, slot]
   end subroutine add_patch_contact
+
+  !> Fields of the pair on grids of cells that are about as large as the elements of its face.
+  subroutine add_fields(spec, body, face, tool, output, pair)
+    type(contact_spec_t), intent(in) :: spec
+    type(patch_body_t), intent(in) :: body
+    integer, intent(in) :: face
+    type(tool_t), intent(in) :: tool
+    type(output_spec_t), intent(in) :: output
+    type(contact_effect_t), intent(inout) :: pair
+
+    allocate (pair%fields)
+    call new_contact_fields(pair%fields, pair%pair, tool, solid_face(body%solid, face), face, &
+                            point_kind(spec%points), spec%n_points, element_size_of( &
+                            solid_face(body%solid, face)), output%has_wear)
+  end subroutine add_fields
 
   !> Does the model have a pair of this tool and this face? Their penalties would add up.
   logical function is_known(model, pair)

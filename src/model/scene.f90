@@ -145,6 +145,8 @@ module scene
     integer :: n_frames = 20                !! equal intervals of the end time
     integer :: n_history = 200
     logical :: is_bezier = .false.          !! Bezier cells instead of Lagrange cells
+    logical :: has_pressure = .false.       !! contact pressure as a field
+    logical :: has_wear = .false.           !! wear of the tools as well
   end type output_spec_t
 
   !> A test of one material point.

@@ -2,15 +2,18 @@
 !! `patch_scalars` each.
 module display_fields
   use kinds, only: wp
-  use nurbs_solid, only: nurbs_solid_t
+  use nurbs_solid, only: nurbs_solid_t, face_axes
+  use surface_grid, only: surface_grid_t, grid_values
+  use line_operator, only: joined_places
+  use bezier_operator, only: equal_places
   use display_grid, only: display_grid_t, display_scalars, display_thickness, display_vectors, &
                           mises_stress, point_grid
   use point_geometry, only: plane_strains, point_geometry_t
   implicit none
   private
 
-  public :: display_field_t, patch_view_t, patch_frame_t, display_fields_of, patch_vectors
-  public :: patch_scalars
+  public :: display_field_t, patch_view_t, patch_frame_t, face_field_t, tool_frame_t
+  public :: display_fields_of, patch_vectors, patch_scalars, add_face_fields, add_tool_fields
 
   !> Name, quantity (as `unit_of` takes it) and meaning of a scalar field.
   type :: display_field_t
@@ -29,6 +32,21 @@ module display_fields
     real(wp), allocatable :: thickness(:)               !! at the display points at the start
   end type patch_view_t
 
+  !> Contact pressure on a face of a patch, on the grid of its contact points.
+  type :: face_field_t
+    integer :: face = 0                      !! 1 xi_min, 2 xi_max, ... 6 zeta_max
+    type(surface_grid_t) :: grid
+    real(wp), allocatable :: pressure(:, :)  !! [stress]
+  end type face_field_t
+
+  !> Contact pressure and wear on a surface of a tool.
+  type :: tool_frame_t
+    integer :: tool = 0, surface = 0
+    type(surface_grid_t) :: grid
+    real(wp), allocatable :: pressure(:, :)  !! [stress]
+    real(wp), allocatable :: wear(:, :)      !! [stress*length]; may be missing
+  end type tool_frame_t
+
   !> A patch in one frame. Fields at integration points in element order; elements counted along
   !! each axis.
   type :: patch_frame_t
@@ -37,14 +55,21 @@ module display_fields
     real(wp), allocatable :: eqps(:, :, :, :, :, :)     !! (q1, q2, q3, e1, e2, e3)
     real(wp), allocatable :: stress(:, :, :, :, :, :, :)   !! (6, q1, q2, q3, e1, e2, e3)
     real(wp), allocatable :: state(:, :, :, :, :, :, :)    !! (n_state, q1, ..., e3) if n_state > 0
+    type(face_field_t), allocatable :: contacts(:)         !! may be missing
   end type patch_frame_t
 
 contains
 
-  !> The fields in the order of `patch_scalars`.
-  pure function display_fields_of() result(fields)
-    type(display_field_t) :: fields(6)
+  !> The fields in the order of `patch_scalars`, then those of contact, of which there are none,
+  !! one or two.
+  pure function display_fields_of(n_contact) result(fields)
+    integer, intent(in) :: n_contact
+    type(display_field_t), allocatable :: fields(:)
+    type(display_field_t) :: contact(2)
 
+    contact = [ &
+      display_field_t("contact_pressure", "stress", "pressure of contact"), &
+      display_field_t("wear", "wear", "contact pressure times slip since the start (NaN on blank)")]
     fields = [ &
       display_field_t("eqps", "1", "equivalent plastic strain (NaN on tools)"), &
       display_field_t("mises", "stress", "von Mises stress (NaN on tools)"), &
@@ -53,7 +78,8 @@ contains
       display_field_t("major_strain", "1", &
                       "major logarithmic strain in the sheet's plane (NaN on tools)"), &
       display_field_t("minor_strain", "1", &
-                      "minor logarithmic strain in the sheet's plane (NaN on tools)")]
+                      "minor logarithmic strain in the sheet's plane (NaN on tools)"), &
+      contact(:n_contact)]
   end function display_fields_of
 
   !> Places, displacements and velocities at the display points of a patch.
@@ -75,7 +101,7 @@ contains
     type(patch_view_t), intent(in) :: view
     type(patch_frame_t), intent(in) :: fields
     real(wp), intent(in) :: points(:, :)      !! display points now, (n, 3)
-    real(wp), intent(out) :: values(:, :)     !! (n, number of fields)
+    real(wp), intent(inout) :: values(:, :)   !! (n, number of fields), those of contact are left
     real(wp), allocatable :: state(:), strains(:, :)
 
     state = [point_grid(1, view%rule_size, view%grid%n_elements, fields%eqps)]
@@ -89,5 +115,45 @@ contains
     values(:, 5) = display_scalars(view%grid, strains(1, :))
     values(:, 6) = display_scalars(view%grid, strains(2, :))
   end subroutine patch_scalars
+
+  !> Add the pressures on the faces of a patch to a field that is zero elsewhere.
+  pure subroutine add_face_fields(view, fields, values)
+    type(patch_view_t), intent(in) :: view
+    type(patch_frame_t), intent(in) :: fields
+    real(wp), intent(inout) :: values(view%grid%n(1), view%grid%n(2), view%grid%n(3))
+    real(wp), allocatable :: xi(:), eta(:), own(:, :)
+    integer :: i, axes(2), layer
+
+    if (.not. allocated(fields%contacts)) return
+    do i = 1, size(fields%contacts)
+      associate (contact => fields%contacts(i), solid => view%solid, n => view%grid%n, &
+                 places => equal_places(view%grid%degree))
+        axes = face_axes(contact%face)
+        xi = joined_places(solid%axes(axes(1)), places)
+        eta = joined_places(solid%axes(axes(2)), places)
+        own = grid_values(contact%grid, contact%pressure, xi, eta)
+        layer = merge(1, n((contact%face + 1)/2), mod(contact%face, 2) == 1)
+        select case ((contact%face + 1)/2)
+        case (1)
+          values(layer, :, :) = values(layer, :, :) + own
+        case (2)
+          values(:, layer, :) = values(:, layer, :) + own
+        case default
+          values(:, :, layer) = values(:, :, layer) + own
+        end select
+      end associate
+    end do
+  end subroutine add_face_fields
+
+  !> Add pressure and wear of one surface of a tool at the places of its mesh.
+  pure subroutine add_tool_fields(field, xi, eta, values)
+    type(tool_frame_t), intent(in) :: field
+    real(wp), intent(in) :: xi(:), eta(:)     !! parameters of the display points
+    real(wp), intent(inout) :: values(:, :)   !! (points of the mesh, fields of contact)
+
+    values(:, 1) = values(:, 1) + [grid_values(field%grid, field%pressure, xi, eta)]
+    if (size(values, 2) > 1) &
+      values(:, 2) = values(:, 2) + [grid_values(field%grid, field%wear, xi, eta)]
+  end subroutine add_tool_fields
 
 end module display_fields

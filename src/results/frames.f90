@@ -28,8 +28,9 @@ module frames
   use provenance_record, only: write_provenance, write_blank_mass, write_timings
   use run_log, only: timings_t
   use display_grid, only: display_thickness, display_vectors, new_display_grid, point_grid
-  use display_fields, only: display_field_t, display_fields_of, patch_frame_t, patch_scalars, &
-                            patch_vectors, patch_view_t
+  use display_fields, only: add_face_fields, add_tool_fields, display_field_t, &
+                            display_fields_of, face_field_t, patch_frame_t, patch_scalars, &
+                            patch_vectors, patch_view_t, tool_frame_t
   use point_geometry, only: new_point_geometry, plane_strains
   use tool_mesh, only: new_surface_mesh, surface_mesh_t
   use vtk_cells, only: hexahedra_on_grid, vtk_bezier_hexahedron, vtk_bezier_quadrilateral, &
@@ -42,6 +43,7 @@ module frames
   private
 
   public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
+  public :: face_field_t, tool_frame_t
   public :: open_results, write_frame, record_history, close_results
 
   !> A patch of the blank to be shown.
@@ -54,6 +56,7 @@ module frames
   !> A tool to be shown.
   type :: display_tool_t
     character(:), allocatable :: name
+    real(wp) :: cell_length = huge(1.0_wp)              !! of a Lagrange cell at most [length]
     type(nurbs_surface_t), allocatable :: surfaces(:)   !! in their place at the start
   end type display_tool_t
 
@@ -66,6 +69,7 @@ module frames
     integer :: n_state = 0                              !! columns of the frames' state
     type(string_t), allocatable :: state_names(:)       !! of these columns; may be none
     logical :: is_bezier = .false.                      !! Bezier cells instead of Lagrange
+    integer :: n_contact_fields = 0                     !! 1: contact pressure, 2: and wear
     real(wp) :: blank_mass = 0.0_wp                     !! without what scaling has added
     type(provenance_t) :: provenance
   end type results_setup_t
@@ -76,8 +80,15 @@ module frames
     type(patch_frame_t), allocatable :: patches(:)
     real(wp), allocatable :: tool_displacement(:, :)    !! (3, tools)
     real(wp), allocatable :: tool_velocity(:, :)        !! (3, tools)
+    type(tool_frame_t), allocatable :: tool_fields(:)   !! may be missing
     logical :: is_failed = .false.                      !! the state at which a run failed
   end type frame_t
+
+  !> Where the display points of a surface of a tool are.
+  type :: mesh_place_t
+    integer :: tool = 0, surface = 0, first = 0
+    real(wp), allocatable :: xi(:), eta(:)
+  end type mesh_place_t
 
   !> An open results file.
   type :: results_t
@@ -89,6 +100,8 @@ module frames
     type(history_t) :: history
     real(wp), allocatable :: tool_points(:, :)          ! display points of the tools, (n, 3)
     integer, allocatable :: tool_of_point(:)
+    type(mesh_place_t), allocatable :: meshes(:)        ! of the tools' surfaces
+    integer :: n_contact_fields = 0
     integer :: n_state = 0
     character(:), allocatable :: state_names            ! set apart by commas, or empty
     integer :: n_points = 0                             ! display points of blank and tools
@@ -114,6 +127,7 @@ contains
     results%state_names = ""
     if (allocated(setup%state_names)) results%state_names = joined(setup%state_names, ", ")
     results%is_bezier = setup%is_bezier
+    results%n_contact_fields = setup%n_contact_fields
     allocate (results%patches(size(setup%patches)))
     do p = 1, size(results%patches)
       associate (view => results%patches(p), patch => setup%patches(p))
@@ -212,6 +226,7 @@ contains
     type(cells_t), intent(out) :: cells
     real(wp), allocatable, intent(out) :: weights(:)
     type(surface_mesh_t) :: mesh
+    type(mesh_place_t) :: place
     integer :: i, s, j, p, n_blank
 
     allocate (weights(0))
@@ -224,10 +239,17 @@ contains
       end associate
     end do
     n_blank = size(weights)
-    allocate (results%tool_points(0, 3), results%tool_of_point(0))
+    allocate (results%tool_points(0, 3), results%tool_of_point(0), results%meshes(0))
     do i = 1, size(results%tools)
       do s = 1, size(results%tools(i)%surfaces)
-        mesh = new_surface_mesh(results%tools(i)%surfaces(s), results%is_bezier)
+        mesh = new_surface_mesh(results%tools(i)%surfaces(s), results%is_bezier, &
+                                results%tools(i)%cell_length)
+        place%tool = i
+        place%surface = s
+        place%first = size(weights) + 1
+        place%xi = mesh%xi
+        place%eta = mesh%eta
+        results%meshes = [results%meshes, place]
         call add_cells(cells, mesh%connectivity + size(weights), &
                        merge(vtk_bezier_quadrilateral, vtk_lagrange_quadrilateral, &
                              results%is_bezier), i)
@@ -249,7 +271,7 @@ contains
       call create_point_data(file, "displacement", 3, n, unit_of(units, "length"), &
                              "displacement since the start")
       call create_point_data(file, "velocity", 3, n, unit_of(units, "velocity"), "velocity")
-      fields = display_fields_of()
+      fields = display_fields_of(results%n_contact_fields)
       do i = 1, size(fields)
         associate (field => fields(i))
           call create_point_data(file, trim(field%name), 1, n, &
@@ -313,7 +335,7 @@ contains
     type(display_field_t), allocatable :: fields(:)
     integer :: p, i, first, last
 
-    fields = display_fields_of()
+    fields = display_fields_of(results%n_contact_fields)
     allocate (points(results%n_points, 3), scalars(results%n_points, size(fields)))
     allocate (displacement, velocity, mold=points)
     scalars = ieee_value(1.0_wp, ieee_quiet_nan)
@@ -325,7 +347,15 @@ contains
                          displacement(first:last, :), velocity(first:last, :))
       call patch_scalars(results%patches(p), frame%patches(p), points(first:last, :), &
                          scalars(first:last, :))
+      if (results%n_contact_fields == 0) cycle
+      associate (pressure => scalars(first:last, size(fields) - results%n_contact_fields + 1))
+        pressure = 0.0_wp
+        call add_face_fields(results%patches(p), frame%patches(p), pressure)
+      end associate
     end do
+    if (results%n_contact_fields > 0) &
+      call fill_tool_fields(results, frame, &
+                            scalars(:, size(fields) - results%n_contact_fields + 1:))
     displacement(last + 1:, :) = on_tools(results, frame%tool_displacement)
     points(last + 1:, :) = results%tool_points + displacement(last + 1:, :)
     velocity(last + 1:, :) = on_tools(results, frame%tool_velocity)
@@ -337,6 +367,26 @@ contains
                              results%n_frames)
     end do
   end subroutine write_display
+
+  ! Pressure and wear at the display points of the tools.
+  pure subroutine fill_tool_fields(results, frame, values)
+    type(results_t), intent(in) :: results
+    type(frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+    integer :: f, m, last
+
+    values(results%n_points - size(results%tool_of_point) + 1:, :) = 0.0_wp
+    if (.not. allocated(frame%tool_fields)) return
+    do f = 1, size(frame%tool_fields)
+      do m = 1, size(results%meshes)
+        associate (mesh => results%meshes(m), field => frame%tool_fields(f))
+          if (mesh%tool /= field%tool .or. mesh%surface /= field%surface) cycle
+          last = mesh%first + size(mesh%xi)*size(mesh%eta) - 1
+          call add_tool_fields(field, mesh%xi, mesh%eta, values(mesh%first:last, :))
+        end associate
+      end do
+    end do
+  end subroutine fill_tool_fields
 
   ! One vector per tool at all display points of the tools.
   pure function on_tools(results, vectors) result(values)

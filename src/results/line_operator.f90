@@ -10,6 +10,7 @@ module line_operator
   private
 
   public :: line_operator_t, basis_operator, spread_operator, grid_size, apply_tensor, span_bounds
+  public :: joined_places
 
   !> output(s) = sum over i of values(i, s)*input(first(s) + i - 1).
   type :: line_operator_t
@@ -53,6 +54,24 @@ contains
       end do
     end do
   end function basis_operator
+
+  !> Parametric coordinates of the same places of every element, where elements meet but once.
+  pure function joined_places(kv, places) result(xi)
+    type(knot_vector_t), intent(in) :: kv
+    real(wp), intent(in) :: places(:)     !! in each element, from -1 to 1
+    real(wp), allocatable :: xi(:)
+    integer, allocatable :: spans(:)
+    real(wp) :: bounds(2)
+    integer :: e, n
+
+    allocate (spans, source=span_table(kv))
+    n = size(places) - 1
+    allocate (xi(n*size(spans) + 1))
+    do e = 1, size(spans)
+      bounds = span_bounds(kv, spans(e))
+      xi((e - 1)*n + 1:e*n + 1) = 0.5_wp*(bounds(1)*(1 - places) + bounds(2)*(1 + places))
+    end do
+  end function joined_places
 
   !> Parametric coordinates where a span begins and ends.
   pure function span_bounds(kv, span) result(bounds)

@@ -7,7 +7,8 @@ module tool_mesh
   use kinds, only: wp
   use knot_vector, only: n_spans
   use nurbs_surface, only: nurbs_surface_t
-  use line_operator, only: apply_tensor, basis_operator, grid_size, line_operator_t
+  use surface_grid, only: parts_along
+  use line_operator, only: apply_tensor, basis_operator, grid_size, joined_places, line_operator_t
   use bezier_operator, only: equal_places, joined_bezier_operator
   use vtk_cells, only: quadrilaterals_on_grid
   implicit none
@@ -21,15 +22,17 @@ module tool_mesh
   type :: surface_mesh_t
     real(wp), allocatable :: points(:, :)               !! shape (n, 3)
     real(wp), allocatable :: weights(:)                 !! shape (n), one for Lagrange cells
+    real(wp), allocatable :: xi(:), eta(:)              !! parameters of the points, xi fastest
     integer(int64), allocatable :: connectivity(:, :)   !! (nodes of a cell, cells), points from 0
   end type surface_mesh_t
 
 contains
 
   !> Cells of a surface.
-  pure function new_surface_mesh(surface, is_bezier) result(mesh)
+  pure function new_surface_mesh(surface, is_bezier, length) result(mesh)
     type(nurbs_surface_t), intent(in) :: surface
     logical, intent(in) :: is_bezier
+    real(wp), intent(in) :: length        !! of a Lagrange cell at most [length]
     type(surface_mesh_t) :: mesh
     type(line_operator_t) :: basis(2)
     real(wp), allocatable :: weights(:)
@@ -42,6 +45,7 @@ contains
         if (any(maxval(w, dim=1) > minval(w, dim=1))) n_parts(1) = n_rational_parts
         if (any(maxval(w, dim=2) > minval(w, dim=2))) n_parts(2) = n_rational_parts
       end associate
+      n_parts = max(n_parts, parts_along(surface, length))
     end if
     do d = 1, 2
       if (is_bezier) then
@@ -51,6 +55,8 @@ contains
                                   is_joined=.true.)
       end if
     end do
+    mesh%xi = joined_places(surface%axes(1), equal_places(n_parts(1)*degree))
+    mesh%eta = joined_places(surface%axes(2), equal_places(n_parts(2)*degree))
     weights = apply_tensor(basis, [surface%weights])
     allocate (mesh%points(product(grid_size(basis)), 3))
     do i = 1, 3

@@ -44,7 +44,8 @@ contains
     if (.not. allocated(units%energy)) units%energy = units%force//"*"//units%length
   end function new_unit_system
 
-  !> Unit of a quantity: length, time, velocity, mass, force, stress, energy, momentum, volume or 1.
+  !> Unit of a quantity: length, time, velocity, mass, force, stress, energy, momentum, volume,
+  !! wear (stress times length) or 1.
   pure function unit_of(units, quantity) result(unit)
     type(unit_system_t), intent(in) :: units
     character(*), intent(in) :: quantity
@@ -69,6 +70,8 @@ contains
       unit = units%stress
     case ("energy")
       unit = units%energy
+    case ("wear")
+      unit = units%stress//"*"//units%length
     case default
       unit = "1"
     end select

@@ -6,7 +6,9 @@ module snapshot
   use ig_patch, only: element_of_lane
   use patch_body, only: field_t
   use model, only: model_t
-  use frames, only: frame_t, patch_frame_t
+  use frames, only: frame_t, patch_frame_t, face_field_t, tool_frame_t
+  use contact_effect, only: contact_effect_t
+  use contact_fields, only: face_pressure, set_tool_pressure
   use history, only: history_row_t
   use knot_vector, only: find_span, basis_derivatives
   use nurbs_solid, only: nurbs_solid_t
@@ -42,7 +44,7 @@ contains
 
   !> Fields now; point fields in natural order.
   subroutine fill_frame(model, time, frame)
-    type(model_t), intent(in) :: model
+    type(model_t), intent(inout) :: model
     real(wp), intent(in) :: time
     type(frame_t), intent(inout) :: frame
     integer :: t, p
@@ -58,7 +60,45 @@ contains
       frame%tool_displacement(:, t) = model%bodies%tools(t)%displacement
       frame%tool_velocity(:, t) = model%bodies%tools(t)%velocity
     end do
+    if (model%output%has_pressure) call fill_contact_fields(model, frame)
   end subroutine fill_frame
+
+  !> Pressure and wear of all contact pairs.
+  subroutine fill_contact_fields(model, frame)
+    type(model_t), intent(inout) :: model
+    type(frame_t), intent(inout) :: frame
+    type(tool_frame_t) :: on_tool
+    type(face_field_t) :: on_face
+    integer :: i, p, s
+
+    do p = 1, size(frame%patches)
+      if (allocated(frame%patches(p)%contacts)) deallocate (frame%patches(p)%contacts)
+      allocate (frame%patches(p)%contacts(0))
+    end do
+    if (allocated(frame%tool_fields)) deallocate (frame%tool_fields)
+    allocate (frame%tool_fields(0))
+    do i = 1, size(model%forces)
+      select type (pair => model%forces(i)%item)
+      type is (contact_effect_t)
+        associate (tool => model%bodies%tools(pair%tool), contacts => frame%patches(pair%part))
+          call face_pressure(pair%fields, pair%pair, tool, contacts%points( &
+            pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
+            pair%lower(3):pair%upper(3), :), on_face%grid, on_face%pressure)
+          on_face%face = pair%fields%face
+          contacts%contacts = [contacts%contacts, on_face]
+          call set_tool_pressure(pair%fields, pair%pair, tool)
+        end associate
+        on_tool%tool = pair%tool
+        do s = 1, size(pair%fields%tools)
+          on_tool%surface = s
+          on_tool%grid = pair%fields%tools(s)%grid
+          on_tool%pressure = pair%fields%tools(s)%pressure
+          if (pair%fields%has_wear) on_tool%wear = pair%fields%tools(s)%wear
+          frame%tool_fields = [frame%tool_fields, on_tool]
+        end do
+      end select
+    end do
+  end subroutine fill_contact_fields
 
   !> Stress and state at the integration points of a patch.
   pure subroutine fill_points(patch, eqps_state, fields)

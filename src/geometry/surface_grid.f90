@@ -1,0 +1,192 @@
+!> A grid in the parameter space of a surface that carries fields linear in each of its cells.
+module surface_grid
+  use kinds, only: wp
+  use gauss_rule, only: gauss_rule_t, new_gauss_rule
+  use knot_vector, only: knot_vector_t, span_table
+  use nurbs_surface, only: nurbs_surface_t, evaluate_surface
+  implicit none
+  private
+
+  public :: surface_grid_t, new_surface_grid, grid_areas, grid_place, grid_values, parts_along
+  public :: element_size_of, no_length
+
+  integer, parameter :: most_parts = 100   !! of a knot span
+  integer, parameter :: n_samples = 8      !! chords of a span that its length is measured by
+
+  real(wp), parameter :: no_length = huge(1.0_wp)   !! which leaves every span whole
+
+  !> Lines of the grid; a field on it has shape (size(xi), size(eta)).
+  type :: surface_grid_t
+    real(wp), allocatable :: xi(:), eta(:)   !! rising
+  end type surface_grid_t
+
+contains
+
+  !> The knot lines of a surface and lines between them, so that no cell is longer than `length`.
+  pure function new_surface_grid(surface, length) result(grid)
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp), intent(in) :: length           !! [length]
+    type(surface_grid_t) :: grid
+    integer :: n(2)
+
+    n = parts_along(surface, length)
+    grid%xi = lines(surface%axes(1), n(1))
+    grid%eta = lines(surface%axes(2), n(2))
+  end function new_surface_grid
+
+  !> Into how many equal parts the knot spans of both directions must be cut.
+  pure function parts_along(surface, length) result(n)
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp), intent(in) :: length           !! of a part at most [length]
+    integer :: n(2)
+    real(wp) :: longest, arc, at(2), point(3), before(3)
+    real(wp), allocatable :: along(:), across(:)
+    integer :: d, i, j, k
+
+    do d = 1, 2
+      along = lines(surface%axes(d), n_samples)
+      across = lines(surface%axes(3 - d), 2)
+      longest = 0.0_wp
+      do j = 1, size(across)
+        do i = 1, size(along) - 1, n_samples
+          arc = 0.0_wp
+          do k = 0, n_samples
+            at(d) = along(i + k)
+            at(3 - d) = across(j)
+            call evaluate_surface(surface, at, point)
+            if (k > 0) arc = arc + norm2(point - before)
+            before = point
+          end do
+          longest = max(longest, arc)
+        end do
+      end do
+      n(d) = min(max(ceiling(longest/length*(1.0_wp - 1.0e-9_wp)), 1), most_parts)
+    end do
+  end function parts_along
+
+  !> Side of a square as large as the elements of a surface are on average.
+  function element_size_of(surface) result(length)
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp) :: length
+    type(surface_grid_t) :: grid
+
+    grid = new_surface_grid(surface, no_length)
+    length = sqrt(sum(grid_areas(surface, grid))/((size(grid%xi) - 1)*(size(grid%eta) - 1)))
+  end function element_size_of
+
+  ! Each knot span in equal parts.
+  pure function lines(axis, n_parts) result(xi)
+    type(knot_vector_t), intent(in) :: axis
+    integer, intent(in) :: n_parts
+    real(wp), allocatable :: xi(:)
+    integer, allocatable :: spans(:)
+    integer :: s, i
+
+    allocate (spans, source=span_table(axis))
+    allocate (xi(n_parts*size(spans) + 1))
+    do s = 1, size(spans)
+      associate (low => axis%knots(spans(s)), high => axis%knots(spans(s) + 1))
+        xi((s - 1)*n_parts + 1:s*n_parts) = [(low + (high - low)*i/n_parts, i=0, n_parts - 1)]
+      end associate
+    end do
+    xi(size(xi)) = axis%knots(axis%n_basis + 1)
+  end function lines
+
+  !> Area of the surface that each node of the grid stands for; their sum is that of the surface.
+  function grid_areas(surface, grid) result(areas)
+    type(nurbs_surface_t), intent(in) :: surface
+    type(surface_grid_t), intent(in) :: grid
+    real(wp) :: areas(size(grid%xi), size(grid%eta))
+    type(gauss_rule_t) :: rule
+    real(wp) :: half(2), at(2), share(2), part, point(3), d1(3, 2)
+    integer :: i, j, g, h
+
+    rule = new_gauss_rule(2, 1)
+    areas = 0.0_wp
+    do j = 1, size(grid%eta) - 1
+      do i = 1, size(grid%xi) - 1
+        half = 0.5_wp*[grid%xi(i + 1) - grid%xi(i), grid%eta(j + 1) - grid%eta(j)]
+        do h = 1, rule%n
+          do g = 1, rule%n
+            share = 0.5_wp*(1.0_wp + rule%points([g, h]))
+            at = [grid%xi(i), grid%eta(j)] + 2*half*share
+            call evaluate_surface(surface, at, point, d1)
+            part = product(half)*rule%weights(g)*rule%weights(h)*norm2(cross(d1(:, 1), d1(:, 2)))
+            areas(i:i + 1, j) = areas(i:i + 1, j) &
+                                + part*(1 - share(2))*[1 - share(1), share(1)]
+            areas(i:i + 1, j + 1) = areas(i:i + 1, j + 1) &
+                                    + part*share(2)*[1 - share(1), share(1)]
+          end do
+        end do
+      end do
+    end do
+  end function grid_areas
+
+  !> The cell (i, j) that holds a place, and how far along its sides it lies, 0 to 1.
+  pure subroutine grid_place(grid, at, cell, share)
+    type(surface_grid_t), intent(in) :: grid
+    real(wp), intent(in) :: at(2)
+    integer, intent(out) :: cell(2)
+    real(wp), intent(out) :: share(2)
+
+    call line_place(grid%xi, at(1), cell(1), share(1))
+    call line_place(grid%eta, at(2), cell(2), share(2))
+  end subroutine grid_place
+
+  !> Values of a field at a tensor grid of places: linear between the lines, constant outside them.
+  pure function grid_values(grid, field, xi, eta) result(values)
+    type(surface_grid_t), intent(in) :: grid
+    real(wp), intent(in) :: field(size(grid%xi), size(grid%eta))
+    real(wp), intent(in) :: xi(:), eta(:)
+    real(wp) :: values(size(xi), size(eta))
+    integer :: i, j, a(size(xi)), b(size(eta))
+    real(wp) :: s(size(xi)), t(size(eta))
+
+    do i = 1, size(xi)
+      call line_place(grid%xi, xi(i), a(i), s(i))
+    end do
+    do j = 1, size(eta)
+      call line_place(grid%eta, eta(j), b(j), t(j))
+      do i = 1, size(xi)
+        values(i, j) = (1 - t(j))*((1 - s(i))*field(a(i), b(j)) + s(i)*field(next(a(i), 1), b(j))) &
+                       + t(j)*((1 - s(i))*field(a(i), next(b(j), 2)) &
+                               + s(i)*field(next(a(i), 1), next(b(j), 2)))
+      end do
+    end do
+  contains
+    pure integer function next(place, direction)
+      integer, intent(in) :: place, direction
+      next = min(place + 1, size(field, direction))
+    end function next
+  end function grid_values
+
+  !> Interval of a rising list that holds x, and the share of it that lies before x.
+  pure subroutine line_place(list, x, place, share)
+    real(wp), intent(in) :: list(:), x
+    integer, intent(out) :: place
+    real(wp), intent(out) :: share
+    integer :: high, middle
+
+    place = 1
+    share = 0.0_wp
+    if (size(list) == 1) return
+    high = size(list)
+    do while (high - place > 1)
+      middle = (place + high)/2
+      if (list(middle) <= x) then
+        place = middle
+      else
+        high = middle
+      end if
+    end do
+    share = min(max((x - list(place))/(list(place + 1) - list(place)), 0.0_wp), 1.0_wp)
+  end subroutine line_place
+
+  pure function cross(a, b) result(c)
+    real(wp), intent(in) :: a(3), b(3)
+    real(wp) :: c(3)
+
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+
+end module surface_grid

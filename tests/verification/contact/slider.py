@@ -1,0 +1,77 @@
+"""Contact pressure and wear of a block under a known pressure that is dragged by a known way.
+
+Usage: slider.py IGAFORM FOLDER_OF_DECK
+"""
+import os
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+
+PRESSURE, WAY, AREA = 40.0, 5.0, 72.0
+DECK = os.path.join(sys.argv[2], "slider.key")
+
+
+def run(folder, name, **parameters):
+    """Results of the deck with these parameters."""
+    path = os.path.join(folder, name)
+    sets = [part for key, value in parameters.items() for part in ("--set", f"{key}={value}")]
+    subprocess.run([sys.argv[1], DECK, "--quiet", "--threads", "1", "--out", path, *sets],
+                   check=True)
+    return h5py.File(path)
+
+
+def last_frame(file):
+    grid = file["VTKHDF"]
+    n = int(grid["NumberOfPoints"][0])
+    return {name: grid[name][-n:] for name in ("Points", "PointData/contact_pressure",
+                                               "PointData/wear")}
+
+
+def integral(points, values):
+    """Of a field on the nodes of a plane grid, linear between them."""
+    x, y = (np.unique(np.round(points[:, d], 6)) for d in (0, 1))
+    i, j = (np.argmin(np.abs(points[:, [d]] - line), axis=1) for d, line in ((0, x), (1, y)))
+    grid = np.zeros((len(x), len(y)))
+    grid[i, j] = values
+    return np.trapezoid(np.trapezoid(grid, y, axis=1), x)
+
+
+def check(frame, slip, tolerance):
+    """Pressure on both sides, wear where the block was all the time, and the sums of both."""
+    points, pressure, wear = frame.values()
+    is_tool = ~np.isnan(wear)
+    face = ~is_tool & (np.abs(points[:, 2]) < 0.1)
+    x, y = points[:, 0], points[:, 1]
+    always = is_tool & (x > 6.5) & (x < 11) & (y > 2) & (y < 4)
+    assert np.count_nonzero(always) >= 2
+    np.testing.assert_allclose(pressure[face], PRESSURE, rtol=tolerance)
+    np.testing.assert_allclose(pressure[always], PRESSURE, rtol=tolerance)
+    np.testing.assert_allclose(wear[always], PRESSURE * slip, rtol=tolerance)
+    np.testing.assert_allclose(integral(points[is_tool], pressure[is_tool]), PRESSURE * AREA,
+                               rtol=tolerance)
+    np.testing.assert_allclose(integral(points[is_tool], wear[is_tool]), PRESSURE * AREA * slip,
+                               rtol=tolerance)
+    assert np.all(pressure[~is_tool & ~face] == 0)
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        with run(folder, "smooth.h5") as file:
+            check(last_frame(file), WAY, 1e-6)
+        with run(folder, "rough.h5", friction=0.2) as file:
+            # what is worn is the work of friction over its coefficient
+            slip = file["history/friction_energy"][-1] / (0.2 * PRESSURE * AREA)
+            assert 0.99 * WAY < slip < WAY
+            check(last_frame(file), slip, 2e-3)
+        with run(folder, "none.h5", fields='"NONE"') as file:
+            assert "wear" not in file["VTKHDF/PointData"]
+            assert "contact_pressure" not in file["VTKHDF/PointData"]
+        with run(folder, "pressure.h5", fields='"CONTACT"') as file:
+            assert "wear" not in file["VTKHDF/PointData"]
+            assert "contact_pressure" in file["VTKHDF/PointData"]
+
+
+main()
