@@ -85,8 +85,8 @@ contains
     end do
   end function lies_on
 
-  !> Distance of a point from a surface, by Newton's method from the nearest of a grid of places; more
-  !! than `enough` may be overestimated.
+  !> Distance of a point from a surface, by Newton's method from the nearest of a grid; what is more
+  !! than `enough` may come out too large.
   pure real(wp) function distance_to(surface, point, enough) result(distance)
     type(nurbs_surface_t), intent(in) :: surface
     real(wp), intent(in) :: point(3), enough

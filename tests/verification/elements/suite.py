@@ -108,7 +108,7 @@ class Run:
             self.tools = {name: {key: values[...] for key, values in group.items()
                                  if isinstance(values, h5py.Dataset)}
                           for name, group in file["tools"].items()}
-            self.at_points = {name: values[...] for name, values in file["points"].items()}
+            self.at_points = fields_at_points(file["points"])
             self.n_points = int(file["VTKHDF/NumberOfPoints"][0])
             self.points = file["VTKHDF/Points"][-self.n_points:]
             self.start = file["VTKHDF/Points"][:self.n_points]
@@ -117,6 +117,15 @@ class Run:
 
     def time(self):
         return self.history["time"]
+
+
+def fields_at_points(group):
+    """Fields at the integration points; of a blank of several patches those of all, in rows."""
+    if any(isinstance(item, h5py.Dataset) for item in group.values()):
+        return {name: values[...] for name, values in group.items()}
+    patches = [fields_at_points(patch) for patch in group.values()]
+    return {name: np.concatenate([p[name].reshape(p["eqps"].size, -1) for p in patches])
+            for name in patches[0]}
 
 
 def order(sizes, errors):
