@@ -28,6 +28,7 @@ module deck_run
   use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
   use forming_run, only: run_t, new_run, run_model, save_failed
   use check_report, only: print_check
+  use saving_report, only: print_savings
   use modes_report, only: print_modes
   use user_call, only: watch_user_calls, user_failure_text
   use user_library, only: user_library_t
@@ -70,6 +71,7 @@ contains
       code = exit_input
     else if (command%is_check) then
       call print_check(model)
+      call print_savings(scene)
       code = exit_done
     else if (command%n_modes > 0) then
       code = tell_modes(model, command%n_modes)
@@ -216,6 +218,10 @@ contains
       if (size(blank%parts) > 1 .or. blank%seams%n_groups > 0) &
         call log_line(log, "patches    "//to_text(size(blank%parts))//", joined in "// &
                       to_text(blank%seams%n_groups)//" control points")
+      if (model%width_ratio > 1.0_wp) &
+        call log_line(log, "reduction  plane strain: a strip of 1/"// &
+                      rounded_text(model%width_ratio)//" of the width; forces, energies and "// &
+                      "masses are those of all of it")
       if (blank%parts(1)%patch%viscosity%is_active) call log_line(log, "effect     bulk viscosity")
       if (blank%added_mass > 0.0_wp) then
         call log_line(log, "effect     mass scaling, added mass "//rounded_text(blank%added_mass))
@@ -329,7 +335,8 @@ contains
     end associate
     setup%is_bezier = scene%output%is_bezier
     setup%n_contact_fields = count([scene%output%has_pressure, scene%output%has_wear])
-    setup%blank_mass = mass_of(model%bodies%blank%parts)/model%bodies%blank%mass_factor
+    setup%blank_mass = model%width_ratio*mass_of(model%bodies%blank%parts) &
+                       /model%bodies%blank%mass_factor
     call get_command(line)
     ! One by one: gfortran 12 takes wrong lengths from a structure constructor here.
     associate (source => setup%provenance)

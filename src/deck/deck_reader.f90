@@ -19,6 +19,8 @@ module deck_reader
   use contact_reader, only: read_contacts
   use test_reader, only: read_tests
   use step_reader, only: read_labels, read_step, read_output, read_probes
+  use reduction_keywords, only: read_reduction
+  use plane_strain, only: reduce_scene
   use deck_check, only: check_presence, check_scene
   use fault_report, only: sort_faults
   implicit none
@@ -43,6 +45,7 @@ contains
     call check_presence(deck, path, faults)
     call read_scene(deck, scene, faults)
     if (n_errors(faults) == 0) call check_scene(scene, faults)
+    if (n_errors(faults) == 0) call reduce_scene(scene, faults)
     call sort_faults(faults, deck%lexed%files(:deck%lexed%n_files))
   end subroutine read_deck
 
@@ -134,6 +137,7 @@ contains
     call read_tests(deck, names, scene, faults)
     call read_step(deck, scene, faults)
     call read_output(deck, scene)
+    call read_reduction(deck, scene)
   end subroutine read_scene
 
 end module deck_reader

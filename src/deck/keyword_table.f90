@@ -8,6 +8,7 @@ module keyword_table
   use blank_keywords, only: add_blank_keywords
   use material_keywords, only: add_material_keywords
   use dynamics_keywords, only: add_dynamics_keywords
+  use reduction_keywords, only: add_reduction_keyword
   use test_keywords, only: add_test_keyword
   implicit none
   private
@@ -36,6 +37,7 @@ contains
     call add_load_keywords(table)
     call add_step_keywords(table)
     call add_dynamics_keywords(table)
+    call add_reduction_keyword(table)
     call add_output_keywords(table)
     call add_test_keyword(table)
   end subroutine new_keyword_table

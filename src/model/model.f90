@@ -20,6 +20,7 @@ module model
     type(output_spec_t) :: output
     real(wp) :: stable_step = 0.0_wp    !! limit at the start, viscosity included [time]
     real(wp) :: rate = 0.0_wp           !! geometric rate |J^-1|^2 that belongs to it
+    real(wp) :: width_ratio = 1.0_wp    !! of what the results tell to what is computed
     type(timer_t) :: timer
   end type model_t
 

@@ -51,6 +51,7 @@ contains
     before = n_errors(faults)
     model%step = scene%step
     model%output = scene%output
+    model%width_ratio = scene%width_ratio
     allocate (model%forces(0))
     allocate (model%probes, source=scene%probes)
     call build_blank(scene, model, faults, library)

@@ -139,6 +139,14 @@ module scene
     real(wp) :: thickness_factor = 1.0_wp   !! on mass through the thickness; 1: none
   end type step_spec_t
 
+  !> A uniform scene that is to run as a strip.
+  type, public :: reduction_spec_t
+    type(origin_t) :: origin
+    integer :: component = -1               !! across the width, 1 x, 2 y, 3 z; 0: that which it is
+                                            !! uniform along; negative: no reduction
+    real(wp) :: width = 0.0_wp              !! of the strip, 0: that of an element [length]
+  end type reduction_spec_t
+
   !> What is written and how often.
   type, public :: output_spec_t
     type(origin_t) :: origin
@@ -187,6 +195,8 @@ module scene
     type(material_test_spec_t), allocatable :: tests(:)
     type(step_spec_t) :: step
     type(output_spec_t) :: output
+    type(reduction_spec_t) :: reduction
+    real(wp) :: width_ratio = 1.0_wp        !! full width over that of the strip that runs for it
   end type scene_t
 
 end module scene

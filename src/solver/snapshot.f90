@@ -176,6 +176,7 @@ contains
       row%tool_displacement(:, t) = model%bodies%tools(t)%displacement
       row%tool_force(:, t) = model%bodies%tools(t)%force
     end do
+    if (model%width_ratio > 1.0_wp) call widen_row(model%width_ratio, row)
     do p = 1, size(model%probes)
       associate (body => model%bodies%blank%parts(model%probes(p)%patch))
         start = field_at(body%solid, body%solid%points, model%probes(p)%xi)
@@ -186,6 +187,24 @@ contains
       end associate
     end do
   end subroutine fill_history_row
+
+  !> From a strip to the full width.
+  pure subroutine widen_row(ratio, row)
+    real(wp), intent(in) :: ratio
+    type(history_row_t), intent(inout) :: row
+
+    row%kinetic_energy = ratio*row%kinetic_energy
+    row%internal_energy = ratio*row%internal_energy
+    row%plastic_work = ratio*row%plastic_work
+    row%viscous_energy = ratio*row%viscous_energy
+    row%damping_energy = ratio*row%damping_energy
+    row%contact_energy = ratio*row%contact_energy
+    row%friction_energy = ratio*row%friction_energy
+    row%external_work = ratio*row%external_work
+    row%added_mass = ratio*row%added_mass
+    row%momentum = ratio*row%momentum
+    row%tool_force = ratio*row%tool_force
+  end subroutine widen_row
 
   !> Value of a control-point field at a parametric point.
   pure function field_at(solid, field, xi) result(value)

@@ -1,0 +1,122 @@
+!> A uniform scene as a strip of it: one element wide, without motion across the width.
+module plane_strain
+  use kinds, only: wp
+  use faults, only: fault_list_t, add_fault
+  use text, only: to_text
+  use scene, only: scene_t, set_spec_t, boundary_spec_t
+  use scene_symmetry, only: axis_along, uniformity_fault
+  implicit none
+  private
+
+  public :: reduce_scene
+
+contains
+
+  !> Carry out the *REDUCE of a scene, if it has one. A scene that is not uniform is a fault.
+  subroutine reduce_scene(scene, faults)
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: reason, why
+    integer :: component, c, n_found
+
+    if (scene%reduction%component < 0) return
+    component = 0
+    n_found = 0
+    why = ""
+    do c = 1, 3
+      if (scene%reduction%component > 0 .and. scene%reduction%component /= c) cycle
+      reason = uniformity_fault(scene, c)
+      if (reason == "") then
+        component = c
+        n_found = n_found + 1
+      else if (why == "" .or. axis_along(scene, c) > 0) then
+        why = reason
+      end if
+    end do
+    if (n_found /= 1) then
+      if (n_found > 1) why = "it is uniform in several directions"
+      call add_fault(faults, scene%reduction%origin, "a scene that is no strip repeated: "//why, &
+                     "tools, blank and loads that are the same all along one coordinate, AXIS")
+      return
+    end if
+    call cut_strip(scene, component, axis_along(scene, component), faults)
+    if (scene%width_ratio > 0.0_wp) call hold_width(scene, component)
+  end subroutine reduce_scene
+
+  !> Leave one element of the blank; the deck's forces become those of all the width by
+  !! `width_ratio`.
+  subroutine cut_strip(scene, component, axis, faults)
+    type(scene_t), intent(inout) :: scene
+    integer, intent(in) :: component, axis
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), allocatable :: points(:, :, :, :), weights(:, :, :)
+    real(wp) :: full, width, low
+    integer :: n(3), i, p, at(3)
+    logical :: is_falling
+
+    associate (solid => scene%blank%patches(1)%solid)
+      low = minval(solid%points(:, :, :, component))
+      full = maxval(solid%points(:, :, :, component)) - low
+      at = 1
+      at(axis) = 2
+      is_falling = solid%points(at(1), at(2), at(3), component) < &
+                   solid%points(1, 1, 1, component)
+      p = solid%axes(axis)%degree
+      associate (knots => solid%axes(axis)%knots)
+        width = full/count(knots(2:) > knots(:size(knots) - 1))
+        if (scene%reduction%width > 0.0_wp) width = scene%reduction%width
+        if (width > full) then
+          call add_fault(faults, scene%reduction%origin, "WIDTH="//to_text(width), &
+                         "at most the width of the blank, "//to_text(full))
+          scene%width_ratio = 0.0_wp
+          return
+        end if
+        solid%axes(axis)%knots = [spread(knots(1), 1, p + 1), &
+                                  spread(knots(size(knots)), 1, p + 1)]
+      end associate
+      solid%axes(axis)%n_basis = p + 1
+      n = shape(solid%weights)
+      n(axis) = p + 1
+      points = solid%points(:n(1), :n(2), :n(3), :)
+      weights = solid%weights(:n(1), :n(2), :n(3))
+      do i = 1, p + 1
+        associate (x => low + width*merge(p + 1 - i, i - 1, is_falling)/p)
+          select case (axis)
+          case (1)
+            points(i, :, :, component) = x
+          case default
+            points(:, i, :, component) = x
+          end select
+        end associate
+      end do
+      call move_alloc(points, solid%points)
+      call move_alloc(weights, solid%weights)
+    end associate
+    scene%width_ratio = full/width
+  end subroutine cut_strip
+
+  !> No motion across the strip, in no control point. It comes last, so it holds all of them.
+  subroutine hold_width(scene, component)
+    type(scene_t), intent(inout) :: scene
+    integer, intent(in) :: component
+    type(set_spec_t) :: all_points
+    type(boundary_spec_t) :: support
+    integer :: c
+
+    all_points%name = "PLANE STRAIN"
+    all_points%origin = scene%reduction%origin
+    allocate (all_points%lower(3, 1), all_points%upper(3, 1))
+    do c = 1, 3
+      associate (knots => scene%blank%patches(1)%solid%axes(c)%knots)
+        all_points%lower(c, 1) = knots(1)
+        all_points%upper(c, 1) = knots(size(knots))
+      end associate
+    end do
+    support%origin = scene%reduction%origin
+    support%set = size(scene%sets) + 1
+    support%is_prescribed(component) = .true.
+    scene%sets = [scene%sets, all_points]
+    scene%boundaries = [scene%boundaries, support]
+  end subroutine hold_width
+
+end module plane_strain

@@ -1,0 +1,357 @@
+!> What of a scene repeats itself: across its width, or on the other side of a plane.
+module scene_symmetry
+  use kinds, only: wp
+  use knot_vector, only: knot_vector_t
+  use nurbs_surface, only: nurbs_surface_t
+  use scene, only: scene_t, tool_spec_t
+  implicit none
+  private
+
+  public :: axis_along, uniformity_fault, mirror_fault
+
+  real(wp), parameter :: tolerance = 1.0e-9_wp      !! of the size of the blank
+
+contains
+
+  !> Axis of the first patch along which the blank is uniform and runs straight along a coordinate,
+  !! through the thickness aside; 0 where there is none.
+  pure integer function axis_along(scene, component) result(axis)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: component            !! 1 x, 2 y, 3 z
+
+    associate (solid => scene%blank%patches(1)%solid)
+      do axis = 2, 1, -1
+        if (is_extruded(solid%points, solid%weights, axis, component)) return
+      end do
+    end associate
+  end function axis_along
+
+  !> Why the scene is not the same all along a coordinate, as a clause; empty if it is.
+  function uniformity_fault(scene, component) result(fault)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: component
+    character(:), allocatable :: fault
+    real(wp) :: range(2)
+    integer :: axis, i
+
+    fault = ""
+    if (size(scene%blank%patches) > 1) then
+      fault = "the blank has several patches"
+      return
+    end if
+    axis = axis_along(scene, component)
+    if (axis == 0) then
+      fault = "the blank is not uniform along "//letter(component)
+      return
+    end if
+    associate (x => scene%blank%patches(1)%solid%points(:, :, :, component))
+      range = [minval(x), maxval(x)]
+    end associate
+    do i = 1, size(scene%tools)
+      fault = tool_fault(scene%tools(i), component, range)
+      if (fault /= "") return
+    end do
+    do i = 1, size(scene%contacts)
+      if ((scene%contacts(i)%face + 1)/2 == axis) fault = "an edge of the blank is in contact"
+    end do
+    if (fault == "") fault = condition_fault(scene, component, axis)
+  end function uniformity_fault
+
+  !> The same of one tool, which must reach over the whole blank.
+  pure function tool_fault(tool, component, range) result(fault)
+    type(tool_spec_t), intent(in) :: tool
+    integer, intent(in) :: component
+    real(wp), intent(in) :: range(2)           !! of the blank along the coordinate
+    character(:), allocatable :: fault
+    real(wp) :: slack
+    integer :: s
+
+    fault = ""
+    slack = tolerance*(range(2) - range(1))
+    if (abs(tool%motion(component)) > 0.0_wp) then
+      fault = "tool '"//tool%name//"' moves along "//letter(component)
+      return
+    end if
+    do s = 1, size(tool%surfaces)
+      associate (surface => tool%surfaces(s))
+        if (.not. is_extruded_surface(surface, component)) then
+          fault = "tool '"//tool%name//"' is not extruded along "//letter(component)
+        else if (minval(surface%points(:, :, component)) > range(1) + slack .or. &
+                 maxval(surface%points(:, :, component)) < range(2) - slack) then
+          fault = "tool '"//tool%name//"' does not reach over the whole blank along "// &
+                  letter(component)
+        end if
+      end associate
+      if (fault /= "") return
+    end do
+  end function tool_fault
+
+  !> The same of loads, supports and states at the start.
+  pure function condition_fault(scene, component, axis) result(fault)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: component, axis
+    character(:), allocatable :: fault
+    integer :: i
+
+    fault = ""
+    do i = 1, size(scene%boundaries)
+      associate (spec => scene%boundaries(i))
+        if (abs(spec%velocity(component)) > 0.0_wp) then
+          fault = "a boundary moves along "//letter(component)
+        else if (count(spec%is_prescribed) > merge(1, 0, spec%is_prescribed(component)) &
+                 .and. .not. reaches_over(scene, spec%set, axis, component)) then
+          fault = "a boundary holds a part of the width"
+        end if
+      end associate
+    end do
+    do i = 1, size(scene%loads)
+      associate (spec => scene%loads(i))
+        if (spec%kind /= "PRESSURE" .and. abs(spec%value(component)) > 0.0_wp) then
+          fault = "a load acts along "//letter(component)
+        else if (.not. reaches_over(scene, spec%set, axis, component)) then
+          fault = "a load acts on a part of the width"
+        end if
+      end associate
+    end do
+    do i = 1, size(scene%initial_velocities)
+      associate (spec => scene%initial_velocities(i))
+        if (abs(spec%velocity(component)) > 0.0_wp .or. &
+            any(abs(spec%omega([mod(component, 3) + 1, mod(component + 1, 3) + 1])) > 0.0_wp) &
+            .or. .not. reaches_over(scene, spec%set, axis, component)) &
+          fault = "the velocities at the start differ along "//letter(component)
+      end associate
+    end do
+    do i = 1, size(scene%initial_states)
+      if (.not. reaches_over(scene, scene%initial_states(i)%set, axis, component)) &
+        fault = "the states at the start differ along "//letter(component)
+    end do
+  end function condition_fault
+
+  !> Does a set hold all of the width? Set 0 is all of the blank.
+  pure logical function reaches_over(scene, set, axis, component)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: set, axis, component
+
+    reaches_over = set == 0
+    if (reaches_over) return
+    associate (spec => scene%sets(set), solid => scene%blank%patches(1)%solid)
+      associate (knots => solid%axes(axis)%knots, x => solid%points(:, :, :, component))
+        reaches_over = spec%lower(axis, 1) <= knots(1) .and. &
+                       spec%upper(axis, 1) >= knots(size(knots)) .and. &
+                       spec%from(component) <= minval(x) .and. spec%to(component) >= maxval(x)
+      end associate
+    end associate
+  end function reaches_over
+
+  !> Does one coordinate alone change along an axis of a grid, and that everywhere alike?
+  pure logical function is_extruded(points, weights, axis, component)
+    real(wp), intent(in) :: points(:, :, :, :), weights(:, :, :)
+    integer, intent(in) :: axis, component
+    real(wp), allocatable :: values(:, :)        ! the places along the axis come second
+    real(wp) :: slack
+    integer :: c, i
+
+    slack = tolerance*maxval(abs(points))
+    values = along(weights, axis)
+    is_extruded = size(values, 2) > 1
+    do i = 2, size(values, 2)
+      is_extruded = is_extruded .and. all(abs(values(:, i) - values(:, 1)) <= tolerance)
+    end do
+    do c = 1, 3
+      values = along(points(:, :, :, c), axis)
+      if (c == component) then
+        is_extruded = is_extruded .and. maxval(values) - minval(values) > slack &
+                      .and. all(maxval(values, 1) - minval(values, 1) <= slack)
+      else
+        do i = 2, size(values, 2)
+          is_extruded = is_extruded .and. all(abs(values(:, i) - values(:, 1)) <= slack)
+        end do
+      end if
+    end do
+  end function is_extruded
+
+  !> A grid with one axis put last and the others in one.
+  pure function along(grid, axis) result(values)
+    real(wp), intent(in) :: grid(:, :, :)
+    integer, intent(in) :: axis
+    real(wp), allocatable :: values(:, :)
+    integer :: i
+
+    allocate (values(size(grid)/size(grid, axis), size(grid, axis)))
+    do i = 1, size(values, 2)
+      select case (axis)
+      case (1)
+        values(:, i) = pack(grid(i, :, :), .true.)
+      case (2)
+        values(:, i) = pack(grid(:, i, :), .true.)
+      case default
+        values(:, i) = pack(grid(:, :, i), .true.)
+      end select
+    end do
+  end function along
+
+  pure logical function is_extruded_surface(surface, component) result(is_extruded_any)
+    type(nurbs_surface_t), intent(in) :: surface
+    integer, intent(in) :: component
+    integer :: n(3), axis
+
+    n = [shape(surface%weights), 1]
+    is_extruded_any = .false.
+    do axis = 1, 2
+      is_extruded_any = is_extruded_any .or. &
+        is_extruded(reshape(surface%points, [n, 3]), reshape(surface%weights, n), axis, component)
+    end do
+  end function is_extruded_surface
+
+  !> Why a scene is not its own picture in the plane through the middle of its blank, across a
+  !! coordinate; empty if it is.
+  function mirror_fault(scene, component) result(fault)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: component
+    character(:), allocatable :: fault
+    real(wp) :: middle
+    integer :: axis, i, s
+
+    fault = ""
+    if (size(scene%blank%patches) > 1) then
+      fault = "the blank has several patches"
+      return
+    end if
+    associate (solid => scene%blank%patches(1)%solid)
+      middle = 0.5_wp*(minval(solid%points(:, :, :, component)) &
+                       + maxval(solid%points(:, :, :, component)))
+      axis = 0
+      do i = 1, 2
+        if (.not. is_even(solid%axes(i))) cycle
+        if (is_mirrored(solid%points, solid%weights, solid%points, solid%weights, i, component, &
+                        middle)) axis = i
+      end do
+    end associate
+    if (axis == 0) fault = "the blank is not"
+    do i = 1, size(scene%tools)
+      associate (tool => scene%tools(i))
+        if (abs(tool%motion(component)) > 0.0_wp) fault = "tool '"//tool%name//"' moves across it"
+        do s = 1, size(tool%surfaces)
+          if (.not. has_picture(tool, tool%surfaces(s), component, middle)) &
+            fault = "tool '"//tool%name//"' is not"
+        end do
+      end associate
+    end do
+    if (fault == "") fault = mirrored_condition_fault(scene, component, axis, middle)
+  end function mirror_fault
+
+  !> Are the knots the same from either end?
+  pure logical function is_even(kv)
+    type(knot_vector_t), intent(in) :: kv
+
+    associate (knots => kv%knots, n => size(kv%knots))
+      is_even = all(abs(knots - knots(1) - (knots(n) - knots(n:1:-1))) &
+                    <= tolerance*(knots(n) - knots(1)))
+    end associate
+  end function is_even
+
+  !> Does the second grid, turned round along an axis, show the first one in the plane?
+  pure logical function is_mirrored(points, weights, others, other_weights, axis, component, middle)
+    real(wp), intent(in), dimension(:, :, :, :) :: points, others
+    real(wp), intent(in), dimension(:, :, :) :: weights, other_weights
+    integer, intent(in) :: axis, component
+    real(wp), intent(in) :: middle
+    real(wp), allocatable :: one(:, :), two(:, :)
+    real(wp) :: slack
+    integer :: c
+
+    is_mirrored = all(shape(points) == shape(others))
+    if (.not. is_mirrored) return
+    slack = tolerance*maxval(abs(points))
+    one = along(weights, axis)
+    two = along(other_weights, axis)
+    is_mirrored = all(abs(one - two(:, size(two, 2):1:-1)) <= tolerance)
+    do c = 1, 3
+      one = along(points(:, :, :, c), axis)
+      two = along(others(:, :, :, c), axis)
+      two = two(:, size(two, 2):1:-1)
+      if (c == component) two = 2.0_wp*middle - two
+      is_mirrored = is_mirrored .and. all(abs(one - two) <= slack)
+    end do
+  end function is_mirrored
+
+  !> Has a tool the picture of one of its surfaces? Turned round along one axis, so that the sheet
+  !! stays on its side.
+  pure logical function has_picture(tool, surface, component, middle)
+    type(tool_spec_t), intent(in) :: tool
+    type(nurbs_surface_t), intent(in) :: surface
+    integer, intent(in) :: component
+    real(wp), intent(in) :: middle
+    integer :: s, axis, n(3), m(3)
+
+    has_picture = .false.
+    n = [shape(surface%weights), 1]
+    do s = 1, size(tool%surfaces)
+      associate (other => tool%surfaces(s))
+        m = [shape(other%weights), 1]
+        do axis = 1, 2
+          if (.not. all(n == m) .or. .not. is_even(surface%axes(axis))) cycle
+          has_picture = has_picture .or. &
+            is_mirrored(reshape(surface%points, [n, 3]), reshape(surface%weights, n), &
+                        reshape(other%points, [m, 3]), reshape(other%weights, m), axis, &
+                        component, middle)
+        end do
+      end associate
+    end do
+  end function has_picture
+
+  !> Loads, supports and velocities at the start against the plane.
+  pure function mirrored_condition_fault(scene, component, axis, middle) result(fault)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: component, axis
+    real(wp), intent(in) :: middle
+    character(:), allocatable :: fault
+    integer :: i
+
+    fault = ""
+    do i = 1, size(scene%boundaries)
+      associate (spec => scene%boundaries(i))
+        if (abs(spec%velocity(component)) > 0.0_wp .or. &
+            .not. is_even_set(scene, spec%set, axis, component, middle)) fault = "a boundary is not"
+      end associate
+    end do
+    do i = 1, size(scene%loads)
+      associate (spec => scene%loads(i))
+        if ((spec%kind /= "PRESSURE" .and. abs(spec%value(component)) > 0.0_wp) .or. &
+            .not. is_even_set(scene, spec%set, axis, component, middle)) fault = "a load is not"
+      end associate
+    end do
+    do i = 1, size(scene%contacts)
+      if ((scene%contacts(i)%face + 1)/2 == axis) fault = "an edge of the blank is in contact"
+    end do
+    if (size(scene%initial_velocities) + size(scene%initial_states) > 0) &
+      fault = "the state at the start may not be"
+  end function mirrored_condition_fault
+
+  !> Does a set lie evenly about the plane?
+  pure logical function is_even_set(scene, set, axis, component, middle)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: set, axis, component
+    real(wp), intent(in) :: middle
+    real(wp) :: span
+
+    is_even_set = set == 0
+    if (is_even_set) return
+    associate (spec => scene%sets(set), knots => scene%blank%patches(1)%solid%axes(axis)%knots)
+      span = knots(size(knots)) - knots(1)
+      is_even_set = abs(spec%lower(axis, 1) + spec%upper(axis, 1) - knots(1) - &
+                        knots(size(knots))) <= tolerance*span
+      if (spec%from(component) > -huge(1.0_wp) .or. spec%to(component) < huge(1.0_wp)) &
+        is_even_set = is_even_set .and. abs(spec%from(component) + spec%to(component) &
+                                            - 2.0_wp*middle) <= tolerance*abs(middle)
+    end associate
+  end function is_even_set
+
+  pure character(1) function letter(component)
+    integer, intent(in) :: component
+    character(3), parameter :: letters = "xyz"
+
+    letter = letters(component:component)
+  end function letter
+
+end module scene_symmetry

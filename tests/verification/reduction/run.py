@@ -1,0 +1,88 @@
+"""The strip that *REDUCE makes of the channel against the deck that spells the strip out, and what
+is refused.
+
+usage: run.py IGAFORM SOURCE
+"""
+import os
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+
+SETTINGS = ["n_x=40", "closing=12", "frames=1", "history=100"]
+RATIO = 40.0     # 400 mm over the 10 mm of the strip
+WIDE = ("kinetic_energy", "internal_energy", "plastic_work", "contact_energy", "external_work",
+        "viscous_energy", "momentum")
+
+
+def run(igaform, deck, *options):
+    return subprocess.run([igaform, deck, *options], capture_output=True, text=True, timeout=300)
+
+
+def strip(igaform, deck, path):
+    settings = [word for setting in SETTINGS for word in ("--set", setting)]
+    done = run(igaform, deck, *settings, "--out", path, "--quiet", "--threads", "1")
+    assert done.returncode == 0, done.stdout + done.stderr
+    return h5py.File(path)
+
+
+def compare(igaform, source, folder):
+    reduced = strip(igaform, os.path.join(source, "tests/verification/reduction/reduced.key"),
+                    os.path.join(folder, "reduced.h5"))
+    spelt = strip(igaform, os.path.join(source, "input/channel_strip.key"),
+                  os.path.join(folder, "strip.h5"))
+    names = [f"history/{name}" for name in WIDE] + ["tools/lower die/force",
+                                                    "tools/upper die/force"]
+    for name in names:
+        one, two = reduced[name][()], RATIO*spelt[name][()]
+        scale = np.abs(two).max()
+        assert scale > 0, f"{name} says nothing"
+        assert np.abs(one - two).max() <= 1e-9*scale, f"{name} differs"
+    for name in ("history/dt", "history/max_penetration", "nurbs/sheet/points"):
+        if name in reduced:
+            assert np.allclose(reduced[name][()], spelt[name][()], rtol=1e-9, atol=1e-9), name
+    mass = reduced["provenance/blank_mass"][()], spelt["provenance/blank_mass"][()]
+    assert abs(mass[0] - RATIO*mass[1]) <= 1e-12*mass[0], mass
+
+
+def variant(folder, source, lines):
+    """The channel with *REDUCE and some more lines."""
+    path = os.path.join(folder, "variant.key")
+    with open(path, "w", encoding="ascii") as deck:
+        deck.write(f'*INCLUDE, INPUT="{source}/input/channel_forming.key"\n{lines}\n')
+    return path
+
+
+def refuse(igaform, source, folder):
+    cases = {"*REDUCE, TYPE=PLANE STRAIN, AXIS=X": "not extruded along x",
+             "*REDUCE, TYPE=PLANE STRAIN, WIDTH=401": "at most the width of the blank",
+             "*REDUCE, TYPE=PLANE STRAIN\n*GRAVITY\n0, 0, 9810": "a load acts along z",
+             "*REDUCE, TYPE=PLANE STRAIN\n*BOUNDARY\nZ_MIN, 1": "holds a part of the width"}
+    for lines, words in cases.items():
+        done = run(igaform, variant(folder, source, lines), "--check")
+        assert done.returncode == 1 and words in done.stderr, (lines, done.stdout, done.stderr)
+
+
+def advise(igaform, source, folder):
+    done = run(igaform, variant(folder, source, ""), "--check", "--set", "n_x=40")
+    assert "*REDUCE, TYPE=PLANE STRAIN, AXIS=z" in done.stdout, done.stdout
+    assert "1 of 8 elements, saves 88 %" in done.stdout, done.stdout
+    assert "*BOUNDARY ZSYMM" in done.stdout and "XSYMM" not in done.stdout, done.stdout
+    done = run(igaform, variant(folder, source, "*BOUNDARY\nZ_MIN, 1"), "--check", "--set", "n_x=40")
+    assert "could be" not in done.stdout, done.stdout
+    done = run(igaform, os.path.join(source, "input/disk_punch.key"), "--check")
+    assert "*REDUCE" not in done.stdout, done.stdout
+
+
+def main(igaform, source):
+    with tempfile.TemporaryDirectory() as folder:
+        compare(igaform, source, folder)
+        refuse(igaform, source, folder)
+        advise(igaform, source, folder)
+    print("the strip that *REDUCE makes is that of the deck that spells it out")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
