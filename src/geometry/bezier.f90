@@ -3,14 +3,12 @@
 !! L. Piegl and W. Tiller, The NURBS Book, 2nd ed., Springer 1997, sections 5.3 and 6.
 module bezier
   use kinds, only: wp
-  use errors, only: error_t
   use knot_vector, only: knot_vector_t, n_spans, span_table
   use nurbs_surface, only: nurbs_surface_t
-  use refinement, only: insert_knots
   implicit none
   private
 
-  public :: bezier_face_t, bezier_faces, power_form
+  public :: bezier_face_t, bezier_faces, bezier_hulls, power_form, to_power_form
 
   !> One face of a surface, between neighbouring knots, in homogeneous form (w x, w y, w z, w).
   !!
@@ -26,45 +24,121 @@ module bezier
 contains
 
   !> All faces of a surface, axis 1 fastest, `n_spans(axis 1)*n_spans(axis 2)` of them.
-  function bezier_faces(surface) result(faces)
+  pure function bezier_faces(surface) result(faces)
     type(nurbs_surface_t), intent(in) :: surface
     type(bezier_face_t), allocatable :: faces(:)
-    type(nurbs_surface_t) :: pieces
-    integer :: i, j, p, q, spans1(n_spans(surface%axes(1))), spans2(n_spans(surface%axes(2)))
+    real(wp), allocatable :: hulls(:, :, :, :)
+    integer :: i, j, n, spans1(n_spans(surface%axes(1))), spans2(n_spans(surface%axes(2)))
 
-    pieces = surface
-    call separate_spans(pieces, 1)
-    call separate_spans(pieces, 2)
-    p = surface%axes(1)%degree
-    q = surface%axes(2)%degree
-    spans1 = span_table(pieces%axes(1))
-    spans2 = span_table(pieces%axes(2))
-    allocate (faces(size(spans1)*size(spans2)))
-    do j = 1, size(spans2)
-      do i = 1, size(spans1)
-        associate (face => faces(i + (j - 1)*size(spans1)))
-          face%degree = [p, q]
-          face%xi_low = pieces%axes(1)%knots(spans1(i))
-          face%xi_high = pieces%axes(1)%knots(spans1(i) + 1)
-          face%eta_low = pieces%axes(2)%knots(spans2(j))
-          face%eta_high = pieces%axes(2)%knots(spans2(j) + 1)
-          allocate (face%hull(4, p + 1, q + 1))
-          call copy_hull(pieces, spans1(i) - p, spans2(j) - q, face%hull)
-        end associate
+    associate (axes => surface%axes)
+      spans1 = span_table(axes(1))
+      spans2 = span_table(axes(2))
+      n = size(spans1)*size(spans2)
+      allocate (faces(n), hulls(4, axes(1)%degree + 1, axes(2)%degree + 1, n))
+      call bezier_hulls(surface, hulls)
+      do j = 1, size(spans2)
+        do i = 1, size(spans1)
+          n = i + (j - 1)*size(spans1)
+          faces(n)%degree = axes%degree
+          faces(n)%xi_low = axes(1)%knots(spans1(i))
+          faces(n)%xi_high = axes(1)%knots(spans1(i) + 1)
+          faces(n)%eta_low = axes(2)%knots(spans2(j))
+          faces(n)%eta_high = axes(2)%knots(spans2(j) + 1)
+          faces(n)%hull = hulls(:, :, :, n)
+        end do
       end do
-    end do
+    end associate
   end function bezier_faces
 
+  !> Bezier control points of all faces of a surface, in homogeneous form, axis 1 fastest. Room
+  !! beyond the orders p + 1 and q + 1 of the surface is left alone.
+  pure subroutine bezier_hulls(surface, hulls)
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp), intent(inout) :: hulls(:, :, :, :)   !! shape (4, >= p + 1, >= q + 1, n_faces)
+    real(wp), allocatable :: to_1(:, :, :), to_2(:, :, :)
+    real(wp) :: rows(4, surface%axes(1)%degree + 1, surface%axes(2)%degree + 1), w
+    integer :: spans1(n_spans(surface%axes(1))), spans2(n_spans(surface%axes(2)))
+    integer :: i, j, a, b, k, l, n, p, q
+
+    allocate (to_1, source=extraction(surface%axes(1)))
+    allocate (to_2, source=extraction(surface%axes(2)))
+    spans1 = span_table(surface%axes(1))
+    spans2 = span_table(surface%axes(2))
+    p = surface%axes(1)%degree
+    q = surface%axes(2)%degree
+    n = 0
+    do j = 1, size(spans2)
+      do i = 1, size(spans1)
+        n = n + 1
+        rows = 0.0_wp
+        do l = 1, q + 1
+          do k = 1, p + 1
+            w = surface%weights(spans1(i) - p + k - 1, spans2(j) - q + l - 1)
+            do a = 1, p + 1
+              rows(:3, a, l) = rows(:3, a, l) + to_1(k, a, i)*w &
+                *surface%points(spans1(i) - p + k - 1, spans2(j) - q + l - 1, :)
+              rows(4, a, l) = rows(4, a, l) + to_1(k, a, i)*w
+            end do
+          end do
+        end do
+        hulls(:, :p + 1, :q + 1, n) = 0.0_wp
+        do b = 1, q + 1
+          do l = 1, q + 1
+            hulls(:, :p + 1, b, n) = hulls(:, :p + 1, b, n) + to_2(l, b, j)*rows(:, :, l)
+          end do
+        end do
+      end do
+    end do
+  end subroutine bezier_hulls
+
+  !> Bezier points of each span of an axis as sums over its p + 1 control points: point a is the
+  !! blossom at p + 1 - a times the span's begin and a - 1 times its end, by the rule of C. de Boor,
+  !! all of whose factors lie between 0 and 1.
+  pure function extraction(kv) result(shares)
+    type(knot_vector_t), intent(in) :: kv
+    real(wp) :: shares(kv%degree + 1, kv%degree + 1, n_spans(kv))   ! control point, Bezier point
+    real(wp) :: table(kv%degree + 1, kv%degree + 1), at, factor
+    integer :: spans(n_spans(kv)), span, a, r, i, p
+
+    p = kv%degree
+    spans = span_table(kv)
+    do span = 1, size(spans)
+      do a = 1, p + 1
+        table = 0.0_wp
+        do i = 1, p + 1
+          table(i, i) = 1.0_wp
+        end do
+        do r = 1, p
+          at = kv%knots(merge(spans(span), spans(span) + 1, r <= p + 1 - a))
+          do i = p + 1, r + 1, -1
+            associate (low => kv%knots(spans(span) - p + i - 1), &
+                       high => kv%knots(spans(span) + i - r))
+              factor = (at - low)/(high - low)
+              table(:, i) = (1.0_wp - factor)*table(:, i - 1) + factor*table(:, i)
+            end associate
+          end do
+        end do
+        shares(:, a, span) = table(:, p + 1)
+      end do
+    end do
+  end function extraction
+
   !> Coefficients of the power form, h(s, t) = sum over a, b of c(:, a, b) s^a t^b on [0, 1]^2, with
-  !! h = (w x, w y, w z, w): binomial times forward difference of the Bezier points, both ways.
+  !! h = (w x, w y, w z, w).
   pure function power_form(face) result(c)
     type(bezier_face_t), intent(in) :: face
     real(wp) :: c(4, 0:face%degree(1), 0:face%degree(2))
-    integer :: i, k, p, q
 
-    p = face%degree(1)
-    q = face%degree(2)
     c = face%hull
+    call to_power_form(face%degree(1), face%degree(2), c)
+  end function power_form
+
+  !> Bezier points to coefficients of the power form: binomial times forward difference, both ways.
+  pure subroutine to_power_form(p, q, c)
+    integer, intent(in) :: p, q   !! degrees
+    real(wp), intent(inout) :: c(4, 0:p, 0:q)
+    integer :: i, k
+
     do k = 1, p
       do i = p, k, -1
         c(:, i, :) = c(:, i, :) - c(:, i - 1, :)
@@ -81,43 +155,7 @@ contains
     do k = 1, q
       c(:, :, k) = binomial(q, k)*c(:, :, k)
     end do
-  end function power_form
-
-  !> Raise every inner knot of one axis to the multiplicity of the degree.
-  subroutine separate_spans(surface, axis)
-    type(nurbs_surface_t), intent(inout) :: surface
-    integer, intent(in) :: axis
-    type(error_t), allocatable :: error
-    real(wp), allocatable :: new_knots(:)
-    integer :: i, k, repeats
-
-    allocate (new_knots(0))
-    associate (kv => surface%axes(axis))
-      do i = kv%degree + 2, kv%n_basis
-        if (kv%knots(i) > kv%knots(i - 1)) then
-          repeats = count(kv%knots(i:) <= kv%knots(i))
-          new_knots = [new_knots, [(kv%knots(i), k=repeats + 1, kv%degree)]]
-        end if
-      end do
-    end associate
-    ! Cannot be refused: the knots are inner ones and are filled up to the degree only.
-    call insert_knots(surface, axis, new_knots, error)
-  end subroutine separate_spans
-
-  !> Homogeneous control points of the piece whose first control point is (i, j).
-  pure subroutine copy_hull(surface, i, j, hull)
-    type(nurbs_surface_t), intent(in) :: surface
-    integer, intent(in) :: i, j
-    real(wp), intent(out) :: hull(:, :, :)
-    integer :: a, b
-
-    do b = 1, size(hull, 3)
-      do a = 1, size(hull, 2)
-        hull(4, a, b) = surface%weights(i + a - 1, j + b - 1)
-        hull(:3, a, b) = hull(4, a, b)*surface%points(i + a - 1, j + b - 1, :)
-      end do
-    end do
-  end subroutine copy_hull
+  end subroutine to_power_form
 
   pure integer function binomial(n, k)
     integer, intent(in) :: n, k
