@@ -8,7 +8,8 @@ module die_case
   use deck_reader, only: read_deck
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use tool, only: tool_t, new_tool
-  use closest_point, only: hit_t, search_tool
+  use closest_point, only: hit_t
+  use tool_search, only: search_tool
   use closest_point_lanes, only: lanes_t, follow_lanes, n_lanes
   use bench_case, only: bench_case_t
   use bench_paths, only: project_folder

@@ -6,20 +6,18 @@
 module closest_point
   use kinds, only: wp
   use tool, only: tool_t
-  use tool_face, only: separation_t, separation, face_position, unit_normal
+  use tool_face, only: separation_t, separation, unit_normal
   use tool_cells, only: cell_t
-  use contact_territory, only: is_in_territory, distance_bound, relative_place
-  use position_code, only: find_candidates
   implicit none
   private
 
-  public :: hit_t, search_tool, search_all_faces, follow, is_beside
+  public :: hit_t, follow, descend, finish, is_beside
 
   integer, parameter :: max_iterations = 200   !! Newton steps before a start is given up
   integer, parameter :: max_halvings = 30     !! of one step
   real(wp), parameter :: step_tolerance = 1.0e-12_wp      !! last step, part of the tool's scale
   real(wp), parameter :: stalled_step = 1.0e-5_wp         !! the same where round-off stops it
-  real(wp), parameter :: same_place = 1.0e-8_wp           !! part of the tool's scale
+  real(wp), parameter :: step_out = 1.0e-6_wp             !! of a cell, the same: a minimum inside
   real(wp), parameter :: along_normal = 1.0e-6_wp         !! sine of an angle taken for zero
   real(wp), parameter :: border_slack = 1.0e-9_wp         !! part of the tool's scale
   real(wp), parameter :: round_off = 1.0e-14_wp           !! of a coordinate, part of the scale
@@ -35,49 +33,10 @@ module closest_point
     real(wp) :: rival = huge(1.0_wp)     !! distance to the next best place, if it was looked for
     integer :: n_iterations = 0          !! evaluations of the face in all starts
     logical :: is_converged = .false.
+    logical :: is_leaving = .false.      !! held at the border of its cell: no closest point
   end type hit_t
 
 contains
-
-  !> Closest point among the cells that the position code of `x` names and whose territory holds it.
-  !! Nothing found means that `x` is farther than the search distance from every face, unless
-  !! `is_converged` is false: then every start failed. The rival is exact if nearer than
-  !! `distance + margin`.
-  pure subroutine search_tool(tool, x, margin, is_corner_start, hit)
-    type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: x(3)                !! point in the tool's frame [length]
-    real(wp), intent(in) :: margin              !! how much farther rivals matter [length]
-    logical, intent(in) :: is_corner_start      !! start at each face's first corner, as [CA] does
-    type(hit_t), intent(out) :: hit
-    integer :: first, last, i, n
-    integer, allocatable :: near(:)
-
-    call find_candidates(tool%codes, x, first, last)
-    allocate (near(last - first + 1))
-    n = 0
-    do i = first, last
-      associate (cell => tool%codes%faces(i))
-        if (.not. is_in_territory(tool%cells(cell)%territory, x, tool%search_distance)) cycle
-        if (distance_bound(tool%cells(cell)%territory, x) > tool%search_distance) cycle
-        n = n + 1
-        near(n) = cell
-      end associate
-    end do
-    call search_cells(tool, x, near(:n), margin, is_corner_start, hit)
-    if (n == 0) hit%is_converged = .true.
-    if (hit%face == 0 .or. hit%distance <= tool%search_distance) return
-    hit = hit_t(n_iterations=hit%n_iterations, is_converged=.true.)
-  end subroutine search_tool
-
-  !> Closest point among all faces, however far: for setting up and for checks, not for each step.
-  pure subroutine search_all_faces(tool, x, hit)
-    type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: x(3)   !! point in the tool's frame [length]
-    type(hit_t), intent(out) :: hit
-    integer :: i
-
-    call search_cells(tool, x, [(i, i=1, size(tool%cells))], 0.0_wp, .false., hit)
-  end subroutine search_all_faces
 
   !> Whether a point is beyond the tool's border by more than is allowed, so that it does not touch.
   pure logical function is_beside(tool, hit, allowed)
@@ -103,98 +62,6 @@ contains
     call finish(tool, x, hit)
   end subroutine follow
 
-  !> Nearest of the local searches from some cells, in rising order of their bounds, until no other
-  !! cell can matter.
-  pure subroutine search_cells(tool, x, cells, margin, is_corner_start, hit)
-    type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: x(3)
-    integer, intent(in) :: cells(:)
-    real(wp), intent(in) :: margin
-    logical, intent(in) :: is_corner_start
-    type(hit_t), intent(out) :: hit
-    type(hit_t) :: trial
-    real(wp) :: bounds(size(cells))
-    logical :: is_left(size(cells))
-    integer :: i, n, n_iterations
-
-    bounds = [(distance_bound(tool%cells(cells(i))%territory, x), i=1, size(cells))]
-    n_iterations = 0
-    is_left = .true.
-    do n = 1, size(cells)
-      i = minloc(bounds, 1, is_left)
-      if (bounds(i) > hit%distance + margin) exit
-      is_left(i) = .false.
-      associate (cell => tool%cells(cells(i)))
-        trial%face = cell%face
-        trial%at = cell%low
-        if (.not. is_corner_start) trial%at = start_in(tool, cell, x)
-      end associate
-      call descend(tool, x, trial)
-      n_iterations = n_iterations + trial%n_iterations
-      if (trial%is_converged) call take_nearer(tool, trial, hit)
-    end do
-    if (hit%face /= 0) call finish(tool, x, hit)
-    hit%n_iterations = n_iterations
-  end subroutine search_cells
-
-  !> Keep the nearer of two, and the farther as its rival unless both are one place.
-  pure subroutine take_nearer(tool, trial, hit)
-    type(tool_t), intent(in) :: tool
-    type(hit_t), intent(in) :: trial
-    type(hit_t), intent(inout) :: hit
-    real(wp) :: rival, between
-    type(hit_t) :: other
-
-    if (hit%face == 0) then
-      hit = trial
-      return
-    end if
-    rival = hit%rival
-    other = trial
-    if (trial%distance < hit%distance) then
-      other = hit
-      hit = trial
-    end if
-    between = norm2(place_on(tool, other%face, other%at) - place_on(tool, hit%face, hit%at))
-    hit%rival = rival
-    if (between > same_place*tool%scale) hit%rival = min(rival, other%distance)
-  end subroutine take_nearer
-
-  !> Start near the closest point of a cell: below the point where the face is gently curved, else
-  !! on the nearest of some points spread over the cell.
-  pure function start_in(tool, cell, x) result(start)
-    type(tool_t), intent(in) :: tool
-    type(cell_t), intent(in) :: cell
-    real(wp), intent(in) :: x(3)
-    integer, parameter :: n = 4
-    real(wp) :: start(2), square, least, at(2)
-    integer :: i, j
-
-    start = min(max(relative_place(cell%territory, x), 0.0_wp), 1.0_wp)
-    start = cell%low + start*(cell%high - cell%low)
-    if (cell%is_gentle) return
-    least = sum((x - place_on(tool, cell%face, start))**2)
-    do j = 1, n
-      do i = 1, n
-        at = cell%low + (real([i, j], wp) - 0.5_wp)/n*(cell%high - cell%low)
-        square = sum((x - place_on(tool, cell%face, at))**2)
-        if (square >= least) cycle
-        least = square
-        start = at
-      end do
-    end do
-  end function start_in
-
-  !> Point of a face of a tool.
-  pure function place_on(tool, face, at) result(point)
-    type(tool_t), intent(in) :: tool
-    integer, intent(in) :: face
-    real(wp), intent(in) :: at(2)
-    real(wp) :: point(3)
-
-    point = face_position(tool%orders, tool%coefficients(:, :, :, face), at)
-  end function place_on
-
   !> How the point `x` lies to a place on a face of a tool.
   pure function seen_from(tool, face, at, x) result(state)
     type(tool_t), intent(in) :: tool
@@ -206,20 +73,23 @@ contains
   end function seen_from
 
   !> Newton with the full second derivatives, eq. (52), from a start on a face, always downhill.
-  !! Where the Hessian is not positive enough of the metric is added.
-  pure subroutine descend(tool, x, hit)
+  !! Where the Hessian is not positive enough of the metric is added. With a cell the search holds
+  !! at the cell's border.
+  pure subroutine descend(tool, x, hit, cell)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
     type(hit_t), intent(inout) :: hit
+    type(cell_t), intent(in), optional :: cell
     type(separation_t) :: here
     logical :: is_free(2), is_lower
     real(wp) :: step(2), gain
 
     hit%n_iterations = 1
     hit%is_converged = .false.
+    hit%is_leaving = .false.
     here = seen_from(tool, hit%face, hit%at, x)
     do while (hit%n_iterations < max_iterations)
-      call cross_edges(tool, x, hit, here, is_free)
+      call cross_edges(tool, x, hit, here, is_free, cell)
       call newton_step(here, hit%at, is_free, step, gain)
       hit%is_converged = gain <= (step_tolerance*tool%scale)**2
       if (hit%is_converged) exit
@@ -230,37 +100,100 @@ contains
     end do
     hit%distance = sqrt(here%square)
     if (hit%is_converged) hit%is_converged = is_minimum(here, is_free)
+    if (present(cell)) hit%is_leaving = leads_out(tool, x, hit, here, cell)
   end subroutine descend
 
   !> At an edge that the distance falls across: go to the neighbour, or hold the coordinate fixed
-  !! where there is none or where the distance rises again beyond a break of the tangent.
-  pure subroutine cross_edges(tool, x, hit, here, is_free)
+  !! where there is none, where the distance rises again beyond a break of the tangent, or where the
+  !! cell ends.
+  pure subroutine cross_edges(tool, x, hit, here, is_free, cell)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
     type(hit_t), intent(inout) :: hit
     type(separation_t), intent(inout) :: here
     logical, intent(out) :: is_free(2)   !! coordinates left to move
+    type(cell_t), intent(in), optional :: cell
+    integer, parameter :: most_crossings = 4   ! around a corner
     type(separation_t) :: there
     real(wp) :: at(2)
-    integer :: d, face
+    integer :: n, d, face, d_there
+    logical :: has_crossed
 
+    do n = 1, most_crossings
+      is_free = .true.
+      has_crossed = .false.
+      do d = 1, 2
+        if (has_crossed .or. .not. is_blocked(hit%at(d), here%slope(d))) cycle
+        is_free(d) = .false.
+        call look_across(tool, hit%face, hit%at, d, face, at, d_there)
+        if (face == 0) cycle
+        if (present(cell)) then
+          if (.not. is_in_block(cell, face)) cycle
+        end if
+        there = seen_from(tool, face, at, x)
+        hit%n_iterations = hit%n_iterations + 1
+        if (is_blocked(at(d_there), there%slope(d_there))) cycle
+        hit%face = face
+        hit%at = at
+        here = there
+        is_free(d) = .true.
+        has_crossed = .true.
+      end do
+      if (.not. has_crossed) return
+    end do
     is_free = .true.
+  end subroutine cross_edges
+
+  !> Whether the distance falls further beyond the border of a cell at which the search was held.
+  pure logical function leads_out(tool, x, hit, here, cell)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(3)
+    type(hit_t), intent(in) :: hit
+    type(separation_t), intent(in) :: here
+    type(cell_t), intent(in) :: cell
+    type(separation_t) :: there
+    real(wp) :: at(2)
+    integer :: d, face, d_there
+
+    leads_out = .false.
     do d = 1, 2
       if (.not. is_blocked(hit%at(d), here%slope(d))) cycle
-      is_free(d) = .false.
-      face = tool%neighbours(edge_of(d, hit%at(d)), hit%face)
+      if (here%slope(d)**2 <= here%metric(d)*(step_out*tool%scale)**2) cycle
+      call look_across(tool, hit%face, hit%at, d, face, at, d_there)
       if (face == 0) cycle
-      at = hit%at
-      at(d) = 1.0_wp - anint(at(d))
+      if (is_in_block(cell, face)) cycle
       there = seen_from(tool, face, at, x)
-      hit%n_iterations = hit%n_iterations + 1
-      if (is_blocked(at(d), there%slope(d))) cycle
-      hit%face = face
-      hit%at = at
-      here = there
-      is_free(d) = .true.
+      leads_out = leads_out .or. .not. is_blocked(at(d_there), there%slope(d_there))
     end do
-  end subroutine cross_edges
+  end function leads_out
+
+  !> Whether a face is one of a block.
+  pure logical function is_in_block(cell, face)
+    type(cell_t), intent(in) :: cell
+    integer, intent(in) :: face
+    integer :: offset
+
+    is_in_block = face == cell%face
+    if (cell%stride == 0) return
+    offset = face - cell%face
+    is_in_block = offset >= 0 .and. offset/cell%stride < cell%n(2) &
+                  .and. modulo(offset, cell%stride) < cell%n(1)
+  end function is_in_block
+
+  !> The same place on the face beyond the edge where coordinate `d` has come to its end.
+  pure subroutine look_across(tool, face, at, d, other, there, d_there)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: face, d
+    real(wp), intent(in) :: at(2)
+    integer, intent(out) :: other          !! 0: none
+    real(wp), intent(out) :: there(2)
+    integer, intent(out) :: d_there        !! coordinate that is at its end there
+
+    other = tool%neighbours(edge_of(d, at(d)), face)
+    there = at
+    there(d) = 1.0_wp - anint(at(d))
+    d_there = d
+  end subroutine look_across
 
   !> Whether a coordinate is at its end and the distance falls beyond.
   pure logical function is_blocked(at, slope)
@@ -389,9 +322,9 @@ contains
     real(wp), intent(in) :: x(3)
     type(hit_t), intent(inout) :: hit
     type(separation_t) :: here
-    real(wp) :: normal(3), mean(3), r(3), outward(3)
+    real(wp) :: normal(3), mean(3), r(3), outward(3), at(2)
     logical :: has_break
-    integer :: d
+    integer :: d, face, d_there
 
     here = seen_from(tool, hit%face, hit%at, x)
     hit%distance = sqrt(here%square)
@@ -401,14 +334,15 @@ contains
     has_break = .false.
     do d = 1, 2
       if (.not. is_blocked(hit%at(d), here%slope(d))) cycle
-      if (tool%neighbours(edge_of(d, hit%at(d)), hit%face) == 0) then
+      call look_across(tool, hit%face, hit%at, d, face, at, d_there)
+      if (face == 0) then
         outward = in_plane(here%d1(:, d), here%d1(:, 3 - d))*sign(1.0_wp, hit%at(d) - 0.5_wp)
         hit%overhang = hypot(hit%overhang, max(dot_product(r, outward), 0.0_wp))
         r = r - max(dot_product(r, outward), 0.0_wp)*outward
       else
         has_break = has_break .or. abs(here%slope(d)) > sqrt(here%metric(d)) &
           *max(along_normal*hit%distance, step_tolerance*tool%scale)
-        mean = mean + normal_across(tool, hit, d)
+        mean = mean + safe_normal(tool, face, at)
       end if
     end do
     hit%gap = tool%side*dot_product(r, normal)
@@ -428,18 +362,6 @@ contains
     length = norm2(unit)
     unit = unit/max(length, tiny(1.0_wp))
   end function in_plane
-
-  !> Normal of the face beyond the edge where coordinate `d` has come to its end.
-  pure function normal_across(tool, hit, d) result(normal)
-    type(tool_t), intent(in) :: tool
-    type(hit_t), intent(in) :: hit
-    integer, intent(in) :: d
-    real(wp) :: normal(3), at(2)
-
-    at = hit%at
-    at(d) = 1.0_wp - anint(at(d))
-    normal = safe_normal(tool, tool%neighbours(edge_of(d, hit%at(d)), hit%face), at)
-  end function normal_across
 
   !> Unit normal, taken a little inside the face where an edge has shrunk to a point.
   pure function safe_normal(tool, face, at) result(normal)

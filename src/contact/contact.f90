@@ -17,7 +17,8 @@ module contact
   use contact_statistics, only: contact_statistics_t, count_iterations, add_counts
   use friction, only: friction_t, new_friction, rub
   use contact_damping, only: contact_damping_t, new_contact_damping, damp_points
-  use closest_point, only: hit_t, search_tool, follow, is_beside
+  use closest_point, only: hit_t, follow, is_beside
+  use tool_search, only: search_tool
   use closest_point_lanes, only: lanes_t, follow_lanes, n_lanes
   implicit none
   private

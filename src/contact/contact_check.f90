@@ -3,7 +3,8 @@ module contact_check
   use kinds, only: wp
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, slave_positions
-  use closest_point, only: hit_t, search_tool, search_all_faces, is_beside
+  use closest_point, only: hit_t, is_beside
+  use tool_search, only: search_tool, search_all_faces
   implicit none
   private
 

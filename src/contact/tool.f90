@@ -6,11 +6,13 @@ module tool
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
   use errors, only: error_t, fail
-  use knot_vector, only: n_spans
   use nurbs_surface, only: nurbs_surface_t
-  use bezier, only: bezier_face_t, bezier_faces, power_form
+  use knot_vector, only: n_spans, span_table
+  use bezier, only: bezier_hulls, to_power_form
   use position_code, only: position_code_t, new_position_code
-  use tool_cells, only: cell_t, cell_list_t, cut_face
+  use tool_cells, only: cell_t, cell_list_t
+  use tool_blocks, only: cut_surface
+  use cell_tree, only: cell_tree_t, new_cell_tree
   implicit none
   private
 
@@ -36,8 +38,9 @@ module tool
     real(wp), allocatable :: low(:, :)         !! xi and eta where a face begins, (2, n_faces)
     real(wp), allocatable :: high(:, :)        !! xi and eta where a face ends, (2, n_faces)
     real(wp) :: box(3, 2) = 0.0_wp             !! corners of the box around all faces [length]
-    type(cell_t), allocatable :: cells(:)      !! the faces, cut where they bend
+    type(cell_t), allocatable :: cells(:)      !! faces, cut where they bend or joined to blocks
     type(position_code_t) :: codes             !! cells within the search distance of a place
+    type(cell_tree_t) :: tree                  !! cells by their places, for any distance
   end type tool_t
 
 contains
@@ -89,7 +92,6 @@ contains
   !> Faces of all surfaces with their power form, neighbours, cells and position codes.
   subroutine set_faces(tool)
     type(tool_t), intent(inout) :: tool
-    type(bezier_face_t), allocatable :: faces(:)
     type(cell_list_t) :: cells
     real(wp), allocatable :: boxes(:, :, :)
     integer :: surface, i, n
@@ -105,18 +107,7 @@ contains
     allocate (tool%neighbours(4, n), tool%surface_of(n), tool%low(2, n), tool%high(2, n))
     n = 0
     do surface = 1, size(tool%surfaces)
-      faces = bezier_faces(tool%surfaces(surface))
-      call link_faces(tool%surfaces(surface), n, tool%neighbours(:, n + 1:n + size(faces)))
-      do i = 1, size(faces)
-        n = n + 1
-        tool%surface_of(n) = surface
-        tool%low(:, n) = [faces(i)%xi_low, faces(i)%eta_low]
-        tool%high(:, n) = [faces(i)%xi_high, faces(i)%eta_high]
-        associate (d => faces(i)%degree)
-          tool%coefficients(:, :d(1) + 1, :d(2) + 1, n) = power_form(faces(i))
-        end associate
-        call cut_face(cells, n, faces(i)%hull, tool%search_distance)
-      end do
+      call set_surface(tool, surface, n, cells)
     end do
     tool%cells = cells%items(:cells%n)
     allocate (boxes(3, 2, cells%n))
@@ -127,7 +118,44 @@ contains
     tool%box(:, 2) = maxval(boxes(:, 2, :), 2)
     tool%scale = maxval(abs(tool%box))
     call new_position_code(tool%codes, boxes, tool%search_distance)
+    call new_cell_tree(tool%tree, boxes)
   end subroutine set_faces
+
+  !> Faces and cells of one surface.
+  subroutine set_surface(tool, surface, n, cells)
+    type(tool_t), intent(inout) :: tool
+    integer, intent(in) :: surface
+    integer, intent(inout) :: n          !! faces so far
+    type(cell_list_t), intent(inout) :: cells
+    integer :: spans1(n_spans(tool%surfaces(surface)%axes(1)))
+    integer :: spans2(n_spans(tool%surfaces(surface)%axes(2)))
+    integer :: i, j, first
+
+    first = n + 1
+    associate (axes => tool%surfaces(surface)%axes)
+      spans1 = span_table(axes(1))
+      spans2 = span_table(axes(2))
+      do j = 1, size(spans2)
+        do i = 1, size(spans1)
+          n = n + 1
+          tool%surface_of(n) = surface
+          tool%low(:, n) = [axes(1)%knots(spans1(i)), axes(2)%knots(spans2(j))]
+          tool%high(:, n) = [axes(1)%knots(spans1(i) + 1), axes(2)%knots(spans2(j) + 1)]
+        end do
+      end do
+      call link_faces(tool%surfaces(surface), first - 1, tool%neighbours(:, first:n))
+      associate (p => axes(1)%degree, q => axes(2)%degree)
+        associate (hulls => tool%coefficients(:, :p + 1, :q + 1, first:n))
+          call bezier_hulls(tool%surfaces(surface), hulls)
+          call cut_surface(cells, first - 1, [size(spans1), size(spans2)], hulls, &
+                           tool%search_distance)
+        end associate
+        do i = first, n
+          call to_power_form(p, q, tool%coefficients(:, :p + 1, :q + 1, i))
+        end do
+      end associate
+    end associate
+  end subroutine set_surface
 
   !> Faces across the four edges of each face of a surface, `before` being the number of faces of
   !! the surfaces before it. A surface closed on itself has no border there.

@@ -2,29 +2,33 @@
 !! hold the closest point is enough.
 !!
 !! A face that bends so little that no point within the search distance is beyond its centre of
-!! curvature has one closest place and stays whole. Others are halved across the direction that
-!! turns most, by de Casteljau's rule, until their control polygons are nearly straight, opposite
-!! edges nearly parallel, and their weights alike.
+!! curvature has one closest place: it is gentle and stays whole. Others are halved across the
+!! direction that turns most, by de Casteljau's rule, until their control polygons are nearly
+!! straight, opposite edges nearly parallel, and their weights alike.
 module tool_cells
   use kinds, only: wp
   use contact_territory, only: contact_territory_t, new_territory
   implicit none
   private
 
-  public :: cell_t, cell_list_t, cut_face
+  public :: cell_t, cell_list_t, cut_face, append, enclose, is_gentle_face
 
   integer, parameter :: max_depth = 28             !! halvings of a face, both directions together
   integer, parameter :: max_cells = 4096           !! of one face
-  real(wp), parameter :: most_bend = 0.05_wp       !! sagitta over chord of a polygon of degree 2
-  real(wp), parameter :: most_turn = 0.2_wp        !! of edges across the direction [rad]
+  real(wp), parameter :: most_bend = 0.1_wp        !! sagitta over chord of a polygon of degree 2
+  real(wp), parameter :: most_turn = 0.3_wp        !! of edges across the direction [rad]
   real(wp), parameter :: most_ratio = 2.0_wp       !! of the weights
   real(wp), parameter :: same_weights = 1.5_wp     !! ratio that leaves sagittas their meaning
+  real(wp), parameter :: most_weights = 10.0_wp    !! ratio in a face that makes it wild
 
-  !> Part of a face.
+  !> Part of a face, a face, or a block of faces that join smoothly.
   type :: cell_t
-    integer :: face = 0                            !! face it is a part of
-    real(wp) :: low(2) = 0.0_wp, high(2) = 1.0_wp  !! local coordinates s and t on that face
+    integer :: face = 0                            !! face it is a part of, or first of the block
+    integer :: n(2) = 1                            !! faces of the block along xi and eta
+    integer :: stride = 0                          !! from a face of the block to the next along eta
+    real(wp) :: low(2) = 0.0_wp, high(2) = 1.0_wp  !! local coordinates s and t of a part
     logical :: is_gentle = .false.                 !! too flat to have two places closest to a point
+    logical :: is_wild = .false.                   !! of a face with weights of very different size
     type(contact_territory_t) :: territory
     real(wp) :: box(3, 2) = 0.0_wp                 !! corners of the box around it [length]
   end type cell_t
@@ -47,6 +51,7 @@ contains
     integer :: n_left
 
     whole%face = face
+    whole%is_wild = maxval(hull(4, :, :)) > most_weights*minval(hull(4, :, :))
     n_left = max_cells
     call cut(cells, whole, hull, distance, 0, n_left)
   end subroutine cut_face
@@ -68,9 +73,7 @@ contains
     turned = reshape(hull, shape(turned), order=[1, 3, 2])
     bend = [max(bend_of(hull), turn_of(turned)), max(bend_of(turned), turn_of(hull))]
     d = maxloc(bend, 1)
-    half%is_gentle = is_flat_enough(half%territory, maxval(shape(hull(1, :, :))) - 1, distance) &
-                     .and. maxval(hull(4, :, :)) <= same_weights*minval(hull(4, :, :)) &
-                     .and. max(turn_of(hull), turn_of(turned)) <= 1.0_wp
+    half%is_gentle = is_gentle_face(hull, half%territory, distance)
     if (half%is_gentle .or. bend(d) <= 1.0_wp .or. depth == max_depth .or. n_left <= 1) then
       call append(cells, half)
       return
@@ -196,18 +199,64 @@ contains
     call new_territory(territory, points)
   end subroutine enclose
 
-  !> Whether a face bends so little that a point within the search distance cannot be beyond its
-  !! centre of curvature. A curve of degree p and sagitta h is taken to bend no tighter than one of
-  !! degree 2 over 1/(p - 1) of its length l, whose radius is l^2/(8 h (p - 1)^2).
-  pure logical function is_flat_enough(territory, degree, distance)
-    type(contact_territory_t), intent(in) :: territory
-    integer, intent(in) :: degree
-    real(wp), intent(in) :: distance
-    real(wp), parameter :: safety = 2.0_wp
-    real(wp) :: extent(3)
+  !> Whether a face, or a part of one, has one closest place for every point within a distance: its
+  !! curvature is below that of a sphere of this radius, its edges turn little, its weights are
+  !! alike, and no edge has shrunk to a point.
+  pure logical function is_gentle_face(hull, territory, distance) result(is_gentle)
+    real(wp), intent(in) :: hull(:, :, :)   !! Bezier points, homogeneous, shape (4, n1, n2)
+    type(contact_territory_t), intent(in) :: territory   !! around them
+    real(wp), intent(in) :: distance        !! of the search [length]
+    real(wp), parameter :: safety = 1.5_wp
+    real(wp) :: turned(4, size(hull, 3), size(hull, 2)), curvature(2), twist(2)
+    logical :: is_proper(2)
 
-    extent = territory%high - territory%low
-    is_flat_enough = 8*safety*distance*extent(3)*max(degree - 1, 1)**2 < minval(extent(:2))**2
-  end function is_flat_enough
+    is_gentle = maxval(hull(4, :, :)) <= same_weights*minval(hull(4, :, :))
+    if (.not. is_gentle) return
+    turned = reshape(hull, shape(turned), order=[1, 3, 2])
+    call bound_curvature(hull, territory%axes(:, 3), curvature(1), twist(1), is_proper(1))
+    call bound_curvature(turned, territory%axes(:, 3), curvature(2), twist(2), is_proper(2))
+    is_gentle = all(is_proper) .and. max(turn_of(hull), turn_of(turned)) <= 1.0_wp &
+                .and. safety*distance*(maxval(curvature) + maxval(twist)) < 1.0_wp
+  end function is_gentle_face
+
+  !> Curvature along the first direction of a hull, and twist across it. A row of degree p whose
+  !! polygon leaves its chord by h along the normal is taken to bend no tighter than one of degree 2
+  !! over 1/(p - 1) of its length l: by 8 h (p - 1)^2/l^2, twice the curvature of a parabola.
+  pure subroutine bound_curvature(hull, normal, curvature, twist, is_proper)
+    real(wp), intent(in) :: hull(:, :, :), normal(3)
+    real(wp), intent(out) :: curvature, twist    !! [1/length]
+    logical, intent(out) :: is_proper            !! no leg of the polygons has shrunk to a point
+    real(wp), parameter :: shrunk = 1.0e-3_wp
+    real(wp) :: points(3, size(hull, 2)), legs(size(hull, 2) - 1), chord(3), first(3), begin(3)
+    real(wp) :: length, along, least, longest, across
+    integer :: i, j, n
+
+    n = size(hull, 2)
+    curvature = 0.0_wp
+    twist = 0.0_wp
+    least = huge(1.0_wp)
+    longest = 0.0_wp
+    do j = 1, size(hull, 3)
+      do i = 1, n
+        points(:, i) = hull(:3, i, j)/hull(4, i, j)
+      end do
+      legs = sqrt(sum((points(:, 2:) - points(:, :n - 1))**2, 1))
+      least = min(least, minval(legs))
+      longest = max(longest, maxval(legs))
+      chord = points(:, n) - points(:, 1)
+      length = max(norm2(chord), tiny(1.0_wp))
+      do i = 2, n - 1
+        along = dot_product(points(:, i) - points(:, 1), chord)/length**2
+        along = abs(dot_product(points(:, i) - points(:, 1) - along*chord, normal))
+        curvature = max(curvature, 8*along*(n - 2)**2/length**2)
+      end do
+      if (j == 1) begin = points(:, 1)
+      if (j == 1) first = chord/length
+      across = norm2(points(:, 1) - begin)
+      if (j > 1) twist = max(twist, abs(dot_product(chord/length - first, normal)) &
+                             *(size(hull, 3) - 1)/max(across*(j - 1), tiny(1.0_wp)))
+    end do
+    is_proper = least > shrunk*longest
+  end subroutine bound_curvature
 
 end module tool_cells

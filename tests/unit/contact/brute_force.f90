@@ -16,7 +16,7 @@ module brute_force
     integer :: orders(2) = 0                          !! degrees + 1
     real(wp), allocatable :: hulls(:, :, :, :)        !! homogeneous, shape (4, orders, n)
     real(wp), allocatable :: points(:, :, :, :)       !! shape (n_along, n_along, 3, n)
-    real(wp), allocatable :: reach(:)                 !! widest distance between neighbours
+    real(wp), allocatable :: reach(:)                 !! farthest that a place is from a sample
     real(wp), allocatable :: centre(:, :), radius(:)  !! of a ball around the samples of a face
   end type samples_t
 
@@ -43,8 +43,9 @@ contains
         end do
       end do
       associate (p => samples%points(:, :, :, n), m => n_along)
-        samples%reach(n) = sqrt(maxval(sum((p(2:, :, :) - p(:m - 1, :, :))**2, 3))) &
-                           + sqrt(maxval(sum((p(:, 2:, :) - p(:, :m - 1, :))**2, 3)))
+        ! Half the sides of the widest mesh, and a fifth for its bend.
+        samples%reach(n) = 0.6_wp*(sqrt(maxval(sum((p(2:, :, :) - p(:m - 1, :, :))**2, 3))) &
+                                   + sqrt(maxval(sum((p(:, 2:, :) - p(:, :m - 1, :))**2, 3))))
         samples%centre(:, n) = p((m + 1)/2, (m + 1)/2, :)
         samples%radius(n) = sqrt(maxval(squares_from(p, samples%centre(:, n))))
       end associate
@@ -95,34 +96,47 @@ contains
               + (points(:, :, 3) - x(3))**2
   end function squares_from
 
-  !> Least distance that steps along eight directions come to; where none helps they are halved,
-  !! where one does they are doubled.
+  !> Least distance that steps along eight directions come to. Where none helps the bottom of the
+  !! paraboloid through these places is tried and the steps become shorter.
   pure real(wp) function moved_downhill(orders, hull, x, start) result(distance)
     integer, intent(in) :: orders(2)
     real(wp), intent(in) :: hull(4, orders(1), orders(2)), x(3), start(2)
-    real(wp), parameter :: directions(2, 8) = reshape(real( &
-      [1, 0, -1, 0, 0, 1, 0, -1, 1, 1, -1, -1, 1, -1, -1, 1], wp), [2, 8])
-    real(wp), parameter :: longest = 0.5_wp/n_along, shortest = 1.0e-9_wp
-    real(wp) :: at(2), trial(2), step, found
-    integer :: i
-    logical :: is_lower
+    real(wp), parameter :: longest = 0.5_wp/n_along, shortest = 1.0e-8_wp, shorter = 0.2_wp
+    real(wp) :: at(2), trial(2), step, around(-1:1, -1:1), slope(2), bend(2), twist, bottom(2)
+    integer :: i, j, best(2)
 
     at = start
-    distance = sum((x - face_point(orders, hull, at))**2)
     step = longest
+    around(0, 0) = sum((x - face_point(orders, hull, at))**2)
     do while (step > shortest)
-      is_lower = .false.
-      do i = 1, 8
-        trial = min(max(at + step*directions(:, i), 0.0_wp), 1.0_wp)
-        found = sum((x - face_point(orders, hull, trial))**2)
-        if (found >= distance) cycle
-        distance = found
-        at = trial
-        is_lower = .true.
+      do j = -1, 1
+        do i = -1, 1
+          if (i == 0 .and. j == 0) cycle
+          trial = min(max(at + step*[i, j], 0.0_wp), 1.0_wp)
+          around(i, j) = sum((x - face_point(orders, hull, trial))**2)
+        end do
       end do
-      step = merge(min(2*step, longest), 0.5_wp*step, is_lower)
+      best = minloc(around) - 2
+      if (around(best(1), best(2)) < around(0, 0)) then
+        at = min(max(at + step*best, 0.0_wp), 1.0_wp)
+        around(0, 0) = around(best(1), best(2))
+        step = min(1.5_wp*step, longest)
+        cycle
+      end if
+      slope = 0.5_wp*[around(1, 0) - around(-1, 0), around(0, 1) - around(0, -1)]
+      bend = [around(1, 0) + around(-1, 0), around(0, 1) + around(0, -1)] - 2*around(0, 0)
+      twist = 0.25_wp*(around(1, 1) + around(-1, -1) - around(1, -1) - around(-1, 1))
+      bottom = [twist*slope(2) - bend(2)*slope(1), twist*slope(1) - bend(1)*slope(2)] &
+               /max(product(bend) - twist**2, tiny(1.0_wp))
+      trial = min(max(at + step*min(max(bottom, -1.0_wp), 1.0_wp), 0.0_wp), 1.0_wp)
+      slope(1) = sum((x - face_point(orders, hull, trial))**2)
+      if (slope(1) < around(0, 0)) then
+        at = trial
+        around(0, 0) = slope(1)
+      end if
+      step = shorter*step
     end do
-    distance = sqrt(distance)
+    distance = sqrt(around(0, 0))
   end function moved_downhill
 
   !> Point of a face by Bernstein polynomials.

@@ -9,7 +9,8 @@ program hard_geometry
   use errors, only: error_t
   use nurbs_surface, only: evaluate_surface
   use tool, only: tool_t, new_tool
-  use closest_point, only: hit_t, search_tool
+  use closest_point, only: hit_t
+  use tool_search, only: search_tool
   use brute_force, only: samples_t, new_samples, brute_distance, random_in
   use hard_surfaces, only: hard_case_t, hard_case, n_cases
   implicit none
@@ -19,6 +20,7 @@ program hard_geometry
     integer :: n_lost = 0            !! within reach, but no hit; or a hit beyond reach
     integer :: n_failed = 0          !! searches that did not settle
     real(wp) :: worst = 0.0_wp       !! how much farther than by brute force [length]
+    real(wp) :: worst_at(3) = 0.0_wp, failed_at(3) = 0.0_wp   !! points where
     real(wp) :: off = 0.0_wp         !! distance told against that of the place told [length]
     integer :: n_hits = 0
     integer(int64) :: n_iterations = 0
@@ -81,6 +83,8 @@ contains
       print "(a44, i8, i8, i6, i7, 2es10.1, f7.1, i6)", hard%name//repeat(" ", 44), tool%n_faces, &
         o%n_hits, o%n_lost, o%n_failed, o%worst, o%off, &
         real(o%n_iterations, wp)/n_points, o%max_iterations
+      if (o%worst >= tolerance) print "(a, 3es24.16)", "    farther at", o%worst_at
+      if (o%n_failed > 0) print "(a, 3es24.16)", "    failed at", o%failed_at
       is_good = is_good .and. o%n_lost == 0 .and. o%n_failed == 0 .and. o%n_hits > n_points/10 &
                 .and. o%worst < tolerance .and. o%off < power_form
     end associate
@@ -99,6 +103,7 @@ contains
     distance = minval([(brute_distance(samples(i), x), i=1, size(samples))])
     outcome%n_iterations = outcome%n_iterations + hit%n_iterations
     outcome%max_iterations = max(outcome%max_iterations, hit%n_iterations)
+    if (.not. hit%is_converged) outcome%failed_at = x
     if (.not. hit%is_converged) outcome%n_failed = outcome%n_failed + 1
     if (hit%face == 0) then
       if (distance < tool%search_distance - tolerance) outcome%n_lost = outcome%n_lost + 1
@@ -106,6 +111,7 @@ contains
     end if
     if (hit%distance > tool%search_distance + tolerance) outcome%n_lost = outcome%n_lost + 1
     outcome%n_hits = outcome%n_hits + 1
+    if (hit%distance - distance > outcome%worst) outcome%worst_at = x
     outcome%worst = max(outcome%worst, hit%distance - distance)
     associate (low => tool%low(:, hit%face), high => tool%high(:, hit%face))
       call evaluate_surface(tool%surfaces(tool%surface_of(hit%face)), &

@@ -1,0 +1,100 @@
+!> Boxes around groups of cells, around groups of these, and so on: which cells may be nearest to a
+!! point at any distance.
+!!
+!! Cells that follow each other lie beside each other, so groups of eight in their order are small.
+module cell_tree
+  use kinds, only: wp
+  implicit none
+  private
+
+  public :: cell_tree_t, new_cell_tree, nearest_leaf, collect_leaves
+
+  integer, parameter :: n_children = 8
+  integer, parameter :: max_levels = 12
+
+  !> Level 0 are the cells themselves.
+  type :: cell_tree_t
+    integer :: n_levels = 0                    !! above the cells
+    integer :: first(0:max_levels) = 0         !! boxes before those of a level
+    integer :: n(0:max_levels) = 0             !! boxes of a level
+    real(wp), allocatable :: boxes(:, :, :)    !! corners [length], shape (3, 2, all boxes)
+  end type cell_tree_t
+
+contains
+
+  pure subroutine new_cell_tree(tree, boxes)
+    type(cell_tree_t), intent(out) :: tree
+    real(wp), intent(in) :: boxes(:, :, :)     !! of the cells [length], shape (3, 2, n)
+    integer :: level, i, from, to
+
+    tree%n(0) = size(boxes, 3)
+    do while (tree%n(tree%n_levels) > 1)
+      tree%n_levels = tree%n_levels + 1
+      tree%n(tree%n_levels) = (tree%n(tree%n_levels - 1) + n_children - 1)/n_children
+      tree%first(tree%n_levels) = tree%first(tree%n_levels - 1) + tree%n(tree%n_levels - 1)
+    end do
+    allocate (tree%boxes(3, 2, sum(tree%n)))
+    tree%boxes(:, :, :tree%n(0)) = boxes
+    do level = 1, tree%n_levels
+      do i = 1, tree%n(level)
+        from = tree%first(level - 1) + n_children*(i - 1) + 1
+        to = tree%first(level - 1) + min(n_children*i, tree%n(level - 1))
+        tree%boxes(:, 1, tree%first(level) + i) = minval(tree%boxes(:, 1, from:to), 2)
+        tree%boxes(:, 2, tree%first(level) + i) = maxval(tree%boxes(:, 2, from:to), 2)
+      end do
+    end do
+  end subroutine new_cell_tree
+
+  !> A cell near a point: at each level the child whose box is nearest.
+  pure integer function nearest_leaf(tree, x) result(leaf)
+    type(cell_tree_t), intent(in) :: tree
+    real(wp), intent(in) :: x(3)
+    integer :: level, i, best
+    real(wp) :: least, distance
+
+    leaf = 1
+    do level = tree%n_levels, 1, -1
+      least = huge(1.0_wp)
+      best = 0
+      do i = n_children*(leaf - 1) + 1, min(n_children*leaf, tree%n(level - 1))
+        distance = square_to(tree%boxes(:, :, tree%first(level - 1) + i), x)
+        if (distance >= least) cycle
+        least = distance
+        best = i
+      end do
+      leaf = best
+    end do
+  end function nearest_leaf
+
+  !> Cells whose boxes are within a distance of a point.
+  pure subroutine collect_leaves(tree, x, distance, leaves)
+    type(cell_tree_t), intent(in) :: tree
+    real(wp), intent(in) :: x(3), distance             !! [length]
+    integer, allocatable, intent(out) :: leaves(:)
+    integer, allocatable :: parents(:)
+    integer :: level, i, k, n
+
+    allocate (leaves(1), source=1)
+    do level = tree%n_levels, 1, -1
+      call move_alloc(leaves, parents)
+      allocate (leaves(n_children*size(parents)))
+      n = 0
+      do k = 1, size(parents)
+        do i = n_children*(parents(k) - 1) + 1, min(n_children*parents(k), tree%n(level - 1))
+          if (square_to(tree%boxes(:, :, tree%first(level - 1) + i), x) > distance**2) cycle
+          n = n + 1
+          leaves(n) = i
+        end do
+      end do
+      leaves = leaves(:n)
+    end do
+  end subroutine collect_leaves
+
+  !> Squared distance from a point to a box.
+  pure real(wp) function square_to(box, x)
+    real(wp), intent(in) :: box(3, 2), x(3)
+
+    square_to = sum(max(box(:, 1) - x, x - box(:, 2), 0.0_wp)**2)
+  end function square_to
+
+end module cell_tree

@@ -1,0 +1,278 @@
+!> Closest point of a tool from nothing: which cells may hold it, and a local search from each.
+!!
+!! [CA] R. P. R. Cardoso and O. B. Adetoro (2017), sec. 5: position codes name the cells, contact
+!! territories (46), (47) leave the few that matter, and Newton (48) to (53) starts from these.
+module tool_search
+  use kinds, only: wp
+  use tool, only: tool_t
+  use tool_face, only: face_position
+  use tool_cells, only: cell_t
+  use contact_territory, only: is_in_territory, distance_bound, relative_place
+  use position_code, only: find_candidates
+  use cell_tree, only: nearest_leaf, collect_leaves
+  use closest_point, only: hit_t, descend, finish
+  implicit none
+  private
+
+  public :: search_tool, search_all_faces
+
+  real(wp), parameter :: same_place = 1.0e-8_wp    !! part of the tool's scale
+  integer, parameter :: n_net = 5                  !! points of a net over a cell, each way
+
+contains
+
+  !> Closest point among the cells that the position code of `x` names and whose territory holds it.
+  !! Nothing found means that `x` is farther than the search distance from every face, unless
+  !! `is_converged` is false: then every start failed. The rival is exact if nearer than
+  !! `distance + margin`.
+  pure subroutine search_tool(tool, x, margin, is_corner_start, hit)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(3)                !! point in the tool's frame [length]
+    real(wp), intent(in) :: margin              !! how much farther rivals matter [length]
+    logical, intent(in) :: is_corner_start      !! start at each face's first corner, as [CA] does
+    type(hit_t), intent(out) :: hit
+    integer :: first, last, i, n
+    integer, allocatable :: near(:)
+
+    call find_candidates(tool%codes, x, first, last)
+    allocate (near(last - first + 1))
+    n = 0
+    do i = first, last
+      associate (cell => tool%codes%faces(i))
+        if (.not. is_in_territory(tool%cells(cell)%territory, x, tool%search_distance)) cycle
+        if (distance_bound(tool%cells(cell)%territory, x) > tool%search_distance) cycle
+        n = n + 1
+        near(n) = cell
+      end associate
+    end do
+    call search_cells(tool, x, near(:n), margin, is_corner_start, hit)
+    if (n == 0) hit%is_converged = .true.
+    if (hit%face == 0 .or. hit%distance <= tool%search_distance) return
+    hit = hit_t(n_iterations=hit%n_iterations, is_converged=.true.)
+  end subroutine search_tool
+
+  !> Closest point among all faces, however far: for setting up and for checks, not for each step.
+  pure subroutine search_all_faces(tool, x, hit)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(3)   !! point in the tool's frame [length]
+    type(hit_t), intent(out) :: hit
+    integer, allocatable :: near(:)
+    real(wp) :: enough
+
+    associate (cell => tool%cells(nearest_leaf(tool%tree, x)))
+      enough = norm2(x - place_on(tool, cell%face, 0.5_wp*(cell%low + cell%high)))
+    end associate
+    call collect_leaves(tool%tree, x, enough, near)
+    call search_cells(tool, x, near, 0.0_wp, .false., hit)
+  end subroutine search_all_faces
+
+  !> Nearest of the local searches from some cells, in rising order of their bounds, until no other
+  !! cell can matter.
+  pure subroutine search_cells(tool, x, cells, margin, is_corner_start, hit)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(3)
+    integer, intent(in) :: cells(:)
+    real(wp), intent(in) :: margin
+    logical, intent(in) :: is_corner_start
+    type(hit_t), intent(out) :: hit
+    type(hit_t) :: way_out
+    real(wp) :: bounds(size(cells))
+    integer :: i, n, n_left, order(size(cells)), n_iterations
+
+    n_left = size(cells)
+    order = cells
+    bounds = [(distance_bound(tool%cells(cells(i))%territory, x), i=1, n_left)]
+    n_iterations = 0
+    do while (n_left > 0)
+      i = minloc(bounds(:n_left), 1)
+      if (bounds(i) > hit%distance + margin) exit
+      associate (cell => tool%cells(order(i)))
+        if (is_corner_start) then
+          call try(tool, x, cell%face, cell%low, n_iterations, hit)
+        else if (cell%is_gentle) then
+          call try_gentle(tool, x, cell, n_iterations, hit, way_out)
+        else
+          call try_net(tool, x, cell, n_iterations, hit)
+        end if
+      end associate
+      bounds(i) = bounds(n_left)
+      order(i) = order(n_left)
+      n = count(bounds(:n_left - 1) <= hit%distance + margin)
+      order(:n) = pack(order(:n_left - 1), bounds(:n_left - 1) <= hit%distance + margin)
+      bounds(:n) = pack(bounds(:n_left - 1), bounds(:n_left - 1) <= hit%distance + margin)
+      n_left = n
+    end do
+    ! A search that was held at the border of its cell came lower than all others: go on from there.
+    if (way_out%distance < hit%distance) &
+      call try(tool, x, way_out%face, way_out%at, n_iterations, hit)
+    if (hit%face /= 0) call finish(tool, x, hit)
+    hit%n_iterations = n_iterations
+  end subroutine search_cells
+
+  !> Local search from a place.
+  pure subroutine try(tool, x, face, at, n_iterations, hit)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(3), at(2)
+    integer, intent(in) :: face
+    integer, intent(inout) :: n_iterations
+    type(hit_t), intent(inout) :: hit
+    type(hit_t) :: trial
+
+    trial%face = face
+    trial%at = at
+    call descend(tool, x, trial)
+    n_iterations = n_iterations + trial%n_iterations
+    if (trial%is_converged) call take_nearer(tool, trial, hit)
+  end subroutine try
+
+  !> Local search in a gentle cell. Where it is held at the border with lower ground beyond there is
+  !! no closest place in the cell, and the neighbour will be searched; the lowest such place is kept.
+  pure subroutine try_gentle(tool, x, cell, n_iterations, hit, way_out)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(3)
+    type(cell_t), intent(in) :: cell
+    integer, intent(inout) :: n_iterations
+    type(hit_t), intent(inout) :: hit, way_out
+    type(hit_t) :: trial
+
+    call start_in(tool, cell, x, trial%face, trial%at)
+    call descend(tool, x, trial, cell)
+    n_iterations = n_iterations + trial%n_iterations
+    if (trial%is_leaving) then
+      if (trial%distance < way_out%distance) way_out = trial
+    else if (trial%is_converged) then
+      call take_nearer(tool, trial, hit)
+    end if
+  end subroutine try_gentle
+
+  !> Local searches from all points of a net over a cell that are nearer than those around them; in a
+  !! wild cell from all whose mesh may hold a nearer place than found so far.
+  pure subroutine try_net(tool, x, cell, n_iterations, hit)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(3)
+    type(cell_t), intent(in) :: cell
+    integer, intent(inout) :: n_iterations
+    type(hit_t), intent(inout) :: hit
+    real(wp) :: places(3, n_net, n_net), squares(0:n_net + 1, 0:n_net + 1), reach
+    logical :: is_tried(n_net, n_net)
+    integer :: i, j
+
+    squares = huge(1.0_wp)
+    do j = 1, n_net
+      do i = 1, n_net
+        places(:, i, j) = place_on(tool, cell%face, net_place(cell, i, j))
+        squares(i, j) = sum((x - places(:, i, j))**2)
+      end do
+    end do
+    do j = 1, n_net
+      do i = 1, n_net
+        is_tried(i, j) = squares(i, j) <= minval(squares(i - 1:i + 1, j - 1:j + 1))
+        if (is_tried(i, j)) call try(tool, x, cell%face, net_place(cell, i, j), n_iterations, hit)
+      end do
+    end do
+    if (.not. cell%is_wild) return
+    reach = sqrt(maxval(sum((places(:, 2:, :) - places(:, :n_net - 1, :))**2, 1))) &
+            + sqrt(maxval(sum((places(:, :, 2:) - places(:, :, :n_net - 1))**2, 1)))
+    do j = 1, n_net
+      do i = 1, n_net
+        if (is_tried(i, j) .or. sqrt(squares(i, j)) > hit%distance + reach) cycle
+        call try(tool, x, cell%face, net_place(cell, i, j), n_iterations, hit)
+      end do
+    end do
+  end subroutine try_net
+
+  !> Local coordinates of a point of the net, borders included.
+  pure function net_place(cell, i, j) result(at)
+    type(cell_t), intent(in) :: cell
+    integer, intent(in) :: i, j
+    real(wp) :: at(2)
+
+    at = cell%low + real([i - 1, j - 1], wp)/(n_net - 1)*(cell%high - cell%low)
+  end function net_place
+
+  !> Keep the nearer of two, and the farther as its rival unless both are one place.
+  pure subroutine take_nearer(tool, trial, hit)
+    type(tool_t), intent(in) :: tool
+    type(hit_t), intent(in) :: trial
+    type(hit_t), intent(inout) :: hit
+    real(wp) :: rival, between
+    type(hit_t) :: other
+
+    if (hit%face == 0) then
+      hit = trial
+      return
+    end if
+    rival = hit%rival
+    other = trial
+    if (trial%distance < hit%distance) then
+      other = hit
+      hit = trial
+    end if
+    between = norm2(place_on(tool, other%face, other%at) - place_on(tool, hit%face, hit%at))
+    hit%rival = rival
+    if (between > same_place*tool%scale) hit%rival = min(rival, other%distance)
+  end subroutine take_nearer
+
+  !> Start below the point in a gentle cell; in a block on the face whose corners enclose that place
+  !! along the axes of the cell.
+  pure subroutine start_in(tool, cell, x, face, at)
+    type(tool_t), intent(in) :: tool
+    type(cell_t), intent(in) :: cell
+    real(wp), intent(in) :: x(3)
+    integer, intent(out) :: face
+    real(wp), intent(out) :: at(2)
+    integer :: step(2), d, first, last, middle
+    real(wp) :: place, low, high, far(2), local(2)
+
+    face = cell%face
+    at = min(max(relative_place(cell%territory, x), 0.0_wp), 1.0_wp)
+    at = cell%low + at*(cell%high - cell%low)
+    if (cell%stride == 0) return
+    step = [1, cell%stride]
+    face = face + cell%n(2)/2*step(2)
+    do d = 1, 2
+      place = dot_product(x, cell%territory%axes(:, d))
+      if (d == 2) face = face - cell%n(2)/2*step(2)
+      first = 0
+      last = cell%n(d) - 1
+      do while (first < last)
+        middle = (first + last + 1)/2
+        if (corner(face + middle*step(d)) <= place) then
+          first = middle
+        else
+          last = middle - 1
+        end if
+      end do
+      face = face + first*step(d)
+      low = corner(face)
+      far = 0.0_wp
+      far(d) = 1.0_wp
+      high = dot_product(place_on(tool, face, far), cell%territory%axes(:, d))
+      local(d) = (place - low)/max(high - low, tiny(1.0_wp))
+    end do
+    at = min(max(local, 0.0_wp), 1.0_wp)
+
+  contains
+
+    !> First corner of a face along the axis.
+    pure real(wp) function corner(of)
+      integer, intent(in) :: of
+
+      associate (c => tool%coefficients(:, 1, 1, of))
+        corner = dot_product(c(:3), cell%territory%axes(:, d))/c(4)
+      end associate
+    end function corner
+
+  end subroutine start_in
+
+  !> Point of a face of a tool.
+  pure function place_on(tool, face, at) result(point)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: face
+    real(wp), intent(in) :: at(2)
+    real(wp) :: point(3)
+
+    point = face_position(tool%orders, tool%coefficients(:, :, :, face), at)
+  end function place_on
+
+end module tool_search
