@@ -24,7 +24,8 @@ contains
     integer :: i
 
     control = new_step_control(model%step, model%output, model%stable_step, model%rate)
-    n_steps = model%step%end_time/next_step(control, 0.0_wp, model%rate)
+    n_steps = (model%step%end_time + sum(model%later_steps%step%end_time)) &
+              /next_step(control, 0.0_wp, model%rate)
     associate (blank => model%bodies%blank)
       print "(a)", "blank            "//blank%name
       do i = 1, size(blank%parts)
@@ -46,6 +47,8 @@ contains
       print "(a)", "effect           mass scaling, added mass "// &
         rounded_text(model%bodies%blank%added_mass)
     end if
+    if (allocated(model%step%name)) print "(a)", "steps of deck    "// &
+      to_text(1 + size(model%later_steps))//", of the first these effects"
     do i = 1, size(model%forces)
       print "(a)", "effect           "//model%forces(i)%item%name
     end do

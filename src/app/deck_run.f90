@@ -20,6 +20,7 @@ module deck_run
   use fault_report, only: report_faults
   use blank, only: n_elements_of, n_controls_of, mass_of
   use model, only: model_t
+  use effect, only: effect_slot_t
   use contact_effect, only: contact_effect_t
   use relaxation, only: relaxation_t
   use model_setup, only: build_model
@@ -204,11 +205,10 @@ contains
     end do
   end function relaxation_outcome
 
-  !> Bodies and active effects.
+  !> Bodies.
   subroutine log_model(log, model)
     type(run_log_t), intent(inout) :: log
     type(model_t), intent(in) :: model
-    integer :: i
 
     associate (blank => model%bodies%blank)
       call log_line(log, "blank      "//blank%name//", "// &
@@ -222,17 +222,7 @@ contains
         call log_line(log, "reduction  plane strain: a strip of 1/"// &
                       rounded_text(model%width_ratio)//" of the width; forces, energies and "// &
                       "masses are those of all of it")
-      if (blank%parts(1)%patch%viscosity%is_active) call log_line(log, "effect     bulk viscosity")
-      if (blank%added_mass > 0.0_wp) then
-        call log_line(log, "effect     mass scaling, added mass "//rounded_text(blank%added_mass))
-      end if
     end associate
-    do i = 1, size(model%forces)
-      call log_line(log, "effect     "//model%forces(i)%item%name)
-    end do
-    do i = 1, size(model%supports)
-      call log_line(log, "effect     "//model%supports(i)%item%name)
-    end do
   end subroutine log_model
 
   !> How well energy, mass and momentum were kept, with a warning where inertia governs.
@@ -247,7 +237,8 @@ contains
                   ", relative")
     if (has_contact(model)) call log_line(log, "contact    deepest penetration "// &
                                           rounded_text(run%largest_penetration))
-    call log_searches(log, model)
+    call log_searches(log, model%retired)
+    call log_searches(log, model%forces)
     if (run%balance%kinetic > small*run%balance%internal) then
       call log_line(log, "warning: the kinetic energy "//rounded_text(run%balance%kinetic)// &
                     " is not small beside the internal energy "// &
@@ -260,23 +251,28 @@ contains
     type(model_t), intent(in) :: model
     integer :: i
 
-    has_contact = .false.
-    do i = 1, size(model%forces)
-      select type (item => model%forces(i)%item)
-      type is (contact_effect_t)
-        has_contact = .true.
-      end select
-    end do
+    has_contact = any([(is_contact(model%forces(i)), i=1, size(model%forces)), &
+                       (is_contact(model%retired(i)), i=1, size(model%retired))])
   end function has_contact
 
+  pure logical function is_contact(slot)
+    type(effect_slot_t), intent(in) :: slot
+
+    is_contact = .false.
+    select type (item => slot%item)
+    type is (contact_effect_t)
+      is_contact = .true.
+    end select
+  end function is_contact
+
   !> What the contact searches did, pair by pair.
-  subroutine log_searches(log, model)
+  subroutine log_searches(log, effects)
     type(run_log_t), intent(inout) :: log
-    type(model_t), intent(in) :: model
+    type(effect_slot_t), intent(in) :: effects(:)
     integer :: i
 
-    do i = 1, size(model%forces)
-      select type (item => model%forces(i)%item)
+    do i = 1, size(effects)
+      select type (item => effects(i)%item)
       type is (contact_effect_t)
         associate (s => item%pair%statistics)
           call log_line(log, item%name//": "//to_text(s%n_tested)//" of "// &
@@ -329,6 +325,13 @@ contains
     do i = 1, size(scene%probes)
       setup%probes(i)%value = scene%probes(i)%name
     end do
+    if (allocated(scene%step%name)) then
+      allocate (setup%steps(1 + size(scene%later_steps)))
+      setup%steps(1)%value = scene%step%name
+      do i = 2, size(setup%steps)
+        setup%steps(i)%value = scene%later_steps(i - 1)%step%name
+      end do
+    end if
     setup%n_state = model%bodies%blank%law%n_state - model%bodies%blank%law%n_hidden
     associate (material => scene%materials(scene%blank%material))
       if (allocated(material%state_names)) setup%state_names = material%state_names

@@ -39,10 +39,15 @@ contains
     type(model_t), intent(inout) :: model
     real(wp), intent(in) :: n_steps      !! steps at the present size
     real(wp) :: set_up
+    integer :: n_rows, n_frames
 
     call cpu_time(set_up)
-    seconds = set_up + (growth*n_steps + model%output%n_history)*step_seconds(model) &
-              + (model%output%n_frames + 1)*value_seconds*n_values(model)
+    associate (now => model%output, later => model%later_steps%output)
+      n_rows = now%n_history + sum(later%n_history)
+      n_frames = now%n_frames + sum(later%n_frames) + 1
+    end associate
+    seconds = set_up + (growth*n_steps + n_rows)*step_seconds(model) &
+              + n_frames*value_seconds*n_values(model)
   end function forecast_seconds
 
   !> Mean seconds of a step with all contacts awake.

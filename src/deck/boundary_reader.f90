@@ -5,6 +5,7 @@ module boundary_reader
   use text, only: upper_case, read_integer, read_real
   use scene, only: scene_t, boundary_spec_t, initial_state_spec_t
   use deck_names, only: deck_names_t
+  use deck_steps, only: step_of
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
                           field_word, field_real, field_integer, is_filled, n_fields
   use blank_reader, only: box_frame_t
@@ -14,7 +15,7 @@ module boundary_reader
   private
 
   public :: read_boundaries, read_initial_velocities, read_initial_states, read_test_states, &
-            n_data_lines
+            n_data_lines, check_lines, end_before
 
 contains
 
@@ -26,6 +27,24 @@ contains
     n_data_lines = sum(deck%records(find_records(deck, keyword))%n_lines)
   end function n_data_lines
 
+  !> Only OP=NEW may do without data lines.
+  subroutine check_lines(deck, record, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(fault_list_t), intent(inout) :: faults
+
+    if (record%n_lines > 0 .or. option_text(deck, record, "OP") == "NEW") return
+    call add_fault(faults, record%origin, "0 data lines", "1 data line or more, or OP=NEW")
+  end subroutine check_lines
+
+  !> Last step of what earlier steps gave and this one removes; what the step itself gives stays.
+  elemental integer function end_before(step, first_step, last_step) result(last)
+    integer, intent(in) :: step, first_step, last_step
+
+    last = last_step
+    if (first_step < step) last = min(last, step - 1)
+  end function end_before
+
   !> Fill the list of boundary conditions, one for each data line of *BOUNDARY.
   subroutine read_boundaries(deck, frame, names, scene, faults)
     type(parsed_deck_t), intent(in) :: deck
@@ -34,7 +53,7 @@ contains
     type(scene_t), intent(inout) :: scene
     type(fault_list_t), intent(inout) :: faults
     integer, allocatable :: found(:)
-    integer :: i, line, n, set, curve
+    integer :: i, line, n, set, curve, step
 
     allocate (scene%boundaries(n_data_lines(deck, "BOUNDARY")))
     found = find_records(deck, "BOUNDARY")
@@ -43,9 +62,16 @@ contains
       associate (record => deck%records(found(i)))
         call find_amplitude(deck, record, names, curve, faults)
         if (.not. record%is_valid) cycle
+        step = step_of(record%step)
+        call check_lines(deck, record, faults)
+        associate (before => scene%boundaries(:n))
+          if (option_text(deck, record, "OP") == "NEW") &
+            before%last_step = end_before(step, before%first_step, before%last_step)
+        end associate
         do line = 1, record%n_lines
           n = n + 1
           scene%boundaries(n)%curve = curve
+          scene%boundaries(n)%first_step = step
           scene%boundaries(n)%origin = line_origin(deck, record, line)
           call read_components(record, line, scene%boundaries(n), faults)
           call find_set(names, frame, field_word(record, line, 1), &

@@ -3,7 +3,7 @@ module deck_check
   use kinds, only: wp
   use faults, only: new_origin, fault_list_t, add_fault, add_warning
   use nurbs_solid, only: nurbs_solid_t
-  use scene, only: scene_t, tool_spec_t
+  use scene, only: scene_t
   use set_range, only: is_held
   use deck_records, only: parsed_deck_t, find_records
   implicit none
@@ -148,11 +148,11 @@ contains
       end if
       reach = blank_reach(scene, i)
       blank = solid_bounds(scene)
-      swept = swept_bounds(scene, tool)
+      swept = swept_bounds(scene, i)
       if (all(swept%lower <= blank%upper + reach) .and. &
           all(swept%upper >= blank%lower - reach)) return
       found = "the tool "//tool%name//", which moves but cannot reach the blank"
-      if (.not. any(abs(tool%motion) > 0.0_wp)) then
+      if (.not. any(abs(travel(scene, i)) > 0.0_wp)) then
         found = "the tool "//tool%name//", which never moves and never touches the blank"
       end if
       call add_warning(faults, tool%origin, found, "a *TOOL MOTION towards the blank")
@@ -164,7 +164,7 @@ contains
   pure real(wp) function blank_reach(scene, except)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: except
-    real(wp) :: way(2), speed
+    real(wp) :: way(3, 2), speed
     integer :: i
 
     blank_reach = 0.0_wp
@@ -180,23 +180,41 @@ contains
     end do
     do i = 1, size(scene%tools)
       if (i == except) cycle
-      way = travel(scene, scene%tools(i))
-      blank_reach = blank_reach + maxval(abs(way))*norm2(scene%tools(i)%motion)
+      way = travel(scene, i)
+      blank_reach = blank_reach + norm2(maxval(abs(way), 2))
     end do
-    blank_reach = blank_reach + speed*scene%step%end_time
+    blank_reach = blank_reach + speed*time_from(scene, 1)
   end function blank_reach
 
-  !> Least and largest multiple of its motion vector that a tool may be displaced by.
+  !> Bounds of the displacement of a tool, shape (3, 2): the ways of all its motions add up.
   pure function travel(scene, tool) result(way)
     type(scene_t), intent(in) :: scene
-    type(tool_spec_t), intent(in) :: tool
-    real(wp) :: way(2)
+    integer, intent(in) :: tool
+    real(wp) :: way(3, 2), factor(2)
+    integer :: i
 
-    associate (values => curve_values(scene, tool%curve))
-      way = [min(0.0_wp, minval(values)), max(0.0_wp, maxval(values))]
-    end associate
-    if (.not. tool%is_displacement) way = way*scene%step%end_time
+    way = 0.0_wp
+    do i = 1, size(scene%motions)
+      associate (motion => scene%motions(i))
+        if (motion%tool /= tool) cycle
+        associate (values => curve_values(scene, motion%curve))
+          factor = [min(0.0_wp, minval(values)), max(0.0_wp, maxval(values))]
+        end associate
+        if (.not. motion%is_displacement) factor = factor*time_from(scene, motion%step)
+        way(:, 1) = way(:, 1) + min(motion%vector*factor(1), motion%vector*factor(2))
+        way(:, 2) = way(:, 2) + max(motion%vector*factor(1), motion%vector*factor(2))
+      end associate
+    end do
   end function travel
+
+  !> Time from the start of a step to the end of the run.
+  pure real(wp) function time_from(scene, step) result(time)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+
+    time = sum(scene%later_steps(max(1, step - 1):)%step%end_time)
+    if (step == 1) time = time + scene%step%end_time
+  end function time_from
 
   !> Values of a curve, 1 where there is none.
   pure function curve_values(scene, curve) result(values)
@@ -224,22 +242,24 @@ contains
   end function solid_bounds
 
   !> Bounds of all places of a tool, from its control points.
-  pure function swept_bounds(scene, tool) result(bounds)
+  pure function swept_bounds(scene, i_tool) result(bounds)
     type(scene_t), intent(in) :: scene
-    type(tool_spec_t), intent(in) :: tool
+    integer, intent(in) :: i_tool
     type(bounds_t) :: bounds
-    real(wp) :: way(2)
+    real(wp) :: way(3, 2)
     integer :: i, c
 
-    way = travel(scene, tool)
-    do i = 1, size(tool%surfaces)
-      do c = 1, 3
-        associate (points => tool%surfaces(i)%points(:, :, c))
-          bounds%lower(c) = min(bounds%lower(c), minval(points) + minval(way*tool%motion(c)))
-          bounds%upper(c) = max(bounds%upper(c), maxval(points) + maxval(way*tool%motion(c)))
-        end associate
+    way = travel(scene, i_tool)
+    associate (tool => scene%tools(i_tool))
+      do i = 1, size(tool%surfaces)
+        do c = 1, 3
+          associate (points => tool%surfaces(i)%points(:, :, c))
+            bounds%lower(c) = min(bounds%lower(c), minval(points) + way(c, 1))
+            bounds%upper(c) = max(bounds%upper(c), maxval(points) + way(c, 2))
+          end associate
+        end do
       end do
-    end do
+    end associate
   end function swept_bounds
 
 end module deck_check

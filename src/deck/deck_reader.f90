@@ -16,9 +16,10 @@ module deck_reader
   use boundary_reader, only: read_boundaries, read_initial_velocities, read_initial_states, &
                              read_test_states
   use load_reader, only: read_loads
-  use contact_reader, only: read_contacts
+  use contact_reader, only: read_contacts, cut_contacts
+  use deck_steps, only: check_steps
   use test_reader, only: read_tests
-  use step_reader, only: read_labels, read_step, read_output, read_probes
+  use step_reader, only: read_labels, read_steps, read_probes
   use reduction_keywords, only: read_reduction
   use plane_strain, only: reduce_scene
   use deck_check, only: check_presence, check_scene
@@ -43,6 +44,7 @@ contains
     call read_records(path, overrides, deck, scene, faults, is_deck)
     if (.not. is_deck) return
     call check_presence(deck, path, faults)
+    call check_steps(deck, faults)
     call read_scene(deck, scene, faults)
     if (n_errors(faults) == 0) call check_scene(scene, faults)
     if (n_errors(faults) == 0) call reduce_scene(scene, faults)
@@ -133,10 +135,10 @@ contains
     call read_initial_states(deck, frame, names, scene, faults)
     call read_loads(deck, frame, names, scene, faults)
     call read_contacts(deck, frame, names, scene, faults)
+    call cut_contacts(deck, names, scene, faults)
     call read_probes(deck, scene, faults)
     call read_tests(deck, names, scene, faults)
-    call read_step(deck, scene, faults)
-    call read_output(deck, scene)
+    call read_steps(deck, scene, faults)
     call read_reduction(deck, scene)
   end subroutine read_scene
 

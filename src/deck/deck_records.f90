@@ -17,6 +17,7 @@ module deck_records
     type(origin_t) :: origin
     integer :: spec = 0                        !! place in the keyword table, 0: unknown keyword
     integer :: parent = 0                      !! record of the keyword that this one follows
+    integer :: step = 0                        !! place of the *STEP that it stands in, 0: none
     logical :: is_valid = .true.               !! no fault in it so far
     type(string_t), allocatable :: options(:)  !! in the order of the table, defaults filled in
     logical, allocatable :: is_given(:)        !! which options the deck gives or have a default

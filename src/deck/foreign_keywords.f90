@@ -12,8 +12,8 @@ module foreign_keywords
     "INSTANCE", "END INSTANCE", "SYSTEM"]
   character(*), parameter :: of_section(6) = [character(26) :: "SOLID SECTION", "SHELL SECTION", &
     "SECTION CONTROLS", "HOURGLASS", "HOURGLASS STIFFNESS", "TRANSVERSE SHEAR STIFFNESS"]
-  character(*), parameter :: of_step(8) = [character(18) :: "STEP", "END STEP", "STATIC", &
-    "CONTROLS", "SOLUTION TECHNIQUE", "PREPRINT", "RESTART", "MONITOR"]
+  character(*), parameter :: of_step(6) = [character(18) :: "STATIC", "CONTROLS", &
+    "SOLUTION TECHNIQUE", "PREPRINT", "RESTART", "MONITOR"]
   character(*), parameter :: of_output(16) = [character(21) :: "USER OUTPUT VARIABLES", &
     "FILE OUTPUT", "FIELD OUTPUT", "HISTORY OUTPUT", "ELEMENT OUTPUT", "NODE OUTPUT", &
     "CONTACT OUTPUT", "ENERGY OUTPUT", "INCREMENTATION OUTPUT", "NODE PRINT", "EL PRINT", &
@@ -35,7 +35,7 @@ contains
     else if (any(block%keyword == of_section)) then
       note = "none, for *BLANK names its material and consists of solid elements"//passed_over
     else if (any(block%keyword == of_step)) then
-      note = "none, for *DYNAMIC is the only step"//passed_over
+      note = "none, for all steps are *DYNAMIC, EXPLICIT"//passed_over
     else if (any(block%keyword == of_output) .or. is_other_output(block)) then
       note = "none, for *OUTPUT, FRAMES=n, HISTORY=n says what is written"//passed_over
     else if (any(block%keyword == of_heat)) then

@@ -82,7 +82,7 @@ contains
     call put(page, "")
     call put(page, trim(keyword%text))
     if (keyword%parent /= "") call put(page, "Belongs to *"//trim(keyword%parent)//".")
-    if (keyword%is_unique) call put(page, "Once in a deck.")
+    if (keyword%is_unique) call put(page, "Once in a deck, or in a step of it.")
     if (keyword%n_options > 0) then
       call put(page, "")
       call put(page, "| Option | Value | Default | Unit | Meaning |")

@@ -9,6 +9,7 @@ module keyword_table
   use material_keywords, only: add_material_keywords
   use dynamics_keywords, only: add_dynamics_keywords
   use reduction_keywords, only: add_reduction_keyword
+  use step_keywords, only: add_process_keywords
   use test_keywords, only: add_test_keyword
   implicit none
   private
@@ -17,6 +18,9 @@ module keyword_table
 
   character(*), parameter :: faces = "XI_MIN|XI_MAX|ETA_MIN|ETA_MAX|ZETA_MIN|ZETA_MAX"
   character(*), parameter :: sides = "X_MIN, X_MAX, Y_MIN, Y_MAX, Z_MIN or Z_MAX"
+  character(*), parameter :: op_text = &
+    "NEW removes all of this keyword that earlier steps gave; it needs no data lines then. MOD "// &
+    "adds; a load replaces an earlier one on the same set"
 
 contains
 
@@ -35,6 +39,7 @@ contains
     call add_set_keyword(table)
     call add_boundary_keywords(table)
     call add_load_keywords(table)
+    call add_process_keywords(table)
     call add_step_keywords(table)
     call add_dynamics_keywords(table)
     call add_reduction_keyword(table)
@@ -206,8 +211,9 @@ contains
     call add_option(table, "INPUT", kind_name, "file with the data lines", is_required=.false.)
     call add_option(table, "DEFINITION", kind_choice, "may be given", default="TABULAR", &
                     choices="TABULAR")
-    call add_option(table, "TIME", kind_choice, "may be given; there is one step", &
-                    default="STEP TIME", choices="STEP TIME|TOTAL TIME")
+    call add_option(table, "TIME", kind_choice, "times since the start of the step that names "// &
+                    "the amplitude, or since that of the run", default="STEP TIME", &
+                    choices="STEP TIME|TOTAL TIME")
     call add_option(table, "VALUE", kind_choice, "may be given", default="RELATIVE", &
                     choices="RELATIVE")
     call add_line(table, "Pairs of time and value, any number on a line; times rise.", &
@@ -216,11 +222,13 @@ contains
     call add_example(table, "*AMPLITUDE, NAME=soft start")
     call add_example(table, "0, 0, 0.001, 1")
 
-    call add_keyword(table, "TOOL MOTION", "How a tool moves. A tool without it stands still.")
+    call add_keyword(table, "TOOL MOTION", "How a tool moves from the start of the step on, "// &
+                     "in which this stands; in later steps it goes on until the tool gets "// &
+                     "another motion. A tool without it stands still.")
     call add_option(table, "TOOL", kind_name, "name of the tool")
-    call add_option(table, "TYPE", kind_choice, "what the vector is; DISPLACEMENT needs an "// &
-                    "AMPLITUDE that starts at 0", default="VELOCITY", &
-                    choices="VELOCITY|DISPLACEMENT")
+    call add_option(table, "TYPE", kind_choice, "what the vector is; DISPLACEMENT counts from "// &
+                    "where the tool is at the start of the step, and needs an AMPLITUDE that "// &
+                    "starts at 0", default="VELOCITY", choices="VELOCITY|DISPLACEMENT")
     call add_option(table, "AMPLITUDE", kind_name, "amplitude that scales the vector", &
                     is_required=.false.)
     call add_line(table, "The vector.")
@@ -289,7 +297,8 @@ contains
                     choices="VELOCITY")
     call add_option(table, "AMPLITUDE", kind_name, "amplitude that scales the value", &
                     is_required=.false.)
-    call add_line(table, "A set and its components.", n_max=any_number)
+    call add_option(table, "OP", kind_choice, op_text, default="MOD", choices="MOD|NEW")
+    call add_line(table, "A set and its components.", n_min=0, n_max=any_number)
     call add_field(table, "set", kind_name, "name of a set or face, or ALL")
     call add_field(table, "first", kind_name, "first component, 1 to 3, or XSYMM, YSYMM, ZSYMM "// &
                    "(component 1, 2, 3), PINNED or ENCASTRE (all)")
@@ -330,7 +339,8 @@ contains
 
     call add_keyword(table, "PRESSURE", "Pressure against the current outer normal of a face.")
     call add_option(table, "AMPLITUDE", kind_name, scaling, is_required=.false.)
-    call add_line(table, "", n_max=any_number)
+    call add_option(table, "OP", kind_choice, op_text, default="MOD", choices="MOD|NEW")
+    call add_line(table, "", n_min=0, n_max=any_number)
     call add_field(table, "set", kind_name, "name of a face, or of a set that is a part of one")
     call add_field(table, "pressure", kind_real, "pressure, positive when it pushes", &
                    unit="stress")
@@ -340,7 +350,8 @@ contains
     call add_keyword(table, "TRACTION", "Load of fixed direction, per area that a face "// &
                      "has at the start.")
     call add_option(table, "AMPLITUDE", kind_name, scaling, is_required=.false.)
-    call add_line(table, "", n_max=any_number)
+    call add_option(table, "OP", kind_choice, op_text, default="MOD", choices="MOD|NEW")
+    call add_line(table, "", n_min=0, n_max=any_number)
     call add_field(table, "set", kind_name, "name of a face, or of a set that is a part of one")
     call add_vector(table, "t", "traction", unit="stress")
     call add_example(table, "*TRACTION")
@@ -348,7 +359,8 @@ contains
 
     call add_keyword(table, "GRAVITY", "Acceleration that acts on all of the blank.")
     call add_option(table, "AMPLITUDE", kind_name, scaling, is_required=.false.)
-    call add_line(table, "")
+    call add_option(table, "OP", kind_choice, op_text, default="MOD", choices="MOD|NEW")
+    call add_line(table, "", n_min=0)
     call add_vector(table, "g", "acceleration", unit="length/time^2")
     call add_example(table, "*GRAVITY")
     call add_example(table, "0, -9810, 0")

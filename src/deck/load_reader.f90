@@ -4,9 +4,11 @@ module load_reader
   use faults, only: fault_list_t, add_fault
   use scene, only: scene_t, load_spec_t
   use deck_names, only: deck_names_t
-  use deck_records, only: record_t, parsed_deck_t, find_records, line_origin, field_word, field_real
+  use deck_steps, only: step_of
+  use deck_records, only: record_t, parsed_deck_t, find_records, line_origin, field_word, &
+                          field_real, option_text
   use blank_reader, only: box_frame_t
-  use boundary_reader, only: n_data_lines
+  use boundary_reader, only: n_data_lines, check_lines, end_before
   use motion_reader, only: find_amplitude
   use set_reader, only: find_set
   implicit none
@@ -36,17 +38,36 @@ contains
         associate (record => deck%records(found(i)))
           call find_amplitude(deck, record, names, curve, faults)
           if (.not. record%is_valid) cycle
+          call check_lines(deck, record, faults)
+          if (option_text(deck, record, "OP") == "NEW") &
+            call end_loads(trim(kinds(kind)), step_of(record%step), -1, scene%loads(:n))
           do line = 1, record%n_lines
             n = n + 1
             scene%loads(n)%kind = trim(kinds(kind))
             scene%loads(n)%curve = curve
+            scene%loads(n)%first_step = step_of(record%step)
             scene%loads(n)%origin = line_origin(deck, record, line)
             call read_load(deck, record, line, frame, names, scene, n, faults)
+            call end_loads(trim(kinds(kind)), step_of(record%step), scene%loads(n)%set, &
+                           scene%loads(:n - 1))
           end do
         end associate
       end do
     end do
   end subroutine read_loads
+
+  !> End loads of a kind that earlier steps gave, on one set or (-1) on all.
+  pure subroutine end_loads(kind, step, set, loads)
+    character(*), intent(in) :: kind
+    integer, intent(in) :: step, set
+    type(load_spec_t), intent(inout) :: loads(:)
+    integer :: i
+
+    do i = 1, size(loads)
+      if (loads(i)%kind /= kind .or. .not. any(set == [-1, loads(i)%set])) cycle
+      loads(i)%last_step = end_before(step, loads(i)%first_step, loads(i)%last_step)
+    end do
+  end subroutine end_loads
 
   !> Set and value of load `n`.
   subroutine read_load(deck, record, line, frame, names, scene, n, faults)

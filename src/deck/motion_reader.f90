@@ -3,8 +3,9 @@ module motion_reader
   use kinds, only: wp
   use faults, only: fault_list_t, add_fault
   use text, only: to_text
-  use scene, only: scene_t, curve_spec_t
+  use scene, only: scene_t, curve_spec_t, motion_spec_t
   use deck_names, only: deck_names_t, resolve
+  use deck_steps, only: step_of
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given, &
                           field_real, all_numbers
   implicit none
@@ -27,6 +28,7 @@ contains
     do i = 1, size(found)
       scene%curves(i)%origin = deck%records(found(i))%origin
       scene%curves(i)%name = option_text(deck, deck%records(found(i)), "NAME")
+      scene%curves(i)%is_total = option_text(deck, deck%records(found(i)), "TIME") == "TOTAL TIME"
       call read_curve(deck%records(found(i)), scene%curves(i), faults)
     end do
   end subroutine read_amplitudes
@@ -71,60 +73,60 @@ contains
                  record%origin, curve, faults)
   end subroutine find_amplitude
 
-  !> Give the tools of the scene their motions.
+  !> Fill the list of motions, one for each *TOOL MOTION in the order of the deck.
   subroutine read_tool_motions(deck, names, scene, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_names_t), intent(in) :: names
     type(scene_t), intent(inout) :: scene
     type(fault_list_t), intent(inout) :: faults
     integer, allocatable :: found(:)
-    logical :: has_motion(size(scene%tools))
-    integer :: i, tool
+    type(motion_spec_t) :: motion
+    integer :: i
 
-    has_motion = .false.
+    allocate (scene%motions(0))
     found = find_records(deck, "TOOL MOTION")
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
         if (.not. is_option_given(deck, record, "TOOL")) cycle
         call resolve(names%tools, option_text(deck, record, "TOOL"), "*TOOL", record%origin, &
-                     tool, faults)
-        if (tool == 0) cycle
-        if (has_motion(tool)) then
+                     motion%tool, faults)
+        if (motion%tool == 0) cycle
+        motion%origin = record%origin
+        motion%step = step_of(record%step)
+        if (any(scene%motions%tool == motion%tool .and. scene%motions%step == motion%step)) then
           call add_fault(faults, record%origin, "a second motion of the tool "// &
-                         scene%tools(tool)%name, "one *TOOL MOTION a tool")
+                         scene%tools(motion%tool)%name, "one *TOOL MOTION a tool and step")
         end if
-        has_motion(tool) = .true.
-        if (record%is_valid) call read_motion(deck, record, names, tool, scene, faults)
+        if (record%is_valid) call read_motion(deck, record, names, scene%curves, motion, faults)
+        scene%motions = [scene%motions, motion]
       end associate
     end do
   end subroutine read_tool_motions
 
-  subroutine read_motion(deck, record, names, i, scene, faults)
+  subroutine read_motion(deck, record, names, curves, motion, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(deck_names_t), intent(in) :: names
-    integer, intent(in) :: i   !! the tool
-    type(scene_t), intent(inout) :: scene
+    type(curve_spec_t), intent(in) :: curves(:)
+    type(motion_spec_t), intent(inout) :: motion
     type(fault_list_t), intent(inout) :: faults
 
-    associate (tool => scene%tools(i))
-      call find_amplitude(deck, record, names, tool%curve, faults)
-      tool%is_displacement = option_text(deck, record, "TYPE") == "DISPLACEMENT"
-      tool%motion = [field_real(record, 1, 1), field_real(record, 1, 2), field_real(record, 1, 3)]
-      if (.not. tool%is_displacement) return
-      if (.not. is_option_given(deck, record, "AMPLITUDE")) then
-        call add_fault(faults, record%origin, "TYPE=DISPLACEMENT without AMPLITUDE", &
-                       "an *AMPLITUDE that starts at 0")
-      else if (tool%curve > 0) then
-        associate (curve => scene%curves(tool%curve))
-          if (size(curve%values) == 0) return
-          if (abs(curve%values(1)) > 0.0_wp) then
-            call add_fault(faults, record%origin, "the amplitude "//curve%name//", which "// &
-                           "starts at "//to_text(curve%values(1)), "an *AMPLITUDE that starts at 0")
-          end if
-        end associate
-      end if
-    end associate
+    call find_amplitude(deck, record, names, motion%curve, faults)
+    motion%is_displacement = option_text(deck, record, "TYPE") == "DISPLACEMENT"
+    motion%vector = [field_real(record, 1, 1), field_real(record, 1, 2), field_real(record, 1, 3)]
+    if (.not. motion%is_displacement) return
+    if (.not. is_option_given(deck, record, "AMPLITUDE")) then
+      call add_fault(faults, record%origin, "TYPE=DISPLACEMENT without AMPLITUDE", &
+                     "an *AMPLITUDE that starts at 0")
+    else if (motion%curve > 0) then
+      associate (curve => curves(motion%curve))
+        if (size(curve%values) == 0) return
+        if (abs(curve%values(1)) > 0.0_wp) then
+          call add_fault(faults, record%origin, "the amplitude "//curve%name//", which "// &
+                         "starts at "//to_text(curve%values(1)), "an *AMPLITUDE that starts at 0")
+        end if
+      end associate
+    end if
   end subroutine read_motion
 
 end module motion_reader

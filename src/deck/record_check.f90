@@ -11,6 +11,7 @@ module record_check
   use foreign_keywords, only: foreign_note
   use field_split, only: split_fields, field_text
   use field_check, only: check_field, expectation, did_you_mean
+  use deck_steps, only: number_steps, n_deck_steps
   use deck_records, only: record_t, parsed_deck_t, find_records, line_origin
   implicit none
   private
@@ -58,6 +59,7 @@ contains
       end if
       deck%records(i)%is_valid = faults%n_items == n_before
     end do
+    call number_steps(deck)
     call check_uniqueness(deck, faults)
   end subroutine check_records
 
@@ -433,8 +435,10 @@ contains
       if (.not. deck%table%items(i)%is_unique) cycle
       found = find_records(deck, trim(deck%table%items(i)%name))
       do j = 2, size(found)
+        if (all(deck%records(found(:j - 1))%step /= deck%records(found(j))%step)) cycle
         call add_fault(faults, deck%records(found(j))%origin, "the keyword a second time", &
-                       "one *"//trim(deck%table%items(i)%name)//" in the deck")
+                       "one *"//trim(deck%table%items(i)%name)//" in the deck"// &
+                       trim(merge(", or in a step", "              ", n_deck_steps(deck) > 0)))
       end do
     end do
   end subroutine check_uniqueness

@@ -3,14 +3,15 @@ module step_reader
   use kinds, only: wp
   use faults, only: fault_list_t, add_fault
   use text, only: to_text, upper_case, squeezed
-  use scene, only: scene_t, probe_spec_t
+  use scene, only: scene_t, probe_spec_t, step_spec_t, output_spec_t, later_step_t
+  use deck_steps, only: n_deck_steps, first_in_step
   use deck_records, only: parsed_deck_t, find_records, option_text, option_real, &
                           option_integer, is_option_given, field_word, field_real, record_t, &
                           is_filled
   implicit none
   private
 
-  public :: read_labels, read_step, read_output, read_probes
+  public :: read_labels, read_steps, read_probes
 
 contains
 
@@ -61,85 +62,135 @@ contains
     end if
   end subroutine read_end_time
 
-  !> End time, safety factor, damping, mass scaling, viscosity and limits.
-  subroutine read_step(deck, scene, faults)
+  !> All steps. Each takes from the one before what it does not change.
+  subroutine read_steps(deck, scene, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(scene_t), intent(inout) :: scene
     type(fault_list_t), intent(inout) :: faults
+    type(later_step_t) :: next
     integer :: i
 
-    i = first_of(deck, "DYNAMIC")
+    call read_step(deck, 1, scene%step, scene%output, faults)
+    next%step = scene%step
+    next%output = scene%output
+    allocate (scene%later_steps(0))
+    do i = 2, n_deck_steps(deck)
+      call read_step(deck, i, next%step, next%output, faults)
+      scene%later_steps = [scene%later_steps, next]
+    end do
+  end subroutine read_steps
+
+  !> End time, safety factor, damping, mass scaling, viscosity, limits and output of a step.
+  subroutine read_step(deck, number, step, output, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: number
+    type(step_spec_t), intent(inout) :: step       !! the one before on entry
+    type(output_spec_t), intent(inout) :: output
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i
+
+    i = first_in_step(deck, "STEP", number)
+    if (i > 0) step%name = option_text(deck, deck%records(i), "NAME")
+    if (i > 0 .and. step%name == "") step%name = "Step-"//to_text(number)
+    i = first_in_step(deck, "DYNAMIC", number)
     if (i > 0) then
-      scene%step%origin = deck%records(i)%origin
-      if (deck%records(i)%is_valid) call read_end_time(deck%records(i), scene%step%end_time, faults)
-      scene%step%safety = option_real(deck, deck%records(i), "SAFETY")
-      scene%step%is_element_step = option_text(deck, deck%records(i), "STABLE STEP") == "ELEMENT"
+      step%origin = deck%records(i)%origin
+      call read_end_time(deck%records(i), step%end_time, faults)
+      call read_stable_step(deck, deck%records(i), number, step, faults)
     end if
-    call read_damping(deck, scene)
-    call read_mass_scaling(deck, scene, faults)
-    i = first_of(deck, "BULK VISCOSITY")
+    call read_damping(deck, number, step)
+    call read_mass_scaling(deck, number, step, faults)
+    i = first_in_step(deck, "BULK VISCOSITY", number)
     if (i > 0) then
-      scene%step%viscosity_linear = field_real(deck%records(i), 1, 1)
-      scene%step%viscosity_quadratic = field_real(deck%records(i), 1, 2)
+      step%viscosity_linear = field_real(deck%records(i), 1, 1)
+      step%viscosity_quadratic = field_real(deck%records(i), 1, 2)
     end if
-    i = first_of(deck, "PENETRATION LIMIT")
+    i = first_in_step(deck, "PENETRATION LIMIT", number)
     if (i > 0) then
-      scene%step%depth_warning = field_real(deck%records(i), 1, 1)
-      scene%step%depth_limit = field_real(deck%records(i), 1, 2)
+      step%depth_warning = field_real(deck%records(i), 1, 1)
+      step%depth_limit = field_real(deck%records(i), 1, 2)
     end if
-    i = first_of(deck, "ENERGY LIMIT")
-    if (i > 0) scene%step%energy_limit = field_real(deck%records(i), 1, 1)
+    i = first_in_step(deck, "ENERGY LIMIT", number)
+    if (i > 0) step%energy_limit = field_real(deck%records(i), 1, 1)
+    call read_output(deck, number, output)
   end subroutine read_step
 
-  !> Damping in proportion to the mass and dynamic relaxation.
-  subroutine read_damping(deck, scene)
+  !> How the time step follows from the blank: the penalties rest on it, so it is one for all steps.
+  subroutine read_stable_step(deck, record, number, step, faults)
     type(parsed_deck_t), intent(in) :: deck
-    type(scene_t), intent(inout) :: scene
+    type(record_t), intent(in) :: record           !! of *DYNAMIC
+    integer, intent(in) :: number
+    type(step_spec_t), intent(inout) :: step
+    type(fault_list_t), intent(inout) :: faults
+    type(step_spec_t) :: default
+    real(wp) :: safety
+    logical :: is_element
+
+    safety = option_real(deck, record, "SAFETY")
+    is_element = option_text(deck, record, "STABLE STEP") == "ELEMENT"
+    if (number == 1) then
+      step%safety = safety
+      step%is_element_step = is_element
+    else if ((abs(safety - step%safety) > 0.0_wp .and. abs(safety - default%safety) > 0.0_wp) &
+             .or. (is_element .and. .not. step%is_element_step)) then
+      call add_fault(faults, record%origin, "another SAFETY or STABLE STEP than in the first "// &
+                     "step", "them in the first step alone; they hold in all")
+    end if
+  end subroutine read_stable_step
+
+  !> Damping in proportion to the mass and dynamic relaxation.
+  subroutine read_damping(deck, number, step)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: number
+    type(step_spec_t), intent(inout) :: step
     integer :: i
 
-    i = first_of(deck, "DAMPING")
-    if (i > 0) scene%step%alpha = option_real(deck, deck%records(i), "ALPHA")
-    i = first_of(deck, "DYNAMIC RELAXATION")
-    scene%step%has_relaxation = i > 0
+    i = first_in_step(deck, "DAMPING", number)
+    if (i > 0) step%alpha = option_real(deck, deck%records(i), "ALPHA")
+    i = first_in_step(deck, "DYNAMIC RELAXATION", number)
+    step%has_relaxation = i > 0
     if (i > 0) then
-      scene%step%is_kinetic = option_text(deck, deck%records(i), "METHOD") == "KINETIC"
-      scene%step%energy_residual = option_real(deck, deck%records(i), "ENERGY")
-      scene%step%force_residual = option_real(deck, deck%records(i), "FORCE")
+      step%is_kinetic = option_text(deck, deck%records(i), "METHOD") == "KINETIC"
+      step%energy_residual = option_real(deck, deck%records(i), "ENERGY")
+      step%force_residual = option_real(deck, deck%records(i), "FORCE")
     end if
   end subroutine read_damping
 
   !> Both kinds of mass scaling. The bound of element frequencies does not know scaled columns.
-  subroutine read_mass_scaling(deck, scene, faults)
+  subroutine read_mass_scaling(deck, number, step, faults)
     type(parsed_deck_t), intent(in) :: deck
-    type(scene_t), intent(inout) :: scene
+    integer, intent(in) :: number
+    type(step_spec_t), intent(inout) :: step
     type(fault_list_t), intent(inout) :: faults
     integer :: i
 
-    i = first_of(deck, "MASS SCALING")
+    i = first_in_step(deck, "MASS SCALING", number)
     if (i == 0) return
-    scene%step%thickness_factor = option_real(deck, deck%records(i), "THICKNESS")
-    scene%step%target_step = option_real(deck, deck%records(i), "STEP")
-    if (scene%step%thickness_factor > 1.0_wp .and. scene%step%is_element_step) then
+    step%thickness_factor = option_real(deck, deck%records(i), "THICKNESS")
+    step%target_step = option_real(deck, deck%records(i), "STEP")
+    if (step%thickness_factor > 1.0_wp .and. step%is_element_step) then
       call add_fault(faults, deck%records(i)%origin, "THICKNESS with STABLE STEP=ELEMENT", &
                      "STABLE STEP=ASSEMBLED in *DYNAMIC, which knows the scaled mass")
     end if
   end subroutine read_mass_scaling
 
-  !> What is written and how often.
-  subroutine read_output(deck, scene)
+  !> What is written and how often. Cells and fields are the same in all steps.
+  subroutine read_output(deck, number, output)
     type(parsed_deck_t), intent(in) :: deck
-    type(scene_t), intent(inout) :: scene
+    integer, intent(in) :: number
+    type(output_spec_t), intent(inout) :: output
     integer :: i
 
-    i = first_of(deck, "OUTPUT")
+    i = first_in_step(deck, "OUTPUT", number)
     if (i == 0) return
-    scene%output%origin = deck%records(i)%origin
-    scene%output%n_frames = option_integer(deck, deck%records(i), "FRAMES")
-    scene%output%n_history = option_integer(deck, deck%records(i), "HISTORY")
-    scene%output%is_bezier = option_text(deck, deck%records(i), "CELLS") == "BEZIER"
-    scene%output%has_wear = option_text(deck, deck%records(i), "FIELDS") == "WEAR"
-    scene%output%has_pressure = scene%output%has_wear .or. &
-                                option_text(deck, deck%records(i), "FIELDS") == "CONTACT"
+    output%origin = deck%records(i)%origin
+    output%n_frames = option_integer(deck, deck%records(i), "FRAMES")
+    output%n_history = option_integer(deck, deck%records(i), "HISTORY")
+    if (number > 1) return
+    output%is_bezier = option_text(deck, deck%records(i), "CELLS") == "BEZIER"
+    output%has_wear = option_text(deck, deck%records(i), "FIELDS") == "WEAR"
+    output%has_pressure = output%has_wear .or. &
+                          option_text(deck, deck%records(i), "FIELDS") == "CONTACT"
   end subroutine read_output
 
   !> Fill the list of probes, one for each *PROBE in the order of the deck.

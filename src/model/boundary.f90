@@ -3,7 +3,7 @@ module boundary
   use kinds, only: wp
   use state_store, only: state_store_t, put, take
   use assembly, only: assembly_t
-  use motion_curve, only: curve_t, curve_value
+  use motion_curve, only: curve_t, curve_value, start_curve
   use effect, only: effect_t, instant_t
   implicit none
   private
@@ -18,10 +18,13 @@ module boundary
     real(wp) :: velocity = 0.0_wp               !! times the curve
     type(curve_t) :: curve
     real(wp) :: moved = 0.0_wp                  !! displacement of the last step
+    logical :: is_catching = .false.            !! it takes hold of points that move
   contains
     procedure :: apply
     procedure :: pack => pack_boundary
     procedure :: unpack => unpack_boundary
+    procedure :: start
+    procedure :: stop
   end type boundary_t
 
 contains
@@ -34,6 +37,7 @@ contains
     real(wp) :: velocity, total
     integer :: p
 
+    if (self%is_catching) call count_catch(self, bodies, instant)
     velocity = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)
     total = 0.0_wp
     do p = 1, size(self%points, 2)
@@ -65,5 +69,50 @@ contains
 
     call take(store, "moved", self%moved)
   end subroutine unpack_boundary
+
+  !> Points that moved freely are held from now on: the work of the first reaction over the way
+  !! that each of them has made in the step before.
+  subroutine count_catch(self, bodies, instant)
+    class(boundary_t), intent(inout) :: self
+    type(assembly_t), intent(in) :: bodies
+    type(instant_t), intent(in) :: instant
+    real(wp) :: velocity, before, dt_before
+    integer :: p
+
+    velocity = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)
+    dt_before = 2.0_wp*instant%dt_mean - instant%dt
+    do p = 1, size(self%points, 2)
+      associate (i => self%points(1, p), j => self%points(2, p), k => self%points(3, p), &
+                 c => self%component, body => bodies%blank%parts(self%part(p)))
+        associate (motion => body%motion)
+          before = motion%v(i, j, k, c) - instant%dt_mean/body%inertia(i, j, k) &
+                   *(motion%external_force(i, j, k, c) - motion%internal_force(i, j, k, c))
+          self%external_work = self%external_work + 0.5_wp*before*dt_before/instant%dt_mean &
+                               *body%mass(i, j, k)*(velocity - motion%v(i, j, k, c))
+        end associate
+      end associate
+    end do
+    self%is_catching = .false.
+  end subroutine count_catch
+
+  !> The curve begins with its step; the points may move when they are caught.
+  subroutine start(self, time)
+    class(boundary_t), intent(inout) :: self
+    real(wp), intent(in) :: time
+
+    self%is_catching = .true.
+    call start_curve(self%curve, time)
+  end subroutine start
+
+  !> The last reaction works over the way to come as it did over the way behind.
+  subroutine stop(self, bodies, dt)
+    class(boundary_t), intent(inout) :: self
+    type(assembly_t), intent(in) :: bodies
+    real(wp), intent(in) :: dt
+
+    self%external_work = self%external_work + 0.5_wp*self%force(self%component)*self%moved
+    self%force = 0.0_wp
+    self%moved = 0.0_wp
+  end subroutine stop
 
 end module boundary

@@ -4,6 +4,7 @@ module contact_effect
   use state_store, only: state_store_t, put, take
   use assembly, only: assembly_t
   use effect, only: effect_t, instant_t, tally_t
+  use slave_surface, only: scatter_forces
   use contact, only: contact_t, apply_contact
   use contact_state, only: pack_contact, unpack_contact
   use contact_fields, only: contact_fields_t, add_wear, pack_wear, unpack_wear
@@ -26,6 +27,7 @@ module contact_effect
     procedure :: apply
     procedure :: pack => pack_contact_effect
     procedure :: unpack => unpack_contact_effect
+    procedure :: stop
     procedure :: tally => tally_contact
   end type contact_effect_t
 
@@ -63,6 +65,26 @@ contains
                          *sum((self%force + on_blank)*bodies%tools(self%tool)%velocity)
     self%force = on_blank
   end subroutine apply
+
+  !> The tool goes away, and with it what its springs hold but for their last push.
+  subroutine stop(self, bodies, dt)
+    class(contact_effect_t), intent(inout) :: self
+    type(assembly_t), intent(in) :: bodies
+    real(wp), intent(in) :: dt
+    real(wp), allocatable :: net_v(:, :, :, :), net_force(:, :, :, :)
+
+    associate (low => self%lower, high => self%upper)
+      net_v = bodies%blank%parts(self%part)%motion%v(low(1):high(1), low(2):high(2), &
+                                                     low(3):high(3), :)
+    end associate
+    allocate (net_force, mold=net_v)
+    net_force = 0.0_wp
+    call scatter_forces(self%pair%slave, self%pair%force, net_force)
+    self%external_work = self%external_work - self%energy + 0.5_wp*dt*sum(net_force*net_v)
+    self%pair%force = 0.0_wp
+    self%energy = 0.0_wp
+    self%force = 0.0_wp
+  end subroutine stop
 
   !> Add work, energies and penetration to the balances; a new maximum begins.
   subroutine tally_contact(self, tally)

@@ -83,6 +83,9 @@ contains
       if (size(blank_spec%patches) > 1) pair%name = pair%name//" "//body%name
       pair%tool = spec%tool
       pair%part = part
+      pair%first_step = spec%first_step
+      pair%given_step = spec%first_step
+      pair%last_step = spec%last_step
       pair%lower = bounds(:, 1)
       pair%upper = bounds(:, 2)
       if (is_known(model, pair)) then
@@ -104,7 +107,7 @@ contains
         call add_fault(faults, spec%origin, error%message, "usable contact options")
         return
       end if
-      call check_start(spec, blank_spec%origin, model, pair, faults)
+      if (spec%first_step == 1) call check_start(spec, blank_spec%origin, model, pair, faults)
       if (model%output%has_pressure) call add_fields(spec, body, face, tool, model%output, pair)
     end associate
     allocate (slot%item, source=pair)
@@ -136,6 +139,7 @@ contains
     do i = 1, size(model%forces)
       select type (other => model%forces(i)%item)
       type is (contact_effect_t)
+        if (other%first_step > pair%last_step .or. other%last_step < pair%first_step) cycle
         is_known = is_known .or. (other%tool == pair%tool .and. other%part == pair%part .and. &
                                   all(other%lower == pair%lower) .and. &
                                   all(other%upper == pair%upper))

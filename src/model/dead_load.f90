@@ -5,7 +5,7 @@ module dead_load
   use nurbs_surface, only: nurbs_surface_t
   use blank, only: blank_t
   use assembly, only: assembly_t
-  use motion_curve, only: curve_t, curve_value
+  use motion_curve, only: curve_t, curve_value, start_curve
   use effect, only: effect_t, instant_t
   use face_quadrature, only: face_rule_t, add_face_forces
   implicit none
@@ -24,6 +24,8 @@ module dead_load
     procedure :: apply
     procedure :: pack => pack_dead_load
     procedure :: unpack => unpack_dead_load
+    procedure :: start
+    procedure :: stop
   end type dead_load_t
 
 contains
@@ -109,5 +111,27 @@ contains
 
     call take(store, "scaling", self%scaling)
   end subroutine unpack_dead_load
+
+  !> The curve begins with its step.
+  subroutine start(self, time)
+    class(dead_load_t), intent(inout) :: self
+    real(wp), intent(in) :: time
+
+    call start_curve(self%curve, time)
+  end subroutine start
+
+  !> The last forces work over half a step more.
+  subroutine stop(self, bodies, dt)
+    class(dead_load_t), intent(inout) :: self
+    type(assembly_t), intent(in) :: bodies
+    real(wp), intent(in) :: dt
+
+    associate (low => self%lower, high => self%upper, &
+               v => bodies%blank%parts(self%part)%motion%v)
+      self%external_work = self%external_work + 0.5_wp*dt*self%scaling*sum(self%pattern &
+                           *v(low(1):high(1), low(2):high(2), low(3):high(3), :))
+    end associate
+    self%force = 0.0_wp
+  end subroutine stop
 
 end module dead_load

@@ -33,11 +33,15 @@ module effect
     integer :: watch = 0                   !! stopwatch of this effect
     real(wp) :: external_work = 0.0_wp     !! done by this effect on the blank since the start
     real(wp) :: force(3) = 0.0_wp          !! total force on the blank now
-    logical :: is_done = .false.           !! what the run was to reach is reached: it may end
+    logical :: is_done = .false.           !! what the step was to reach is reached: it may end
+    integer :: first_step = 1, last_step = huge(1)   !! of the deck, in which the effect acts
+    integer :: given_step = 1              !! of the deck, that names it: its curve begins there
   contains
     procedure(apply_effect), deferred :: apply
     procedure(pack_effect), deferred :: pack       !! own state into a store; none: nothing to do
     procedure(unpack_effect), deferred :: unpack   !! and back
+    procedure :: start => start_effect
+    procedure :: stop => stop_effect
     procedure :: tally => tally_effect
   end type effect_t
 
@@ -109,6 +113,20 @@ contains
     end do
     call enter_folder(store, "")
   end subroutine unpack_effects
+
+  !> The effect begins with a later step of the deck. Not called in the first step.
+  subroutine start_effect(self, time)
+    class(effect_t), intent(inout) :: self
+    real(wp), intent(in) :: time           !! at which the step began that names it
+  end subroutine start_effect
+
+  !> The last step of the effect is over: its force acts over half of the time step to come, whose
+  !! velocities are known, as it did over the half behind. What it has done stays in the balances.
+  subroutine stop_effect(self, bodies, dt)
+    class(effect_t), intent(inout) :: self
+    type(assembly_t), intent(in) :: bodies
+    real(wp), intent(in) :: dt             !! the time step to come
+  end subroutine stop_effect
 
   !> Add what this effect holds to the balances of the run.
   subroutine tally_effect(self, tally)

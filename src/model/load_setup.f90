@@ -48,6 +48,9 @@ contains
         if (.not. allocated(slot%item)) cycle
       end if
       has_element = .true.
+      slot%item%first_step = spec%first_step
+      slot%item%given_step = spec%first_step
+      slot%item%last_step = spec%last_step
       if (size(scene%blank%patches) > 1) &
         slot%item%name = slot%item%name//" "//scene%blank%patches(p)%name
       model%forces = [model%forces, slot]

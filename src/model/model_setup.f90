@@ -19,11 +19,11 @@ module model_setup
   use step_setup, only: set_stable_step, add_thickness_scaling, add_damping
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
   use blank, only: blank_t, new_blank, patch_spec_t, columns_of
-  use motion_curve, only: curve_t, constant_curve, curve_value
-  use rigid_motion, only: move_tool
-  use boundary, only: boundary_t
+  use motion_curve, only: constant_curve
+  use rigid_motion, only: move_tool, rigid_motion_t
   use set_range, only: members_t, find_members
-  use effect, only: effect_slot_t
+  use support_setup, only: add_supports, curve_of
+  use step_change, only: hold_back_forces
   use load_setup, only: add_load
   use contact_setup, only: add_contact
   use penalty_share, only: share_penalties
@@ -32,11 +32,6 @@ module model_setup
   private
 
   public :: build_model
-
-  !> Number of the support that holds each component of the control points of a patch, 0: free.
-  type :: holder_t
-    integer, allocatable :: support(:, :, :, :)   ! shape (n1, n2, n3, 3)
-  end type holder_t
 
 contains
 
@@ -52,7 +47,10 @@ contains
     model%step = scene%step
     model%output = scene%output
     model%width_ratio = scene%width_ratio
-    allocate (model%forces(0))
+    allocate (model%later_steps(0))
+    if (allocated(scene%later_steps)) model%later_steps = scene%later_steps
+    allocate (model%forces(0), model%later_forces(0), model%retired(0))
+    model%step_starts = [0.0_wp]
     allocate (model%probes, source=scene%probes)
     call build_blank(scene, model, faults, library)
     call build_tools(scene, model, faults)
@@ -65,6 +63,7 @@ contains
     call check_step(scene, model, faults)
     if (n_errors(faults) > before) return
     do i = 1, size(scene%contacts)
+      if (scene%contacts(i)%last_step < scene%contacts(i)%first_step) cycle
       before = n_errors(faults)
       call add_contact(scene%contacts(i), scene%blank, model, faults)
       if (n_errors(faults) > before) &
@@ -75,7 +74,8 @@ contains
       call add_load(scene, scene%loads(i), curve_of(scene, scene%loads(i)%curve), model, faults)
     end do
     call add_thickness_scaling(model)
-    call add_damping(last_change(scene), model)
+    call add_damping([(last_change(scene, i), i=1, 1 + size(model%later_steps))], model)
+    call hold_back_forces(model)
   end subroutine build_model
 
   !> Warn of columns through the thickness that seams keep from being scaled.
@@ -115,14 +115,18 @@ contains
       "fewer: check the units of the deck, shorten the process or scale masses")
   end subroutine check_step
 
-  !> Time from which all curves are constant.
-  pure real(wp) function last_change(scene) result(time)
+  !> Time of a step from which the curves that begin in it are constant.
+  pure real(wp) function last_change(scene, step) result(time)
     type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
     integer :: i
 
     time = 0.0_wp
     do i = 1, size(scene%curves)
-      time = max(time, maxval(scene%curves(i)%times))
+      if (any([pack(scene%boundaries%curve, scene%boundaries%first_step == step), &
+               pack(scene%loads%curve, scene%loads%first_step == step), &
+               pack(scene%motions%curve, scene%motions%step == step)] == i)) &
+        time = max(time, maxval(scene%curves(i)%times))
     end do
   end function last_change
 
@@ -221,21 +225,46 @@ contains
     integer :: t
 
     reach = 3.0_wp*sheet_thickness(scene)
-    allocate (model%bodies%tools(size(scene%tools)), model%motions(size(scene%tools)))
+    allocate (model%bodies%tools(size(scene%tools)))
+    call set_motions(scene, model)
     do t = 1, size(scene%tools)
-      associate (spec => scene%tools(t), motion => model%motions(t))
+      associate (spec => scene%tools(t))
         call new_tool(model%bodies%tools(t), spec%name, spec%surfaces, spec%side, reach, error)
         if (allocated(error)) then
           call add_fault(faults, spec%origin, error%message, "a usable tool surface")
           cycle
         end if
-        motion%is_displacement = spec%is_displacement
-        motion%vector = spec%motion
-        motion%curve = curve_of(scene, spec%curve)
-        call move_tool(motion, 0.0_wp, 0.0_wp, model%bodies%tools(t))
+        call move_tool(model%motions(t), 0.0_wp, 0.0_wp, model%bodies%tools(t))
       end associate
     end do
   end subroutine build_tools
+
+  !> Motions of all tools; a tool without one stands still.
+  subroutine set_motions(scene, model)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(inout) :: model
+    type(rigid_motion_t) :: motion
+    integer :: i
+
+    allocate (model%motions(size(scene%tools)), model%later_motions(0))
+    do i = 1, size(scene%tools)
+      model%motions(i)%curve = constant_curve(1.0_wp)
+    end do
+    do i = 1, size(scene%motions)
+      associate (spec => scene%motions(i))
+        motion%tool = spec%tool
+        motion%step = spec%step
+        motion%is_displacement = spec%is_displacement
+        motion%vector = spec%vector
+        motion%curve = curve_of(scene, spec%curve)
+        if (spec%step == 1) then
+          model%motions(spec%tool) = motion
+        else
+          model%later_motions = [model%later_motions, motion]
+        end if
+      end associate
+    end do
+  end subroutine set_motions
 
   !> Distance of the faces zeta_min and zeta_max in the middle of a patch, the largest of all.
   real(wp) function sheet_thickness(scene) result(thickness)
@@ -259,16 +288,6 @@ contains
       thickness = max(thickness, norm2(top - bottom))
     end do
   end function sheet_thickness
-
-  !> Curve by its index; 0 is the constant one.
-  pure function curve_of(scene, index) result(curve)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: index
-    type(curve_t) :: curve
-
-    curve = constant_curve(1.0_wp)
-    if (index > 0) curve = curve_t(scene%curves(index)%times, scene%curves(index)%values)
-  end function curve_of
 
   !> Initial velocities; those of several entries add up.
   subroutine set_initial_velocities(scene, model)
@@ -301,86 +320,5 @@ contains
       end associate
     end do
   end subroutine set_initial_velocities
-
-  !> One support per prescribed component. Where supports meet, the last one alone holds the point:
-  !! two that pull at it would each count work on a path that is the other's.
-  subroutine add_supports(scene, model)
-    type(scene_t), intent(in) :: scene
-    type(model_t), intent(inout) :: model
-    type(holder_t), allocatable :: holders(:)
-    type(members_t), allocatable :: members(:)
-    integer :: i, c, n, p
-
-    associate (blank => model%bodies%blank, boundaries => scene%boundaries)
-      allocate (holders(size(blank%parts)))
-      do p = 1, size(holders)
-        associate (n => blank%parts(p)%patch%n_control)
-          allocate (holders(p)%support(n(1), n(2), n(3), 3), source=0)
-        end associate
-      end do
-      n = 0
-      do i = 1, size(boundaries)
-        call find_members(blank, scene%sets(boundaries(i)%set), members)
-        do c = 1, 3
-          if (.not. boundaries(i)%is_prescribed(c)) cycle
-          n = n + 1
-          do p = 1, size(holders)
-            where (members(p)%is_in) holders(p)%support(:, :, :, c) = n
-          end do
-        end do
-      end do
-      allocate (model%supports(n))
-      n = 0
-      do i = 1, size(boundaries)
-        do c = 1, 3
-          if (.not. boundaries(i)%is_prescribed(c)) cycle
-          n = n + 1
-          call set_support(scene, i, c, n, holders, blank, model%supports(n))
-        end do
-      end do
-    end associate
-  end subroutine add_supports
-
-  !> One component of one boundary condition. What it holds starts with its velocity: the impulse
-  !! of a sudden start would do work that no balance of finite forces can follow.
-  subroutine set_support(scene, boundary, component, number, holders, blank, slot)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: boundary, component   !! which boundary condition
-    integer, intent(in) :: number                !! of the support, in `holders`
-    type(holder_t), intent(in) :: holders(:)
-    type(blank_t), intent(inout) :: blank
-    type(effect_slot_t), intent(out) :: slot
-    type(boundary_t) :: support
-    integer :: p, i, j, k, n
-
-    associate (spec => scene%boundaries(boundary))
-      support%name = "boundary "//scene%sets(spec%set)%name
-      support%curve = curve_of(scene, spec%curve)
-      support%component = component
-      support%velocity = spec%velocity(component)
-    end associate
-    n = 0
-    do p = 1, size(holders)
-      n = n + count(holders(p)%support(:, :, :, component) == number)
-    end do
-    allocate (support%part(n), support%points(3, n))
-    n = 0
-    do p = 1, size(holders)
-      associate (held => holders(p)%support, v => blank%parts(p)%motion%v)
-        do k = 1, size(held, 3)
-          do j = 1, size(held, 2)
-            do i = 1, size(held, 1)
-              if (held(i, j, k, component) /= number) cycle
-              n = n + 1
-              support%part(n) = p
-              support%points(:, n) = [i, j, k]
-              v(i, j, k, component) = support%velocity*curve_value(support%curve, 0.0_wp)
-            end do
-          end do
-        end do
-      end associate
-    end do
-    allocate (slot%item, source=support)
-  end subroutine set_support
 
 end module model_setup

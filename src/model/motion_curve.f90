@@ -4,11 +4,13 @@ module motion_curve
   implicit none
   private
 
-  public :: curve_t, constant_curve, curve_value, curve_integral
+  public :: curve_t, constant_curve, curve_value, curve_integral, start_curve
 
   !> Table of a curve, times strictly rising. One row is a constant.
   type :: curve_t
     real(wp), allocatable :: times(:), values(:)
+    real(wp) :: start = 0.0_wp        !! time of the run at which the clock of the curve is at 0
+    logical :: is_total = .false.     !! its clock is that of the run
   end type curve_t
 
 contains
@@ -22,8 +24,24 @@ contains
     allocate (curve%values(1), source=value)
   end function constant_curve
 
-  !> Value at a time.
+  !> Set the clock of a curve in step time to 0 at the start of its step.
+  elemental subroutine start_curve(curve, time)
+    type(curve_t), intent(inout) :: curve
+    real(wp), intent(in) :: time          !! of the run
+
+    if (.not. curve%is_total) curve%start = time
+  end subroutine start_curve
+
+  !> Value at a time of the run.
   pure real(wp) function curve_value(curve, time) result(value)
+    type(curve_t), intent(in) :: curve
+    real(wp), intent(in) :: time
+
+    value = value_on_clock(curve, time - curve%start)
+  end function curve_value
+
+  !> Value at a time of the curve's own clock.
+  pure real(wp) function value_on_clock(curve, time) result(value)
     type(curve_t), intent(in) :: curve
     real(wp), intent(in) :: time
     integer :: row, n
@@ -39,9 +57,10 @@ contains
       share = (time - curve%times(row))/(curve%times(row + 1) - curve%times(row))
       value = (1.0_wp - share)*curve%values(row) + share*curve%values(row + 1)
     end if
-  end function curve_value
+  end function value_on_clock
 
-  !> Integral from time zero to `time` >= 0, exact for the piecewise linear curve.
+  !> Integral from the start of the curve's clock to `time` of the run, exact for the piecewise
+  !! linear curve.
   pure real(wp) function curve_integral(curve, time) result(total)
     type(curve_t), intent(in) :: curve
     real(wp), intent(in) :: time
@@ -51,10 +70,11 @@ contains
     total = 0.0_wp
     low = 0.0_wp
     do row = 1, size(curve%times) + 1
-      high = time
-      if (row <= size(curve%times)) high = min(time, curve%times(row))
+      high = time - curve%start
+      if (row <= size(curve%times)) high = min(high, curve%times(row))
       if (high > low) then
-        total = total + 0.5_wp*(high - low)*(curve_value(curve, low) + curve_value(curve, high))
+        total = total + 0.5_wp*(high - low)*(value_on_clock(curve, low) &
+                                             + value_on_clock(curve, high))
         low = high
       end if
     end do

@@ -36,8 +36,9 @@ contains
     integer, intent(in) :: part, lower(3), upper(3), first
     type(model_t), intent(inout) :: model
     type(fault_list_t), intent(inout) :: faults
-    real(wp) :: shares(size(model%forces)), limit
-    integer :: i
+    real(wp) :: shares(size(model%forces)), limit, total
+    logical :: is_there(size(model%forces))
+    integer :: i, step, n_tools
 
     shares = 0.0_wp
     do i = 1, size(model%forces)
@@ -49,15 +50,23 @@ contains
       end select
     end do
     limit = max(4*(1 - model%step%safety**2), maxval(shares))
-    if (sum(shares) <= limit) return
+    total = 0.0_wp
+    do step = 1, 1 + size(model%later_steps)
+      is_there = [(model%forces(i)%item%first_step <= step .and. &
+                   model%forces(i)%item%last_step >= step, i=1, size(model%forces))]
+      if (sum(shares, mask=is_there) <= total) cycle
+      total = sum(shares, mask=is_there)
+      n_tools = count(shares > 0.0_wp .and. is_there)
+    end do
+    if (total <= limit) return
     do i = 1, size(model%forces)
       select type (pair => model%forces(i)%item)
       type is (contact_effect_t)
-        if (shares(i) > 0.0_wp) call scale_stiffness(pair%pair, limit/sum(shares))
+        if (shares(i) > 0.0_wp) call scale_stiffness(pair%pair, limit/total)
       end select
     end do
-    call add_warning(faults, origin, "penalties of "//to_text(count(shares > 0.0_wp))// &
-                     " tools on one face that add up to "//rounded_text(sum(shares)), &
+    call add_warning(faults, origin, "penalties of "//to_text(n_tools)// &
+                     " tools on one face that add up to "//rounded_text(total), &
                      "at most "//rounded_text(limit)//" beside the safety factor "// &
                      rounded_text(model%step%safety)//"; they are scaled to that")
   end subroutine share_face

@@ -3,7 +3,7 @@ module pressure
   use kinds, only: wp
   use state_store, only: state_store_t, put_array, take_array, has_state
   use assembly, only: assembly_t
-  use motion_curve, only: curve_t, curve_value
+  use motion_curve, only: curve_t, curve_value, start_curve
   use effect, only: effect_t, instant_t
   use face_quadrature, only: face_rule_t, add_face_forces
   implicit none
@@ -21,6 +21,8 @@ module pressure
     procedure :: apply
     procedure :: pack => pack_pressure
     procedure :: unpack => unpack_pressure
+    procedure :: start
+    procedure :: stop
   end type pressure_t
 
 contains
@@ -79,5 +81,27 @@ contains
     end if
     call take_array(store, "before", size(self%before), self%before)
   end subroutine unpack_pressure
+
+  !> The curve begins with its step.
+  subroutine start(self, time)
+    class(pressure_t), intent(inout) :: self
+    real(wp), intent(in) :: time
+
+    call start_curve(self%curve, time)
+  end subroutine start
+
+  !> The last forces work over half a step more.
+  subroutine stop(self, bodies, dt)
+    class(pressure_t), intent(inout) :: self
+    type(assembly_t), intent(in) :: bodies
+    real(wp), intent(in) :: dt
+
+    associate (low => self%lower, high => self%upper, &
+               v => bodies%blank%parts(self%part)%motion%v)
+      self%external_work = self%external_work + 0.5_wp*dt*sum(self%before &
+                           *v(low(1):high(1), low(2):high(2), low(3):high(3), :))
+    end associate
+    self%force = 0.0_wp
+  end subroutine stop
 
 end module pressure

@@ -32,6 +32,7 @@ module relaxation
     procedure :: apply
     procedure :: pack => pack_relaxation
     procedure :: unpack => unpack_relaxation
+    procedure :: start
     procedure :: outcome
   end type relaxation_t
 
@@ -156,6 +157,14 @@ contains
                               *differences(:, :, k)**2)
     end do
   end function column_inertia
+
+  !> Loads that begin with the step of the relaxation settle so much later.
+  subroutine start(self, time)
+    class(relaxation_t), intent(inout) :: self
+    real(wp), intent(in) :: time
+
+    self%settled_from = self%settled_from + time
+  end subroutine start
 
   !> How it went, in words.
   function outcome(self) result(words)

@@ -51,18 +51,26 @@ module scene
     type(origin_t) :: origin
     character(:), allocatable :: name
     real(wp), allocatable :: times(:), values(:)
+    logical :: is_total = .false.           !! times since the start of the run, not of the step
   end type curve_spec_t
 
-  !> A rigid tool: surfaces in their place at the start, side of the sheet, motion.
+  !> A rigid tool: surfaces in their place at the start, and the side of the sheet.
   type, public :: tool_spec_t
     type(origin_t) :: origin
     character(:), allocatable :: name
     type(nurbs_surface_t), allocatable :: surfaces(:)
     integer :: side = 1                     !! +1: the sheet lies on the side of xi x eta
-    logical :: is_displacement = .false.    !! motion gives displacement instead of velocity
-    real(wp) :: motion(3) = 0.0_wp          !! velocity (or displacement); scaled by the curve
-    integer :: curve = 0                    !! index into `curves`, 0: constant
   end type tool_spec_t
+
+  !> How a tool moves from the start of a step on, until the next motion of this tool.
+  type, public :: motion_spec_t
+    type(origin_t) :: origin
+    integer :: tool = 0                     !! index into `tools`
+    integer :: step = 1
+    logical :: is_displacement = .false.    !! the vector is a displacement, not a velocity
+    real(wp) :: vector(3) = 0.0_wp          !! velocity (or displacement); scaled by the curve
+    integer :: curve = 0                    !! index into `curves`, 0: constant
+  end type motion_spec_t
 
   !> One tool against faces of the blank.
   type, public :: contact_spec_t
@@ -77,6 +85,7 @@ module scene
     real(wp) :: damping = 0.0_wp            !! normal, part of the critical; 0: none
     real(wp) :: overhang = 0.0_wp           !! reach beyond the tool's border [length]
     logical :: is_corner_start = .false.    !! local search from the face corner, as the seed
+    integer :: first_step = 1, last_step = huge(1)   !! while the tool is there
   end type contact_spec_t
 
   !> A box in the parameter space of each patch, cut with a box in space; a face is a box without
@@ -95,6 +104,7 @@ module scene
     logical :: is_prescribed(3) = .false.   !! which components
     real(wp) :: velocity(3) = 0.0_wp        !! of the prescribed components, scaled by the curve
     integer :: curve = 0
+    integer :: first_step = 1, last_step = huge(1)   !! in force
   end type boundary_spec_t
 
   !> Velocity at the start: v + omega x (X - centre), for the control points of a set (0: all).
@@ -111,6 +121,7 @@ module scene
     integer :: set = 0
     real(wp) :: value(3) = 0.0_wp           !! pressure in value(1), else a vector
     integer :: curve = 0
+    integer :: first_step = 1, last_step = huge(1)   !! in force
   end type load_spec_t
 
   !> A point of the blank whose motion goes into the history.
@@ -121,10 +132,11 @@ module scene
     real(wp) :: xi(3) = 0.0_wp
   end type probe_spec_t
 
-  !> The explicit step.
+  !> An explicit step.
   type, public :: step_spec_t
     type(origin_t) :: origin
-    real(wp) :: end_time = 0.0_wp
+    character(:), allocatable :: name       !! as *STEP has it; a deck without *STEP has none
+    real(wp) :: end_time = 0.0_wp           !! since its start, its duration
     real(wp) :: safety = 0.8_wp             !! fraction of the stable step
     real(wp) :: energy_limit = 0.2_wp       !! balance error that ends the run; 0: never
     real(wp) :: depth_warning = 0.1_wp      !! penetration, part of the thickness; 0: never
@@ -157,6 +169,12 @@ module scene
     logical :: has_wear = .false.           !! wear of the tools as well
   end type output_spec_t
 
+  !> A step that follows others.
+  type, public :: later_step_t
+    type(step_spec_t) :: step
+    type(output_spec_t) :: output
+  end type later_step_t
+
   !> A test of one material point.
   type, public :: material_test_spec_t
     type(origin_t) :: origin
@@ -185,6 +203,7 @@ module scene
     type(blank_spec_t) :: blank
     type(curve_spec_t), allocatable :: curves(:)
     type(tool_spec_t), allocatable :: tools(:)
+    type(motion_spec_t), allocatable :: motions(:)
     type(contact_spec_t), allocatable :: contacts(:)
     type(set_spec_t), allocatable :: sets(:)
     type(boundary_spec_t), allocatable :: boundaries(:)
@@ -193,8 +212,9 @@ module scene
     type(load_spec_t), allocatable :: loads(:)
     type(probe_spec_t), allocatable :: probes(:)
     type(material_test_spec_t), allocatable :: tests(:)
-    type(step_spec_t) :: step
-    type(output_spec_t) :: output
+    type(step_spec_t) :: step               !! the first, or the only one
+    type(output_spec_t) :: output           !! of it
+    type(later_step_t), allocatable :: later_steps(:)
     type(reduction_spec_t) :: reduction
     real(wp) :: width_ratio = 1.0_wp        !! full width over that of the strip that runs for it
   end type scene_t

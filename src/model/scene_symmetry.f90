@@ -49,6 +49,8 @@ contains
     end associate
     do i = 1, size(scene%tools)
       fault = tool_fault(scene%tools(i), component, range)
+      if (moves_along(scene, i, component)) &
+        fault = "tool '"//scene%tools(i)%name//"' moves along "//letter(component)
       if (fault /= "") return
     end do
     do i = 1, size(scene%contacts)
@@ -56,6 +58,19 @@ contains
     end do
     if (fault == "") fault = condition_fault(scene, component, axis)
   end function uniformity_fault
+
+  !> Has a tool a motion in any step with a share along the coordinate?
+  pure logical function moves_along(scene, tool, component)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: tool, component
+    integer :: i
+
+    moves_along = .false.
+    do i = 1, size(scene%motions)
+      if (scene%motions(i)%tool == tool .and. abs(scene%motions(i)%vector(component)) > 0.0_wp) &
+        moves_along = .true.
+    end do
+  end function moves_along
 
   !> The same of one tool, which must reach over the whole blank.
   pure function tool_fault(tool, component, range) result(fault)
@@ -68,10 +83,6 @@ contains
 
     fault = ""
     slack = tolerance*(range(2) - range(1))
-    if (abs(tool%motion(component)) > 0.0_wp) then
-      fault = "tool '"//tool%name//"' moves along "//letter(component)
-      return
-    end if
     do s = 1, size(tool%surfaces)
       associate (surface => tool%surfaces(s))
         if (.not. is_extruded_surface(surface, component)) then
@@ -230,7 +241,7 @@ contains
     if (axis == 0) fault = "the blank is not"
     do i = 1, size(scene%tools)
       associate (tool => scene%tools(i))
-        if (abs(tool%motion(component)) > 0.0_wp) fault = "tool '"//tool%name//"' moves across it"
+        if (moves_along(scene, i, component)) fault = "tool '"//tool%name//"' moves across it"
         do s = 1, size(tool%surfaces)
           if (.not. has_picture(tool, tool%surfaces(s), component, middle)) &
             fault = "tool '"//tool%name//"' is not"

@@ -12,6 +12,7 @@ module step_setup
   use relaxation, only: relaxation_t
   use thickness_scaling, only: thickness_scaling_t
   use effect, only: effect_slot_t
+  use scene, only: step_spec_t
   use model, only: model_t
   implicit none
   private
@@ -85,7 +86,7 @@ contains
     type(column_mask_t), allocatable :: is_whole(:)
     integer :: c, p
 
-    is_free = free_components(model)
+    is_free = free_components(model%bodies%blank, [model%supports, model%later_supports], 0)
     associate (blank => model%bodies%blank)
       is_whole = columns_of(blank)
       do p = 1, size(blank%parts)
@@ -103,18 +104,23 @@ contains
   end subroutine scale_columns
 
   !> 1 for components of control points that no support holds, 0 for the others; by patch.
-  function free_components(model) result(is_free)
-    type(model_t), intent(in) :: model
+  function free_components(blank, supports, step) result(is_free)
+    type(blank_t), intent(in) :: blank
+    type(effect_slot_t), intent(in) :: supports(:)
+    integer, intent(in) :: step              !! of the deck; 0: all steps
     type(field_t), allocatable :: is_free(:)
     integer :: i, p
 
-    allocate (is_free(size(model%bodies%blank%parts)))
+    allocate (is_free(size(blank%parts)))
     do p = 1, size(is_free)
-      allocate (is_free(p)%values, mold=model%bodies%blank%parts(p)%motion%x)
+      allocate (is_free(p)%values, mold=blank%parts(p)%motion%x)
       is_free(p)%values = 1.0_wp
     end do
-    do i = 1, size(model%supports)
-      select type (support => model%supports(i)%item)
+    do i = 1, size(supports)
+      associate (item => supports(i)%item)
+        if (step > 0 .and. (item%first_step > step .or. item%last_step < step)) cycle
+      end associate
+      select type (support => supports(i)%item)
       type is (boundary_t)
         do p = 1, size(support%points, 2)
           associate (at => support%points(:, p))
@@ -137,29 +143,82 @@ contains
     model%forces = [model%forces, slot]
   end subroutine add_thickness_scaling
 
-  !> Put damping and relaxation before the supports.
+  !> Put damping and relaxation before the supports. A damping that several steps share is one.
   subroutine add_damping(settled_from, model)
-    real(wp), intent(in) :: settled_from     !! time from which all curves are constant
+    real(wp), intent(in) :: settled_from(:)  !! time of each step from which curves are constant
     type(model_t), intent(inout) :: model
-    type(damping_t) :: damping
-    type(relaxation_t) :: relaxation
+    type(step_spec_t) :: step
     type(effect_slot_t) :: slot
+    integer :: s, last
 
-    if (model%step%has_relaxation) then
-      relaxation%name = "dynamic relaxation"
-      relaxation%is_kinetic = model%step%is_kinetic
-      relaxation%energy_limit = model%step%energy_residual
-      relaxation%force_limit = model%step%force_residual
-      relaxation%settled_from = settled_from
-      relaxation%is_free = free_components(model)
-      allocate (slot%item, source=relaxation)
-      model%supports = [slot, model%supports]
-    else if (model%step%alpha > 0.0_wp) then
-      damping%name = "damping"
-      damping%alpha = model%step%alpha
-      allocate (slot%item, source=damping)
-      model%supports = [slot, model%supports]
-    end if
+    last = 0
+    do s = 1, size(settled_from)
+      if (s <= last) cycle
+      last = s
+      step = spec_of(model, s)
+      if (step%has_relaxation) then
+        call new_relaxation(model, step, settled_from(s), s, slot)
+      else if (step%alpha > 0.0_wp) then
+        do last = s, size(settled_from) - 1
+          if (.not. is_same_damping(step, spec_of(model, last + 1))) exit
+        end do
+        call new_damping(step%alpha, slot)
+      else
+        cycle
+      end if
+      slot%item%first_step = s
+      slot%item%given_step = s
+      slot%item%last_step = last
+      if (s == 1) then
+        model%supports = [slot, model%supports]
+      else
+        model%later_supports = [slot, model%later_supports]
+      end if
+    end do
   end subroutine add_damping
+
+  !> A step of the deck, before any has begun.
+  pure function spec_of(model, step) result(spec)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: step
+    type(step_spec_t) :: spec
+
+    if (step == 1) spec = model%step
+    if (step > 1) spec = model%later_steps(step - 1)%step
+  end function spec_of
+
+  pure logical function is_same_damping(a, b) result(is_same)
+    type(step_spec_t), intent(in) :: a, b
+
+    is_same = .not. b%has_relaxation .and. .not. abs(a%alpha - b%alpha) > 0.0_wp
+  end function is_same_damping
+
+  subroutine new_relaxation(model, step, settled_from, number, slot)
+    type(model_t), intent(in) :: model
+    type(step_spec_t), intent(in) :: step
+    real(wp), intent(in) :: settled_from
+    integer, intent(in) :: number
+    type(effect_slot_t), intent(out) :: slot
+    type(relaxation_t) :: relaxation
+
+    relaxation%name = "dynamic relaxation"
+    relaxation%is_kinetic = step%is_kinetic
+    relaxation%energy_limit = step%energy_residual
+    relaxation%force_limit = step%force_residual
+    relaxation%settled_from = settled_from
+    relaxation%is_free = free_components(model%bodies%blank, &
+                                         [model%supports, model%later_supports], number)
+    allocate (slot%item, source=relaxation)
+  end subroutine new_relaxation
+
+  subroutine new_damping(alpha, slot)
+    real(wp), intent(in) :: alpha
+    type(effect_slot_t), intent(out) :: slot
+    type(damping_t) :: damping
+
+    damping%name = "damping"
+    damping%alpha = alpha
+    allocate (slot%item, source=damping)
+  end subroutine new_damping
 
 end module step_setup

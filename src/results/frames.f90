@@ -21,7 +21,7 @@ module frames
   use nurbs_surface, only: nurbs_surface_t
   use hdf5_file, only: close_file, create_file, create_group, create_series, append_integers, &
                        append_reals, byte_values, flush_file, hdf5_file_t, real_values, &
-                       take_error, write_reals, &
+                       integer_values, take_error, write_reals, &
                        write_text_attribute, write_integer_attribute
   use unit_system, only: new_unit_system, unit_of, unit_system_t
   use provenance, only: provenance_t, text_or_empty
@@ -66,6 +66,7 @@ module frames
     type(display_patch_t), allocatable :: patches(:)    !! of the blank
     type(display_tool_t), allocatable :: tools(:)
     type(string_t), allocatable :: probes(:)            !! names
+    type(string_t), allocatable :: steps(:)             !! of the deck, names; may be none
     integer :: n_state = 0                              !! columns of the frames' state
     type(string_t), allocatable :: state_names(:)       !! of these columns; may be none
     logical :: is_bezier = .false.                      !! Bezier cells instead of Lagrange
@@ -77,6 +78,7 @@ module frames
   !> One frame.
   type :: frame_t
     real(wp) :: time = 0.0_wp
+    integer :: process_step = 1                         !! step of the deck
     type(patch_frame_t), allocatable :: patches(:)
     real(wp), allocatable :: tool_displacement(:, :)    !! (3, tools)
     real(wp), allocatable :: tool_velocity(:, :)        !! (3, tools)
@@ -153,6 +155,8 @@ contains
       call create_fields(results)
       call create_series(file, "/frames/is_failed", byte_values, [integer ::], 64, .false., "1", &
                          "1 for the state at which a run failed, 0 for all other frames")
+      call create_series(file, "/frames/process_step", integer_values, [integer ::], 64, .false., &
+                         "1", "step of the deck, from 1 on")
       do p = 1, size(results%patches)
         call create_series(file, patch_folder(results, "/frames", p)//"/eqps", real_values, &
                            results%patches(p)%geometry%n, 1, .true., "1", &
@@ -162,6 +166,10 @@ contains
       call write_geometry(results)
       call open_history(results%history, file, results%units, &
                         tool_names(setup), probe_names(setup))
+      if (allocated(setup%steps)) then
+        call write_text_attribute(file, "/frames/process_step", "names", joined(setup%steps, ", "))
+        call write_text_attribute(file, "/history/process_step", "names", joined(setup%steps, ", "))
+      end if
       call flush_file(file)
       call take_error(file, error)
     end associate
@@ -184,6 +192,8 @@ contains
     call update_geometry(results, frame)
     call write_history(results%history, results%file)
     call append_integers(results%file, "/frames/is_failed", mark, [integer ::], 1)
+    mark = frame%process_step
+    call append_integers(results%file, "/frames/process_step", mark, [integer ::], 1)
     call flush_file(results%file)
     call append_step(results%file, frame%time, results%n_points, results%n_frames, &
                      results%is_bezier)

@@ -16,6 +16,7 @@ module history
   !> All quantities at one time. Zero where nothing is set.
   type :: history_row_t
     integer(int64) :: step = 0
+    integer :: process_step = 1            !! step of the deck
     real(wp) :: time = 0.0_wp, dt = 0.0_wp
     real(wp) :: kinetic_energy = 0.0_wp, internal_energy = 0.0_wp, plastic_work = 0.0_wp
     real(wp) :: contact_energy = 0.0_wp, friction_energy = 0.0_wp, viscous_energy = 0.0_wp
@@ -91,6 +92,8 @@ contains
 
     energy = unit_of(units, "energy")
     call add(history, file, "/history/step", 1, "1", "number of steps done", integer_values)
+    call add(history, file, "/history/process_step", 1, "1", "step of the deck, from 1 on", &
+             integer_values)
     call add(history, file, "/history/time", 1, unit_of(units, "time"), "time")
     call add(history, file, "/history/dt", 1, unit_of(units, "time"), "length of the last step")
     call add(history, file, "/history/kinetic_energy", 1, energy, "kinetic energy of the blank")
@@ -187,12 +190,12 @@ contains
     real(wp) :: values(history%n_values)
     integer :: first, i
 
-    values(:17) = [real(row%step, wp), row%time, row%dt, row%kinetic_energy, &
-                   row%internal_energy, row%plastic_work, row%contact_energy, &
+    values(:18) = [real(row%step, wp), real(row%process_step, wp), row%time, row%dt, &
+                   row%kinetic_energy, row%internal_energy, row%plastic_work, row%contact_energy, &
                    row%friction_energy, row%viscous_energy, row%damping_energy, &
                    row%external_work, row%energy_error, row%max_penetration, row%added_mass, &
                    row%momentum]
-    first = 18
+    first = 19
     do i = 1, history%n_tools
       values(first:first + 5) = [row%tool_displacement(:, i), row%tool_force(:, i)]
       first = first + 6

@@ -76,11 +76,12 @@ contains
   !! The alarm is the same over the largest of these at any balance so far and of what the blank
   !! would have at the speed of a tool: the step in which a tool first touches a blank at rest is
   !! no alarm.
-  subroutine take_balance(balance, bodies, v_before, forces, supports)
+  subroutine take_balance(balance, bodies, v_before, forces, supports, retired)
     type(energy_balance_t), intent(inout) :: balance
     type(assembly_t), intent(in) :: bodies
     type(field_t), intent(in) :: v_before(:)   !! by patch
     type(effect_slot_t), intent(inout) :: forces(:), supports(:)   !! a new tally begins
+    type(effect_slot_t), intent(inout), optional :: retired(:)     !! effects of earlier steps
     real(wp) :: scaling, lack, momentum_scale, lost(3)
     integer :: i, c, p
 
@@ -91,6 +92,11 @@ contains
     do i = 1, size(supports)
       call supports(i)%item%tally(balance%tally)
     end do
+    if (present(retired)) then
+      do i = 1, size(retired)
+        call retired(i)%item%tally(balance%tally)
+      end do
+    end if
     balance%kinetic = 0.0_wp
     balance%momentum = 0.0_wp
     momentum_scale = tiny(1.0_wp)

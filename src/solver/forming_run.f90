@@ -21,6 +21,8 @@ module forming_run
                             take_balance, elastic_energy
   use snapshot, only: new_frame, fill_frame, new_history_row, fill_history_row
   use health, only: check_health, check_depths
+  use step_change, only: begin_next_step
+  use step_report, only: log_step
   implicit none
   private
 
@@ -76,8 +78,8 @@ contains
     call new_history_row(model, run%row)
   end subroutine new_run
 
-  !> Run to the end time. On failure `error` tells what happened, where and when, and the state
-  !! reached is written as a frame marked failed.
+  !> Run through all steps of the deck. On failure `error` tells what happened, where and when, and
+  !! the state reached is written as a frame marked failed.
   subroutine run_model(model, run, results, log, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -90,14 +92,16 @@ contains
     run%started = clock_ticks()
     dt = 0.0_wp
     rate = model%rate
+    call log_step(log, model, 0.0_wp)
     call apply_forces(model, run)
     do
-      is_end = run%instant%time >= model%step%end_time*(1.0_wp - 1.0e-12_wp) &
-               .or. any_done(model)
+      is_end = has_ended(model, run)
       call advance_step_size(run, rate, is_end, dt)
       call update_velocities(model, run, is_end)
       call output_if_due(model, run, results, log, is_end, error)
-      if (allocated(error) .or. is_end) exit
+      if (allocated(error) .or. (is_end .and. size(model%later_steps) == 0)) exit
+      if (is_end) call go_to_next_step(model, run, log, error)
+      if (allocated(error)) exit
       call finish_step(model, run, rate, error)
       if (allocated(error)) exit
       call watch_depths(model, run, log, error)
@@ -109,6 +113,30 @@ contains
       call check_relaxation(model, error)
     end if
   end subroutine run_model
+
+  !> Is the step of the deck over?
+  pure logical function has_ended(model, run)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+
+    has_ended = run%instant%time - run%control%start_time &
+                >= run%control%duration*(1.0_wp - 1.0e-12_wp) .or. any_done(model)
+  end function has_ended
+
+  !> The next step of the deck begins now, with a time step of the present size.
+  subroutine go_to_next_step(model, run, log, error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(run_log_t), intent(inout) :: log
+    type(error_t), allocatable, intent(out) :: error
+
+    call check_relaxation(model, error)
+    if (allocated(error)) return
+    call begin_next_step(model, run%instant%time, run%instant%dt)
+    run%control = new_step_control(model%step, model%output, model%stable_step, model%rate, &
+                                   run%instant%time)
+    call log_step(log, model, run%instant%time)
+  end subroutine go_to_next_step
 
   !> Warn of deep penetration, or end the run.
   subroutine watch_depths(model, run, log, error)
@@ -292,7 +320,8 @@ contains
       call start_watch(model%timer, run%watch_output)
       if (.not. is_start) call count_output(run%control%history)
       call take_row(model, run, results)
-      call log_progress(log, run%n_steps, run%instant%time, model%step%end_time, &
+      call log_progress(log, run%n_steps, run%instant%time, &
+                        run%control%end_time + sum(model%later_steps%step%end_time), &
                         run%instant%dt, run%balance%error, &
                         ticks_to_seconds(clock_ticks() - run%started))
       if (model%step%energy_limit > 0.0_wp .and. run%n_steps > first_steps .and. &
@@ -320,7 +349,8 @@ contains
     real(wp) :: elastic
     integer :: p, q(3)
 
-    call take_balance(run%balance, model%bodies, run%v_before, model%forces, model%supports)
+    call take_balance(run%balance, model%bodies, run%v_before, model%forces, model%supports, &
+                      model%retired)
     elastic = 0.0_wp
     do p = 1, size(run%volumes)
       associate (patch => model%bodies%blank%parts(p)%patch)

@@ -5,6 +5,8 @@ module snapshot
   use ig_patch, only: ig_patch_t
   use ig_patch, only: element_of_lane
   use patch_body, only: field_t
+  use tool, only: tool_t
+  use effect, only: effect_slot_t
   use model, only: model_t
   use frames, only: frame_t, patch_frame_t, face_field_t, tool_frame_t
   use contact_effect, only: contact_effect_t
@@ -50,6 +52,7 @@ contains
     integer :: t, p
 
     frame%time = time
+    frame%process_step = model%i_step
     do p = 1, size(frame%patches)
       frame%patches(p)%points = model%bodies%blank%parts(p)%motion%x
       frame%patches(p)%velocity = model%bodies%blank%parts(p)%motion%v
@@ -63,13 +66,11 @@ contains
     if (model%output%has_pressure) call fill_contact_fields(model, frame)
   end subroutine fill_frame
 
-  !> Pressure and wear of all contact pairs.
+  !> Pressure and wear of all contact pairs; those of earlier steps have left their wear.
   subroutine fill_contact_fields(model, frame)
     type(model_t), intent(inout) :: model
     type(frame_t), intent(inout) :: frame
-    type(tool_frame_t) :: on_tool
-    type(face_field_t) :: on_face
-    integer :: i, p, s
+    integer :: p
 
     do p = 1, size(frame%patches)
       if (allocated(frame%patches(p)%contacts)) deallocate (frame%patches(p)%contacts)
@@ -77,10 +78,22 @@ contains
     end do
     if (allocated(frame%tool_fields)) deallocate (frame%tool_fields)
     allocate (frame%tool_fields(0))
-    do i = 1, size(model%forces)
-      select type (pair => model%forces(i)%item)
+    call add_contact_fields(model%forces, model%bodies%tools, frame)
+    call add_contact_fields(model%retired, model%bodies%tools, frame)
+  end subroutine fill_contact_fields
+
+  subroutine add_contact_fields(effects, tools, frame)
+    type(effect_slot_t), intent(inout) :: effects(:)
+    type(tool_t), intent(in) :: tools(:)
+    type(frame_t), intent(inout) :: frame
+    type(tool_frame_t) :: on_tool
+    type(face_field_t) :: on_face
+    integer :: i, s
+
+    do i = 1, size(effects)
+      select type (pair => effects(i)%item)
       type is (contact_effect_t)
-        associate (tool => model%bodies%tools(pair%tool), contacts => frame%patches(pair%part))
+        associate (tool => tools(pair%tool), contacts => frame%patches(pair%part))
           call face_pressure(pair%fields, pair%pair, tool, contacts%points( &
             pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
             pair%lower(3):pair%upper(3), :), on_face%grid, on_face%pressure)
@@ -98,7 +111,7 @@ contains
         end do
       end select
     end do
-  end subroutine fill_contact_fields
+  end subroutine add_contact_fields
 
   !> Stress and state at the integration points of a patch.
   pure subroutine fill_points(patch, eqps_state, fields)
@@ -160,6 +173,7 @@ contains
     real(wp) :: start(3)
     integer :: t, p
 
+    row%process_step = model%i_step
     row%kinetic_energy = balance%kinetic
     row%internal_energy = balance%internal
     row%plastic_work = balance%internal - elastic

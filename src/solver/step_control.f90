@@ -17,7 +17,8 @@ module step_control
 
   !> Stable step and what is due next.
   type :: step_control_t
-    real(wp) :: end_time = 0.0_wp
+    real(wp) :: start_time = 0.0_wp, end_time = 0.0_wp    !! of the step of the deck
+    real(wp) :: duration = 0.0_wp
     real(wp) :: largest = 0.0_wp       !! safe step of the shape at the start; never exceeded
     real(wp) :: rate_at_start = 0.0_wp !! |J^-1|^2 that belongs to it
     type(schedule_t) :: frames, history
@@ -26,13 +27,16 @@ module step_control
 contains
 
   !> Control from the deck's step and the stable step of the shape at the start.
-  pure function new_step_control(step, output, stable_step, rate) result(control)
+  pure function new_step_control(step, output, stable_step, rate, start_time) result(control)
     type(step_spec_t), intent(in) :: step
     type(output_spec_t), intent(in) :: output
     real(wp), intent(in) :: stable_step, rate
+    real(wp), intent(in), optional :: start_time     !! of this step of the deck, if not 0
     type(step_control_t) :: control
 
-    control%end_time = step%end_time
+    if (present(start_time)) control%start_time = start_time
+    control%duration = step%end_time
+    control%end_time = control%start_time + step%end_time
     control%largest = step%safety*stable_step
     control%rate_at_start = rate
     control%frames%n = output%n_frames
@@ -62,7 +66,7 @@ contains
     type(schedule_t), intent(in) :: schedule
     real(wp), intent(in) :: time
 
-    is_due = time >= due_time(control, schedule) - 1.0e-9_wp*control%end_time/max(1, schedule%n)
+    is_due = time >= due_time(control, schedule) - 1.0e-9_wp*control%duration/max(1, schedule%n)
   end function is_due
 
   !> Note that output of this kind was made.
@@ -91,7 +95,7 @@ contains
 
     due_time = control%end_time
     if (schedule%done < schedule%n) then
-      due_time = control%end_time*(schedule%done + 1)/schedule%n
+      due_time = control%start_time + control%duration*(schedule%done + 1)/schedule%n
     end if
   end function due_time
 

@@ -6,9 +6,9 @@ module scene_cases
   use text, only: to_text
   use nurbs_solid, only: nurbs_solid_t
   use primitives, only: box_solid, plane_surface
-  use scene, only: scene_t, material_spec_t, curve_spec_t, tool_spec_t, contact_spec_t, &
-                   set_spec_t, boundary_spec_t, initial_velocity_spec_t, load_spec_t, &
-                   probe_spec_t
+  use scene, only: scene_t, material_spec_t, curve_spec_t, tool_spec_t, motion_spec_t, &
+                   contact_spec_t, set_spec_t, boundary_spec_t, initial_velocity_spec_t, &
+                   load_spec_t, probe_spec_t
   use model, only: model_t
   use model_setup, only: build_model
   implicit none
@@ -54,7 +54,7 @@ contains
     scene%units = ""
     allocate (scene%materials(1), scene%curves(0), scene%tools(0), scene%contacts(0))
     allocate (scene%sets(0), scene%boundaries(0), scene%initial_velocities(0), scene%loads(0))
-    allocate (scene%probes(0))
+    allocate (scene%probes(0), scene%motions(0))
     scene%materials(1) = material_spec_t(new_origin("test.key", 2, "*MATERIAL"), "steel", &
                                          density, young, 0.3_wp, "ELASTIC", [real(wp) ::])
     scene%blank%origin = new_origin("test.key", 1, "*BLANK")
@@ -209,6 +209,7 @@ contains
     real(wp), intent(in) :: height, velocity(3)
     integer, intent(in) :: side   !! +1: the blank is above, -1: below
     type(tool_spec_t) :: tool
+    type(motion_spec_t) :: motion
     type(contact_spec_t) :: pair
     type(error_t), allocatable :: error
 
@@ -218,8 +219,10 @@ contains
     tool%origin = new_origin("test.key", 70, "*TOOL")
     tool%name = name
     tool%side = side
-    tool%motion = velocity
     scene%tools = [scene%tools, tool]
+    motion%tool = size(scene%tools)
+    motion%vector = velocity
+    scene%motions = [scene%motions, motion]
     pair%origin = new_origin("test.key", 80, "*CONTACT PAIR")
     pair%tool = size(scene%tools)
     pair%points = "GAUSS"

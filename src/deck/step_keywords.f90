@@ -1,0 +1,47 @@
+!> The entries of the keyword table for steps.
+module step_keywords
+  use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
+                          add_example, kind_name, kind_choice, kind_flag, kind_words
+  implicit none
+  private
+
+  public :: add_process_keywords
+
+contains
+
+  !> Add *STEP, *END STEP and *MODEL CHANGE.
+  pure subroutine add_process_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "STEP", "Begins a step: its *DYNAMIC, motions, supports, loads, "// &
+                     "limits and output follow, up to *END STEP. A deck without *STEP is one "// &
+                     "step. Motions, supports, loads, contact, damping, limits and output "// &
+                     "hold in all later steps until they are replaced or removed; dynamic "// &
+                     "relaxation is for its step alone. What stands before the first *STEP "// &
+                     "holds from it on.")
+    call add_option(table, "NAME", kind_name, "name in log and results", is_required=.false.)
+    call add_option(table, "NLGEOM", kind_choice, "may be given", default="YES", choices="YES")
+    call add_line(table, "Free text, which is passed over.", n_min=0)
+    call add_field(table, "title", kind_words, "title", is_required=.false.)
+    call add_example(table, "*STEP, NAME=release")
+    call add_example(table, "*MODEL CHANGE, REMOVE")
+    call add_example(table, "punch, die")
+    call add_example(table, "*DYNAMIC, EXPLICIT")
+    call add_example(table, "0.01")
+    call add_example(table, "*END STEP")
+
+    call add_keyword(table, "END STEP", "Ends a step.")
+    call add_example(table, "*END STEP")
+
+    call add_keyword(table, "MODEL CHANGE", "Takes tools away from the blank at the start of a "// &
+                     "step, or brings them. A tool that is away has no contact; it goes on "// &
+                     "moving. A tool that first comes later is removed in the first step.")
+    call add_option(table, "REMOVE", kind_flag, "the tools go")
+    call add_option(table, "ADD", kind_flag, "the tools come")
+    call add_line(table, "Names of tools.", n_max=huge(1), is_repeated=.true.)
+    call add_field(table, "tool", kind_name, "name of a tool")
+    call add_example(table, "*MODEL CHANGE, REMOVE")
+    call add_example(table, "punch, blank holder")
+  end subroutine add_process_keywords
+
+end module step_keywords

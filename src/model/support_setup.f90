@@ -1,0 +1,164 @@
+!> Boundary conditions of the scene as supports of the model, and curves of the scene.
+module support_setup
+  use kinds, only: wp
+  use scene, only: scene_t
+  use motion_curve, only: curve_t, constant_curve, curve_value
+  use set_range, only: members_t, find_members
+  use blank, only: blank_t
+  use boundary, only: boundary_t
+  use effect, only: effect_slot_t
+  use model, only: model_t
+  implicit none
+  private
+
+  public :: add_supports, curve_of
+
+  !> Number of the support that holds each component of the control points of a patch, 0: free.
+  type :: holder_t
+    integer, allocatable :: support(:, :, :, :)   ! shape (n1, n2, n3, 3)
+  end type holder_t
+
+contains
+
+  !> Curve by its index; 0 is the constant one.
+  pure function curve_of(scene, index) result(curve)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: index
+    type(curve_t) :: curve
+
+    curve = constant_curve(1.0_wp)
+    if (index == 0) return
+    curve%times = scene%curves(index)%times
+    curve%values = scene%curves(index)%values
+    curve%is_total = scene%curves(index)%is_total
+  end function curve_of
+
+  !> One support per prescribed component. Where supports meet, the last one alone holds the point:
+  !! two that pull at it would each count work on a path that is the other's. Steps that change
+  !! nothing keep the supports that they find.
+  subroutine add_supports(scene, model)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(inout) :: model
+    integer :: first, last, n_steps
+
+    allocate (model%supports(0), model%later_supports(0))
+    n_steps = 1 + size(model%later_steps)
+    last = 0
+    do while (last < n_steps)
+      first = last + 1
+      last = minval([n_steps, pack(scene%boundaries%first_step - 1, &
+                                   scene%boundaries%first_step > first), &
+                     pack(scene%boundaries%last_step, scene%boundaries%last_step >= first)])
+      if (first == 1) then
+        call add_supports_of(scene, first, last, model%bodies%blank, model%supports)
+      else
+        call add_supports_of(scene, first, last, model%bodies%blank, model%later_supports)
+      end if
+    end do
+  end subroutine add_supports
+
+  !> The supports of all steps from `first` to `last`.
+  subroutine add_supports_of(scene, first, last, blank, supports)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: first, last
+    type(blank_t), intent(inout) :: blank
+    type(effect_slot_t), allocatable, intent(inout) :: supports(:)
+    type(holder_t), allocatable :: holders(:)
+    type(members_t), allocatable :: members(:)
+    logical :: is_held(3, size(scene%boundaries))
+    type(effect_slot_t) :: slot
+    integer :: i, c, n, p
+
+    associate (boundaries => scene%boundaries)
+      do i = 1, size(boundaries)
+        is_held(:, i) = boundaries(i)%is_prescribed .and. boundaries(i)%first_step <= first &
+                        .and. boundaries(i)%last_step >= first
+      end do
+      allocate (holders(size(blank%parts)))
+      do p = 1, size(holders)
+        associate (n => blank%parts(p)%patch%n_control)
+          allocate (holders(p)%support(n(1), n(2), n(3), 3), source=0)
+        end associate
+      end do
+      do i = 1, size(boundaries)
+        if (.not. any(is_held(:, i))) cycle
+        call find_members(blank, scene%sets(boundaries(i)%set), members)
+        do c = 1, 3
+          n = 3*(i - 1) + c
+          do p = 1, size(holders)
+            where (members(p)%is_in .and. is_held(c, i)) holders(p)%support(:, :, :, c) = n
+          end do
+        end do
+      end do
+      do i = 1, size(boundaries)
+        do c = 1, 3
+          if (.not. is_held(c, i)) cycle
+          call set_support(scene, i, c, 3*(i - 1) + c, holders, slot)
+          slot%item%first_step = first
+          slot%item%last_step = last
+          slot%item%given_step = boundaries(i)%first_step
+          if (first == 1) call start_held(slot, blank)
+          supports = [supports, slot]
+        end do
+      end do
+    end associate
+  end subroutine add_supports_of
+
+  !> What a support of the first step holds starts with its velocity: the impulse of a sudden start
+  !! would do work that no balance of finite forces can follow.
+  subroutine start_held(slot, blank)
+    type(effect_slot_t), intent(in) :: slot
+    type(blank_t), intent(inout) :: blank
+    integer :: p
+
+    select type (support => slot%item)
+    type is (boundary_t)
+      do p = 1, size(support%part)
+        associate (at => support%points(:, p), v => blank%parts(support%part(p))%motion%v)
+          v(at(1), at(2), at(3), support%component) = support%velocity &
+                                                      *curve_value(support%curve, 0.0_wp)
+        end associate
+      end do
+    end select
+  end subroutine start_held
+
+  !> One component of one boundary condition.
+  subroutine set_support(scene, boundary, component, number, holders, slot)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: boundary, component   !! which boundary condition
+    integer, intent(in) :: number                !! of the support, in `holders`
+    type(holder_t), intent(in) :: holders(:)
+    type(effect_slot_t), intent(out) :: slot
+    type(boundary_t) :: support
+    integer :: p, i, j, k, n
+
+    associate (spec => scene%boundaries(boundary))
+      support%name = "boundary "//scene%sets(spec%set)%name
+      support%curve = curve_of(scene, spec%curve)
+      support%component = component
+      support%velocity = spec%velocity(component)
+    end associate
+    n = 0
+    do p = 1, size(holders)
+      n = n + count(holders(p)%support(:, :, :, component) == number)
+    end do
+    allocate (support%part(n), support%points(3, n))
+    n = 0
+    do p = 1, size(holders)
+      associate (held => holders(p)%support)
+        do k = 1, size(held, 3)
+          do j = 1, size(held, 2)
+            do i = 1, size(held, 1)
+              if (held(i, j, k, component) /= number) cycle
+              n = n + 1
+              support%part(n) = p
+              support%points(:, n) = [i, j, k]
+            end do
+          end do
+        end do
+      end associate
+    end do
+    allocate (slot%item, source=support)
+  end subroutine set_support
+
+end module support_setup

@@ -1,0 +1,42 @@
+!> What the log tells of a step of the deck.
+module step_report
+  use kinds, only: wp
+  use text, only: to_text, rounded_text
+  use run_log, only: run_log_t, log_line
+  use model, only: model_t
+  implicit none
+  private
+
+  public :: log_step
+
+contains
+
+  !> Name and time of the step that begins, and what acts in it. Of a deck without *STEP the effects
+  !! alone.
+  subroutine log_step(log, model, time)
+    type(run_log_t), intent(inout) :: log
+    type(model_t), intent(in) :: model
+    real(wp), intent(in) :: time
+    integer :: i
+
+    if (allocated(model%step%name)) &
+      call log_line(log, "step       "//to_text(model%i_step)//" "//model%step%name// &
+                    ", from time "//rounded_text(time)//" for "//rounded_text(model%step%end_time))
+    if (model%bodies%blank%parts(1)%patch%viscosity%is_active) &
+      call log_line(log, "effect     bulk viscosity")
+    if (model%bodies%blank%added_mass > 0.0_wp) &
+      call log_line(log, "effect     mass scaling, added mass "// &
+                    rounded_text(model%bodies%blank%added_mass))
+    do i = 1, size(model%forces)
+      call log_line(log, "effect     "//model%forces(i)%item%name)
+    end do
+    do i = 1, size(model%supports)
+      call log_line(log, "effect     "//model%supports(i)%item%name)
+    end do
+    do i = 1, size(model%motions)
+      if (.not. any(abs(model%motions(i)%vector) > 0.0_wp)) cycle
+      call log_line(log, "motion     "//model%bodies%tools(i)%name)
+    end do
+  end subroutine log_step
+
+end module step_report
