@@ -20,6 +20,8 @@ module command_line
     integer :: n_jobs = 1                  !! of --jobs: runs side by side
     integer :: only = 0                    !! of --only: the number of a run; 0: all
     logical :: is_summary = .false.        !! the table of the batch alone
+    logical :: is_iges = .false.           !! a part of `deck`, a result or deck, as an IGES file
+    character(:), allocatable :: part, face, length_unit   !! of --part, --face, --length; or empty
     logical :: is_check = .false., is_quiet = .false.
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
     character(:), allocatable :: fault     !! why the command cannot be carried out; else empty
@@ -48,11 +50,15 @@ contains
     command%deck = ""
     command%output = ""
     command%fault = ""
+    command%part = ""
+    command%face = ""
+    command%length_unit = ""
     allocate (command%overrides(0), command%user_files(0))
     i = 0
     if (size(arguments) > 0) command%is_material = arguments(1)%value == "material"
     if (size(arguments) > 0) command%is_batch = arguments(1)%value == "batch"
-    if (command%is_material .or. command%is_batch) i = 1
+    if (size(arguments) > 0) command%is_iges = arguments(1)%value == "iges"
+    if (command%is_material .or. command%is_batch .or. command%is_iges) i = 1
     do while (i < size(arguments) .and. command%fault == "")
       i = i + 1
       call take_argument(arguments, command, i)
@@ -71,6 +77,8 @@ contains
     text = "usage: igaform DECK [options]"//feed &
            //"       igaform material DECK [options]   tests of one material point"//feed &
            //"       igaform batch LIST [--jobs N]     runs of a list or folder"//feed &
+           //"       igaform iges FILE [--part NAME]   IGES file of a tool or the blank"//feed &
+           //"                                         of a result or deck"//feed &
            //"  --out FILE.h5      result file (default: name of the deck, here)"//feed &
            //"  --threads N        OpenMP threads"//feed &
            //"  --user FILE        UMAT or VUMAT of *USER MATERIAL: .f .for .ftn .f77"//feed &
@@ -84,6 +92,9 @@ contains
            //"  --jobs N           igaform batch: runs side by side (default: 1)"//feed &
            //"  --only N           igaform batch: run number N alone"//feed &
            //"  --summary          igaform batch: the table alone, no runs"//feed &
+           //"  --part NAME        igaform iges: tool, or blank (the default)"//feed &
+           //"  --face NAME        igaform iges: a face of the blank, such as ZETA_MAX"//feed &
+           //"  --length UNIT      igaform iges: unit of the lengths (default: of *UNITS)"//feed &
            //"  --quiet            errors and warnings only"//feed &
            //"  --keywords         print the reference of all keywords"//feed &
            //"  --version, --help"//feed &
@@ -117,7 +128,8 @@ contains
       command%wants_version = .true.
     case ("--keywords")
       command%wants_keywords = .true.
-    case ("--out", "--threads", "--set", "--user", "--modes", "--jobs", "--only")
+    case ("--out", "--threads", "--set", "--user", "--modes", "--jobs", "--only", &
+          "--part", "--face", "--length")
       if (i == size(arguments)) then
         command%fault = "option "//word//" needs a value"
         return
@@ -158,9 +170,19 @@ contains
       call take_count(word, value, command%n_jobs, command%fault)
     case ("--only")
       call take_count(word, value, command%only, command%fault)
+    case ("--part")
+      command%part = value
+    case ("--face")
+      command%face = value
+    case ("--length")
+      command%length_unit = value
     end select
     if (.not. command%is_batch .and. (word == "--jobs" .or. word == "--only")) then
       command%fault = "option "//word//" goes with 'igaform batch'"
+    end if
+    if (.not. command%is_iges .and. any(word == [character(8) :: "--part", "--face", &
+                                                  "--length"])) then
+      command%fault = "option "//word//" goes with 'igaform iges'"
     end if
   end subroutine take_value
 
@@ -194,6 +216,7 @@ contains
 
     options = strings([character(14) :: "--out", "--threads", "--set", "--user", "--check", &
                        "--modes", "--return-study", "--jobs", "--only", "--summary", "--quiet", &
+                       "--part", "--face", "--length", &
                         "--keywords", "--version", "--help"])
     nearest = nearest_name(word, options)
   end function nearest_option

@@ -30,6 +30,7 @@ module deck_run
   use forming_run, only: run_t, new_run, run_model, save_failed
   use check_report, only: print_check
   use saving_report, only: print_savings
+  use source_report, only: source_lines
   use modes_report, only: print_modes
   use user_call, only: watch_user_calls, user_failure_text
   use user_library, only: user_library_t
@@ -73,6 +74,7 @@ contains
     else if (command%is_check) then
       call print_check(model)
       call print_savings(scene)
+      call print_sources(scene)
       code = exit_done
     else if (command%n_modes > 0) then
       code = tell_modes(model, command%n_modes)
@@ -80,6 +82,30 @@ contains
       code = run_accepted(command, scene, model)
     end if
   end function run_deck
+
+  !> Print where the surfaces of tools come from.
+  subroutine print_sources(scene)
+    type(scene_t), intent(in) :: scene
+    type(string_t), allocatable :: lines(:)
+    integer :: i
+
+    lines = source_lines(scene)
+    do i = 1, size(lines)
+      print "(a)", lines(i)%value
+    end do
+  end subroutine print_sources
+
+  subroutine log_sources(log, scene)
+    type(run_log_t), intent(inout) :: log
+    type(scene_t), intent(in) :: scene
+    type(string_t), allocatable :: lines(:)
+    integer :: i
+
+    lines = source_lines(scene)
+    do i = 1, size(lines)
+      call log_line(log, lines(i)%value)
+    end do
+  end subroutine log_sources
 
   !> Print the lowest frequencies of an accepted model.
   integer function tell_modes(model, n_modes) result(code)
@@ -122,6 +148,7 @@ contains
     end if
     call log_header(log, setup%provenance)
     call log_model(log, model)
+    call log_sources(log, scene)
     open_run = open_run_t(model, run, results, log)
     if (model%bodies%blank%law%needs_context) then
       call open_message_file(path_beside_result(setup%path, ".msg", read_files))

@@ -9,6 +9,7 @@ program main
   use batch, only: run_batch
   use deck_run, only: run_deck, exit_input
   use material_run, only: run_material_tests
+  use iges_run, only: run_iges
   implicit none
 
   interface
@@ -36,6 +37,8 @@ program main
     write (output_unit, "(a)", advance="no") keyword_manual_text()
   else if (command%is_batch) then
     code = run_batch(command)
+  else if (command%is_iges) then
+    code = run_iges(command)
   else if (command%is_material) then
     code = run_material_tests(command)
   else

@@ -10,6 +10,7 @@ module keyword_table
   use dynamics_keywords, only: add_dynamics_keywords
   use reduction_keywords, only: add_reduction_keyword
   use step_keywords, only: add_process_keywords
+  use cad_keywords, only: add_cad_options
   use test_keywords, only: add_test_keyword
   implicit none
   private
@@ -143,15 +144,17 @@ contains
   pure subroutine add_tool_keyword(table)
     type(keyword_table_t), intent(inout) :: table
 
-    call add_keyword(table, "TOOL", "A rigid tool: one surface in its place at the start. Its "// &
+    call add_keyword(table, "TOOL", "A rigid tool: one surface in its place at the start, or "// &
+                     "several of a CAD file, turned so that they agree at common edges. Its "// &
                      "normal is the direction of xi crossed with that of eta.")
     call add_option(table, "NAME", kind_name, "name")
     call add_option(table, "TYPE", kind_choice, "SURFACE: knots and points listed; EXTRUDED: a "// &
-                    "curve listed, drawn along a vector; PLANE; CYLINDER; SPHERE", &
-                    choices="SURFACE|EXTRUDED|PLANE|CYLINDER|SPHERE")
+                    "curve listed, drawn along a vector; PLANE; CYLINDER; SPHERE; IGES: "// &
+                    "surfaces of a CAD file", choices="SURFACE|EXTRUDED|PLANE|CYLINDER|SPHERE|IGES")
     call add_option(table, "SIDE", kind_choice, "side of the surface on which the sheet lies: "// &
                     "where the normal points (POSITIVE) or the other", default="POSITIVE", &
                     choices="POSITIVE|NEGATIVE")
+    call add_cad_options(table)
     call add_line(table, "Extrusion of the curve; it is eta of the surface.", when="EXTRUDED")
     call add_vector(table, "d", "extrusion")
     call add_field(table, "rows", kind_integer, "rows of control points", default="2", &
@@ -183,6 +186,7 @@ contains
     call add_example(table, "*TOOL, NAME=punch, TYPE=CYLINDER, SIDE=POSITIVE")
     call add_example(table, "0, 60, 0, 0, 0, 100")
     call add_example(table, "50")
+    call add_example(table, "*TOOL, NAME=die, TYPE=IGES, INPUT=die.igs, SIDE=NEGATIVE")
   end subroutine add_tool_keyword
 
   !> Three fields for a vector, named x, y, z behind `prefix`.

@@ -258,7 +258,7 @@ contains
     if (block%keyword == "INCLUDE") then
       call read_deck_file(more, origin, deck, state, faults)
       state%is_in_parameters = .false.
-    else
+    else if (block%keyword /= "TOOL") then   ! whose file is geometry, not lines of a deck
       call read_data_file(more, origin, deck, state, faults)
     end if
   end subroutine read_keyword_line

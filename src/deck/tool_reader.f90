@@ -1,17 +1,19 @@
-!> *TOOL: rigid surfaces listed, extruded or generated.
+!> *TOOL: rigid surfaces listed, extruded, generated or from CAD.
 module tool_reader
   use kinds, only: wp
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault
+  use checksum, only: file_checksum
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use primitives, only: plane_surface, cylinder_surface, sphere_surface, extruded_surface
   use scene, only: scene_t
   use deck_names, only: deck_names_t
   use name_table, only: place_of
-  use text, only: upper_case, squeezed
+  use text, only: string_t, upper_case, squeezed
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, field_real, &
                           field_integer
+  use cad_reader, only: read_cad_tool, check_cad_options
   use patch_reader, only: patch_parts_t, check_parts, read_axes, read_points, refine
   implicit none
   private
@@ -29,8 +31,9 @@ contains
     type(scene_t), intent(inout) :: scene
     type(fault_list_t), intent(inout) :: faults
     type(nurbs_surface_t) :: surface
+    type(string_t) :: file
     integer, allocatable :: found(:)
-    integer :: i, patch
+    integer :: i, s, patch
     logical :: is_complete
 
     found = find_records(deck, "TOOL")
@@ -40,9 +43,19 @@ contains
         tool%origin = record%origin
         tool%name = option_text(deck, record, "NAME")
         tool%side = merge(-1, 1, option_text(deck, record, "SIDE") == "NEGATIVE")
-        allocate (tool%surfaces(0))
+        allocate (tool%surfaces(0), tool%notes(0))
         patch = place_of(names%patches, squeezed(upper_case(tool%name)))
         if (patch == 0) cycle
+        if (option_text(deck, record, "TYPE") == "IGES") then
+          call read_cad_tool(deck, record, scene%units, tool, file%value, faults)
+          if (file%value /= "") call add_source(scene, file)
+          call check_parts(deck, parts(patch), 0, "a tool of TYPE=IGES", faults)
+          do s = 1, size(tool%surfaces)
+            call refine(deck, parts(patch), tool%surfaces(s), faults)
+          end do
+          cycle
+        end if
+        call check_cad_options(deck, record, faults)
         call read_surface(deck, record, parts(patch), surface, is_complete, faults)
         if (.not. is_complete) cycle
         call refine(deck, parts(patch), surface, faults)
@@ -50,6 +63,16 @@ contains
       end associate
     end do
   end subroutine read_tools
+
+  !> A file that is no text of the deck counts to it all the same: by its checksum.
+  subroutine add_source(scene, file)
+    type(scene_t), intent(inout) :: scene
+    type(string_t), intent(in) :: file
+
+    scene%files = [scene%files, file]
+    scene%text = scene%text//"** file "//file%value//", checksum "//file_checksum(file%value)// &
+                 new_line("a")
+  end subroutine add_source
 
   subroutine read_surface(deck, record, parts, surface, is_complete, faults)
     type(parsed_deck_t), intent(in) :: deck

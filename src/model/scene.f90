@@ -59,6 +59,7 @@ module scene
     type(origin_t) :: origin
     character(:), allocatable :: name
     type(nurbs_surface_t), allocatable :: surfaces(:)
+    type(string_t), allocatable :: notes(:) !! lines for the log: what came from which file
     integer :: side = 1                     !! +1: the sheet lies on the side of xi x eta
   end type tool_spec_t
 

@@ -23,7 +23,7 @@ module hdf5_library
   integer(hid_t), bind(C, name="H5P_CLS_LINK_CREATE_ID_g"), protected, public :: h5_class_link
 
   public :: h5dont_atexit, h5open, h5fcreate, h5fclose, h5fflush, h5fis_hdf5, h5fget_vfd_handle
-  public :: h5gcreate, h5oopen, h5oclose, h5lexists, h5lcreate_hard
+  public :: h5gcreate, h5oopen, h5oclose, h5lexists, h5lcreate_hard, h5lget_name
   public :: h5fopen, h5dread, h5aread, h5aget_type, h5tget_size, h5sget_ndims, h5dget_type
   public :: h5acreate, h5aopen, h5aexists, h5awrite, h5adelete, h5aclose
   public :: h5dcreate, h5dopen, h5dwrite, h5dset_extent, h5dget_space, h5dclose
@@ -104,6 +104,18 @@ module hdf5_library
       character(kind=c_char), intent(in) :: name(*)
       integer(hid_t), value :: access
     end function h5lexists
+
+    integer(c_size_t) function h5lget_name(place, group, index, order, n, name, size, access) &
+      bind(C, name="H5Lget_name_by_idx")
+      import :: c_char, c_int, c_size_t, hid_t, hsize_t
+      integer(hid_t), value :: place
+      character(kind=c_char), intent(in) :: group(*)
+      integer(c_int), value :: index, order
+      integer(hsize_t), value :: n
+      character(kind=c_char), intent(out) :: name(*)
+      integer(c_size_t), value :: size
+      integer(hid_t), value :: access
+    end function h5lget_name
 
     integer(c_int) function h5lcreate_hard(place, name, new_place, new_name, links, access) &
       bind(C, name="H5Lcreate_hard")

@@ -1,13 +1,15 @@
 !> An HDF5 file being read: texts and numbers by name. What is not there comes back empty.
 module hdf5_reading
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_null_char
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_null_char, c_size_t
   use kinds, only: wp
+  use text, only: string_t
   use hdf5_library
   use hdf5_reason, only: is_library_silenced
   implicit none
   private
 
   public :: open_for_reading, close_reading, read_text_attribute, read_text, read_numbers
+  public :: names_in
 
 contains
 
@@ -99,6 +101,29 @@ contains
     end if
     ignored = h5dclose(dataset)
   end subroutine read_numbers
+
+  !> Names of what a group holds, in alphabetical order; none if there is no such group.
+  function names_in(file, group) result(names)
+    integer(hid_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(string_t), allocatable :: names(:)
+    integer(c_int), parameter :: by_name = 0, rising = 0
+    integer, parameter :: longest = 1000
+    character(kind=c_char) :: letters(longest)
+    type(string_t) :: name
+    integer(hsize_t) :: i
+
+    allocate (names(0))
+    i = 0
+    do
+      letters = c_null_char
+      if (h5lget_name(file, group//c_null_char, by_name, rising, i, letters, &
+                      int(longest, c_size_t), h5_default) < 0) exit
+      name%value = plain_text(letters)
+      names = [names, name]
+      i = i + 1
+    end do
+  end function names_in
 
   !> Letters up to the first zero.
   pure function plain_text(letters) result(text)

@@ -5,6 +5,7 @@ module deck_files
   use scene, only: scene_t
   use deck_reader, only: read_deck
   use fault_report, only: fault_line
+  use text_files, only: write_file, write_bytes
   implicit none
   private
 
@@ -23,28 +24,6 @@ module deck_files
   character(*), parameter, public :: base_lines = material_lines//blank_lines//step_lines
 
 contains
-
-  !> Write a text as it is, without anything behind it.
-  subroutine write_file(path, contents)
-    character(*), intent(in) :: path, contents
-    integer :: unit
-
-    open (newunit=unit, file=path, access="stream", form="unformatted", status="replace")
-    write (unit) contents
-    close (unit)
-  end subroutine write_file
-
-  !> Write all byte values, as no text holds them.
-  subroutine write_bytes(path)
-    character(*), intent(in) :: path
-    character(256) :: bytes
-    integer :: i
-
-    do i = 1, 256
-      bytes(i:i) = achar(i - 1)
-    end do
-    call write_file(path, bytes)
-  end subroutine write_bytes
 
   !> Read a deck of these lines.
   subroutine read_lines(lines, scene, faults)

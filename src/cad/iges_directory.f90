@@ -1,0 +1,182 @@
+!> The directory of an IGES file: two lines of ten fields for each entity (IGES 5.3, section
+!! 2.2.4.4). An entity goes by the number of its first line, D1, D3 and so on.
+module iges_directory
+  use faults, only: fault_list_t, new_origin, add_fault
+  use text, only: read_integer, to_text
+  use iges_lines, only: iges_lines_t, section_directory, section_parameters, line_number
+  implicit none
+  private
+
+  public :: entry_t, read_directory, entry_name, type_name
+
+  integer, parameter :: most_faults = 10
+
+  !> What the reader needs of an entry.
+  type :: entry_t
+    integer :: type = 0
+    integer :: form = 0
+    integer :: first = 1, n_lines = 0      !! of its parameters, in the parameter section
+    integer :: matrix = 0                  !! directory number of a transformation; 0: none
+    logical :: is_blanked = .false.        !! not to be seen
+    logical :: is_part = .false.           !! physically dependent: part of another entity
+    integer :: purpose = 0                 !! 0 geometry, else annotation, definition, ...
+    character(:), allocatable :: label     !! may be empty
+  end type entry_t
+
+contains
+
+  !> Read all entries; their faults are noted.
+  subroutine read_directory(file, entries, faults)
+    type(iges_lines_t), intent(in) :: file
+    type(entry_t), allocatable, intent(out) :: entries(:)
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i, n_before
+
+    allocate (entries(file%n(section_directory)/2))
+    n_before = faults%n_items
+    do i = 1, size(entries)
+      call read_entry(file, 2*i - 1, entries(i), faults)
+      if (faults%n_items - n_before >= most_faults) return
+    end do
+  end subroutine read_directory
+
+  !> Such as `entity 128 (rational B-spline surface) at D7`.
+  pure function entry_name(entries, i) result(name)
+    type(entry_t), intent(in) :: entries(:)
+    integer, intent(in) :: i   !! place in the list
+    character(:), allocatable :: name
+
+    name = "entity "//to_text(entries(i)%type)
+    if (type_name(entries(i)%type) /= "") name = name//" ("//type_name(entries(i)%type)//")"
+    name = name//" at D"//to_text(2*i - 1)
+  end function entry_name
+
+  !> What a type is called; empty for those that a tool has nothing to do with.
+  pure function type_name(type) result(name)
+    integer, intent(in) :: type
+    character(:), allocatable :: name
+
+    select case (type)
+    case (100); name = "circular arc"
+    case (102); name = "composite curve"
+    case (104); name = "conic arc"
+    case (106); name = "copious data"
+    case (108); name = "plane"
+    case (110); name = "line"
+    case (112); name = "parametric spline curve"
+    case (114); name = "parametric spline surface"
+    case (116); name = "point"
+    case (118); name = "ruled surface"
+    case (120); name = "surface of revolution"
+    case (122); name = "tabulated cylinder"
+    case (124); name = "transformation matrix"
+    case (126); name = "rational B-spline curve"
+    case (128); name = "rational B-spline surface"
+    case (130); name = "offset curve"
+    case (140); name = "offset surface"
+    case (141); name = "boundary"
+    case (142); name = "curve on a surface"
+    case (143); name = "bounded surface"
+    case (144); name = "trimmed surface"
+    case (186); name = "solid of faces"
+    case (190); name = "plane surface"
+    case (192); name = "circular cylinder"
+    case (194); name = "cone"
+    case (196); name = "sphere"
+    case (198); name = "torus"
+    case (308); name = "subfigure definition"
+    case (314); name = "colour"
+    case (402); name = "group"
+    case (406); name = "property"
+    case (408); name = "subfigure"
+    case (510); name = "face of a solid"
+    case default; name = ""
+    end select
+  end function type_name
+
+  subroutine read_entry(file, number, entry, faults)
+    type(iges_lines_t), intent(in) :: file
+    integer, intent(in) :: number   !! of its first line in the section
+    type(entry_t), intent(out) :: entry
+    type(fault_list_t), intent(inout) :: faults
+    character(16) :: code
+    integer :: again, i
+
+    call take_field(file, number, 1, "entity type", entry%type, faults)
+    call take_field(file, number, 2, "start of the parameters", entry%first, faults)
+    call take_field(file, number, 7, "transformation matrix", entry%matrix, faults)
+    call take_field(file, number + 1, 1, "entity type", again, faults)
+    call take_field(file, number + 1, 4, "number of parameter lines", entry%n_lines, faults)
+    call take_field(file, number + 1, 5, "form", entry%form, faults)
+    code = field(file, number, 9)
+    do i = 1, 8
+      if (code(i:i) == " ") code(i:i) = "0"
+    end do
+    if (verify(code(:8), "0123456789") > 0) then
+      call add_fault(faults, new_origin(file%path, line_number(file, section_directory, number), &
+                                        "IGES section D"), "`"//code(:8)//"` in field 9, "// &
+                     "the status", "eight digits")
+      code = "00000000"
+    end if
+    entry%is_blanked = code(1:2) == "01"
+    entry%is_part = code(3:4) == "01" .or. code(3:4) == "03"
+    read (code(5:6), "(i2)") entry%purpose
+    entry%label = trim(adjustl(field(file, number + 1, 8)))
+    call check_entry(file, number, again, entry, faults)
+  end subroutine read_entry
+
+  subroutine check_entry(file, number, again, entry, faults)
+    type(iges_lines_t), intent(in) :: file
+    integer, intent(in) :: number, again   !! the type as the second line has it
+    type(entry_t), intent(in) :: entry
+    type(fault_list_t), intent(inout) :: faults
+    integer :: n
+
+    if (again /= entry%type) then
+      call add_fault(faults, new_origin(file%path, line_number(file, section_directory, &
+                                                               number + 1), "IGES section D"), &
+                     "entity type "//to_text(again)//" in the second line of D"// &
+                     to_text(number), "the "//to_text(entry%type)//" of its first line")
+    end if
+    n = file%n(section_parameters)
+    if (entry%type == 0) return   ! a null entity has no parameters
+    if (entry%first >= 1 .and. entry%first <= n .and. entry%n_lines >= 1 &
+        .and. entry%n_lines <= n - entry%first + 1) return
+    call add_fault(faults, new_origin(file%path, line_number(file, section_directory, number), &
+                                      "IGES section D"), &
+                   to_text(entry%n_lines)//" parameter lines from P"//to_text(entry%first)// &
+                   " on for D"//to_text(number), "lines between P1 and P"//to_text(n))
+  end subroutine check_entry
+
+  !> A whole number in a field; 0 where the field is blank.
+  subroutine take_field(file, line, place, name, value, faults)
+    type(iges_lines_t), intent(in) :: file
+    integer, intent(in) :: line, place
+    character(*), intent(in) :: name
+    integer, intent(out) :: value
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: given
+    logical :: is_number
+
+    value = 0
+    given = trim(adjustl(field(file, line, place)))
+    if (given == "") return
+    call read_integer(given, value, is_number)
+    if (is_number) return
+    call add_fault(faults, new_origin(file%path, line_number(file, section_directory, line), &
+                                      "IGES section D"), &
+                   "`"//given//"` in field "//to_text(place)//", the "//name, "a whole number")
+  end subroutine take_field
+
+  !> One of the nine fields of eight columns.
+  pure function field(file, line, place)
+    type(iges_lines_t), intent(in) :: file
+    integer, intent(in) :: line, place
+    character(8) :: field
+
+    associate (text => file%lines(line_number(file, section_directory, line)))
+      field = text(8*place - 7:8*place)
+    end associate
+  end function field
+
+end module iges_directory

@@ -1,0 +1,215 @@
+!> The entities of an IGES file and the values of each. A value that is not what it should be is
+!! noted with its line, its place in the list and its name.
+module iges_model
+  use kinds, only: wp
+  use faults, only: fault_list_t, origin_t, new_origin, add_fault
+  use text, only: read_integer, read_real, to_text
+  use iges_lines, only: iges_lines_t, read_iges_lines, line_number, section_parameters, &
+                        section_directory
+  use iges_tokens, only: token_list_t, split_tokens, token_text
+  use iges_global, only: iges_global_t, read_global
+  use iges_directory, only: entry_t, read_directory, entry_name
+  implicit none
+  private
+
+  public :: iges_model_t, values_t, read_iges_model, open_values, get_integer, get_real
+  public :: get_reals, get_entry, entry_origin, refuse
+
+  integer, parameter :: n_columns = 64   ! of a line of the parameter section that hold values
+
+  !> A file whose lines, global section and directory are sound.
+  type :: iges_model_t
+    type(iges_lines_t) :: file
+    type(iges_global_t) :: global
+    type(entry_t), allocatable :: entries(:)
+  end type iges_model_t
+
+  !> The values of an entity, counted behind its type.
+  type :: values_t
+    integer :: entry = 0               !! place in `iges_model_t%entries`
+    integer :: n = 0
+    type(token_list_t) :: tokens
+    logical :: is_valid = .true.       !! nothing wrong so far
+  end type values_t
+
+contains
+
+  !> Read a file up to its directory. The model is of use only if no fault was added.
+  subroutine read_iges_model(path, model, faults)
+    character(*), intent(in) :: path
+    type(iges_model_t), intent(out) :: model
+    type(fault_list_t), intent(inout) :: faults
+    integer :: n_before
+
+    n_before = faults%n_items
+    call read_iges_lines(path, model%file, faults)
+    if (faults%n_items > n_before) return
+    call read_global(model%file, model%global, faults)
+    call read_directory(model%file, model%entries, faults)
+  end subroutine read_iges_model
+
+  !> Take the values of an entity apart.
+  subroutine open_values(model, entry, values, faults)
+    type(iges_model_t), intent(in) :: model
+    integer, intent(in) :: entry   !! place in the list of entries
+    type(values_t), intent(out) :: values
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: text, problem, expected
+    integer :: i, place, type, owner
+    logical :: is_number
+
+    values%entry = entry
+    associate (item => model%entries(entry), file => model%file)
+      allocate (character(n_columns*item%n_lines) :: text)
+      do i = 1, item%n_lines
+        associate (line => file%lines(line_number(file, section_parameters, item%first + i - 1)))
+          text(n_columns*(i - 1) + 1:n_columns*i) = line(:n_columns)
+          call read_integer(trim(adjustl(line(n_columns + 1:72))), owner, is_number)
+          if (line(n_columns + 1:72) == "" .or. (is_number .and. owner == 2*entry - 1)) cycle
+          call refuse(model, values, n_columns*(i - 1) + 1, "`"// &
+                      trim(adjustl(line(n_columns + 1:72)))//"` in columns 65 to 72", &
+                      "the directory number "//to_text(2*entry - 1), faults)
+          return
+        end associate
+      end do
+      call split_tokens(text, model%global%delimiters, values%tokens, problem, expected, place)
+      if (problem /= "") then
+        call refuse(model, values, place, problem, expected, faults)
+        return
+      end if
+      values%n = values%tokens%n - 1
+      call read_integer(token_text(values%tokens, 1), type, is_number)
+      if (is_number .and. type == item%type) return
+      call refuse(model, values, 1, "`"//token_text(values%tokens, 1)//"` as the first value", &
+                  "its type "//to_text(item%type), faults)
+    end associate
+  end subroutine open_values
+
+  !> A whole number; 0 where it is left to its default. The bounds are those of what makes sense.
+  integer function get_integer(model, values, place, name, low, high, faults) result(number)
+    type(iges_model_t), intent(in) :: model
+    type(values_t), intent(inout) :: values
+    integer, intent(in) :: place, low, high
+    character(*), intent(in) :: name
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: given, bounds
+    logical :: is_number
+
+    number = max(low, 0)
+    if (.not. values%is_valid) return
+    given = token_text(values%tokens, place + 1)
+    is_number = .true.
+    number = 0
+    if (given /= "") call read_integer(given, number, is_number)
+    if (is_number .and. number >= low .and. number <= high) return
+    number = max(low, 0)
+    bounds = "a whole number from "//to_text(low)
+    if (high < huge(high)) bounds = bounds//" to "//to_text(high)
+    if (high == huge(high)) bounds = bounds//" on"
+    call refuse_value(model, values, place, name, bounds, faults)
+  end function get_integer
+
+  !> A number; 0 where it is left to its default.
+  real(wp) function get_real(model, values, place, name, faults) result(number)
+    type(iges_model_t), intent(in) :: model
+    type(values_t), intent(inout) :: values
+    integer, intent(in) :: place
+    character(*), intent(in) :: name
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: given
+    logical :: is_number
+
+    number = 0.0_wp
+    if (.not. values%is_valid) return
+    given = token_text(values%tokens, place + 1)
+    if (given == "") return
+    call read_real(given, number, is_number)
+    if (.not. is_number) call refuse_value(model, values, place, name, "a number", faults)
+  end function get_real
+
+  !> Several numbers from `place` on.
+  function get_reals(model, values, place, n, name, faults) result(numbers)
+    type(iges_model_t), intent(in) :: model
+    type(values_t), intent(inout) :: values
+    integer, intent(in) :: place, n   !! the caller has made sure that there are as many
+    character(*), intent(in) :: name
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), allocatable :: numbers(:)
+    integer :: i
+
+    allocate (numbers(n), source=0.0_wp)
+    do i = 1, n
+      numbers(i) = get_real(model, values, place + i - 1, name, faults)
+      if (.not. values%is_valid) return
+    end do
+  end function get_reals
+
+  !> Place in the list of entries of an entity that a value points to; 0 if there is none.
+  integer function get_entry(model, values, place, name, faults) result(entry)
+    type(iges_model_t), intent(in) :: model
+    type(values_t), intent(inout) :: values
+    integer, intent(in) :: place
+    character(*), intent(in) :: name
+    type(fault_list_t), intent(inout) :: faults
+    integer :: last
+
+    last = 2*size(model%entries) - 1
+    entry = get_integer(model, values, place, name, 1, last, faults)
+    if (values%is_valid .and. mod(entry, 2) == 0) then
+      call refuse_value(model, values, place, name, "an odd directory number from 1 to "// &
+                        to_text(last), faults)
+    end if
+    entry = (entry + 1)/2
+    if (.not. values%is_valid) entry = 0
+  end function get_entry
+
+  !> Where an entity stands in the directory.
+  function entry_origin(model, entry) result(origin)
+    type(iges_model_t), intent(in) :: model
+    integer, intent(in) :: entry
+    type(origin_t) :: origin
+
+    origin = new_origin(model%file%path, line_number(model%file, section_directory, 2*entry - 1), &
+                        "IGES "//entry_name(model%entries, entry))
+  end function entry_origin
+
+  subroutine refuse_value(model, values, place, name, expected, faults)
+    type(iges_model_t), intent(in) :: model
+    type(values_t), intent(inout) :: values
+    integer, intent(in) :: place
+    character(*), intent(in) :: name, expected
+    type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: given
+
+    given = token_text(values%tokens, place + 1)
+    if (len(given) > 30) given = given(:30)//"..."
+    if (given == "") then
+      given = "nothing"
+    else
+      given = "`"//given//"`"
+    end if
+    call refuse(model, values, &
+                values%tokens%first(max(1, min(place + 1, values%tokens%n))), &
+                given//" as parameter "//to_text(place)//", "//name, expected, faults)
+  end subroutine refuse_value
+
+  !> Note a fault of the parameters; the entity is of no use any more.
+  subroutine refuse(model, values, place, found, expected, faults)
+    type(iges_model_t), intent(in) :: model
+    type(values_t), intent(inout) :: values
+    integer, intent(in) :: place      !! in the text of the values
+    character(*), intent(in) :: found, expected
+    type(fault_list_t), intent(inout) :: faults
+    integer :: line
+
+    values%is_valid = .false.
+    associate (item => model%entries(values%entry))
+      line = item%first + min((max(place, 1) - 1)/n_columns, item%n_lines - 1)
+    end associate
+    call add_fault(faults, new_origin(model%file%path, &
+                                      line_number(model%file, section_parameters, line), &
+                                      "IGES "//entry_name(model%entries, values%entry)//", P"// &
+                                      to_text(line)), found, expected)
+  end subroutine refuse
+
+end module iges_model

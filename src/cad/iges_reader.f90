@@ -1,0 +1,238 @@
+!> Surfaces of a tool from an IGES file (version 5.3, fixed columns), with a report.
+!!
+!! Read are rational B-spline surfaces (128), surfaces of revolution (120) and tabulated cylinders
+!! (122) with their curves and transformations, in the unit of the deck. Surfaces that meet at
+!! their edges are turned so that their normals agree.
+module iges_reader
+  use kinds, only: wp
+  use faults, only: fault_list_t, new_origin, add_fault, add_warning, n_errors
+  use text, only: string_t, to_text, rounded_text
+  use nurbs_surface, only: nurbs_surface_t
+  use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
+  use length_units, only: unit_in_mm
+  use iges_directory, only: type_name
+  use iges_model, only: iges_model_t, read_iges_model
+  use iges_selection, only: iges_request_t, select_entries, skipped_lines
+  use iges_surfaces, only: read_surface
+  implicit none
+  private
+
+  public :: read_iges
+
+  integer, parameter :: most_faults = 20   !! of surfaces that are told of
+  integer, parameter :: most_listed = 40   !! surfaces that are listed one by one
+
+contains
+
+  !> Read the surfaces that a deck asks for. With an error among the faults there are none.
+  subroutine read_iges(request, surfaces, report, faults)
+    type(iges_request_t), intent(in) :: request
+    type(nurbs_surface_t), allocatable, intent(out) :: surfaces(:)   !! in the unit of the deck
+    type(string_t), allocatable, intent(out) :: report(:)            !! lines for the log
+    type(fault_list_t), intent(inout) :: faults
+    type(iges_model_t) :: model
+    type(surface_seams_t) :: seams
+    integer, allocatable :: reason(:), taken(:)
+    integer :: n_before, i
+
+    n_before = n_errors(faults)
+    allocate (surfaces(0), report(0))
+    call read_iges_model(request%path, model, faults)
+    if (n_errors(faults) > n_before) return
+    call select_entries(model, request, reason, faults)
+    if (n_errors(faults) > n_before) return
+    taken = pack([(i, i=1, size(reason))], reason == 0)
+    if (size(taken) == 0) then
+      call add_fault(faults, new_origin(request%path, 0, "IGES"), "no surface for a tool"// &
+                     listed(skipped_lines(model, reason)), "surfaces of type 128, 120 or 122 "// &
+                     "that stand for themselves")
+      return
+    end if
+    call read_taken(model, taken, surfaces, faults)
+    if (n_errors(faults) > n_before) then
+      deallocate (surfaces)
+      allocate (surfaces(0))
+      return
+    end if
+    call convert(model, request, surfaces)
+    call find_surface_seams(surfaces, seam_tolerance(model, request, surfaces), seams)
+    call orient_surfaces(seams, surfaces)
+    call warn_of_sides(request, seams, faults)
+    call write_report(model, request, surfaces, taken, reason, seams, report)
+  end subroutine read_iges
+
+  subroutine read_taken(model, taken, surfaces, faults)
+    type(iges_model_t), intent(in) :: model
+    integer, intent(in) :: taken(:)
+    type(nurbs_surface_t), allocatable, intent(inout) :: surfaces(:)
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i, n_bad
+    logical :: is_valid
+
+    deallocate (surfaces)
+    allocate (surfaces(size(taken)))
+    n_bad = 0
+    do i = 1, size(taken)
+      call read_surface(model, taken(i), surfaces(i), is_valid, faults)
+      if (.not. is_valid) n_bad = n_bad + 1
+      if (n_bad == most_faults) return
+    end do
+  end subroutine read_taken
+
+  !> From the unit and the scale of the file to the unit of the deck.
+  subroutine convert(model, request, surfaces)
+    type(iges_model_t), intent(in) :: model
+    type(iges_request_t), intent(in) :: request
+    type(nurbs_surface_t), intent(inout) :: surfaces(:)
+    integer :: i
+
+    associate (factor => length_factor(model, request))
+      if (abs(factor - 1.0_wp) <= 0.0_wp) return
+      do i = 1, size(surfaces)
+        surfaces(i)%points = factor*surfaces(i)%points
+      end do
+    end associate
+  end subroutine convert
+
+  !> Length in the deck over length in the file.
+  pure real(wp) function length_factor(model, request)
+    type(iges_model_t), intent(in) :: model
+    type(iges_request_t), intent(in) :: request
+
+    length_factor = unit_in_mm(model%global%unit)/unit_in_mm(request%unit)/model%global%scale
+  end function length_factor
+
+  !> How far edges that meet may be apart: what the file itself counts as nothing, but at least a
+  !! millionth and at most a thousandth of the tool.
+  pure real(wp) function seam_tolerance(model, request, surfaces) result(tolerance)
+    type(iges_model_t), intent(in) :: model
+    type(iges_request_t), intent(in) :: request
+    type(nurbs_surface_t), intent(in) :: surfaces(:)
+    real(wp), parameter :: least = 1.0e-6_wp, largest = 1.0e-3_wp
+    real(wp) :: box(3, 2)
+
+    box = box_of(surfaces)
+    tolerance = model%global%resolution*length_factor(model, request)
+    tolerance = min(max(tolerance, least*norm2(box(:, 2) - box(:, 1))), &
+                    largest*norm2(box(:, 2) - box(:, 1)))
+  end function seam_tolerance
+
+  subroutine warn_of_sides(request, seams, faults)
+    type(iges_request_t), intent(in) :: request
+    type(surface_seams_t), intent(in) :: seams
+    type(fault_list_t), intent(inout) :: faults
+
+    if (maxval(seams%group) > 1) then
+      call add_warning(faults, request%origin, "surfaces of `"//request%path//"` in "// &
+                       to_text(maxval(seams%group))//" groups that do not meet, so that their "// &
+                       "sides cannot be compared", "one connected tool, or normals that point "// &
+                       "to the same side in all groups")
+    end if
+    if (seams%is_one_sided) then
+      call add_warning(faults, request%origin, "surfaces of `"//request%path//"` whose sides "// &
+                       "cannot be made to agree", "surfaces that meet in pairs and have two sides")
+    end if
+  end subroutine warn_of_sides
+
+  subroutine write_report(model, request, surfaces, taken, reason, seams, report)
+    type(iges_model_t), intent(in) :: model
+    type(iges_request_t), intent(in) :: request
+    type(nurbs_surface_t), intent(in) :: surfaces(:)
+    integer, intent(in) :: taken(:), reason(:)
+    type(surface_seams_t), intent(in) :: seams
+    type(string_t), allocatable, intent(inout) :: report(:)
+    type(string_t), allocatable :: skipped(:)
+    real(wp) :: box(3, 2)
+    integer :: i
+
+    box = box_of(surfaces)
+    call add(report, request%path//", lengths in "//model%global%unit//" times "// &
+             to_text(length_factor(model, request))//": "//to_text(size(taken))// &
+             " surfaces of "//to_text(size(reason))//" entities")
+    call add(report, "box "//triple(box(:, 1))//" to "//triple(box(:, 2)))
+    do i = 1, min(size(taken), most_listed)
+      call add(report, surface_line(model, taken(i), surfaces(i), seams%is_turned(i)))
+    end do
+    if (size(taken) > most_listed) call add(report, "and "//to_text(size(taken) - most_listed)// &
+                                            " surfaces more")
+    skipped = skipped_lines(model, reason)
+    do i = 1, size(skipped)
+      call add(report, skipped(i)%value)
+    end do
+    call add(report, seam_line(seams))
+  end subroutine write_report
+
+  function surface_line(model, entry, surface, is_turned) result(line)
+    type(iges_model_t), intent(in) :: model
+    integer, intent(in) :: entry
+    type(nurbs_surface_t), intent(in) :: surface
+    logical, intent(in) :: is_turned
+    character(:), allocatable :: line
+
+    line = "D"//to_text(2*entry - 1)//" "//type_name(model%entries(entry)%type)
+    if (model%entries(entry)%label /= "") line = line//" "//model%entries(entry)%label
+    line = line//", degrees "//to_text(surface%axes(1)%degree)//" x "// &
+           to_text(surface%axes(2)%degree)//", "//to_text(surface%axes(1)%n_basis)//" x "// &
+           to_text(surface%axes(2)%n_basis)//" control points"
+    if (is_turned) line = line//", turned: its normal disagreed across an edge"
+  end function surface_line
+
+  function seam_line(seams) result(line)
+    type(surface_seams_t), intent(in) :: seams
+    character(:), allocatable :: line
+    integer :: n_whole
+
+    associate (list => seams%seams)
+      n_whole = count(list%is_whole)
+      line = "joints: "//to_text(n_whole)//" pairs of edges meet"
+      if (size(list) > n_whole) line = line//", "//to_text(size(list) - n_whole)// &
+                                       " edges meet a part of another"
+      if (size(list) > 0) line = line//", largest gap "//rounded_text(maxval(list%gap))
+    end associate
+    line = line//"; "//to_text(seams%n_free)//" free edges; "// &
+           to_text(count(seams%is_turned))//" surfaces turned"
+  end function seam_line
+
+  pure function box_of(surfaces) result(box)
+    type(nurbs_surface_t), intent(in) :: surfaces(:)
+    real(wp) :: box(3, 2)
+    integer :: i, c
+
+    box(:, 1) = huge(1.0_wp)
+    box(:, 2) = -huge(1.0_wp)
+    do i = 1, size(surfaces)
+      do c = 1, 3
+        box(c, 1) = min(box(c, 1), minval(surfaces(i)%points(:, :, c)))
+        box(c, 2) = max(box(c, 2), maxval(surfaces(i)%points(:, :, c)))
+      end do
+    end do
+  end function box_of
+
+  function triple(x) result(text)
+    real(wp), intent(in) :: x(3)
+    character(:), allocatable :: text
+
+    text = "("//rounded_text(x(1))//", "//rounded_text(x(2))//", "//rounded_text(x(3))//")"
+  end function triple
+
+  function listed(lines) result(text)
+    type(string_t), intent(in) :: lines(:)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ""
+    do i = 1, size(lines)
+      text = text//", "//lines(i)%value
+    end do
+  end function listed
+
+  subroutine add(report, line)
+    type(string_t), allocatable, intent(inout) :: report(:)
+    character(*), intent(in) :: line
+    type(string_t) :: added
+
+    added%value = line
+    report = [report, added]
+  end subroutine add
+
+end module iges_reader

@@ -1,0 +1,215 @@
+!> Which entities of an IGES file become surfaces of a tool, and why the others do not.
+module iges_selection
+  use faults, only: fault_list_t, origin_t, add_fault, add_warning
+  use text, only: string_t, to_text, nearest_name, squeezed, upper_case
+  use iges_directory, only: entry_t, entry_name, type_name
+  use iges_model, only: iges_model_t, entry_origin
+  implicit none
+  private
+
+  public :: iges_request_t, select_entries, skipped_lines
+
+  !> What a deck asks for.
+  type :: iges_request_t
+    character(:), allocatable :: path
+    type(origin_t) :: origin                       !! where the deck asks
+    character(:), allocatable :: unit              !! of the deck's lengths, one of `unit_names`
+    integer, allocatable :: numbers(:)             !! directory numbers of the surfaces
+    type(string_t), allocatable :: labels(:)       !! or their labels; neither: all that may be
+  end type iges_request_t
+
+  integer, parameter :: is_taken = 0, is_no_surface = 1, is_part = 2, is_blanked = 3, &
+                        is_no_geometry = 4, is_unread = 5, is_not_chosen = 6, is_trimmed = 7
+  character(*), parameter :: reasons(7) = [character(40) :: "no surface", &
+    "part of another entity", "blanked, not to be seen", "not geometry by its use flag", &
+    "a kind of surface that is not read", "not chosen", "trimmed"]
+
+  integer, parameter :: surfaces_read(3) = [120, 122, 128]
+  integer, parameter :: trimmed(5) = [141, 142, 143, 144, 510]
+  integer, parameter :: surfaces_unread(9) = [108, 114, 118, 140, 190, 192, 194, 196, 198]
+  integer, parameter :: most_told = 10
+  character(*), parameter :: hint = "surfaces without trimming: types 128, 120 and 122"
+
+contains
+
+  !> The reason why each entity is left out, 0 for those that are taken. What the deck asks for and
+  !! cannot have is a fault, as is a trimmed surface; surfaces of other kinds are warned of.
+  subroutine select_entries(model, request, reason, faults)
+    type(iges_model_t), intent(in) :: model
+    type(iges_request_t), intent(in) :: request
+    integer, allocatable, intent(out) :: reason(:)   !! shape (number of entities)
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i
+
+    allocate (reason(size(model%entries)))
+    do i = 1, size(reason)
+      reason(i) = nature(model%entries(i))
+    end do
+    if (size(request%numbers) > 0 .or. size(request%labels) > 0) then
+      call choose(model, request, reason, faults)
+    else
+      call warn_of_unread(model, reason, faults)
+    end if
+    call refuse_trimmed(model, reason, faults)
+  end subroutine select_entries
+
+  !> Lines such as `skipped 12 x type 110 (line): no surface`, one for each type and reason.
+  function skipped_lines(model, reason) result(lines)
+    type(iges_model_t), intent(in) :: model
+    integer, intent(in) :: reason(:)
+    type(string_t), allocatable :: lines(:)
+    integer :: pairs(2, 100), counts(100), n, i, k
+    type(string_t) :: line
+
+    n = 0
+    counts = 0
+    do i = 1, size(reason)
+      if (reason(i) == is_taken .or. model%entries(i)%type == 0) cycle
+      do k = 1, n
+        if (all(pairs(:, k) == [model%entries(i)%type, reason(i)])) exit
+      end do
+      if (k > n .and. n < size(counts)) then
+        n = n + 1
+        pairs(:, n) = [model%entries(i)%type, reason(i)]
+      end if
+      k = min(k, size(counts))
+      counts(k) = counts(k) + 1
+    end do
+    allocate (lines(0))
+    do k = 1, n
+      line%value = "skipped "//to_text(counts(k))//" x type "//to_text(pairs(1, k))
+      if (type_name(pairs(1, k)) /= "") line%value = line%value//" ("//type_name(pairs(1, k))//")"
+      line%value = line%value//": "//trim(reasons(pairs(2, k)))
+      lines = [lines, line]
+    end do
+  end function skipped_lines
+
+  !> What an entity is by itself. A surface that is part of another entity is trimmed by it, or
+  !! placed by it, or both.
+  pure integer function nature(entry) result(reason)
+    type(entry_t), intent(in) :: entry
+
+    if (any(entry%type == trimmed(:2)) .and. entry%is_part) then
+      reason = is_part   ! what it trims is refused
+    else if (.not. any(entry%type == [surfaces_read, surfaces_unread, trimmed])) then
+      reason = is_no_surface
+    else if (entry%is_blanked) then
+      reason = is_blanked
+    else if (any(entry%type == trimmed)) then
+      reason = is_trimmed
+    else if (entry%is_part) then
+      reason = is_part
+    else if (entry%purpose /= 0) then
+      reason = is_no_geometry
+    else if (any(entry%type == surfaces_unread)) then
+      reason = is_unread
+    else
+      reason = is_taken
+    end if
+  end function nature
+
+  !> Take what the deck names, blanked or not, and nothing else.
+  subroutine choose(model, request, reason, faults)
+    type(iges_model_t), intent(in) :: model
+    type(iges_request_t), intent(in) :: request
+    integer, intent(inout) :: reason(:)
+    type(fault_list_t), intent(inout) :: faults
+    logical :: is_named(size(reason))
+    integer :: i, n
+
+    is_named = .false.
+    do i = 1, size(request%numbers)
+      n = request%numbers(i)
+      if (n < 1 .or. n >= 2*size(reason) .or. mod(n, 2) == 0) then
+        call add_fault(faults, request%origin, "entity D"//to_text(n)//", which `"// &
+                       request%path//"` does not have", "odd directory numbers from 1 to "// &
+                       to_text(2*size(reason) - 1))
+      else if (.not. any(model%entries((n + 1)/2)%type == [surfaces_read, trimmed])) then
+        call add_fault(faults, request%origin, entry_name(model%entries, (n + 1)/2)// &
+                       " as a tool", hint)
+      else
+        is_named((n + 1)/2) = .true.
+      end if
+    end do
+    do i = 1, size(request%labels)
+      call find_label(model, request, request%labels(i)%value, is_named, faults)
+    end do
+    do i = 1, size(reason)
+      if (is_named(i)) then
+        reason(i) = merge(is_trimmed, is_taken, any(model%entries(i)%type == trimmed))
+      else if (any(reason(i) == [is_taken, is_trimmed, is_unread])) then
+        reason(i) = is_not_chosen
+      end if
+    end do
+  end subroutine choose
+
+  subroutine find_label(model, request, label, is_named, faults)
+    type(iges_model_t), intent(in) :: model
+    type(iges_request_t), intent(in) :: request
+    character(*), intent(in) :: label
+    logical, intent(inout) :: is_named(:)
+    type(fault_list_t), intent(inout) :: faults
+    type(string_t), allocatable :: known(:)
+    type(string_t) :: one
+    character(:), allocatable :: nearest
+    logical :: is_found
+    integer :: i
+
+    is_found = .false.
+    allocate (known(0))
+    do i = 1, size(is_named)
+      if (.not. any(model%entries(i)%type == [surfaces_read, trimmed])) cycle
+      one%value = model%entries(i)%label
+      if (squeezed(upper_case(one%value)) == squeezed(upper_case(label))) then
+        is_named(i) = .true.
+        is_found = .true.
+      else if (size(known) < 1000 .and. one%value /= "") then
+        known = [known, one]
+      end if
+    end do
+    if (is_found) return
+    nearest = nearest_name(label, known)
+    if (nearest /= "") nearest = ", did you mean "//nearest//"?"
+    call add_fault(faults, request%origin, "the label "//label//", which no surface of `"// &
+                   request%path//"` has", "the label of a surface"//nearest)
+  end subroutine find_label
+
+  subroutine refuse_trimmed(model, reason, faults)
+    type(iges_model_t), intent(in) :: model
+    integer, intent(in) :: reason(:)
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i, n
+
+    n = 0
+    do i = 1, size(reason)
+      if (reason(i) /= is_trimmed) cycle
+      n = n + 1
+      if (n == most_told) then
+        call add_fault(faults, entry_origin(model, i), to_text(count(reason == is_trimmed) - n + &
+                                                               1)//" trimmed surfaces more", hint)
+      end if
+      if (n >= most_told) return
+      call add_fault(faults, entry_origin(model, i), "a trimmed surface, which is not done yet", &
+                     hint//"; or name those of the file with ENTITY= or LABEL=")
+    end do
+  end subroutine refuse_trimmed
+
+  !> One warning for each kind of surface that is left out.
+  subroutine warn_of_unread(model, reason, faults)
+    type(iges_model_t), intent(in) :: model
+    integer, intent(in) :: reason(:)
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i, k, n
+
+    do k = 1, size(surfaces_unread)
+      n = count(model%entries%type == surfaces_unread(k) .and. reason == is_unread)
+      if (n == 0) cycle
+      do i = 1, size(reason)
+        if (model%entries(i)%type == surfaces_unread(k) .and. reason(i) == is_unread) exit
+      end do
+      call add_warning(faults, entry_origin(model, i), to_text(n)//" of this type, which is "// &
+                       "not read: a part of the tool may be missing", hint)
+    end do
+  end subroutine warn_of_unread
+
+end module iges_selection

@@ -1,0 +1,258 @@
+!> Surfaces of an IGES file: rational B-spline surface (128), surface of revolution (120) and
+!! tabulated cylinder (122).
+module iges_surfaces
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use faults, only: fault_list_t, add_fault
+  use text, only: to_text
+  use knot_vector, only: max_degree
+  use knot_range, only: cut_to_range
+  use nurbs_curve, only: nurbs_curve_t
+  use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
+  use primitives, only: arc_t, unit_arc, extruded_surface
+  use iges_curves, only: read_curve, turn
+  use iges_matrix, only: get_matrix, moved
+  use iges_model, only: iges_model_t, values_t, open_values, get_integer, get_reals, &
+                        get_entry, entry_origin, refuse
+  implicit none
+  private
+
+  public :: read_surface
+
+  real(wp), parameter :: farthest = 1.0e15_wp       ! coordinate that can be reckoned with
+  real(wp), parameter :: most_uneven = 1.0e12_wp    ! ratio of weights, likewise
+
+contains
+
+  !> Read a surface of type 120, 122 or 128 in the unit of the file, transformed as it asks.
+  subroutine read_surface(model, entry, surface, is_valid, faults)
+    type(iges_model_t), intent(in) :: model
+    integer, intent(in) :: entry
+    type(nurbs_surface_t), intent(out) :: surface
+    logical, intent(out) :: is_valid
+    type(fault_list_t), intent(inout) :: faults
+    type(values_t) :: values
+    type(error_t), allocatable :: error
+    real(wp) :: matrix(3, 4)
+    integer :: n(3)
+
+    call open_values(model, entry, values, faults)
+    is_valid = values%is_valid
+    if (.not. is_valid) return
+    select case (model%entries(entry)%type)
+    case (120); call read_revolution(model, values, surface, is_valid, error, faults)
+    case (122); call read_cylinder(model, values, surface, is_valid, error, faults)
+    case default; call read_spline(model, values, surface, is_valid, error, faults)
+    end select
+    if (is_valid .and. .not. allocated(error)) then
+      call get_matrix(model, entry, matrix, is_valid, faults)
+      if (is_valid .and. model%entries(entry)%matrix /= 0) then
+        n = shape(surface%points)
+        surface%points = reshape(moved(matrix, reshape(surface%points, [n(1)*n(2), 3])), n)
+      end if
+      if (is_valid) call check(surface, error)
+    end if
+    if (.not. allocated(error)) return
+    is_valid = .false.
+    call add_fault(faults, entry_origin(model, entry), "a surface that cannot be made ("// &
+                   error%message//")", "a proper surface")
+  end subroutine read_surface
+
+  subroutine check(surface, error)
+    type(nurbs_surface_t), intent(in) :: surface
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. all(abs(surface%points) <= farthest)) then
+      call fail(error, "surface: a coordinate beyond "//to_text(farthest))
+    else if (.not. maxval(surface%weights) <= most_uneven*minval(surface%weights)) then
+      call fail(error, "surface: weights of which one is "//to_text(most_uneven)// &
+                " times another")
+    end if
+  end subroutine check
+
+  subroutine read_spline(model, values, surface, is_valid, error, faults)
+    type(iges_model_t), intent(in) :: model
+    type(values_t), intent(inout) :: values
+    type(nurbs_surface_t), intent(out) :: surface
+    logical, intent(out) :: is_valid
+    type(error_t), allocatable, intent(out) :: error
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), allocatable :: rows(:, :, :), knots1(:), knots2(:)
+    real(wp) :: range(4)
+    integer :: degree(2), n(2), at, c
+
+    call read_sizes(model, values, n, degree, faults)
+    is_valid = values%is_valid
+    if (.not. is_valid) return
+    knots1 = get_reals(model, values, 10, n(1) + degree(1) + 1, "a knot of the first axis", faults)
+    at = 10 + n(1) + degree(1) + 1
+    knots2 = get_reals(model, values, at, n(2) + degree(2) + 1, "a knot of the second axis", faults)
+    at = at + n(2) + degree(2) + 1
+    allocate (rows(n(1), n(2), 4))
+    rows(:, :, 4) = reshape(get_reals(model, values, at, n(1)*n(2), "a weight", faults), n)
+    at = at + n(1)*n(2)
+    rows(:, :, :3) = reshape(get_reals(model, values, at, 3*n(1)*n(2), "a coordinate", faults), &
+                             [n(1), n(2), 3], order=[3, 1, 2])
+    at = at + 3*n(1)*n(2)
+    range = get_reals(model, values, at, 4, "the range", faults)
+    is_valid = values%is_valid
+    if (.not. is_valid) return
+    if (.not. all(rows(:, :, 4) > 0.0_wp)) then
+      call fail(error, "surface: weights must be positive")
+      return
+    end if
+    if (.not. range(1) < range(2)) range(:2) = [knots1(degree(1) + 1), knots1(n(1) + 1)]
+    if (.not. range(3) < range(4)) range(3:) = [knots2(degree(2) + 1), knots2(n(2) + 1)]
+    surface%points = rows(:, :, :3)
+    surface%weights = rows(:, :, 4)
+    do c = 1, 3
+      rows(:, :, c) = rows(:, :, c)*rows(:, :, 4)
+    end do
+    call cut_axes(surface, degree, knots1, knots2, range, rows, error)
+  end subroutine read_spline
+
+  !> Counts and degrees; the values that they ask for must be there.
+  subroutine read_sizes(model, values, n, degree, faults)
+    type(iges_model_t), intent(in) :: model
+    type(values_t), intent(inout) :: values
+    integer, intent(out) :: n(2), degree(2)
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i
+    real(wp) :: n_needed
+
+    do i = 1, 2
+      n(i) = 1 + get_integer(model, values, i, "K"//to_text(i)//", an upper index", 1, &
+                             max(1, values%n), faults)
+      degree(i) = get_integer(model, values, 2 + i, "M"//to_text(i)//", a degree", 1, &
+                              max_degree, faults)
+    end do
+    if (.not. values%is_valid) return
+    ! As a real number, for what a damaged file asks for may be more than an integer holds.
+    n_needed = 9 + sum(real(n + degree + 1, wp)) + 4*product(real(n, wp))
+    if (n_needed <= values%n) return
+    call refuse(model, values, 1, to_text(values%n)//" parameters", "at least "// &
+                to_text(n_needed)//" for "//to_text(n(1))//" x "//to_text(n(2))// &
+                " control points", faults)
+  end subroutine read_sizes
+
+  !> Bring both axes to open knots over the range; what is there already stays bit for bit.
+  subroutine cut_axes(surface, degree, knots1, knots2, range, rows, error)
+    type(nurbs_surface_t), intent(inout) :: surface
+    integer, intent(in) :: degree(2)
+    real(wp), intent(in) :: knots1(:), knots2(:), range(4)
+    real(wp), intent(in) :: rows(:, :, :)    !! control points times weights, and weights
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: columns(:, :), grid(:, :, :)
+    logical :: is_same(2)
+    integer :: n(2), c
+
+    n = [size(rows, 1), size(rows, 2)]
+    columns = reshape(rows, [n(1), 4*n(2)])
+    call cut_to_range(surface%axes(1), degree(1), knots1, range(1), range(2), columns, &
+                      is_same(1), error)
+    if (allocated(error)) return
+    n(1) = size(columns, 1)
+    grid = reshape(columns, [n(2), n(1), 4], order=[2, 1, 3])
+    columns = reshape(grid, [n(2), 4*n(1)])
+    call cut_to_range(surface%axes(2), degree(2), knots2, range(3), range(4), columns, &
+                      is_same(2), error)
+    if (allocated(error) .or. all(is_same)) return
+    n(2) = size(columns, 1)
+    grid = reshape(columns, [n(1), n(2), 4], order=[2, 1, 3])
+    surface%weights = grid(:, :, 4)
+    deallocate (surface%points)
+    allocate (surface%points(n(1), n(2), 3))
+    do c = 1, 3
+      surface%points(:, :, c) = grid(:, :, c)/grid(:, :, 4)
+    end do
+  end subroutine cut_axes
+
+  !> A curve turned about a line, from the start angle to the end angle, right-handed about the
+  !! line: axis 1 follows the curve, axis 2 the angle.
+  subroutine read_revolution(model, values, surface, is_valid, error, faults)
+    type(iges_model_t), intent(in) :: model
+    type(values_t), intent(inout) :: values
+    type(nurbs_surface_t), intent(out) :: surface
+    logical, intent(out) :: is_valid
+    type(error_t), allocatable, intent(out) :: error
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), parameter :: degrees = 360/turn
+    type(nurbs_curve_t) :: line, curve
+    real(wp) :: angles(2), angle
+    integer :: axis, generatrix
+
+    axis = get_entry(model, values, 1, "the axis", faults)
+    generatrix = get_entry(model, values, 2, "the generatrix", faults)
+    angles = get_reals(model, values, 3, 2, "an angle", faults)
+    is_valid = values%is_valid
+    if (.not. is_valid) return
+    if (model%entries(axis)%type /= 110) then
+      call refuse(model, values, 1, "entity "//to_text(model%entries(axis)%type)// &
+                  " as the axis", "a line (110)", faults)
+      is_valid = .false.
+      return
+    end if
+    angle = angles(2) - angles(1)
+    if (.not. (angle > 0.0_wp .and. angle <= turn*(1.0_wp + 1.0e-9_wp))) then
+      call refuse(model, values, 3, "angles from "//to_text(angles(1))//" to "// &
+                  to_text(angles(2)), "a rising pair, at most a full turn apart", faults)
+      is_valid = .false.
+      return
+    end if
+    call read_curve(model, axis, line, is_valid, faults)
+    if (is_valid) call read_curve(model, generatrix, curve, is_valid, faults)
+    if (.not. is_valid) return
+    ! Full turns written with few digits are full turns.
+    if (angle > turn*(1.0_wp - 1.0e-9_wp)) angle = turn
+    call revolve(line, curve, unit_arc(angles(1)*degrees, angle*degrees), surface, error)
+  end subroutine read_revolution
+
+  subroutine revolve(line, curve, arc, surface, error)
+    type(nurbs_curve_t), intent(in) :: line, curve
+    type(arc_t), intent(in) :: arc
+    type(nurbs_surface_t), intent(out) :: surface
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: points(:, :, :), weights(:, :)
+    real(wp) :: axis(3), foot(3), radius(3), across(3)
+    integer :: i, j, n(2)
+
+    n = [size(curve%weights), size(arc%weights)]
+    allocate (points(n(1), n(2), 3), weights(n(1), n(2)))
+    axis = line%points(2, :) - line%points(1, :)
+    axis = axis/norm2(axis)
+    do i = 1, n(1)
+      radius = curve%points(i, :) - line%points(1, :)
+      foot = line%points(1, :) + dot_product(radius, axis)*axis
+      radius = radius - dot_product(radius, axis)*axis
+      across = [axis(2)*radius(3) - axis(3)*radius(2), axis(3)*radius(1) - axis(1)*radius(3), &
+                axis(1)*radius(2) - axis(2)*radius(1)]
+      do j = 1, n(2)
+        points(i, j, :) = foot + arc%points(j, 1)*radius + arc%points(j, 2)*across
+        weights(i, j) = curve%weights(i)*arc%weights(j)
+      end do
+    end do
+    call new_nurbs_surface(surface, curve%axis, arc%axis, points, weights, error)
+  end subroutine revolve
+
+  !> A curve drawn along a line from its first point to the point given.
+  subroutine read_cylinder(model, values, surface, is_valid, error, faults)
+    type(iges_model_t), intent(in) :: model
+    type(values_t), intent(inout) :: values
+    type(nurbs_surface_t), intent(out) :: surface
+    logical, intent(out) :: is_valid
+    type(error_t), allocatable, intent(out) :: error
+    type(fault_list_t), intent(inout) :: faults
+    type(nurbs_curve_t) :: curve
+    real(wp) :: end(3)
+    integer :: directrix
+
+    directrix = get_entry(model, values, 1, "the directrix", faults)
+    end = get_reals(model, values, 2, 3, "a coordinate", faults)
+    is_valid = values%is_valid
+    if (is_valid) call read_curve(model, directrix, curve, is_valid, faults)
+    if (.not. is_valid) return
+    call extruded_surface(surface, curve%axis, curve%points, curve%weights, &
+                          end - curve%points(1, :), 2, 1, error)
+  end subroutine read_cylinder
+
+end module iges_surfaces

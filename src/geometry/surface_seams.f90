@@ -1,0 +1,290 @@
+!> Which edges of surfaces lie on each other, and surfaces turned so that their normals agree.
+!!
+!! Edges go by xi_min, xi_max, eta_min, eta_max, 1 to 4. Two surfaces agree where they run along
+!! their common edge in opposite directions, each with itself on the left; that holds for sharp
+!! edges as well as for smooth ones.
+module surface_seams
+  use kinds, only: wp
+  use knot_vector, only: n_spans, span_table
+  use nurbs_surface, only: nurbs_surface_t, evaluate_surface
+  use refinement, only: reverse_axis
+  implicit none
+  private
+
+  public :: seam_t, surface_seams_t, find_surface_seams, orient_surfaces
+
+  !> An edge that lies on another one, as a whole or as a part of it.
+  type :: seam_t
+    integer :: surface(2) = 0        !! whose edges these are, the first one lying on the second
+    integer :: edge(2) = 0
+    logical :: is_opposite = .true.  !! the two run in opposite directions, as they should
+    logical :: is_whole = .true.     !! the second lies on the first, too
+    real(wp) :: gap = 0.0_wp         !! largest distance at the points compared [length]
+  end type seam_t
+
+  !> What was found.
+  type :: surface_seams_t
+    type(seam_t), allocatable :: seams(:)
+    integer :: n_free = 0                        !! edges with extent that lie on no other
+    integer, allocatable :: group(:)             !! of surfaces that seams lead to, from 1 on
+    logical, allocatable :: is_turned(:)         !! by `orient_surfaces`
+    logical :: is_one_sided = .false.            !! no way to turn them makes all agree
+  end type surface_seams_t
+
+  integer, parameter :: n_compared = 9         ! points of an edge, ends included
+  integer, parameter :: n_steps = 4            ! chords per span of the edge's polygon
+
+  !> An edge, from end to end as its surface keeps it on the left.
+  type :: edge_t
+    integer :: surface = 0, number = 0
+    logical :: is_collapsed = .false., is_closed = .false.
+    real(wp) :: low(3) = 0.0_wp, high(3) = 0.0_wp   ! box around it
+    real(wp), allocatable :: at(:)                  ! parameter at the corners of its polygon
+    real(wp), allocatable :: corners(:, :)          ! shape (3, size(at))
+  end type edge_t
+
+contains
+
+  !> Compare all edges. Edges shorter than the tolerance have no direction and are left out.
+  subroutine find_surface_seams(surfaces, tolerance, found)
+    type(nurbs_surface_t), intent(in) :: surfaces(:)
+    real(wp), intent(in) :: tolerance        !! [length]
+    type(surface_seams_t), intent(out) :: found
+    type(edge_t), allocatable :: edges(:)
+    logical, allocatable :: is_free(:)
+    type(seam_t) :: seam
+    integer :: i, j
+    logical :: lies(2)
+
+    allocate (edges(4*size(surfaces)), found%seams(0))
+    do i = 1, size(edges)
+      edges(i) = new_edge(surfaces((i + 3)/4), (i + 3)/4, i - 4*((i - 1)/4), tolerance)
+    end do
+    is_free = .not. edges%is_collapsed
+    do i = 1, size(edges)
+      do j = i + 1, size(edges)
+        if (edges(i)%is_collapsed .or. edges(j)%is_collapsed) cycle
+        if (any(edges(i)%low > edges(j)%high + tolerance) .or. &
+            any(edges(j)%low > edges(i)%high + tolerance)) cycle
+        call compare(surfaces, edges(i), edges(j), tolerance, seam, lies)
+        if (.not. any(lies)) cycle
+        if (lies(1)) is_free(i) = .false.
+        if (lies(2)) is_free(j) = .false.
+        found%seams = [found%seams, seam]
+      end do
+    end do
+    found%n_free = count(is_free)
+    allocate (found%is_turned(size(surfaces)), found%group(size(surfaces)))
+    found%is_turned = .false.
+    call find_groups(found)
+  end subroutine find_surface_seams
+
+  !> Reverse the first axis of surfaces whose normals disagree with those of the first surface of
+  !! their group.
+  subroutine orient_surfaces(found, surfaces)
+    type(surface_seams_t), intent(in) :: found
+    type(nurbs_surface_t), intent(inout) :: surfaces(:)
+    integer :: i
+
+    do i = 1, size(surfaces)
+      if (found%is_turned(i)) call reverse_axis(surfaces(i), 1)
+    end do
+  end subroutine orient_surfaces
+
+  !> Spread from the first surface of each group along the seams.
+  pure subroutine find_groups(found)
+    type(surface_seams_t), intent(inout) :: found
+    integer :: i, k, n_groups
+    logical :: goes_on
+
+    found%group = 0
+    n_groups = 0
+    do i = 1, size(found%group)
+      if (found%group(i) > 0) cycle
+      n_groups = n_groups + 1
+      found%group(i) = n_groups
+      goes_on = .true.
+      do while (goes_on)
+        goes_on = .false.
+        do k = 1, size(found%seams)
+          call spread_over(found%seams(k), found, goes_on)
+        end do
+      end do
+    end do
+    do k = 1, size(found%seams)
+      associate (seam => found%seams(k), turned => found%is_turned(found%seams(k)%surface))
+        if (seam%is_opposite .neqv. (turned(1) .eqv. turned(2))) found%is_one_sided = .true.
+      end associate
+    end do
+  end subroutine find_groups
+
+  pure subroutine spread_over(seam, found, goes_on)
+    type(seam_t), intent(in) :: seam
+    type(surface_seams_t), intent(inout) :: found
+    logical, intent(inout) :: goes_on
+    integer :: from, to
+
+    associate (groups => found%group(seam%surface))
+      if ((groups(1) > 0) .eqv. (groups(2) > 0)) return
+      from = merge(1, 2, groups(1) > 0)
+    end associate
+    to = seam%surface(3 - from)
+    from = seam%surface(from)
+    found%group(to) = found%group(from)
+    found%is_turned(to) = found%is_turned(from) .neqv. .not. seam%is_opposite
+    goes_on = .true.
+  end subroutine spread_over
+
+  !> Does each of two edges lie on the other, and in which direction?
+  subroutine compare(surfaces, a, b, tolerance, seam, lies)
+    type(nurbs_surface_t), intent(in) :: surfaces(:)
+    type(edge_t), intent(in) :: a, b
+    real(wp), intent(in) :: tolerance
+    type(seam_t), intent(out) :: seam
+    logical, intent(out) :: lies(2)
+    real(wp) :: gaps(2)
+    logical :: runs_along(2)
+
+    call lay_on(surfaces, a, b, tolerance, lies(1), gaps(1), runs_along(1))
+    call lay_on(surfaces, b, a, tolerance, lies(2), gaps(2), runs_along(2))
+    if (.not. any(lies)) return
+    seam%is_whole = all(lies)
+    seam%gap = maxval(gaps, mask=lies)
+    if (lies(1)) then
+      seam%surface = [a%surface, b%surface]
+      seam%edge = [a%number, b%number]
+      seam%is_opposite = .not. runs_along(1)
+    else
+      seam%surface = [b%surface, a%surface]
+      seam%edge = [b%number, a%number]
+      seam%is_opposite = .not. runs_along(2)
+    end if
+  end subroutine compare
+
+  !> Project points of edge `a` onto edge `b`.
+  subroutine lay_on(surfaces, a, b, tolerance, lies, gap, runs_along)
+    type(nurbs_surface_t), intent(in) :: surfaces(:)
+    type(edge_t), intent(in) :: a, b
+    real(wp), intent(in) :: tolerance
+    logical, intent(out) :: lies
+    real(wp), intent(out) :: gap
+    logical, intent(out) :: runs_along      !! in the same direction
+    real(wp) :: share, point(3), tangent(3), place(n_compared), distance, step, range
+    integer :: i, n_forward
+
+    lies = .false.
+    gap = 0.0_wp
+    runs_along = .false.
+    range = b%at(size(b%at)) - b%at(1)
+    do i = 1, n_compared
+      share = real(i - 1, wp)/(n_compared - 1)
+      call evaluate_edge(surfaces(a%surface), a%number, &
+                         (1 - share)*a%at(1) + share*a%at(size(a%at)), point, tangent)
+      call project(surfaces(b%surface), b, point, place(i), distance)
+      if (.not. distance <= tolerance) return
+      gap = max(gap, distance)
+    end do
+    n_forward = 0
+    do i = 2, n_compared
+      step = (place(i) - place(i - 1))/range
+      if (b%is_closed) step = step - anint(step)   ! the short way round
+      n_forward = n_forward + nint(sign(1.0_wp, step))
+    end do
+    runs_along = n_forward > 0
+    lies = n_forward /= 0
+  end subroutine lay_on
+
+  !> Nearest place on an edge: the nearest corner of its polygon, then Newton between the corners
+  !! beside it, guarded by halving.
+  subroutine project(surface, edge, point, at, distance)
+    type(nurbs_surface_t), intent(in) :: surface
+    type(edge_t), intent(in) :: edge
+    real(wp), intent(in) :: point(3)
+    real(wp), intent(out) :: at, distance
+    real(wp) :: low, high, here(3), tangent(3), slope, before
+    integer :: nearest, i
+    integer, parameter :: most = 60
+
+    nearest = minloc(sum((edge%corners - spread(point, 2, size(edge%at)))**2, 1), 1)
+    at = edge%at(nearest)
+    associate (ends => [edge%at(max(1, nearest - 1)), edge%at(min(size(edge%at), nearest + 1))])
+      low = minval(ends)
+      high = maxval(ends)
+    end associate
+    do i = 1, most
+      call evaluate_edge(surface, edge%number, at, here, tangent)
+      slope = dot_product(here - point, tangent)
+      if (slope > 0.0_wp) high = at
+      if (slope < 0.0_wp) low = at
+      before = at
+      if (dot_product(tangent, tangent) > 0.0_wp) at = at - slope/dot_product(tangent, tangent)
+      if (.not. (at > low .and. at < high)) at = 0.5_wp*(low + high)
+      if (abs(at - before) <= epsilon(at)*max(abs(low), abs(high))) exit
+    end do
+    call evaluate_edge(surface, edge%number, at, here, tangent)
+    distance = norm2(here - point)
+    do i = 1, size(edge%at), size(edge%at) - 1   ! ends count in full
+      if (norm2(edge%corners(:, i) - point) >= distance) cycle
+      distance = norm2(edge%corners(:, i) - point)
+      at = edge%at(i)
+    end do
+  end subroutine project
+
+  !> An edge with its polygon, box and kind.
+  function new_edge(surface, number_of_surface, number, tolerance) result(edge)
+    type(nurbs_surface_t), intent(in) :: surface
+    integer, intent(in) :: number_of_surface, number
+    real(wp), intent(in) :: tolerance
+    type(edge_t) :: edge
+    integer, allocatable :: spans(:)
+    real(wp) :: tangent(3)
+    integer :: i, j, axis
+
+    edge%surface = number_of_surface
+    edge%number = number
+    axis = merge(2, 1, number <= 2)
+    associate (kv => surface%axes(axis))
+      spans = span_table(kv)
+      allocate (edge%at(n_steps*n_spans(kv) + 1))
+      do i = 1, size(spans)
+        do j = 0, n_steps - 1
+          edge%at(n_steps*(i - 1) + j + 1) = kv%knots(spans(i)) + &
+            (kv%knots(spans(i) + 1) - kv%knots(spans(i)))*j/n_steps
+        end do
+      end do
+      edge%at(size(edge%at)) = kv%knots(size(kv%knots))
+    end associate
+    ! Kept on the left: xi_min and eta_max run downwards.
+    allocate (edge%corners(3, size(edge%at)))
+    do i = 1, size(edge%at)
+      call evaluate_edge(surface, number, edge%at(i), edge%corners(:, i), tangent)
+    end do
+    edge%low = minval(edge%corners, 2)
+    edge%high = maxval(edge%corners, 2)
+    edge%is_collapsed = norm2(edge%high - edge%low) <= tolerance
+    edge%is_closed = norm2(edge%corners(:, 1) - edge%corners(:, size(edge%at))) <= tolerance
+    if (any(number == [1, 4])) then
+      edge%at = edge%at(size(edge%at):1:-1)
+      edge%corners = edge%corners(:, size(edge%at):1:-1)
+    end if
+  end function new_edge
+
+  !> Point and tangent of an edge, towards higher parameters.
+  pure subroutine evaluate_edge(surface, number, at, point, tangent)
+    type(nurbs_surface_t), intent(in) :: surface
+    integer, intent(in) :: number
+    real(wp), intent(in) :: at
+    real(wp), intent(out) :: point(3), tangent(3)
+    real(wp) :: d1(3, 2), xi(2)
+    integer :: across
+
+    across = merge(1, 2, number <= 2)
+    associate (knots => surface%axes(across)%knots)
+      xi(across) = merge(knots(1), knots(size(knots)), mod(number, 2) == 1)
+    end associate
+    xi(3 - across) = at
+    call evaluate_surface(surface, xi, point, d1)
+    tangent = d1(:, 3 - across)
+  end subroutine evaluate_edge
+
+end module surface_seams

@@ -1,0 +1,219 @@
+"""Tools from CAD: exit code 0 if what was written as IGES and read back runs like the original.
+
+usage: run.py IGAFORM CASE INPUT
+"""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+
+DIES = ("lower die", "upper die")
+STRIP = {"closing": 12, "n_x": 35, "frames": 2, "history": 10}   # until the dies bend the strip
+
+
+def call(igaform, *words, expect=0):
+    done = subprocess.run([igaform, *map(str, words)], capture_output=True, text=True, check=False,
+                          env=dict(os.environ, OMP_WAIT_POLICY="passive"), timeout=300)
+    assert done.returncode == expect, done.stderr + done.stdout
+    return done.stdout + done.stderr
+
+
+def numbers(path, *groups):
+    """All arrays below the groups of a result file."""
+    found = {}
+    with h5py.File(path) as file:
+        for group in groups:
+            file[group].visititems(lambda key, item, group=group: found.update(
+                {f"{group}/{key}": item[()]}) if isinstance(item, h5py.Dataset) else None)
+    return found
+
+
+def settings(**values):
+    return [word for item in values.items() for word in ("--set", "{}={}".format(*item))]
+
+
+def strip_of_cad_dies(igaform, folder, inputs):
+    """The dies of the channel as IGES files give the strip of the tables, bit for bit."""
+    decks = folder / "input"
+    shutil.copytree(inputs, decks, ignore=shutil.ignore_patterns("*.h5", "studies"))
+    strip = decks / "channel_strip.key"
+    lines = []
+    for die, side in zip(DIES, ("NEGATIVE", "POSITIVE")):
+        name = die.replace(" ", "_") + ".igs"
+        told = call(igaform, "iges", strip, "--part", die, "--out", decks / "channel" / name)
+        assert "1 surfaces in MM" in told, told
+        lines.append(f"*TOOL, NAME={die}, TYPE=IGES, SIDE={side}, INPUT={name}\n")
+    table, cad = folder / "table.h5", folder / "cad.h5"
+    call(igaform, strip, "--out", table, "--quiet", *settings(**STRIP))
+    (decks / "channel" / "dies.inc").write_text("".join(lines))
+    told = call(igaform, strip, "--check", *settings(**STRIP))
+    assert "D1 rational B-spline surface upper di, degrees 2 x 2, 22 x 12 control points" in told, \
+        told
+    call(igaform, strip, "--out", cad, "--quiet", *settings(**STRIP))
+    assert "tool lower die from" in (folder / "cad.log").read_text()
+    first, second = (numbers(path, "history", "points", "nurbs", "tools") for path in (table, cad))
+    assert first.keys() == second.keys()
+    for name, values in first.items():
+        if "wall" not in name:
+            assert np.array_equal(values, second[name], equal_nan=True), name
+    assert first["points/eqps"].max() > 1e-3, "the dies do not press"
+    print("largest plastic strain", first["points/eqps"].max())
+
+    # The formed blank from the result: its faces, and one of them exactly.
+    out = folder / "blank.igs"
+    assert "6 surfaces in MM" in call(igaform, "iges", cad, "--out", out)
+    told = call(igaform, "iges", cad, "--part", "sheet", "--out", out, expect=1)
+    assert "there are blank, lower die, upper die" in told, told
+    call(igaform, "iges", cad, "--face", "ZETA_MAX", "--out", out)
+    points = written_points(out)
+    net = first["nurbs/blank/points"][-1].reshape(-1, 3)   # zeta last in Fortran, first here
+    assert np.array_equal(points[np.lexsort(points.T)], net[np.lexsort(net.T)])
+
+
+def written_points(path):
+    """Control points of the one surface of a file that igaform wrote."""
+    values = "".join(line[:64].strip() for line in path.read_text().splitlines()
+                     if line[72:73] == "P").rstrip(";").split(",")
+    values = [float(value.replace("D", "e")) for value in values]
+    k1, k2, m1, m2 = (int(value) for value in values[1:5])
+    n = (k1 + 1) * (k2 + 1)
+    first = 10 + k1 + m1 + 2 + k2 + m2 + 2 + n
+    return np.array(values[first:first + 3 * n]).reshape(-1, 3)
+
+
+DRUM = """*UNITS
+mm, t, s, N, MPa, mJ
+*MATERIAL, NAME=steel
+*DENSITY
+7.85e-9
+*ELASTIC
+210000, 0.3
+*PLASTIC, HARDENING=VOCE
+250, 250, 6
+*BLANK, NAME=sheet, MATERIAL=steel
+x, -20, 20, 2, 16
+y, -2, 2, 2, 2
+z, 0, 1, 2, 1
+{tool}
+*TOOL MOTION, TOOL=drum
+0, 0, -20000
+*CONTACT PAIR, TOOL=drum, FACE=Z_MAX
+*BOUNDARY
+X_MIN, PINNED
+X_MAX, PINNED
+*DYNAMIC, EXPLICIT
+2.5e-4
+*OUTPUT, FRAMES=2, HISTORY=10
+"""
+
+
+def four_quarters(igaform, folder, _):
+    """A cylinder of four surfaces, two of them inside out, presses like one surface."""
+    one = folder / "one.key"
+    one.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=CYLINDER\n0, -5, 11, 0, 10, 0\n10"))
+    quarters = []
+    for i in range(4):
+        deck = folder / f"quarter{i}.key"
+        deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=CYLINDER\n0, -5, 11, 0, 10, 0\n"
+                                    f"10, {90 * i + 45}, 90"))
+        part = folder / f"quarter{i}.igs"
+        call(igaform, "iges", deck, "--part", "drum", "--out", part)
+        quarters.append(part)
+    (folder / "four.igs").write_text(joined(quarters, inside_out=(1, 3)))
+    four = folder / "four.key"
+    four.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=IGES, INPUT=four.igs"))
+    told = call(igaform, four, "--check")
+    assert "joints: 4 pairs of edges meet" in told and "2 surfaces turned" in told, told
+    for deck in (one, four):
+        call(igaform, deck, "--out", deck.with_suffix(".h5"), "--quiet")
+    first, second = (numbers(folder / name, "nurbs/blank", "tools", "points")
+                     for name in ("one.h5", "four.h5"))
+    for name in ("nurbs/blank/points", "tools/drum/force", "points/eqps"):
+        error = np.abs(first[name] - second[name]).max() / np.abs(first[name]).max()
+        print(f"{name}: {error:.1e}")
+        assert error < 1e-9, name
+    assert first["points/eqps"].max() > 1e-3, "the drum does not press"
+
+
+def joined(paths, inside_out):
+    """One file of the surfaces of several; some have their first axis reversed."""
+    head, directory, values = [], [], []
+    for i, path in enumerate(paths):
+        lines = path.read_text().splitlines()
+        if not head:
+            head = [line for line in lines if line[72:73] in "SG"]
+        text = "".join(line[:64].strip() for line in lines if line[72:73] == "P").rstrip(";")
+        text = reversed_axis(text.split(",")) if i in inside_out else text
+        first = len(values) + 1
+        for piece in pieces(text + ";"):
+            values.append(f"{piece:<64}{2 * i + 1:8d}P{len(values) + 1:7d}")
+        numbers_of = (128, first, 0, 0, 0, 0, 0, 0)
+        directory.append("".join(f"{n:8d}" for n in numbers_of) + f"00000000D{2 * i + 1:7d}")
+        numbers_of = (128, 0, 0, len(values) - first + 1, 0)
+        directory.append("".join(f"{n:8d}" for n in numbers_of) + " " * 32 + f"D{2 * i + 2:7d}")
+    counts = [sum(line[72:73] == letter for line in head) for letter in "SG"]
+    last = "".join(f"{letter}{n:7d}" for letter, n in zip(
+        "SGDP", counts + [len(directory), len(values)]))
+    return "\n".join(head + directory + values + [f"{last:<72}T{1:7d}"]) + "\n"
+
+
+def reversed_axis(values):
+    """Values of an entity 128 with its first axis the other way round."""
+    k1, k2, m1, m2 = (int(value) for value in values[1:5])
+    n1, n2 = k1 + 1, k2 + 1
+    at = [10, 10 + n1 + m1 + 1]
+    at += [at[1] + n2 + m2 + 1, at[1] + n2 + m2 + 1 + n1 * n2, at[1] + n2 + m2 + 1 + 4 * n1 * n2]
+    knots = [float(value) for value in values[at[0]:at[1]]]
+    knots = [repr(knots[0] + knots[-1] - knot) for knot in knots[::-1]]
+    weights = values[at[2]:at[3]]
+    points = values[at[3]:at[4]]
+    weights = [w for j in range(n2) for w in weights[j * n1:(j + 1) * n1][::-1]]
+    rows = [[points[3 * k:3 * k + 3] for k in range(j * n1, (j + 1) * n1)][::-1] for j in range(n2)]
+    points = [x for row in rows for point in row for x in point]
+    return ",".join(values[:10] + knots + values[at[1]:at[2]] + weights + points + values[at[4]:])
+
+
+def pieces(text):
+    """Text in pieces of at most 64 characters that end with a comma."""
+    while len(text) > 64:
+        cut = text.rindex(",", 0, 64) + 1
+        yield text[:cut]
+        text = text[cut:]
+    yield text
+
+
+def refusals(igaform, folder, _):
+    """What cannot be done is told, with exit code 1 and no file left behind."""
+    deck = folder / "drum.key"
+    deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=IGES, INPUT=missing.igs"))
+    assert "missing.igs: error: IGES: found no file" in call(igaform, deck, "--check", expect=1)
+    deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=IGES"))
+    assert "drum.key:14: error: *TOOL: found no option INPUT" in call(igaform, deck, expect=1)
+    deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=CYLINDER, INPUT=x.igs, LENGTH=M\n"
+                                "0, -5, 11, 0, 10, 0\n10"))
+    told = call(igaform, deck, expect=1)
+    assert "the option INPUT for a tool of TYPE=CYLINDER" in told, told
+    assert "the option LENGTH for a tool of TYPE=CYLINDER" in told, told
+    deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=CYLINDER\n0, -5, 11, 0, 10, 0\n10"))
+    call(igaform, "iges", deck, "--part", "drum", "--out", folder / "drum.igs", "--length", "CM")
+    text = (folder / "drum.igs").read_text()
+    (folder / "drum.igs").write_text(text[:len(text) // 2])
+    deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=IGES, INPUT=drum.igs"))
+    told = call(igaform, deck, expect=1)
+    assert "drum.igs:" in told, told
+    assert not list(folder.glob("*.h5")) and not list(pathlib.Path().glob("drum.h5"))
+
+
+def main(igaform, case, inputs):
+    with tempfile.TemporaryDirectory() as folder:
+        {"strip": strip_of_cad_dies, "quarters": four_quarters, "refusals": refusals}[case](
+            igaform, pathlib.Path(folder), inputs)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
