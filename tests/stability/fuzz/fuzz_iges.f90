@@ -1,0 +1,39 @@
+!> Reads IGES files as a deck would, path by path from the standard input, for fuzz.py.
+program fuzz_iges
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use faults, only: fault_list_t, new_origin, n_errors
+  use text, only: string_t
+  use nurbs_surface, only: nurbs_surface_t
+  use iges_selection, only: iges_request_t
+  use iges_reader, only: read_iges
+  implicit none
+
+  character(1000) :: path
+  integer :: status
+
+  do
+    read (*, "(a)", iostat=status) path
+    if (status /= 0) exit
+    call read_one(trim(path))
+  end do
+
+contains
+
+  subroutine read_one(path)
+    character(*), intent(in) :: path
+    type(iges_request_t) :: request
+    type(nurbs_surface_t), allocatable :: surfaces(:)
+    type(string_t), allocatable :: report(:)
+    type(fault_list_t) :: faults
+
+    request%path = path
+    request%origin = new_origin("fuzz.key", 1, "*TOOL")
+    request%unit = "MM"
+    allocate (request%numbers(0), request%labels(0))
+    call read_iges(request, surfaces, report, faults)
+    write (output_unit, "(i0, a, i0, a)") size(surfaces), " surfaces, ", n_errors(faults), &
+      " errors"
+    flush (output_unit)
+  end subroutine read_one
+
+end program fuzz_iges
