@@ -6,7 +6,8 @@
 module closest_point
   use kinds, only: wp
   use tool, only: tool_t
-  use tool_face, only: separation_t, separation, unit_normal
+  use tool_face, only: separation_t, separation, face_position, unit_normal
+  use tool_seams, only: move_across
   use tool_cells, only: cell_t
   implicit none
   private
@@ -190,6 +191,12 @@ contains
     integer, intent(out) :: d_there        !! coordinate that is at its end there
 
     other = tool%neighbours(edge_of(d, at(d)), face)
+    if (other < 0) then
+      call move_across(tool%orders, tool%coefficients, tool%links, -other, at(3 - d), &
+                       face_position(tool%orders, tool%coefficients(:, :, :, face), at), &
+                       other, there, d_there)
+      return
+    end if
     there = at
     there(d) = 1.0_wp - anint(at(d))
     d_there = d

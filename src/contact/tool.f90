@@ -13,12 +13,14 @@ module tool
   use tool_cells, only: cell_t, cell_list_t
   use tool_blocks, only: cut_surface
   use cell_tree, only: cell_tree_t, new_cell_tree
+  use tool_seams, only: seam_t, find_seams, find_turned
   implicit none
   private
 
   public :: tool_t, new_tool
 
   integer, parameter :: least_order = 3   !! lower degrees are padded to 2, which the lanes are for
+  real(wp), parameter :: seam_width = 1.0_wp/300   !! widest seam, of the search distance
 
   !> A tool: its surfaces, its motion, and its faces (parts between consecutive distinct knots).
   type :: tool_t
@@ -33,7 +35,10 @@ module tool
     integer :: n_faces = 0
     integer :: orders(2) = least_order      !! highest degrees of the surfaces + 1
     real(wp), allocatable :: coefficients(:, :, :, :)   !! power form, (4, orders(1:2), n_faces)
-    integer, allocatable :: neighbours(:, :)   !! face across s = 0, s = 1, t = 0, t = 1, 0: border
+    integer, allocatable :: neighbours(:, :)   !! face across s = 0, s = 1, t = 0, t = 1; 0: border;
+                                               !! -k: other surfaces, from `links(k)` on
+    type(seam_t), allocatable :: links(:)      !! parts of edges that lie on other surfaces
+    integer :: n_turned = 0                    !! surfaces turned over so that normals agree
     integer, allocatable :: surface_of(:)      !! surface of each face, shape (n_faces)
     real(wp), allocatable :: low(:, :)         !! xi and eta where a face begins, (2, n_faces)
     real(wp), allocatable :: high(:, :)        !! xi and eta where a face ends, (2, n_faces)
@@ -46,7 +51,8 @@ module tool
 contains
 
   !> Prepare a tool for contact. Refused: no surface, weights that are not positive, points that are
-  !! not finite, a side other than +1 or -1, a search distance that is not positive.
+  !! not finite, a side other than +1 or -1, a search distance that is not positive, surfaces whose
+  !! normals cannot agree across their seams. Surfaces whose normals only have to be turned are.
   subroutine new_tool(tool, name, surfaces, side, search_distance, error)
     type(tool_t), intent(out) :: tool
     character(*), intent(in) :: name
@@ -62,7 +68,50 @@ contains
     tool%side = side
     tool%search_distance = search_distance
     call set_faces(tool)
+    if (size(surfaces) > 1) call join_surfaces(tool, error)
   end subroutine new_tool
+
+  !> Find the seams between the surfaces, and turn those over whose normals do not agree with the
+  !! first surface of their group.
+  subroutine join_surfaces(tool, error)
+    type(tool_t), intent(inout) :: tool
+    type(error_t), allocatable, intent(inout) :: error
+    logical :: is_turned(size(tool%surfaces)), is_consistent
+    integer :: i
+
+    call link_surfaces(tool)
+    call find_turned(tool%neighbours, tool%links, tool%surface_of, is_turned, is_consistent)
+    if (.not. is_consistent) then
+      call fail(error, "tool "//tool%name//": its surfaces cannot all face one way across their " &
+                //"seams")
+      return
+    end if
+    tool%n_turned = count(is_turned)
+    if (tool%n_turned == 0) return
+    do i = 1, size(is_turned)
+      if (is_turned(i)) call turn_over(tool%surfaces(i))
+    end do
+    call set_faces(tool)
+    call link_surfaces(tool)
+  end subroutine join_surfaces
+
+  subroutine link_surfaces(tool)
+    type(tool_t), intent(inout) :: tool
+
+    call find_seams(tool%orders, tool%coefficients, tool%surface_of, &
+                    seam_width*tool%search_distance, tool%neighbours, tool%links)
+  end subroutine link_surfaces
+
+  !> Let xi of a surface run the other way.
+  pure subroutine turn_over(surface)
+    type(nurbs_surface_t), intent(inout) :: surface
+
+    associate (axis => surface%axes(1), n => surface%axes(1)%n_basis)
+      axis%knots = axis%knots(1) + axis%knots(size(axis%knots)) - axis%knots(size(axis%knots):1:-1)
+      surface%points = surface%points(n:1:-1, :, :)
+      surface%weights = surface%weights(n:1:-1, :)
+    end associate
+  end subroutine turn_over
 
   subroutine check(name, surfaces, side, search_distance, error)
     character(*), intent(in) :: name
@@ -96,6 +145,7 @@ contains
     real(wp), allocatable :: boxes(:, :, :)
     integer :: surface, i, n
 
+    tool%n_faces = 0
     do surface = 1, size(tool%surfaces)
       associate (axes => tool%surfaces(surface)%axes)
         tool%n_faces = tool%n_faces + n_spans(axes(1))*n_spans(axes(2))
@@ -103,6 +153,8 @@ contains
       end associate
     end do
     n = tool%n_faces
+    if (allocated(tool%coefficients)) &
+      deallocate (tool%coefficients, tool%neighbours, tool%surface_of, tool%low, tool%high)
     allocate (tool%coefficients(4, tool%orders(1), tool%orders(2), n), source=0.0_wp)
     allocate (tool%neighbours(4, n), tool%surface_of(n), tool%low(2, n), tool%high(2, n))
     n = 0
@@ -164,17 +216,19 @@ contains
     integer, intent(in) :: before
     integer, intent(out) :: neighbours(:, :)
     integer :: i, j, n1, n2
+    logical :: is_round(2)
 
     n1 = n_spans(surface%axes(1))
     n2 = n_spans(surface%axes(2))
+    is_round = [is_closed(surface, 1), is_closed(surface, 2)]
     do j = 1, n2
       do i = 1, n1
         associate (across => neighbours(:, i + n1*(j - 1)))
           across = before + n1*(j - 1) + i + [-1, 1, -n1, n1]
-          if (i == 1) across(1) = merge(across(1) + n1, 0, is_closed(surface, 1))
-          if (i == n1) across(2) = merge(across(2) - n1, 0, is_closed(surface, 1))
-          if (j == 1) across(3) = merge(across(3) + n1*n2, 0, is_closed(surface, 2))
-          if (j == n2) across(4) = merge(across(4) - n1*n2, 0, is_closed(surface, 2))
+          if (i == 1) across(1) = merge(across(1) + n1, 0, is_round(1))
+          if (i == n1) across(2) = merge(across(2) - n1, 0, is_round(1))
+          if (j == 1) across(3) = merge(across(3) + n1*n2, 0, is_round(2))
+          if (j == n2) across(4) = merge(across(4) - n1*n2, 0, is_round(2))
         end associate
       end do
     end do

@@ -145,7 +145,7 @@ contains
     end if
   end subroutine try_gentle
 
-  !> Local searches from all points of a net over a cell that are nearer than those around them; in a
+  !> Local searches from all points of a net over a cell that are nearer than those beside them; in a
   !! wild cell from all whose mesh may hold a nearer place than found so far.
   pure subroutine try_net(tool, x, cell, n_iterations, hit)
     type(tool_t), intent(in) :: tool
@@ -166,7 +166,9 @@ contains
     end do
     do j = 1, n_net
       do i = 1, n_net
-        is_tried(i, j) = squares(i, j) <= minval(squares(i - 1:i + 1, j - 1:j + 1))
+        ! Not against diagonal neighbours: these hide minima at the border of a cell.
+        is_tried(i, j) = squares(i, j) <= min(minval(squares(i - 1:i + 1, j)), &
+                                              minval(squares(i, j - 1:j + 1)))
         if (is_tried(i, j)) call try(tool, x, cell%face, net_place(cell, i, j), n_iterations, hit)
       end do
     end do

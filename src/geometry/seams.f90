@@ -11,7 +11,7 @@ module seams
   private
 
   public :: seams_t, no_seams, find_seams, collect, sum_groups, largest_of_groups, hand_out
-  public :: group_table, is_counted
+  public :: group_table, is_counted, sorted_order
 
   integer, parameter :: most_components = 3
 
