@@ -15,8 +15,8 @@ module tool_cells
 
   integer, parameter :: max_depth = 28             !! halvings of a face, both directions together
   integer, parameter :: max_cells = 4096           !! of one face
-  real(wp), parameter :: most_bend = 0.1_wp        !! sagitta over chord of a polygon of degree 2
-  real(wp), parameter :: most_turn = 0.3_wp        !! of edges across the direction [rad]
+  real(wp), parameter :: most_bend = 0.05_wp       !! sagitta over chord of a polygon of degree 2
+  real(wp), parameter :: most_turn = 0.2_wp        !! of edges across the direction [rad]
   real(wp), parameter :: most_ratio = 2.0_wp       !! of the weights
   real(wp), parameter :: same_weights = 1.5_wp     !! ratio that leaves sagittas their meaning
   real(wp), parameter :: most_weights = 10.0_wp    !! ratio in a face that makes it wild
@@ -28,7 +28,8 @@ module tool_cells
     integer :: stride = 0                          !! from a face of the block to the next along eta
     real(wp) :: low(2) = 0.0_wp, high(2) = 1.0_wp  !! local coordinates s and t of a part
     logical :: is_gentle = .false.                 !! too flat to have two places closest to a point
-    logical :: is_wild = .false.                   !! of a face with weights of very different size
+    logical :: is_wild = .false.                   !! of a face with very different weights or with
+                                                   !! an edge shrunk to a point
     type(contact_territory_t) :: territory
     real(wp) :: box(3, 2) = 0.0_wp                 !! corners of the box around it [length]
   end type cell_t
@@ -51,10 +52,24 @@ contains
     integer :: n_left
 
     whole%face = face
-    whole%is_wild = maxval(hull(4, :, :)) > most_weights*minval(hull(4, :, :))
+    whole%is_wild = maxval(hull(4, :, :)) > most_weights*minval(hull(4, :, :)) &
+                    .or. has_shrunk_edge(hull)
     n_left = max_cells
     call cut(cells, whole, hull, distance, 0, n_left)
   end subroutine cut_face
+
+  !> Whether one of the edges of a hull is much shorter than the longest.
+  pure logical function has_shrunk_edge(hull)
+    real(wp), intent(in) :: hull(:, :, :)
+    real(wp), parameter :: shrunk = 1.0e-3_wp
+    real(wp) :: extents(4)
+
+    associate (n => size(hull, 2), m => size(hull, 3))
+      extents = [extent_of(hull(:, :, 1)), extent_of(hull(:, :, m)), extent_of(hull(:, 1, :)), &
+                 extent_of(hull(:, n, :))]
+    end associate
+    has_shrunk_edge = minval(extents) <= shrunk*maxval(extents)
+  end function has_shrunk_edge
 
   !> Append a part of a face, or its halves.
   pure recursive subroutine cut(cells, part, hull, distance, depth, n_left)
