@@ -52,8 +52,7 @@ contains
     integer :: n_left
 
     whole%face = face
-    whole%is_wild = maxval(hull(4, :, :)) > most_weights*minval(hull(4, :, :)) &
-                    .or. has_shrunk_edge(hull)
+    whole%is_wild = maxval(hull(4, :, :)) > most_weights*minval(hull(4, :, :))
     n_left = max_cells
     call cut(cells, whole, hull, distance, 0, n_left)
   end subroutine cut_face
@@ -90,6 +89,7 @@ contains
     d = maxloc(bend, 1)
     half%is_gentle = is_gentle_face(hull, half%territory, distance)
     if (half%is_gentle .or. bend(d) <= 1.0_wp .or. depth == max_depth .or. n_left <= 1) then
+      half%is_wild = half%is_wild .or. has_shrunk_edge(hull)
       call append(cells, half)
       return
     end if

@@ -76,8 +76,8 @@ contains
     logical, intent(in) :: is_corner_start
     type(hit_t), intent(out) :: hit
     type(hit_t) :: way_out
-    real(wp) :: bounds(size(cells))
-    integer :: i, n, n_left, order(size(cells)), n_iterations
+    real(wp) :: bounds(size(cells)), at(2)
+    integer :: i, n, n_left, order(size(cells)), n_iterations, face
 
     n_left = size(cells)
     order = cells
@@ -90,9 +90,10 @@ contains
         if (is_corner_start) then
           call try(tool, x, cell%face, cell%low, n_iterations, hit)
         else if (cell%is_gentle) then
-          call try_gentle(tool, x, cell, n_iterations, hit, way_out)
+          call start_in(tool, cell, x, face, at)
+          call try_within(tool, x, cell, face, at, n_iterations, hit, way_out)
         else
-          call try_net(tool, x, cell, n_iterations, hit)
+          call try_net(tool, x, cell, n_iterations, hit, way_out)
         end if
       end associate
       bounds(i) = bounds(n_left)
@@ -125,17 +126,20 @@ contains
     if (trial%is_converged) call take_nearer(tool, trial, hit)
   end subroutine try
 
-  !> Local search in a gentle cell. Where it is held at the border with lower ground beyond there is
-  !! no closest place in the cell, and the neighbour will be searched; the lowest such place is kept.
-  pure subroutine try_gentle(tool, x, cell, n_iterations, hit, way_out)
+  !> Local search from a place in a cell. Where it is held at the border of the cell's faces with
+  !! lower ground beyond there is no closest place on them, and the neighbour will be searched; the
+  !! lowest such place is kept.
+  pure subroutine try_within(tool, x, cell, face, at, n_iterations, hit, way_out)
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: x(3)
+    real(wp), intent(in) :: x(3), at(2)
     type(cell_t), intent(in) :: cell
+    integer, intent(in) :: face
     integer, intent(inout) :: n_iterations
     type(hit_t), intent(inout) :: hit, way_out
     type(hit_t) :: trial
 
-    call start_in(tool, cell, x, trial%face, trial%at)
+    trial%face = face
+    trial%at = at
     call descend(tool, x, trial, cell)
     n_iterations = n_iterations + trial%n_iterations
     if (trial%is_leaving) then
@@ -143,16 +147,16 @@ contains
     else if (trial%is_converged) then
       call take_nearer(tool, trial, hit)
     end if
-  end subroutine try_gentle
+  end subroutine try_within
 
   !> Local searches from all points of a net over a cell that are nearer than those beside them; in a
   !! wild cell from all whose mesh may hold a nearer place than found so far.
-  pure subroutine try_net(tool, x, cell, n_iterations, hit)
+  pure subroutine try_net(tool, x, cell, n_iterations, hit, way_out)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
     type(cell_t), intent(in) :: cell
     integer, intent(inout) :: n_iterations
-    type(hit_t), intent(inout) :: hit
+    type(hit_t), intent(inout) :: hit, way_out
     real(wp) :: places(3, n_net, n_net), squares(0:n_net + 1, 0:n_net + 1), reach
     logical :: is_tried(n_net, n_net)
     integer :: i, j
@@ -169,7 +173,8 @@ contains
         ! Not against diagonal neighbours: these hide minima at the border of a cell.
         is_tried(i, j) = squares(i, j) <= min(minval(squares(i - 1:i + 1, j)), &
                                               minval(squares(i, j - 1:j + 1)))
-        if (is_tried(i, j)) call try(tool, x, cell%face, net_place(cell, i, j), n_iterations, hit)
+        if (is_tried(i, j)) call try_within(tool, x, cell, cell%face, net_place(cell, i, j), &
+                                            n_iterations, hit, way_out)
       end do
     end do
     if (.not. cell%is_wild) return
@@ -178,7 +183,8 @@ contains
     do j = 1, n_net
       do i = 1, n_net
         if (is_tried(i, j) .or. sqrt(squares(i, j)) > hit%distance + reach) cycle
-        call try(tool, x, cell%face, net_place(cell, i, j), n_iterations, hit)
+        call try_within(tool, x, cell, cell%face, net_place(cell, i, j), n_iterations, hit, &
+                        way_out)
       end do
     end do
   end subroutine try_net
