@@ -150,7 +150,8 @@ contains
           call fail(error, place(path, run%line)//run%command%fault)
         else if (run%command%is_material .or. run%command%is_batch .or. run%command%is_check &
                  .or. run%command%n_modes > 0 .or. run%command%wants_help &
-                 .or. run%command%wants_version .or. run%command%wants_keywords) then
+                 .or. run%command%wants_version .or. run%command%wants_keywords &
+                 .or. run%command%wants_rules) then
           call fail(error, place(path, run%line)//"'"//run%text//"' is no run of a deck")
         end if
         if (allocated(error)) return

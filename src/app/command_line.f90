@@ -24,6 +24,7 @@ module command_line
     character(:), allocatable :: part, face, length_unit   !! of --part, --face, --length; or empty
     logical :: is_check = .false., is_quiet = .false.
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
+    logical :: wants_rules = .false.
     character(:), allocatable :: fault     !! why the command cannot be carried out; else empty
   end type command_t
 
@@ -64,7 +65,7 @@ contains
       call take_argument(arguments, command, i)
     end do
     if (command%fault == "" .and. command%deck == "" .and. .not. (command%wants_help &
-        .or. command%wants_version .or. command%wants_keywords)) then
+        .or. command%wants_version .or. command%wants_keywords .or. command%wants_rules)) then
       command%fault = "no deck given"
     end if
   end subroutine parse_arguments
@@ -97,6 +98,7 @@ contains
            //"  --length UNIT      igaform iges: unit of the lengths (default: of *UNITS)"//feed &
            //"  --quiet            errors and warnings only"//feed &
            //"  --keywords         print the reference of all keywords"//feed &
+           //"  --rules            print where quadrature rules leave modes without energy"//feed &
            //"  --version, --help"//feed &
            //"exit codes: 0 done, 1 the input is at fault, 2 the run failed,"//feed &
            //"            3 interrupted"
@@ -128,6 +130,8 @@ contains
       command%wants_version = .true.
     case ("--keywords")
       command%wants_keywords = .true.
+    case ("--rules")
+      command%wants_rules = .true.
     case ("--out", "--threads", "--set", "--user", "--modes", "--jobs", "--only", &
           "--part", "--face", "--length")
       if (i == size(arguments)) then
@@ -216,8 +220,8 @@ contains
 
     options = strings([character(14) :: "--out", "--threads", "--set", "--user", "--check", &
                        "--modes", "--return-study", "--jobs", "--only", "--summary", "--quiet", &
-                       "--part", "--face", "--length", &
-                        "--keywords", "--version", "--help"])
+                        "--part", "--face", "--length", &
+                        "--keywords", "--rules", "--version", "--help"])
     nearest = nearest_name(word, options)
   end function nearest_option
 

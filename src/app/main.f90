@@ -6,6 +6,7 @@ program main
   use command_line, only: command_t, read_command_line, usage_text
   use build_info, only: version, git_commit
   use keyword_manual, only: keyword_manual_text
+  use rule_manual, only: rule_manual_text
   use batch, only: run_batch
   use deck_run, only: run_deck, exit_input
   use material_run, only: run_material_tests
@@ -35,6 +36,8 @@ program main
     print "(a)", "igaform "//version//" ("//git_commit//")"
   else if (command%wants_keywords) then
     write (output_unit, "(a)", advance="no") keyword_manual_text()
+  else if (command%wants_rules) then
+    write (output_unit, "(a)", advance="no") rule_manual_text()
   else if (command%is_batch) then
     code = run_batch(command)
   else if (command%is_iges) then
