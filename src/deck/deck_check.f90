@@ -197,6 +197,10 @@ contains
     do i = 1, size(scene%motions)
       associate (motion => scene%motions(i))
         if (motion%tool /= tool) cycle
+        if (motion%is_force) then
+          way = reshape([-1, -1, -1, 1, 1, 1], [3, 2])*1.0e30_wp
+          return
+        end if
         associate (values => curve_values(scene, motion%curve))
           factor = [min(0.0_wp, minval(values)), max(0.0_wp, maxval(values))]
         end associate

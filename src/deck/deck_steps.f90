@@ -8,8 +8,8 @@ module deck_steps
 
   public :: number_steps, check_steps, n_deck_steps, first_in_step, step_of
 
-  character(*), parameter :: of_step(18) = [character(18) :: "STEP", "END STEP", "DYNAMIC", &
-    "BOUNDARY", "TOOL MOTION", "PRESSURE", "TRACTION", "GRAVITY", "CONTACT PAIR", &
+  character(*), parameter :: of_step(19) = [character(18) :: "STEP", "END STEP", "DYNAMIC", &
+    "TOOL FORCE", "BOUNDARY", "TOOL MOTION", "PRESSURE", "TRACTION", "GRAVITY", "CONTACT PAIR", &
     "MODEL CHANGE", "DAMPING", "DYNAMIC RELAXATION", "OUTPUT", "ENERGY LIMIT", &
     "PENETRATION LIMIT", "PARAMETER", "INCLUDE", "SET"]
   !> Of the first step, for all.

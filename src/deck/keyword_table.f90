@@ -209,12 +209,13 @@ contains
   pure subroutine add_motion_keywords(table)
     type(keyword_table_t), intent(inout) :: table
 
-    call add_keyword(table, "AMPLITUDE", "A factor against time, linear between the points and "// &
-                     "constant outside.")
+    call add_keyword(table, "AMPLITUDE", "A factor against time, linear or smooth between the "// &
+                     "points and constant outside.")
     call add_option(table, "NAME", kind_name, "name, for AMPLITUDE options")
     call add_option(table, "INPUT", kind_name, "file with the data lines", is_required=.false.)
-    call add_option(table, "DEFINITION", kind_choice, "may be given", default="TABULAR", &
-                    choices="TABULAR")
+    call add_option(table, "DEFINITION", kind_choice, "SMOOTH STEP: between the points "// &
+                    "a quintic that is level at both of them, as in Abaqus", default="TABULAR", &
+                    choices="TABULAR|SMOOTH STEP")
     call add_option(table, "TIME", kind_choice, "times since the start of the step that names "// &
                     "the amplitude, or since that of the run", default="STEP TIME", &
                     choices="STEP TIME|TOTAL TIME")
@@ -228,7 +229,8 @@ contains
 
     call add_keyword(table, "TOOL MOTION", "How a tool moves from the start of the step on, "// &
                      "in which this stands; in later steps it goes on until the tool gets "// &
-                     "another motion. A tool without it stands still.")
+                     "another motion. Several of one tool in one step add up if they move "// &
+                     "different components. A tool without it stands still.")
     call add_option(table, "TOOL", kind_name, "name of the tool")
     call add_option(table, "TYPE", kind_choice, "what the vector is; DISPLACEMENT counts from "// &
                     "where the tool is at the start of the step, and needs an AMPLITUDE that "// &

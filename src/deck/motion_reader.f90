@@ -6,8 +6,8 @@ module motion_reader
   use scene, only: scene_t, curve_spec_t, motion_spec_t
   use deck_names, only: deck_names_t, resolve
   use deck_steps, only: step_of
-  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given, &
-                          field_real, all_numbers
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
+                          is_option_given, field_real, all_numbers
   implicit none
   private
 
@@ -29,6 +29,8 @@ contains
       scene%curves(i)%origin = deck%records(found(i))%origin
       scene%curves(i)%name = option_text(deck, deck%records(found(i)), "NAME")
       scene%curves(i)%is_total = option_text(deck, deck%records(found(i)), "TIME") == "TOTAL TIME"
+      scene%curves(i)%is_smooth = option_text(deck, deck%records(found(i)), "DEFINITION") &
+                                  == "SMOOTH STEP"
       call read_curve(deck%records(found(i)), scene%curves(i), faults)
     end do
   end subroutine read_amplitudes
@@ -73,7 +75,7 @@ contains
                  record%origin, curve, faults)
   end subroutine find_amplitude
 
-  !> Fill the list of motions, one for each *TOOL MOTION in the order of the deck.
+  !> Fill the list of motions, one for each *TOOL MOTION and *TOOL FORCE.
   subroutine read_tool_motions(deck, names, scene, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_names_t), intent(in) :: names
@@ -84,24 +86,61 @@ contains
     integer :: i
 
     allocate (scene%motions(0))
-    found = find_records(deck, "TOOL MOTION")
+    found = [find_records(deck, "TOOL MOTION"), find_records(deck, "TOOL FORCE")]
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
+        motion = motion_spec_t()
         if (.not. is_option_given(deck, record, "TOOL")) cycle
         call resolve(names%tools, option_text(deck, record, "TOOL"), "*TOOL", record%origin, &
                      motion%tool, faults)
         if (motion%tool == 0) cycle
         motion%origin = record%origin
         motion%step = step_of(record%step)
-        if (any(scene%motions%tool == motion%tool .and. scene%motions%step == motion%step)) then
-          call add_fault(faults, record%origin, "a second motion of the tool "// &
-                         scene%tools(motion%tool)%name, "one *TOOL MOTION a tool and step")
+        motion%is_force = i > size(find_records(deck, "TOOL MOTION"))
+        if (record%is_valid .and. motion%is_force) then
+          call read_force(deck, record, names, motion, faults)
+        else if (record%is_valid) then
+          call read_motion(deck, record, names, scene%curves, motion, faults)
         end if
-        if (record%is_valid) call read_motion(deck, record, names, scene%curves, motion, faults)
+        call check_second(scene%tools(motion%tool)%name, scene%motions, motion, faults)
         scene%motions = [scene%motions, motion]
       end associate
     end do
   end subroutine read_tool_motions
+
+  !> Motions of one tool in one step add up, but not along one component; a force stands alone.
+  subroutine check_second(name, motions, motion, faults)
+    character(*), intent(in) :: name              !! of the tool
+    type(motion_spec_t), intent(in) :: motions(:)
+    type(motion_spec_t), intent(in) :: motion
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i
+
+    do i = 1, size(motions)
+      if (motions(i)%tool /= motion%tool .or. motions(i)%step /= motion%step) cycle
+      if (.not. motion%is_force .and. .not. motions(i)%is_force .and. &
+          all(min(abs(motions(i)%vector), abs(motion%vector)) <= 0.0_wp)) cycle
+      call add_fault(faults, motion%origin, "a second motion of the tool "//name, &
+                     "one *TOOL MOTION a component, or one *TOOL FORCE, a tool and step")
+      return
+    end do
+  end subroutine check_second
+
+  !> A force, along which the tool is free.
+  subroutine read_force(deck, record, names, motion, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(deck_names_t), intent(in) :: names
+    type(motion_spec_t), intent(inout) :: motion
+    type(fault_list_t), intent(inout) :: faults
+
+    call find_amplitude(deck, record, names, motion%curve, faults)
+    motion%vector = [field_real(record, 1, 1), field_real(record, 1, 2), field_real(record, 1, 3)]
+    motion%mass = option_real(deck, record, "MASS")
+    motion%damping = option_real(deck, record, "DAMPING")
+    if (.not. any(abs(motion%vector) > 0.0_wp)) &
+      call add_fault(faults, record%origin, "a force without direction", "a force that is not 0")
+  end subroutine read_force
 
   subroutine read_motion(deck, record, names, curves, motion, faults)
     type(parsed_deck_t), intent(in) :: deck

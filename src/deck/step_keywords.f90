@@ -1,7 +1,7 @@
 !> The entries of the keyword table for steps.
 module step_keywords
   use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                          add_example, kind_name, kind_choice, kind_flag, kind_words
+                          add_example, kind_name, kind_real, kind_choice, kind_flag, kind_words
   implicit none
   private
 
@@ -12,6 +12,24 @@ contains
   !> Add *STEP, *END STEP and *MODEL CHANGE.
   pure subroutine add_process_keywords(table)
     type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "TOOL FORCE", "A force that moves a tool, such as a blank holder: "// &
+                     "the tool is free along the force and held across it. It acts until the "// &
+                     "tool gets another motion. A weight is a part of the force.")
+    call add_option(table, "TOOL", kind_name, "name of the tool")
+    call add_option(table, "AMPLITUDE", kind_name, "amplitude that scales the force", &
+                    is_required=.false.)
+    call add_option(table, "MASS", kind_real, "mass of the tool; 0: twice what its contact "// &
+                    "springs and the time step ask for, named in the log", default="0", &
+                    unit="mass", range=">= 0")
+    call add_option(table, "DAMPING", kind_real, "damping of the tool, part of the critical of "// &
+                    "its mass on all of its contact springs", default="0", range=">= 0")
+    call add_line(table, "The force.")
+    call add_field(table, "x", kind_real, "component", unit="force")
+    call add_field(table, "y", kind_real, "component", unit="force")
+    call add_field(table, "z", kind_real, "component", unit="force")
+    call add_example(table, "*TOOL FORCE, TOOL=blank holder, DAMPING=0.1")
+    call add_example(table, "0, -2450, 0")
 
     call add_keyword(table, "STEP", "Begins a step: its *DYNAMIC, motions, supports, loads, "// &
                      "limits and output follow, up to *END STEP. A deck without *STEP is one "// &

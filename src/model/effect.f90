@@ -24,6 +24,7 @@ module effect
     real(wp) :: contact_energy = 0.0_wp    !! stored in the penalty springs now
     real(wp) :: friction_energy = 0.0_wp   !! work done against friction
     real(wp) :: damping_energy = 0.0_wp    !! work done against damping
+    real(wp) :: tool_energy = 0.0_wp       !! kinetic, of tools that forces move
     real(wp) :: max_penetration = 0.0_wp   !! deepest since the last tally
   end type tally_t
 

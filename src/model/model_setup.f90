@@ -6,7 +6,7 @@ module model_setup
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault, add_warning, drop_warnings, n_errors
   use text, only: to_text, rounded_text
-  use scene, only: scene_t, blank_spec_t
+  use scene, only: scene_t, blank_spec_t, motion_spec_t
   use knot_vector, only: n_spans
   use seam_columns, only: column_mask_t
   use nurbs_solid, only: evaluate_solid
@@ -19,10 +19,10 @@ module model_setup
   use step_setup, only: set_stable_step, add_thickness_scaling, add_damping
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
   use blank, only: blank_t, new_blank, patch_spec_t, columns_of
-  use motion_curve, only: constant_curve
-  use rigid_motion, only: move_tool, rigid_motion_t
+  use rigid_motion, only: move_tool, rigid_motion_t, motion_term_t
   use set_range, only: members_t, find_members
   use support_setup, only: add_supports, curve_of
+  use drive_setup, only: add_drives
   use step_change, only: hold_back_forces
   use load_setup, only: add_load
   use contact_setup, only: add_contact
@@ -73,6 +73,7 @@ contains
     do i = 1, size(scene%loads)
       call add_load(scene, scene%loads(i), curve_of(scene, scene%loads(i)%curve), model, faults)
     end do
+    call add_drives(scene, model, faults)
     call add_thickness_scaling(model)
     call add_damping([(last_change(scene, i), i=1, 1 + size(model%later_steps))], model)
     call hold_back_forces(model)
@@ -239,32 +240,55 @@ contains
     end do
   end subroutine build_tools
 
-  !> Motions of all tools; a tool without one stands still.
+  !> Motions of all tools; those of one step add up.
   subroutine set_motions(scene, model)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
-    type(rigid_motion_t) :: motion
-    integer :: i
+    integer :: i, j
 
     allocate (model%motions(size(scene%tools)), model%later_motions(0))
     do i = 1, size(scene%tools)
-      model%motions(i)%curve = constant_curve(1.0_wp)
+      model%motions(i) = no_motion(i, 1)
     end do
     do i = 1, size(scene%motions)
       associate (spec => scene%motions(i))
-        motion%tool = spec%tool
-        motion%step = spec%step
-        motion%is_displacement = spec%is_displacement
-        motion%vector = spec%vector
-        motion%curve = curve_of(scene, spec%curve)
         if (spec%step == 1) then
-          model%motions(spec%tool) = motion
-        else
-          model%later_motions = [model%later_motions, motion]
+          call add_term(scene, spec, model%motions(spec%tool))
+          cycle
         end if
+        do j = 1, size(model%later_motions)
+          if (model%later_motions(j)%tool == spec%tool .and. &
+              model%later_motions(j)%step == spec%step) exit
+        end do
+        if (j > size(model%later_motions)) &
+          model%later_motions = [model%later_motions, no_motion(spec%tool, spec%step)]
+        call add_term(scene, spec, model%later_motions(j))
       end associate
     end do
   end subroutine set_motions
+
+  pure function no_motion(tool, step) result(motion)
+    integer, intent(in) :: tool, step
+    type(rigid_motion_t) :: motion
+
+    allocate (motion%terms(0))
+    motion%tool = tool
+    motion%step = step
+  end function no_motion
+
+  subroutine add_term(scene, spec, motion)
+    type(scene_t), intent(in) :: scene
+    type(motion_spec_t), intent(in) :: spec
+    type(rigid_motion_t), intent(inout) :: motion
+    type(motion_term_t) :: term
+
+    motion%is_driven = motion%is_driven .or. spec%is_force
+    if (spec%is_force) return
+    term%is_displacement = spec%is_displacement
+    term%vector = spec%vector
+    term%curve = curve_of(scene, spec%curve)
+    motion%terms = [motion%terms, term]
+  end subroutine add_term
 
   !> Distance of the faces zeta_min and zeta_max in the middle of a patch, the largest of all.
   real(wp) function sheet_thickness(scene) result(thickness)

@@ -1,4 +1,4 @@
-!> Motion of a rigid tool: a translation along its curve.
+!> Motion of a rigid tool: translations along curves, or what a force makes of it.
 module rigid_motion
   use kinds, only: wp
   use tool, only: tool_t
@@ -6,17 +6,23 @@ module rigid_motion
   implicit none
   private
 
-  public :: rigid_motion_t, move_tool, start_motion
+  public :: rigid_motion_t, motion_term_t, move_tool, start_motion
 
   !> A vector times a curve, which gives velocities or displacements.
-  type :: rigid_motion_t
+  type :: motion_term_t
     logical :: is_displacement = .false.
     real(wp) :: vector(3) = 0.0_wp
     type(curve_t) :: curve
+    real(wp) :: done = 0.0_wp                 !! integral of the curve before the motion
+  end type motion_term_t
+
+  !> The terms add up. A tool without any stands still.
+  type :: rigid_motion_t
+    type(motion_term_t), allocatable :: terms(:)
+    logical :: is_driven = .false.            !! a force moves the tool and sets its velocity
     integer :: tool = 0                       !! whose motion it is
     integer :: step = 1                       !! of the deck, with which it begins
     real(wp) :: displacement(3) = 0.0_wp      !! of the tool before it
-    real(wp) :: done = 0.0_wp                 !! integral of the curve before it
   end type rigid_motion_t
 
 contains
@@ -26,10 +32,15 @@ contains
     type(rigid_motion_t), intent(inout) :: motion
     real(wp), intent(in) :: time
     type(tool_t), intent(in) :: tool
+    integer :: i
 
-    call start_curve(motion%curve, time)
     motion%displacement = tool%displacement
-    if (.not. motion%is_displacement) motion%done = curve_integral(motion%curve, time)
+    do i = 1, size(motion%terms)
+      associate (term => motion%terms(i))
+        call start_curve(term%curve, time)
+        if (.not. term%is_displacement) term%done = curve_integral(term%curve, time)
+      end associate
+    end do
   end subroutine start_motion
 
   !> Put the tool where it is at `time`; its velocity is the mean over the step that led there.
@@ -38,13 +49,23 @@ contains
     real(wp), intent(in) :: time, dt
     type(tool_t), intent(inout) :: tool
     real(wp) :: displacement(3)
+    integer :: i
 
-    if (motion%is_displacement) then
-      displacement = motion%displacement + motion%vector*curve_value(motion%curve, time)
-    else
-      displacement = motion%displacement &
-                     + motion%vector*(curve_integral(motion%curve, time) - motion%done)
+    if (motion%is_driven) then
+      tool%displacement = tool%displacement + dt*tool%velocity
+      return
     end if
+    displacement = motion%displacement
+    do i = 1, size(motion%terms)
+      associate (term => motion%terms(i))
+        if (term%is_displacement) then
+          displacement = displacement + term%vector*curve_value(term%curve, time)
+        else
+          displacement = displacement &
+                         + term%vector*(curve_integral(term%curve, time) - term%done)
+        end if
+      end associate
+    end do
     tool%velocity = 0.0_wp
     if (dt > 0.0_wp) tool%velocity = (displacement - tool%displacement)/dt
     tool%displacement = displacement

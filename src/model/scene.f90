@@ -52,6 +52,7 @@ module scene
     character(:), allocatable :: name
     real(wp), allocatable :: times(:), values(:)
     logical :: is_total = .false.           !! times since the start of the run, not of the step
+    logical :: is_smooth = .false.          !! a quintic between the rows that is level at them
   end type curve_spec_t
 
   !> A rigid tool: surfaces in their place at the start, and the side of the sheet.
@@ -63,14 +64,18 @@ module scene
     integer :: side = 1                     !! +1: the sheet lies on the side of xi x eta
   end type tool_spec_t
 
-  !> How a tool moves from the start of a step on, until the next motion of this tool.
+  !> How a tool moves from the start of a step on, until motions of a later step for this tool.
+  !! Motions of one step add up.
   type, public :: motion_spec_t
     type(origin_t) :: origin
     integer :: tool = 0                     !! index into `tools`
     integer :: step = 1
     logical :: is_displacement = .false.    !! the vector is a displacement, not a velocity
-    real(wp) :: vector(3) = 0.0_wp          !! velocity (or displacement); scaled by the curve
+    logical :: is_force = .false.           !! it is a force, along which the tool is free
+    real(wp) :: vector(3) = 0.0_wp          !! velocity, displacement, force; scaled by the curve
     integer :: curve = 0                    !! index into `curves`, 0: constant
+    real(wp) :: mass = 0.0_wp               !! of the tool that the force moves; 0: chosen
+    real(wp) :: damping = 0.0_wp            !! of it, part of the critical on all contact springs
   end type motion_spec_t
 
   !> One tool against faces of the blank.

@@ -31,6 +31,7 @@ contains
     curve%times = scene%curves(index)%times
     curve%values = scene%curves(index)%values
     curve%is_total = scene%curves(index)%is_total
+    curve%is_smooth = scene%curves(index)%is_smooth
   end function curve_of
 
   !> One support per prescribed component. Where supports meet, the last one alone holds the point:

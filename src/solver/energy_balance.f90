@@ -113,7 +113,7 @@ contains
       scaling = max(balance%kinetic_at_start, abs(work), balance%kinetic + balance%internal, &
                     tiny(1.0_wp))
       balance%reference = max(balance%reference, scaling, energy_of_pace(bodies))
-      lack = balance%kinetic + balance%internal + balance%viscous &
+      lack = balance%kinetic + balance%tally%tool_energy + balance%internal + balance%viscous &
              + balance%tally%contact_energy + balance%tally%friction_energy &
              + balance%tally%damping_energy - work - balance%kinetic_at_start
       balance%error = lack/scaling

@@ -3,6 +3,7 @@ module step_report
   use kinds, only: wp
   use text, only: to_text, rounded_text
   use run_log, only: run_log_t, log_line
+  use rigid_motion, only: rigid_motion_t
   use model, only: model_t
   implicit none
   private
@@ -34,9 +35,16 @@ contains
       call log_line(log, "effect     "//model%supports(i)%item%name)
     end do
     do i = 1, size(model%motions)
-      if (.not. any(abs(model%motions(i)%vector) > 0.0_wp)) cycle
+      if (.not. is_moving(model%motions(i))) cycle
       call log_line(log, "motion     "//model%bodies%tools(i)%name)
     end do
   end subroutine log_step
+
+  pure logical function is_moving(motion)
+    type(rigid_motion_t), intent(in) :: motion
+    integer :: i
+
+    is_moving = any([(any(abs(motion%terms(i)%vector) > 0.0_wp), i=1, size(motion%terms))])
+  end function is_moving
 
 end module step_report

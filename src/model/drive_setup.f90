@@ -1,0 +1,91 @@
+!> Force-driven tools of the scene as effects of the model.
+module drive_setup
+  use kinds, only: wp
+  use text, only: rounded_text
+  use faults, only: fault_list_t, add_warning
+  use scene, only: scene_t, motion_spec_t
+  use contact_effect, only: contact_effect_t
+  use tool_drive, only: tool_drive_t
+  use support_setup, only: curve_of
+  use effect, only: effect_slot_t
+  use model, only: model_t
+  implicit none
+  private
+
+  public :: add_drives
+
+  real(wp), parameter :: mass_factor = 2.0_wp   !! see `add_drive`
+
+contains
+
+  !> One drive for each *TOOL FORCE. Contacts of all steps must be in the force stage.
+  subroutine add_drives(scene, model, faults)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(inout) :: model
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i
+
+    do i = 1, size(scene%motions)
+      if (scene%motions(i)%is_force) call add_drive(scene, i, model, faults)
+    end do
+  end subroutine add_drives
+
+  !> Mass: a tool that rests on penalty springs of stiffness k in all adds k dt^2/m to what blank
+  !! and penalty already take of the limit 4 of a stable step. Twice k dt^2 keeps that below 1/2.
+  subroutine add_drive(scene, i, model, faults)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: i                   !! the motion
+    type(model_t), intent(inout) :: model
+    type(fault_list_t), intent(inout) :: faults
+    type(tool_drive_t) :: drive
+    type(effect_slot_t) :: slot
+    real(wp) :: stiffness, least
+    integer :: j
+
+    associate (spec => scene%motions(i), step => model%step%safety*model%stable_step)
+      stiffness = stiffness_of(model, spec%tool)
+      least = mass_factor*stiffness*step**2
+      drive%name = "force on "//scene%tools(spec%tool)%name
+      drive%tool = spec%tool
+      drive%direction = spec%vector/norm2(spec%vector)
+      drive%value = norm2(spec%vector)
+      drive%curve = curve_of(scene, spec%curve)
+      drive%mass = spec%mass
+      if (.not. spec%mass > 0.0_wp) drive%mass = least
+      if (drive%mass < 0.5_wp*least) then
+        call add_warning(faults, spec%origin, "a mass of "//rounded_text(drive%mass)//", for "// &
+                         "which the time step may be too large", "at least "//rounded_text(least))
+      else if (.not. spec%mass > 0.0_wp) then
+        drive%name = drive%name//", mass "//rounded_text(drive%mass)//" chosen"
+      end if
+      drive%alpha = 2.0_wp*spec%damping*sqrt(stiffness/drive%mass)
+      drive%first_step = spec%step
+      drive%given_step = spec%step
+      drive%last_step = minval([huge(1), (scene%motions(j)%step - 1, j=1, size(scene%motions))], &
+                               mask=[.true., (scene%motions(j)%tool == spec%tool .and. &
+                                     scene%motions(j)%step > spec%step, j=1, size(scene%motions))])
+    end associate
+    allocate (slot%item, source=drive)
+    if (drive%first_step == 1) then
+      model%supports = [model%supports, slot]
+    else
+      model%later_supports = [model%later_supports, slot]
+    end if
+  end subroutine add_drive
+
+  !> Stiffness of all contact springs of a tool, if all were pressed.
+  pure real(wp) function stiffness_of(model, tool) result(stiffness)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: tool
+    integer :: i
+
+    stiffness = 0.0_wp
+    do i = 1, size(model%forces)
+      select type (pair => model%forces(i)%item)
+      type is (contact_effect_t)
+        if (pair%tool == tool) stiffness = stiffness + sum(pair%pair%stiffness)
+      end select
+    end do
+  end function stiffness_of
+
+end module drive_setup

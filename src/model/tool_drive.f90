@@ -1,0 +1,126 @@
+!> A rigid tool that a force moves along one direction, such as a blank holder.
+module tool_drive
+  use kinds, only: wp
+  use state_store, only: state_store_t, put, take
+  use assembly, only: assembly_t
+  use motion_curve, only: curve_t, curve_value, start_curve
+  use effect, only: effect_t, instant_t, tally_t
+  implicit none
+  private
+
+  !> m s'' = F + R - alpha m s', with the force F of the deck and the reaction R of the sheet along
+  !! the direction. Central differences as for the blank, the damping with the mean of the
+  !! velocities half a step before and after.
+  type, extends(effect_t), public :: tool_drive_t
+    integer :: tool = 0                    !! index into the tools of the model
+    real(wp) :: direction(3) = 0.0_wp      !! of unit length
+    real(wp) :: value = 0.0_wp             !! force along it, times the curve
+    type(curve_t) :: curve
+    real(wp) :: mass = 0.0_wp, alpha = 0.0_wp   !! [mass], [1/time]
+    real(wp) :: speed = 0.0_wp             !! along the direction, half a step back
+    real(wp) :: net = 0.0_wp, drag = 0.0_wp     !! F + R and the damping force of the last step
+    real(wp) :: kinetic = 0.0_wp           !! energy of the tool
+    real(wp) :: lost = 0.0_wp              !! to damping
+    logical :: is_moving = .false.         !! the speed is known
+  contains
+    procedure :: apply
+    procedure :: start
+    procedure :: stop
+    procedure :: pack => pack_drive
+    procedure :: unpack => unpack_drive
+    procedure :: tally => tally_drive
+  end type tool_drive_t
+
+contains
+
+  !> Velocity of the tool half a step on. The contact counts the work of the tool on the sheet as
+  !! done from outside; what the force does beyond it goes into the motion of the tool.
+  subroutine apply(self, bodies, instant)
+    class(tool_drive_t), intent(inout) :: self
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant
+    real(wp) :: net, drag, before, share, moved
+
+    associate (tool => bodies%tools(self%tool))
+      if (.not. self%is_moving) call take_over(self, dot_product(tool%velocity, self%direction))
+      net = self%value*curve_value(self%curve, instant%time) &
+            + dot_product(tool%force, self%direction)
+      before = self%speed
+      share = 0.5_wp*self%alpha*instant%dt_mean
+      self%speed = ((1.0_wp - share)*before + instant%dt_mean*net/self%mass)/(1.0_wp + share)
+      drag = -0.5_wp*self%alpha*self%mass*(before + self%speed)
+      moved = (2.0_wp*instant%dt_mean - instant%dt)*before
+      self%external_work = self%external_work + 0.5_wp*(self%net + net)*moved
+      self%lost = self%lost - 0.5_wp*(self%drag + drag)*moved
+      self%kinetic = 0.5_wp*self%mass*before*self%speed
+      self%net = net
+      self%drag = drag
+      tool%velocity = self%speed*self%direction
+    end associate
+  end subroutine apply
+
+  !> The tool brings the energy of the motion it has had.
+  subroutine take_over(self, speed)
+    class(tool_drive_t), intent(inout) :: self
+    real(wp), intent(in) :: speed
+
+    self%speed = speed
+    self%external_work = self%external_work + 0.5_wp*self%mass*speed**2
+    self%is_moving = .true.
+  end subroutine take_over
+
+  !> The curve begins with its step.
+  subroutine start(self, time)
+    class(tool_drive_t), intent(inout) :: self
+    real(wp), intent(in) :: time
+
+    call start_curve(self%curve, time)
+  end subroutine start
+
+  !> Another motion takes the tool over, and with it the energy of its motion.
+  subroutine stop(self, bodies, dt)
+    class(tool_drive_t), intent(inout) :: self
+    type(assembly_t), intent(in) :: bodies
+    real(wp), intent(in) :: dt
+
+    self%external_work = self%external_work - self%kinetic
+    self%kinetic = 0.0_wp
+  end subroutine stop
+
+  !> What the effect carries from step to step.
+  subroutine pack_drive(self, store)
+    class(tool_drive_t), intent(in) :: self
+    type(state_store_t), intent(inout) :: store
+
+    call put(store, "speed", self%speed)
+    call put(store, "net", self%net)
+    call put(store, "drag", self%drag)
+    call put(store, "kinetic", self%kinetic)
+    call put(store, "lost", self%lost)
+    call put(store, "is_moving", self%is_moving)
+  end subroutine pack_drive
+
+  !> Take it back.
+  subroutine unpack_drive(self, store)
+    class(tool_drive_t), intent(inout) :: self
+    type(state_store_t), intent(inout) :: store
+
+    call take(store, "speed", self%speed)
+    call take(store, "net", self%net)
+    call take(store, "drag", self%drag)
+    call take(store, "kinetic", self%kinetic)
+    call take(store, "lost", self%lost)
+    call take(store, "is_moving", self%is_moving)
+  end subroutine unpack_drive
+
+  !> Add work, loss and the energy of the tool.
+  subroutine tally_drive(self, tally)
+    class(tool_drive_t), intent(inout) :: self
+    type(tally_t), intent(inout) :: tally
+
+    tally%external_work = tally%external_work + self%external_work
+    tally%damping_energy = tally%damping_energy + self%lost
+    tally%tool_energy = tally%tool_energy + self%kinetic
+  end subroutine tally_drive
+
+end module tool_drive
