@@ -22,8 +22,8 @@ contains
     contractions = q(1)*12*n(2)*n(3)*(2*n(1) - 1) + q(1)*q(2)*18*n(3)*(2*n(2) - 1)
     expansions = q(1)*q(2)*18*n(3)*(q(3) + n(2)) + q(1)*12*product(n)
     ! Gradients, cofactors, strain increment, rotation, work, and stress times cofactors.
-    per_point = 18*(2*n(3) - 1) + 42 + 135 + 118 + 28 + 45
-    if (is_viscous) per_point = per_point + 19
+    per_point = 18*(2*n(3) - 1) + 42 + 135 + 39 + 118 + 28 + 45
+    if (is_viscous) per_point = per_point + 21
     if (is_rational) then
       per_point = per_point + 6*(2*n(3) + 5) + 2
       expansions = expansions + q(1)*q(2)*21*n(3)*q(3) + 9*product(n)

@@ -5,7 +5,7 @@ module projected_stress
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use point_context, only: point_context_t
-  use tensor_rotation, only: rotate_by_spin
+  use tensor_rotation, only: rotate_by_spin, turn_to_end
   implicit none
   private
 
@@ -22,7 +22,8 @@ contains
     real(wp), intent(in) :: dt
     logical, intent(in) :: is_viscous
     real(wp), intent(in) :: viscous(n_lanes, 2)            !! see `viscous_factors`
-    real(wp), intent(in) :: spin(8, q(3), 3, q(1)*q(2)), dstrain(8, q(3), 6, q(1)*q(2))
+    real(wp), intent(in) :: spin(8, q(3), 3, q(1)*q(2))
+    real(wp), intent(inout) :: dstrain(8, q(3), 6, q(1)*q(2))   !! turned to the end of the step
     real(wp), intent(in), dimension(8, q(3), q(1)*q(2)) :: volume, end_volume
     type(point_context_t), intent(inout) :: context
     real(wp), intent(in) :: gradients(8*q(3), 18, *), place(8*q(3), 3, *)   !! context only
@@ -37,9 +38,11 @@ contains
 
     ok = .true.
     do row = 1, q(1)*q(2)
-      call add_work(q(3), stress(:, :, :, row), dstrain(:, :, :, row), volume(:, :, row), sums)
-      if (.not. law%is_rotating) &
+      if (.not. law%is_rotating) then
+        call turn_to_end(8*q(3), spin(:, :, :, row), dstrain(:, :, :, row))
         call rotate_by_spin(8*q(3), spin(:, :, :, row), stress(:, :, :, row))
+      end if
+      call add_work(q(3), stress(:, :, :, row), dstrain(:, :, :, row), volume(:, :, row), sums)
       if (law%needs_context) then
         context%f0 = gradients(:, 1:9, row)
         context%f1 = gradients(:, 10:18, row)
