@@ -69,7 +69,7 @@ contains
       if (n_errors(faults) > before) &
         call drop_warnings(faults, scene%tools(scene%contacts(i)%tool)%origin)
     end do
-    if (size(scene%contacts) > 1) call share_penalties(scene%contacts(1)%origin, model, faults)
+    if (size(scene%contacts) > 0) call share_penalties(scene%contacts(1)%origin, model, faults)
     do i = 1, size(scene%loads)
       call add_load(scene, scene%loads(i), curve_of(scene, scene%loads(i)%curve), model, faults)
     end do
@@ -110,6 +110,8 @@ contains
                      to_text(model%stable_step)//")", "values in consistent units")
       return
     end if
+    if (model%step%safety > 1.0_wp) call add_warning(faults, scene%step%origin, &
+      "SAFETY="//to_text(model%step%safety)//", steps above the stable one", "at most 1")
     n_steps = model%step%end_time/(model%step%safety*model%stable_step)
     if (n_steps > many) call add_warning(faults, scene%step%origin, "an end time of about "// &
       rounded_text(n_steps)//" steps of "//rounded_text(model%step%safety*model%stable_step), &

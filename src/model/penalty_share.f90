@@ -1,4 +1,4 @@
-!> Penalties of several tools that may press on one face of the blank.
+!> Penalties of the tools on a face of the blank beside what the time step leaves for them.
 module penalty_share
   use kinds, only: wp
   use faults, only: origin_t, fault_list_t, add_warning
@@ -15,7 +15,7 @@ contains
 
   !> Let the penalties of all tools on a face together stay within what the step leaves: a penalty
   !! s m/dt^2 beside the blank's own frequency w is stable for (w dt)^2 + s <= 4, and w dt is twice
-  !! the safety factor. A single tool is left as the deck wants it.
+  !! the safety factor. A single tool is left as the deck wants it, with a warning.
   subroutine share_penalties(origin, model, faults)
     type(origin_t), intent(in) :: origin   !! of the pairs, for a warning
     type(model_t), intent(inout) :: model
@@ -36,7 +36,7 @@ contains
     integer, intent(in) :: part, lower(3), upper(3), first
     type(model_t), intent(inout) :: model
     type(fault_list_t), intent(inout) :: faults
-    real(wp) :: shares(size(model%forces)), limit, total
+    real(wp) :: shares(size(model%forces)), limit, left, total
     logical :: is_there(size(model%forces))
     integer :: i, step, n_tools
 
@@ -49,7 +49,12 @@ contains
         shares(i) = pair%pair%share
       end select
     end do
-    limit = max(4*(1 - model%step%safety**2), maxval(shares))
+    left = max(0.0_wp, 4*(1 - model%step%safety**2))
+    if (maxval(shares) > left) call add_warning(faults, origin, &
+      "a penalty of "//rounded_text(maxval(shares))//" times mass over the square of the step", &
+      "at most "//rounded_text(left)//", all that the safety factor "// &
+      to_text(model%step%safety)//" leaves: beyond it contact may be unstable")
+    limit = max(left, maxval(shares))
     total = 0.0_wp
     do step = 1, 1 + size(model%later_steps)
       is_there = [(model%forces(i)%item%first_step <= step .and. &

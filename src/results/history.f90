@@ -26,6 +26,7 @@ module history
     real(wp) :: max_penetration = 0.0_wp   !! [length]
     real(wp) :: added_mass = 0.0_wp        !! by mass scaling [mass]
     real(wp) :: momentum(3) = 0.0_wp
+    real(wp) :: angular_momentum(3) = 0.0_wp   !! about the origin
     real(wp), allocatable :: tool_displacement(:, :), tool_force(:, :)        !! (3, tools)
     real(wp), allocatable :: probe_displacement(:, :), probe_velocity(:, :)   !! (3, probes)
   end type history_row_t
@@ -117,6 +118,8 @@ contains
              "trace of the added mass matrix")
     call add(history, file, "/history/momentum", 3, unit_of(units, "momentum"), &
              "linear momentum of the blank")
+    call add(history, file, "/history/angular_momentum", 3, unit_of(units, "angular momentum"), &
+             "angular momentum of the blank about the origin, without added mass")
   end subroutine add_balances
 
   !> Keep a row until the next `write_history`; nothing is written here.
@@ -190,12 +193,12 @@ contains
     real(wp) :: values(history%n_values)
     integer :: first, i
 
-    values(:18) = [real(row%step, wp), real(row%process_step, wp), row%time, row%dt, &
+    values(:21) = [real(row%step, wp), real(row%process_step, wp), row%time, row%dt, &
                    row%kinetic_energy, row%internal_energy, row%plastic_work, row%contact_energy, &
                    row%friction_energy, row%viscous_energy, row%damping_energy, &
                    row%external_work, row%energy_error, row%max_penetration, row%added_mass, &
-                   row%momentum]
-    first = 19
+                   row%momentum, row%angular_momentum]
+    first = 22
     do i = 1, history%n_tools
       values(first:first + 5) = [row%tool_displacement(:, i), row%tool_force(:, i)]
       first = first + 6

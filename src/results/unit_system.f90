@@ -44,8 +44,8 @@ contains
     if (.not. allocated(units%energy)) units%energy = units%force//"*"//units%length
   end function new_unit_system
 
-  !> Unit of a quantity: length, time, velocity, mass, force, stress, energy, momentum, volume,
-  !! wear (stress times length) or 1.
+  !> Unit of a quantity: length, time, velocity, mass, force, stress, energy, momentum,
+  !! angular momentum, volume, wear (stress times length) or 1.
   pure function unit_of(units, quantity) result(unit)
     type(unit_system_t), intent(in) :: units
     character(*), intent(in) :: quantity
@@ -64,6 +64,8 @@ contains
       unit = units%length//"^3"
     case ("momentum")
       unit = units%mass//"*"//units%length//"/"//units%time
+    case ("angular momentum")
+      unit = units%mass//"*"//units%length//"^2/"//units%time
     case ("force")
       unit = units%force
     case ("stress")

@@ -24,6 +24,7 @@ module energy_balance
     real(wp) :: impulse(3) = 0.0_wp                      !! of all forces from outside
     real(wp) :: kinetic_at_start = 0.0_wp, momentum_at_start(3) = 0.0_wp
     real(wp) :: kinetic = 0.0_wp, momentum(3) = 0.0_wp   !! at the last balance
+    real(wp) :: angular_momentum(3) = 0.0_wp             !! about the origin, likewise
     real(wp) :: error = 0.0_wp          !! of the energy, relative to the energies now
     real(wp) :: alarm = 0.0_wp          !! the same, relative to `reference`
     real(wp) :: reference = 0.0_wp      !! largest energy so far, see `take_balance`
@@ -99,11 +100,14 @@ contains
     end if
     balance%kinetic = 0.0_wp
     balance%momentum = 0.0_wp
+    balance%angular_momentum = 0.0_wp
     momentum_scale = tiny(1.0_wp)
     do p = 1, size(bodies%blank%parts)
       associate (body => bodies%blank%parts(p), v => bodies%blank%parts(p)%motion%v)
         balance%kinetic = balance%kinetic + kinetic_energy(body, v_before(p)%values, v)
         balance%momentum = balance%momentum + momentum_of(body%mass, v)
+        balance%angular_momentum = balance%angular_momentum &
+          + 0.5_wp*(moment_of(body, v_before(p)%values) + moment_of(body, v))
         do c = 1, 3
           momentum_scale = momentum_scale + sum(body%mass*abs(v(:, :, :, c)))
         end do
@@ -166,6 +170,22 @@ contains
       momentum(c) = sum(mass*v(:, :, :, c))
     end do
   end function momentum_of
+
+  !> Angular momentum about the origin of the lumped masses with velocities v. Inner forces change
+  !! it neither with the velocities before nor with those behind the present positions.
+  pure function moment_of(body, v) result(moment)
+    type(patch_body_t), intent(in) :: body
+    real(wp), intent(in) :: v(:, :, :, :)
+    real(wp) :: moment(3)
+    integer :: c, a, b
+
+    do c = 1, 3
+      a = mod(c, 3) + 1
+      b = mod(c + 1, 3) + 1
+      moment(c) = sum(body%mass*(body%motion%x(:, :, :, a)*v(:, :, :, b) &
+                                 - body%motion%x(:, :, :, b)*v(:, :, :, a)))
+    end do
+  end function moment_of
 
   !> Elastic energy stored at the points, sum of s:C^-1:s/2 times their volume; what internal
   !! energy exceeds it by is plastic work. `volumes` has the layout of the stress.

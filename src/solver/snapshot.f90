@@ -186,6 +186,7 @@ contains
     row%max_penetration = balance%tally%max_penetration
     row%energy_error = balance%error
     row%momentum = balance%momentum
+    row%angular_momentum = balance%angular_momentum
     do t = 1, size(model%bodies%tools)
       row%tool_displacement(:, t) = model%bodies%tools(t)%displacement
       row%tool_force(:, t) = model%bodies%tools(t)%force
