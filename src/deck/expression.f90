@@ -253,7 +253,9 @@ contains
       call read_real(reader%line(first:last), value, is_number)
       if (is_number) exit
     end do
-    if (is_number) then
+    if (is_number .and. verify(reader%line(last + 1:)//"!", "0123456789") > 1) then
+      reader%message = "`"//reader%line(first:longest)//"`, a number that is too large"
+    else if (is_number) then
       reader%place = last + 1
     else
       reader%message = "`"//reader%line(first:longest)//"` where a number was expected"

@@ -61,6 +61,10 @@ contains
       alpha(k) = product_of(next, now)
       call orthogonalise(next, alpha(k), now, beta(k - 1), before)   ! beta(0) is zero
       beta(k) = norm_of(next)
+      if (.not. beta(k) <= huge(1.0_wp)) then   ! no numbers: nor is the frequency
+        ritz = beta(k)
+        exit
+      end if
       call top_ritz_value(alpha(:k), beta(1:k), ritz, residual)
       if (residual <= tolerance*ritz .or. beta(k) <= 1.0e-12_wp*ritz) exit
       before = now

@@ -8,8 +8,8 @@ import os
 import subprocess
 import sys
 
-import h5py
 import numpy as np
+from run_results import Run
 
 LEAST_GAP = 1.08   # of the second frequency over the first: more than errors amount to
 
@@ -94,38 +94,6 @@ class Case:
         with open(os.path.join(self.out, self.name + ".json"), "w", encoding="utf-8") as file:
             json.dump(self.record, file, indent=1)
         sys.exit(0 if self.is_passed else 1)
-
-
-class Run:
-    """Results of a run, read as far as the cases need them."""
-
-    def __init__(self, path):
-        with h5py.File(path) as file:
-            self.history = {name: values[...] for name, values in file["history"].items()
-                            if isinstance(values, h5py.Dataset)}
-            self.probes = {name: {key: values[...] for key, values in group.items()}
-                           for name, group in file.get("history/probes", {}).items()}
-            self.tools = {name: {key: values[...] for key, values in group.items()
-                                 if isinstance(values, h5py.Dataset)}
-                          for name, group in file["tools"].items()}
-            self.at_points = fields_at_points(file["points"])
-            self.n_points = int(file["VTKHDF/NumberOfPoints"][0])
-            self.points = file["VTKHDF/Points"][-self.n_points:]
-            self.start = file["VTKHDF/Points"][:self.n_points]
-            fields = file["VTKHDF/PointData"]
-            self.fields = {name: fields[name][-self.n_points:] for name in fields}
-
-    def time(self):
-        return self.history["time"]
-
-
-def fields_at_points(group):
-    """Fields at the integration points; of a blank of several patches those of all, in rows."""
-    if any(isinstance(item, h5py.Dataset) for item in group.values()):
-        return {name: values[...] for name, values in group.items()}
-    patches = [fields_at_points(patch) for patch in group.values()]
-    return {name: np.concatenate([p[name].reshape(p["eqps"].size, -1) for p in patches])
-            for name in patches[0]}
 
 
 def order(sizes, errors):

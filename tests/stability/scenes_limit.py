@@ -1,0 +1,61 @@
+"""The edge of the stable step, scaled masses, and runs that must end with a reason."""
+from criteria import elastic_drift, energy_error, finite, momentum_drift, penetration
+from stability import Mark, Scene
+
+
+def at_the_edge(run):
+    return [elastic_drift(run, 0.02), energy_error(run, 0.05), momentum_drift(run, 1e-11),
+            finite(run)]
+
+
+def stopped(_):
+    """The exit code and the words of the message are checked before."""
+    return [Mark("stopped as it should", 0.0, 0.5)]
+
+
+def scaled(run, plain):
+    """A hundred times the mass at a tenth of the speed moves as the real one: m v^2 is the same."""
+    h = run.history
+    work = h["external_work"][-1] / plain.history["external_work"][-1]
+    return [energy_error(run, 1e-3), penetration(run, 1, 0.01),
+            Mark("work against that of the real mass", abs(work - 1), 1e-3), finite(run)]
+
+
+def thickness_scaled(run, plain):
+    work = run.history["external_work"][-1] / plain.history["external_work"][-1]
+    return [energy_error(run, 1e-3), Mark("work against that of the real mass", abs(work - 1),
+                                          0.02), finite(run)]
+
+
+# Rows apart enough for steps between them to be close to the largest.
+LIMIT = {"kick": 50, "end_time": 1e-3, "rows": 20}
+SCENES = [
+    Scene("step_1.0", "block", "the largest step that the assembled limit allows", at_the_edge,
+          LIMIT | {"safety": 1.0}),
+    Scene("step_1.05", "block", "5 % above the limit: detected", stopped,
+          LIMIT | {"safety": 1.05}, ends=(2, "steps above the stable one", "igaform: error")),
+    Scene("scaled_step_1.0", "block", "the same limit with masses raised for a ten times larger "
+          "step", at_the_edge,
+          LIMIT | {"safety": 1.0, "target_step": 1.07e-5, "end_time": 1e-2}),
+    Scene("scaled_step_1.05", "block", "5 % above the limit of scaled masses: detected", stopped,
+          LIMIT | {"safety": 1.05, "target_step": 1.07e-5, "end_time": 1e-2},
+          ends=(2, "steps above the stable one", "igaform: error")),
+    Scene("mass_times_100", "bend", "inertia a hundred times the real one", scaled,
+          {"speed": 300, "depth": 1, "target_step": 8e-7},
+          others=[{"target_step": 8e-8, "speed": 3000}], bits={"depth": 0.2}),
+    Scene("thickness_mass_times_100", "bend", "masses through the thickness a hundredfold",
+          thickness_scaled, {"speed": 4000, "depth": 1, "factor": 100},
+          others=[{"factor": 1}], bits={"depth": 0.2}),
+    Scene("crushed", "pull", "elements turn inside out: named, state saved", stopped,
+          {"strain": -1.2, "rate": -50000},
+          ends=(2, "an element turned inside out", "in elements (1 to 4, 1, 1)")),
+    Scene("user_law_fails", "user_law", "a user's law returns no number: element and point named",
+          stopped, user="fails_beyond.f",
+          ends=(2, "values that are no numbers", "failed at element 8, point")),
+    Scene("number_overflows", "floor", "a number beyond what the machine has", stopped,
+          {"E": "1e400"}, ends=(1, "a number that is too large")),
+    Scene("stiffness_overflows", "floor", "numbers that are, and products that are not", stopped,
+          {"E": "1e306"}, ends=(1, "no usable stable step")),
+    Scene("speed_overflows", "floor", "a velocity whose square is infinite", stopped,
+          {"down": "1e200"}, ends=(2, "igaform: error")),
+]

@@ -1,0 +1,69 @@
+"""Plastic flow: flat and steep curves, large increments, reversals, rotation."""
+import numpy as np
+from criteria import energy_error, finite, momentum_drift, yield_excess
+from stability import Mark, Scene
+
+
+def line(sigma_0, slope):
+    """Flow stress against plastic strain."""
+    return lambda eqps: sigma_0 + slope * eqps
+
+
+def pulled(sigma_0, slope, strain, limit=0.01):
+    """A bar that stretches evenly to the strain: plastic strain is that less the elastic one."""
+    plastic = (abs(np.log1p(strain)) - sigma_0 / 210000) / (1 + slope / 210000)
+
+    def check(run):
+        eqps = run.at_points["eqps"].ravel()
+        return [yield_excess(run, line(sigma_0, slope), 1e-9),
+                Mark("plastic strain", np.abs(eqps / plastic - 1).max(), limit),
+                energy_error(run, 1e-4), finite(run)]
+    return check
+
+
+def reversed_often(run):
+    """Fifty ways of 0.5 %: each but the first takes the elastic strain back and forth."""
+    eqps = run.at_points["eqps"].ravel()
+    path = 50 * np.log1p(0.005) - (2 * 50 - 1) * 253 / 210000
+    return [yield_excess(run, line(250, 50), 1e-9),
+            Mark("mean plastic strain of all ways", abs(eqps.mean() / path - 1), 0.01),
+            Mark("spread of the plastic strain", np.ptp(eqps) / path, 1e-9),
+            energy_error(run, 1e-4)]
+
+
+def fast(run):
+    return [yield_excess(run, line(250, 1000), 1e-9), energy_error(run, 0.05), finite(run)]
+
+
+def turning(run):
+    """Once it has yielded the bar turns rigidly: no more plastic work."""
+    work = run.history["plastic_work"]
+    return [Mark("plastic work of the last half", (work[-1] - work[len(work) // 2]) / work[-1],
+                 1e-3),
+            Mark("plastic strain too small", 0.01 / run.at_points["eqps"].max(), 1),
+            yield_excess(run, line(500, 5000), 1e-9),
+            momentum_drift(run, 1e-12, "angular_momentum"), energy_error(run, 1e-4)]
+
+
+TURNING = {"omega": 5e4, "sigma_0": 500, "hardening": 5000, "n_x": 8, "side": 1}
+SCENES = [
+    Scene("perfect_plasticity", "pull", "no hardening holds the strain even",
+          pulled(250, 0, -0.2, 0.05),
+          {"law": "PERFECT", "constants": "250", "strain": -0.2, "rate": -300}),
+    Scene("steep_hardening", "pull", "a slope of Young's modulus: plastic steps as elastic ones",
+          pulled(250, 210000, 0.05),
+          {"constants": "250, 210000", "strain": 0.05, "rate": 500}),
+    Scene("near_zero_hardening", "pull", "a slope of 1e-6 Young's moduli to 50 % strain",
+          pulled(250, 0.21, 0.5), {"constants": "250, 0.21", "strain": 0.5, "rate": 2000, "p": 1,
+                                    "n_x": 1}),
+    Scene("five_percent_a_step", "pull", "plastic strain of 5 % in each step", fast,
+          {"p": 1, "n_x": 1, "rate": 1.0e5, "strain": 0.5, "rows": 10}),
+    Scene("reversal_every_100_steps", "pull", "the return to the yield surface from either side",
+          reversed_often, {"constants": "250, 50", "rate": 700, "strain": 0.005, "ways": 50,
+                         "p": 1, "n_x": 1}),
+    Scene("turning_while_plastic", "spin",
+          "10 turns at the yield stress: a rotation with an error of its own makes it flow",
+          turning, TURNING | {"turns": 10}, bits={"turns": 1}),
+    Scene("turning_while_plastic_long", "spin", "100 turns at the yield stress", turning,
+          TURNING | {"turns": 100}, bits={"turns": 1}, is_long=True),
+]
