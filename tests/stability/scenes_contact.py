@@ -130,7 +130,7 @@ SCENES = [
     Scene("border_lands", "edge", "the border of a tool comes down on the sheet", border,
           {"n": 6, "depth": 0.6}),
     Scene("corner_lands", "edge", "the corner of a tool comes down on the sheet", corner,
-          {"n": 6, "depth": 0.6, "y_start": 8.7, "slope_y": 0.5}),
+          {"depth": 0.6, "y_start": 8.7, "slope_y": 0.5}),
     Scene("ironing", "ironing", "two tools squeeze a sheet to 80 % of its thickness", ironed),
     Scene("ironing_to_nothing", "ironing", "two tools want to pass through each other: controlled "
           "end", no_marks, {"left": -0.5}, ends=(2, "igaform: error", "at time")),
