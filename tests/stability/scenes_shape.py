@@ -22,7 +22,7 @@ SCENES = [
           {"length": 400, "width": 100, "height": 0.1, "kick": 100, "end_time": 1e-4}),
     Scene("slenderness_1000", "block", "a needle 1000 times as long as thick", ringing,
           {"length": 1000, "width": 1, "height": 1, "n_x": 50, "kick": 100, "end_time": 1e-3}),
-    Scene("linear_layer", "block", "one layer of degree 1 through the thickness of a sheet", ringing,
+    Scene("linear_layer", "block", "one layer of degree 1 through the thickness", ringing,
           {"length": 40, "height": 1, "p_z": 1, "kick": 100, "end_time": 4e-4}),
     Scene("graded_1000", "block", "the last element 1000 times as long as the first", ringing,
           {"grading": 1000, "n_x": 8, "kick": 200, "end_time": 2e-5}),

@@ -54,7 +54,8 @@ class Scene:
 
     def command(self, settings=None):
         """What a reader types to run it."""
-        sets = ["--set " + shlex.quote(f"{key}={value}") for key, value in (settings or self.settings).items()]
+        sets = ["--set " + shlex.quote(f"{key}={value}")
+                for key, value in (settings or self.settings).items()]
         return " ".join([f"igaform input/stability/{self.deck}.key", *sets])
 
 
