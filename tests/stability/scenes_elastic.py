@@ -37,7 +37,7 @@ def spinning(run):
 
 
 def soft_volume(run):
-    return [elastic_drift(run, 1e-3), energy_error(run, 1e-3), finite(run)]
+    return [elastic_drift(run, 1e-4), energy_error(run, 1e-4), finite(run)]
 
 
 SCENES = [

@@ -5,7 +5,7 @@ from stability import Mark, Scene
 
 
 def ringing(run):
-    return [elastic_drift(run, 1e-3), energy_error(run, 1e-3), momentum_drift(run, 1e-11),
+    return [elastic_drift(run, 2e-4), energy_error(run, 2e-4), momentum_drift(run, 1e-11),
             momentum_drift(run, 1e-11, "angular_momentum"), finite(run)]
 
 
