@@ -54,7 +54,8 @@ def run(arguments):
 def colour_limits(results, frame, field):
     """From the least value (of the plastic strain 0) to the one that 2 % exceed, if they exceed it
     by much."""
-    values = magnitude(results.blank_grid(field, frame))
+    values = np.concatenate([magnitude(patch.field(field, frame)).ravel()
+                             for patch in results.patches])
     low = 0.0 if field == "eqps" else float(values.min())
     high = float(np.quantile(values, 0.98))
     if values.max() - low < 1.5 * (high - low) or high <= low:

@@ -16,6 +16,7 @@ module deck_reader
   use boundary_reader, only: read_boundaries, read_initial_velocities, read_initial_states, &
                              read_test_states
   use load_reader, only: read_loads
+  use bead_reader, only: read_beads
   use contact_reader, only: read_contacts, cut_contacts
   use deck_steps, only: check_steps
   use test_reader, only: read_tests
@@ -134,6 +135,7 @@ contains
     call read_initial_velocities(deck, frame, names, scene, faults)
     call read_initial_states(deck, frame, names, scene, faults)
     call read_loads(deck, frame, names, scene, faults)
+    call read_beads(deck, frame, names, scene, faults)
     call read_contacts(deck, frame, names, scene, faults)
     call cut_contacts(deck, names, scene, faults)
     call read_probes(deck, scene, faults)

@@ -11,6 +11,7 @@ module keyword_table
   use reduction_keywords, only: add_reduction_keyword
   use step_keywords, only: add_process_keywords
   use cad_keywords, only: add_cad_options
+  use bead_reader, only: add_bead_keywords
   use test_keywords, only: add_test_keyword
   implicit none
   private
@@ -44,6 +45,7 @@ contains
     call add_step_keywords(table)
     call add_dynamics_keywords(table)
     call add_reduction_keyword(table)
+    call add_bead_keywords(table)
     call add_output_keywords(table)
     call add_test_keyword(table)
   end subroutine new_keyword_table

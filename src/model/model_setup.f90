@@ -25,6 +25,7 @@ module model_setup
   use drive_setup, only: add_drives
   use step_change, only: hold_back_forces
   use load_setup, only: add_load
+  use bead_setup, only: add_bead
   use contact_setup, only: add_contact
   use penalty_share, only: share_penalties
   use model, only: model_t
@@ -72,6 +73,9 @@ contains
     if (size(scene%contacts) > 0) call share_penalties(scene%contacts(1)%origin, model, faults)
     do i = 1, size(scene%loads)
       call add_load(scene, scene%loads(i), curve_of(scene, scene%loads(i)%curve), model, faults)
+    end do
+    do i = 1, size(scene%beads)
+      call add_bead(scene%beads(i), scene%blank, curve_of(scene, scene%beads(i)%curve), model)
     end do
     call add_drives(scene, model, faults)
     call add_thickness_scaling(model)

@@ -130,6 +130,19 @@ module scene
     integer :: first_step = 1, last_step = huge(1)   !! in force
   end type load_spec_t
 
+  !> A draw bead on one of the large faces: forces per length of a polyline.
+  type, public :: bead_spec_t
+    type(origin_t) :: origin
+    character(:), allocatable :: name
+    integer :: face = 6
+    real(wp) :: width = 0.0_wp              !! of the band along the line [length]
+    real(wp) :: slip = 0.0_wp               !! way at which it gives in, 0: default [length]
+    real(wp) :: restraint = 0.0_wp, hold_down = 0.0_wp   !! [force/length]
+    integer :: curve = 0                    !! factor on the forces
+    integer :: closing = 0                  !! tool whose way the curve runs over, 0: the time
+    real(wp), allocatable :: line(:, :)     !! corners, (3, n) [length]
+  end type bead_spec_t
+
   !> A point of the blank whose motion goes into the history.
   type, public :: probe_spec_t
     type(origin_t) :: origin
@@ -216,6 +229,7 @@ module scene
     type(initial_velocity_spec_t), allocatable :: initial_velocities(:)
     type(initial_state_spec_t), allocatable :: initial_states(:)
     type(load_spec_t), allocatable :: loads(:)
+    type(bead_spec_t), allocatable :: beads(:)
     type(probe_spec_t), allocatable :: probes(:)
     type(material_test_spec_t), allocatable :: tests(:)
     type(step_spec_t) :: step               !! the first, or the only one

@@ -136,6 +136,7 @@ contains
       if (.not. reaches_over(scene, scene%initial_states(i)%set, axis, component)) &
         fault = "the states at the start differ along "//letter(component)
     end do
+    if (size(scene%beads) > 0) fault = "a draw bead may differ along "//letter(component)
   end function condition_fault
 
   !> Does a set hold all of the width? Set 0 is all of the blank.
@@ -337,6 +338,7 @@ contains
     end do
     if (size(scene%initial_velocities) + size(scene%initial_states) > 0) &
       fault = "the state at the start may not be"
+    if (size(scene%beads) > 0) fault = "a draw bead may not be"
   end function mirrored_condition_fault
 
   !> Does a set lie evenly about the plane?

@@ -1,0 +1,349 @@
+!> Draw beads as lines of force: they hold back sheet that is drawn across them.
+!!
+!! A bead acts on a band around a polyline. A point of the sheet at the distance d from the line
+!! bears f phi(d) per area with phi = (1 + cos(pi d/b))/(2 b), whose integral across the band of
+!! half-width b is one, so that f is the force per length of the line. It acts in the plane of the
+!! sheet, across the line and against the motion there, through a spring that gives way at full
+!! force: sheet at rest is held, and its motion along the line is free. What the bead takes from the
+!! sheet counts as work of friction, the little that its springs hold included.
+module draw_bead
+  use kinds, only: wp
+  use state_store, only: state_store_t, put, take, put_array, take_array
+  use knot_vector, only: span_table, basis_derivatives
+  use nurbs_surface, only: nurbs_surface_t
+  use gauss_rule, only: gauss_rule_t, new_gauss_rule
+  use assembly, only: assembly_t
+  use motion_curve, only: curve_t, curve_value
+  use effect, only: effect_t, instant_t, tally_t
+  implicit none
+  private
+
+  public :: new_draw_bead, set_slip
+
+  real(wp), parameter :: pi = acos(-1.0_wp)
+
+  !> A point of the sheet: what it takes to find its place, tangents and share of the area.
+  type :: bead_point_t
+    integer :: first(2) = 1                 ! first control point
+    real(wp), allocatable :: basis(:, :)    ! rational basis functions
+    real(wp), allocatable :: slope(:, :, :) ! their derivatives by both parameters
+    real(wp) :: measure = 0.0_wp            ! quadrature weight in parameter space
+  end type bead_point_t
+
+  !> A bead against one face of a patch.
+  type, extends(effect_t), public :: draw_bead_t
+    integer :: part = 1                       !! patch of the blank
+    integer :: lower(3) = 1, upper(3) = 0     !! control points of the face
+    real(wp), allocatable :: line(:, :)       !! corners of the polyline, (3, n) [length]
+    real(wp) :: half_width = 0.0_wp           !! b [length]
+    real(wp) :: restraint = 0.0_wp            !! f [force/length]
+    real(wp) :: hold_down = 0.0_wp            !! push against the outward normal [force/length]
+    real(wp) :: outward = 1.0_wp              !! sign that turns xi x eta outward
+    real(wp) :: slip = 0.0_wp                 !! stretch of the springs at full force [length]
+    type(curve_t) :: curve                    !! factor on both forces
+    integer :: closing = 0                    !! tool whose way the curve runs over, 0: the time
+    type(bead_point_t), allocatable :: points(:)
+    real(wp), allocatable :: stretch(:)       !! of the springs, -slip to slip, (n_points)
+    logical, allocatable :: is_near(:)        !! may be in the band, (n_points)
+    real(wp) :: margin = 0.0_wp               !! how far the sheet may move before `is_near` is old
+    real(wp) :: lost = 0.0_wp                 !! work taken from the sheet [energy]
+    real(wp), allocatable :: held(:, :, :, :)   !! restraint on the control points at the last step
+    real(wp), allocatable :: pushed(:, :, :, :) !! hold-down force there
+  contains
+    procedure :: apply
+    procedure :: pack => pack_bead
+    procedure :: unpack => unpack_bead
+    procedure :: tally => tally_bead
+  end type draw_bead_t
+
+contains
+
+  !> Points of the face that the bead may act on; the caller sets line, forces and control points.
+  pure subroutine new_draw_bead(bead, face, name)
+    type(draw_bead_t), intent(inout) :: bead
+    type(nurbs_surface_t), intent(in) :: face     !! of the patch at the start
+    character(*), intent(in) :: name
+    type(gauss_rule_t) :: rule(2)
+    integer, allocatable :: spans1(:), spans2(:)
+    integer :: e1, e2, g1, g2, n
+
+    bead%name = name
+    allocate (spans1, source=span_table(face%axes(1)))
+    allocate (spans2, source=span_table(face%axes(2)))
+    rule(1) = new_gauss_rule(face%axes(1)%degree + 1, 1)
+    rule(2) = new_gauss_rule(face%axes(2)%degree + 1, 1)
+    allocate (bead%points(size(spans1)*size(spans2)*rule(1)%n*rule(2)%n))
+    n = 0
+    do e2 = 1, size(spans2)
+      do e1 = 1, size(spans1)
+        do g2 = 1, rule(2)%n
+          do g1 = 1, rule(1)%n
+            n = n + 1
+            call set_point(face, [spans1(e1), spans2(e2)], [rule(1)%points(g1), &
+                           rule(2)%points(g2)], bead%points(n))
+            bead%points(n)%measure = bead%points(n)%measure*rule(1)%weights(g1) &
+                                     *rule(2)%weights(g2)
+          end do
+        end do
+      end do
+    end do
+    allocate (bead%stretch(n), source=0.0_wp)
+    allocate (bead%is_near(n), source=.true.)
+  end subroutine new_draw_bead
+
+  !> Basis of one point; its measure is the size of the span in parameter space, over four.
+  pure subroutine set_point(face, spans, place, point)
+    type(nurbs_surface_t), intent(in) :: face
+    integer, intent(in) :: spans(2)
+    real(wp), intent(in) :: place(2)       !! in the element, -1 to 1
+    type(bead_point_t), intent(out) :: point
+    real(wp) :: low, high, xi, total, change(2)
+    real(wp) :: one(face%axes(1)%degree + 1, 0:1), two(face%axes(2)%degree + 1, 0:1)
+    integer :: d, i, j
+
+    point%measure = 1.0_wp
+    do d = 1, 2
+      associate (axis => face%axes(d))
+        low = axis%knots(spans(d))
+        high = axis%knots(spans(d) + 1)
+        xi = 0.5_wp*(low*(1 - place(d)) + high*(1 + place(d)))
+        if (d == 1) call basis_derivatives(axis, spans(d), xi, 1, one)
+        if (d == 2) call basis_derivatives(axis, spans(d), xi, 1, two)
+        point%first(d) = spans(d) - axis%degree
+        point%measure = 0.5_wp*(high - low)*point%measure
+      end associate
+    end do
+    allocate (point%basis(size(one, 1), size(two, 1)))
+    allocate (point%slope(size(one, 1), size(two, 1), 2))
+    do j = 1, size(two, 1)
+      do i = 1, size(one, 1)
+        associate (w => face%weights(point%first(1) + i - 1, point%first(2) + j - 1))
+          point%basis(i, j) = one(i, 0)*two(j, 0)*w
+          point%slope(i, j, 1) = one(i, 1)*two(j, 0)*w
+          point%slope(i, j, 2) = one(i, 0)*two(j, 1)*w
+        end associate
+      end do
+    end do
+    total = sum(point%basis)
+    change = [sum(point%slope(:, :, 1)), sum(point%slope(:, :, 2))]
+    point%basis = point%basis/total
+    do d = 1, 2
+      point%slope(:, :, d) = (point%slope(:, :, d) - point%basis*change(d))/total
+    end do
+  end subroutine set_point
+
+  !> Stretch at full force: as given, but not so small that the springs would lower the stable step.
+  pure subroutine set_slip(bead, slip, mass_per_area, dt)
+    type(draw_bead_t), intent(inout) :: bead
+    real(wp), intent(in) :: slip             !! asked for [length]
+    real(wp), intent(in) :: mass_per_area    !! of the sheet [mass/area]
+    real(wp), intent(in) :: dt               !! of the steps [time]
+    real(wp), parameter :: share = 0.1_wp    !! of the stiffness that a step bears
+    real(wp) :: greatest
+
+    greatest = bead%restraint*maxval(abs(bead%curve%values))/bead%half_width
+    bead%slip = max(slip, greatest*dt**2/(share*mass_per_area))
+  end subroutine set_slip
+
+  !> Forces of this instant, and the work of the step that led here.
+  subroutine apply(self, bodies, instant)
+    class(draw_bead_t), intent(inout) :: self
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant
+    real(wp), allocatable :: x(:, :, :, :), v(:, :, :, :), held(:, :, :, :), pushed(:, :, :, :)
+    real(wp) :: factor
+    integer :: c
+
+    associate (low => self%lower, high => self%upper, &
+               motion => bodies%blank%parts(self%part)%motion)
+      x = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
+      v = motion%v(low(1):high(1), low(2):high(2), low(3):high(3), :)
+      allocate (held, mold=x)
+      allocate (pushed, mold=x)
+      held = 0.0_wp
+      pushed = 0.0_wp
+      if (.not. allocated(self%held)) then
+        allocate (self%held, source=held)
+        allocate (self%pushed, source=pushed)
+      end if
+      factor = curve_value(self%curve, way(self, bodies, instant))
+      call add_forces(self, [size(x)/(3*size_of_axis2(self)), size_of_axis2(self)], x, v, &
+                      instant%dt, factor, held, pushed)
+      self%lost = self%lost - 0.5_wp*instant%dt*sum((self%held + held)*v)
+      self%external_work = self%external_work + 0.5_wp*instant%dt*sum((self%pushed + pushed)*v)
+      motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
+        motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) + held + pushed
+    end associate
+    do c = 1, 3
+      self%force(c) = sum(held(:, :, :, c)) + sum(pushed(:, :, :, c))
+    end do
+    call move_alloc(held, self%held)
+    call move_alloc(pushed, self%pushed)
+  end subroutine apply
+
+  !> Where the curve of the forces stands: the way of the closing tool, or the time.
+  pure real(wp) function way(self, bodies, instant)
+    class(draw_bead_t), intent(in) :: self
+    type(assembly_t), intent(in) :: bodies
+    type(instant_t), intent(in) :: instant
+
+    way = instant%time
+    if (self%closing > 0) way = norm2(bodies%tools(self%closing)%displacement)
+  end function way
+
+  !> Control points along the second axis of the face.
+  pure integer function size_of_axis2(self) result(n)
+    class(draw_bead_t), intent(in) :: self
+    integer :: counts(3), i
+
+    counts = self%upper - self%lower + 1
+    n = 1
+    do i = 3, 1, -1
+      if (counts(i) == 1) cycle
+      n = counts(i)
+      return
+    end do
+  end function size_of_axis2
+
+  !> Forces of all points that may be in the band.
+  pure subroutine add_forces(self, n, x, v, dt, factor, held, pushed)
+    class(draw_bead_t), intent(inout) :: self
+    integer, intent(in) :: n(2)                         !! control points of the face
+    real(wp), intent(in) :: x(n(1), n(2), 3), v(n(1), n(2), 3)
+    real(wp), intent(in) :: dt, factor
+    real(wp), intent(inout) :: held(n(1), n(2), 3), pushed(n(1), n(2), 3)
+    logical :: is_renewed
+    integer :: p
+
+    self%margin = self%margin - dt*sqrt(maxval(sum(v**2, 3)))
+    is_renewed = self%margin <= 0.0_wp
+    if (is_renewed) then
+      self%is_near = .true.
+      self%margin = 2*self%half_width
+    end if
+    do p = 1, size(self%points)
+      if (.not. self%is_near(p)) cycle
+      call work_point(self, p, n, x, v, dt, factor, held, pushed)
+    end do
+  end subroutine add_forces
+
+  !> Force of one point; it notes whether the point may reach the band before the next renewal.
+  pure subroutine work_point(self, p, n, x, v, dt, factor, held, pushed)
+    class(draw_bead_t), intent(inout) :: self
+    integer, intent(in) :: p, n(2)
+    real(wp), intent(in) :: x(n(1), n(2), 3), v(n(1), n(2), 3)
+    real(wp), intent(in) :: dt, factor
+    real(wp), intent(inout) :: held(n(1), n(2), 3), pushed(n(1), n(2), 3)
+    real(wp) :: place(3), speed(3), d1(3, 2), normal(3), across(3), distance, area, band, reach
+    integer :: i(2), c, d
+
+    associate (point => self%points(p))
+      i = point%first + shape(point%basis) - 1
+      do c = 1, 3
+        associate (net => x(point%first(1):i(1), point%first(2):i(2), c))
+          place(c) = sum(point%basis*net)
+          do d = 1, 2
+            d1(c, d) = sum(point%slope(:, :, d)*net)
+          end do
+        end associate
+        speed(c) = sum(point%basis*v(point%first(1):i(1), point%first(2):i(2), c))
+      end do
+      normal = [d1(2, 1)*d1(3, 2) - d1(3, 1)*d1(2, 2), d1(3, 1)*d1(1, 2) - d1(1, 1)*d1(3, 2), &
+                d1(1, 1)*d1(2, 2) - d1(2, 1)*d1(1, 2)]
+      area = norm2(normal)
+      normal = self%outward*normal/area
+      call place_by_line(self%line, place, normal, across, distance, reach)
+      self%is_near(p) = reach <= sqrt(2.0_wp)*self%half_width + self%margin
+      if (distance >= self%half_width .or. reach > sqrt(2.0_wp)*self%half_width) then
+        self%stretch(p) = 0.0_wp
+        return
+      end if
+      band = factor*area*point%measure*(1 + cos(pi*distance/self%half_width))/(2*self%half_width)
+      self%stretch(p) = min(max(self%stretch(p) + dt*dot_product(speed, across), -self%slip), &
+                            self%slip)
+      do c = 1, 3
+        held(point%first(1):i(1), point%first(2):i(2), c) = &
+          held(point%first(1):i(1), point%first(2):i(2), c) &
+          - point%basis*(self%restraint*band*(self%stretch(p)/self%slip)*across(c))
+        pushed(point%first(1):i(1), point%first(2):i(2), c) = &
+          pushed(point%first(1):i(1), point%first(2):i(2), c) &
+          - point%basis*(self%hold_down*band*normal(c))
+      end do
+    end associate
+  end subroutine work_point
+
+  !> Nearest place of a polyline: unit vector across it in the plane of the sheet, whose sense is
+  !! that of normal x line, distance in that plane, and distance in space. Beyond the line's ends
+  !! the first distance is huge.
+  pure subroutine place_by_line(line, place, normal, across, distance, reach)
+    real(wp), intent(in) :: line(:, :), place(3), normal(3)
+    real(wp), intent(out) :: across(3), distance, reach
+    real(wp) :: along(3), arm(3), share, length
+    logical :: is_beyond
+    integer :: s
+
+    across = 0.0_wp
+    distance = huge(1.0_wp)
+    reach = huge(1.0_wp)
+    is_beyond = .false.
+    do s = 1, size(line, 2) - 1
+      along = line(:, s + 1) - line(:, s)
+      length = norm2(along)
+      share = dot_product(place - line(:, s), along)/length**2
+      arm = place - line(:, s) - min(max(share, 0.0_wp), 1.0_wp)*along
+      if (norm2(arm) >= reach) cycle
+      reach = norm2(arm)
+      is_beyond = (s == 1 .and. share < 0.0_wp) .or. &
+                  (s == size(line, 2) - 1 .and. share > 1.0_wp)
+      arm = arm - dot_product(arm, normal)*normal
+      distance = norm2(arm)
+      across = [normal(2)*along(3) - normal(3)*along(2), normal(3)*along(1) - normal(1)*along(3), &
+                normal(1)*along(2) - normal(2)*along(1)]/length
+      if ((share < 0.0_wp .or. share > 1.0_wp) .and. distance > 0.0_wp) then
+        ! Around a corner of the line the way out from the corner is across.
+        across = arm*sign(1.0_wp/distance, dot_product(arm, across))
+      end if
+      across = across/max(norm2(across), tiny(1.0_wp))
+    end do
+    if (is_beyond) distance = huge(1.0_wp)
+  end subroutine place_by_line
+
+  !> Add the work taken from the sheet.
+  subroutine tally_bead(self, tally)
+    class(draw_bead_t), intent(inout) :: self
+    type(tally_t), intent(inout) :: tally
+
+    tally%external_work = tally%external_work + self%external_work
+    tally%friction_energy = tally%friction_energy + self%lost
+  end subroutine tally_bead
+
+  !> What the effect carries from step to step.
+  subroutine pack_bead(self, store)
+    class(draw_bead_t), intent(in) :: self
+    type(state_store_t), intent(inout) :: store
+
+    call put(store, "lost", self%lost)
+    call put_array(store, "stretch", size(self%stretch), self%stretch)
+    if (.not. allocated(self%held)) return
+    call put_array(store, "held", size(self%held), self%held)
+    call put_array(store, "pushed", size(self%pushed), self%pushed)
+  end subroutine pack_bead
+
+  !> Take it back; which points are near is found anew.
+  subroutine unpack_bead(self, store)
+    class(draw_bead_t), intent(inout) :: self
+    type(state_store_t), intent(inout) :: store
+
+    call take(store, "lost", self%lost)
+    call take_array(store, "stretch", size(self%stretch), self%stretch)
+    self%margin = 0.0_wp
+    if (.not. allocated(self%held)) then
+      associate (n => self%upper - self%lower + 1)
+        allocate (self%held(n(1), n(2), n(3), 3), self%pushed(n(1), n(2), n(3), 3))
+      end associate
+    end if
+    call take_array(store, "held", size(self%held), self%held)
+    call take_array(store, "pushed", size(self%pushed), self%pushed)
+  end subroutine unpack_bead
+
+end module draw_bead
