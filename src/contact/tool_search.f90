@@ -149,8 +149,8 @@ contains
     end if
   end subroutine try_within
 
-  !> Local searches from all points of a net over a cell that are nearer than those beside them; in a
-  !! wild cell from all whose mesh may hold a nearer place than found so far.
+  !> Local searches from all points of a net over a cell that are nearer than those beside them; in
+  !! a wild cell from all whose mesh may hold a nearer place than found so far.
   pure subroutine try_net(tool, x, cell, n_iterations, hit, way_out)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)

@@ -52,8 +52,8 @@ contains
     end do
   end function new_samples
 
-  !> Distance from `x` to the surface: in every face that may hold the closest point each sample that
-  !! is nearer than those around it is moved downhill within the face.
+  !> Distance from `x` to the surface: in every face that may hold the closest point each sample
+  !! that is nearer than those around it is moved downhill within the face.
   pure real(wp) function brute_distance(samples, x) result(distance)
     type(samples_t), intent(in) :: samples
     real(wp), intent(in) :: x(3)
