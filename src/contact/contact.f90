@@ -26,7 +26,7 @@ module contact
   public :: contact_t, contact_options_t, new_contact, apply_contact
   public :: scale_stiffness, set_tile_tests
 
-  integer, parameter :: tile_size = 64   !! most points of a tile
+  integer, parameter :: tile_size = 16   !! most points of a tile: few, so that idle ones sleep
   integer, parameter :: parallel_size = 2048    !! fewer points are not worth waking threads for
   real(wp), parameter :: refresh = 0.2_wp       !! travel between searches, of the search distance
 
@@ -254,18 +254,21 @@ contains
     integer, intent(in) :: index   !! number of the tile
     type(tile_result_t), intent(out) :: result
     real(wp) :: x(contact%tiles(index)%last - contact%tiles(index)%first + 1, 3)
-    integer :: queue(tile_size), n_queued, before, point, i, n, first, last
+    integer :: queue(tile_size), n_queued, before, point, i, n, first, last, due(2)
 
     associate (tile => contact%tiles(index))
       before = (tile%row - 1)*contact%slave%n_along(1) + tile%first - 1
       n = size(x, 1)
-      call row_positions(contact%slave, net_x, tile%row, tile%first, tile%last, x)
+      due = due_points(contact%travel, contact%test_at(before + 1:before + n))
+      if (allocated(contact%damping) .or. allocated(contact%friction)) due = [1, n]
+      call row_positions(contact%slave, net_x, tile%row, tile%first + due(1) - 1, &
+                         tile%first + due(2) - 1, x(due(1):due(2), :))
       do i = 1, 3
-        x(:, i) = x(:, i) - tool%displacement(i)
+        x(due(1):due(2), i) = x(due(1):due(2), i) - tool%displacement(i)
         contact%force(before + 1:before + n, i) = 0.0_wp
       end do
       n_queued = 0
-      do i = 1, n
+      do i = due(1), due(2)
         point = before + i
         if (contact%travel < contact%test_at(point)) cycle
         result%counts%n_tested = result%counts%n_tested + 1
@@ -293,6 +296,20 @@ contains
       tile%test_at = minval(contact%test_at(before + 1:before + n))
     end associate
   end subroutine work_tile
+
+  !> First and last point that must be tested; there is one.
+  pure function due_points(travel, test_at) result(due)
+    real(wp), intent(in) :: travel, test_at(:)
+    integer :: due(2)
+
+    due = [1, size(test_at)]
+    do while (due(1) < due(2) .and. travel < test_at(due(1)))
+      due(1) = due(1) + 1
+    end do
+    do while (due(2) > due(1) .and. travel < test_at(due(2)))
+      due(2) = due(2) - 1
+    end do
+  end function due_points
 
   !> Follow up to eight points of a tile from where they were.
   subroutine follow_points(contact, tool, before, n_tile, x, points, result)
