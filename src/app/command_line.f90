@@ -23,6 +23,8 @@ module command_line
     logical :: is_iges = .false.           !! a part of `deck`, a result or deck, as an IGES file
     character(:), allocatable :: part, face, length_unit   !! of --part, --face, --length; or empty
     logical :: is_check = .false., is_quiet = .false.
+    logical :: is_probe = .false.          !! with `is_check`: a quick run with fewer elements
+    logical :: is_awake = .false.          !! nothing sleeps, for measuring what sleeping saves
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
     logical :: wants_rules = .false.
     character(:), allocatable :: fault     !! why the command cannot be carried out; else empty
@@ -64,6 +66,8 @@ contains
       i = i + 1
       call take_argument(arguments, command, i)
     end do
+    if (command%fault == "" .and. command%is_probe .and. .not. command%is_check) &
+      command%fault = "option --probe goes with --check"
     if (command%fault == "" .and. command%deck == "" .and. .not. (command%wants_help &
         .or. command%wants_version .or. command%wants_keywords .or. command%wants_rules)) then
       command%fault = "no deck given"
@@ -87,6 +91,8 @@ contains
            //"                     come several times"//feed &
            //"  --set NAME=VALUE   replace the value of a *PARAMETER of the deck"//feed &
            //"  --check            read, report counts, mass, step and cost; do not run"//feed &
+           //"  --probe            with --check: a quick run with fewer elements, and what"//feed &
+           //"                     mass scaling its energies allow"//feed &
            //"  --modes N          print the N lowest frequencies of the blank; do not run"//feed &
            //"  --return-study     igaform material: errors and cost of the return"//feed &
            //"                     mapping of each *PLASTIC; no tests"//feed &
@@ -96,6 +102,7 @@ contains
            //"  --part NAME        igaform iges: tool, or blank (the default)"//feed &
            //"  --face NAME        igaform iges: a face of the blank, such as ZETA_MAX"//feed &
            //"  --length UNIT      igaform iges: unit of the lengths (default: of *UNITS)"//feed &
+           //"  --awake            let nothing sleep, to see what sleeping saves"//feed &
            //"  --quiet            errors and warnings only"//feed &
            //"  --keywords         print the reference of all keywords"//feed &
            //"  --rules            print where quadrature rules leave modes without energy"//feed &
@@ -115,6 +122,10 @@ contains
     select case (word)
     case ("--check")
       command%is_check = .true.
+    case ("--probe")
+      command%is_probe = .true.
+    case ("--awake")
+      command%is_awake = .true.
     case ("--return-study")
       command%is_return_study = .true.
       if (.not. command%is_material) command%fault = "option --return-study goes with "// &
@@ -219,8 +230,8 @@ contains
     type(string_t), allocatable :: options(:)
 
     options = strings([character(14) :: "--out", "--threads", "--set", "--user", "--check", &
-                       "--modes", "--return-study", "--jobs", "--only", "--summary", "--quiet", &
-                        "--part", "--face", "--length", &
+                       "--modes", "--probe", "--awake", "--return-study", "--jobs", "--only", &
+                       "--summary", "--quiet", "--part", "--face", "--length", &
                         "--keywords", "--rules", "--version", "--help"])
     nearest = nearest_name(word, options)
   end function nearest_option

@@ -31,6 +31,7 @@ module deck_run
   use check_report, only: print_check
   use saving_report, only: print_savings
   use source_report, only: source_lines
+  use probe_run, only: print_probe
   use modes_report, only: print_modes
   use user_call, only: watch_user_calls, user_failure_text
   use user_library, only: user_library_t
@@ -69,12 +70,14 @@ contains
     if (n_errors(faults) == 0) call load_user_files(command, scene, library, faults)
     if (n_errors(faults) == 0) call build_model(scene, model, faults, library)
     call report_faults(faults, error_unit)
+    if (command%is_awake .and. n_errors(faults) == 0) call keep_awake(model)
     if (n_errors(faults) > 0) then
       code = exit_input
     else if (command%is_check) then
       call print_check(model)
       call print_savings(scene)
       call print_sources(scene)
+      if (command%is_probe) call print_probe(scene, model, library)
       code = exit_done
     else if (command%n_modes > 0) then
       code = tell_modes(model, command%n_modes)
@@ -106,6 +109,20 @@ contains
       call log_line(log, lines(i)%value)
     end do
   end subroutine log_sources
+
+  !> Let no contact and no elastic point sleep.
+  subroutine keep_awake(model)
+    type(model_t), intent(inout) :: model
+    integer :: i
+
+    model%bodies%blank%law%is_awake = .true.
+    do i = 1, size(model%forces)
+      select type (item => model%forces(i)%item)
+      type is (contact_effect_t)
+        item%is_awake = .true.
+      end select
+    end do
+  end subroutine keep_awake
 
   !> Print the lowest frequencies of an accepted model.
   integer function tell_modes(model, n_modes) result(code)

@@ -127,10 +127,14 @@ contains
   !! as it is while a tool forms the sheet: for measuring the cost of that before it happens.
   pure subroutine wake_contact(contact, stride)
     type(contact_t), intent(inout) :: contact
-    integer, intent(in) :: stride
+    integer, intent(in), optional :: stride    !! absent: test all points
 
     contact%tiles%test_at = 0.0_wp
-    where (contact%face(::stride) > 0) contact%test_at(::stride) = 0.0_wp
+    if (present(stride)) then
+      where (contact%face(::stride) > 0) contact%test_at(::stride) = 0.0_wp
+    else
+      contact%test_at = 0.0_wp
+    end if
   end subroutine wake_contact
 
 end module contact_state

@@ -19,6 +19,7 @@ module block_law
     logical :: is_rotating = .false.     !! it rotates the stress itself (co-rotational frame)
     logical :: uses_gradient = .false.   !! its stress follows from the deformation gradient alone
     logical :: is_serial = .false.       !! one thread, in the order of the elements
+    logical :: is_awake = .false.        !! elastic rows take the return map as well
   contains
     procedure(update_row), deferred :: update
     procedure :: update_in_context

@@ -55,7 +55,7 @@ contains
 
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
-    if (ok .and. worst > self%yield) then
+    if (ok .and. (worst > self%yield .or. self%is_awake)) then
       call radial_return(n, 3.0_wp*self%shear, self%yield + self%saturation, self%saturation, &
                          self%rate, mises, stress, state, ok)
     end if

@@ -6,7 +6,7 @@ module contact_effect
   use effect, only: effect_t, instant_t, tally_t
   use slave_surface, only: scatter_forces
   use contact, only: contact_t, apply_contact
-  use contact_state, only: pack_contact, unpack_contact
+  use contact_state, only: pack_contact, unpack_contact, wake_contact
   use contact_fields, only: contact_fields_t, add_wear, pack_wear, unpack_wear
   implicit none
   private
@@ -22,6 +22,7 @@ module contact_effect
     real(wp) :: depth = 0.0_wp             !! deepest now [length]
     real(wp) :: thickness = 0.0_wp         !! of the sheet, the measure of depths [length]
     logical :: has_warned = .false.        !! of a depth beyond the first limit
+    logical :: is_awake = .false.          !! all points are tested in each step
     type(contact_fields_t), allocatable :: fields   !! only where the deck asks for them
   contains
     procedure :: apply
@@ -47,6 +48,7 @@ contains
       allocate (net_force, mold=net_x)
       net_force = 0.0_wp
       before = bodies%tools(self%tool)%force
+      if (self%is_awake) call wake_contact(self%pair)
       call apply_contact(self%pair, bodies%tools(self%tool), net_x, net_force, self%energy, &
                          self%depth, instant%dt)
       self%max_penetration = max(self%max_penetration, self%depth)
