@@ -3,7 +3,7 @@ import argparse
 import os
 import sys
 
-from post import (bench, compare, draw_in, fld, force, history, material, picture, profile,
+from post import (bench, compare, draw_in, economy, fld, force, history, material, picture, profile,
                   springback, verification, watch)
 from post.results import ResultsError
 from post.study import command as study
@@ -42,6 +42,7 @@ def parser():
     command.set_defaults(run=verification.run, is_picture=False)
     for module, name, text in (
             (watch, "watch", "progress, energies and time step of a run while it goes on"),
+            (economy, "economy", "what ran, what slept and what that saved in five scenes"),
             (study, "study", "what accuracy costs: many runs of a deck compared"),
             (page, "study-page", "the manual's page on what accuracy costs")):
         command = commands.add_parser(name, help=text, description=text.capitalize() + ".")

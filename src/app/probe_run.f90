@@ -19,6 +19,7 @@ module probe_run
 
   integer, parameter :: coarsening = 3, least_elements = 8
   integer, parameter :: n_samples = 400            !! of the energies
+  real(wp), parameter :: most_steps = 20000.0_wp   !! masses rise for no more steps than these
   real(wp), parameter :: early = 0.1_wp            !! share of the time in which forming sets in
   real(wp), parameter :: allowed = 0.05_wp         !! kinetic over internal energy of a slow process
 
@@ -44,12 +45,14 @@ contains
 
     coarse = scene
     call coarsen_scene(coarse, coarsening, least_elements)
+    coarse%step%target_step = max(coarse%step%target_step, scene%step%end_time &
+                                  /(most_steps*scene%step%safety))
     call build_model(coarse, probe, faults, library)
     if (n_errors(faults) > 0) then
       print "(a)", "probe            the scene with fewer elements cannot be built"
       return
     end if
-    call run_probe(probe, inertia)
+    call run_probe(probe, probe%bodies%blank%mass_factor/model%bodies%blank%mass_factor, inertia)
     print "(a)", "probe            "//to_text(n_elements_of(probe%bodies%blank%parts))// &
       " elements, kinetic over internal energy "//percent(inertia%mean)//" in the mean, "// &
       percent(inertia%largest)//" at most after "//to_text(nint(100*early))//" % of the time"
@@ -105,8 +108,9 @@ contains
   end function can_scale_thickness
 
   !> All steps of a model without output, with its energies at equal times.
-  subroutine run_probe(model, inertia)
+  subroutine run_probe(model, added, inertia)
     type(model_t), intent(inout) :: model
+    real(wp), intent(in) :: added       !! factor on all masses for the probe alone
     type(inertia_t), intent(out) :: inertia
     type(run_t) :: run
     type(error_t), allocatable :: error
@@ -124,7 +128,7 @@ contains
         if (allocated(error)) return
         if (run%instant%time < taken*end_time/n_samples) cycle
         taken = taken + 1
-        kinetic = kinetic_energy(model%bodies%blank)
+        kinetic = kinetic_energy(model%bodies%blank)/added
         sums = sums + [kinetic, run%balance%internal]
         scaling = max(run%balance%internal, tiny(1.0_wp))
         if (run%instant%time > early*end_time) &
