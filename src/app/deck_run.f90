@@ -362,7 +362,7 @@ contains
     allocate (setup%tools(size(scene%tools)), setup%probes(size(scene%probes)))
     do i = 1, size(scene%tools)
       setup%tools(i)%name = scene%tools(i)%name
-      setup%tools(i)%surfaces = scene%tools(i)%surfaces
+      setup%tools(i)%surfaces = model%bodies%tools(i)%surfaces
       if (scene%output%has_pressure) setup%tools(i)%cell_length = &
         element_size_of(solid_face(model%bodies%blank%parts(1)%solid, 6))
     end do

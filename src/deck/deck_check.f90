@@ -146,6 +146,7 @@ contains
                          "a *CONTACT PAIR that names it")
         return
       end if
+      if (any(abs(tool%placing) > 0.0_wp)) return   ! it will be put against the blank
       reach = blank_reach(scene, i)
       blank = solid_bounds(scene)
       swept = swept_bounds(scene, i)

@@ -10,7 +10,8 @@ module deck_reader
   use patch_reader, only: patch_parts_t, collect_parts
   use material_reader, only: read_materials
   use blank_reader, only: box_frame_t, read_blank
-  use tool_reader, only: read_tools
+  use tool_reader, only: read_tools, enter_tools
+  use placement_keywords, only: read_placements
   use motion_reader, only: read_amplitudes, read_tool_motions
   use set_reader, only: read_sets
   use boundary_reader, only: read_boundaries, read_initial_velocities, read_initial_states, &
@@ -119,7 +120,7 @@ contains
     call enter_names(deck, "AMPLITUDE", names%curves, faults)
     call enter_names(deck, "BLANK", names%patches, faults)
     call enter_names(deck, "TOOL", names%patches, faults)
-    call enter_names(deck, "TOOL", names%tools, known)
+    call enter_tools(deck, names%tools, known)
     call enter_names(deck, "PATCH", names%patches, faults)
     call enter_names(deck, "SET", names%sets, faults)
     call enter_names(deck, "PROBE", names%probes, faults)
@@ -129,6 +130,7 @@ contains
     call read_amplitudes(deck, scene, faults)
     call read_blank(deck, names, parts, scene, frame, faults)
     call read_tools(deck, names, parts, scene, faults)
+    call read_placements(deck, names, scene, faults)
     call read_tool_motions(deck, names, scene, faults)
     call read_sets(deck, frame, scene, faults)
     call read_boundaries(deck, frame, names, scene, faults)

@@ -10,6 +10,7 @@ module keyword_table
   use dynamics_keywords, only: add_dynamics_keywords
   use reduction_keywords, only: add_reduction_keyword
   use step_keywords, only: add_process_keywords
+  use placement_keywords, only: add_placement_keyword
   use cad_keywords, only: add_cad_options
   use bead_reader, only: add_bead_keywords
   use test_keywords, only: add_test_keyword
@@ -36,6 +37,7 @@ contains
     call add_blank_keywords(table)
     call add_patch_keywords(table)
     call add_tool_keyword(table)
+    call add_placement_keyword(table)
     call add_motion_keywords(table)
     call add_contact_keyword(table)
     call add_set_keyword(table)
@@ -156,6 +158,9 @@ contains
     call add_option(table, "SIDE", kind_choice, "side of the surface on which the sheet lies: "// &
                     "where the normal points (POSITIVE) or the other", default="POSITIVE", &
                     choices="POSITIVE|NEGATIVE")
+    call add_option(table, "PART OF", kind_name, "name of another *TOOL: this surface is then "// &
+                    "one of that tool, and has no side, motion or contact of its own", &
+                    is_required=.false.)
     call add_cad_options(table)
     call add_line(table, "Extrusion of the curve; it is eta of the surface.", when="EXTRUDED")
     call add_vector(table, "d", "extrusion")

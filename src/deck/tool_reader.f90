@@ -8,22 +8,39 @@ module tool_reader
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use primitives, only: plane_surface, cylinder_surface, sphere_surface, extruded_surface
   use scene, only: scene_t
-  use deck_names, only: deck_names_t
-  use name_table, only: place_of
+  use deck_names, only: deck_names_t, enter_name, resolve
+  use name_table, only: name_table_t, place_of
   use text, only: string_t, upper_case, squeezed
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, field_real, &
-                          field_integer
+                          field_integer, is_option_given
   use cad_reader, only: read_cad_tool, check_cad_options
   use patch_reader, only: patch_parts_t, check_parts, read_axes, read_points, refine
   implicit none
   private
 
-  public :: read_tools
+  public :: read_tools, enter_tools
 
 contains
 
-  !> Fill the list of tools, one for each *TOOL in the order of the deck. A tool whose surface
-  !! cannot be made has none.
+  !> Enter the names of all tools. A *TOOL that is a part of another is none.
+  subroutine enter_tools(deck, names, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(name_table_t), intent(inout) :: names
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+    integer :: i
+
+    found = find_records(deck, "TOOL")
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        if (.not. is_option_given(deck, record, "PART OF")) &
+          call enter_name(deck, record, names, faults)
+      end associate
+    end do
+  end subroutine enter_tools
+
+  !> Fill the list of tools, one for each *TOOL that is no part of another in the order of the deck,
+  !! then add the parts. A tool whose surface cannot be made has none.
   subroutine read_tools(deck, names, parts, scene, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_names_t), intent(in) :: names
@@ -32,11 +49,13 @@ contains
     type(fault_list_t), intent(inout) :: faults
     type(nurbs_surface_t) :: surface
     type(string_t) :: file
-    integer, allocatable :: found(:)
+    integer, allocatable :: found(:), all_found(:)
     integer :: i, s, patch
     logical :: is_complete
 
-    found = find_records(deck, "TOOL")
+    all_found = find_records(deck, "TOOL")
+    found = pack(all_found, [(.not. is_option_given(deck, deck%records(all_found(i)), "PART OF"), &
+                              i=1, size(all_found))])
     allocate (scene%tools(size(found)))
     do i = 1, size(found)
       associate (record => deck%records(found(i)), tool => scene%tools(i))
@@ -62,7 +81,39 @@ contains
         tool%surfaces = [surface]
       end associate
     end do
+    do i = 1, size(all_found)
+      if (all(found /= all_found(i))) &
+        call read_part(deck, deck%records(all_found(i)), names, parts, scene, faults)
+    end do
   end subroutine read_tools
+
+  !> Add the surface of a *TOOL that is a part of another.
+  subroutine read_part(deck, record, names, parts, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(deck_names_t), intent(in) :: names
+    type(patch_parts_t), intent(in) :: parts(:)
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    type(nurbs_surface_t) :: surface
+    integer :: tool, patch
+    logical :: is_complete
+
+    call resolve(names%tools, option_text(deck, record, "PART OF"), "*TOOL", record%origin, tool, &
+                 faults)
+    patch = place_of(names%patches, squeezed(upper_case(option_text(deck, record, "NAME"))))
+    if (tool == 0 .or. patch == 0) return
+    if (option_text(deck, record, "TYPE") == "IGES") then
+      call add_fault(faults, record%origin, "a part of TYPE=IGES", "parts whose surface stands "// &
+                     "in the deck, or a *TOOL of its own")
+      return
+    end if
+    call check_cad_options(deck, record, faults)
+    call read_surface(deck, record, parts(patch), surface, is_complete, faults)
+    if (.not. is_complete) return
+    call refine(deck, parts(patch), surface, faults)
+    scene%tools(tool)%surfaces = [scene%tools(tool)%surfaces, surface]
+  end subroutine read_part
 
   !> A file that is no text of the deck counts to it all the same: by its checksum.
   subroutine add_source(scene, file)

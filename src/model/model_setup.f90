@@ -6,15 +6,17 @@ module model_setup
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault, add_warning, drop_warnings, n_errors
   use text, only: to_text, rounded_text
-  use scene, only: scene_t, blank_spec_t, motion_spec_t
+  use scene, only: scene_t, blank_spec_t, motion_spec_t, tool_spec_t
   use knot_vector, only: n_spans
   use seam_columns, only: column_mask_t
-  use nurbs_solid, only: evaluate_solid
+  use nurbs_surface, only: nurbs_surface_t
+  use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use block_law, only: block_law_t
   use user_library, only: user_library_t
   use law_setup, only: build_law
   use initial_state, only: set_initial_states
-  use tool, only: new_tool
+  use tool, only: tool_t, new_tool
+  use tool_placement, only: placing_shift
   use spurious_modes, only: n_spurious_modes, serving_rule
   use step_setup, only: set_stable_step, add_thickness_scaling, add_damping
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
@@ -241,10 +243,43 @@ contains
           call add_fault(faults, spec%origin, error%message, "a usable tool surface")
           cycle
         end if
+        if (any(abs(spec%placing) > 0.0_wp)) &
+          call place_tool(scene, spec, model%bodies%tools(t), faults)
         call move_tool(model%motions(t), 0.0_wp, 0.0_wp, model%bodies%tools(t))
       end associate
     end do
   end subroutine build_tools
+
+  !> Put a tool against the sheet as the deck wants it.
+  subroutine place_tool(scene, spec, tool, faults)
+    type(scene_t), intent(in) :: scene
+    type(tool_spec_t), intent(in) :: spec
+    type(tool_t), intent(inout) :: tool
+    type(fault_list_t), intent(inout) :: faults
+    type(nurbs_surface_t), allocatable :: surfaces(:)
+    type(nurbs_solid_t) :: solids(size(scene%blank%patches))
+    type(error_t), allocatable :: error
+    real(wp) :: shift(3), reach
+    integer :: i, c
+
+    do i = 1, size(solids)
+      solids(i) = scene%blank%patches(i)%solid
+    end do
+    reach = tool%search_distance
+    call placing_shift(tool, solids, spec%placing, spec%clearance, shift, error)
+    if (allocated(error)) then
+      call add_fault(faults, spec%origin, error%message, "a direction that leads to the sheet")
+      return
+    end if
+    surfaces = tool%surfaces
+    do i = 1, size(surfaces)
+      do c = 1, 3
+        surfaces(i)%points(:, :, c) = surfaces(i)%points(:, :, c) + shift(c)
+      end do
+    end do
+    ! Cannot be refused: it was taken where it was.
+    call new_tool(tool, spec%name, surfaces, spec%side, reach, error)
+  end subroutine place_tool
 
   !> Motions of all tools; those of one step add up.
   subroutine set_motions(scene, model)

@@ -62,6 +62,8 @@ module scene
     type(nurbs_surface_t), allocatable :: surfaces(:)
     type(string_t), allocatable :: notes(:) !! lines for the log: what came from which file
     integer :: side = 1                     !! +1: the sheet lies on the side of xi x eta
+    real(wp) :: placing(3) = 0.0_wp         !! direction to put it against the sheet; 0: not
+    real(wp) :: clearance = 0.0_wp          !! smallest distance to the sheet then [length]
   end type tool_spec_t
 
   !> How a tool moves from the start of a step on, until motions of a later step for this tool.
