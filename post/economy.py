@@ -32,7 +32,7 @@ def run(arguments):
     """All scenes, and the table on paper."""
     if not os.path.isfile(arguments.igaform):
         raise ResultsError(f"there is no program '{arguments.igaform}': build igaform, or say where "
-                           "it is with --igaform")
+                           "is with --igaform")
     lines = ["| scene | what ran, share of its time | what slept | CPU s | awake | saved |",
              "|---|---|---|---:|---:|---:|"]
     with tempfile.TemporaryDirectory() as folder:

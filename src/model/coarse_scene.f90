@@ -12,8 +12,8 @@ module coarse_scene
 
 contains
 
-  !> Leave every `factor`-th knot along axes 1 and 2 and at least `least` elements. Shapes keep their
-  !! places at the Greville points. Blanks of several patches stay as they are.
+  !> Leave every `factor`-th knot along axes 1 and 2 and at least `least` elements. Shapes keep
+  !! their places at the Greville points. Blanks of several patches stay as they are.
   subroutine coarsen_scene(scene, factor, least)
     type(scene_t), intent(inout) :: scene
     integer, intent(in) :: factor, least
