@@ -31,8 +31,8 @@ def add_arguments(command):
 def run(arguments):
     """All scenes, and the table on paper."""
     if not os.path.isfile(arguments.igaform):
-        raise ResultsError(f"there is no program '{arguments.igaform}': build igaform, or say where "
-                           "is with --igaform")
+        raise ResultsError(f"there is no program '{arguments.igaform}': build igaform, or say "
+                           "where it is with --igaform")
     lines = ["| scene | what ran, share of its time | what slept | CPU s | awake | saved |",
              "|---|---|---|---:|---:|---:|"]
     with tempfile.TemporaryDirectory() as folder:

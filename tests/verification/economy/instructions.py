@@ -1,6 +1,6 @@
 """An effect that is compiled in but not asked for must cost no instruction: a deck without loads
-and contact runs in the program as it is and in one without them, and callgrind counts all instructions
-of the steps. They agree but for the ways of the allocator, which depend on addresses.
+and contact runs in the program as it is and in one without them, and callgrind counts all
+instructions of the steps. They agree but for the ways of the allocator, which depend on addresses.
 
 usage: instructions.py IGAFORM LEAN DECK; ends with 77 where there is no valgrind
 """
@@ -23,7 +23,7 @@ def count(program, deck, folder):
          "--out", f"{folder}/run.h5"],
         capture_output=True, text=True, timeout=900,
         # The program starts itself again where the first is not set, which valgrind does not
-        # follow; the second has the loader look names up before the first step instead of within it.
+        # follow; the second has the loader look names up before the first step.
         env=dict(os.environ, GOMP_SPINCOUNT="1000", LD_BIND_NOW="1"))
     assert done.returncode == 0, done.stdout + done.stderr
     total = int(re.search(r"Collected\s*:\s*(\d+)", done.stderr).group(1))
