@@ -25,6 +25,7 @@ module batch
   type :: job_t
     integer :: process = 0     !! 0: none
     integer :: run = 0         !! place in the list
+    logical :: is_resumed = .false.   !! it goes on from a checkpoint
   end type job_t
 
 contains
@@ -105,8 +106,10 @@ contains
           next = next + 1
         end do
         if (next > size(runs)) exit
-        call start(command, runs(next), jobs(j)%process)
         jobs(j)%run = next
+        inquire (file=runs(next)%base//".ckpt.h5", exist=jobs(j)%is_resumed)
+        jobs(j)%is_resumed = jobs(j)%is_resumed .and. outcomes(next)%status == "interrupted"
+        call start(command, runs(next), jobs(j))
         next = next + 1
       end do
       if (all(jobs%process == 0)) exit
@@ -124,6 +127,11 @@ contains
       do j = 1, size(jobs)
         if (jobs(j)%process /= process) cycle
         jobs(j)%process = 0
+        if (jobs(j)%is_resumed .and. code == exit_input) then   ! a checkpoint of something else
+          jobs(j)%is_resumed = .false.
+          call start(command, runs(jobs(j)%run), jobs(j))
+          cycle
+        end if
         n_done = n_done + 1
         associate (r => jobs(j)%run)
           call look_after(runs(r), identities(r)%value, code, outcomes(r))
@@ -136,10 +144,10 @@ contains
   end subroutine carry_out
 
   !> Start one run. The cores are shared out evenly unless the user says how many threads.
-  subroutine start(command, run, process)
+  subroutine start(command, run, job)
     type(command_t), intent(in) :: command
     type(batch_run_t), intent(in) :: run
-    integer, intent(out) :: process
+    type(job_t), intent(inout) :: job
     type(string_t), allocatable :: words(:)
     integer :: n_threads
 
@@ -149,8 +157,11 @@ contains
     if (run%command%n_threads == 0) then
       words = [words, words_of("--threads"), words_of(to_text(n_threads))]
     end if
-    call start_program("/proc/self/exe", words, run%base//".err", process)
-    if (process == 0) write (error_unit, "(a)") "igaform: cannot start '"//run%text// &
+    if (job%is_resumed) then
+      words = [words, words_of("--restart"), words_of(run%base//".ckpt.h5")]
+    end if
+    call start_program("/proc/self/exe", words, run%base//".err", job%process)
+    if (job%process == 0) write (error_unit, "(a)") "igaform: cannot start '"//run%text// &
       "' with '"//run%base//".err' for its messages"
   end subroutine start
 

@@ -1,6 +1,7 @@
 !> The command line of igaform, taken apart and checked.
 module command_line
-  use text, only: string_t, strings, nearest_name, read_integer
+  use kinds, only: wp
+  use text, only: string_t, strings, nearest_name, read_integer, read_real
   implicit none
   private
 
@@ -10,6 +11,8 @@ module command_line
   type :: command_t
     character(:), allocatable :: deck      !! path, empty where none is needed
     character(:), allocatable :: output    !! path of the result file, empty: from the deck's name
+    character(:), allocatable :: restart   !! checkpoint to go on from, empty: none
+    real(wp) :: wall_minutes = 0.0_wp      !! of --wall; 0: no limit
     integer :: n_threads = 0               !! 0: as many as OpenMP gives
     type(string_t), allocatable :: overrides(:)   !! name=value of --set
     type(string_t), allocatable :: user_files(:)  !! of --user: sources or libraries
@@ -52,6 +55,7 @@ contains
 
     command%deck = ""
     command%output = ""
+    command%restart = ""
     command%fault = ""
     command%part = ""
     command%face = ""
@@ -90,6 +94,8 @@ contains
            //"                     .fpp .f90 .f95 .f03 .f08 (also in capitals) or .so; may"//feed &
            //"                     come several times"//feed &
            //"  --set NAME=VALUE   replace the value of a *PARAMETER of the deck"//feed &
+           //"  --restart FILE     go on from a checkpoint NAME.ckpt.h5 of this deck"//feed &
+           //"  --wall MINUTES     save the state and stop after so long"//feed &
            //"  --check            read, report counts, mass, step and cost; do not run"//feed &
            //"  --probe            with --check: a quick run with fewer elements, and what"//feed &
            //"                     mass scaling its energies allow"//feed &
@@ -108,7 +114,7 @@ contains
            //"  --rules            print where quadrature rules leave modes without energy"//feed &
            //"  --version, --help"//feed &
            //"exit codes: 0 done, 1 the input is at fault, 2 the run failed,"//feed &
-           //"            3 interrupted"
+           //"            3 interrupted, 4 the files could not be written"
   end function usage_text
 
   !> Argument number i; takes its value too where it has one.
@@ -144,7 +150,7 @@ contains
     case ("--rules")
       command%wants_rules = .true.
     case ("--out", "--threads", "--set", "--user", "--modes", "--jobs", "--only", &
-          "--part", "--face", "--length")
+          "--restart", "--wall", "--part", "--face", "--length")
       if (i == size(arguments)) then
         command%fault = "option "//word//" needs a value"
         return
@@ -169,6 +175,7 @@ contains
   subroutine take_value(word, value, command)
     character(*), intent(in) :: word, value
     type(command_t), intent(inout) :: command
+    logical :: is_number
 
     select case (word)
     case ("--out")
@@ -177,6 +184,12 @@ contains
       call append(command%overrides, value)
     case ("--user")
       call append(command%user_files, value)
+    case ("--restart")
+      command%restart = value
+    case ("--wall")
+      call read_real(value, command%wall_minutes, is_number)
+      if (.not. is_number .or. .not. command%wall_minutes > 0.0_wp) command%fault = &
+        "option --wall needs minutes above 0, not '"//value//"'"
     case ("--threads")
       call take_count(word, value, command%n_threads, command%fault)
     case ("--modes")
@@ -230,6 +243,7 @@ contains
     type(string_t), allocatable :: options(:)
 
     options = strings([character(14) :: "--out", "--threads", "--set", "--user", "--check", &
+                       "--restart", "--wall", &
                        "--modes", "--probe", "--awake", "--return-study", "--jobs", "--only", &
                        "--summary", "--quiet", "--part", "--face", "--length", &
                         "--keywords", "--rules", "--version", "--help"])

@@ -24,10 +24,14 @@ module deck_run
   use contact_effect, only: contact_effect_t
   use relaxation, only: relaxation_t
   use model_setup, only: build_model
-  use frames, only: results_t, results_setup_t, open_results, close_results
+  use frames, only: results_t, results_setup_t, close_results
   use hdf5_reason, only: is_library_silenced
   use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
-  use forming_run, only: run_t, new_run, run_model, save_failed
+  use interrupt, only: watch_signals
+  use run_data, only: run_t
+  use run_saver, only: saver_t, save_last_good
+  use run_start, only: new_saver, start_run
+  use forming_run, only: run_model, save_failed
   use check_report, only: print_check
   use saving_report, only: print_savings
   use source_report, only: source_lines
@@ -42,7 +46,7 @@ module deck_run
   public :: run_deck
 
   integer, parameter, public :: exit_done = 0, exit_input = 1, exit_numerics = 2, &
-                                exit_interrupted = 3
+                                exit_interrupted = 3, exit_files = 4
 
   !> A run under way, for `save_open_run`.
   type :: open_run_t
@@ -50,6 +54,7 @@ module deck_run
     type(run_t), pointer :: run => null()
     type(results_t), pointer :: results => null()
     type(run_log_t), pointer :: log => null()
+    type(saver_t), pointer :: saver => null()
   end type open_run_t
 
 contains
@@ -144,6 +149,7 @@ contains
     type(results_t), target :: results
     type(run_log_t), target :: log
     type(run_t), target :: run
+    type(saver_t), target :: saver
     type(open_run_t), target :: open_run
     type(string_t), allocatable :: read_files(:)
     type(error_t), allocatable :: error
@@ -151,36 +157,58 @@ contains
     read_files = files_read(command, scene)
     call fill_setup(scene, model, setup)
     setup%provenance%identity = identity_of(command, scene)
-    call new_run(model, run)
     call result_path(command, read_files, setup%path, error)
-    if (.not. allocated(error)) call open_results(results, setup, error)
+    if (.not. allocated(error)) then
+      call new_saver(command, scene, setup%path, read_files, saver)
+      call start_run(command, setup, saver, model, run, results, error)
+    end if
     if (allocated(error)) then
       write (error_unit, "(a)") "igaform: "//error%message
       code = exit_input
       return
     end if
-    call open_log(log, path_beside_result(setup%path, ".log", read_files), command%is_quiet, error)
+    call open_log(log, path_beside_result(setup%path, ".log", read_files), command%is_quiet, &
+                  error, is_going_on=run%is_resumed)
     if (allocated(error)) then
       write (error_unit, "(a)") "igaform: warning: "//error%message//"; the run goes on without it"
     end if
     call log_header(log, setup%provenance)
     call log_model(log, model)
     call log_sources(log, scene)
-    open_run = open_run_t(model, run, results, log)
+    if (run%is_resumed) call log_line(log, "restart    from "//command%restart//", step "// &
+                                      to_text(run%n_steps)//", time "//to_text(run%instant%time))
+    call watch_signals()
+    open_run = open_run_t(model, run, results, log, saver)
     if (model%bodies%blank%law%needs_context) then
       call open_message_file(path_beside_result(setup%path, ".msg", read_files))
       call watch_user_calls(c_funloc(save_open_run), c_loc(open_run))
     end if
-    call run_model(model, run, results, log, error)
+    call run_model(model, run, results, log, saver, error)
     code = merge(exit_numerics, exit_done, allocated(error))
+    if (allocated(saver%stopped_by)) code = exit_interrupted
+    if (run%is_file_lost) code = exit_files
     if (allocated(error)) then
       call say_error(log, error%message)
       if (user_failure_text() /= "") call say_error(log, user_failure_text())
+      if (code == exit_files) call say_how_to_go_on(log, saver)
     end if
     call finish(model, run, results, log, code)
     call close_log(log)
     if (model%bodies%blank%law%needs_context) call close_message_file()
   end function run_accepted
+
+  !> The results could not be written: the run itself is sound.
+  subroutine say_how_to_go_on(log, saver)
+    type(run_log_t), intent(inout) :: log
+    type(saver_t), intent(in) :: saver
+
+    if (saver%saved_step >= 0) then
+      call say_error(log, "the run stops; when the files can be written, go on with --restart "// &
+                     saver%path)
+    else
+      call say_error(log, "the run stops; no checkpoint was written before (see *CHECKPOINT)")
+    end if
+  end subroutine say_how_to_go_on
 
   !> The program ends inside a user's subroutine: write the state reached as a frame marked failed
   !! and close the files.
@@ -189,7 +217,7 @@ contains
     integer(c_int), value :: length
     character(kind=c_char), intent(in) :: message(length)
     type(open_run_t), pointer :: open_run
-    character(:), allocatable :: line
+    character(:), allocatable :: line, advice
     logical :: is_silent
     integer :: code, i
 
@@ -201,6 +229,8 @@ contains
     end do
     call log_line(open_run%log, line)
     code = exit_numerics
+    call save_last_good(open_run%saver, open_run%log, advice)
+    if (advice /= "") call log_line(open_run%log, advice)
     call save_failed(open_run%model, open_run%run, open_run%results)
     call finish(open_run%model, open_run%run, open_run%results, open_run%log, code)
     call close_log(open_run%log)
@@ -221,11 +251,10 @@ contains
     timings%n_threads = omp_get_max_threads()
     timings%n_steps = run%n_steps
     timings%wall_seconds = ticks_to_seconds(clock_ticks() - run%started)
-    call close_results(results, trim(merge("completed", "failed   ", code == exit_done)), timings, &
-                       error, relaxation_outcome(model))
-    if (allocated(error)) then
+    call close_results(results, status_of(code), timings, error, relaxation_outcome(model))
+    if (allocated(error) .and. code /= exit_files) then
       call say_error(log, error%message)
-      code = exit_numerics
+      code = exit_files
     end if
     call log_balance(log, model, run)
     if (relaxation_outcome(model) /= "") then
@@ -233,6 +262,21 @@ contains
     end if
     call log_timings(log, timings)
   end subroutine finish
+
+  !> The word for an exit code in the result file.
+  pure function status_of(code) result(status)
+    integer, intent(in) :: code
+    character(:), allocatable :: status
+
+    select case (code)
+    case (exit_done)
+      status = "completed"
+    case (exit_numerics)
+      status = "failed"
+    case default
+      status = "interrupted"
+    end select
+  end function status_of
 
   !> How dynamic relaxation went; empty where there is none.
   function relaxation_outcome(model) result(words)

@@ -29,8 +29,8 @@ contains
     end do
   end function files_read
 
-  !> The result file: that of --out, or the name of the deck with `.h5` in the folder in hand.
-  !! Fails if it is a file that the run reads.
+  !> The result file: that of --out, or that beside the checkpoint of --restart, or the name of the
+  !! deck with `.h5` in the folder in hand. Fails if it is a file that the run reads.
   subroutine result_path(command, read_files, path, error)
     type(command_t), intent(in) :: command
     type(string_t), intent(in) :: read_files(:)
@@ -38,12 +38,26 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     path = command%output
+    if (path == "" .and. command%restart /= "") path = result_of_checkpoint(command%restart)
     if (path == "") path = base_of(file_name(command%deck))//".h5"
     if (is_any_of_files(path, read_files)) then
       call fail(error, "result file '"//path//"': the run reads this file, so it is left "// &
                 "alone; name another with --out")
     end if
   end subroutine result_path
+
+  !> The result that a checkpoint lies beside; empty where its name does not tell.
+  pure function result_of_checkpoint(checkpoint) result(path)
+    character(*), intent(in) :: checkpoint
+    character(:), allocatable :: path
+    character(*), parameter :: ending = ".ckpt.h5"
+    integer :: n
+
+    path = ""
+    n = len(checkpoint) - len(ending)
+    if (n < 1) return
+    if (checkpoint(n + 1:) == ending) path = checkpoint(:n)//".h5"
+  end function result_of_checkpoint
 
   !> The result file's name with `ending` instead of its own, or with `ending` behind it as often as
   !! it takes to be neither the result file nor one that the run reads.

@@ -13,7 +13,8 @@ module run_forecast
   use contact_state, only: wake_contact
   use contact_effect, only: contact_effect_t
   use model, only: model_t
-  use forming_run, only: run_t, new_run, take_step
+  use run_data, only: run_t
+  use forming_run, only: new_run, take_step
   implicit none
   private
 

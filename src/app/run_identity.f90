@@ -22,7 +22,11 @@ contains
     integer :: i
 
     call add_text(digest, file_checksum("/proc/self/exe"))
-    if (allocated(scene%text)) call add_text(digest, scene%text)
+    if (allocated(scene%files)) then
+      do i = 1, size(scene%files)
+        call add_text(digest, file_checksum(scene%files(i)%value))
+      end do
+    end if
     do i = 1, size(command%overrides)
       call add_text(digest, command%overrides(i)%value//new_line("a"))
     end do

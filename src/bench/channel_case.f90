@@ -16,7 +16,9 @@ module channel_case
   use run_log, only: run_log_t, timings_t, open_log, close_log
   use snapshot, only: fill_frame
   use central_difference, only: advance_velocities, advance_positions
-  use forming_run, only: run_t, new_run, run_model, take_row
+  use run_data, only: run_t
+  use run_saver, only: saver_t
+  use forming_run, only: new_run, run_model, take_row
   use bench_case, only: bench_case_t
   use bench_record, only: record_t, record_list_t, add_record
   use user_build, only: make_folder, remove_file
@@ -173,13 +175,14 @@ contains
     class(channel_case_t), intent(inout) :: self
     type(error_t), allocatable :: error
     type(run_log_t) :: log
+    type(saver_t) :: saver
     integer(int64) :: started
     real(wp) :: seconds
     integer :: i
 
     call open_log(log, scratch_folder//"/bench.log", .true., error)
     started = clock_ticks()
-    call run_model(self%model, self%solver, self%results, log, error)
+    call run_model(self%model, self%solver, self%results, log, saver, error)
     seconds = ticks_to_seconds(clock_ticks() - started)
     call close_log(log)
     self%has_failed = self%has_failed .or. allocated(error)

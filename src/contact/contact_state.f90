@@ -10,8 +10,7 @@ module contact_state
 
 contains
 
-  !> Frozen penalty, warm starts, culling state, history of friction and damping, counts. Forces are
-  !! not among them: the next call computes them.
+  !> Frozen penalty, warm starts, culling state, forces, history of friction and damping, counts.
   pure subroutine pack_contact(contact, store)
     type(contact_t), intent(in) :: contact
     type(state_store_t), intent(inout) :: store
@@ -26,6 +25,7 @@ contains
     call put_array(store, "at", size(contact%at), contact%at)
     call put_array(store, "test_at", size(contact%test_at), contact%test_at)
     call put_array(store, "search_at", size(contact%search_at), contact%search_at)
+    call put_array(store, "force", size(contact%force), contact%force)
     associate (counts => contact%statistics)
       call put_array(store, "counts", 8, [real(counts%n_calls, wp), real(counts%n_points, wp), &
                                           real(counts%n_tested, wp), &
@@ -67,6 +67,7 @@ contains
     call take_array(store, "at", size(contact%at), contact%at)
     call take_array(store, "test_at", size(contact%test_at), contact%test_at)
     call take_array(store, "search_at", size(contact%search_at), contact%search_at)
+    call take_array(store, "force", size(contact%force), contact%force)
     numbers = 0.0_wp
     call take_array(store, "counts", 8, numbers)
     associate (counts => contact%statistics)
@@ -79,7 +80,6 @@ contains
       counts%n_failures = nint(numbers(7), kind(counts%n_calls))
       counts%max_iterations = nint(numbers(8))
     end associate
-    contact%force = 0.0_wp
     if (allocated(contact%friction)) then
       associate (state => contact%friction)
         call take_drag(store, "friction", state%energy, state%is_touching, state%place, &

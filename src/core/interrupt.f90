@@ -10,7 +10,8 @@ module interrupt
 
   public :: watch_signals, is_stop_wanted, is_save_wanted, forget_save, stop_signal_name
 
-  integer(c_int), parameter :: hang_up = 1, terminal = 2, user_one = 10, terminate = 15   ! of Linux
+  integer(c_int), parameter :: hang_up = 1, terminal = 2, user_one = 10, terminate = 15, &
+                               file_too_large = 25   ! of Linux
 
   integer(c_int), volatile :: stop_signal = 0_c_int
   integer(c_int), volatile :: save_signal = 0_c_int
@@ -26,12 +27,16 @@ module interrupt
 contains
 
   !> Take note of SIGINT, SIGTERM and SIGHUP (stop) and SIGUSR1 (save) from now on. What is ignored,
-  !! as behind `nohup`, stays ignored.
+  !! as behind `nohup`, stays ignored. A limit on the size of files is from now on an error of the
+  !! write that meets it, as a full disk is, and not the end of the program.
   subroutine watch_signals()
+    type(c_funptr) :: before
+
     call watch(terminal)
     call watch(terminate)
     call watch(hang_up)
     call watch(user_one)
+    before = c_signal(file_too_large, transfer(1_c_intptr_t, c_null_funptr))   ! SIG_IGN
   end subroutine watch_signals
 
   !> Has a signal asked for the end?

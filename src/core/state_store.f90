@@ -20,10 +20,10 @@ module state_store
     integer :: n_entries = 0
     type(state_entry_t), allocatable :: entries(:)
     character(:), allocatable :: folder   !! put before every name, see `enter_folder`
-    character(:), allocatable :: fault    !! first number that was asked for in vain; empty: none
+    character(:), allocatable :: fault    !! first name put twice or missed; empty: none
   end type state_store_t
 
-  !> Put a single value; an older one of the name is replaced. Whole numbers up to 2^53.
+  !> Put a single value; a name counts once. Whole numbers up to 2^53.
   interface put
     module procedure put_real, put_integer, put_long, put_flag
   end interface put
@@ -79,6 +79,7 @@ contains
       place = store%n_entries
       store%entries(place)%name = name
     end if
+    if (allocated(store%entries(place)%values)) call note(store, name//" is put twice")
     store%entries(place)%values = values
   end subroutine add_entry
 

@@ -2,6 +2,7 @@
 module deck_reader
   use faults, only: new_origin, fault_list_t, add_fault, n_errors
   use text, only: string_t
+  use checksum, only: file_checksum
   use scene, only: scene_t
   use lexer, only: lexed_deck_t, lex_deck
   use deck_records, only: parsed_deck_t, find_records
@@ -24,6 +25,8 @@ module deck_reader
   use step_reader, only: read_labels, read_steps, read_probes
   use reduction_keywords, only: read_reduction
   use plane_strain, only: reduce_scene
+  use run_keywords, only: read_checkpoints
+  use deck_digest, only: digest_of_deck
   use deck_check, only: check_presence, check_scene
   use fault_report, only: sort_faults
   implicit none
@@ -103,6 +106,7 @@ contains
         call add_fault(faults, new_origin(path, 0, ""), "no keyword", "a deck of keywords")
       end if
     end if
+    if (is_deck) scene%digest = digest_of_deck(lexed)
     if (is_deck) call check_records(lexed, deck, faults)
   end subroutine read_records
 
@@ -114,6 +118,7 @@ contains
     type(deck_names_t) :: names
     type(patch_parts_t), allocatable :: parts(:)
     type(box_frame_t) :: frame
+    integer :: i
     type(fault_list_t) :: known   ! what the names of patches have shown already
 
     call enter_names(deck, "MATERIAL", names%materials, faults)
@@ -144,6 +149,10 @@ contains
     call read_tests(deck, names, scene, faults)
     call read_steps(deck, scene, faults)
     call read_reduction(deck, scene)
+    call read_checkpoints(deck, scene, faults)
+    do i = deck%lexed%n_files + 1, size(scene%files)   ! geometry from other programs
+      scene%digest = scene%digest//file_checksum(scene%files(i)%value)
+    end do
   end subroutine read_scene
 
 end module deck_reader

@@ -13,6 +13,7 @@ module keyword_table
   use placement_keywords, only: add_placement_keyword
   use cad_keywords, only: add_cad_options
   use bead_reader, only: add_bead_keywords
+  use run_keywords, only: add_run_keywords
   use test_keywords, only: add_test_keyword
   implicit none
   private
@@ -49,6 +50,7 @@ contains
     call add_reduction_keyword(table)
     call add_bead_keywords(table)
     call add_output_keywords(table)
+    call add_run_keywords(table)
     call add_test_keyword(table)
   end subroutine new_keyword_table
 

@@ -60,6 +60,7 @@ contains
     type(state_store_t), intent(inout) :: store
 
     call put(store, "moved", self%moved)
+    call put(store, "is_catching", self%is_catching)
   end subroutine pack_boundary
 
   !> Take it back.
@@ -68,6 +69,7 @@ contains
     type(state_store_t), intent(inout) :: store
 
     call take(store, "moved", self%moved)
+    call take(store, "is_catching", self%is_catching)
   end subroutine unpack_boundary
 
   !> Points that moved freely are held from now on: the work of the first reaction over the way

@@ -88,7 +88,7 @@ contains
       associate (item => effects(i)%item)
         call enter_folder(store, folder//"/"//to_text(i))
         call put(store, "external_work", item%external_work)
-        call put_array(store, "force", 3, item%force)
+        call put_array(store, "total_force", 3, item%force)
         call put(store, "is_done", item%is_done)
         call item%pack(store)
       end associate
@@ -107,7 +107,7 @@ contains
       associate (item => effects(i)%item)
         call enter_folder(store, folder//"/"//to_text(i))
         call take(store, "external_work", item%external_work)
-        call take_array(store, "force", 3, item%force)
+        call take_array(store, "total_force", 3, item%force)
         call take(store, "is_done", item%is_done)
         call item%unpack(store)
       end associate

@@ -196,6 +196,15 @@ module scene
     type(output_spec_t) :: output
   end type later_step_t
 
+  !> When the state of the run is saved.
+  type, public :: checkpoint_spec_t
+    integer :: n_steps = 0                  !! steps between two; 0: none
+    real(wp) :: minutes = 0.0_wp            !! of the clock between two; 0: none
+    integer :: number = 0                   !! over the run; 0: none
+    real(wp) :: wall_minutes = 0.0_wp       !! after which the run stops; 0: never
+    real(wp) :: retry = 0.0_wp              !! factor on the step for one more try; 0: none
+  end type checkpoint_spec_t
+
   !> A test of one material point.
   type, public :: material_test_spec_t
     type(origin_t) :: origin
@@ -219,6 +228,7 @@ module scene
     character(:), allocatable :: file       !! path of the deck
     type(string_t), allocatable :: files(:) !! paths of the deck and of all that it includes
     character(:), allocatable :: text       !! the deck as read, for the provenance
+    character(:), allocatable :: digest     !! of what a run taken up again may not change
     character(:), allocatable :: heading, units
     type(material_spec_t), allocatable :: materials(:)
     type(blank_spec_t) :: blank
@@ -239,6 +249,7 @@ module scene
     type(later_step_t), allocatable :: later_steps(:)
     type(reduction_spec_t) :: reduction
     real(wp) :: width_ratio = 1.0_wp        !! full width over that of the strip that runs for it
+    type(checkpoint_spec_t) :: checkpoints
   end type scene_t
 
 end module scene

@@ -15,16 +15,15 @@ module frames
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use errors, only: error_t
-  use text, only: string_t, joined, to_text
-  use gauss_rule, only: gauss_rule_t
-  use nurbs_solid, only: nurbs_solid_t
-  use nurbs_surface, only: nurbs_surface_t
-  use hdf5_file, only: close_file, create_file, create_group, create_series, append_integers, &
-                       append_reals, byte_values, flush_file, hdf5_file_t, real_values, &
-                       integer_values, take_error, write_reals, &
-                       write_text_attribute, write_integer_attribute
+  use text, only: joined, to_text
+  use frame_data, only: display_patch_t, display_tool_t, results_setup_t, frame_t, &
+                        mesh_place_t, tool_names, probe_names
+  use hdf5_file, only: close_file, open_file, create_file, create_group, create_series, &
+                       append_integers, append_reals, byte_values, flush_file, hdf5_file_t, &
+                       integer_values, real_values, take_error, write_reals, write_text_attribute, &
+                       write_integer_attribute
   use unit_system, only: new_unit_system, unit_of, unit_system_t
-  use provenance, only: provenance_t, text_or_empty
+  use provenance, only: text_or_empty
   use provenance_record, only: write_provenance, write_blank_mass, write_timings
   use run_log, only: timings_t
   use display_grid, only: display_thickness, display_vectors, new_display_grid, point_grid
@@ -38,59 +37,15 @@ module frames
   use vtkhdf, only: add_cells, append_point_data, append_points, append_step, cells_t, &
                     create_grid, create_point_data, write_rational_weights
   use nurbs_record, only: update_points, write_solid, write_surface
-  use history, only: history_row_t, history_t, open_history, record_row, write_history
+  use history, only: history_row_t, history_t, open_history, record_row, write_history, &
+                     forget_rows
   implicit none
   private
 
   public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
   public :: face_field_t, tool_frame_t
   public :: open_results, write_frame, record_history, close_results
-
-  !> A patch of the blank to be shown.
-  type :: display_patch_t
-    character(:), allocatable :: name
-    type(nurbs_solid_t) :: solid                        !! at the start
-    type(gauss_rule_t) :: rule(3)                       !! integration points of an element
-  end type display_patch_t
-
-  !> A tool to be shown.
-  type :: display_tool_t
-    character(:), allocatable :: name
-    real(wp) :: cell_length = huge(1.0_wp)              !! of a Lagrange cell at most [length]
-    type(nurbs_surface_t), allocatable :: surfaces(:)   !! in their place at the start
-  end type display_tool_t
-
-  !> What a results file is made from.
-  type :: results_setup_t
-    character(:), allocatable :: path
-    type(display_patch_t), allocatable :: patches(:)    !! of the blank
-    type(display_tool_t), allocatable :: tools(:)
-    type(string_t), allocatable :: probes(:)            !! names
-    type(string_t), allocatable :: steps(:)             !! of the deck, names; may be none
-    integer :: n_state = 0                              !! columns of the frames' state
-    type(string_t), allocatable :: state_names(:)       !! of these columns; may be none
-    logical :: is_bezier = .false.                      !! Bezier cells instead of Lagrange
-    integer :: n_contact_fields = 0                     !! 1: contact pressure, 2: and wear
-    real(wp) :: blank_mass = 0.0_wp                     !! without what scaling has added
-    type(provenance_t) :: provenance
-  end type results_setup_t
-
-  !> One frame.
-  type :: frame_t
-    real(wp) :: time = 0.0_wp
-    integer :: process_step = 1                         !! step of the deck
-    type(patch_frame_t), allocatable :: patches(:)
-    real(wp), allocatable :: tool_displacement(:, :)    !! (3, tools)
-    real(wp), allocatable :: tool_velocity(:, :)        !! (3, tools)
-    type(tool_frame_t), allocatable :: tool_fields(:)   !! may be missing
-    logical :: is_failed = .false.                      !! the state at which a run failed
-  end type frame_t
-
-  !> Where the display points of a surface of a tool are.
-  type :: mesh_place_t
-    integer :: tool = 0, surface = 0, first = 0
-    real(wp), allocatable :: xi(:), eta(:)
-  end type mesh_place_t
+  public :: flush_results, forget_history, leave_results, rejoin_results, n_frames_of
 
   !> An open results file.
   type :: results_t
@@ -113,12 +68,13 @@ module frames
 
 contains
 
-  !> Create the results file with everything that does not change. Call it once the deck is
+  !> Go on with a results file, or create one with everything that does not change once the deck is
   !! accepted. Fails if the file cannot be created (see `create_file`) or written.
-  subroutine open_results(results, setup, error)
+  subroutine open_results(results, setup, error, n_frames)
     type(results_t), intent(out) :: results
     type(results_setup_t), intent(in) :: setup
     type(error_t), allocatable, intent(out) :: error
+    integer, intent(in), optional :: n_frames   !! in the file; absent: a new file
     type(cells_t) :: cells
     real(wp), allocatable :: weights(:)
     integer :: p
@@ -144,7 +100,34 @@ contains
     end do
     call mesh_blank_and_tools(results, cells, weights)
 
-    call create_file(results%file, setup%path)
+    if (present(n_frames)) then
+      results%n_frames = n_frames
+      call open_file(results%file, setup%path)
+    else
+      call create_file(results%file, setup%path)
+      call write_what_stays(results, setup, cells, weights)
+    end if
+    call open_history(results%history, results%file, results%units, tool_names(setup), &
+                      probe_names(setup))
+    if (allocated(setup%steps)) then
+      call write_text_attribute(results%file, "/frames/process_step", "names", &
+                                joined(setup%steps, ", "))
+      call write_text_attribute(results%file, "/history/process_step", "names", &
+                                joined(setup%steps, ", "))
+    end if
+    call flush_file(results%file)
+    call take_error(results%file, error)
+    if (allocated(error)) call close_file(results%file)
+  end subroutine open_results
+
+  !> Everything that does not change, and empty series for what does.
+  subroutine write_what_stays(results, setup, cells, weights)
+    type(results_t), intent(inout) :: results
+    type(results_setup_t), intent(in) :: setup
+    type(cells_t), intent(in) :: cells
+    real(wp), intent(in) :: weights(:)
+    integer :: p
+
     associate (file => results%file)
       call write_text_attribute(file, "/", "generator", "igaform")
       call write_provenance(file, setup%provenance)
@@ -164,17 +147,53 @@ contains
         call write_point_geometry(results, p)
       end do
       call write_geometry(results)
-      call open_history(results%history, file, results%units, &
-                        tool_names(setup), probe_names(setup))
-      if (allocated(setup%steps)) then
-        call write_text_attribute(file, "/frames/process_step", "names", joined(setup%steps, ", "))
-        call write_text_attribute(file, "/history/process_step", "names", joined(setup%steps, ", "))
-      end if
-      call flush_file(file)
-      call take_error(file, error)
     end associate
-    if (allocated(error)) call close_file(results%file)
-  end subroutine open_results
+  end subroutine write_what_stays
+
+  !> Write the history so far and hand all to the operating system: what a checkpoint of now needs.
+  subroutine flush_results(results, error)
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+
+    call write_history(results%history, results%file)
+    call flush_file(results%file)
+    call take_error(results%file, error)
+  end subroutine flush_results
+
+  !> Let go of the history since the last frame or flush.
+  subroutine forget_history(results)
+    type(results_t), intent(inout) :: results
+
+    call forget_rows(results%history)
+  end subroutine forget_history
+
+  !> Close the file without a word, for another to be put in its place.
+  subroutine leave_results(results)
+    type(results_t), intent(inout) :: results
+
+    call forget_rows(results%history)
+    call close_file(results%file)
+  end subroutine leave_results
+
+  !> Go on with the file that has been put in the place of the one left.
+  subroutine rejoin_results(results, n_frames, error)
+    type(results_t), intent(inout) :: results
+    integer, intent(in) :: n_frames              !! in that file
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: path
+
+    path = results%file%path
+    call open_file(results%file, path)
+    results%n_frames = n_frames
+    call take_error(results%file, error)
+  end subroutine rejoin_results
+
+  !> Frames written so far.
+  pure integer function n_frames_of(results)
+    type(results_t), intent(in) :: results
+
+    n_frames_of = results%n_frames
+  end function n_frames_of
 
   !> Write a frame and the history up to it, then flush the file.
   subroutine write_frame(results, frame, error)
@@ -474,23 +493,5 @@ contains
 
     folder = "/nurbs/tools/"//results%tools(i_tool)%name//"/surface_"//to_text(i_surface)
   end function surface_folder
-
-  pure function tool_names(setup) result(names)
-    type(results_setup_t), intent(in) :: setup
-    type(string_t) :: names(size(setup%tools))
-    integer :: i
-
-    do i = 1, size(names)
-      names(i)%value = setup%tools(i)%name
-    end do
-  end function tool_names
-
-  pure function probe_names(setup) result(names)
-    type(results_setup_t), intent(in) :: setup
-    type(string_t), allocatable :: names(:)
-
-    allocate (names(0))
-    if (allocated(setup%probes)) names = setup%probes
-  end function probe_names
 
 end module frames

@@ -18,7 +18,7 @@ module hdf5_file
   implicit none
   private
 
-  public :: hdf5_file_t, create_file, close_file, flush_file, take_error, has_object
+  public :: hdf5_file_t, create_file, open_file, close_file, flush_file, take_error, has_object
   public :: create_group, link_object, write_text_attribute, write_integer_attribute
   public :: write_text, write_reals, write_integers, create_series, append_reals, append_integers
 
@@ -52,13 +52,30 @@ contains
     if (h5open() < 0) call note(file, "open HDF5 for", "")
     if (.not. is_library_silenced()) call note(file, "silence HDF5 for", "")
     call hold_folder(path, lock)
-    call create_locked(file)
+    call open_locked(file, is_new=.true.)
     call release_folder(lock)
   end subroutine create_file
 
-  !> Create it if it may be, and let readers look in.
-  subroutine create_locked(file)
+  !> Open a file that this program has written, to add to it.
+  subroutine open_file(file, path)
+    type(hdf5_file_t), intent(out) :: file
+    character(*), intent(in) :: path
+    type(folder_lock_t) :: lock
+    integer(c_int) :: status
+
+    file%path = path
+    status = h5dont_atexit()
+    if (h5open() < 0) call note(file, "open HDF5 for", "")
+    if (.not. is_library_silenced()) call note(file, "silence HDF5 for", "")
+    call hold_folder(path, lock)
+    call open_locked(file, is_new=.false.)
+    call release_folder(lock)
+  end subroutine open_file
+
+  !> Open or create it if that may be, and let readers look in.
+  subroutine open_locked(file, is_new)
     type(hdf5_file_t), intent(inout) :: file
+    logical, intent(in) :: is_new
     type(c_ptr) :: descriptor
     integer(c_int), pointer :: unit
     logical :: is_there
@@ -66,14 +83,18 @@ contains
     inquire (file=file%path, exist=is_there)
     if (is_there) call check_replaceable(file)
     if (allocated(file%error)) return
-    file%id = h5fcreate(c_text(file%path), h5_truncate, h5_default, h5_default)
+    if (is_new) then
+      file%id = h5fcreate(c_text(file%path), h5_truncate, h5_default, h5_default)
+    else
+      file%id = h5fopen(c_text(file%path), h5_read_write, h5_default)
+    end if
     if (file%id < 0) then
-      call note(file, "create", "")
+      call note(file, trim(merge("create", "open  ", is_new)), "")
     else if (h5fget_vfd_handle(file%id, h5_default, descriptor) >= 0) then
       call c_f_pointer(descriptor, unit)
       file%is_shared = is_lock_shared(unit)
     end if
-  end subroutine create_locked
+  end subroutine open_locked
 
   !> Close the file; what was written is complete.
   subroutine close_file(file)
@@ -90,8 +111,13 @@ contains
   subroutine flush_file(file)
     type(hdf5_file_t), intent(inout) :: file
 
+    logical :: is_there
+
     if (allocated(file%error)) return
     if (h5fflush(file%id, h5_scope_global) < 0) call note(file, "write", "")
+    inquire (file=file%path, exist=is_there)
+    if (.not. is_there .and. .not. allocated(file%error)) call fail(file%error, "result file '"// &
+      file%path//"': somebody has deleted or moved it while the run was writing it")
   end subroutine flush_file
 
   !> The first failure since the last call, not allocated if there was none.
@@ -110,26 +136,28 @@ contains
     has_object = h5lexists(file%id, c_text(name), h5_default) > 0
   end function has_object
 
-  !> Create a group, with the groups above it.
+  !> Create a group, with the groups above it, unless it is there.
   subroutine create_group(file, name)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: name
     integer(hid_t) :: group, links
 
     if (allocated(file%error)) return
+    if (has_object(file, name)) return
     links = parent_maker()
     group = h5gcreate(file%id, c_text(name), links, h5_default, h5_default)
     if (group < 0) call note(file, "write", name)
     if (any([h5pclose(links), h5oclose(group)] < 0)) call note(file, "write", name)
   end subroutine create_group
 
-  !> A second name for an object.
+  !> A second name for an object, unless it is there.
   subroutine link_object(file, name, second_name)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: name, second_name
     integer(hid_t) :: links
 
     if (allocated(file%error)) return
+    if (has_object(file, second_name)) return
     links = parent_maker()
     if (h5lcreate_hard(file%id, c_text(name), file%id, c_text(second_name), links, h5_default) &
         < 0) call note(file, "write", second_name)
@@ -218,8 +246,9 @@ contains
                      description)
   end subroutine write_integers
 
-  !> Create a dataset that grows by rows. Compress only what grows by whole chunks: a compressed
-  !! chunk that is extended moves to another place, and a writer killed meanwhile leaves it broken.
+  !> Create a dataset that grows by rows, unless it is there. Compress only what grows by whole
+  !! chunks: a compressed chunk that is extended moves to another place, and a writer killed then
+  !! leaves it broken.
   subroutine create_series(file, name, kind_of_values, row_shape, n_chunk_rows, is_compressed, &
                            unit, description)
     type(hdf5_file_t), intent(inout) :: file
@@ -233,6 +262,7 @@ contains
     integer(hid_t) :: space, list
 
     if (allocated(file%error)) return
+    if (has_object(file, name)) return
     extents = [0_hsize_t, c_extents(row_shape)]
     limits = [h5_unlimited, c_extents(row_shape)]
     space = h5screate_simple(int(size(extents), c_int), extents, limits)

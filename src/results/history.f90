@@ -9,7 +9,7 @@ module history
   implicit none
   private
 
-  public :: history_t, history_row_t, open_history, record_row, write_history
+  public :: history_t, history_row_t, open_history, record_row, write_history, forget_rows
 
   integer, parameter :: n_chunk_rows = 256
 
@@ -50,7 +50,7 @@ module history
 
 contains
 
-  !> Create the datasets under /history and /tools in a new file.
+  !> Create the datasets under /history and /tools; those of a file that is gone on with stay.
   subroutine open_history(history, file, units, tools, probes)
     type(history_t), intent(out) :: history
     type(hdf5_file_t), intent(inout) :: file
@@ -136,6 +136,13 @@ contains
     history%n_rows = history%n_rows + 1
     history%rows(:, history%n_rows) = packed(history, row)
   end subroutine record_row
+
+  !> Let go of the rows that wait.
+  pure subroutine forget_rows(history)
+    type(history_t), intent(inout) :: history
+
+    history%n_rows = 0
+  end subroutine forget_rows
 
   !> Append the waiting rows to the datasets.
   subroutine write_history(history, file)

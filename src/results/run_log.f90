@@ -40,16 +40,25 @@ module run_log
 contains
 
   !> Create the log file; its lines also go to standard output unless `is_quiet`.
-  subroutine open_log(log, path, is_quiet, error)
+  subroutine open_log(log, path, is_quiet, error, is_going_on)
     type(run_log_t), intent(out) :: log
     character(*), intent(in) :: path
     logical, intent(in) :: is_quiet
     type(error_t), allocatable, intent(out) :: error
+    logical, intent(in), optional :: is_going_on   !! add to a log that is there
     integer :: status
     character(256) :: message
+    logical :: is_added
 
-    open (newunit=log%unit, file=path, action="write", status="replace", iostat=status, &
-          iomsg=message)
+    is_added = .false.
+    if (present(is_going_on)) is_added = is_going_on
+    if (is_added) then
+      open (newunit=log%unit, file=path, action="write", position="append", iostat=status, &
+            iomsg=message)
+    else
+      open (newunit=log%unit, file=path, action="write", status="replace", iostat=status, &
+            iomsg=message)
+    end if
     if (status /= 0) then
       call fail(error, "log file '"//path//"': "//trim(message))
       log%unit = -1

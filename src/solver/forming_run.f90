@@ -1,6 +1,5 @@
 !> The run: one explicit step after the other, with what is due in between.
 module forming_run
-  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use errors, only: error_t, fail
   use text, only: to_text
@@ -9,17 +8,17 @@ module forming_run
   use body_forces, only: forces_of_bodies
   use point_volumes, only: new_point_volumes
   use rigid_motion, only: move_tool
-  use effect, only: instant_t
   use relaxation, only: relaxation_t
   use model, only: model_t
-  use frames, only: results_t, frame_t, write_frame, record_history
-  use history, only: history_row_t
+  use frames, only: results_t, write_frame, record_history
   use run_log, only: run_log_t, log_line, log_progress
-  use step_control, only: step_control_t, new_step_control, next_step, is_due, count_output
+  use step_control, only: new_step_control, next_step, is_due, count_output
   use central_difference, only: advance_velocities, advance_positions
-  use energy_balance, only: energy_balance_t, start_balance, add_step, add_impulse, &
+  use energy_balance, only: start_balance, add_step, add_impulse, &
                             take_balance, elastic_energy
   use snapshot, only: new_frame, fill_frame, new_history_row, fill_history_row
+  use run_data, only: run_t
+  use run_saver, only: saver_t, look_after, save_last_good, try_again
   use health, only: check_health, check_depths
   use step_change, only: begin_next_step
   use step_report, only: log_step
@@ -31,22 +30,6 @@ module forming_run
   !> Steps before the energy balance may end a run: of a motion that rises from rest the n-th step
   !! misses the share 1/(4 n^2).
   integer, parameter :: first_steps = 20
-
-  !> Everything that changes during a run beside the bodies themselves.
-  type :: run_t
-    type(step_control_t) :: control
-    type(energy_balance_t) :: balance
-    type(instant_t) :: instant
-    integer(int64) :: n_steps = 0
-    integer(int64) :: started = 0            !! clock at the start
-    real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
-    real(wp) :: largest_penetration = 0.0_wp
-    integer :: watch_motion = 0, watch_blank = 0, watch_output = 0
-    type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
-    type(field_t), allocatable :: volumes(:)   !! of the points at the start, by patch
-    type(frame_t) :: frame
-    type(history_row_t) :: row
-  end type run_t
 
 contains
 
@@ -78,36 +61,37 @@ contains
     call new_history_row(model, run%row)
   end subroutine new_run
 
-  !> Run through all steps of the deck. On failure `error` tells what happened, where and when, and
-  !! the state reached is written as a frame marked failed.
-  subroutine run_model(model, run, results, log, error)
+  !> Run through all steps of the deck, or until a signal or the clock says stop. On failure `error`
+  !! tells what happened, where and when, the last good state is saved, and the state reached is
+  !! written as a frame marked failed.
+  subroutine run_model(model, run, results, log, saver, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
     type(run_log_t), intent(inout) :: log
+    type(saver_t), intent(inout) :: saver
     type(error_t), allocatable, intent(out) :: error
-    logical :: is_end
-    real(wp) :: dt, rate
+    character(:), allocatable :: advice
+    logical :: is_end, is_stopping
 
     run%started = clock_ticks()
-    dt = 0.0_wp
-    rate = model%rate
-    call log_step(log, model, 0.0_wp)
-    call apply_forces(model, run)
+    call log_step(log, model, run%control%start_time)
+    if (.not. run%is_resumed) call apply_forces(model, run)
     do
-      is_end = has_ended(model, run)
-      call advance_step_size(run, rate, is_end, dt)
-      call update_velocities(model, run, is_end)
-      call output_if_due(model, run, results, log, is_end, error)
-      if (allocated(error) .or. (is_end .and. size(model%later_steps) == 0)) exit
-      if (is_end) call go_to_next_step(model, run, log, error)
-      if (allocated(error)) exit
-      call finish_step(model, run, rate, error)
-      if (allocated(error)) exit
-      call watch_depths(model, run, log, error)
-      if (allocated(error)) exit
+      call look_after(saver, model, run, results, log, is_stopping)
+      if (is_stopping) return
+      call go_one_step(model, run, results, log, is_end, error)
+      if (.not. allocated(error)) then
+        if (is_end) exit
+      else if (run%is_file_lost) then
+        return
+      else if (.not. try_again(saver, model, run, results, log)) then
+        exit
+      end if
     end do
     if (allocated(error)) then
+      call save_last_good(saver, log, advice)
+      if (advice /= "") error%message = error%message//new_line("a")//advice
       call save_failed(model, run, results)
     else
       call check_relaxation(model, error)
@@ -137,6 +121,34 @@ contains
                                    run%instant%time)
     call log_step(log, model, run%instant%time)
   end subroutine go_to_next_step
+
+  !> What is due now, then the step; at the end of the last step of the deck no more.
+  subroutine go_one_step(model, run, results, log, is_end, error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(results_t), intent(inout) :: results
+    type(run_log_t), intent(inout) :: log
+    logical, intent(out) :: is_end
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: dt, rate
+
+    dt = run%instant%dt
+    rate = model%rate
+    if (run%n_steps > 0) rate = model%bodies%blank%report%largest_rate
+    is_end = has_ended(model, run)
+    call advance_step_size(run, rate, is_end, dt)
+    call update_velocities(model, run, is_end)
+    call output_if_due(model, run, results, log, is_end, error)
+    if (allocated(error)) return
+    if (is_end) then
+      if (size(model%later_steps) == 0) return
+      is_end = .false.
+      call go_to_next_step(model, run, log, error)
+      if (allocated(error)) return
+    end if
+    call finish_step(model, run, rate, error)
+    if (.not. allocated(error)) call watch_depths(model, run, log, error)
+  end subroutine go_one_step
 
   !> Warn of deep penetration, or end the run.
   subroutine watch_depths(model, run, log, error)
@@ -337,6 +349,7 @@ contains
       if (.not. is_start) call count_output(run%control%frames)
       call fill_frame(model, run%instant%time, run%frame)
       call write_frame(results, run%frame, error)
+      run%is_file_lost = allocated(error)
       call stop_watch(model%timer, run%watch_output)
     end if
   end subroutine output_if_due

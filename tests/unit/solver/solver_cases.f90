@@ -8,7 +8,9 @@ module solver_cases
   use model, only: model_t
   use frames, only: results_t, results_setup_t, open_results, close_results
   use run_log, only: run_log_t, timings_t, open_log, close_log
-  use forming_run, only: run_t, new_run, run_model
+  use run_data, only: run_t
+  use run_saver, only: saver_t
+  use forming_run, only: new_run, run_model
   implicit none
   private
 
@@ -34,6 +36,7 @@ contains
     type(results_t) :: results
     type(results_setup_t) :: setup
     type(run_log_t) :: log
+    type(saver_t) :: saver
     type(timings_t) :: timings
     type(error_t), allocatable :: file_error
     integer :: axis, i
@@ -62,7 +65,7 @@ contains
     call open_results(results, setup, file_error)
     if (allocated(file_error)) error stop "the results of the test cannot be written"
     call open_log(log, name//".log", .true., file_error)
-    call run_model(model, run, results, log, error)
+    call run_model(model, run, results, log, saver, error)
     timings%timer = model%timer
     call close_results(results, "completed", timings, file_error)
     call close_log(log)

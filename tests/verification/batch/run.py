@@ -105,6 +105,12 @@ def interruption_stops_all(folder):
         assert batch.wait(20) == 3, (folder / "said").read_text()
     assert table(folder)["3.h5"]["status"] == "due", table(folder)
     assert table(folder)["1.h5"]["status"] == "interrupted", table(folder)
+    with open(folder / "said", "w") as said:
+        batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--jobs", "1"], cwd=folder,
+                                 stdout=said, stderr=said)
+        wait_for(lambda: "restart    from 1.ckpt.h5" in (folder / "1.log").read_text())
+        batch.send_signal(signal.SIGTERM)
+        assert batch.wait(20) == 3, (folder / "said").read_text()
 
 
 def a_second_run_leaves_the_file_alone(folder):

@@ -1,0 +1,88 @@
+!> From an accepted model to a run that can begin, or go on from a checkpoint.
+module run_start
+  use text, only: string_t, to_text
+  use errors, only: error_t, fail
+  use build_info, only: version, git_commit
+  use scene, only: scene_t
+  use model, only: model_t
+  use state_store, only: state_store_t
+  use checkpoint, only: read_checkpoint, restore_result
+  use frames, only: results_t, results_setup_t, open_results
+  use forming_run, only: new_run
+  use run_data, only: run_t
+  use run_state, only: unpack_run
+  use run_saver, only: saver_t, frames_of_state
+  use command_line, only: command_t
+  use output_names, only: path_beside_result
+  implicit none
+  private
+
+  public :: new_saver, start_run
+
+contains
+
+  !> When and where the state is saved: as the deck and the command line say, and in any case on
+  !! signals and failures.
+  subroutine new_saver(command, scene, result_file, read_files, saver)
+    type(command_t), intent(in) :: command
+    type(scene_t), intent(in) :: scene
+    character(*), intent(in) :: result_file
+    type(string_t), intent(in) :: read_files(:)     !! that must not be written
+    type(saver_t), intent(out) :: saver
+
+    saver%result_file = result_file
+    saver%path = path_beside_result(result_file, ".ckpt.h5", read_files)
+    saver%header%program = version//" ("//git_commit//")"
+    saver%header%deck = scene%digest
+    saver%header%deck_file = scene%file
+    associate (spec => scene%checkpoints)
+      saver%every_steps = spec%n_steps
+      saver%every_seconds = 60*spec%minutes
+      saver%number = spec%number
+      saver%wall_seconds = 60*spec%wall_minutes
+      saver%retry = spec%retry
+    end associate
+    if (command%wall_minutes > 0) saver%wall_seconds = 60*command%wall_minutes
+  end subroutine new_saver
+
+  !> Open the results and set the run up. With --restart the state comes from the checkpoint, and
+  !! the result file becomes what it was then; nothing is written before all is accepted.
+  subroutine start_run(command, setup, saver, model, run, results, error)
+    type(command_t), intent(in) :: command
+    type(results_setup_t), intent(in) :: setup
+    type(saver_t), intent(inout) :: saver
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(out) :: run
+    type(results_t), intent(out) :: results
+    type(error_t), allocatable, intent(out) :: error
+    type(state_store_t) :: store
+    character(:), allocatable :: why
+    integer :: n_frames
+
+    call new_run(model, run)
+    if (command%restart == "") then
+      call open_results(results, setup, error)
+      return
+    end if
+    call read_checkpoint(command%restart, saver%header, store, error)
+    if (allocated(error)) return
+    n_frames = frames_of_state(store)
+    call unpack_run(model, run, store)
+    why = ""
+    if (store%fault /= "") why = "its state does not fit this deck: "//store%fault
+    if (why == "" .and. run%instant%time > run%control%end_time*(1 + 1.0e-12)) then
+      why = "it is of time "//to_text(run%instant%time)//", which is later than the end time "// &
+            to_text(run%control%end_time)
+    end if
+    if (why /= "") then
+      call fail(error, "checkpoint '"//command%restart//"' refused: "//why)
+      return
+    end if
+    call restore_result(command%restart, setup%path, error)
+    if (.not. allocated(error)) call open_results(results, setup, error, n_frames)
+    saver%good_frames = n_frames
+    saver%saved_time = run%instant%time
+    if (command%restart == saver%path) saver%saved_step = run%n_steps
+  end subroutine start_run
+
+end module run_start

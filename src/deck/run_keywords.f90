@@ -1,0 +1,64 @@
+!> The entry of the keyword table for checkpoints, and its reader.
+module run_keywords
+  use faults, only: fault_list_t, add_fault
+  use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_example, kind_real, &
+                          kind_integer
+  use scene, only: scene_t
+  use deck_records, only: parsed_deck_t, find_records, option_real, option_integer
+  implicit none
+  private
+
+  public :: add_run_keywords, read_checkpoints
+
+  integer, parameter :: usual_number = 10
+
+contains
+
+  !> Add *CHECKPOINT.
+  pure subroutine add_run_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "CHECKPOINT", "Saves the state in regular intervals, and at the "// &
+                     "end, to NAME.ckpt.h5 beside the result: `--restart NAME.ckpt.h5` goes on "// &
+                     "from there bit by bit the same. Whichever interval is over first counts; "// &
+                     "without any, NUMBER is 10. Signals, `--wall` and failures save the state "// &
+                     "without this keyword, see docs/running.md.", is_unique=.true.)
+    call add_option(table, "STEPS", kind_integer, "time steps between two checkpoints; 0: none", &
+                    default="0", range=">= 0")
+    call add_option(table, "MINUTES", kind_real, "minutes of the clock between them; 0: none", &
+                    default="0", unit="min", range=">= 0")
+    call add_option(table, "NUMBER", kind_integer, "checkpoints over the run; 0: none", &
+                    default="0", range=">= 0")
+    call add_option(table, "WALL", kind_real, "minutes of the clock after which the state is "// &
+                    "saved and the run stops with exit code 3, as with `--wall`; 0: never", &
+                    default="0", unit="min", range=">= 0")
+    call add_option(table, "RETRY", kind_real, "factor below 1 on the time step for one "// &
+                    "more try from the last saved state if the numerics fail; 0: none", &
+                    default="0", range=">= 0")
+    call add_example(table, "*CHECKPOINT, MINUTES=15, RETRY=0.5")
+  end subroutine add_run_keywords
+
+  !> Take *CHECKPOINT.
+  subroutine read_checkpoints(deck, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+
+    found = find_records(deck, "CHECKPOINT")
+    if (size(found) == 0) return
+    if (.not. deck%records(found(1))%is_valid) return
+    associate (record => deck%records(found(1)), spec => scene%checkpoints)
+      spec%n_steps = option_integer(deck, record, "STEPS")
+      spec%minutes = option_real(deck, record, "MINUTES")
+      spec%number = option_integer(deck, record, "NUMBER")
+      spec%wall_minutes = option_real(deck, record, "WALL")
+      spec%retry = option_real(deck, record, "RETRY")
+      if (spec%n_steps == 0 .and. spec%number == 0 .and. .not. spec%minutes > 0) &
+        spec%number = usual_number
+      if (spec%retry > 0.99) call add_fault(faults, record%origin, "a RETRY that leaves the "// &
+        "time step as it was", "a factor below 0.99")
+    end associate
+  end subroutine read_checkpoints
+
+end module run_keywords

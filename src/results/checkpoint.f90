@@ -1,0 +1,291 @@
+!> Checkpoints: all that a run must know to go on, and its result so far, in one file.
+!!
+!! The file is HDF5 with the named numbers under /state. Behind that come the bytes of the result
+!! file as they are, and a last line with both lengths and a checksum of everything before it. So
+!! a damaged file is known as such before any library reads it, and whatever has become of the
+!! result file meanwhile, the run goes on with a whole one. The file is written under another name,
+!! brought to the disk, and put in the place of the one before.
+module checkpoint
+  use, intrinsic :: iso_fortran_env, only: int8, int64
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use checksum, only: file_checksum
+  use state_store, only: state_store_t, add_entry
+  use system_files, only: sync_file, replace_file, remove_file
+  use hdf5_library, only: hid_t
+  use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_reals, write_text, &
+                       write_text_attribute
+  use hdf5_reading, only: open_for_reading, close_reading, read_text_attribute, read_text, &
+                          read_numbers
+  implicit none
+  private
+
+  public :: checkpoint_header_t, write_checkpoint, read_checkpoint, restore_result
+
+  !> What a checkpoint belongs to.
+  type :: checkpoint_header_t
+    character(:), allocatable :: program     !! version and commit
+    character(:), allocatable :: deck        !! digest of what may not change
+    character(:), allocatable :: deck_file   !! for messages
+  end type checkpoint_header_t
+
+  character(*), parameter :: mark = "igaform checkpoint 1 "
+  integer, parameter :: last_length = len(mark) + 2*20 + 16 + 1
+  integer, parameter :: block_bytes = 1048576
+
+  !> The last line taken apart.
+  type :: last_line_t
+    integer(int64) :: n_state = 0, n_result = 0   !! bytes of both parts
+  end type last_line_t
+
+contains
+
+  !> Write a checkpoint in the place of the one before. Whatever fails, that one stays.
+  subroutine write_checkpoint(path, header, store, result_file, error)
+    character(*), intent(in) :: path
+    type(checkpoint_header_t), intent(in) :: header
+    type(state_store_t), intent(in) :: store
+    character(*), intent(in) :: result_file      !! flushed
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: new
+
+    new = path//".new"
+    call remove_file(new)
+    if (allocated(store%fault)) then
+      if (store%fault /= "") call fail(error, "internal error, "//store%fault)
+    end if
+    if (.not. allocated(error)) call write_state(new, header, store, error)
+    if (.not. allocated(error)) call append_result(new, result_file, error)
+    if (.not. allocated(error)) then
+      if (.not. sync_file(new)) then
+        call fail(error, "cannot bring it to the disk")
+      else if (.not. replace_file(new, path)) then
+        call fail(error, "cannot put it in the place of the one before")
+      end if
+    end if
+    if (.not. allocated(error)) return
+    call remove_file(new)
+    error%message = "checkpoint '"//path//"' not written: "//error%message
+  end subroutine write_checkpoint
+
+  subroutine write_state(path, header, store, error)
+    character(*), intent(in) :: path
+    type(checkpoint_header_t), intent(in) :: header
+    type(state_store_t), intent(in) :: store
+    type(error_t), allocatable, intent(out) :: error
+    type(hdf5_file_t) :: file
+    character(:), allocatable :: names
+    integer :: i
+
+    call create_file(file, path)
+    call write_text_attribute(file, "/", "generator", "igaform")
+    call write_text_attribute(file, "/", "program", header%program)
+    call write_text_attribute(file, "/", "deck", header%deck)
+    call write_text_attribute(file, "/", "deck_file", header%deck_file)
+    names = ""
+    do i = 1, store%n_entries
+      associate (entry => store%entries(i))
+        call write_reals(file, "/state/"//entry%name, entry%values, [size(entry%values)], "", &
+                         "see docs/running.md")
+        names = names//entry%name//new_line("a")
+      end associate
+    end do
+    call write_text(file, "/names", names, "names of the numbers under /state, one a line")
+    call close_file(file)
+    call take_error(file, error)
+  end subroutine write_state
+
+  !> The bytes of the result and the last line.
+  subroutine append_result(path, result_file, error)
+    character(*), intent(in) :: path, result_file
+    type(error_t), allocatable, intent(out) :: error
+    integer(int64) :: n_state, n_result, n_all
+    character(last_length) :: last
+    character(:), allocatable :: sum
+    character(256) :: message
+    integer :: unit, status
+
+    inquire (file=path, size=n_state)
+    inquire (file=result_file, size=n_result)
+    if (n_result < 0) then
+      call fail(error, "the result file '"//result_file//"' is gone")
+      return
+    end if
+    call copy_bytes(result_file, 0_int64, n_result, path, error)
+    if (allocated(error)) return
+    sum = file_checksum(path)
+    inquire (file=path, size=n_all)
+    if (sum == "" .or. n_all /= n_state + n_result) then
+      call fail(error, "it does not read back as it was written")
+      return
+    end if
+    write (last, "(a, 2i20, 2a)") mark, n_state, n_result, sum, new_line("a")
+    open (newunit=unit, file=path, access="stream", form="unformatted", action="write", &
+          status="old", position="append", iostat=status, iomsg=message)
+    if (status == 0) write (unit, iostat=status, iomsg=message) last
+    if (status == 0) close (unit, iostat=status, iomsg=message)
+    if (status /= 0) call fail(error, trim(message))
+  end subroutine append_result
+
+  !> Append bytes of one file to another, which is created if it is not there.
+  subroutine copy_bytes(source, before, n_bytes, target_file, error)
+    character(*), intent(in) :: source, target_file
+    integer(int64), intent(in) :: before, n_bytes     !! bytes left out, and copied
+    type(error_t), allocatable, intent(out) :: error
+    integer(int8), allocatable :: bytes(:)
+    integer(int64) :: left, n
+    integer :: from, to, status
+    character(256) :: message
+
+    open (newunit=from, file=source, access="stream", form="unformatted", action="read", &
+          status="old", iostat=status, iomsg=message)
+    if (status == 0) then
+      open (newunit=to, file=target_file, access="stream", form="unformatted", action="write", &
+            position="append", iostat=status, iomsg=message)
+      if (status /= 0) close (from)
+    end if
+    if (status == 0) then
+      allocate (bytes(block_bytes))
+      left = n_bytes
+      if (before > 0) read (from, pos=before, iostat=status, iomsg=message) bytes(1)
+      do while (left > 0 .and. status == 0)
+        n = min(left, int(block_bytes, int64))
+        read (from, iostat=status, iomsg=message) bytes(:n)
+        if (status == 0) write (to, iostat=status, iomsg=message) bytes(:n)
+        left = left - n
+      end do
+      close (from)
+      if (status == 0) then
+        close (to, iostat=status, iomsg=message)
+      else
+        close (to)
+      end if
+    end if
+    if (status /= 0) call fail(error, trim(message))
+  end subroutine copy_bytes
+
+  !> Read a checkpoint. Refused: a file that is none, one that is damaged, one of another program
+  !! or of another deck.
+  subroutine read_checkpoint(path, header, store, error)
+    character(*), intent(in) :: path
+    type(checkpoint_header_t), intent(in) :: header    !! what it must belong to
+    type(state_store_t), intent(out) :: store
+    type(error_t), allocatable, intent(out) :: error
+    type(last_line_t) :: last
+    integer(hid_t) :: file
+    character(:), allocatable :: program, deck
+
+    call check_whole(path, last, error)
+    if (allocated(error)) return
+    file = open_for_reading(path)
+    if (file < 0) then
+      call refuse(path, "HDF5 cannot open it", error)
+      return
+    end if
+    program = read_text_attribute(file, "/", "program")
+    deck = read_text_attribute(file, "/", "deck")
+    if (program /= header%program) then
+      call refuse(path, "it was written by igaform "//program//", this is "//header%program// &
+                  "; only the same program goes on bit by bit the same", error)
+    else if (deck /= header%deck) then
+      call refuse(path, "it belongs to another deck or to other parameters than '"// &
+                  header%deck_file//"' now (it was '"// &
+                  read_text_attribute(file, "/", "deck_file")// &
+                  "'); only *OUTPUT, *CHECKPOINT, *HEADING and the last end time may differ", error)
+    else
+      call read_entries(file, path, store, error)
+    end if
+    call close_reading(file)
+  end subroutine read_checkpoint
+
+  subroutine read_entries(file, path, store, error)
+    integer(hid_t), intent(in) :: file
+    character(*), intent(in) :: path
+    type(state_store_t), intent(inout) :: store
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: names
+    real(wp), allocatable :: values(:)
+    integer :: length
+
+    names = read_text(file, "/names")
+    do
+      length = index(names, new_line("a"))
+      if (length == 0) exit
+      call read_numbers(file, "/state/"//names(:length - 1), values)
+      if (.not. allocated(values)) then
+        call refuse(path, names(:length - 1)//" cannot be read", error)
+        return
+      end if
+      call add_entry(store, names(:length - 1), size(values), values)
+      names = names(length + 1:)
+    end do
+  end subroutine read_entries
+
+  !> Put the result as it was at the checkpoint in the place of what is there.
+  subroutine restore_result(path, result_file, error)
+    character(*), intent(in) :: path, result_file
+    type(error_t), allocatable, intent(out) :: error
+    type(last_line_t) :: last
+
+    call check_whole(path, last, error)
+    if (allocated(error)) return
+    call remove_file(result_file//".new")
+    call copy_bytes(path, last%n_state, last%n_result, result_file//".new", error)
+    if (.not. allocated(error)) then
+      if (.not. sync_file(result_file//".new")) then
+        call fail(error, "cannot bring it to the disk")
+      else if (.not. replace_file(result_file//".new", result_file)) then
+        call fail(error, "cannot put it in its place")
+      end if
+    end if
+    if (.not. allocated(error)) return
+    call remove_file(result_file//".new")
+    error%message = "result file '"//result_file//"' cannot be taken from the checkpoint: "// &
+                    error%message
+  end subroutine restore_result
+
+  !> Is this a checkpoint, as it was written to the last byte?
+  subroutine check_whole(path, last, error)
+    character(*), intent(in) :: path
+    type(last_line_t), intent(out) :: last
+    type(error_t), allocatable, intent(out) :: error
+    character(last_length) :: line
+    character(256) :: message
+    integer(int64) :: n_bytes
+    integer :: unit, status
+
+    open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
+          status="old", iostat=status, iomsg=message)
+    if (status /= 0) then
+      call refuse(path, trim(message), error)
+      return
+    end if
+    inquire (unit=unit, size=n_bytes)
+    line = ""
+    if (n_bytes > last_length) read (unit, pos=n_bytes - last_length + 1, iostat=status) line
+    close (unit)
+    if (line(:len(mark)) /= mark) then
+      call refuse(path, "it is no checkpoint of igaform, or its end is missing", error)
+      return
+    end if
+    read (line(len(mark) + 1:), "(2i20)", iostat=status) last%n_state, last%n_result
+    if (status == 0) status = merge(0, 1, min(last%n_state, last%n_result) >= 0)
+    if (status == 0) status = merge(0, 1, last%n_state <= n_bytes .and. last%n_result <= n_bytes)
+    if (status == 0) status = merge(0, 1, last%n_state + last%n_result + last_length == n_bytes)
+    if (status /= 0) then
+      call refuse(path, "its length is not what its last line says", error)
+    else if (file_checksum(path, n_bytes - last_length) /= line(len(mark) + 41:len(mark) + 56)) then
+      call refuse(path, "it is damaged: its checksum is wrong", error)
+    end if
+  end subroutine check_whole
+
+  subroutine refuse(path, reason, error)
+    character(*), intent(in) :: path, reason
+    type(error_t), allocatable, intent(inout) :: error
+
+    if (allocated(error)) deallocate (error)
+    allocate (error)
+    error%message = "checkpoint '"//path//"' refused: "//reason
+  end subroutine refuse
+
+end module checkpoint

@@ -1,0 +1,32 @@
+!> What changes during a run.
+module run_data
+  use, intrinsic :: iso_fortran_env, only: int64
+  use kinds, only: wp
+  use patch_body, only: field_t
+  use effect, only: instant_t
+  use frames, only: frame_t
+  use history, only: history_row_t
+  use step_control, only: step_control_t
+  use energy_balance, only: energy_balance_t
+  implicit none
+  private
+
+  !> Everything that changes during a run beside the bodies themselves.
+  type, public :: run_t
+    type(step_control_t) :: control
+    type(energy_balance_t) :: balance
+    type(instant_t) :: instant
+    integer(int64) :: n_steps = 0
+    integer(int64) :: started = 0            !! clock at the start
+    logical :: is_resumed = .false.          !! it goes on from a checkpoint
+    logical :: is_file_lost = .false.        !! the results could not be written
+    real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
+    real(wp) :: largest_penetration = 0.0_wp
+    integer :: watch_motion = 0, watch_blank = 0, watch_output = 0
+    type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
+    type(field_t), allocatable :: volumes(:)   !! of the points at the start, by patch
+    type(frame_t) :: frame
+    type(history_row_t) :: row
+  end type run_t
+
+end module run_data

@@ -1,0 +1,141 @@
+"""Runs stopped by a signal or a limit of time go on bit by bit the same, with other threads too.
+
+Usage: restart.py PROGRAM PROJECT
+"""
+import pathlib
+import shutil
+import signal
+import tempfile
+
+import h5py
+
+from common import (PROJECT, STRIP, begin, check_same, datasets, deck, igaform, n_rows, wait_for)
+
+VERIFICATION = PROJECT / "input" / "verification"
+# Deck, parameters, and what state it has that must survive.
+DECKS = (
+    (STRIP, "n_x=6 end_time=4e-4", "plasticity, viscosity, prescribed motion"),
+    (VERIFICATION / "friction_block.key", "", "contact with friction"),
+    (PROJECT / "tests/verification/contact/slider.key", "", "contact, wear of the tool"),
+    (VERIFICATION / "clamped_plate.key", "n=4", "pressure, dynamic relaxation"),
+    ("press and release", "", "several patches, a moving tool, two steps of the deck"),
+)
+
+
+def settings(text):
+    return [word for setting in text.split() for word in ("--set", setting)]
+
+
+def press_and_release(folder):
+    """A disk pressed over a ball, and released in a second step."""
+    text = (PROJECT / "input/disk_punch.key").read_text().replace("n = 4", "n = 1")
+    text = text.replace("depth = 10", "depth = 2")
+    text = text.replace("*DYNAMIC", "*STEP, NAME=press\n*DYNAMIC")
+    path = folder / "press.key"
+    path.write_text(text + "*END STEP\n*STEP, NAME=release\n*MODEL CHANGE, REMOVE\nball\n"
+                    "*DYNAMIC, EXPLICIT\n<0.5*depth/speed>\n*OUTPUT, FRAMES=3\n*END STEP\n")
+    return path
+
+
+def goes_on_bit_by_bit(folder, source, parameters):
+    """Stop a run twice, at a third and at two thirds, each time with other threads."""
+    path = press_and_release(folder) if source == "press and release" else deck(folder, source)
+    words = settings(parameters)
+    igaform(folder, path, *words, "--out", "full.h5", "--threads", 1)
+    reference = datasets(folder / "full.h5")
+    rows = n_rows(folder / "full.log")
+    for share in (3, 1.5):
+        given = ["--restart", "cut.ckpt.h5"] if (folder / "cut.ckpt.h5").exists() else \
+            ["--out", "cut.h5"]
+        run = begin(folder, path, *words, *given, "--threads", 1 if share < 2 else 2)
+        wait_for(lambda: n_rows(folder / "cut.log") > rows / share or run.poll() is not None)
+        run.send_signal(signal.SIGTERM)
+        assert run.wait(60) in (0, 3), run.returncode
+    igaform(folder, path, *words, "--restart", "cut.ckpt.h5", "--threads", 2)
+    check_same(folder / "cut.h5", reference)
+
+
+def signals_save_and_stop(folder):
+    path = deck(folder, STRIP, "*CHECKPOINT, STEPS=100000000")
+    words = settings("n_x=8 end_time=1e-2")
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        run = begin(folder, path, *words, "--out", "s.h5")
+        wait_for(lambda: n_rows(folder / "s.log") > 1)
+        run.send_signal(number)
+        assert run.wait(60) == 3, run.returncode
+        log = (folder / "s.log").read_text()
+        assert f"stopped by {number.name} at step" in log and "checkpoint s.ckpt.h5" in log, log
+        with h5py.File(folder / "s.h5") as file:
+            assert file["provenance"].attrs["status"] == b"interrupted"
+        (folder / "s.log").unlink()
+        (folder / "s.ckpt.h5").unlink()
+    run = begin(folder, path, *words, "--out", "s.h5")
+    wait_for(lambda: n_rows(folder / "s.log") > 1)
+    run.send_signal(signal.SIGUSR1)
+    wait_for((folder / "s.ckpt.h5").exists)
+    rows = n_rows(folder / "s.log")
+    wait_for(lambda: n_rows(folder / "s.log") > rows)
+    run.kill()
+    run.wait()
+    igaform(folder, path, *words, "--out", "w.h5", "--wall", "0.01", code=3)
+    assert "stopped by the limit of 1.000E-02 minutes" in (folder / "w.log").read_text()
+
+
+def strangers_are_refused(folder):
+    path, words = deck(folder, STRIP, "*CHECKPOINT, NUMBER=2"), settings("n_x=4 end_time=1e-4")
+    igaform(folder, path, *words, "--out", "a.h5")
+    before = (folder / "a.h5").read_bytes()
+    whole = (folder / "a.ckpt.h5").read_bytes()
+
+    def refused(content, reason, *more, deck_path=path):
+        (folder / "b.ckpt.h5").write_bytes(content)
+        said = igaform(folder, deck_path, *more, "--restart", "b.ckpt.h5", code=1)
+        assert reason in said, said
+        assert not (folder / "b.h5").exists() and (folder / "a.h5").read_bytes() == before
+
+    for place in (10, len(whole) // 3, len(whole) - 200):
+        damaged = bytearray(whole)
+        damaged[place] ^= 4
+        refused(bytes(damaged), "damaged: its checksum is wrong", *words)
+    refused(whole[:-1], "its end is missing", *words)
+    refused(whole[:len(whole) // 2], "its end is missing", *words)
+    refused(whole[1000:], "its length is not what its last line says", *words)
+    refused(b"", "no checkpoint", *words)
+    refused(before, "no checkpoint", *words)
+    refused(whole, "another deck or to other parameters", *settings("n_x=4 end_time=1e-4 width=9"))
+    short = folder / "short.key"
+    short.write_text(STRIP.read_text().replace("<end_time>\n", "5e-5\n"))
+    refused(whole, "later than the end time", *words, deck_path=short)
+    said = igaform(folder, path, *words, "--restart", "nowhere.ckpt.h5", code=1)
+    assert "nowhere.ckpt.h5" in said, said
+
+
+def what_may_differ(folder):
+    """A later end, other output, a deleted result."""
+    lines = STRIP.read_text().replace("*OUTPUT, FRAMES=10, HISTORY=200", "").replace("n_x = 16",
+                                                                                  "n_x = 4")
+    one, other = folder / "one.key", folder / "other.key"
+    one.write_text(lines + "*OUTPUT, FRAMES=4, HISTORY=8\n*CHECKPOINT, NUMBER=2\n")
+    moved = lines.replace("<end_time>\n", "2e-3\n")
+    other.write_text(moved + "*OUTPUT, FRAMES=16, HISTORY=32\n")
+    igaform(folder, one, "--out", "a.h5")
+    (folder / "a.h5").unlink()
+    igaform(folder, other, "--restart", "a.ckpt.h5")
+    with h5py.File(folder / "a.h5") as file:
+        time = file["VTKHDF/Steps/Values"][:]
+        assert abs(time[-1] - 2e-3) < 1e-12 and abs(time[1] - 2.5e-4) < 1e-8, time
+        assert (time[1:] > time[:-1]).all() and len(time) == 13, time
+        assert file["provenance"].attrs["status"] == b"completed"
+
+
+if __name__ == "__main__":
+    for source, parameters, state in DECKS:
+        with tempfile.TemporaryDirectory() as place:
+            goes_on_bit_by_bit(pathlib.Path(place), source, parameters)
+        print(f"passed: {getattr(source, 'stem', source)} goes on bit by bit ({state})", flush=True)
+    for test in (signals_save_and_stop, strangers_are_refused, what_may_differ):
+        with tempfile.TemporaryDirectory() as place:
+            test(pathlib.Path(place))
+            shutil.rmtree(place, ignore_errors=True)
+            pathlib.Path(place).mkdir()
+        print("passed:", test.__name__.replace("_", " "), flush=True)
