@@ -20,6 +20,7 @@ module step_control
     real(wp) :: start_time = 0.0_wp, end_time = 0.0_wp    !! of the step of the deck
     real(wp) :: duration = 0.0_wp
     real(wp) :: largest = 0.0_wp       !! safe step of the shape at the start; never exceeded
+    real(wp) :: safety = 0.0_wp        !! part of the stable step that is used
     real(wp) :: rate_at_start = 0.0_wp !! |J^-1|^2 that belongs to it
     type(schedule_t) :: frames, history
   end type step_control_t
@@ -38,6 +39,7 @@ contains
     control%duration = step%end_time
     control%end_time = control%start_time + step%end_time
     control%largest = step%safety*stable_step
+    control%safety = step%safety
     control%rate_at_start = rate
     control%frames%n = output%n_frames
     control%history%n = output%n_history
@@ -53,12 +55,25 @@ contains
     real(wp), parameter :: countless = 1.0e15_wp   ! so many steps need no equal shares
     real(wp) :: left, n_steps
 
-    dt = control%largest*min(1.0_wp, sqrt(control%rate_at_start/max(rate, tiny(rate))))
+    dt = control%largest*coarse(control, min(1.0_wp, sqrt(control%rate_at_start &
+                                                        /max(rate, tiny(rate)))))
     left = min(due_after(control, control%frames, time), &
                due_after(control, control%history, time)) - time
     n_steps = left/dt*(1.0_wp - 1.0e-12_wp)
     if (n_steps > 0.0_wp .and. n_steps < countless) dt = left/ceiling(n_steps, int64)
   end function next_step
+
+  !> A factor on the step, rounded up by up to a hundredth in steps of that size: a step that
+  !! followed each vibration would take energy from it or feed it. Close to the stable step, where
+  !! there is no hundredth to spare, as it is.
+  pure real(wp) function coarse(control, factor)
+    type(step_control_t), intent(in) :: control
+    real(wp), intent(in) :: factor      !! at most 1
+    real(wp), parameter :: notch = 0.99_wp
+
+    coarse = factor
+    if (control%safety <= 0.95_wp) coarse = notch**floor(log(factor)/log(notch) + 1.0e-12_wp)
+  end function coarse
 
   !> Is output of this kind due at `time`? Times are hit but for round-off.
   pure logical function is_due(control, schedule, time)

@@ -65,5 +65,5 @@ SCENES = [
     Scene("ringing_block_long", "block", "1e6 steps without any damping", ringing,
           {"kick": 500, "end_time": 8.6e-1}, bits={"end_time": 1e-3}, is_long=True),
     Scene("spinning_bar_long", "spin", "100 turns of an elastic bar at 1e4 rad/s", spinning,
-          {"turns": 100, "n_x": 16}, bits={"turns": 1}, is_long=True),
+          {"turns": 100}, bits={"turns": 1}, is_long=True),
 ]
