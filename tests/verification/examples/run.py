@@ -1,6 +1,6 @@
 """The example decks of forming, short and coarse or as they stand, against what the manual states.
 
-Usage: run.py IGAFORM PROJECT_FOLDER hemisphere|square_box short|long
+Usage: run.py IGAFORM PROJECT_FOLDER hemisphere|square_box|u_bend short|long
 """
 import os
 import subprocess
@@ -14,14 +14,16 @@ sys.path.insert(0, PROJECT)
 
 from post.draw_in import Outline  # noqa: E402
 from post.results import Results  # noqa: E402
+from post.section import Section  # noqa: E402
+from post.springback import angle_between, by_start, fitted  # noqa: E402
 
 
-def run(folder, **parameters):
+def run(folder, options=(), **parameters):
     """Results of the deck with these parameters; kinetic and balance must be small."""
     path = os.path.join(folder, "example.h5")
     sets = [part for key, value in parameters.items() for part in ("--set", f"{key}={value}")]
     subprocess.run([IGAFORM, os.path.join(PROJECT, "input", NAME + ".key"), "--quiet", "--out",
-                    path, *sets], check=True)
+                    path, *options, *sets], check=True)
     results = Results(path)
     late = results.history("time") > 0.5 * results.times[-1]
     kinetic, internal = (results.history(f"{kind}_energy")[late]
@@ -83,9 +85,43 @@ def square_box(folder):
     between("draw-in along y [mm]", drawn[2], *side)
 
 
+def u_bend(folder):
+    """Angles of the wall to bottom and flange in the tools and released; force of the holder."""
+    one = "--threads", "1"
+    if LENGTH == "short":
+        results = run(folder, one, length=50, n_x=28, stroke=10, rest_energy=1e-5)
+        stretches = (2, 18), (26, 32), (42, 49)
+        drawn, opening = ((113.4, 109.9), 1.0), ((1.36, 1.63), 0.4)
+    else:
+        results = run(folder, one)
+        stretches = (2, 18), (35, 80), (105, 170)
+        drawn, opening = ((90.9, 90.3), 0.5), ((5.9, -7.5), 0.7)
+    section = Section(results)
+    step = results.history("process_step")
+    late = (results.history("time") > 0.5 * results.history("time")[step == 1][-1]) & (step == 1)
+    force = results.tool_history("holder", "force")[late, 1].mean()
+    between("mean force of the holder [N]", force, 0.9 * 35, 1.1 * 35)
+    kinetic, internal = (results.history(f"{kind}_energy")[late]
+                         for kind in ("kinetic", "internal"))
+    between("kinetic over internal energy, drawing", (kinetic / internal).max(), 0,
+            0.4 if LENGTH == "short" else 0.12)
+    between("penetration over thickness", results.history("max_penetration").max() / 0.78, 0, 0.02)
+    angles = []
+    for frame in (10, len(results.times) - 1):
+        line = section.sheet(frame)[1]
+        fits = [fitted(line[by_start(section.start, *bounds)]) for bounds in stretches]
+        angles.append([angle_between(a, b) for a, b in zip(fits, fits[1:])])
+    for i, before, after in zip((0, 1), *angles):
+        between(f"angle {i + 1} in the tools", before, drawn[0][i] - drawn[1],
+                drawn[0][i] + drawn[1])
+        between(f"springback of angle {i + 1}", after - before, opening[0][i] - opening[1],
+                opening[0][i] + opening[1])
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
-        {"hemisphere": hemisphere, "square_box": square_box}[NAME](folder)
+        {"hemisphere": hemisphere, "square_box": square_box,
+         "u_bend": u_bend}[NAME](folder)
 
 
 main()
