@@ -36,7 +36,7 @@ module keyword_spec
     logical :: is_repeated = .false. !! the last field may come any number of times
     character(300) :: text = ""      !! meaning
     integer :: n_fields = 0
-    type(field_spec_t) :: fields(7)
+    type(field_spec_t) :: fields(10)
   end type line_spec_t
 
   !> One keyword.

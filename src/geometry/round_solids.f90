@@ -127,6 +127,7 @@ contains
     type(round_shape_t) :: bottom
     type(nurbs_solid_t), allocatable :: flat(:)
     type(arc_t) :: bend
+    type(knot_vector_t) :: line
     real(wp) :: r(3, 2), z(3, 2)   ! control points of the corner, outside and inside
     real(wp) :: radii(2)
     integer :: n
@@ -154,7 +155,8 @@ contains
     if (allocated(error)) return
     z(2, :) = radii(1)
     z(1, :) = shape%height
-    call revolve(shape, straight(), [1.0_wp, 1.0_wp], r(:2, :), z(:2, :), shape%n_along(2), &
+    line = straight()
+    call revolve(shape, line, [1.0_wp, 1.0_wp], r(:2, :), z(:2, :), shape%n_along(2), &
                  solids(2 + 2*n:), error)
   end subroutine cup_solids
 
@@ -168,10 +170,12 @@ contains
     type(nurbs_solid_t), intent(inout) :: solids(:)
     type(error_t), allocatable, intent(out) :: error
     type(arc_t) :: arc
+    type(knot_vector_t) :: line
     real(wp) :: points(3, size(r, 1), 2, 3), starts(size(solids) + 1)
     integer :: p, i
 
     starts = rim_angles(shape)
+    line = straight()
     do p = 1, size(solids)
       arc = clean_arc(starts(p), starts(p + 1) - starts(p))
       do i = 1, 3
@@ -179,7 +183,7 @@ contains
         points(i, :, :, 2) = r*arc%points(i, 2)
         points(i, :, :, 3) = z
       end do
-      call new_nurbs_solid(solids(p), [arc%axis, axis, straight()], points, &
+      call new_nurbs_solid(solids(p), [arc%axis, axis, line], points, &
                            spread(spread(arc%weights, 2, size(weights)) &
                                   *spread(weights, 1, 3), 3, 2), error)
       if (allocated(error)) return

@@ -285,6 +285,7 @@ contains
   subroutine set_motions(scene, model)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
+    type(rigid_motion_t) :: motion
     integer :: i, j
 
     allocate (model%motions(size(scene%tools)), model%later_motions(0))
@@ -301,8 +302,10 @@ contains
           if (model%later_motions(j)%tool == spec%tool .and. &
               model%later_motions(j)%step == spec%step) exit
         end do
-        if (j > size(model%later_motions)) &
-          model%later_motions = [model%later_motions, no_motion(spec%tool, spec%step)]
+        if (j > size(model%later_motions)) then
+          motion = no_motion(spec%tool, spec%step)
+          model%later_motions = [model%later_motions, motion]
+        end if
         call add_term(scene, spec, model%later_motions(j))
       end associate
     end do

@@ -2,7 +2,8 @@
 !! on. A model of one step never comes here.
 module step_change
   use kinds, only: wp
-  use timer, only: add_watch
+  use timer, only: timer_t, add_watch
+  use assembly, only: assembly_t
   use rigid_motion, only: start_motion
   use damping, only: damping_t
   use thickness_scaling, only: thickness_scaling_t
@@ -23,8 +24,7 @@ contains
 
     if (size(model%later_steps) == 0) return
     is_later = [(model%forces(i)%item%first_step > 1, i=1, size(model%forces))]
-    model%later_forces = pack_slots(model%forces, is_later)
-    model%forces = pack_slots(model%forces, .not. is_later)
+    call move_slots(model%forces, is_later, model%later_forces)
   end subroutine hold_back_forces
 
   !> Go on to the next step at this time. Effects that stay keep all that they know; what the others
@@ -41,10 +41,12 @@ contains
     model%step = model%later_steps(1)%step
     model%output = model%later_steps(1)%output
     model%later_steps = model%later_steps(2:)
-    call change_effects(model, dt, model%forces, model%later_forces)
+    call change_effects(model%i_step, model%step_starts, dt, model%bodies, model%timer, &
+                        model%forces, model%later_forces, model%retired)
     call put_scaling_last(model%forces)
     if (size(model%forces) == 0) call clear_forces(model)
-    call change_effects(model, dt, model%supports, model%later_supports)
+    call change_effects(model%i_step, model%step_starts, dt, model%bodies, model%timer, &
+                        model%supports, model%later_supports, model%retired)
     call put_damping_first(model%supports)
     do i = 1, size(model%later_motions)
       associate (motion => model%later_motions(i))
@@ -69,31 +71,33 @@ contains
   end subroutine clear_forces
 
   !> End effects of a stage and begin others.
-  subroutine change_effects(model, dt, active, later)
-    type(model_t), intent(inout) :: model
-    real(wp), intent(in) :: dt
-    type(effect_slot_t), allocatable, intent(inout) :: active(:), later(:)
+  subroutine change_effects(i_step, step_starts, dt, bodies, timer, active, later, retired)
+    integer, intent(in) :: i_step
+    real(wp), intent(in) :: step_starts(:), dt
+    type(assembly_t), intent(inout) :: bodies
+    type(timer_t), intent(inout) :: timer
+    type(effect_slot_t), allocatable, intent(inout) :: active(:), later(:), retired(:)
     logical :: is_over(size(active)), is_new(size(later))
     integer :: i
 
-    is_over = [(active(i)%item%last_step < model%i_step, i=1, size(active))]
-    is_new = [(later(i)%item%first_step == model%i_step, i=1, size(later))]
+    is_over = [(active(i)%item%last_step < i_step, i=1, size(active))]
+    is_new = [(later(i)%item%first_step == i_step, i=1, size(later))]
     do i = 1, size(active)
-      if (is_over(i)) call active(i)%item%stop(model%bodies, dt)
+      if (is_over(i)) call active(i)%item%stop(bodies, dt)
     end do
     do i = 1, size(later)
       if (.not. is_new(i)) cycle
-      call later(i)%item%start(model%step_starts(later(i)%item%given_step))
-      call add_watch(model%timer, later(i)%item%name, later(i)%item%watch)
+      call later(i)%item%start(step_starts(later(i)%item%given_step))
+      call add_watch(timer, later(i)%item%name, later(i)%item%watch)
     end do
-    model%retired = [model%retired, pack_slots(active, is_over)]
-    active = [pack_slots(active, .not. is_over), pack_slots(later, is_new)]
-    later = pack_slots(later, .not. is_new)
+    call move_slots(active, is_over, retired)
+    call move_slots(later, is_new, active)
   end subroutine change_effects
 
   !> The scaling through the thickness weighs the sum of all other forces.
   subroutine put_scaling_last(forces)
     type(effect_slot_t), allocatable, intent(inout) :: forces(:)
+    type(effect_slot_t), allocatable :: last(:)
     logical :: is_scaling(size(forces))
     integer :: i
 
@@ -104,12 +108,15 @@ contains
         is_scaling(i) = .true.
       end select
     end do
-    forces = [pack_slots(forces, .not. is_scaling), pack_slots(forces, is_scaling)]
+    allocate (last(0))
+    call move_slots(forces, is_scaling, last)
+    call move_slots(last, spread(.true., 1, size(last)), forces)
   end subroutine put_scaling_last
 
   !> Supports have the last word on the velocities.
   subroutine put_damping_first(supports)
     type(effect_slot_t), allocatable, intent(inout) :: supports(:)
+    type(effect_slot_t), allocatable :: rest(:)
     logical :: is_damping(size(supports))
     integer :: i
 
@@ -120,23 +127,36 @@ contains
         is_damping(i) = .true.
       end select
     end do
-    supports = [pack_slots(supports, is_damping), pack_slots(supports, .not. is_damping)]
+    allocate (rest(0))
+    call move_slots(supports, .not. is_damping, rest)
+    call move_slots(rest, spread(.true., 1, size(rest)), supports)
   end subroutine put_damping_first
 
-  !> The slots that are chosen, in their order.
-  function pack_slots(slots, is_chosen) result(chosen)
-    type(effect_slot_t), intent(in) :: slots(:)
+  !> Move the chosen slots, in their order, to the end of another list. Moved, not copied: effects
+  !! may hold much, and gfortran 12 does not free what array constructors copy of them.
+  subroutine move_slots(from, is_chosen, to)
+    type(effect_slot_t), allocatable, intent(inout) :: from(:), to(:)
     logical, intent(in) :: is_chosen(:)
-    type(effect_slot_t), allocatable :: chosen(:)
-    integer :: i, n
+    type(effect_slot_t), allocatable :: kept(:), grown(:)
+    integer :: i, n_kept, n_grown
 
-    allocate (chosen(count(is_chosen)))
-    n = 0
-    do i = 1, size(slots)
-      if (.not. is_chosen(i)) cycle
-      n = n + 1
-      allocate (chosen(n)%item, source=slots(i)%item)
+    allocate (kept(count(.not. is_chosen)), grown(size(to) + count(is_chosen)))
+    do i = 1, size(to)
+      call move_alloc(to(i)%item, grown(i)%item)
     end do
-  end function pack_slots
+    n_kept = 0
+    n_grown = size(to)
+    do i = 1, size(from)
+      if (is_chosen(i)) then
+        n_grown = n_grown + 1
+        call move_alloc(from(i)%item, grown(n_grown)%item)
+      else
+        n_kept = n_kept + 1
+        call move_alloc(from(i)%item, kept(n_kept)%item)
+      end if
+    end do
+    call move_alloc(grown, to)
+    call move_alloc(kept, from)
+  end subroutine move_slots
 
 end module step_change

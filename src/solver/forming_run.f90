@@ -376,9 +376,10 @@ contains
     run%row%step = run%n_steps
     run%row%time = run%instant%time
     run%row%dt = run%instant%dt
+    ! At the start a touch by round-off has nothing to be measured against.
+    if (run%n_steps == 0) run%balance%error = 0.0_wp
     call fill_history_row(model, run%balance, elastic, velocity_now(model, run), run%row)
     call record_history(results, run%row)
-    ! At the start a touch by round-off has nothing to be measured against.
     if (run%n_steps > 0) run%largest_error = max(run%largest_error, abs(run%balance%alarm))
     run%largest_penetration = max(run%largest_penetration, run%balance%tally%max_penetration)
   end subroutine take_row
