@@ -154,6 +154,7 @@ contains
     type(string_t), allocatable :: read_files(:)
     type(error_t), allocatable :: error
 
+    call watch_signals()   ! before the first file: what exists has then an end that says so
     read_files = files_read(command, scene)
     call fill_setup(scene, model, setup)
     setup%provenance%identity = identity_of(command, scene)
@@ -177,7 +178,6 @@ contains
     call log_sources(log, scene)
     if (run%is_resumed) call log_line(log, "restart    from "//command%restart//", step "// &
                                       to_text(run%n_steps)//", time "//to_text(run%instant%time))
-    call watch_signals()
     open_run = open_run_t(model, run, results, log, saver)
     if (model%bodies%blank%law%needs_context) then
       call open_message_file(path_beside_result(setup%path, ".msg", read_files))

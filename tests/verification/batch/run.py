@@ -100,7 +100,7 @@ def interruption_stops_all(folder):
     with open(folder / "said", "w") as said:
         batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--jobs", "2"], cwd=folder,
                                  stdout=said, stderr=said)
-        wait_for(lambda: (folder / "2.log").exists())
+        wait_for(lambda: all((folder / f"{n}.log").exists() for n in (1, 2)))
         batch.send_signal(signal.SIGINT)
         assert batch.wait(20) == 3, (folder / "said").read_text()
     assert table(folder)["3.h5"]["status"] == "due", table(folder)
