@@ -7,7 +7,9 @@ module bead_reader
                           add_example, kind_real, kind_name, any_number
   use scene, only: scene_t
   use field_check, only: did_you_mean
+  use name_table, only: place_of
   use deck_names, only: deck_names_t, resolve
+  use deck_steps, only: step_of
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
                           is_option_given, field_real
   use blank_reader, only: box_frame_t
@@ -27,7 +29,8 @@ contains
     call add_keyword(table, "DRAW BEAD", "A draw bead as a line of force: it holds back sheet "// &
                      "that is drawn across a polyline, in a band along it, up to a force per "// &
                      "length. Sheet at rest is held by springs, motion along the line is free, "// &
-                     "and beyond the ends of the line nothing acts. Nothing bends the sheet there.")
+                     "and beyond the ends of the line nothing acts. Nothing bends the sheet "// &
+                     "there. A bead in a step begins with it; *MODEL CHANGE, REMOVE opens it.")
     call add_option(table, "NAME", kind_name, "name", default="bead")
     call add_option(table, "WIDTH", kind_real, "width of the band; at least three elements "// &
                     "across make the force exact within a per cent", unit="length", range="> 0")
@@ -72,6 +75,12 @@ contains
       associate (record => deck%records(found(i)), bead => scene%beads(i))
         bead%origin = record%origin
         bead%name = option_text(deck, record, "NAME")
+        if (place_of(names%tools, squeezed(upper_case(bead%name))) > 0) then
+          call add_fault(faults, record%origin, "the name "//bead%name//", which is that of a "// &
+                         "tool", "a name of its own")
+        end if
+        bead%given_step = step_of(record%step)
+        bead%first_step = bead%given_step
         bead%width = option_real(deck, record, "WIDTH")
         bead%slip = option_real(deck, record, "SLIP")
         call find_amplitude(deck, record, names, bead%curve, faults)

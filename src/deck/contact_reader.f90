@@ -1,19 +1,19 @@
 !> *CONTACT PAIR.
 module contact_reader
-  use faults, only: origin_t, fault_list_t, add_fault
+  use faults, only: fault_list_t, add_fault
   use text, only: upper_case, squeezed, strings
   use scene, only: scene_t, contact_spec_t
   use field_check, only: did_you_mean
   use deck_names, only: deck_names_t, resolve
   use deck_steps, only: step_of
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
-                          is_option_given, field_word, line_origin, n_fields
+                          is_option_given
   use blank_reader, only: box_frame_t, read_count
   use set_reader, only: face_of, face_names
   implicit none
   private
 
-  public :: read_contacts, cut_contacts
+  public :: read_contacts
 
 contains
 
@@ -48,69 +48,6 @@ contains
       end associate
     end do
   end subroutine read_contacts
-
-  !> Cut the pairs where *MODEL CHANGE takes their tools away or brings them.
-  subroutine cut_contacts(deck, names, scene, faults)
-    type(parsed_deck_t), intent(in) :: deck
-    type(deck_names_t), intent(in) :: names
-    type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
-    integer, allocatable :: found(:)
-    integer :: i, line, j, tool
-    logical :: is_added
-
-    found = find_records(deck, "MODEL CHANGE")
-    do i = 1, size(found)
-      associate (record => deck%records(found(i)))
-        if (.not. record%is_valid) cycle
-        is_added = is_option_given(deck, record, "ADD")
-        if (is_added .eqv. is_option_given(deck, record, "REMOVE")) then
-          call add_fault(faults, record%origin, "not one of ADD and REMOVE", "ADD or REMOVE")
-          cycle
-        end if
-        do line = 1, record%n_lines
-          do j = 1, n_fields(record, line)
-            if (field_word(record, line, j) == "") cycle
-            call resolve(names%tools, field_word(record, line, j), "*TOOL", &
-                         line_origin(deck, record, line), tool, faults)
-            if (tool > 0) call change_tool(tool, step_of(record%step), is_added, &
-                                           line_origin(deck, record, line), scene, faults)
-          end do
-        end do
-      end associate
-    end do
-  end subroutine cut_contacts
-
-  !> One tool comes or goes with a step.
-  subroutine change_tool(tool, step, is_added, origin, scene, faults)
-    integer, intent(in) :: tool, step
-    logical, intent(in) :: is_added
-    type(origin_t), intent(in) :: origin
-    type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
-    type(contact_spec_t), allocatable :: again(:)
-    character(:), allocatable :: state
-    logical :: is_there(size(scene%contacts))
-    integer :: last(size(scene%contacts))
-
-    associate (contacts => scene%contacts)
-      is_there = contacts%tool == tool .and. contacts%last_step >= step
-      if (any(is_there) .eqv. is_added .or. .not. any(contacts%tool == tool)) then
-        state = trim(merge("there", "away ", is_added))
-        call add_fault(faults, origin, "the tool "//scene%tools(tool)%name//", which is "// &
-                       state//" already or has no *CONTACT PAIR", "another tool")
-      else if (is_added) then
-        last = contacts%last_step
-        again = pack(contacts, contacts%tool == tool .and. &
-                     last == maxval(last, mask=contacts%tool == tool))
-        again%first_step = step
-        again%last_step = huge(1)
-      else
-        where (is_there) contacts%last_step = step - 1
-      end if
-    end associate
-    if (allocated(again)) scene%contacts = [scene%contacts, again]
-  end subroutine change_tool
 
   !> Face and the number of Gauss points on it.
   subroutine read_face(deck, record, frame, contact, faults)

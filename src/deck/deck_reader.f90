@@ -19,7 +19,8 @@ module deck_reader
                              read_test_states
   use load_reader, only: read_loads
   use bead_reader, only: read_beads
-  use contact_reader, only: read_contacts, cut_contacts
+  use contact_reader, only: read_contacts
+  use change_reader, only: read_changes
   use deck_steps, only: check_steps
   use test_reader, only: read_tests
   use step_reader, only: read_labels, read_steps, read_probes
@@ -144,7 +145,7 @@ contains
     call read_loads(deck, frame, names, scene, faults)
     call read_beads(deck, frame, names, scene, faults)
     call read_contacts(deck, frame, names, scene, faults)
-    call cut_contacts(deck, names, scene, faults)
+    call read_changes(deck, names, scene, faults)
     call read_probes(deck, scene, faults)
     call read_tests(deck, names, scene, faults)
     call read_steps(deck, scene, faults)

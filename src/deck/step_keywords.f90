@@ -51,13 +51,15 @@ contains
     call add_keyword(table, "END STEP", "Ends a step.")
     call add_example(table, "*END STEP")
 
-    call add_keyword(table, "MODEL CHANGE", "Takes tools away from the blank at the start of a "// &
-                     "step, or brings them. A tool that is away has no contact; it goes on "// &
-                     "moving. A tool that first comes later is removed in the first step.")
-    call add_option(table, "REMOVE", kind_flag, "the tools go")
-    call add_option(table, "ADD", kind_flag, "the tools come")
-    call add_line(table, "Names of tools.", n_max=huge(1), is_repeated=.true.)
-    call add_field(table, "tool", kind_name, "name of a tool")
+    call add_keyword(table, "MODEL CHANGE", "Takes tools and draw beads away from the blank at "// &
+                     "the start of a step, or brings them again. A tool that is away has no "// &
+                     "contact; it goes on moving. A tool that first comes later is removed in "// &
+                     "the first step.")
+    call add_option(table, "REMOVE", kind_flag, "they go")
+    call add_option(table, "ADD", kind_flag, "they come")
+    call add_line(table, "Names of tools and draw beads.", n_max=huge(1), is_repeated=.true.)
+    call add_field(table, "name", kind_name, "name of a tool, or that which one or more draw "// &
+                   "beads have")
     call add_example(table, "*MODEL CHANGE, REMOVE")
     call add_example(table, "punch, blank holder")
   end subroutine add_process_keywords

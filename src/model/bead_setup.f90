@@ -46,6 +46,9 @@ contains
         bead%outward = real(face_side(spec%face), wp)
         bead%curve = curve
         bead%closing = spec%closing
+        bead%given_step = spec%given_step
+        bead%first_step = spec%first_step
+        bead%last_step = spec%last_step
         call new_draw_bead(bead, face, bead_name(spec, blank_spec, p))
         call set_slip(bead, merge(spec%slip, part_of_width*spec%width, spec%slip > 0.0_wp), &
                       sum(body%mass)/area_of(face), model%step%safety*model%stable_step)

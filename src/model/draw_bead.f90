@@ -13,7 +13,7 @@ module draw_bead
   use nurbs_surface, only: nurbs_surface_t
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use assembly, only: assembly_t
-  use motion_curve, only: curve_t, curve_value
+  use motion_curve, only: curve_t, curve_value, start_curve
   use effect, only: effect_t, instant_t, tally_t
   implicit none
   private
@@ -51,6 +51,8 @@ module draw_bead
     real(wp), allocatable :: pushed(:, :, :, :) !! hold-down force there
   contains
     procedure :: apply
+    procedure :: start
+    procedure :: stop
     procedure :: pack => pack_bead
     procedure :: unpack => unpack_bead
     procedure :: tally => tally_bead
@@ -89,6 +91,10 @@ contains
     end do
     allocate (bead%stretch(n), source=0.0_wp)
     allocate (bead%is_near(n), source=.true.)
+    associate (n_points => bead%upper - bead%lower + 1)
+      allocate (bead%held(n_points(1), n_points(2), n_points(3), 3), source=0.0_wp)
+      allocate (bead%pushed, source=bead%held)
+    end associate
   end subroutine new_draw_bead
 
   !> Basis of one point; its measure is the size of the span in parameter space, over four.
@@ -162,10 +168,6 @@ contains
       allocate (pushed, mold=x)
       held = 0.0_wp
       pushed = 0.0_wp
-      if (.not. allocated(self%held)) then
-        allocate (self%held, source=held)
-        allocate (self%pushed, source=pushed)
-      end if
       factor = curve_value(self%curve, way(self, bodies, instant))
       call add_forces(self, [size(x)/(3*size_of_axis2(self)), size_of_axis2(self)], x, v, &
                       instant%dt, factor, held, pushed)
@@ -180,6 +182,32 @@ contains
     call move_alloc(held, self%held)
     call move_alloc(pushed, self%pushed)
   end subroutine apply
+
+  !> The curve begins with the step that names the bead; one over the way of a tool has no clock.
+  subroutine start(self, time)
+    class(draw_bead_t), intent(inout) :: self
+    real(wp), intent(in) :: time
+
+    if (self%closing == 0) call start_curve(self%curve, time)
+  end subroutine start
+
+  !> The bead opens.
+  subroutine stop(self, bodies, dt)
+    class(draw_bead_t), intent(inout) :: self
+    type(assembly_t), intent(in) :: bodies
+    real(wp), intent(in) :: dt
+
+    associate (low => self%lower, high => self%upper)
+      associate (v => bodies%blank%parts(self%part)%motion%v(low(1):high(1), low(2):high(2), &
+                                                             low(3):high(3), :))
+        self%lost = self%lost - 0.5_wp*dt*sum(self%held*v)
+        self%external_work = self%external_work + 0.5_wp*dt*sum(self%pushed*v)
+      end associate
+    end associate
+    self%held = 0.0_wp
+    self%pushed = 0.0_wp
+    self%force = 0.0_wp
+  end subroutine stop
 
   !> Where the curve of the forces stands: the way of the closing tool, or the time.
   pure real(wp) function way(self, bodies, instant)
@@ -324,7 +352,6 @@ contains
 
     call put(store, "lost", self%lost)
     call put_array(store, "stretch", size(self%stretch), self%stretch)
-    if (.not. allocated(self%held)) return
     call put_array(store, "held", size(self%held), self%held)
     call put_array(store, "pushed", size(self%pushed), self%pushed)
   end subroutine pack_bead
@@ -337,11 +364,6 @@ contains
     call take(store, "lost", self%lost)
     call take_array(store, "stretch", size(self%stretch), self%stretch)
     self%margin = 0.0_wp
-    if (.not. allocated(self%held)) then
-      associate (n => self%upper - self%lower + 1)
-        allocate (self%held(n(1), n(2), n(3), 3), self%pushed(n(1), n(2), n(3), 3))
-      end associate
-    end if
     call take_array(store, "held", size(self%held), self%held)
     call take_array(store, "pushed", size(self%pushed), self%pushed)
   end subroutine unpack_bead

@@ -77,6 +77,7 @@ contains
       call add_load(scene, scene%loads(i), curve_of(scene, scene%loads(i)%curve), model, faults)
     end do
     do i = 1, size(scene%beads)
+      if (scene%beads(i)%last_step < scene%beads(i)%first_step) cycle
       call add_bead(scene%beads(i), scene%blank, curve_of(scene, scene%beads(i)%curve), model)
     end do
     call add_drives(scene, model, faults)

@@ -143,6 +143,8 @@ module scene
     integer :: curve = 0                    !! factor on the forces
     integer :: closing = 0                  !! tool whose way the curve runs over, 0: the time
     real(wp), allocatable :: line(:, :)     !! corners, (3, n) [length]
+    integer :: given_step = 1               !! that names it: its curve begins there
+    integer :: first_step = 1, last_step = huge(1)   !! while it acts
   end type bead_spec_t
 
   !> A point of the blank whose motion goes into the history.

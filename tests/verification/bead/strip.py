@@ -21,6 +21,29 @@ def run(folder, **parameters):
     sets = [part for key, value in parameters.items() for part in ("--set", f"{key}={value}")]
     subprocess.run([sys.argv[1], DECK, "--quiet", "--threads", "1", "--out", path, *sets],
                    check=True)
+    return histories(path)
+
+
+def run_steps(folder, bead, steps, **parameters):
+    """Histories of the deck with its bead before the first of these steps, or where they put it."""
+    text = open(DECK).read()
+    model, bead_lines = text[:text.index("*DAMPING")], text[text.index("*DRAW BEAD"):]
+    bead_lines = bead_lines[:bead_lines.index("*AMPLITUDE")]
+    if not bead:
+        model = model.replace(bead_lines, "")
+    deck, path = os.path.join(folder, "steps.key"), os.path.join(folder, "steps.h5")
+    with open(deck, "w") as file:
+        file.write(model)
+        for share, change in steps:
+            file.write(f"*STEP\n*DYNAMIC, EXPLICIT\n<{share}*time>\n{change}*OUTPUT, FRAMES=1\n"
+                       "*END STEP\n".replace("BEAD\n", bead_lines))
+    sets = [part for key, value in parameters.items() for part in ("--set", f"{key}={value}")]
+    subprocess.run([sys.argv[1], deck, "--quiet", "--threads", "1", "--out", path, *sets],
+                   check=True)
+    return histories(path)
+
+
+def histories(path):
     with h5py.File(path) as file:
         history = {name: file["history"][name][:] for name in
                    ("time", "friction_energy", "external_work", "energy_error")}
@@ -73,11 +96,25 @@ def pulled_by_a_force(folder):
     assert np.abs(slides["energy_error"]).max() < 1e-2
 
 
+def opens_and_closes_with_steps(folder):
+    """A bead that a step opens, closes again or brings holds nothing back while it is away."""
+    remove, add = "*MODEL CHANGE, REMOVE\nmiddle\n", "*MODEL CHANGE, ADD\nmiddle\n"
+    for name, bead, steps, closed, times in (
+            ("opened", True, ((0.5, ""), (0.5, remove)), 0.45, 1),
+            ("opened and closed again", True, ((0.3, ""), (0.4, remove), (0.3, add)), 0.5, 2),
+            ("first in the second step", False, ((0.5, ""), (0.5, "BEAD\n")), 0.45, 1)):
+        history = run_steps(folder, bead, steps)
+        lost = F * WIDTH * (closed / 0.9 * WAY - times * 0.5 * SLIP)
+        close(f"work of the bead, {name}", history["friction_energy"][-1], lost, 2e-3)
+        assert np.abs(history["energy_error"]).max() < 0.01
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         drawn(folder)
         pulled_by_the_end(folder)
         pulled_by_a_force(folder)
+        opens_and_closes_with_steps(folder)
 
 
 main()

@@ -18,7 +18,7 @@ DECKS = (
     (VERIFICATION / "friction_block.key", "", "contact with friction"),
     (PROJECT / "tests/verification/contact/slider.key", "", "contact, wear of the tool"),
     (VERIFICATION / "clamped_plate.key", "n=4", "pressure, dynamic relaxation"),
-    ("press and release", "", "several patches, a moving tool, two steps of the deck"),
+    ("press and release", "", "several patches, a moving tool, a draw bead, two steps of the deck"),
 )
 
 
@@ -27,12 +27,13 @@ def settings(text):
 
 
 def press_and_release(folder):
-    """A disk pressed over a ball, and released in a second step."""
+    """A disk pressed over a ball, held back by a bead, and released in a second step."""
     text = (PROJECT / "input/disk_punch.key").read_text().replace("n = 4", "n = 1")
     text = text.replace("depth = 10", "depth = 2")
-    text = text.replace("*DYNAMIC", "*STEP, NAME=press\n*DYNAMIC")
+    text = text.replace("*DYNAMIC", "*STEP, NAME=press\n*DRAW BEAD, NAME=row, WIDTH=20\n20\n"
+                        "30, -30, 1\n30, 30, 1\n*DYNAMIC")
     path = folder / "press.key"
-    path.write_text(text + "*END STEP\n*STEP, NAME=release\n*MODEL CHANGE, REMOVE\nball\n"
+    path.write_text(text + "*END STEP\n*STEP, NAME=release\n*MODEL CHANGE, REMOVE\nball, row\n"
                     "*DYNAMIC, EXPLICIT\n<0.5*depth/speed>\n*OUTPUT, FRAMES=3\n*END STEP\n")
     return path
 
@@ -43,6 +44,9 @@ def goes_on_bit_by_bit(folder, source, parameters):
     words = settings(parameters)
     igaform(folder, path, *words, "--out", "full.h5", "--threads", 1)
     reference = datasets(folder / "full.h5")
+    with h5py.File(folder / "full.h5") as file:
+        wear = file["VTKHDF/PointData"].get("wear")
+        assert wear is None or wear[:].any()
     rows = n_rows(folder / "full.log")
     for share in (3, 1.5):
         given = ["--restart", "cut.ckpt.h5"] if (folder / "cut.ckpt.h5").exists() else \
