@@ -29,9 +29,10 @@ contains
                     "stops when the kinetic energy has passed a maximum", default="RAYLEIGH", &
                     choices="RAYLEIGH|KINETIC")
     call add_option(table, "ENERGY", kind_real, "kinetic energy that counts as rest, over the "// &
-                    "largest internal energy so far", default="1e-8", range="> 0")
+                    "largest change of the internal energy since the step began", &
+                    default="1e-8", range="> 0")
     call add_option(table, "FORCE", kind_real, "norm of the unbalanced force that counts as "// &
-                    "rest, over the largest norm of the internal or external forces so far", &
+                    "rest, over the largest norm of the internal or external forces in the step", &
                     default="1e-3", range="> 0")
     call add_example(table, "*DYNAMIC RELAXATION, METHOD=RAYLEIGH, ENERGY=1e-8, FORCE=1e-3")
 

@@ -16,7 +16,8 @@ module relaxation
   !! geomechanics, 1976). Otherwise critical for the frequency that the motion has now, the Rayleigh
   !! quotient of the last step (P. Underwood, Dynamic relaxation, in: Computational methods for
   !! transient analysis, 1983). At rest is where the kinetic energy is small beside the largest
-  !! internal energy of the run, and the unbalanced force beside its largest force.
+  !! change of the internal energy since the step of the deck began, and the unbalanced force beside
+  !! the largest force since then: what the sheet took up before says nothing about this motion.
   type, extends(damping_t), public :: relaxation_t
     logical :: is_kinetic = .false.
     real(wp) :: energy_limit = 0.0_wp, force_limit = 0.0_wp   !! relative
@@ -25,7 +26,7 @@ module relaxation
     type(field_t), allocatable :: internal_force(:)   !! of the last step, by patch
     real(wp) :: internal_energy = 0.0_wp, kinetic_energy = 0.0_wp
     real(wp) :: peak_energy = 0.0_wp               !! kinetic, at the last stop
-    real(wp) :: largest_energy = 0.0_wp, largest_force = 0.0_wp
+    real(wp) :: largest_energy = 0.0_wp, largest_force = 0.0_wp   !! since the step began
     real(wp) :: energy_residual = huge(1.0_wp), force_residual = huge(1.0_wp)   !! relative, now
     real(wp) :: settled_at = 0.0_wp                !! time of rest, where `is_done`
   contains
