@@ -60,7 +60,8 @@ def quadrilateral_order(degree):
 
 
 def facets(points, weights, connectivity, n_parts):
-    """Curved quadrilaterals cut into flat ones: points (n, 3) and corners (m, 4)."""
+    """Curved quadrilaterals cut into flat ones: points (n, 3) and corners (m, 4). Columns of the
+    points behind the third are fields, which are carried along."""
     all_points, all_corners, n = [], [], 0
     line = np.linspace(0, 1, n_parts + 1)
     numbers = np.arange((n_parts + 1)**2).reshape(n_parts + 1, n_parts + 1)
@@ -69,17 +70,18 @@ def facets(points, weights, connectivity, n_parts):
     for nodes in connectivity:
         degree = round(np.sqrt(len(nodes))) - 1
         j, i = np.array([(b, a) for a, b in quadrilateral_order(degree)]).T
-        grid = np.empty((degree + 1, degree + 1, 3))
+        grid = np.empty((degree + 1, degree + 1, points.shape[1]))
         grid[j, i] = points[nodes]
         grid_weights = None
         if weights is not None:
             grid_weights = np.empty((degree + 1, degree + 1, 1))
             grid_weights[j, i, 0] = weights[nodes]
-        all_points.append(evaluate_grid(grid, grid_weights, (line, line), degree).reshape(-1, 3))
+        all_points.append(evaluate_grid(grid, grid_weights, (line, line), degree)
+                          .reshape(-1, points.shape[1]))
         all_corners.append(corners + n)
         n += len(all_points[-1])
     if not all_points:
-        return np.empty((0, 3)), np.empty((0, 4), dtype=int)
+        return np.empty((0, points.shape[1])), np.empty((0, 4), dtype=int)
     return np.concatenate(all_points), np.concatenate(all_corners)
 
 

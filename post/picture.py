@@ -16,7 +16,7 @@ from post.style import COLOUR_MAP, plt, save, tool_colour
 FIELDS = {"eqps": "equivalent plastic strain", "mises": "von Mises stress",
           "thickness": "thickness", "thinning": "thinning",
           "major_strain": "major strain", "minor_strain": "minor strain",
-          "contact_pressure": "contact pressure", "displacement": "displacement",
+          "contact_pressure": "contact pressure", "wear": "wear", "displacement": "displacement",
           "velocity": "velocity"}
 TIME_LIMIT = 600   # seconds for VTK
 
@@ -26,10 +26,13 @@ def add_arguments(command):
     which.add_argument("--frame", type=int, metavar="N",
                        help="frame from 0, negative from the end (default: the last)")
     which.add_argument("--time", type=float, metavar="T", help="the frame nearest to this time")
-    command.add_argument("--field", choices=FIELDS, default="eqps", help="field of the colours")
+    command.add_argument("--field", choices=FIELDS,
+                         help="field of the colours (default: eqps)")
     command.add_argument("--range", type=float, nargs=2, metavar=("LOW", "HIGH"),
                          help="range of the colours (default: without the highest 2 %% of it,"
                               " which edges that were hit would fill)")
+    command.add_argument("--tool", metavar="NAME",
+                         help="show contact_pressure (default) or wear on this tool instead")
     command.add_argument("--renderer", choices=("auto", "vtk", "matplotlib"), default="auto",
                          help="what draws (default: VTK, or matplotlib if VTK cannot)")
 
@@ -37,9 +40,12 @@ def add_arguments(command):
 def run(arguments):
     with Results(arguments.file) as results:
         frame = results.frame(arguments.frame, arguments.time)
-        limits = arguments.range or colour_limits(results, frame, arguments.field)
+        field = arguments.field or ("contact_pressure" if arguments.tool else "eqps")
+        check_field(field, arguments)
+        limits = arguments.range or colour_limits(results, frame, field, arguments.tool)
         if arguments.renderer != "matplotlib":
-            reason = draw_with_vtk(arguments.file, frame, arguments.field, limits, arguments.out)
+            reason = draw_with_vtk(arguments.file, frame, field, limits, arguments.out,
+                                   arguments.tool)
             if reason is None:
                 print(f"picture written: {arguments.out}")
                 return 0
@@ -47,13 +53,27 @@ def run(arguments):
                 raise ResultsError(f"VTK cannot draw here: {reason}")
             print(f"post: VTK cannot draw here ({reason}); a simpler picture instead",
                   file=sys.stderr)
-        save(draw_with_matplotlib(results, frame, arguments.field, limits), arguments.out)
+        if arguments.tool:
+            figure = draw_tool_with_matplotlib(results, arguments.tool, frame, field, limits)
+        else:
+            figure = draw_with_matplotlib(results, frame, field, limits)
+        save(figure, arguments.out)
     return 0
 
 
-def colour_limits(results, frame, field):
+def check_field(field, arguments):
+    """Some fields are those of tools, some those of the sheet."""
+    if arguments.tool and field not in ("contact_pressure", "wear"):
+        raise ResultsError(f"{field} is no field of tools; those are contact_pressure and wear")
+    if field == "wear" and not arguments.tool:
+        raise ResultsError("wear is a field of tools: say on which one with --tool NAME")
+
+
+def colour_limits(results, frame, field, tool=None):
     """From the least value (of the plastic strain 0) to the one that 2 % exceed, if they exceed it
     by much."""
+    if tool:
+        return 0.0, max(float(results.tool_field(tool, field, frame, 1)[2].max()), 1e-12)
     values = np.concatenate([magnitude(patch.field(field, frame)).ravel()
                              for patch in results.patches])
     low = 0.0 if field == "eqps" else float(values.min())
@@ -68,10 +88,10 @@ def magnitude(values):
     return values[..., 0] if values.shape[-1] == 1 else np.linalg.norm(values, axis=-1)
 
 
-def draw_with_vtk(path, frame, field, limits, out):
+def draw_with_vtk(path, frame, field, limits, out, tool=None):
     """Draw in another process; why it failed, or None."""
     command = [sys.executable, "-m", "post.render", path, str(frame), field,
-               *(repr(float(limit)) for limit in limits), out]
+               *(repr(float(limit)) for limit in limits), out, tool or ""]
     environment = dict(os.environ)
     environment["PYTHONPATH"] = os.pathsep.join(sys.path)
     if os.path.exists(out):
@@ -120,6 +140,23 @@ def draw_with_matplotlib(results, frame, field, limits):
     figure.colorbar(plt.cm.ScalarMappable(norm, COLOUR_MAP), ax=axes, shrink=0.6, extend="max",
                     label=colour_label(results, field, largest > limits[1]))
     figure.suptitle(title(results, frame))
+    return figure
+
+
+def draw_tool_with_matplotlib(results, tool, frame, field, limits):
+    points, corners, values = results.tool_field(tool, field, frame, 2)
+    figure = plt.figure(figsize=(10, 6), layout="constrained")
+    axes = figure.add_subplot(projection="3d")
+    triangles = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
+    surface = axes.plot_trisurf(points[:, 0], points[:, 2], points[:, 1], triangles=triangles,
+                                cmap=COLOUR_MAP, norm=plt.Normalize(*limits), linewidth=0)
+    surface.set_array(values[triangles].mean(axis=1))
+    axes.set_box_aspect([np.ptp(limit()) for limit in (axes.get_xlim, axes.get_ylim,
+                                                       axes.get_zlim)], zoom=1.25)
+    axes.set(xlabel="x", ylabel="z", zlabel="y")
+    figure.colorbar(surface, ax=axes, shrink=0.6,
+                    label=colour_label(results, field, values.max() > limits[1]))
+    figure.suptitle(f"{tool}, {title(results, frame)}")
     return figure
 
 

@@ -1,4 +1,5 @@
-"""Draws a frame with VTK: `python -m post.render FILE FRAME FIELD LOW HIGH PNG`. See picture.py."""
+"""Draws a frame with VTK: `python -m post.render FILE FRAME FIELD LOW HIGH PNG TOOL`, the sheet if
+TOOL is empty. See picture.py."""
 import sys
 
 import numpy as np
@@ -56,6 +57,18 @@ def is_above(points, sheet, up):
     return ((some - nearest)[close] @ up).mean() > 0
 
 
+def surface_of(points, corners):
+    return pyvista.PolyData(points, np.hstack([np.full((len(corners), 1), 4), corners]))
+
+
+def tool_skin(results, tool, frame, field):
+    """A tool with the field on it."""
+    points, corners, values = results.tool_field(tool, field, frame, N_TOOL_PARTS)
+    surface = surface_of(points, corners)
+    surface.point_data[field] = values
+    return surface
+
+
 def add_tools(plotter, results, frame, sheet):
     """Tools in glass with their outlines, those above the sheet clearer; names in a legend."""
     labels = []
@@ -63,7 +76,7 @@ def add_tools(plotter, results, frame, sheet):
     for i, (points, corners) in enumerate(results.tool_surfaces(frame, N_TOOL_PARTS)):
         if not len(points):
             continue
-        mesh = pyvista.PolyData(points, np.hstack([np.full((len(corners), 1), 4), corners]))
+        mesh = surface_of(points, corners)
         mesh = mesh.clean(tolerance=1e-6).compute_normals(auto_orient_normals=False)
         opacity = 0.06 if is_above(points, sheet, up) else 0.3
         plotter.add_mesh(mesh, color=tool_colour(i), opacity=opacity, smooth_shading=True)
@@ -77,30 +90,38 @@ def add_tools(plotter, results, frame, sheet):
                            loc="upper right")
 
 
-def main(path, frame, field, low, high, out):
+def main(path, frame, field, low, high, out, tool):
     frame = int(frame)
     with Results(path) as results:
         plotter = pyvista.Plotter(off_screen=True, window_size=WINDOW)
         plotter.set_background("white")
         plotter.enable_anti_aliasing("ssaa")
         plotter.enable_depth_peeling(8)
-        surface = skin(results, frame, field)
+        surface = tool_skin(results, tool, frame, field) if tool else skin(results, frame, field)
         label = colour_label(results, field, surface[field].max() > float(high))
         size = surface.length
         plotter.add_mesh(surface, scalars=field, cmap=COLOUR_MAP, smooth_shading=True,
                          clim=(float(low), float(high)),
                          split_sharp_edges=True, specular=0.2, ambient=0.25,
                          scalar_bar_args={"title": label + "\n", **COLOUR_BAR})
-        if sum(np.prod(patch.n_elements[:2]) for patch in results.patches) <= 5000:
-            lines = plotter.add_mesh(element_lines(results, frame), color="black", opacity=0.3,
-                                     line_width=1)
-            lines.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-            lines.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0, -4)
-        add_tools(plotter, results, frame, surface)
-        plotter.add_text(title(results, frame), position="upper_left", font_size=12, color="black")
+        if not tool:
+            add_elements(plotter, results, frame)
+            add_tools(plotter, results, frame, surface)
+        text = f"{tool}, {title(results, frame)}" if tool else title(results, frame)
+        plotter.add_text(text, position="upper_left", font_size=12, color="black")
         plotter.add_axes(color="black")
         look(plotter, size, Section(results).axes)
         plotter.screenshot(out)
+
+
+def add_elements(plotter, results, frame):
+    """Lines between the elements, unless there are too many to see."""
+    if sum(np.prod(patch.n_elements[:2]) for patch in results.patches) > 5000:
+        return
+    lines = plotter.add_mesh(element_lines(results, frame), color="black", opacity=0.3,
+                             line_width=1)
+    lines.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    lines.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0, -4)
 
 
 def look(plotter, size, axes):

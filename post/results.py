@@ -100,13 +100,15 @@ class Results:
         """A field of the blank's first patch at a tensor grid of places, see `Patch.sample`."""
         return self.patches[0].sample(name, frame, xi, eta, zeta)
 
-    def tool_surfaces(self, frame, n_parts):
-        """For each tool a list of facetted surfaces (points, quadrilaterals), each cell cut into
-        n_parts x n_parts quadrilaterals."""
+    def tool_surfaces(self, frame, n_parts, fields=None):
+        """For each tool a facetted surface (points, quadrilaterals), each cell cut into n_parts x
+        n_parts quadrilaterals. Fields at the display points become more columns of the points."""
         group = self.file["VTKHDF"]
         parts, offsets = group["CellData/part"][:], group["Offsets"][:]
         connectivity = group["Connectivity"][:]
         points = self.point_data("Points", frame)
+        if fields is not None:
+            points = np.column_stack([points, fields])
         weights = self.point_data("RationalWeights", frame) if self.is_bezier else None
         surfaces = []
         for tool in range(1, len(self.tools) + 1):
@@ -114,6 +116,17 @@ class Results:
                      for i in np.flatnonzero(parts == tool)]
             surfaces.append(cells.facets(points, weights, nodes, n_parts))
         return surfaces
+
+    def tool_field(self, tool, name, frame, n_parts):
+        """Facets of a tool as in `tool_surfaces`, and a field at their points."""
+        if tool not in self.tools:
+            raise ResultsError(f"there is no tool '{tool}', but {', '.join(self.tools)}")
+        values = self.point_data(name, frame).reshape(self.n_points, -1)
+        place = self.tools.index(tool)
+        points, corners = self.tool_surfaces(frame, n_parts, values)[place]
+        shown = points[:, 3:] if values.shape[1] == 1 else \
+            np.linalg.norm(points[:, 3:], axis=1, keepdims=True)
+        return points[:, :3], corners, np.maximum(shown[:, 0], 0.0)
 
     def history(self, name):
         return self.file["history"][name][:]

@@ -10,6 +10,11 @@ import tempfile
 import h5py
 import numpy as np
 
+PROJECT = os.path.abspath(os.path.join(os.path.dirname(__file__), *[os.pardir] * 3))
+sys.path.insert(0, PROJECT)
+
+from post.results import Results  # noqa: E402
+
 PRESSURE, WAY, AREA = 40.0, 5.0, 72.0
 DECK = os.path.join(sys.argv[2], "slider.key")
 
@@ -57,10 +62,31 @@ def check(frame, slip, tolerance):
     assert np.all(pressure[~is_tool & ~face] == 0)
 
 
+def check_picture(path):
+    """The tool's field as `post picture --tool plane` takes it, and that it draws or says why not."""
+    with Results(path) as results:
+        points, corners, values = results.tool_field("plane", "wear", len(results.times) - 1, 3)
+    sides = points[corners[:, 1]] - points[corners[:, 0]], points[corners[:, 3]] - \
+        points[corners[:, 0]]
+    areas = np.linalg.norm(np.cross(*sides), axis=1)
+    np.testing.assert_allclose(np.sum(areas * values[corners].mean(axis=1)),
+                               PRESSURE * AREA * WAY, rtol=1e-3)
+    for words, answer in ((["--tool", "plane", "--field", "wear", "--renderer", "matplotlib"], None),
+                          (["--field", "wear"], "wear is a field of tools"),
+                          (["--tool", "plane", "--field", "eqps"], "eqps is no field of tools"),
+                          (["--tool", "plan"], "there is no tool 'plan', but plane")):
+        out = path + ".png"
+        done = subprocess.run([sys.executable, "-m", "post", "picture", path, "-o", out, *words],
+                              cwd=PROJECT, capture_output=True, text=True, check=False)
+        assert (answer or "") in done.stderr and (done.returncode == 0) == (answer is None), done
+    assert os.path.getsize(out) > 10000
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         with run(folder, "smooth.h5") as file:
             check(last_frame(file), WAY, 1e-6)
+        check_picture(os.path.join(folder, "smooth.h5"))
         with run(folder, "rough.h5", friction=0.2) as file:
             # what is worn is the work of friction over its coefficient
             slip = file["history/friction_energy"][-1] / (0.2 * PRESSURE * AREA)
