@@ -47,7 +47,7 @@ module keyword_spec
     character(800) :: text = ""      !! meaning
     integer :: n_options = 0, n_lines = 0
     type(field_spec_t) :: options(16)
-    type(line_spec_t) :: lines(8)
+    type(line_spec_t) :: lines(12)
     type(string_t), allocatable :: example(:)
   end type keyword_spec_t
 

@@ -12,6 +12,7 @@ module keyword_table
   use step_keywords, only: add_process_keywords
   use placement_keywords, only: add_placement_keyword
   use cad_keywords, only: add_cad_options
+  use offset_keywords, only: add_offset_option, add_offset_lines
   use bead_reader, only: add_bead_keywords
   use run_keywords, only: add_run_keywords
   use test_keywords, only: add_test_keyword
@@ -156,14 +157,17 @@ contains
     call add_option(table, "NAME", kind_name, "name")
     call add_option(table, "TYPE", kind_choice, "SURFACE: knots and points listed; EXTRUDED: a "// &
                     "curve listed, drawn along a vector; PLANE; CYLINDER; SPHERE; IGES: "// &
-                    "surfaces of a CAD file", choices="SURFACE|EXTRUDED|PLANE|CYLINDER|SPHERE|IGES")
+                    "surfaces of a CAD file; OFFSET: those of another tool at a distance", &
+                    choices="SURFACE|EXTRUDED|PLANE|CYLINDER|SPHERE|IGES|OFFSET")
     call add_option(table, "SIDE", kind_choice, "side of the surface on which the sheet lies: "// &
-                    "where the normal points (POSITIVE) or the other", default="POSITIVE", &
-                    choices="POSITIVE|NEGATIVE")
+                    "where the normal points (POSITIVE, if not given) or the other; "// &
+                    "not for OFFSET", &
+                    choices="POSITIVE|NEGATIVE", is_required=.false.)
     call add_option(table, "PART OF", kind_name, "name of another *TOOL: this surface is then "// &
                     "one of that tool, and has no side, motion or contact of its own", &
                     is_required=.false.)
     call add_cad_options(table)
+    call add_offset_option(table)
     call add_line(table, "Extrusion of the curve; it is eta of the surface.", when="EXTRUDED")
     call add_vector(table, "d", "extrusion")
     call add_field(table, "rows", kind_integer, "rows of control points", default="2", &
@@ -192,10 +196,13 @@ contains
     call add_line(table, "Centre and radius; the normal points outwards.", when="SPHERE")
     call add_vector(table, "", "centre")
     call add_field(table, "radius", kind_real, "radius", unit="length", range="> 0")
+    call add_offset_lines(table)
     call add_example(table, "*TOOL, NAME=punch, TYPE=CYLINDER, SIDE=POSITIVE")
     call add_example(table, "0, 60, 0, 0, 0, 100")
     call add_example(table, "50")
     call add_example(table, "*TOOL, NAME=die, TYPE=IGES, INPUT=die.igs, SIDE=NEGATIVE")
+    call add_example(table, "*TOOL, NAME=lid, TYPE=OFFSET, OF=die")
+    call add_example(table, "1.05")
   end subroutine add_tool_keyword
 
   !> Three fields for a vector, named x, y, z behind `prefix`.

@@ -1,4 +1,4 @@
-!> *TOOL: rigid surfaces listed, extruded, generated or from CAD.
+!> *TOOL: rigid surfaces listed, extruded, generated, from CAD or offset from others.
 module tool_reader
   use kinds, only: wp
   use errors, only: error_t
@@ -14,6 +14,7 @@ module tool_reader
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, field_real, &
                           field_integer, is_option_given
   use cad_reader, only: read_cad_tool, check_cad_options
+  use offset_reader, only: read_offset_tool, check_offset_option
   use patch_reader, only: patch_parts_t, check_parts, read_axes, read_points, refine
   implicit none
   private
@@ -40,7 +41,7 @@ contains
   end subroutine enter_tools
 
   !> Fill the list of tools, one for each *TOOL that is no part of another in the order of the deck,
-  !! then add the parts. A tool whose surface cannot be made has none.
+  !! then add the parts, then make the offsets. A tool whose surface cannot be made has none.
   subroutine read_tools(deck, names, parts, scene, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_names_t), intent(in) :: names
@@ -65,6 +66,8 @@ contains
         allocate (tool%surfaces(0), tool%notes(0))
         patch = place_of(names%patches, squeezed(upper_case(tool%name)))
         if (patch == 0) cycle
+        if (option_text(deck, record, "TYPE") == "OFFSET") cycle
+        call check_offset_option(deck, record, faults)
         if (option_text(deck, record, "TYPE") == "IGES") then
           call read_cad_tool(deck, record, scene%units, tool, file%value, faults)
           if (file%value /= "") call add_source(scene, file)
@@ -85,7 +88,33 @@ contains
       if (all(found /= all_found(i))) &
         call read_part(deck, deck%records(all_found(i)), names, parts, scene, faults)
     end do
+    call read_offsets(deck, found, names, parts, scene, faults)
   end subroutine read_tools
+
+  !> Make the tools that are offsets of others.
+  subroutine read_offsets(deck, found, names, parts, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: found(:)               !! records of the tools
+    type(deck_names_t), intent(in) :: names
+    type(patch_parts_t), intent(in) :: parts(:)
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i, s, patch
+
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        if (option_text(deck, record, "TYPE") /= "OFFSET") cycle
+        patch = place_of(names%patches, squeezed(upper_case(scene%tools(i)%name)))
+        if (patch == 0) cycle
+        call check_cad_options(deck, record, faults)
+        call check_parts(deck, parts(patch), 0, "a tool of TYPE=OFFSET", faults)
+        call read_offset_tool(deck, record, names, scene, i, faults)
+        do s = 1, size(scene%tools(i)%surfaces)
+          call refine(deck, parts(patch), scene%tools(i)%surfaces(s), faults)
+        end do
+      end associate
+    end do
+  end subroutine read_offsets
 
   !> Add the surface of a *TOOL that is a part of another.
   subroutine read_part(deck, record, names, parts, scene, faults)
@@ -103,12 +132,14 @@ contains
                  faults)
     patch = place_of(names%patches, squeezed(upper_case(option_text(deck, record, "NAME"))))
     if (tool == 0 .or. patch == 0) return
-    if (option_text(deck, record, "TYPE") == "IGES") then
-      call add_fault(faults, record%origin, "a part of TYPE=IGES", "parts whose surface stands "// &
+    if (any(option_text(deck, record, "TYPE") == [character(6) :: "IGES", "OFFSET"])) then
+      call add_fault(faults, record%origin, "a part of TYPE="// &
+                     option_text(deck, record, "TYPE"), "parts whose surface stands "// &
                      "in the deck, or a *TOOL of its own")
       return
     end if
     call check_cad_options(deck, record, faults)
+    call check_offset_option(deck, record, faults)
     call read_surface(deck, record, parts(patch), surface, is_complete, faults)
     if (.not. is_complete) return
     call refine(deck, parts(patch), surface, faults)

@@ -231,10 +231,12 @@ contains
     type(model_t), intent(inout) :: model
     type(fault_list_t), intent(inout) :: faults
     type(error_t), allocatable :: error
-    real(wp) :: reach
-    integer :: t
+    real(wp) :: reach, shifts(3, size(scene%tools))
+    integer :: t, before
 
+    before = n_errors(faults)
     reach = 3.0_wp*sheet_thickness(scene)
+    shifts = 0.0_wp
     allocate (model%bodies%tools(size(scene%tools)))
     call set_motions(scene, model)
     do t = 1, size(scene%tools)
@@ -245,42 +247,67 @@ contains
           cycle
         end if
         if (any(abs(spec%placing) > 0.0_wp)) &
-          call place_tool(scene, spec, model%bodies%tools(t), faults)
+          call place_tool(scene, spec, model%bodies%tools(t), shifts(:, t), faults)
+      end associate
+    end do
+    if (n_errors(faults) > before) return
+    do t = 1, size(scene%tools)
+      associate (spec => scene%tools(t))
+        ! An offset goes with the tool that it belongs to.
+        if (spec%offset_of > 0 .and. .not. any(abs(spec%placing) > 0.0_wp)) then
+          if (any(abs(shifts(:, spec%offset_of)) > 0.0_wp)) &
+            call shift_tool(shifts(:, spec%offset_of), model%bodies%tools(t))
+        end if
         call move_tool(model%motions(t), 0.0_wp, 0.0_wp, model%bodies%tools(t))
       end associate
     end do
   end subroutine build_tools
 
   !> Put a tool against the sheet as the deck wants it.
-  subroutine place_tool(scene, spec, tool, faults)
+  subroutine place_tool(scene, spec, tool, shift, faults)
     type(scene_t), intent(in) :: scene
     type(tool_spec_t), intent(in) :: spec
     type(tool_t), intent(inout) :: tool
+    real(wp), intent(out) :: shift(3)         !! by which it was moved [length]
     type(fault_list_t), intent(inout) :: faults
-    type(nurbs_surface_t), allocatable :: surfaces(:)
     type(nurbs_solid_t) :: solids(size(scene%blank%patches))
     type(error_t), allocatable :: error
-    real(wp) :: shift(3), reach
-    integer :: i, c
+    integer :: i
 
     do i = 1, size(solids)
       solids(i) = scene%blank%patches(i)%solid
     end do
-    reach = tool%search_distance
     call placing_shift(tool, solids, spec%placing, spec%clearance, shift, error)
     if (allocated(error)) then
       call add_fault(faults, spec%origin, error%message, "a direction that leads to the sheet")
+      shift = 0.0_wp
       return
     end if
+    call shift_tool(shift, tool)
+  end subroutine place_tool
+
+  !> Prepare a tool anew where it is moved to.
+  subroutine shift_tool(shift, tool)
+    real(wp), intent(in) :: shift(3)
+    type(tool_t), intent(inout) :: tool
+    type(nurbs_surface_t), allocatable :: surfaces(:)
+    type(error_t), allocatable :: error
+    character(:), allocatable :: name
+    real(wp) :: reach
+    integer :: i, c, side
+
     surfaces = tool%surfaces
+    name = tool%name
+    side = tool%side
+    reach = tool%search_distance
     do i = 1, size(surfaces)
       do c = 1, 3
         surfaces(i)%points(:, :, c) = surfaces(i)%points(:, :, c) + shift(c)
       end do
     end do
     ! Cannot be refused: it was taken where it was.
-    call new_tool(tool, spec%name, surfaces, spec%side, reach, error)
-  end subroutine place_tool
+    call new_tool(tool, name, surfaces, side, reach, error)
+  end subroutine shift_tool
 
   !> Motions of all tools; those of one step add up.
   subroutine set_motions(scene, model)

@@ -4,7 +4,7 @@ module lapack
   implicit none
   private
 
-  public :: eigenvalues, tridiagonal_eigensystem, solve, band_cholesky
+  public :: eigenvalues, tridiagonal_eigensystem, solve, solve_band, band_cholesky
 
   interface
     subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
@@ -31,6 +31,13 @@ module lapack
       real(wp), intent(inout) :: a(lda, *), b(ldb, *)
       integer, intent(out) :: ipiv(*), info
     end subroutine dgesv
+
+    subroutine dgbsv(n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
+      import :: wp
+      integer, intent(in) :: n, kl, ku, nrhs, ldab, ldb
+      real(wp), intent(inout) :: ab(ldab, *), b(ldb, *)
+      integer, intent(out) :: ipiv(*), info
+    end subroutine dgbsv
 
     subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
       import :: wp
@@ -86,6 +93,23 @@ contains
     x = column(:, 1)
     is_solved = info == 0 .and. all(abs(x) <= huge(1.0_wp))
   end subroutine solve
+
+  !> Solve equations whose matrix has `width` diagonals on either side of the main one, for several
+  !! right sides; false where the matrix is singular or not finite.
+  subroutine solve_band(band, width, x, is_solved)
+    real(wp), intent(in) :: band(:, :)     !! entry (i, j) at (width + 1 + i - j, j)
+    integer, intent(in) :: width
+    real(wp), intent(inout) :: x(:, :)     !! the right sides in columns, then the solutions
+    logical, intent(out) :: is_solved
+    real(wp) :: room(3*width + 1, size(band, 2))   ! the first rows are for what pivots fill in
+    integer :: pivots(size(band, 2)), info
+
+    room(:width, :) = 0.0_wp
+    room(width + 1:, :) = band
+    call dgbsv(size(band, 2), width, width, size(x, 2), room, size(room, 1), pivots, &
+               x, size(x, 1), info)
+    is_solved = info == 0 .and. all(abs(x) <= huge(1.0_wp))
+  end subroutine solve_band
 
   !> Cholesky factor of a positive matrix with a band, in place: `band` holds the diagonals from the
   !! main one downwards, entry (i, j) at (i - j + 1, j). False where the matrix is not positive.

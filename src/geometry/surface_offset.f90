@@ -1,0 +1,277 @@
+!> A surface at a constant distance from another one.
+!!
+!! The offset of a NURBS surface is none in general, so it is interpolated at the Greville points of
+!! the given surface's own knots and weights, and these are refined until it is within a tolerance
+!! (W. Tiller and E. G. Hanson, IEEE Comput. Graph. Appl. 4(9), 1984; R. T. Farouki, Comput. Aided
+!! Geom. Des. 3 (1986) tells what it loses: one order of smoothness at every knot). Keeping the
+!! weights makes it exact, on the given knots, wherever the offset lies in their space: planes,
+!! cylinders, cones, spheres and tori of rational arcs.
+module surface_offset
+  use kinds, only: wp
+  use errors, only: error_t, fail
+  use text, only: to_text, rounded_text
+  use lapack, only: solve_band
+  use knot_vector, only: knot_vector_t, greville, find_span, basis_derivatives, n_spans, span_table
+  use nurbs_surface, only: nurbs_surface_t, evaluate_surface
+  use refinement, only: insert_knots, elevate_degree
+  use offset_place, only: find_offset_place, check_offset, places_along, shortest_tangents
+  implicit none
+  private
+
+  public :: offset_surface, offset_report_t
+
+  integer, parameter :: n_inner = 6              !! places within a span where the offset is checked
+  real(wp), parameter :: beside = 1.0e-4_wp      !! part of a span that its ends are avoided by
+  real(wp), parameter :: share = 0.4_wp          !! of the tolerance that a direction may use up
+  real(wp), parameter :: sure = 0.9_wp           !! part of it kept to: places miss peaks
+  integer, parameter :: most_parts = 8           !! that a span is cut into at a time
+  integer, parameter :: most_rounds = 20, most_faces = 100000
+
+  !> What came out.
+  type :: offset_report_t
+    integer :: n_faces = 0
+    integer :: n_places = 0             !! that the error was measured at
+    real(wp) :: error = 0.0_wp          !! largest distance from the exact offset there [length]
+    real(wp) :: angle = 0.0_wp          !! largest angle of normals there [degrees]
+  end type offset_report_t
+
+  !> The surface to be offset.
+  type :: source_t
+    type(nurbs_surface_t) :: surface
+    real(wp) :: distance = 0.0_wp       !! along xi x eta [length]
+    real(wp) :: shortest(2) = 0.0_wp    !! tangents that are none
+  end type source_t
+
+contains
+
+  !> The surface at `distance` along the normal xi x eta of another, to within a tolerance.
+  !! Refused: sharp edges and tips, concave radii that are not above the distance, and a tolerance
+  !! that takes more than 100000 faces.
+  subroutine offset_surface(surface, distance, tolerance, offset, report, error)
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp), intent(in) :: distance            !! either sign, not zero [length]
+    real(wp), intent(in) :: tolerance           !! [length]
+    type(nurbs_surface_t), intent(out) :: offset
+    type(offset_report_t), intent(out) :: report
+    type(error_t), allocatable, intent(out) :: error
+    type(source_t) :: source
+    type(nurbs_surface_t) :: space              ! the given surface on the knots of the offset
+    real(wp), allocatable :: errors1(:), errors2(:)   ! of each span along xi and eta
+    real(wp) :: aim
+    integer :: round
+    logical :: is_solved
+
+    call check_offset(surface, distance, share*tolerance, error)
+    if (allocated(error)) return
+    source = source_t(surface, distance, shortest_tangents(surface))
+    space = surface
+    do round = 1, most_rounds
+      call interpolate(source, space, offset, is_solved)
+      if (.not. is_solved) exit
+      call measure(source, offset, report)
+      if (report%error <= sure*tolerance) return
+      errors1 = errors_along(source, offset, 1)
+      errors2 = errors_along(source, offset, 2)
+      aim = min(share*tolerance, 0.5_wp*max(maxval(errors1), maxval(errors2)))
+      if (round == 1) then
+        if (any(errors1 > aim)) call loosen(space, 1)
+        if (any(errors2 > aim)) call loosen(space, 2)
+      else
+        call refine(space, 1, errors1, aim)
+        call refine(space, 2, errors2, aim)
+      end if
+      if (n_spans(space%axes(1))*n_spans(space%axes(2)) > most_faces) exit
+    end do
+    call fail(error, "no offset within "//rounded_text(tolerance)//" of at most "// &
+              to_text(most_faces)//" faces: with "//to_text(report%n_faces)//" it is off by "// &
+              rounded_text(report%error))
+  end subroutine offset_surface
+
+  !> Control points that make the spline of a space the exact offset at all Greville points.
+  subroutine interpolate(source, space, offset, is_solved)
+    type(source_t), intent(in) :: source
+    type(nurbs_surface_t), intent(in) :: space
+    type(nurbs_surface_t), intent(out) :: offset
+    logical, intent(out) :: is_solved
+    real(wp) :: rows(size(space%weights, 1), size(space%weights, 2), 3)
+    real(wp) :: columns(size(space%weights, 2), size(space%weights, 1), 3), normal(3)
+    real(wp), allocatable :: xi(:), eta(:), weights(:, :)
+    integer :: i, j, c, n(2)
+    logical :: is_regular
+
+    xi = greville(space%axes(1))
+    eta = greville(space%axes(2))
+    n = shape(space%weights)
+    weights = values_at(space%axes(2), eta, &
+                        transpose(values_at(space%axes(1), xi, space%weights)))
+    do j = 1, n(2)
+      do i = 1, n(1)
+        call find_offset_place(source%surface, [xi(i), eta(j)], source%distance, source%shortest, &
+                               rows(i, j, :), normal, is_regular)
+        rows(i, j, :) = weights(j, i)*rows(i, j, :)
+      end do
+    end do
+    call solve_along(space%axes(1), xi, n(2), rows, is_solved)
+    if (.not. is_solved) return
+    do c = 1, 3
+      columns(:, :, c) = transpose(rows(:, :, c))
+    end do
+    call solve_along(space%axes(2), eta, n(1), columns, is_solved)
+    offset = space
+    do c = 1, 3
+      offset%points(:, :, c) = transpose(columns(:, :, c))/space%weights
+    end do
+  end subroutine interpolate
+
+  !> Values of splines at some places, from their coefficients in columns.
+  pure function values_at(axis, places, coefficients) result(values)
+    type(knot_vector_t), intent(in) :: axis
+    real(wp), intent(in) :: places(:), coefficients(:, :)
+    real(wp) :: values(size(places), size(coefficients, 2)), basis(axis%degree + 1, 0:0)
+    integer :: i, span
+
+    do i = 1, size(places)
+      span = find_span(axis, places(i))
+      call basis_derivatives(axis, span, places(i), 0, basis)
+      values(i, :) = matmul(basis(:, 0), coefficients(span - axis%degree:span, :))
+    end do
+  end function values_at
+
+  !> Coefficients of splines that take given values at the Greville points.
+  subroutine solve_along(axis, places, n, values, is_solved)
+    type(knot_vector_t), intent(in) :: axis
+    real(wp), intent(in) :: places(:)
+    integer, intent(in) :: n                            !! splines of each coordinate
+    real(wp), intent(inout) :: values(axis%n_basis, 3*n)   !! values, then coefficients
+    logical, intent(out) :: is_solved
+    real(wp) :: band(2*axis%degree + 1, axis%n_basis), basis(axis%degree + 1, 0:0)
+    integer :: i, j, span
+
+    band = 0.0_wp
+    do i = 1, size(places)
+      span = find_span(axis, places(i))
+      call basis_derivatives(axis, span, places(i), 0, basis)
+      do j = span - axis%degree, span
+        band(axis%degree + 1 + i - j, j) = basis(j - span + axis%degree + 1, 0)
+      end do
+    end do
+    call solve_band(band, axis%degree, values, is_solved)
+  end subroutine solve_along
+
+  !> Errors of place and normal on a net over every face.
+  subroutine measure(source, offset, report)
+    type(source_t), intent(in) :: source
+    type(nurbs_surface_t), intent(in) :: offset
+    type(offset_report_t), intent(out) :: report
+    real(wp), parameter :: degree = acos(-1.0_wp)/180
+    real(wp), allocatable :: xi(:), eta(:)
+    real(wp) :: off, turn
+    integer :: i, j
+
+    xi = places_along(offset, 1, n_inner, beside)
+    eta = places_along(offset, 2, n_inner, beside)
+    do j = 1, size(eta)
+      do i = 1, size(xi)
+        call compare(source, offset, [xi(i), eta(j)], off, turn)
+        report%error = max(report%error, off)
+        report%angle = max(report%angle, turn/degree)
+      end do
+    end do
+    report%n_places = size(xi)*size(eta)
+    report%n_faces = n_spans(offset%axes(1))*n_spans(offset%axes(2))
+  end subroutine measure
+
+  !> Largest error in each span along an axis, on the lines where the offset is exact across it.
+  function errors_along(source, offset, d) result(errors)
+    type(source_t), intent(in) :: source
+    type(nurbs_surface_t), intent(in) :: offset
+    integer, intent(in) :: d
+    real(wp), allocatable :: errors(:)
+    real(wp), allocatable :: along(:), lines(:)
+    real(wp) :: xi(2), off, turn
+    integer :: i, j, span
+
+    along = places_along(offset, d, n_inner, beside)
+    lines = greville(offset%axes(3 - d))
+    allocate (errors(n_spans(offset%axes(d))), source=0.0_wp)
+    do j = 1, size(lines)
+      do i = 1, size(along)
+        span = (i - 1)/(n_inner + 2) + 1
+        xi(d) = along(i)
+        xi(3 - d) = lines(j)
+        call compare(source, offset, xi, off, turn)
+        errors(span) = max(errors(span), off)
+      end do
+    end do
+  end function errors_along
+
+  !> Distance from the exact offset at one place, and angle between the two normals.
+  pure subroutine compare(source, offset, xi, off, turn)
+    type(source_t), intent(in) :: source
+    type(nurbs_surface_t), intent(in) :: offset
+    real(wp), intent(in) :: xi(2)
+    real(wp), intent(out) :: off, turn          !! [length], [radians]
+    real(wp) :: exact(3), normal(3), place(3), other(3)
+    logical :: is_regular
+
+    call find_offset_place(source%surface, xi, source%distance, source%shortest, exact, normal, &
+                           is_regular)
+    call find_offset_place(offset, xi, 0.0_wp, source%shortest, place, other, is_regular)
+    off = norm2(place - exact)
+    turn = 2*asin(min(0.5_wp*norm2(other - normal), 1.0_wp))
+  end subroutine compare
+
+  !> Take away one order of smoothness at every knot, as an offset does. Lines become parabolas.
+  subroutine loosen(space, d)
+    type(nurbs_surface_t), intent(inout) :: space
+    integer, intent(in) :: d
+    type(error_t), allocatable :: error    ! stays empty: no knot comes to be repeated too often
+    integer :: i, n
+
+    if (space%axes(d)%degree == 1) then
+      call elevate_degree(space, d, 1, error)
+      return
+    end if
+    associate (knots => space%axes(d)%knots)
+      n = size(knots)
+      call insert_knots(space, d, pack(knots(2:n - 1), [(is_to_be_doubled(i), i=2, n - 1)]), error)
+    end associate
+
+  contains
+
+    !> The first of equal inner knots, if there are fewer than the degree of them.
+    pure logical function is_to_be_doubled(i)
+      integer, intent(in) :: i
+
+      associate (knots => space%axes(d)%knots)
+        is_to_be_doubled = knots(i) > knots(i - 1) .and. knots(i) < knots(n) .and. &
+                           count(abs(knots - knots(i)) <= 0.0_wp) < space%axes(d)%degree
+      end associate
+    end function is_to_be_doubled
+
+  end subroutine loosen
+
+  !> Cut the spans whose error is above `aim` into as many parts as should bring it down to that.
+  subroutine refine(space, d, errors, aim)
+    type(nurbs_surface_t), intent(inout) :: space
+    integer, intent(in) :: d
+    real(wp), intent(in) :: errors(:)      !! of each span
+    real(wp), intent(in) :: aim
+    type(error_t), allocatable :: error    ! stays empty: the knots are new and inside
+    real(wp), allocatable :: cuts(:)
+    integer, allocatable :: spans(:)
+    integer :: i, k, n
+
+    spans = span_table(space%axes(d))
+    allocate (cuts(0))
+    do i = 1, size(spans)
+      if (errors(i) <= aim) cycle
+      n = min(ceiling((errors(i)/aim)**(1.0_wp/(space%axes(d)%degree + 1))), most_parts)
+      associate (low => space%axes(d)%knots(spans(i)), high => space%axes(d)%knots(spans(i) + 1))
+        cuts = [cuts, (low + (high - low)*k/n, k=1, n - 1)]
+      end associate
+    end do
+    call insert_knots(space, d, cuts, error)
+  end subroutine refine
+
+end module surface_offset
