@@ -89,9 +89,9 @@ contains
     character(*), intent(in) :: line
     character(40), parameter :: stems(9) = [character(40) :: "__ig_solid_p", &
       "__point_kinematics_MOD_end_cofactors", "__point_kinematics_MOD_strain_increment", &
-      "__tensor_rotation_MOD_rotate_by_spin", "__tensor_rotation_MOD_rotate_tensors", &
+      "__tensor_rotation_MOD_rotate_by_spin", "__tensor_rotation_MOD_turn_to_end", &
       "__voce_MOD_elastic_trial", "__voce_MOD_radial_return", &
-      "__fast_exponential_MOD_exp_nonpositive", &
+      "__fast_exponential_MOD_exp", &
       "__closest_point_lanes_MOD_follow_lanes"]
     integer :: i
 

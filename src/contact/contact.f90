@@ -12,7 +12,8 @@ module contact
   use kinds, only: wp
   use errors, only: error_t, fail
   use tool, only: tool_t
-  use slave_surface, only: slave_surface_t, row_positions, scatter_forces
+  use slave_surface, only: slave_surface_t, point_position, scatter_forces
+  use contact_tiles, only: tile_t, tile_size, cut_tiles, points_before, earliest_test
   use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share
   use contact_statistics, only: contact_statistics_t, count_iterations, add_counts
   use friction, only: friction_t, new_friction, rub
@@ -26,9 +27,8 @@ module contact
   public :: contact_t, contact_options_t, new_contact, apply_contact
   public :: scale_stiffness, set_tile_tests
 
-  integer, parameter :: tile_size = 16   !! most points of a tile: few, so that idle ones sleep
-  integer, parameter :: parallel_size = 2048    !! fewer points are not worth waking threads for
-  real(wp), parameter :: refresh = 0.2_wp       !! travel between searches, of the search distance
+  integer, parameter :: parallel_size = 8       !! fewer tiles are not worth waking threads for
+  real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
 
   !> What the deck says about a contact.
   type :: contact_options_t
@@ -42,16 +42,11 @@ module contact
     logical :: is_corner_start = .false.   !! search anew each time from face corners, as [CA]
   end type contact_options_t
 
-  !> Part of a row of slave points: the unit of work, the same for any number of threads.
-  type :: tile_t
-    integer :: row = 0, first = 0, last = 0   !! points first ... last along direction 1
-    real(wp) :: test_at = 0.0_wp              !! travel at which a point must be tested again
-  end type tile_t
-
   !> What one tile adds to the whole.
   type :: tile_result_t
     real(wp) :: energy = 0.0_wp, depth = 0.0_wp, reaction(3) = 0.0_wp
     real(wp) :: rubbed = 0.0_wp, damped = 0.0_wp   !! energies lost
+    integer :: loaded(2, tile_size) = 0            !! first and last point of a row with a force
     type(contact_statistics_t) :: counts
   end type tile_result_t
 
@@ -117,7 +112,7 @@ contains
     contact%search_at = 0.0_wp
     contact%force = 0.0_wp
     contact%net = 0.0_wp
-    contact%tiles = cut_tiles(slave)
+    contact%tiles = cut_tiles(slave%n_along)
     if (options%friction > 0.0_wp) then
       allocate (contact%friction)
       call new_friction(contact%friction, slave%n_points, options%friction)
@@ -175,7 +170,7 @@ contains
     real(wp), intent(out) :: max_penetration   !! deepest -g of touching points, 0: none [length]
     real(wp), intent(in) :: dt                 !! since the last call, for damping alone [time]
     type(tile_result_t), allocatable :: results(:)
-    integer :: loaded(2, contact%slave%n_along(2)), i, n_due
+    integer :: loaded(2, contact%slave%n_along(2)), i, row, n_due
 
     call advance_travel(contact, tool, net_x)
     contact%statistics%n_calls = contact%statistics%n_calls + 1
@@ -186,8 +181,7 @@ contains
     if (all(contact%travel < contact%tiles%test_at)) return
 
     allocate (results(size(contact%tiles)))
-    n_due = sum(contact%tiles%last - contact%tiles%first + 1, &
-                contact%travel >= contact%tiles%test_at)
+    n_due = count(contact%travel >= contact%tiles%test_at)
     !$omp parallel do schedule(dynamic) if (n_due > parallel_size)
     do i = 1, size(contact%tiles)
       if (contact%travel < contact%tiles(i)%test_at) cycle
@@ -203,8 +197,13 @@ contains
         max_penetration = max(max_penetration, part%depth)
         tool%force = tool%force + part%reaction
         if (part%counts%n_touching > 0) then
-          loaded(1, tile%row) = min(loaded(1, tile%row), tile%first)
-          loaded(2, tile%row) = max(loaded(2, tile%row), tile%last)
+          do row = 1, tile%last(2) - tile%first(2) + 1
+            if (part%loaded(1, row) == 0) cycle
+            associate (range => loaded(:, tile%first(2) + row - 1))
+              range = [min(range(1), tile%first(1) - 1 + part%loaded(1, row)), &
+                       max(range(2), tile%first(1) - 1 + part%loaded(2, row))]
+            end associate
+          end do
         end if
         call add_counts(contact%statistics, part%counts)
       end associate
@@ -224,18 +223,11 @@ contains
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: net_x(contact%slave%n_net(1), contact%slave%n_net(2), 3)
     real(wp) :: largest, moved(3)
-    integer :: i, j
 
     if (contact%is_started) then
-      largest = 0.0_wp
       moved = tool%displacement - contact%displacement
-      do j = 1, size(net_x, 2)
-        do i = 1, size(net_x, 1)
-          contact%shift(i, j, :) = net_x(i, j, :) - contact%net(i, j, :) - moved
-          largest = max(largest, contact%shift(i, j, 1)**2 + contact%shift(i, j, 2)**2 &
-                        + contact%shift(i, j, 3)**2)
-        end do
-      end do
+      call shift_net(product(contact%slave%n_net), moved, net_x, contact%net, contact%shift, &
+                     largest)
       contact%step_travel = sqrt(largest)
       contact%travel = contact%travel + contact%step_travel
     end if
@@ -245,6 +237,23 @@ contains
     contact%displacement = tool%displacement
   end subroutine advance_travel
 
+  !> Motion of the control points against the tool, and the largest square of it.
+  pure subroutine shift_net(n, moved, x, before, shift, largest)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: moved(3), x(n, 3), before(n, 3)
+    real(wp), intent(out) :: shift(n, 3), largest
+    integer :: i
+
+    largest = 0.0_wp
+    !$omp simd reduction(max:largest)
+    do i = 1, n
+      shift(i, 1) = x(i, 1) - before(i, 1) - moved(1)
+      shift(i, 2) = x(i, 2) - before(i, 2) - moved(2)
+      shift(i, 3) = x(i, 3) - before(i, 3) - moved(3)
+      largest = max(largest, shift(i, 1)**2 + shift(i, 2)**2 + shift(i, 3)**2)
+    end do
+  end subroutine shift_net
+
   !> Test the points of a tile that may have come within reach.
   subroutine work_tile(contact, tool, net_x, dt, index, result)
     type(contact_t), intent(inout) :: contact
@@ -253,81 +262,87 @@ contains
     real(wp), intent(in) :: dt
     integer, intent(in) :: index   !! number of the tile
     type(tile_result_t), intent(out) :: result
-    real(wp) :: x(contact%tiles(index)%last - contact%tiles(index)%first + 1, 3)
-    integer :: queue(tile_size), n_queued, before, point, i, n, first, last, due(2)
+    ! Places in the tool's frame of the points that are due, of all where some rub or are damped.
+    real(wp) :: x(contact%tiles(index)%last(1) - contact%tiles(index)%first(1) + 1, 3, &
+                  contact%tiles(index)%last(2) - contact%tiles(index)%first(2) + 1)
+    integer :: queue(3, tile_size**2), n_queued, before, point, i, j, first, last
+    logical :: is_dragged
 
+    is_dragged = allocated(contact%damping) .or. allocated(contact%friction)
+    n_queued = 0
     associate (tile => contact%tiles(index))
-      before = (tile%row - 1)*contact%slave%n_along(1) + tile%first - 1
-      n = size(x, 1)
-      due = due_points(contact%travel, contact%test_at(before + 1:before + n))
-      if (allocated(contact%damping) .or. allocated(contact%friction)) due = [1, n]
-      call row_positions(contact%slave, net_x, tile%row, tile%first + due(1) - 1, &
-                         tile%first + due(2) - 1, x(due(1):due(2), :))
-      do i = 1, 3
-        x(due(1):due(2), i) = x(due(1):due(2), i) - tool%displacement(i)
-        contact%force(before + 1:before + n, i) = 0.0_wp
-      end do
-      n_queued = 0
-      do i = due(1), due(2)
-        point = before + i
-        if (contact%travel < contact%test_at(point)) cycle
-        result%counts%n_tested = result%counts%n_tested + 1
-        if (contact%face(point) == 0 .or. contact%travel >= contact%search_at(point) &
-            .or. contact%options%is_corner_start) then
-          call search_point(contact, tool, x(i, :), point, result)
-        else
-          n_queued = n_queued + 1
-          queue(n_queued) = i
-        end if
+      do j = 1, size(x, 3)
+        before = points_before(tile, contact%slave%n_along, j)
+        if (.not. is_dragged .and. all(contact%travel < &
+                                       contact%test_at(before + 1:before + size(x, 1)))) cycle
+        contact%force(before + 1:before + size(x, 1), :) = 0.0_wp
+        do i = 1, size(x, 1)
+          point = before + i
+          if (is_dragged .or. contact%travel >= contact%test_at(point)) &
+            x(i, :, j) = point_position(contact%slave, net_x, tile%first(1) + i - 1, &
+                                        tile%first(2) + j - 1) - tool%displacement
+          if (contact%travel < contact%test_at(point)) cycle
+          if (result%loaded(1, j) == 0) result%loaded(1, j) = i
+          result%loaded(2, j) = i
+          result%counts%n_tested = result%counts%n_tested + 1
+          if (contact%face(point) == 0 .or. contact%travel >= contact%search_at(point) &
+              .or. contact%options%is_corner_start) then
+            call search_point(contact, tool, x(i, :, j), point, result)
+          else
+            n_queued = n_queued + 1
+            queue(:, n_queued) = [point, i, j]
+          end if
+        end do
       end do
       do first = 1, n_queued, n_lanes
         last = min(first + n_lanes - 1, n_queued)
-        call follow_points(contact, tool, before, n, x, queue(first:last), result)
+        call follow_points(contact, tool, x, queue(:, first:last), result)
       end do
-      if (allocated(contact%damping)) then
-        call damp_points(contact%damping, contact%slave%n_points, before + 1, before + n, dt, x, &
-                         contact%force, result%reaction, result%damped)
-      end if
-      if (allocated(contact%friction)) then
-        call rub(contact%friction, contact%slave%n_points, before + 1, before + n, &
-                 contact%stiffness, x, contact%force, result%reaction, result%energy, &
-                 result%rubbed)
-      end if
-      tile%test_at = minval(contact%test_at(before + 1:before + n))
+      if (is_dragged) call drag_points(contact, tile, dt, x, result)
+      tile%test_at = earliest_test(tile, contact%slave%n_along, contact%test_at)
     end associate
   end subroutine work_tile
 
-  !> First and last point that must be tested; there is one.
-  pure function due_points(travel, test_at) result(due)
-    real(wp), intent(in) :: travel, test_at(:)
-    integer :: due(2)
+  !> Damping and friction of a tile.
+  subroutine drag_points(contact, tile, dt, x, result)
+    type(contact_t), intent(inout) :: contact
+    type(tile_t), intent(in) :: tile
+    real(wp), intent(in) :: dt, x(:, :, :)       !! as above
+    type(tile_result_t), intent(inout) :: result
+    integer :: j, before, last
 
-    due = [1, size(test_at)]
-    do while (due(1) < due(2) .and. travel < test_at(due(1)))
-      due(1) = due(1) + 1
+    do j = 1, size(x, 3)
+      before = points_before(tile, contact%slave%n_along, j)
+      last = before + size(x, 1)
+      if (allocated(contact%damping)) then
+        call damp_points(contact%damping, contact%slave%n_points, before + 1, last, dt, &
+                         x(:, :, j), contact%force, result%reaction, result%damped)
+      end if
+      if (allocated(contact%friction)) then
+        call rub(contact%friction, contact%slave%n_points, before + 1, last, contact%stiffness, &
+                 x(:, :, j), contact%force, result%reaction, result%energy, result%rubbed)
+      end if
     end do
-    do while (due(2) > due(1) .and. travel < test_at(due(2)))
-      due(2) = due(2) - 1
-    end do
-  end function due_points
+  end subroutine drag_points
 
   !> Follow up to eight points of a tile from where they were.
-  subroutine follow_points(contact, tool, before, n_tile, x, points, result)
+  subroutine follow_points(contact, tool, x, queued, result)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
-    integer, intent(in) :: before            !! slave points before those of the tile
-    integer, intent(in) :: n_tile            !! slave points of the tile
-    real(wp), intent(in) :: x(n_tile, 3)     !! their places in the tool's frame [length]
-    integer, intent(in) :: points(:)         !! which of them
+    real(wp), intent(in) :: x(:, :, :)       !! places in the tool's frame [length]
+    integer, intent(in) :: queued(:, :)      !! number of each point, and where it is in x
     type(tile_result_t), intent(inout) :: result
     type(lanes_t) :: lanes
     real(wp) :: depth, safe(n_lanes), push(n_lanes), energy(n_lanes)
     integer :: lane, n, point(n_lanes)
 
-    n = size(points)
-    point(:n) = before + points
-    point(n + 1:) = before + points(n)
-    lanes%x = x(point - before, :)
+    n = size(queued, 2)
+    do lane = 1, n_lanes
+      associate (item => queued(:, min(lane, n)))
+        point(lane) = item(1)
+        lanes%x(lane, :) = x(item(2), :, item(3))
+      end associate
+    end do
     lanes%face = contact%face(point)
     lanes%s = contact%at(point, 1)
     lanes%t = contact%at(point, 2)
@@ -428,15 +443,15 @@ contains
     type(contact_t), intent(in) :: contact
     integer, intent(in) :: point
     real(wp), intent(in) :: depth, normal(3)    !! the depth is positive [length]
-    real(wp) :: shift(1, 3)
+    real(wp) :: shift(3)
     integer :: row, along
 
     share = 1.0_wp
     if (depth >= contact%step_travel) return
     row = (point - 1)/contact%slave%n_along(1) + 1
     along = point - (row - 1)*contact%slave%n_along(1)
-    call row_positions(contact%slave, contact%shift, row, along, along, shift)
-    share = touching_share(depth, sum(shift(1, :)*normal))
+    shift = point_position(contact%slave, contact%shift, along, row)
+    share = touching_share(depth, sum(shift*normal))
   end function step_share
 
   !> Keep where a point was found, and push it out if it is in the tool.
@@ -461,37 +476,14 @@ contains
     result%counts%n_touching = result%counts%n_touching + 1
   end subroutine push_point
 
-  !> Cut the rows of slave points into tiles of nearly equal length.
-  pure function cut_tiles(slave) result(tiles)
-    type(slave_surface_t), intent(in) :: slave
-    type(tile_t), allocatable :: tiles(:)
-    integer :: row, part, n_parts
-
-    associate (n => slave%n_along)
-      n_parts = (n(1) + tile_size - 1)/tile_size
-      allocate (tiles(n_parts*n(2)))
-      do row = 1, n(2)
-        do part = 1, n_parts
-          associate (tile => tiles(part + n_parts*(row - 1)))
-            tile%row = row
-            tile%first = (part - 1)*n(1)/n_parts + 1
-            tile%last = part*n(1)/n_parts
-          end associate
-        end do
-      end do
-    end associate
-  end function cut_tiles
-
   !> Let each tile be tested again when the first of its points must be.
   pure subroutine set_tile_tests(contact)
     type(contact_t), intent(inout) :: contact
-    integer :: i, before
+    integer :: i
 
     do i = 1, size(contact%tiles)
-      associate (tile => contact%tiles(i))
-        before = (tile%row - 1)*contact%slave%n_along(1)
-        tile%test_at = minval(contact%test_at(before + tile%first:before + tile%last))
-      end associate
+      contact%tiles(i)%test_at = earliest_test(contact%tiles(i), contact%slave%n_along, &
+                                               contact%test_at)
     end do
   end subroutine set_tile_tests
 

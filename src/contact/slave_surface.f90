@@ -11,7 +11,8 @@ module slave_surface
   implicit none
   private
 
-  public :: slave_surface_t, new_slave_surface, slave_positions, row_positions, scatter_forces
+  public :: slave_surface_t, new_slave_surface, slave_positions, row_positions, point_position
+  public :: scatter_forces
   public :: points_gauss, points_knot, points_greville
 
   integer, parameter :: parallel_size = 4096   !! fewer points are not worth waking threads for
@@ -109,6 +110,65 @@ contains
       end do
     end associate
   end subroutine row_positions
+
+  !> Position of the point (i, j) alone.
+  pure function point_position(slave, net, i, j) result(place)
+    type(slave_surface_t), intent(in) :: slave
+    real(wp), intent(in) :: net(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
+    integer, intent(in) :: i, j
+    real(wp) :: place(3), along(0:slave%lines(1)%degree), across(0:slave%lines(2)%degree)
+    integer :: first(2), last(2)
+
+    along = slave%lines(1)%values(i, :)
+    across = slave%lines(2)%values(j, :)
+    first = [slave%lines(1)%first(i), slave%lines(2)%first(j)]
+    if (slave%is_rational) then
+      last = first + slave%lines%degree
+      place = slave%inverse_w(i, j)*blend(size(along), size(across), along, across, &
+        size(along), size(across), 1, 1, &
+        spread(slave%weights(first(1):last(1), first(2):last(2)), 3, 3) &
+        *net(first(1):last(1), first(2):last(2), :))
+    else if (size(along) == 3 .and. size(across) == 3) then
+      place = blend_quadratic(along, across, slave%n_net(1), slave%n_net(2), first(1), first(2), &
+                              net)
+    else
+      place = blend(size(along), size(across), along, across, slave%n_net(1), slave%n_net(2), &
+                    first(1), first(2), net)
+    end if
+  end function point_position
+
+  !> Sum of 3 x 3 control points from (i, j) on with the basis values of two directions.
+  pure function blend_quadratic(v, w, n1, n2, i, j, net) result(place)
+    integer, intent(in) :: n1, n2, i, j
+    real(wp), intent(in) :: v(3), w(3), net(n1, n2, 3)
+    real(wp) :: place(3)
+    integer :: c
+
+    do c = 1, 3
+      place(c) = v(1)*(w(1)*net(i, j, c) + w(2)*net(i, j + 1, c) + w(3)*net(i, j + 2, c)) &
+        + v(2)*(w(1)*net(i + 1, j, c) + w(2)*net(i + 1, j + 1, c) + w(3)*net(i + 1, j + 2, c)) &
+        + v(3)*(w(1)*net(i + 2, j, c) + w(2)*net(i + 2, j + 1, c) + w(3)*net(i + 2, j + 2, c))
+    end do
+  end function blend_quadratic
+
+  !> The same with m1 x m2 control points.
+  pure function blend(m1, m2, v, w, n1, n2, i, j, net) result(place)
+    integer, intent(in) :: m1, m2, n1, n2, i, j
+    real(wp), intent(in) :: v(m1), w(m2), net(n1, n2, 3)
+    real(wp) :: place(3), column
+    integer :: a, b, c
+
+    do c = 1, 3
+      place(c) = 0.0_wp
+      do a = 1, m1
+        column = 0.0_wp
+        do b = 1, m2
+          column = column + w(b)*net(i + a - 1, j + b - 1, c)
+        end do
+        place(c) = place(c) + v(a)*column
+      end do
+    end do
+  end function blend
 
   !> Add the forces of slave points to the control points, F_I = sum_p R_I(p) f_p, summed in the
   !! same order for any number of threads. Points outside `loaded` bear nothing.

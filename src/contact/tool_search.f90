@@ -32,20 +32,22 @@ contains
     logical, intent(in) :: is_corner_start      !! start at each face's first corner, as [CA] does
     type(hit_t), intent(out) :: hit
     integer :: first, last, i, n
-    integer, allocatable :: near(:)
 
     call find_candidates(tool%codes, x, first, last)
-    allocate (near(last - first + 1))
-    n = 0
-    do i = first, last
-      associate (cell => tool%codes%faces(i))
-        if (.not. is_in_territory(tool%cells(cell)%territory, x, tool%search_distance)) cycle
-        if (distance_bound(tool%cells(cell)%territory, x) > tool%search_distance) cycle
-        n = n + 1
-        near(n) = cell
-      end associate
-    end do
-    call search_cells(tool, x, near(:n), margin, is_corner_start, hit)
+    block
+      integer :: near(last - first + 1)   ! not on the heap: searches are many
+
+      n = 0
+      do i = first, last
+        associate (cell => tool%codes%faces(i))
+          if (.not. is_in_territory(tool%cells(cell)%territory, x, tool%search_distance)) cycle
+          if (distance_bound(tool%cells(cell)%territory, x) > tool%search_distance) cycle
+          n = n + 1
+          near(n) = cell
+        end associate
+      end do
+      call search_cells(tool, x, near(:n), margin, is_corner_start, hit)
+    end block
     if (n == 0) hit%is_converged = .true.
     if (hit%face == 0 .or. hit%distance <= tool%search_distance) return
     hit = hit_t(n_iterations=hit%n_iterations, is_converged=.true.)
@@ -81,7 +83,9 @@ contains
 
     n_left = size(cells)
     order = cells
-    bounds = [(distance_bound(tool%cells(cells(i))%territory, x), i=1, n_left)]
+    do i = 1, n_left
+      bounds(i) = distance_bound(tool%cells(cells(i))%territory, x)
+    end do
     n_iterations = 0
     do while (n_left > 0)
       i = minloc(bounds(:n_left), 1)
@@ -98,9 +102,13 @@ contains
       end associate
       bounds(i) = bounds(n_left)
       order(i) = order(n_left)
-      n = count(bounds(:n_left - 1) <= hit%distance + margin)
-      order(:n) = pack(order(:n_left - 1), bounds(:n_left - 1) <= hit%distance + margin)
-      bounds(:n) = pack(bounds(:n_left - 1), bounds(:n_left - 1) <= hit%distance + margin)
+      n = 0
+      do i = 1, n_left - 1
+        if (bounds(i) > hit%distance + margin) cycle
+        n = n + 1
+        bounds(n) = bounds(i)
+        order(n) = order(i)
+      end do
       n_left = n
     end do
     ! A search that was held at the border of its cell came lower than all others: go on from there.

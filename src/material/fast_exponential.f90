@@ -5,7 +5,9 @@ module fast_exponential
   implicit none
   private
 
-  public :: exp_nonpositive
+  public :: exp_nonpositive, exp_small
+
+  real(wp), parameter, public :: small_exponent = 2.0e-3_wp   !! largest |x| of `exp_small`
 
 contains
 
@@ -38,5 +40,19 @@ contains
       x(l) = polynomial*transfer(ishft(k + 1023_int64, 52), 1.0_wp)
     end do
   end subroutine exp_nonpositive
+
+  !> x becomes exp(x), for |x| <= small_exponent: the Taylor polynomial of degree 5, whose relative
+  !! error stays below 1e-19.
+  pure subroutine exp_small(n, x)
+    integer, intent(in) :: n
+    real(wp), intent(inout) :: x(n)
+    real(wp), parameter :: c3 = 1.0_wp/6, c4 = 1.0_wp/24, c5 = 1.0_wp/120
+    integer :: l
+
+    !$omp simd
+    do l = 1, n
+      x(l) = 1.0_wp + x(l)*(1.0_wp + x(l)*(0.5_wp + x(l)*(c3 + x(l)*(c4 + x(l)*c5))))
+    end do
+  end subroutine exp_small
 
 end module fast_exponential

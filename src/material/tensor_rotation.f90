@@ -8,42 +8,40 @@ module tensor_rotation
 
 contains
 
-  !> Rotation of each point from its spin increment, that by which the stress came rotated: entry
-  !! (i, j) at 3 (i - 1) + j (T. J. R. Hughes and J. Winget, IJNME 15 (1980), eq. (13)).
-  pure subroutine spin_rotation(n, spin, rotation)
+  !> Rotate the tensors of a row by their spin increments (T. J. R. Hughes and J. Winget, IJNME 15
+  !! (1980), eq. (13)): rotation and product in one loop, so that the rotations stay in registers.
+  pure subroutine rotate_by_spin(n, spin, tensor)
     integer, intent(in) :: n
     real(wp), intent(in) :: spin(n, 3)          !! increment 12 13 23
-    real(wp), intent(out) :: rotation(n, 9)
-    real(wp) :: h1, h2, h3, w
+    real(wp), intent(inout) :: tensor(n, 6)     !! 11 22 33 12 13 23, shear as it is
+    real(wp) :: h1, h2, h3, w, r11, r12, r13, r21, r22, r23, r31, r32, r33
+    real(wp) :: s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, first, second
     integer :: l
 
-    !$omp simd private(h1, h2, h3, w)
+    !$omp simd private(h1, h2, h3, w, r11, r12, r13, r21, r22, r23, r31, r32, r33, &
+    !$omp s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, first, second)
     do l = 1, n
       h1 = 0.5_wp*spin(l, 1)
       h2 = 0.5_wp*spin(l, 2)
       h3 = 0.5_wp*spin(l, 3)
       w = 2.0_wp/(1.0_wp + h1*h1 + h2*h2 + h3*h3)
-      rotation(l, 1) = 1.0_wp - w*(h1*h1 + h2*h2)
-      rotation(l, 2) = w*(h1 - h2*h3)
-      rotation(l, 3) = w*(h2 + h1*h3)
-      rotation(l, 4) = -w*(h1 + h2*h3)
-      rotation(l, 5) = 1.0_wp - w*(h1*h1 + h3*h3)
-      rotation(l, 6) = w*(h3 - h1*h2)
-      rotation(l, 7) = w*(h1*h3 - h2)
-      rotation(l, 8) = -w*(h3 + h1*h2)
-      rotation(l, 9) = 1.0_wp - w*(h2*h2 + h3*h3)
+      r11 = 1.0_wp - w*(h1*h1 + h2*h2); r12 = w*(h1 - h2*h3); r13 = w*(h2 + h1*h3)
+      r21 = -w*(h1 + h2*h3); r22 = 1.0_wp - w*(h1*h1 + h3*h3); r23 = w*(h3 - h1*h2)
+      r31 = w*(h1*h3 - h2); r32 = -w*(h3 + h1*h2); r33 = 1.0_wp - w*(h2*h2 + h3*h3)
+      s1 = tensor(l, 1); s2 = tensor(l, 2); s3 = tensor(l, 3)
+      s4 = tensor(l, 4); s5 = tensor(l, 5); s6 = tensor(l, 6)
+      t1 = r11*s1 + r12*s4 + r13*s5; t2 = r11*s4 + r12*s2 + r13*s6; t3 = r11*s5 + r12*s6 + r13*s3
+      t4 = r21*s1 + r22*s4 + r23*s5; t5 = r21*s4 + r22*s2 + r23*s6; t6 = r21*s5 + r22*s6 + r23*s3
+      first = t1*r11 + t2*r12 + t3*r13
+      second = t4*r21 + t5*r22 + t6*r23
+      tensor(l, 1) = first
+      tensor(l, 2) = second
+      ! A rotation keeps the trace.
+      tensor(l, 3) = (s1 - first) + (s2 - second) + s3
+      tensor(l, 4) = t1*r21 + t2*r22 + t3*r23
+      tensor(l, 5) = t1*r31 + t2*r32 + t3*r33
+      tensor(l, 6) = t4*r31 + t5*r32 + t6*r33
     end do
-  end subroutine spin_rotation
-
-  !> Rotate the tensors of a row by their spin increments, as `spin_rotation` has it.
-  pure subroutine rotate_by_spin(n, spin, tensor)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: spin(n, 3)          !! increment 12 13 23
-    real(wp), intent(inout) :: tensor(n, 6)     !! 11 22 33 12 13 23, shear as it is
-    real(wp) :: rotation(n, 9)
-
-    call spin_rotation(n, spin, rotation)
-    call rotate_tensors(n, rotation, tensor)
   end subroutine rotate_by_spin
 
   !> Turn strain increments from the middle of their step to its end, by half of its spin W:

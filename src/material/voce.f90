@@ -5,7 +5,7 @@
 module voce
   use kinds, only: wp
   use block_law, only: block_law_t, set_elastic
-  use fast_exponential, only: exp_nonpositive
+  use fast_exponential, only: exp_nonpositive, exp_small, small_exponent
   implicit none
   private
 
@@ -108,7 +108,8 @@ contains
     logical, intent(out) :: ok
     integer, parameter :: max_iterations = 50
     real(wp), parameter :: tolerance = 1.0e-16_wp, tiny_stress = 1.0e-30_wp
-    real(wp) :: dgamma(n), left(n), faded(n), now, step, worst, curvature, scaling, mean
+    real(wp) :: dgamma(n), left(n), faded(n), now, step, worst, most, curvature
+    real(wp) :: scaling, mean
     integer :: l, iteration
 
     left = -rate*eqps
@@ -129,10 +130,15 @@ contains
       return
     end if
     ok = curvature*worst*worst <= tolerance
+    most = worst
     do iteration = 2, max_iterations
       if (ok) exit
       faded = -rate*dgamma
-      call exp_nonpositive(n, faded)
+      if (rate*most <= small_exponent) then
+        call exp_small(n, faded)
+      else
+        call exp_nonpositive(n, faded)
+      end if
       worst = 0.0_wp
       !$omp simd private(now, step) reduction(max:worst)
       do l = 1, n
@@ -143,6 +149,7 @@ contains
         dgamma(l) = dgamma(l) + step
         worst = max(worst, step)
       end do
+      most = most + worst
       ok = curvature*worst*worst <= tolerance
     end do
     !$omp simd private(scaling, mean)

@@ -15,15 +15,16 @@ contains
     real(wp), intent(in) :: mass(n)
     real(wp), intent(in) :: external_force(n, 3), internal_force(n, 3)
     real(wp), intent(inout) :: v(n, 3)
-    integer :: i, c
+    integer :: i
 
-    !$omp parallel do schedule(static) collapse(2) if (n > 4000)
-    do c = 1, 3
-      do i = 1, n
-        v(i, c) = v(i, c) + dt_mean*(external_force(i, c) - internal_force(i, c))/mass(i)
-      end do
+    ! Components written out: a loop over them around this one would keep it from vectorising.
+    !$omp parallel do simd schedule(static) if (n > 4000)
+    do i = 1, n
+      v(i, 1) = v(i, 1) + dt_mean*(external_force(i, 1) - internal_force(i, 1))/mass(i)
+      v(i, 2) = v(i, 2) + dt_mean*(external_force(i, 2) - internal_force(i, 2))/mass(i)
+      v(i, 3) = v(i, 3) + dt_mean*(external_force(i, 3) - internal_force(i, 3))/mass(i)
     end do
-    !$omp end parallel do
+    !$omp end parallel do simd
   end subroutine advance_velocities
 
   !> Positions to the end of the step.
@@ -33,11 +34,11 @@ contains
     real(wp), intent(inout) :: x(n)
     integer :: i
 
-    !$omp parallel do schedule(static) if (n > 12000)
+    !$omp parallel do simd schedule(static) if (n > 12000)
     do i = 1, n
       x(i) = x(i) + dt*v(i)
     end do
-    !$omp end parallel do
+    !$omp end parallel do simd
   end subroutine advance_positions
 
 end module central_difference

@@ -1,0 +1,1 @@
+C     INCLUDE 'digest_part.inc'
