@@ -81,7 +81,7 @@ contains
     else if (command%is_check) then
       call print_check(model)
       call print_savings(scene)
-      call print_sources(scene)
+      call print_sources(scene, model)
       if (command%is_probe) call print_probe(scene, model, library)
       code = exit_done
     else if (command%n_modes > 0) then
@@ -91,25 +91,27 @@ contains
     end if
   end function run_deck
 
-  !> Print where the surfaces of tools come from.
-  subroutine print_sources(scene)
+  !> Print where the surfaces of tools come from and where tools were put.
+  subroutine print_sources(scene, model)
     type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
     type(string_t), allocatable :: lines(:)
     integer :: i
 
-    lines = source_lines(scene)
+    lines = source_lines(scene, model)
     do i = 1, size(lines)
       print "(a)", lines(i)%value
     end do
   end subroutine print_sources
 
-  subroutine log_sources(log, scene)
+  subroutine log_sources(log, scene, model)
     type(run_log_t), intent(inout) :: log
     type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
     type(string_t), allocatable :: lines(:)
     integer :: i
 
-    lines = source_lines(scene)
+    lines = source_lines(scene, model)
     do i = 1, size(lines)
       call log_line(log, lines(i)%value)
     end do
@@ -175,7 +177,7 @@ contains
     end if
     call log_header(log, setup%provenance)
     call log_model(log, model)
-    call log_sources(log, scene)
+    call log_sources(log, scene, model)
     if (run%is_resumed) call log_line(log, "restart    from "//command%restart//", step "// &
                                       to_text(run%n_steps)//", time "//to_text(run%instant%time))
     open_run = open_run_t(model, run, results, log, saver)

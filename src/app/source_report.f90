@@ -1,7 +1,9 @@
-!> Where the surfaces of tools come from, for the log and for --check.
+!> Where the surfaces of tools come from and where tools were put, for the log and for --check.
 module source_report
+  use kinds, only: wp
   use scene, only: scene_t
-  use text, only: string_t
+  use model, only: model_t
+  use text, only: string_t, rounded_text
   implicit none
   private
 
@@ -9,9 +11,11 @@ module source_report
 
 contains
 
-  !> One line for each note on a tool, the tool's name before the first.
-  function source_lines(scene) result(lines)
+  !> One line for each note on a tool, the tool's name before the first, and one for each tool that
+  !! *TOOL PLACEMENT has moved.
+  function source_lines(scene, model) result(lines)
     type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
     type(string_t), allocatable :: lines(:)
     type(string_t) :: line
     integer :: t, i
@@ -26,6 +30,26 @@ contains
         lines = [lines, line]
       end do
     end do
+    do t = 1, size(scene%tools)
+      if (.not. any(abs(scene%tools(t)%placing) > 0.0_wp)) cycle
+      line%value = placing_line(scene, model, t)
+      lines = [lines, line]
+    end do
   end function source_lines
+
+  !> How far a tool was moved to its place.
+  function placing_line(scene, model, t) result(line)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: t
+    character(:), allocatable :: line
+    real(wp) :: shift(3)
+
+    shift = model%bodies%tools(t)%surfaces(1)%points(1, 1, :) - &
+            scene%tools(t)%surfaces(1)%points(1, 1, :)
+    line = "tool "//scene%tools(t)%name//" placed: moved by ("//rounded_text(shift(1))//", "// &
+           rounded_text(shift(2))//", "//rounded_text(shift(3))//"), clearance "// &
+           rounded_text(scene%tools(t)%clearance)
+  end function placing_line
 
 end module source_report

@@ -129,6 +129,12 @@ def four_quarters(igaform, folder, _):
     four.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=IGES, INPUT=four.igs"))
     told = call(igaform, four, "--check")
     assert "joints: 4 pairs of edges meet" in told and "2 surfaces turned" in told, told
+    higher = folder / "higher.key"
+    higher.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=CYLINDER\n0, -5, 20, 0, 10, 0\n10\n"
+                                  "*TOOL PLACEMENT, TOOL=drum, CLEARANCE=0.5\n0, 0, -1"))
+    told = call(igaform, higher, "--check")
+    assert "tool drum placed: moved by (0.000E+00, 0.000E+00, -8.500E+00), clearance 5.000E-01" \
+        in told, told
     for deck in (one, four):
         call(igaform, deck, "--out", deck.with_suffix(".h5"), "--quiet")
     first, second = (numbers(folder / name, "nurbs/blank", "tools", "points")
