@@ -16,7 +16,7 @@ module contact
   use contact_tiles, only: tile_t, tile_size, cut_tiles, points_before, earliest_test
   use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share
   use contact_statistics, only: contact_statistics_t, count_iterations, add_counts
-  use friction, only: friction_t, new_friction, rub
+  use friction, only: friction_t, new_friction, find_first_ways, rub
   use contact_damping, only: contact_damping_t, new_contact_damping, damp_points
   use closest_point, only: hit_t, follow, is_beside
   use tool_search, only: search_tool
@@ -309,6 +309,7 @@ contains
     type(tile_t), intent(in) :: tile
     real(wp), intent(in) :: dt, x(:, :, :)       !! as above
     type(tile_result_t), intent(inout) :: result
+    real(wp) :: ways(size(x, 1), 3)
     integer :: j, before, last
 
     do j = 1, size(x, 3)
@@ -319,8 +320,11 @@ contains
                          x(:, :, j), contact%force, result%reaction, result%damped)
       end if
       if (allocated(contact%friction)) then
+        call find_first_ways(contact%friction, contact%slave, contact%shift, &
+                             tile%first(2) + j - 1, tile%first(1), tile%last(1), contact%force, &
+                             ways)
         call rub(contact%friction, contact%slave%n_points, before + 1, last, contact%stiffness, &
-                 x(:, :, j), contact%force, result%reaction, result%energy, result%rubbed)
+                 x(:, :, j), ways, contact%force, result%reaction, result%energy, result%rubbed)
       end if
     end do
   end subroutine drag_points

@@ -6,14 +6,18 @@
 !! (P. Wriggers, Computational Contact Mechanics, 2nd ed., Springer 2006, sec. 5.2 and 9.3). The
 !! stretch is turned with the tangent plane, which keeps its energy.
 !!
+!! The first step of a touch counts in part: its spring is stretched by the motion from where the
+!! point met the tool, so that a point that slides fast is held back by mu N from the start.
+!!
 !! The work of slip is taken with the mean of the forces before and after, as the balance of energy
 !! counts the work of all forces.
 module friction
   use kinds, only: wp
+  use slave_surface, only: slave_surface_t, point_position
   implicit none
   private
 
-  public :: friction_t, new_friction, rub
+  public :: friction_t, new_friction, find_first_ways, rub
 
   !> Friction of one contact; arrays by slave point, shape (n_points).
   type :: friction_t
@@ -37,26 +41,53 @@ contains
     allocate (friction%place(n_points, 3), friction%stretch(n_points, 3), source=0.0_wp)
   end subroutine new_friction
 
+  !> Motion in the last step of those points of a tile that have just come to touch.
+  pure subroutine find_first_ways(friction, slave, shift, row, first, last, force, ways)
+    type(friction_t), intent(in) :: friction
+    type(slave_surface_t), intent(in) :: slave
+    real(wp), intent(in) :: shift(slave%n_net(1), slave%n_net(2), 3)   !! of control points [length]
+    integer, intent(in) :: row, first, last              !! of the points, in their row
+    real(wp), intent(in) :: force(slave%n_points, 3)     !! normal, on all slave points [force]
+    real(wp), intent(out) :: ways(first:last, 3)         !! zero for all others [length]
+    integer :: i, p
+
+    ways = 0.0_wp
+    do i = first, last
+      p = i + (row - 1)*slave%n_along(1)
+      if (friction%is_touching(p) .or. sum(force(p, :)**2) <= 0.0_wp) cycle
+      ways(i, :) = point_position(slave, shift, i, row)
+    end do
+  end subroutine find_first_ways
+
   !> Add the friction of the points `first` to `last` to the normal forces of this call.
-  pure subroutine rub(friction, n_points, first, last, stiffness, x, force, reaction, stored, lost)
+  pure subroutine rub(friction, n_points, first, last, stiffness, x, ways, force, reaction, &
+                      stored, lost)
     type(friction_t), intent(inout) :: friction
     integer, intent(in) :: n_points, first, last
     real(wp), intent(in) :: stiffness(n_points)        !! of the penalty [force/length]
     real(wp), intent(in) :: x(first:last, 3)           !! points in the tool's frame now [length]
+    real(wp), intent(in) :: ways(first:last, 3)        !! from `find_first_ways`
     real(wp), intent(inout) :: force(n_points, 3)      !! on the points: normal in, all out [force]
     real(wp), intent(inout) :: reaction(3)             !! on the tool, added to [force]
     real(wp), intent(inout) :: stored                  !! energy of the springs, added to [energy]
     real(wp), intent(inout) :: lost                    !! work of slip of this call, added to
-    real(wp) :: pushed, moved(3), drag(3)
+    real(wp) :: pushed, part, moved(3), drag(3)
     integer :: p
 
     do p = first, last
       pushed = norm2(force(p, :))
       if (pushed > 0.0_wp) then
-        moved = 0.0_wp
-        if (friction%is_touching(p)) moved = x(p, :) - friction%place(p, :)
+        if (friction%is_touching(p)) then
+          moved = x(p, :) - friction%place(p, :)
+          part = 1.0_wp
+        else
+          part = touching_part(pushed, stiffness(p), -dot_product(ways(p, :), force(p, :))/pushed)
+          moved = part*ways(p, :)
+        end if
         call return_stretch(friction%stretch(p, :), moved, force(p, :)/pushed, stiffness(p), &
                             friction%coefficient*pushed, drag, lost)
+        ! The balance of energy counts the work of a force over the whole step.
+        if (part < 1.0_wp) lost = lost - 0.5_wp*(1.0_wp - part)*dot_product(drag, ways(p, :))
         force(p, :) = force(p, :) + drag
         reaction = reaction - drag
         stored = stored + 0.5_wp*stiffness(p)*sum(friction%stretch(p, :)**2)
@@ -72,6 +103,17 @@ contains
       end if
     end do
   end subroutine rub
+
+  !> Part of the step in which a point touches for the first time, from its force, which is that of
+  !! the spring k d times (1 + part)/2, with d = part*way.
+  pure real(wp) function touching_part(pushed, stiffness, way) result(part)
+    real(wp), intent(in) :: pushed      !! [force]
+    real(wp), intent(in) :: stiffness   !! [force/length]
+    real(wp), intent(in) :: way         !! against the normal in the step [length]
+
+    part = 1.0_wp
+    if (pushed < stiffness*way) part = 0.5_wp*(sqrt(1.0_wp + 8*pushed/(stiffness*way)) - 1.0_wp)
+  end function touching_part
 
   !> Stretch the spring of one point by its motion along the tangent plane, and let it slip.
   pure subroutine return_stretch(stretch, moved, normal, stiffness, limit, drag, lost)
