@@ -63,7 +63,7 @@ def check(frame, slip, tolerance):
 
 
 def check_picture(path):
-    """The tool's field as `post picture --tool plane` takes it, and that it draws or says why not."""
+    """The tool's field as `post picture --tool plane` takes it; it draws or says why not."""
     with Results(path) as results:
         points, corners, values = results.tool_field("plane", "wear", len(results.times) - 1, 3)
     sides = points[corners[:, 1]] - points[corners[:, 0]], points[corners[:, 3]] - \
@@ -71,7 +71,8 @@ def check_picture(path):
     areas = np.linalg.norm(np.cross(*sides), axis=1)
     np.testing.assert_allclose(np.sum(areas * values[corners].mean(axis=1)),
                                PRESSURE * AREA * WAY, rtol=1e-3)
-    for words, answer in ((["--tool", "plane", "--field", "wear", "--renderer", "matplotlib"], None),
+    drawn = ["--tool", "plane", "--field", "wear", "--renderer", "matplotlib"]
+    for words, answer in ((drawn, None),
                           (["--field", "wear"], "wear is a field of tools"),
                           (["--tool", "plane", "--field", "eqps"], "eqps is no field of tools"),
                           (["--tool", "plan"], "there is no tool 'plan', but plane")):

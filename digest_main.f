@@ -1,1 +1,0 @@
-C     INCLUDE 'digest_part.inc'
