@@ -12,6 +12,7 @@ import numpy as np
 IGAFORM, PROJECT, NAME, LENGTH = sys.argv[1:5]
 sys.path.insert(0, PROJECT)
 
+import membrane  # noqa: E402
 from post.draw_in import Outline  # noqa: E402
 from post.results import Results  # noqa: E402
 from post.section import Section  # noqa: E402
@@ -39,28 +40,23 @@ def between(what, value, low, high):
     assert low <= value <= high, what
 
 
-def thickness_strain(results):
-    """Distance from the axis at the start and thickness strain at the end, of all columns."""
-    radii, strains = [], []
-    for patch in results.patches:
-        start = patch.field("Points", 0)[0]
-        radii.append(np.hypot(start[..., 0], start[..., 1]).ravel())
-        thinning = patch.field("thinning", -1 % len(results.times))[0, ..., 0]
-        strains.append(np.log1p(-thinning).ravel())
-    return np.concatenate(radii), np.concatenate(strains)
-
-
 def hemisphere(folder):
-    """Thickness strain at the pole and its extreme, which lies under half the punch's radius."""
+    """Thickness strain at the pole and its extreme, which lies under half the punch's radius; all
+    along the radius as in a membrane."""
     if LENGTH == "short":
         results = run(folder, around=3, across=4, speed=20000, depth=18.6, frames=2)
-        pole, extreme, where = (-0.112, 0.012), (-0.15, 0.015), (12, 22)
+        extreme, where = (-0.15, 0.015), (12, 22)
+        radius, strain = membrane.columns(results)
+        between("thickness strain at the pole", strain[np.argmin(radius)], -0.124, -0.1)
     else:
         results = run(folder)
-        pole, extreme, where = (-0.20, 0.01), (-0.308, 0.015), (18, 27)
-    radius, strain = thickness_strain(results)
-    between("thickness strain at the pole", strain[np.argmin(radius)], pole[0] - pole[1],
-            pole[0] + pole[1])
+        radius, strain = membrane.columns(results)
+        middle, reference = membrane.profile()
+        extreme, where = (reference.min(), 0.01), (20, 27)
+        for low in range(0, 48, 8):
+            here, there = [(r >= low) & (r < low + 8) for r in (radius, middle)]
+            between(f"thickness strain from {low} to {low + 8} mm less that of a membrane",
+                    strain[here].mean() - reference[there].mean(), -0.025, 0.025)
     between("extreme thickness strain", strain.min(), extreme[0] - extreme[1],
             extreme[0] + extreme[1])
     between("its place at the start [mm]", radius[np.argmin(strain)], *where)
