@@ -7,13 +7,14 @@ module tool
   use kinds, only: wp
   use errors, only: error_t, fail
   use nurbs_surface, only: nurbs_surface_t
+  use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use knot_vector, only: n_spans, span_table
   use bezier, only: bezier_hulls, to_power_form
   use position_code, only: position_code_t, new_position_code
   use tool_cells, only: cell_t, cell_list_t
   use tool_blocks, only: cut_surface
   use cell_tree, only: cell_tree_t, new_cell_tree
-  use tool_seams, only: seam_t, find_seams, find_turned
+  use tool_seams, only: seam_t, find_seams
   implicit none
   private
 
@@ -67,51 +68,28 @@ contains
     tool%surfaces = surfaces
     tool%side = side
     tool%search_distance = search_distance
+    if (size(surfaces) > 1) call turn_surfaces(tool, error)
+    if (allocated(error)) return
     call set_faces(tool)
-    if (size(surfaces) > 1) call join_surfaces(tool, error)
+    if (size(surfaces) > 1) call find_seams(tool%orders, tool%coefficients, tool%surface_of, &
+                                            seam_width*search_distance, tool%neighbours, tool%links)
   end subroutine new_tool
 
-  !> Find the seams between the surfaces, and turn those over whose normals do not agree with the
-  !! first surface of their group.
-  subroutine join_surfaces(tool, error)
+  !> Turn those surfaces over whose normals do not agree with the first surface of their group.
+  subroutine turn_surfaces(tool, error)
     type(tool_t), intent(inout) :: tool
     type(error_t), allocatable, intent(inout) :: error
-    logical :: is_turned(size(tool%surfaces)), is_consistent
-    integer :: i
+    type(surface_seams_t) :: seams
 
-    call link_surfaces(tool)
-    call find_turned(tool%neighbours, tool%links, tool%surface_of, is_turned, is_consistent)
-    if (.not. is_consistent) then
+    call find_surface_seams(tool%surfaces, seam_width*tool%search_distance, seams)
+    if (seams%is_one_sided) then
       call fail(error, "tool "//tool%name//": its surfaces cannot all face one way across their " &
                 //"seams")
       return
     end if
-    tool%n_turned = count(is_turned)
-    if (tool%n_turned == 0) return
-    do i = 1, size(is_turned)
-      if (is_turned(i)) call turn_over(tool%surfaces(i))
-    end do
-    call set_faces(tool)
-    call link_surfaces(tool)
-  end subroutine join_surfaces
-
-  subroutine link_surfaces(tool)
-    type(tool_t), intent(inout) :: tool
-
-    call find_seams(tool%orders, tool%coefficients, tool%surface_of, &
-                    seam_width*tool%search_distance, tool%neighbours, tool%links)
-  end subroutine link_surfaces
-
-  !> Let xi of a surface run the other way.
-  pure subroutine turn_over(surface)
-    type(nurbs_surface_t), intent(inout) :: surface
-
-    associate (axis => surface%axes(1), n => surface%axes(1)%n_basis)
-      axis%knots = axis%knots(1) + axis%knots(size(axis%knots)) - axis%knots(size(axis%knots):1:-1)
-      surface%points = surface%points(n:1:-1, :, :)
-      surface%weights = surface%weights(n:1:-1, :)
-    end associate
-  end subroutine turn_over
+    call orient_surfaces(seams, tool%surfaces)
+    tool%n_turned = count(seams%is_turned)
+  end subroutine turn_surfaces
 
   subroutine check(name, surfaces, side, search_distance, error)
     character(*), intent(in) :: name
@@ -153,8 +131,6 @@ contains
       end associate
     end do
     n = tool%n_faces
-    if (allocated(tool%coefficients)) &
-      deallocate (tool%coefficients, tool%neighbours, tool%surface_of, tool%low, tool%high)
     allocate (tool%coefficients(4, tool%orders(1), tool%orders(2), n), source=0.0_wp)
     allocate (tool%neighbours(4, n), tool%surface_of(n), tool%low(2, n), tool%high(2, n))
     n = 0

@@ -7,7 +7,7 @@ module tool_seams
   implicit none
   private
 
-  public :: seam_t, find_seams, move_across, find_turned
+  public :: seam_t, find_seams, move_across
 
   integer, parameter :: n_samples = 8             !! parts of an edge, for first guesses
   real(wp), parameter :: shortest = 1.0e-6_wp     !! common part, of an edge
@@ -231,56 +231,5 @@ contains
     at = c
     at((edge + 1)/2) = real(modulo(edge + 1, 2), wp)
   end function border_place
-
-  !> Surfaces to be turned over so that normals agree across all seams, the first surface of each
-  !! joined group being right. Not consistent where that cannot be, as on a strip of one side.
-  pure subroutine find_turned(neighbours, links, surface_of, is_turned, is_consistent)
-    integer, intent(in) :: neighbours(:, :), surface_of(:)
-    type(seam_t), intent(in) :: links(:)
-    logical, intent(out) :: is_turned(:)      !! by surface
-    logical, intent(out) :: is_consistent
-    integer :: facing(size(is_turned)), own, other, sense, face, e, i, surface
-    logical :: has_changed
-
-    facing = 0
-    is_consistent = .true.
-    do surface = 1, size(facing)
-      if (facing(surface) /= 0) cycle
-      facing(surface) = 1
-      has_changed = .true.
-      do while (has_changed)
-        has_changed = .false.
-        do face = 1, size(surface_of)
-          own = surface_of(face)
-          if (facing(own) == 0) cycle
-          do e = 1, 4
-            if (neighbours(e, face) >= 0) cycle
-            do i = -neighbours(e, face), size(links)
-              other = surface_of(links(i)%face)
-              sense = facing(own)*sense_of(e, links(i))
-              if (facing(other) == 0) then
-                facing(other) = sense
-                has_changed = .true.
-              end if
-              is_consistent = is_consistent .and. facing(other) == sense
-              if (links(i)%is_last) exit
-            end do
-          end do
-        end do
-      end do
-    end do
-    is_turned = facing < 0
-  end subroutine find_turned
-
-  !> +1 where the normals of both sides of a seam agree: then the borders, run through with the
-  !! surface to the left, go opposite ways.
-  pure integer function sense_of(edge, seam) result(sense)
-    integer, intent(in) :: edge
-    type(seam_t), intent(in) :: seam
-    integer, parameter :: run(4) = [-1, 1, 1, -1]   ! of the coordinate along edges 1 to 4
-
-    sense = -run(edge)*run(seam%edge)
-    if (seam%there(2) < seam%there(1)) sense = -sense
-  end function sense_of
 
 end module tool_seams

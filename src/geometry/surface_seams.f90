@@ -13,12 +13,12 @@ module surface_seams
 
   public :: seam_t, surface_seams_t, find_surface_seams, orient_surfaces
 
-  !> An edge that lies on another one, as a whole or as a part of it.
+  !> An edge that lies on another one, as a whole or in part.
   type :: seam_t
-    integer :: surface(2) = 0        !! whose edges these are, the first one lying on the second
+    integer :: surface(2) = 0        !! whose edges these are, first one that lies on the other
     integer :: edge(2) = 0
     logical :: is_opposite = .true.  !! the two run in opposite directions, as they should
-    logical :: is_whole = .true.     !! the second lies on the first, too
+    logical :: is_whole = .true.     !! each lies on the other
     real(wp) :: gap = 0.0_wp         !! largest distance at the points compared [length]
   end type seam_t
 
@@ -32,6 +32,7 @@ module surface_seams
   end type surface_seams_t
 
   integer, parameter :: n_compared = 9         ! points of an edge, ends included
+  real(wp), parameter :: shortest = 1.0e-6_wp  ! common part, of an edge
   integer, parameter :: n_steps = 4            ! chords per span of the edge's polygon
 
   !> An edge, from end to end as its surface keeps it on the left.
@@ -67,7 +68,7 @@ contains
         if (any(edges(i)%low > edges(j)%high + tolerance) .or. &
             any(edges(j)%low > edges(i)%high + tolerance)) cycle
         call compare(surfaces, edges(i), edges(j), tolerance, seam, lies)
-        if (.not. any(lies)) cycle
+        if (seam%surface(1) == 0) cycle
         if (lies(1)) is_free(i) = .false.
         if (lies(2)) is_free(j) = .false.
         found%seams = [found%seams, seam]
@@ -142,13 +143,24 @@ contains
     real(wp), intent(in) :: tolerance
     type(seam_t), intent(out) :: seam
     logical, intent(out) :: lies(2)
-    real(wp) :: gaps(2)
+    real(wp), parameter :: whole(2) = [0.0_wp, 1.0_wp]
+    real(wp) :: gaps(2), part(2)
     logical :: runs_along(2)
 
-    call lay_on(surfaces, a, b, tolerance, lies(1), gaps(1), runs_along(1))
-    call lay_on(surfaces, b, a, tolerance, lies(2), gaps(2), runs_along(2))
-    if (.not. any(lies)) return
+    seam%surface = 0
+    call lay_on(surfaces, a, b, whole, tolerance, lies(1), gaps(1), runs_along(1))
+    call lay_on(surfaces, b, a, whole, tolerance, lies(2), gaps(2), runs_along(2))
     seam%is_whole = all(lies)
+    if (.not. any(lies)) then
+      part = common_part(surfaces, a, b, tolerance)
+      if (part(2) - part(1) < shortest) return
+      call lay_on(surfaces, a, b, part, tolerance, lies(1), gaps(1), runs_along(1))
+      if (.not. lies(1)) return
+      lies(1) = .false.
+      seam = seam_t([a%surface, b%surface], [a%number, b%number], .not. runs_along(1), .false., &
+                    gaps(1))
+      return
+    end if
     seam%gap = maxval(gaps, mask=lies)
     if (lies(1)) then
       seam%surface = [a%surface, b%surface]
@@ -161,10 +173,32 @@ contains
     end if
   end subroutine compare
 
-  !> Project points of edge `a` onto edge `b`.
-  subroutine lay_on(surfaces, a, b, tolerance, lies, gap, runs_along)
+  !> From where to where edge `a` lies on edge `b`, parts of its length: the ends of either on the
+  !! other tell.
+  function common_part(surfaces, a, b, tolerance) result(part)
     type(nurbs_surface_t), intent(in) :: surfaces(:)
     type(edge_t), intent(in) :: a, b
+    real(wp), intent(in) :: tolerance
+    real(wp) :: part(2)
+    real(wp) :: at, distance
+    integer :: i
+
+    part = [1.0_wp, 0.0_wp]
+    do i = 0, 1
+      call project(surfaces(b%surface), b, a%corners(:, 1 + i*(size(a%at) - 1)), at, distance)
+      if (distance <= tolerance) part = [min(part(1), real(i, wp)), max(part(2), real(i, wp))]
+      call project(surfaces(a%surface), a, b%corners(:, 1 + i*(size(b%at) - 1)), at, distance)
+      if (distance > tolerance) cycle
+      at = (at - a%at(1))/(a%at(size(a%at)) - a%at(1))
+      part = [min(part(1), at), max(part(2), at)]
+    end do
+  end function common_part
+
+  !> Project points of a part of edge `a` onto edge `b`.
+  subroutine lay_on(surfaces, a, b, part, tolerance, lies, gap, runs_along)
+    type(nurbs_surface_t), intent(in) :: surfaces(:)
+    type(edge_t), intent(in) :: a, b
+    real(wp), intent(in) :: part(2)         !! from 0 to 1
     real(wp), intent(in) :: tolerance
     logical, intent(out) :: lies
     real(wp), intent(out) :: gap
@@ -177,7 +211,7 @@ contains
     runs_along = .false.
     range = b%at(size(b%at)) - b%at(1)
     do i = 1, n_compared
-      share = real(i - 1, wp)/(n_compared - 1)
+      share = part(1) + (part(2) - part(1))*(i - 1)/(n_compared - 1)
       call evaluate_edge(surfaces(a%surface), a%number, &
                          (1 - share)*a%at(1) + share*a%at(size(a%at)), point, tangent)
       call project(surfaces(b%surface), b, point, place(i), distance)
