@@ -97,6 +97,8 @@ contains
     integer, intent(in) :: side
     real(wp), intent(in) :: search_distance
     type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: farthest = 1.0e50_wp     ! areas and volumes squared stay numbers
+    real(wp), parameter :: most_uneven = 1.0e9_wp   ! beyond it searches find no end of minima
     integer :: i
 
     if (size(surfaces) == 0) then
@@ -108,10 +110,12 @@ contains
     end if
     do i = 1, size(surfaces)
       if (allocated(error)) return
-      if (.not. all(ieee_is_finite(surfaces(i)%points))) then
-        call fail(error, "tool "//name//": control points must be finite numbers")
+      if (.not. all(abs(surfaces(i)%points) < farthest)) then
+        call fail(error, "tool "//name//": control points must be numbers below 1e50")
       else if (.not. all(surfaces(i)%weights > 0.0_wp)) then
         call fail(error, "tool "//name//": weights must be positive")
+      else if (maxval(surfaces(i)%weights)/minval(surfaces(i)%weights) > most_uneven) then
+        call fail(error, "tool "//name//": weights must lie within a factor of 1e9")
       end if
     end do
   end subroutine check

@@ -252,7 +252,7 @@ contains
       least = distance
       nearest = names(i)%value
     end do
-    if (2*least > max(len(given), len(nearest))) nearest = ""
+    if (least > max(len(given), len(nearest))/2) nearest = ""
   end function nearest_name
 
   !> Texts of one common length as a list of trimmed texts.

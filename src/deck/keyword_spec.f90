@@ -51,7 +51,7 @@ module keyword_spec
     type(string_t), allocatable :: example(:)
   end type keyword_spec_t
 
-  !> All keywords: the first `n_keywords` of `items`.
+  !> All keywords: the first `n_keywords` of `items`, which grow by doubling.
   type :: keyword_table_t
     integer :: n_keywords = 0
     type(keyword_spec_t), allocatable :: items(:)
@@ -66,15 +66,21 @@ contains
     character(*), intent(in), optional :: parent
     logical, intent(in), optional :: is_unique
     type(keyword_spec_t) :: keyword
+    type(keyword_spec_t), allocatable :: longer(:)
 
     keyword%name = name
     keyword%text = text
     if (present(parent)) keyword%parent = parent
     if (present(is_unique)) keyword%is_unique = is_unique
     allocate (keyword%example(0))
-    if (.not. allocated(table%items)) allocate (table%items(0))
-    table%items = [table%items(:table%n_keywords), keyword]
+    if (.not. allocated(table%items)) allocate (table%items(64))
+    if (table%n_keywords == size(table%items)) then
+      allocate (longer(2*table%n_keywords))
+      longer(:table%n_keywords) = table%items
+      call move_alloc(longer, table%items)
+    end if
     table%n_keywords = table%n_keywords + 1
+    table%items(table%n_keywords) = keyword
   end subroutine add_keyword
 
   !> Add an option; without a default it must be given unless `is_required` is false.

@@ -128,7 +128,7 @@ contains
     call add_field(table, "x", kind_real, "coordinate", unit="length")
     call add_field(table, "y", kind_real, "coordinate", unit="length")
     call add_field(table, "z", kind_real, "coordinate", unit="length")
-    call add_field(table, "w", kind_real, "weight", default="1", range="> 0")
+    call add_field(table, "w", kind_real, "weight", default="1", range=">= 1e-30 and <= 1e30")
     call add_example(table, "*CONTROL POINTS, PATCH=punch, INPUT=punch.csv")
 
     call add_keyword(table, "REFINE", "Refines one axis of the blank or of a tool; the shape "// &

@@ -36,8 +36,7 @@ contains
         associate (a => faces(i), b => faces(j))
           if (a%patch == b%patch) cycle
           if (any(a%low > b%high + tolerance .or. b%low > a%high + tolerance)) cycle
-          if (lies_on(a%surface, b%surface, tolerance) .or. &
-              lies_on(b%surface, a%surface, tolerance)) &
+          if (lies_on(a%surface, b, tolerance) .or. lies_on(b%surface, a, tolerance)) &
             pairs = reshape([pairs, a%patch, a%face, b%patch, b%face], [4, size(pairs, 2) + 1])
         end associate
       end do
@@ -67,9 +66,10 @@ contains
     end do
   end function open_faces
 
-  !> Does any of some places inside a surface lie on another one?
+  !> Does any of some places inside a surface lie on a face?
   pure logical function lies_on(surface, other, tolerance)
-    type(nurbs_surface_t), intent(in) :: surface, other
+    type(nurbs_surface_t), intent(in) :: surface
+    type(face_t), intent(in) :: other
     real(wp), intent(in) :: tolerance
     real(wp) :: xi(2), point(3)
     integer :: i, j
@@ -77,9 +77,10 @@ contains
     lies_on = .false.
     do j = 1, n_samples
       do i = 1, n_samples
-        xi = place(surface, [i, j] - 0.5_wp, n_samples)
+        xi = place(surface, ([i, j] - 0.5_wp)/n_samples)
         call evaluate_surface(surface, xi, point)
-        lies_on = distance_to(other, point, tolerance) <= tolerance
+        if (any(point < other%low - tolerance .or. point > other%high + tolerance)) cycle
+        lies_on = distance_to(other%surface, point, tolerance) <= tolerance
         if (lies_on) return
       end do
     end do
@@ -92,13 +93,13 @@ contains
     real(wp), intent(in) :: point(3), enough
     integer, parameter :: n_steps = 20
     real(wp) :: xi(2), best(2), at(3), d1(3, 2), gap(3), a(2, 2), b(2), det
-    integer :: i, j, n
+    integer :: i, j, n(2)
 
-    n = 2*max(maxval(surface%axes%n_basis), n_samples)
+    n = 2*max(surface%axes%n_basis, n_samples)
     distance = huge(1.0_wp)
-    do j = 0, n
-      do i = 0, n
-        xi = place(surface, real([i, j], wp), n)
+    do j = 0, n(2)
+      do i = 0, n(1)
+        xi = place(surface, real([i, j], wp)/n)
         call evaluate_surface(surface, xi, at)
         if (norm2(at - point) >= distance) cycle
         distance = norm2(at - point)
@@ -114,18 +115,17 @@ contains
       det = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
       if (det <= tiny(1.0_wp)) return
       best = best + [a(2, 2)*b(1) - a(1, 2)*b(2), a(1, 1)*b(2) - a(2, 1)*b(1)]/det
-      best = max(best, place(surface, [0.0_wp, 0.0_wp], 1))
-      best = min(best, place(surface, [1.0_wp, 1.0_wp], 1))
+      best = max(best, place(surface, [0.0_wp, 0.0_wp]))
+      best = min(best, place(surface, [1.0_wp, 1.0_wp]))
       call evaluate_surface(surface, best, at)
       distance = min(distance, norm2(at - point))
     end do
   end function distance_to
 
-  !> Parametric coordinates of a share `at/n` of the way along both axes.
-  pure function place(surface, at, n) result(xi)
+  !> Parametric coordinates of shares of the way along both axes.
+  pure function place(surface, share) result(xi)
     type(nurbs_surface_t), intent(in) :: surface
-    real(wp), intent(in) :: at(2)
-    integer, intent(in) :: n
+    real(wp), intent(in) :: share(2)
     real(wp) :: xi(2), first, last
     integer :: axis
 
@@ -134,7 +134,7 @@ contains
         first = knots(1)
         last = knots(size(knots))
       end associate
-      xi(axis) = first + (last - first)*(at(axis)/n)
+      xi(axis) = first + (last - first)*share(axis)
     end do
   end function place
 

@@ -13,6 +13,7 @@ module hdf5_library
   integer(hsize_t), parameter, public :: h5_unlimited = -1_hsize_t
   integer(c_int), parameter, public :: h5_read_only = 0, h5_read_write = 1
   integer(c_int), parameter, public :: h5_truncate = 2, h5_scope_global = 1, h5_select_set = 0
+  integer(c_int), parameter, public :: h5_integer = 0, h5_float = 1, h5_string = 3   !! classes
   integer(c_int), parameter, public :: h5_walk_upward = 0, h5_null_padded = 1, h5_utf8 = 1
 
   integer(hid_t), bind(C, name="H5T_NATIVE_DOUBLE_g"), protected, public :: h5_double
@@ -24,7 +25,8 @@ module hdf5_library
 
   public :: h5dont_atexit, h5open, h5fcreate, h5fclose, h5fflush, h5fis_hdf5, h5fget_vfd_handle
   public :: h5gcreate, h5oopen, h5oclose, h5lexists, h5lcreate_hard, h5lget_name
-  public :: h5fopen, h5dread, h5aread, h5aget_type, h5tget_size, h5sget_ndims, h5dget_type
+  public :: h5fopen, h5dread, h5dget_storage, h5dget_type, h5aread, h5aget_type, h5aget_space
+  public :: h5tget_size, h5tget_class, h5tis_variable, h5sget_npoints
   public :: h5acreate, h5aopen, h5aexists, h5awrite, h5adelete, h5aclose
   public :: h5dcreate, h5dopen, h5dwrite, h5dset_extent, h5dget_space, h5dclose
   public :: h5screate_simple, h5sget_extent, h5sselect_hyperslab, h5sclose
@@ -215,10 +217,30 @@ module hdf5_library
       integer(hid_t), value :: type
     end function h5tget_size
 
-    integer(c_int) function h5sget_ndims(space) bind(C, name="H5Sget_simple_extent_ndims")
+    integer(c_int) function h5tget_class(type) bind(C, name="H5Tget_class")
       import :: c_int, hid_t
+      integer(hid_t), value :: type
+    end function h5tget_class
+
+    integer(c_int) function h5tis_variable(type) bind(C, name="H5Tis_variable_str")
+      import :: c_int, hid_t
+      integer(hid_t), value :: type
+    end function h5tis_variable
+
+    integer(hid_t) function h5aget_space(attribute) bind(C, name="H5Aget_space")
+      import :: hid_t
+      integer(hid_t), value :: attribute
+    end function h5aget_space
+
+    integer(hsize_t) function h5dget_storage(dataset) bind(C, name="H5Dget_storage_size")
+      import :: hid_t, hsize_t
+      integer(hid_t), value :: dataset
+    end function h5dget_storage
+
+    integer(hsize_t) function h5sget_npoints(space) bind(C, name="H5Sget_simple_extent_npoints")
+      import :: hid_t, hsize_t
       integer(hid_t), value :: space
-    end function h5sget_ndims
+    end function h5sget_npoints
 
     integer(c_int) function h5dset_extent(dataset, extents) bind(C, name="H5Dset_extent")
       import :: c_int, hid_t, hsize_t

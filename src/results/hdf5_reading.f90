@@ -48,8 +48,10 @@ contains
     attribute = h5aopen(owner, name//c_null_char, h5_default)
     if (attribute >= 0) then
       type = h5aget_type(attribute)
-      allocate (letters(h5tget_size(type)))
-      if (h5aread(attribute, type, c_loc(letters)) >= 0) text = plain_text(letters)
+      if (is_one_text(type, h5aget_space(attribute))) then
+        allocate (letters(h5tget_size(type)))
+        if (h5aread(attribute, type, c_loc(letters)) >= 0) text = plain_text(letters)
+      end if
       ignored = h5tclose(type)
       ignored = h5aclose(attribute)
     end if
@@ -69,32 +71,53 @@ contains
     dataset = h5dopen(file, name//c_null_char, h5_default)
     if (dataset < 0) return
     type = h5dget_type(dataset)
-    allocate (letters(h5tget_size(type)))
-    if (h5dread(dataset, type, h5_default, h5_default, h5_default, c_loc(letters)) >= 0) &
-      text = plain_text(letters)
+    if (is_one_text(type, h5dget_space(dataset))) then
+      allocate (letters(h5tget_size(type)))
+      if (h5dread(dataset, type, h5_default, h5_default, h5_default, c_loc(letters)) >= 0) &
+        text = plain_text(letters)
+    end if
     ignored = h5tclose(type)
     ignored = h5dclose(dataset)
   end function read_text
+
+  !> Is it a single text of a fixed length? Of any other the buffer would be too small. Closes the
+  !! space.
+  logical function is_one_text(type, space)
+    integer(hid_t), intent(in) :: type, space
+    integer(hsize_t) :: n
+    integer(c_int) :: ignored
+
+    n = h5sget_npoints(space)
+    ignored = h5sclose(space)
+    is_one_text = h5tget_class(type) == h5_string
+    if (is_one_text) is_one_text = h5tis_variable(type) == 0
+    is_one_text = is_one_text .and. n == 1
+  end function is_one_text
 
   !> All numbers of a dataset one after the other; not allocated if they cannot be read.
   subroutine read_numbers(file, name, values)
     integer(hid_t), intent(in) :: file
     character(*), intent(in) :: name
     real(wp), allocatable, target, intent(out) :: values(:)
-    integer, parameter :: max_rank = 32
-    integer(hsize_t) :: extents(max_rank), limits(max_rank)
-    integer(hid_t) :: dataset, space
-    integer(c_int) :: ignored, rank
+    integer(hsize_t), parameter :: most_a_byte = 1032   ! that deflate packs into one byte
+    integer(hsize_t) :: n, n_bytes
+    integer(hid_t) :: dataset, space, type
+    integer(c_int) :: ignored, class
+    integer :: status
 
     dataset = h5dopen(file, name//c_null_char, h5_default)
     if (dataset < 0) return
     space = h5dget_space(dataset)
-    rank = h5sget_ndims(space)
-    ignored = h5sget_extent(space, extents, limits)
+    n = h5sget_npoints(space)
     ignored = h5sclose(space)
-    if (rank >= 0) then
-      allocate (values(product(extents(:rank))))
-      if (size(values) > 0) then
+    type = h5dget_type(dataset)
+    class = h5tget_class(type)
+    ignored = h5tclose(type)
+    n_bytes = h5dget_storage(dataset)
+    ! A damaged extent must not ask for more memory than the file has numbers.
+    if (any(class == [h5_integer, h5_float]) .and. n >= 0 .and. n <= most_a_byte*n_bytes) then
+      allocate (values(n), stat=status)
+      if (status == 0 .and. n > 0) then
         if (h5dread(dataset, h5_double, h5_default, h5_default, h5_default, c_loc(values)) < 0) &
           deallocate (values)
       end if

@@ -25,14 +25,16 @@ contains
     type(nurbs_surface_t), allocatable :: surfaces(:)
     type(string_t), allocatable :: report(:)
     type(fault_list_t) :: faults
+    character(:), allocatable :: answer
 
     request%path = path
     request%origin = new_origin("fuzz.key", 1, "*TOOL")
     request%unit = "MM"
     allocate (request%numbers(0), request%labels(0))
     call read_iges(request, surfaces, report, faults)
-    write (output_unit, "(i0, a, i0, a)") size(surfaces), " surfaces, ", n_errors(faults), &
-      " errors"
+    answer = merge("read   ", "refused", n_errors(faults) == 0)
+    if (faults%n_items > 0) answer = answer//", "//faults%items(1)%expected
+    write (output_unit, "(a)") answer
     flush (output_unit)
   end subroutine read_one
 

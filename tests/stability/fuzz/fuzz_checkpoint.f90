@@ -1,0 +1,113 @@
+!> Takes up a run from checkpoints, path by path from the standard input, for fuzz.py.
+!!
+!!     fuzz_checkpoint DECK           reads
+!!     fuzz_checkpoint DECK PATH      writes a sound one of some steps of the deck
+program fuzz_checkpoint
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use kinds, only: wp
+  use errors, only: error_t
+  use faults, only: fault_list_t, n_errors
+  use text, only: string_t
+  use scene, only: scene_t
+  use state_store, only: state_store_t
+  use deck_reader, only: read_deck
+  use model, only: model_t
+  use model_setup, only: build_model
+  use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint, restore_result
+  use run_data, only: run_t
+  use run_state, only: pack_run, unpack_run
+  use run_saver, only: frames_of_state
+  use forming_run, only: new_run, take_step
+  implicit none
+
+  character(1000) :: deck, path
+  type(checkpoint_header_t) :: header
+  type(model_t) :: model
+  type(run_t) :: run
+  integer :: status
+
+  call get_command_argument(1, deck)
+  header%program = "any"
+  header%deck = "any"
+  header%deck_file = trim(deck)
+  call set_up()
+  if (command_argument_count() > 1) then
+    call get_command_argument(2, path)
+    call write_one(trim(path))
+    stop
+  end if
+  do
+    read (*, "(a)", iostat=status) path
+    if (status /= 0) exit
+    call read_one(trim(path))
+  end do
+
+contains
+
+  subroutine set_up()
+    type(scene_t) :: scene
+    type(fault_list_t) :: faults
+    type(string_t) :: overrides(0)
+
+    call read_deck(trim(deck), overrides, scene, faults)
+    if (n_errors(faults) == 0) call build_model(scene, model, faults)
+    if (n_errors(faults) > 0) error stop "the deck is at fault"
+    call new_run(model, run)
+  end subroutine set_up
+
+  !> The deck stands for the result file.
+  subroutine write_one(path)
+    character(*), intent(in) :: path
+    type(state_store_t) :: store
+    type(error_t), allocatable :: error
+    real(wp) :: rate, dt
+    integer :: i
+
+    rate = model%rate
+    dt = 0.0_wp
+    do i = 1, 200
+      call take_step(model, run, rate, dt, error)
+      if (allocated(error)) error stop "the run failed"
+    end do
+    call pack_run(model, run, store)
+    call write_checkpoint(path, header, store, trim(deck), error)
+    if (allocated(error)) error stop "no checkpoint written"
+  end subroutine write_one
+
+  subroutine read_one(path)
+    character(*), intent(in) :: path
+    type(state_store_t) :: store
+    type(error_t), allocatable :: error
+    character(:), allocatable :: answer
+    integer :: n_frames
+
+    call read_checkpoint(path, header, store, error)
+    if (allocated(error)) then
+      answer = error%message
+    else
+      n_frames = frames_of_state(store)
+      call unpack_run(model, run, store)
+      answer = "taken up"
+      if (store%fault /= "") then
+        answer = store%fault
+      else
+        call go_on()
+      end if
+      call restore_result(path, path//".result", error)
+      if (allocated(error)) answer = error%message
+    end if
+    write (output_unit, "(a)") answer
+    flush (output_unit)
+  end subroutine read_one
+
+  !> A step from where the checkpoint has led, wherever that is.
+  subroutine go_on()
+    type(error_t), allocatable :: error
+    real(wp) :: rate, dt
+
+    rate = model%bodies%blank%report%largest_rate
+    dt = run%instant%dt
+    call take_step(model, run, rate, dt, error)
+  end subroutine go_on
+
+end program fuzz_checkpoint

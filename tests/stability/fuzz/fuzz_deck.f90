@@ -1,0 +1,70 @@
+!> Reads decks, and builds the models of small ones, path by path from the standard input, for
+!! fuzz.py.
+program fuzz_deck
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use faults, only: fault_list_t, n_errors
+  use text, only: string_t
+  use scene, only: scene_t
+  use knot_vector, only: n_spans
+  use deck_reader, only: read_deck, read_material_deck
+  use model, only: model_t
+  use model_setup, only: build_model
+  implicit none
+
+  integer, parameter :: most_elements = 40, most_points = 5000   ! a model within a second
+  character(1000) :: path
+  integer :: status
+
+  do
+    read (*, "(a)", iostat=status) path
+    if (status /= 0) exit
+    call read_one(trim(path))
+  end do
+
+contains
+
+  subroutine read_one(path)
+    character(*), intent(in) :: path
+    type(scene_t) :: scene
+    type(model_t) :: model
+    type(fault_list_t) :: faults
+    type(string_t) :: overrides(0)
+    character(:), allocatable :: answer
+
+    call read_material_deck(path, overrides, .true., scene, faults)
+    answer = "refused"
+    if (n_errors(faults) == 0) answer = "material"
+    call read_deck(path, overrides, scene, faults)
+    if (n_errors(faults) == 0) then
+      answer = "read"
+      if (is_small(scene)) then
+        call build_model(scene, model, faults)
+        answer = "built"
+        if (n_errors(faults) > 0) answer = "not built"
+      end if
+    end if
+    if (faults%n_items > 0) answer = answer//", "//faults%items(1)%expected
+    write (output_unit, "(a)") answer
+    flush (output_unit)
+  end subroutine read_one
+
+  logical function is_small(scene)
+    type(scene_t), intent(in) :: scene
+    integer :: i, j, n_elements, n_points
+
+    n_elements = 0
+    n_points = 0
+    do i = 1, size(scene%blank%patches)
+      associate (axes => scene%blank%patches(i)%solid%axes)
+        n_elements = n_elements + n_spans(axes(1))*n_spans(axes(2))*n_spans(axes(3))
+      end associate
+    end do
+    do i = 1, size(scene%tools)
+      do j = 1, size(scene%tools(i)%surfaces)
+        n_points = n_points + size(scene%tools(i)%surfaces(j)%weights)
+      end do
+    end do
+    is_small = n_elements <= most_elements .and. n_points <= most_points
+  end function is_small
+
+end program fuzz_deck
