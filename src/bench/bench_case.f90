@@ -14,6 +14,7 @@ module bench_case
     real(wp) :: flops = 0.0_wp             !! operations a unit by formula, 0: not counted
     real(wp) :: bytes = 0.0_wp             !! moved to and from memory a unit, 0: not counted
     real(wp) :: working_set = 0.0_wp       !! what a call of `run` touches [byte]
+    real(wp) :: memory_ratio = 0.0_wp      !! memory held over that of the state, 0: not counted
     integer :: most_repetitions = 400      !! fewer where one takes long
     logical :: is_by_the_wall = .false.    !! timed by the wall clock on one thread too
     logical :: is_serial = .false.         !! one thread is all it can use

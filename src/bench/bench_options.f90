@@ -53,6 +53,8 @@ contains
         options%wants_list = .true.
       case ("--vectors")
         options%wants_vectors = .true.
+      case ("--targets")
+        options%only = [options%only, with_targets()]
       case ("--help", "-h")
         options%wants_help = .true.
       case ("--only", "--json", "--compare", "--threads")
@@ -95,10 +97,22 @@ contains
     character(:), allocatable :: fault, nearest
 
     nearest = nearest_name(word, strings([character(9) :: "--quick", "--list", "--vectors", &
-                                          "--help", "--only", "--json", "--compare", "--threads"]))
+                                          "--help", "--only", "--json", "--compare", "--threads", &
+                                          "--targets"]))
     fault = "unknown option '"//word//"'"
     if (nearest /= "") fault = fault//"; nearest is "//nearest
   end function unknown
+
+  !> Parts of the names of all records that have a target.
+  function with_targets() result(names)
+    type(string_t), allocatable :: names(:)
+
+    names = strings([character(36) :: "force/p2/3x3x3/voce/plain/default", &
+                     "force/p2/2x2x3/voce/plain/default", "force/p2/2x2x2/voce/plain/default", &
+                     "force/p2/3x3x3/voce/rational", "force/p2/2x2x3/voce/rational", &
+                     "force/p2/2x2x2/voce/rational", "force/p2/3x3x4/voce", "smooth", &
+                     "elements/8000", "/faces/", "/refined/", "step/channel"])
+  end function with_targets
 
   !> Does the name hold one of the texts of --only?
   pure logical function is_chosen(options, name)
@@ -120,6 +134,7 @@ contains
     text = "usage: igaform_bench [options]"//feed &
            //"  --quick            shorter samples, no long cases"//feed &
            //"  --only TEXT        names that hold this text; may come several times"//feed &
+           //"  --targets          only what has a target, with the table of targets behind"//feed &
            //"  --threads N        measure 1 to N threads (default: all cores)"//feed &
            //"  --json FILE        store the records"//feed &
            //"  --compare OLD.json ratios to the records of an earlier run"//feed &

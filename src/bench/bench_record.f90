@@ -19,6 +19,7 @@ module bench_record
     real(wp) :: flops = -1.0_wp               !! operations a unit, by formula
     real(wp) :: bytes = -1.0_wp               !! moved a unit, by formula
     real(wp) :: working_set = -1.0_wp         !! touched over and over [byte]
+    real(wp) :: memory_ratio = -1.0_wp        !! memory held over that of the state alone
     real(wp) :: share_of_bound = -1.0_wp      !! least possible time over `ns`
     real(wp) :: target = -1.0_wp              !! what it should need at most [ns]
   end type record_t

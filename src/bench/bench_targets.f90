@@ -80,6 +80,15 @@ contains
                                record%ns, record%target, record%ns <= record%target)
       end associate
     end do
+    do i = 1, records%n
+      associate (record => records%items(i))
+        if (record%threads > 1 .or. index(record%name, "/voce/plain/default") == 0) cycle
+        if (record%memory_ratio < 0.0_wp) cycle
+        lines = lines//verdict(record%name//", memory over state", record%memory_ratio, 2.0_wp, &
+                               record%memory_ratio <= 2.0_wp)
+      end associate
+    end do
+    lines = lines//smooth_lines(records)
     lines = lines//efficiency_line(records, "force/p2/2x2x3/voce/plain/default", 0.95_wp)
     lines = lines//efficiency_line(records, "elements/8000", 0.90_wp)
     lines = lines//growth_lines(records, "contact/faces/")//growth_lines(records, "search/faces/") &
@@ -102,6 +111,27 @@ contains
     efficiency = records%items(one)%ns/(2.0_wp*records%items(two)%ns)
     line = verdict(name//", efficiency of two threads", efficiency, least, efficiency >= least)
   end function efficiency_line
+
+  !> Projections, which go through a general routine of their own, against the plain general routine,
+  !! point by point.
+  function smooth_lines(records) result(lines)
+    type(record_list_t), intent(in) :: records
+    character(:), allocatable :: lines
+    real(wp), parameter :: most = 3.0_wp
+    integer :: i, general
+    real(wp) :: ratio
+
+    lines = ""
+    general = find_record(records, "force/p2/3x3x4/voce/plain/default", 1)
+    if (general == 0) return
+    do i = 1, records%n
+      associate (record => records%items(i))
+        if (record%threads > 1 .or. index(record%name, "_smooth") == 0) cycle
+        ratio = record%ns_per_point/records%items(general)%ns_per_point
+        lines = lines//verdict(record%name//", over plain", ratio, most, ratio <= most)
+      end associate
+    end do
+  end function smooth_lines
 
   !> Cost may grow as the logarithm of the number of faces: from 100 to 10^5 by 2.5, to 10^6 by 3.
   function growth_lines(records, stem) result(lines)

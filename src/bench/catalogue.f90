@@ -203,6 +203,9 @@ contains
     item%name = "update"
     item%per = "control-point-step"
     call add(cases, item)
+    item%part = "scatter"
+    item%name = "scatter"
+    call add(cases, item)
     item%part = "history"
     item%name = "history"
     item%per = "row"

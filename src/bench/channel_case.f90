@@ -15,6 +15,7 @@ module channel_case
   use frames, only: results_t, results_setup_t, open_results, write_frame, close_results
   use run_log, only: run_log_t, timings_t, open_log, close_log
   use snapshot, only: fill_frame
+  use internal_force, only: add_tiles
   use central_difference, only: advance_velocities, advance_positions
   use run_data, only: run_t
   use run_saver, only: saver_t
@@ -30,7 +31,7 @@ module channel_case
 
   !> The channel with parameters of its own; which part of the work is run is told by `part`.
   type, extends(bench_case_t), public :: channel_case_t
-    character(12) :: part = "step"             !! step, update, history or frame
+    character(12) :: part = "step"             !! step, update, scatter, history or frame
     character(16) :: closing = "closing=150"   !! how far the dies close
     type(scene_t) :: scene
     type(model_t) :: model
@@ -86,6 +87,9 @@ contains
       self%bytes = 8.0_wp*(6 + 6 + 3 + 6 + 3)
       self%flops = 18.0_wp
       self%working_set = 8.0_wp*13*n_controls
+    case ("scatter")
+      self%n_calls = 200
+      self%n_units = self%n_calls*n_controls
     case ("history")
       self%n_calls = 50
       self%n_units = self%n_calls
@@ -162,6 +166,12 @@ contains
       do i = 1, self%n_calls
         call update(self%model)
       end do
+    case ("scatter")
+      associate (body => self%model%bodies%blank%parts(1))
+        do i = 1, self%n_calls
+          call add_tiles(body%patch, body%buffers, body%motion%internal_force)
+        end do
+      end associate
     case ("history")
       do i = 1, self%n_calls
         call take_row(self%model, self%solver, self%results)

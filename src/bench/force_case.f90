@@ -12,6 +12,7 @@ module force_case
   use bench_case, only: bench_case_t
   use bench_laws, only: new_bench_law
   use force_cost, only: kernel_flops, law_flops, force_bytes
+  use memory_cost, only: memory_ratio
   implicit none
   private
 
@@ -117,6 +118,7 @@ contains
     n_elements = product(self%n_elements)
     controls = real(size(self%x)/3, wp)/n_elements
     self%n_points = product(q)
+    self%memory_ratio = memory_ratio(self%patch, self%buffers, size(self%x))
     self%bytes = force_bytes(self%n_points, self%law%n_state, controls, self%is_rational)
     self%working_set = n_elements*(8.0_wp*self%n_points*(6 + self%law%n_state) + 72.0_wp*controls)
     if (self%is_rational) self%working_set = self%working_set + 40.0_wp*self%n_points*n_elements

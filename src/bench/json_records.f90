@@ -46,6 +46,7 @@ contains
            //to_text(record%repetitions)//', "per": "'//record%per//'", "ns_per_point": ' &
            //number(record%ns_per_point)//', "flops": '//number(record%flops)//', "bytes": ' &
            //number(record%bytes)//', "working_set": '//number(record%working_set) &
+           //', "memory_ratio": '//number(record%memory_ratio) &
            //', "share_of_bound": '//number(record%share_of_bound)//', "target": ' &
            //number(record%target)//', "is_met": '//met(record)//"}"
   end function object
@@ -186,6 +187,8 @@ contains
       record%median = value
     case ("spread")
       record%spread = value
+    case ("memory_ratio")
+      record%memory_ratio = value
     case ("share_of_bound")
       record%share_of_bound = value
     end select

@@ -68,6 +68,7 @@ contains
     if (item%n_points > 0) record%ns_per_point = record%ns/item%n_points
     if (item%flops > 0.0_wp) record%flops = item%flops
     if (item%bytes > 0.0_wp) record%bytes = item%bytes
+    if (item%memory_ratio > 0.0_wp) record%memory_ratio = item%memory_ratio
     if (item%working_set > 0.0_wp) record%working_set = item%working_set
   end subroutine summarise
 

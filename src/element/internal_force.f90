@@ -8,7 +8,7 @@ module internal_force
   implicit none
   private
 
-  public :: internal_forces
+  public :: internal_forces, add_tiles
 
 contains
 

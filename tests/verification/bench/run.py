@@ -12,9 +12,10 @@ import unittest
 
 PROGRAM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 CHOSEN = ("p2/2x2x3/voce/plain/def", "p2/2x2x3/elastic", "elements/8000", "contact/closest_point",
-          "contact/step", "update", "history", "frame")
+          "contact/step", "update", "scatter", "history", "frame")
 NUMBERS = {"ns", "median", "spread", "repetitions", "threads"}
-OPTIONAL = {"ns_per_point", "flops", "bytes", "working_set", "share_of_bound", "target"}
+OPTIONAL = {"ns_per_point", "flops", "bytes", "working_set", "share_of_bound", "target",
+            "memory_ratio"}
 
 
 class Bench(unittest.TestCase):
@@ -69,6 +70,7 @@ class Bench(unittest.TestCase):
                 self.assertAlmostEqual(record["ns_per_point"], record["ns"] / 12, places=3)
                 self.assertGreater(record["share_of_bound"], 0)
                 self.assertIsNotNone(record["target"])
+                self.assertTrue(1 < record["memory_ratio"] < 2, record["memory_ratio"])
 
     def test_comparison_with_itself(self):
         result = self.bench("--quick", "--threads", "1", "--only", "contact/closest_point",
@@ -94,6 +96,12 @@ class Bench(unittest.TestCase):
         self.assertEqual(len(set(names)), len(names))
         self.assertIn("contact/refined/1000000", names)
         self.assertNotIn("contact/refined/1000000", self.bench("--list", "--quick").stdout)
+
+    def test_targets_choose_what_has_one(self):
+        names = self.bench("--list", "--targets").stdout.split()
+        self.assertIn("step/channel", names)
+        self.assertIn("force/p2/3x3x3/voce/plain/ans_smooth", names)
+        self.assertNotIn("force/p2/2x2x3/swift/plain/default", names)
 
     def test_nothing_is_left_behind(self):
         left = os.path.join(self.folder.name, "igaform_cache")
