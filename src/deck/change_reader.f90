@@ -3,7 +3,7 @@ module change_reader
   use faults, only: origin_t, fault_list_t, add_fault
   use text, only: upper_case, squeezed
   use name_table, only: name_table_t, insert
-  use scene, only: scene_t, contact_spec_t, bead_spec_t
+  use scene, only: scene_t, contact_spec_t, bead_spec_t, motion_spec_t
   use deck_names, only: deck_names_t, resolve
   use deck_steps, only: step_of
   use deck_records, only: parsed_deck_t, find_records, is_option_given, field_word, line_origin, &
@@ -23,6 +23,7 @@ contains
     type(fault_list_t), intent(inout) :: faults
     type(name_table_t) :: known
     type(origin_t) :: origin
+    type(motion_spec_t) :: parked(size(scene%tools))
     integer, allocatable :: found(:)
     integer :: i, line, j, place, n_tools
     logical :: is_added
@@ -50,6 +51,8 @@ contains
                                scene%beads, faults)
             else if (place > 0) then
               call change_tool(place, step_of(record%step), is_added, origin, scene, faults)
+              call park_tool(place, step_of(record%step), is_added, origin, parked(place), &
+                             scene%motions)
             end if
           end do
         end do
@@ -97,6 +100,54 @@ contains
     end associate
     if (allocated(again)) scene%contacts = [scene%contacts, again]
   end subroutine change_tool
+
+  !> A tool that a force moves would fly off while it is away: it stands still until it comes again,
+  !! or until the deck gives it another motion.
+  subroutine park_tool(tool, step, is_added, origin, parked, motions)
+    integer, intent(in) :: tool, step
+    logical, intent(in) :: is_added
+    type(origin_t), intent(in) :: origin
+    type(motion_spec_t), intent(inout) :: parked   !! the force that waits; of tool 0: none
+    type(motion_spec_t), allocatable, intent(inout) :: motions(:)
+    type(motion_spec_t) :: new
+    integer :: i, last
+
+    last = 0
+    do i = 1, size(motions)
+      if (motions(i)%tool /= tool .or. motions(i)%step > step) cycle
+      if (last == 0) last = i
+      if (motions(i)%step >= motions(last)%step) last = i
+    end do
+    if (last == 0) return
+    if (is_added) then
+      if (parked%tool == 0 .or. motions(last)%step == step) return
+      new = parked
+      new%step = step
+      parked%tool = 0
+      call append_motion(new, motions)
+    else if (motions(last)%is_force) then
+      parked = motions(last)
+      new%origin = origin
+      new%tool = tool
+      new%step = step
+      if (motions(last)%step == step) motions(last) = new
+      if (motions(last)%is_force) call append_motion(new, motions)
+    end if
+  end subroutine park_tool
+
+  subroutine append_motion(new, motions)
+    type(motion_spec_t), intent(in) :: new
+    type(motion_spec_t), allocatable, intent(inout) :: motions(:)
+    type(motion_spec_t), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(motions) + 1))
+    do i = 1, size(motions)
+      longer(i) = motions(i)
+    end do
+    longer(size(longer)) = new
+    call move_alloc(longer, motions)
+  end subroutine append_motion
 
   !> The beads of a name come or go with a step.
   subroutine change_bead(name, step, is_added, origin, beads, faults)

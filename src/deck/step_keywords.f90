@@ -53,8 +53,9 @@ contains
 
     call add_keyword(table, "MODEL CHANGE", "Takes tools and draw beads away from the blank at "// &
                      "the start of a step, or brings them again. A tool that is away has no "// &
-                     "contact; it goes on moving. A tool that first comes later is removed in "// &
-                     "the first step.")
+                     "contact; it goes on with its *TOOL MOTION, but its *TOOL FORCE waits, "// &
+                     "with the tool at rest, and begins anew when it comes. A tool that first "// &
+                     "comes later is removed in the first step.")
     call add_option(table, "REMOVE", kind_flag, "they go")
     call add_option(table, "ADD", kind_flag, "they come")
     call add_line(table, "Names of tools and draw beads.", n_max=huge(1), is_repeated=.true.)

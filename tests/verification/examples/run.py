@@ -102,6 +102,9 @@ def u_bend(folder):
     between("kinetic over internal energy, drawing", (kinetic / internal).max(), 0,
             0.4 if LENGTH == "short" else 0.12)
     between("penetration over thickness", results.history("max_penetration").max() / 0.78, 0, 0.02)
+    ways = results.tool_history("holder", "displacement")[:, 1]
+    between("way of the holder in all [mm]", np.abs(ways).max(), 0, 1)
+    between("way of the holder once released [mm]", np.abs(ways[step > 1] - ways[-1]).max(), 0, 0)
     angles = []
     for frame in (10, len(results.times) - 1):
         line = section.sheet(frame)[1]
