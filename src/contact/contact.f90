@@ -14,7 +14,8 @@ module contact
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, point_position, scatter_forces
   use contact_tiles, only: tile_t, tile_size, cut_tiles, points_before, earliest_test
-  use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share
+  use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share, &
+                     find_pressed_depth, not_in
   use contact_statistics, only: contact_statistics_t, count_iterations, add_counts
   use friction, only: friction_t, new_friction, find_first_ways, rub
   use contact_damping, only: contact_damping_t, new_contact_damping, damp_points
@@ -29,6 +30,7 @@ module contact
 
   integer, parameter :: parallel_size = 8       !! fewer tiles are not worth waking threads for
   real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
+  real(wp), parameter :: shallow = 0.02_wp      !! depth of any first touch, of the largest depth
 
   !> What the deck says about a contact.
   type :: contact_options_t
@@ -60,11 +62,13 @@ module contact
     real(wp), allocatable :: at(:, :)        !! local coordinates s, t there, shape (n_points, 2)
     real(wp), allocatable :: test_at(:)      !! travel at which the point is tested again [length]
     real(wp), allocatable :: search_at(:)    !! travel at which it is searched anew [length]
+    real(wp), allocatable :: start(:)        !! depth from which its spring is loaded [length]
     real(wp), allocatable :: force(:, :)     !! on the point now, shape (n_points, 3) [force]
     type(tile_t), allocatable :: tiles(:)
     logical :: is_started = .false.          !! whether `net` holds a state
     real(wp) :: travel = 0.0_wp              !! bound of the motion so far [length]
     real(wp) :: step_travel = 0.0_wp         !! and of that since the last call [length]
+    real(wp) :: longest = huge(1.0_wp)       !! way along a normal in that time, amply [length]
     real(wp) :: displacement(3) = 0.0_wp     !! of the tool at the last call [length]
     real(wp), allocatable :: net(:, :, :)    !! control points at the last call [length]
     real(wp), allocatable :: shift(:, :, :)  !! their motion since then against the tool [length]
@@ -101,16 +105,14 @@ contains
     contact%slave = slave
     associate (n => slave%n_points)
       allocate (contact%stiffness(n), contact%face(n), contact%at(n, 2))
-      allocate (contact%test_at(n), contact%search_at(n), contact%force(n, 3))
+      allocate (contact%test_at(n), contact%search_at(n), contact%force(n, 3), source=0.0_wp)
+      allocate (contact%start(n), source=not_in)
       allocate (contact%net(slave%n_net(1), slave%n_net(2), 3))
       allocate (contact%shift, mold=contact%net)
     end associate
     call set_stiffness(contact, mass, dt)
     contact%face = 0
     contact%at = 0.5_wp
-    contact%test_at = 0.0_wp
-    contact%search_at = 0.0_wp
-    contact%force = 0.0_wp
     contact%net = 0.0_wp
     contact%tiles = cut_tiles(slave%n_along)
     if (options%friction > 0.0_wp) then
@@ -230,6 +232,7 @@ contains
                      largest)
       contact%step_travel = sqrt(largest)
       contact%travel = contact%travel + contact%step_travel
+      contact%longest = max(2*contact%step_travel, shallow*contact%options%max_depth)
     end if
     if (.not. contact%is_started) contact%shift = 0.0_wp
     contact%is_started = .true.
@@ -337,7 +340,7 @@ contains
     integer, intent(in) :: queued(:, :)      !! number of each point, and where it is in x
     type(tile_result_t), intent(inout) :: result
     type(lanes_t) :: lanes
-    real(wp) :: depth, safe(n_lanes), push(n_lanes), energy(n_lanes)
+    real(wp) :: depth(n_lanes), safe(n_lanes)
     integer :: lane, n, point(n_lanes)
 
     n = size(queued, 2)
@@ -352,13 +355,8 @@ contains
     lanes%t = contact%at(point, 2)
     call follow_lanes(tool, lanes)
     call count_iterations(result%counts, lanes%n_iterations, n)
-    do lane = 1, n_lanes
-      depth = -lanes%gap(lane)
-      safe(lane) = max(-depth, depth - contact%options%max_depth, 0.0_wp)
-      if (safe(lane) > 0.0_wp) depth = 0.0_wp
-      push(lane) = contact%stiffness(point(lane))*max(depth, 0.0_wp)
-      energy(lane) = 0.5_wp*push(lane)*depth
-    end do
+    safe = max(lanes%gap, -lanes%gap - contact%options%max_depth, 0.0_wp)
+    depth = merge(0.0_wp, -lanes%gap, safe > 0.0_wp)
     do lane = 1, n
       if (.not. lanes%is_good(lane)) then
         call follow_point(contact, tool, point(lane), lanes%x(lane, :), result)
@@ -368,14 +366,7 @@ contains
       contact%at(point(lane), 2) = lanes%t(lane)
       contact%test_at(point(lane)) = min(contact%travel + safe(lane), &
                                          contact%search_at(point(lane)))
-      if (push(lane) <= 0.0_wp) cycle
-      push(lane) = push(lane)*step_share(contact, point(lane), -lanes%gap(lane), &
-                                         lanes%normal(lane, :))
-      contact%force(point(lane), :) = push(lane)*lanes%normal(lane, :)
-      result%reaction = result%reaction - push(lane)*lanes%normal(lane, :)
-      result%energy = result%energy + energy(lane)
-      result%depth = max(result%depth, -lanes%gap(lane))
-      result%counts%n_touching = result%counts%n_touching + 1
+      call push_out(contact, point(lane), depth(lane), lanes%normal(lane, :), result)
     end do
   end subroutine follow_points
 
@@ -446,7 +437,7 @@ contains
   pure real(wp) function step_share(contact, point, depth, normal) result(share)
     type(contact_t), intent(in) :: contact
     integer, intent(in) :: point
-    real(wp), intent(in) :: depth, normal(3)    !! the depth is positive [length]
+    real(wp), intent(in) :: depth, normal(3)    !! of the spring, not negative [length]
     real(wp) :: shift(3)
     integer :: row, along
 
@@ -465,20 +456,33 @@ contains
     integer, intent(in) :: point
     type(hit_t), intent(in) :: hit
     type(tile_result_t), intent(inout) :: result
-    real(wp) :: force(3)
+    real(wp) :: depth
 
     contact%face(point) = hit%face
     contact%at(point, :) = hit%at
-    if (hit%face == 0 .or. hit%gap >= 0.0_wp .or. hit%gap <= -contact%options%max_depth &
-        .or. is_beside(tool, hit, contact%options%overhang)) return
-    force = -contact%stiffness(point)*hit%gap*hit%normal &
-            *step_share(contact, point, -hit%gap, hit%normal)
-    contact%force(point, :) = force
-    result%reaction = result%reaction - force
-    result%energy = result%energy + 0.5_wp*contact%stiffness(point)*hit%gap**2
-    result%depth = max(result%depth, -hit%gap)
-    result%counts%n_touching = result%counts%n_touching + 1
+    depth = -hit%gap
+    if (hit%face == 0 .or. depth >= contact%options%max_depth &
+        .or. is_beside(tool, hit, contact%options%overhang)) depth = 0.0_wp
+    call push_out(contact, point, depth, hit%normal, result)
   end subroutine push_point
+
+  !> Push a point out of the tool by its spring.
+  subroutine push_out(contact, point, depth, normal, result)
+    type(contact_t), intent(inout) :: contact
+    integer, intent(in) :: point
+    real(wp), intent(in) :: depth, normal(3)   !! not touching where the depth is not positive
+    type(tile_result_t), intent(inout) :: result
+    real(wp) :: pressed, push
+
+    call find_pressed_depth(depth, contact%longest, contact%start(point), pressed)
+    if (.not. depth > 0.0_wp) return
+    result%depth = max(result%depth, depth)
+    result%counts%n_touching = result%counts%n_touching + 1
+    push = contact%stiffness(point)*pressed*step_share(contact, point, pressed, normal)
+    contact%force(point, :) = push*normal
+    result%reaction = result%reaction - push*normal
+    result%energy = result%energy + 0.5_wp*contact%stiffness(point)*pressed**2
+  end subroutine push_out
 
   !> Let each tile be tested again when the first of its points must be.
   pure subroutine set_tile_tests(contact)

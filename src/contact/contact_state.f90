@@ -25,6 +25,7 @@ contains
     call put_array(store, "at", size(contact%at), contact%at)
     call put_array(store, "test_at", size(contact%test_at), contact%test_at)
     call put_array(store, "search_at", size(contact%search_at), contact%search_at)
+    call put_array(store, "start", size(contact%start), contact%start)
     call put_array(store, "force", size(contact%force), contact%force)
     associate (counts => contact%statistics)
       call put_array(store, "counts", 8, [real(counts%n_calls, wp), real(counts%n_points, wp), &
@@ -67,6 +68,7 @@ contains
     call take_array(store, "at", size(contact%at), contact%at)
     call take_array(store, "test_at", size(contact%test_at), contact%test_at)
     call take_array(store, "search_at", size(contact%search_at), contact%search_at)
+    call take_array(store, "start", size(contact%start), contact%start)
     call take_array(store, "force", size(contact%force), contact%force)
     numbers = 0.0_wp
     call take_array(store, "counts", 8, numbers)

@@ -5,7 +5,9 @@ module penalty
   implicit none
   private
 
-  public :: stiffness_from_mass, stiffness_from_area, touching_share
+  public :: stiffness_from_mass, stiffness_from_area, touching_share, find_pressed_depth
+
+  real(wp), parameter, public :: not_in = -1.0_wp   !! start of a spring that does not touch
 
 contains
 
@@ -56,5 +58,25 @@ contains
     share = 1.0_wp
     if (depth < abs(way)) share = 0.5_wp*(1.0_wp + depth/abs(way))
   end function touching_share
+
+  !> Depth that loads the spring of a point. A point whose first depth is more than it can have come
+  !! along the normal has come in beside the tool's border or from behind; its spring starts from
+  !! there without load, since otherwise it would push with an energy that nobody has spent. As the
+  !! point comes up its start goes with it.
+  pure subroutine find_pressed_depth(depth, longest, start, pressed)
+    real(wp), intent(in) :: depth        !! in the tool if positive [length]
+    real(wp), intent(in) :: longest      !! way that a point may have come along the normal [length]
+    real(wp), intent(inout) :: start     !! of the spring, `not_in` while the point does not touch
+    real(wp), intent(out) :: pressed     !! [length]
+
+    pressed = 0.0_wp
+    if (depth > 0.0_wp) then
+      if (start < 0.0_wp) start = merge(depth, 0.0_wp, depth > longest)
+      start = min(start, depth)
+      pressed = depth - start
+    else
+      start = not_in
+    end if
+  end subroutine find_pressed_depth
 
 end module penalty

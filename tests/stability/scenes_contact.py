@@ -55,6 +55,13 @@ def corner(run):
     return [energy_error(run, 5e-3), penetration(run, 1, 0.15), finite(run)]
 
 
+def beside(run):
+    """Points that come in beside the border are not shot out."""
+    return [energy_error(run, 5e-3), penetration(run, 1, 0.5), finite(run),
+            Mark("kinetic over internal energy", run.history["kinetic_energy"][-1]
+                 / run.history["internal_energy"][-1], 0.1)]
+
+
 def ironed(run):
     """The sheet is as thick as the gap, and keeps its volume."""
     middle = np.abs(run.blank_start[:, 0]) < 6
@@ -131,6 +138,9 @@ SCENES = [
           {"n": 6, "depth": 0.6}),
     Scene("corner_lands", "edge", "the corner of a tool comes down on the sheet", corner,
           {"depth": 0.6, "y_start": 8.7, "slope_y": 0.5}),
+    Scene("corner_between_points", "edge", "the corner comes down between contact points", beside,
+          {"depth": 0.6, "y_start": 8.7, "slope_y": 0.5, "n": 12}),
+    Scene("border_between_points", "edge", "the border of a tool does", beside, {"n": 9}),
     Scene("ironing", "ironing", "two tools squeeze a sheet to 80 % of its thickness", ironed),
     Scene("ironing_to_nothing", "ironing", "two tools want to pass through each other: controlled "
           "end", no_marks, {"left": -0.5}, ends=(2, "igaform: error", "at time")),
