@@ -126,8 +126,9 @@ contains
     type(contact_t), intent(inout) :: contact
     real(wp), intent(in) :: mass(contact%slave%n_net(1), contact%slave%n_net(2))
     real(wp), intent(in) :: dt
-    real(wp) :: seen(contact%slave%n_points)   ! m/dt^2 of the mass that each point sees
+    real(wp), allocatable :: seen(:)   ! m/dt^2 of the mass that each point sees
 
+    allocate (seen(contact%slave%n_points))
     call stiffness_from_mass(contact%slave, mass, 1.0_wp, dt, seen)
     if (contact%options%stiffness > 0.0_wp) then
       call stiffness_from_area(contact%slave, contact%options%stiffness, contact%stiffness)

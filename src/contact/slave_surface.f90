@@ -116,25 +116,19 @@ contains
     type(slave_surface_t), intent(in) :: slave
     real(wp), intent(in) :: net(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
     integer, intent(in) :: i, j
-    real(wp) :: place(3), along(0:slave%lines(1)%degree), across(0:slave%lines(2)%degree)
-    integer :: first(2), last(2)
+    real(wp) :: place(3), v(3), w(3), row(1, 3)
 
-    along = slave%lines(1)%values(i, :)
-    across = slave%lines(2)%values(j, :)
-    first = [slave%lines(1)%first(i), slave%lines(2)%first(j)]
-    if (slave%is_rational) then
-      last = first + slave%lines%degree
-      place = slave%inverse_w(i, j)*blend(size(along), size(across), along, across, &
-        size(along), size(across), 1, 1, &
-        spread(slave%weights(first(1):last(1), first(2):last(2)), 3, 3) &
-        *net(first(1):last(1), first(2):last(2), :))
-    else if (size(along) == 3 .and. size(across) == 3) then
-      place = blend_quadratic(along, across, slave%n_net(1), slave%n_net(2), first(1), first(2), &
-                              net)
-    else
-      place = blend(size(along), size(across), along, across, slave%n_net(1), slave%n_net(2), &
-                    first(1), first(2), net)
-    end if
+    associate (line => slave%lines(1), across => slave%lines(2))
+      if (slave%is_rational .or. line%degree /= 2 .or. across%degree /= 2) then
+        call row_positions(slave, net, j, i, i, row)
+        place = row(1, :)
+      else
+        v = line%values(i, 1:3)
+        w = across%values(j, 1:3)
+        place = blend_quadratic(v, w, slave%n_net(1), slave%n_net(2), line%first(i), &
+                                across%first(j), net)
+      end if
+    end associate
   end function point_position
 
   !> Sum of 3 x 3 control points from (i, j) on with the basis values of two directions.
@@ -150,25 +144,6 @@ contains
         + v(3)*(w(1)*net(i + 2, j, c) + w(2)*net(i + 2, j + 1, c) + w(3)*net(i + 2, j + 2, c))
     end do
   end function blend_quadratic
-
-  !> The same with m1 x m2 control points.
-  pure function blend(m1, m2, v, w, n1, n2, i, j, net) result(place)
-    integer, intent(in) :: m1, m2, n1, n2, i, j
-    real(wp), intent(in) :: v(m1), w(m2), net(n1, n2, 3)
-    real(wp) :: place(3), column
-    integer :: a, b, c
-
-    do c = 1, 3
-      place(c) = 0.0_wp
-      do a = 1, m1
-        column = 0.0_wp
-        do b = 1, m2
-          column = column + w(b)*net(i + a - 1, j + b - 1, c)
-        end do
-        place(c) = place(c) + v(a)*column
-      end do
-    end do
-  end function blend
 
   !> Add the forces of slave points to the control points, F_I = sum_p R_I(p) f_p, summed in the
   !! same order for any number of threads. Points outside `loaded` bear nothing.

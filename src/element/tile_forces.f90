@@ -28,15 +28,14 @@ contains
                                    tile%control_first(2):tile%control_last(2), &
                                    patch%n_control(3), 3)
     type(force_report_t), intent(out) :: report
-    real(wp), allocatable :: u(:, :), f(:, :), w(:)   ! on the heap: thread stacks are small
+    real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6), f(size(u, 1), 3)
+    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational))
     type(point_context_t) :: context
     real(wp) :: sums(n_lanes, 4)
-    integer :: e2, e3, b, block, n_values
+    integer :: e2, e3, b, block
     type(point_fields_t) :: fields
     logical :: ok, is_projected
 
-    n_values = n_lanes*product(patch%axes%degree + 1)
-    allocate (u(n_values, 6), f(n_values, 3), w(merge(n_values, 0, patch%is_rational)))
     if (allocated(patch%reference)) context = new_point_context(n_lanes*patch%axes(3)%n_points)
     is_projected = patch%projection%kind /= project_nothing
     if (is_projected) fields = new_point_fields(patch%axes%n_points, 1, patch%projection%kind, &
