@@ -46,7 +46,7 @@ def draw(records):
         if any(chosen(records, stem) for stem in stems)]
     if not panels:
         raise ResultsError("the records are of the machine alone: nothing to draw")
-    n_columns = min(2, len(panels))
+    n_columns = len(panels) if len(panels) <= 3 else 2
     n_rows = -(-len(panels) // n_columns)
     figure, axes = plt.subplots(n_rows, n_columns, figsize=(5.4 * n_columns, 4 * n_rows),
                                 squeeze=False, layout="constrained")
