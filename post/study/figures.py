@@ -8,7 +8,7 @@ from post.study.spec import MEASURES
 from post.style import BLANK, plt
 
 COLOURS = plt.get_cmap("tab10").colors
-MARKERS = "osD^vPX*<>"
+MARKERS = "osD^vPX*<>ph"
 MOST_BARS = 14
 WIDE = 8     # greatest over least number from which an axis is logarithmic
 FRONT = "#888888"
@@ -57,13 +57,13 @@ class Style:
 
     def marker(self, row):
         value = row.get(f"set_{self.of_marker}")
-        return MARKERS[self.markers.index(value) % 10] if value in self.markers else "o"
+        return MARKERS[self.markers.index(value) % len(MARKERS)] if value in self.markers else "o"
 
     def legend(self):
         line = matplotlib.lines.Line2D
         return ([line([], [], color=COLOURS[i % 10], marker="o", linestyle="",
                       label=f"{self.of_colour}={value}") for i, value in enumerate(self.colours)]
-                + [line([], [], color="#444444", marker=MARKERS[i % 10], linestyle="",
+                + [line([], [], color="#444444", marker=MARKERS[i % len(MARKERS)], linestyle="",
                         label=f"{self.of_marker}={value}")
                    for i, value in enumerate(self.markers)])
 

@@ -51,7 +51,8 @@ def run(arguments):
               for study in studies]
     parts = [HEAD]
     for study, rows in zip(studies, tables):
-        save(figures.draw(study, rows), os.path.join(pictures, f"accuracy_{study.name}.png"))
+        save(figures.draw(study, rows), os.path.join(pictures, f"accuracy_{study.name}.png"),
+             flat=True)
         parts.append(section(study, rows))
     parts.append(forecast_section([row for rows in tables for row in rows]))
     parts.append(choice_section(zip(studies, tables)))
