@@ -3,7 +3,7 @@ module blank_reader
   use kinds, only: wp
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault
-  use text, only: upper_case, squeezed, to_text, read_integer
+  use text, only: upper_case, squeezed, to_text, read_integer, strings
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
   use knot_vector, only: knot_vector_t, find_span, basis_derivatives
   use primitives, only: box_solid
@@ -12,6 +12,7 @@ module blank_reader
   use shape_reader, only: read_round, join_patches
   use name_table, only: place_of
   use field_split, only: split_fields
+  use field_check, only: did_you_mean
   use deck_names, only: deck_names_t, resolve
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given, &
                           field_real, field_integer, field_word
@@ -282,7 +283,9 @@ contains
     end select
     if (.not. is_good) call add_fault(faults, record%origin, "RULE="//rule, &
                                       "FULL, REDUCED or three counts from 1 to "// &
-                                      to_text(most_points)//" such as ""2,2,2x3""")
+                                      to_text(most_points)//" such as ""2,2,2x3"""// &
+                                      did_you_mean(upper_case(rule), &
+                                                   strings(["FULL   ", "REDUCED"])))
   end subroutine read_rule
 
   !> Projection of strains and its samples.
@@ -300,6 +303,16 @@ contains
     if (blank%is_smooth .and. blank%projection == "NONE") &
       call add_fault(faults, record%origin, "SPACE=SMOOTH without a projection", &
                      "PROJECTION=BBAR or ANS beside it")
+    if (blank%is_smooth) then
+      do p = 1, size(blank%patches)
+        associate (patch => blank%patches(p))
+          if (all(patch%n_points*patch%n_parts >= patch%solid%axes%degree)) cycle
+        end associate
+        call add_fault(faults, record%origin, "SPACE=SMOOTH with fewer integration points than "// &
+                       "the degree in a direction", "at least as many, such as RULE=REDUCED")
+        exit
+      end do
+    end if
     if (.not. is_option_given(deck, record, "SAMPLES")) return
     samples = option_text(deck, record, "SAMPLES")
     if (blank%projection == "NONE") call add_fault(faults, record%origin, "SAMPLES="//samples// &

@@ -41,10 +41,11 @@ contains
     call add_option(table, "THICKNESS", kind_real, "factor on the mass of motion through the "// &
                     "thickness, which has next to no energy in a sheet: of a column of control "// &
                     "points, the differences to their mean along the column; 1: none. Columns "// &
-                    "that a support holds in part stay as they are", default="1", range=">= 1")
+                    "that a support holds in part stay as they are", range=">= 1", &
+                    is_required=.false.)
     call add_option(table, "STEP", kind_real, "time step that all masses are raised for, by "// &
-                    "one factor and after the other scaling; 0: none", default="0", unit="time", &
-                    range=">= 0")
+                    "one factor and after the other scaling; 0: none", unit="time", range=">= 0", &
+                    is_required=.false.)
     call add_example(table, "*MASS SCALING, THICKNESS=4")
   end subroutine add_dynamics_keywords
 

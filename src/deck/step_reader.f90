@@ -163,11 +163,15 @@ contains
     type(step_spec_t), intent(inout) :: step
     type(fault_list_t), intent(inout) :: faults
     integer :: i
+    logical :: has_factor
 
     i = first_in_step(deck, "MASS SCALING", number)
     if (i == 0) return
-    step%thickness_factor = option_real(deck, deck%records(i), "THICKNESS")
+    has_factor = is_option_given(deck, deck%records(i), "THICKNESS")
+    if (has_factor) step%thickness_factor = option_real(deck, deck%records(i), "THICKNESS")
     step%target_step = option_real(deck, deck%records(i), "STEP")
+    if (.not. (has_factor .or. is_option_given(deck, deck%records(i), "STEP"))) &
+      call add_fault(faults, deck%records(i)%origin, "no option", "THICKNESS or STEP or both")
     if (step%thickness_factor > 1.0_wp .and. step%is_element_step) then
       call add_fault(faults, deck%records(i)%origin, "THICKNESS with STABLE STEP=ELEMENT", &
                      "STABLE STEP=ASSEMBLED in *DYNAMIC, which knows the scaled mass")

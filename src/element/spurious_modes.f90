@@ -49,13 +49,15 @@ contains
     n_modes = count(abs(values) < no_energy*maxval(values)) - 6
   end function n_spurious_modes
 
-  !> The nearest rule without such modes: points are added along axis 3 first, then 2, then 1.
+  !> The nearest rule without such modes: as many points as the degree in each direction, and if
+  !! these do not do, one more along axis 3, then 2, then 1.
   function serving_rule(degrees, n_elements, n_points, n_parts, projection) result(rule)
     integer, intent(in) :: degrees(3), n_elements(3), n_points(3), n_parts(3)
     type(projection_spec_t), intent(in) :: projection
     integer :: rule(3), axis
 
-    rule = n_points*n_parts
+    rule = max(n_points*n_parts, degrees)
+    if (n_spurious_modes(degrees, n_elements, rule, [1, 1, 1], projection) == 0) return
     do axis = 3, 1, -1
       rule(axis) = max(rule(axis), degrees(axis) + 1)
       if (n_spurious_modes(degrees, n_elements, rule, [1, 1, 1], projection) == 0) return
