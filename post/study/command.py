@@ -1,5 +1,6 @@
 """`python -m post study STUDY.toml`: carry the runs of a study out and draw what they cost."""
 import os
+import signal
 
 from post.results import ResultsError
 from post.study import figures, table
@@ -34,6 +35,7 @@ def run(arguments):
     program = Program(arguments.igaform)
     folder = arguments.work or study.name
     os.makedirs(folder, exist_ok=True)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)   # as Ctrl-C: no run goes on alone
     runs = [Run(deck, parameters, study.threads, program, folder)
             for deck, parameters in study.runs]
     reference = reference_run(study, program, folder, runs)

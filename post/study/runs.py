@@ -16,6 +16,7 @@ INPUT = re.compile(r"\bINPUT\s*=\s*(?:\"([^\"]+)\"|([^,\s]+))", re.IGNORECASE)
 FORECAST = re.compile(r"^run time +about +(\S+) s", re.MULTILINE)
 FINAL = ("completed", "failed")     # a run that failed would fail again
 FORECAST_IF_UNKNOWN = 1.0
+GO_ON = "the same command goes on from there"
 
 
 class Program:
@@ -128,7 +129,11 @@ def check_all(runs, n_jobs):
     """Let the program check the decks of all runs; every complaint is told, once each."""
     complaints = {}
     with ThreadPoolExecutor(n_jobs) as pool:
-        answers = list(pool.map(Run.check, runs))
+        try:
+            answers = list(pool.map(Run.check, runs))
+        except KeyboardInterrupt:
+            pool.shutdown(cancel_futures=True)
+            raise ResultsError(f"interrupted before the first run; {GO_ON}") from None
     for run, said in zip(runs, answers):
         lines = [line for line in said.splitlines() if "error: " in line]
         for line in lines or filter(None, [said]):
@@ -167,8 +172,8 @@ def carry_out(runs, n_jobs):
             for process in processes:
                 if process.returncode is None:
                     process.terminate()
-            raise ResultsError(f"interrupted with {count} of {len(runs)} runs finished; the same "
-                               "command goes on from there") from None
+            raise ResultsError(f"interrupted with {count} of {len(runs)} runs finished; {GO_ON}"
+                               ) from None
 
 
 def duration(seconds):

@@ -447,7 +447,7 @@ contains
     end if
     if (allocated(error)) then
       call add_fault(faults, origin, name//" = "//value//": "//error%message, &
-                     "an expression of numbers and earlier parameters")
+                     "an expression of numbers and earlier parameters, or a text in quotes")
       parameter%number = 1.0_wp   ! what uses it is more likely to pass than with 0
     end if
     call define_parameter(state%parameters, name, parameter, is_new)

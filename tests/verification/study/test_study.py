@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import h5py
@@ -108,6 +109,22 @@ class TestStudy(unittest.TestCase):
             text = file.read()
         self.assertIn("| anything will do | mean plastic strain 50 | `n_x=", text)
         self.assertTrue(os.path.isfile(os.path.join(self.folder, "pictures", "accuracy_mesh.png")))
+
+    def test_a_study_that_is_stopped_leaves_no_run_behind(self):
+        path = write(self.folder, "mesh.toml", STUDY.replace("n_x = [2, 4]", "n_x = [64, 4]")
+                     + CLOSED_FORM)
+        process = subprocess.Popen([sys.executable, "-m", "post", "study", path, "--igaform",
+                                    IGAFORM, "--work", self.work, "--jobs", "1"], cwd=PROJECT,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        while process.poll() is None and not (os.path.isdir(self.work) and self.results()):
+            time.sleep(0.05)
+        process.terminate()
+        _, fault = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1)
+        self.assertIn("0 of 4 runs finished; the same command goes on", fault)
+        name, = (name for name in self.results() if not name.endswith(".ckpt.h5"))
+        with h5py.File(os.path.join(self.work, name)) as file:
+            self.assertEqual(file["provenance"].attrs["status"].decode(), "interrupted")
 
     def test_a_change_of_an_included_file_is_another_run(self):
         deck = os.path.join(self.folder, "strip.key")
