@@ -13,8 +13,6 @@ module deck_run
   use run_identity, only: identity_of
   use output_names, only: files_read, result_path, path_beside_result
   use gauss_rule, only: gauss_rule_t
-  use nurbs_solid, only: solid_face
-  use surface_grid, only: element_size_of
   use scene, only: scene_t
   use deck_reader, only: read_deck
   use fault_report, only: report_faults
@@ -33,6 +31,7 @@ module deck_run
   use run_start, only: new_saver, start_run
   use forming_run, only: run_model, save_failed
   use check_report, only: print_check
+  use tool_display, only: tool_cell_length
   use saving_report, only: print_savings
   use source_report, only: source_lines
   use probe_run, only: print_probe
@@ -409,8 +408,7 @@ contains
     do i = 1, size(scene%tools)
       setup%tools(i)%name = scene%tools(i)%name
       setup%tools(i)%surfaces = model%bodies%tools(i)%surfaces
-      if (scene%output%has_pressure) setup%tools(i)%cell_length = &
-        element_size_of(solid_face(model%bodies%blank%parts(1)%solid, 6))
+      setup%tools(i)%cell_length = tool_cell_length(model)
     end do
     do i = 1, size(scene%probes)
       setup%probes(i)%value = scene%probes(i)%name

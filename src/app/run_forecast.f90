@@ -12,9 +12,11 @@ module run_forecast
   use errors, only: error_t
   use contact_state, only: wake_contact
   use contact_effect, only: contact_effect_t
+  use tool_mesh, only: n_mesh_points
   use model, only: model_t
   use run_data, only: run_t
   use forming_run, only: new_run, take_step
+  use tool_display, only: tool_cell_length
   implicit none
   private
 
@@ -28,9 +30,9 @@ module run_forecast
   real(wp), parameter :: growth = 1.03_wp
   !> Compressing and writing a value of a frame, measured on the channel decks [s].
   real(wp), parameter :: value_seconds = 1.0e-7_wp
-  integer, parameter :: values_of_node = 12      !! of a display point
+  integer, parameter :: values_of_node = 12      !! of a display point of the blank
+  integer, parameter :: values_of_tool_node = 7  !! the others are empty and cost little
   integer, parameter :: values_of_point = 7      !! of an integration point, state left out
-  integer, parameter :: nodes_of_face = 9        !! of a tool
 
 contains
 
@@ -92,9 +94,10 @@ contains
   end subroutine wake
 
   !> Numbers in a frame.
-  pure real(wp) function n_values(model) result(n)
+  real(wp) function n_values(model) result(n)
     type(model_t), intent(in) :: model
-    integer :: p, t
+    real(wp) :: length
+    integer :: p, t, s
 
     n = 0.0_wp
     do p = 1, size(model%bodies%blank%parts)
@@ -104,8 +107,14 @@ contains
             *product(axes%n_elements)
       end associate
     end do
+    length = tool_cell_length(model)
     do t = 1, size(model%bodies%tools)
-      n = n + values_of_node*nodes_of_face*model%bodies%tools(t)%n_faces
+      associate (surfaces => model%bodies%tools(t)%surfaces)
+        do s = 1, size(surfaces)
+          n = n + real(values_of_tool_node, wp) &
+              *n_mesh_points(surfaces(s), model%output%is_bezier, length)
+        end do
+      end associate
     end do
   end function n_values
 

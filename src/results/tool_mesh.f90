@@ -14,7 +14,7 @@ module tool_mesh
   implicit none
   private
 
-  public :: surface_mesh_t, new_surface_mesh
+  public :: surface_mesh_t, new_surface_mesh, n_mesh_points
 
   integer, parameter :: n_rational_parts = 8   ! Lagrange cells per element and direction
 
@@ -39,14 +39,7 @@ contains
     integer :: degree, n_parts(2), d, i
 
     degree = maxval(surface%axes%degree)
-    n_parts = 1
-    if (.not. is_bezier) then
-      associate (w => surface%weights)
-        if (any(maxval(w, dim=1) > minval(w, dim=1))) n_parts(1) = n_rational_parts
-        if (any(maxval(w, dim=2) > minval(w, dim=2))) n_parts(2) = n_rational_parts
-      end associate
-      n_parts = max(n_parts, parts_along(surface, length))
-    end if
+    n_parts = parts_of(surface, is_bezier, length)
     do d = 1, 2
       if (is_bezier) then
         basis(d) = joined_bezier_operator(surface%axes(d), degree)
@@ -67,5 +60,31 @@ contains
     mesh%connectivity = quadrilaterals_on_grid(degree, n_parts*[n_spans(surface%axes(1)), &
                                                                 n_spans(surface%axes(2))], 0_int64)
   end function new_surface_mesh
+
+  !> Points of the mesh that `new_surface_mesh` makes.
+  pure integer function n_mesh_points(surface, is_bezier, length) result(n)
+    type(nurbs_surface_t), intent(in) :: surface
+    logical, intent(in) :: is_bezier
+    real(wp), intent(in) :: length        !! of a Lagrange cell at most [length]
+
+    n = product(maxval(surface%axes%degree)*parts_of(surface, is_bezier, length) &
+                *[n_spans(surface%axes(1)), n_spans(surface%axes(2))] + 1)
+  end function n_mesh_points
+
+  !> Cells of an element in each direction.
+  pure function parts_of(surface, is_bezier, length) result(n_parts)
+    type(nurbs_surface_t), intent(in) :: surface
+    logical, intent(in) :: is_bezier
+    real(wp), intent(in) :: length
+    integer :: n_parts(2)
+
+    n_parts = 1
+    if (is_bezier) return
+    associate (w => surface%weights)
+      if (any(maxval(w, dim=1) > minval(w, dim=1))) n_parts(1) = n_rational_parts
+      if (any(maxval(w, dim=2) > minval(w, dim=2))) n_parts(2) = n_rational_parts
+    end associate
+    n_parts = max(n_parts, parts_along(surface, length))
+  end function parts_of
 
 end module tool_mesh
