@@ -121,6 +121,7 @@ contains
     character(12) :: buffer
 
     write (buffer, "(es12.3e2)") number
+    if (buffer(1:1) == "*") write (buffer, "(es12.3e3)") number
     written = trim(adjustl(buffer))
   end function rounded_text
 

@@ -8,7 +8,7 @@ module point_volumes
   implicit none
   private
 
-  public :: new_point_volumes, new_inverse_jacobians, new_element_sizes
+  public :: new_point_volumes, new_inverse_jacobians, new_element_sizes, jacobian_at, determinant
 
 contains
 
@@ -69,6 +69,7 @@ contains
     type(ig_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid
     real(wp), allocatable :: inverses(:, :, :, :, :)   !! shape (8, q3, 9, q1*q2, n_blocks)
+    real(wp) :: j(3, 3)
     integer :: q(3), block, lane, qa, qb, qc
 
     q = patch%axes%n_points
@@ -78,8 +79,8 @@ contains
         do qa = 1, q(1)
           do qb = 1, q(2)
             do qc = 1, q(3)
-              inverses(lane, qc, :, qb + q(2)*(qa - 1), block) = inverse_rows( &
-                jacobian_at(patch, solid, element_of_lane(patch, block, lane), [qa, qb, qc]))
+              call jacobian_at(patch, solid, element_of_lane(patch, block, lane), [qa, qb, qc], j)
+              inverses(lane, qc, :, qb + q(2)*(qa - 1), block) = inverse_rows(j)
             end do
           end do
         end do
@@ -91,18 +92,21 @@ contains
     type(ig_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid
     integer, intent(in) :: element(3), point(3)
+    real(wp) :: j(3, 3)
 
-    volume = determinant(jacobian_at(patch, solid, element, point)) &
-             *patch%axes(1)%weights(point(1))*patch%axes(2)%weights(point(2)) &
+    call jacobian_at(patch, solid, element, point, j)
+    volume = determinant(j)*patch%axes(1)%weights(point(1))*patch%axes(2)%weights(point(2)) &
              *patch%axes(3)%weights(point(3))
   end function volume_at
 
-  !> Jacobian by element-local coordinates.
-  pure function jacobian_at(patch, solid, element, point) result(j)
+  !> Jacobian by element-local coordinates, and place, of a point of the rule in an element.
+  pure subroutine jacobian_at(patch, solid, element, point, j, place)
     type(ig_patch_t), intent(in) :: patch
-    type(nurbs_solid_t), intent(in) :: solid
+    type(nurbs_solid_t), intent(in) :: solid               !! in any shape
     integer, intent(in) :: element(3), point(3)
-    real(wp) :: j(3, 3), xi(3), half(3), place(3)
+    real(wp), intent(out) :: j(3, 3)                       !! [length]
+    real(wp), intent(out), optional :: place(3)            !! [length]
+    real(wp) :: xi(3), half(3), x(3)
     integer :: axis, span
 
     do axis = 1, 3
@@ -113,12 +117,14 @@ contains
                    + half(axis)*(1.0_wp + patch%axes(axis)%abscissae(point(axis)))
       end associate
     end do
-    call evaluate_solid(solid, xi, place, j)
+    call evaluate_solid(solid, xi, x, j)
     do axis = 1, 3
       j(:, axis) = half(axis)*j(:, axis)
     end do
-  end function jacobian_at
+    if (present(place)) place = x
+  end subroutine jacobian_at
 
+  !> Determinant of a 3 x 3 matrix.
   pure real(wp) function determinant(j)
     real(wp), intent(in) :: j(3, 3)
 

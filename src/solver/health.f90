@@ -1,37 +1,91 @@
-!> Is the run still sound? Checked after every force evaluation from what it reports anyway.
+!> Is the run still sound? The steps check what the force evaluation reports anyway, the history
+!! intervals the balances. The place of a failure is looked for only when there is one.
 module health
   use kinds, only: wp
   use errors, only: error_t, fail
   use text, only: to_text, rounded_text
   use basis_tables, only: n_lanes
   use ig_patch, only: element_of_lane
-  use blank, only: blank_t
+  use blank, only: blank_t, mass_of
   use effect, only: effect_slot_t, instant_t
   use contact_effect, only: contact_effect_t
+  use model, only: model_t
   use step_control, only: step_control_t
+  use energy_balance, only: energy_balance_t
+  use trouble_spot, only: spot_t, spot_of_failure, spot_of_smallest, words_of, fastest_place, &
+                          deepest_place
+  use likely_causes, only: facts_t, causes_of, turned_over, no_numbers, step_collapsed, &
+                           energy_lost, too_deep
   implicit none
   private
 
-  public :: check_health, check_depths
+  public :: check_health, check_balance, check_depths, added_mass_warning
 
   real(wp), parameter :: collapse = 1.0e-3_wp   ! of the step at the start
 
 contains
 
   !> Turned elements, laws that failed, values that are no numbers, a collapsed step.
-  subroutine check_health(blank, instant, control, error)
-    type(blank_t), intent(in) :: blank
+  subroutine check_health(model, instant, control, error)
+    type(model_t), intent(in) :: model
     type(instant_t), intent(in) :: instant
     type(step_control_t), intent(in) :: control
     type(error_t), allocatable, intent(out) :: error
 
-    if (blank%report%failed_block < huge(1)) then
-      call fail(error, failed_message(blank, instant))
-    else if (blank%report%largest_rate*collapse**2 > control%rate_at_start) then
-      call fail(error, "blank '"//blank%name//"': the stable step fell below a thousandth of "// &
-                "that at the start, "//when(instant)//"; an element is crushed")
-    end if
+    associate (blank => model%bodies%blank)
+      if (blank%report%failed_block < huge(1)) then
+        call fail(error, failed_message(model, instant, control))
+      else if (blank%report%largest_rate*collapse**2 > control%rate_at_start) then
+        call fail(error, "blank '"//blank%name//"': the stable step fell below a thousandth of "// &
+                  "that at the start, "//when(instant)//", by "// &
+                  words_of(blank, spot_of_smallest(blank))// &
+                  causes_of(step_collapsed, facts_of(model, instant, control)))
+      end if
+    end associate
   end subroutine check_health
+
+  !> The balance of energy against the deck's limit.
+  subroutine check_balance(model, balance, instant, control, error)
+    type(model_t), intent(in) :: model
+    type(energy_balance_t), intent(in) :: balance
+    type(instant_t), intent(in) :: instant
+    type(step_control_t), intent(in) :: control
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. model%step%energy_limit > 0.0_wp) return
+    if (abs(balance%alarm) <= model%step%energy_limit) return   ! not for a NaN
+    call fail(error, "energy balance lost "//when(instant)//": error "//to_text(balance%alarm)// &
+              ", limit "//to_text(model%step%energy_limit)//"; fastest is "// &
+              fastest_place(model%bodies%blank)// &
+              causes_of(energy_lost, facts_of(model, instant, control)))
+  end subroutine check_balance
+
+  !> Words of warning where masses are scaled and their inertia shows; empty otherwise. Of scaled
+  !! masses the kinetic energy is to stay below a twentieth of the internal energy, as it is custom
+  !! for quasi-static forming.
+  function added_mass_warning(blank, balance, instant) result(warning)
+    type(blank_t), intent(in) :: blank
+    type(energy_balance_t), intent(in) :: balance
+    type(instant_t), intent(in) :: instant
+    character(:), allocatable :: warning
+    real(wp), parameter :: small = 0.05_wp
+
+    warning = ""
+    if (.not. blank%added_mass > 0.0_wp) return
+    if (balance%kinetic <= small*max(balance%internal, balance%kinetic_at_start)) return
+    warning = "warning: with masses scaled to "//rounded_text(1.0_wp + added_part(blank))// &
+              " times the real ones the kinetic energy "//rounded_text(balance%kinetic)// &
+              " is more than "//rounded_text(100*small)//" % of the internal energy "// &
+              rounded_text(balance%internal)//", "//when(instant)// &
+              ": less scaling, or a slower process"
+  end function added_mass_warning
+
+  !> Added mass by the real one.
+  pure real(wp) function added_part(blank)
+    type(blank_t), intent(in) :: blank
+
+    added_part = blank%added_mass/max(mass_of(blank%parts) - blank%added_mass, tiny(1.0_wp))
+  end function added_part
 
   !> Depths of all contact pairs against the limits, parts of the thickness. A pair warns once.
   subroutine check_depths(effects, warning_limit, limit, instant, warning, error)
@@ -40,6 +94,7 @@ contains
     type(instant_t), intent(in) :: instant
     character(:), allocatable, intent(out) :: warning      !! empty: none
     type(error_t), allocatable, intent(out) :: error
+    type(facts_t) :: none
     integer :: i
 
     warning = ""
@@ -47,13 +102,15 @@ contains
       select type (pair => effects(i)%item)
       type is (contact_effect_t)
         if (limit > 0.0_wp .and. pair%depth > limit*pair%thickness) then
-          call fail(error, depth_message(pair, instant)//", limit "//to_text(limit))
+          call fail(error, depth_message(pair, instant)//", limit "//to_text(limit)//", "// &
+                    deepest_place(pair%pair)//causes_of(too_deep, none))
           return
         else if (warning_limit > 0.0_wp .and. pair%depth > warning_limit*pair%thickness &
                  .and. .not. pair%has_warned) then
           pair%has_warned = .true.
           if (warning /= "") warning = warning//new_line("a")
-          warning = warning//"warning: "//depth_message(pair, instant)
+          warning = warning//"warning: "//depth_message(pair, instant)//", "// &
+                    deepest_place(pair%pair)
         end if
       end select
     end do
@@ -68,29 +125,75 @@ contains
               " of its thickness deep in the tool, "//when(instant)
   end function depth_message
 
-  !> What failed, where and when. The block's first lane stands for all eight.
-  function failed_message(blank, instant) result(message)
-    type(blank_t), intent(in) :: blank
+  !> What failed, where and when, and why.
+  function failed_message(model, instant, control) result(message)
+    type(model_t), intent(in) :: model
     type(instant_t), intent(in) :: instant
-    character(:), allocatable :: message, place
+    type(step_control_t), intent(in) :: control
+    character(:), allocatable :: message
+    type(spot_t) :: spot
+    integer :: failure
+
+    associate (blank => model%bodies%blank)
+      failure = merge(turned_over, no_numbers, blank%report%smallest_det <= 0.0_wp)
+      message = "blank '"//blank%name//"': the stress update failed or met values that are no "// &
+                "numbers"
+      if (failure == turned_over) message = "blank '"//blank%name// &
+                                            "': an element turned inside out"
+      spot = spot_of_failure(blank)
+      message = message//", "//when(instant)//", in "
+      if (spot%part > 0) then
+        message = message//words_of(blank, spot)
+      else
+        message = message//block_words(blank)
+      end if
+      message = message//causes_of(failure, facts_of(model, instant, control))
+    end associate
+  end function failed_message
+
+  !> The elements of the block that failed, where the law gave up on sound values.
+  function block_words(blank) result(words)
+    type(blank_t), intent(in) :: blank
+    character(:), allocatable :: words
     integer :: first(3), last(3)
 
     associate (body => blank%parts(blank%report%failed_patch))
       first = element_of_lane(body%patch, blank%report%failed_block, 1)
       last = element_of_lane(body%patch, blank%report%failed_block, n_lanes)
-      place = ""
-      if (size(blank%parts) > 1) place = "patch '"//body%name//"', "
+      words = ""
+      if (size(blank%parts) > 1) words = "patch '"//body%name//"', "
     end associate
-    if (blank%report%smallest_det <= 0.0_wp) then
-      message = "an element turned inside out"
-    else
-      message = "the stress update failed or met values that are no numbers"
-    end if
-    message = "blank '"//blank%name//"': "//message//", "//when(instant)//", in "//place// &
-              "elements ("//to_text(first(1))//" to "//to_text(last(1))//", "// &
-              to_text(first(2))//", "// &
-              to_text(first(3))//") along xi, eta, zeta"
-  end function failed_message
+    words = words//"elements ("//to_text(first(1))//" to "//to_text(last(1))//", "// &
+            to_text(first(2))//", "//to_text(first(3))//") along xi, eta, zeta"
+  end function block_words
+
+  !> What tells causes apart. Speeds that are no numbers do not count.
+  function facts_of(model, instant, control) result(facts)
+    type(model_t), intent(in) :: model
+    type(instant_t), intent(in) :: instant
+    type(step_control_t), intent(in) :: control
+    type(facts_t) :: facts
+    integer :: p, i
+
+    associate (blank => model%bodies%blank)
+      do p = 1, size(blank%parts)
+        associate (v => blank%parts(p)%motion%v)
+          facts%speed = max(facts%speed, maxval(abs(v), abs(v) <= huge(1.0_wp)))
+        end associate
+      end do
+      facts%added_mass = added_part(blank)
+      facts%is_user_law = blank%law%needs_context
+    end associate
+    facts%safety = control%safety
+    ! Jacobians are those of elements from -1 to 1.
+    facts%travel = facts%speed*instant%dt*0.5_wp*sqrt(control%rate_at_start)
+    do i = 1, size(model%forces)
+      select type (item => model%forces(i)%item)
+      type is (contact_effect_t)
+        facts%has_contact = .true.
+      end select
+    end do
+  end function facts_of
 
   function when(instant) result(text)
     type(instant_t), intent(in) :: instant

@@ -20,6 +20,7 @@ module run_data
     integer(int64) :: started = 0            !! clock at the start
     logical :: is_resumed = .false.          !! it goes on from a checkpoint
     logical :: is_file_lost = .false.        !! the results could not be written
+    logical :: has_warned_of_mass = .false.  !! that scaled masses show
     real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
     real(wp) :: largest_penetration = 0.0_wp
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0

@@ -123,7 +123,7 @@ SCENES = [
     Scene("two_tools_one_point", "two_floors", "two tools push the same points", bounce),
     Scene("tiny_penalty", "floor", "a floor so soft that the block sinks in: controlled end",
           no_marks, {"penalty": "PENALTY=1e-6", "end_time": 1e-3},
-          ends=(2, "of its thickness deep in the tool")),
+          ends=(2, "of its thickness deep in the tool", "contact point (", "  2. a penalty")),
     Scene("huge_penalty", "floor", "a spring that no step bears: said at the start, stopped",
           no_marks, {"penalty": "STIFFNESS=1e9"},
           ends=(2, "all that the safety factor 0.8 leaves", "igaform: error")),

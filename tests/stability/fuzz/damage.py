@@ -256,6 +256,7 @@ class Target:
     decks: tuple = ()                    # read instead of the file, which they name
     is_written: bool = False             # the program writes the seed, of a deck
     megabytes: int = 400                 # for one file, above what the program takes at its start
+    seconds: int = 10                    # of the processor for one file
 
 
 MATERIAL = """*MATERIAL, NAME=steel
@@ -285,8 +286,8 @@ z, 0, 1, 2, 1
 
 TARGETS = {
     "iges": Target([damaged_columns], mend=whole_iges),
-    # Ten million elements are allowed.
-    "deck": Target([damaged_words, damaged_blocks], endings=(".key",), megabytes=4000),
+    # Ten million elements are allowed, and take their time where all is checked.
+    "deck": Target([damaged_words, damaged_blocks], endings=(".key",), megabytes=4000, seconds=60),
     "csv": Target([damaged_words], decks=(PATH, POINTS)),
     "checkpoint": Target([damaged_state, damaged_inside, damaged_lengths], is_written=True),
 }

@@ -21,8 +21,7 @@ import time
 
 from damage import TARGETS, damaged
 
-SECONDS_PER_FILE = 10       # of the processor, far above what the largest of the files needs
-SECONDS_OF_SILENCE = 200    # of the clock, which a busy machine stretches
+BUSY = 20                   # seconds of the clock for one of the processor on a busy machine
 MEGABYTES_LEAKED = 60       # growth from the first tenth of a run to its end
 # One thread, and little of the memory that the address sanitizer holds back.
 ENVIRONMENT = {"OMP_NUM_THREADS": "1", "ASAN_OPTIONS": "quarantine_size_mb=16"}
@@ -32,7 +31,7 @@ class Reader:
     """The program under test, started again after it has died."""
 
     def __init__(self, command, folder, target):
-        self.command, self.path, self.megabytes = command, folder / "input", target.megabytes
+        self.command, self.path, self.target = command, folder / "input", target
         self.errors = folder / "errors"
         self.asked = [folder / f"{i}.key" for i in range(len(target.decks))] or [self.path]
         for path, deck in zip(self.asked, target.decks):
@@ -60,7 +59,7 @@ class Reader:
                 self.process.stdin.flush()
                 if not self.has_answer():
                     self.stop()
-                    return f"no answer in {SECONDS_PER_FILE} s"
+                    return f"no answer in {self.target.seconds} s"
                 answer = self.process.stdout.readline()
                 if not answer:
                     raise BrokenPipeError
@@ -70,7 +69,7 @@ class Reader:
             return f"ended with {code}: " + self.errors.read_text(errors="replace")[:2000]
         if self.first is None:
             self.first = self.memory("VmHWM")
-        if self.memory("VmHWM") > self.first + self.megabytes:
+        if self.memory("VmHWM") > self.first + self.target.megabytes:
             peak = self.memory("VmHWM")
             self.stop()
             return f"{peak:.0f} MB"
@@ -80,8 +79,8 @@ class Reader:
         """Wait until there is something to read; false if that takes too long."""
         spent, begin = self.seconds(), time.monotonic()
         while not select.select([self.process.stdout], [], [], 1)[0]:
-            if (self.seconds() - spent > SECONDS_PER_FILE
-                    or time.monotonic() - begin > SECONDS_OF_SILENCE):
+            if (self.seconds() - spent > self.target.seconds
+                    or time.monotonic() - begin > BUSY * self.target.seconds):
                 return False
         return True
 
