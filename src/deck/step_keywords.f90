@@ -22,13 +22,15 @@ contains
     call add_option(table, "MASS", kind_real, "mass of the tool; 0: twice what its contact "// &
                     "springs and the time step ask for, named in the log", default="0", &
                     unit="mass", range=">= 0")
-    call add_option(table, "DAMPING", kind_real, "damping of the tool, part of the critical of "// &
-                    "its mass on all of its contact springs", default="0", range=">= 0")
+    call add_option(table, "DAMPING", kind_real, "damping of the tool against the ground, part "// &
+                    "of the critical of its mass on all of its contact springs: it adds to "// &
+                    "the force of a tool that gives way, as DAMPING of *CONTACT PAIR does not", &
+                    default="0", range=">= 0")
     call add_line(table, "The force.")
     call add_field(table, "x", kind_real, "component", unit="force")
     call add_field(table, "y", kind_real, "component", unit="force")
     call add_field(table, "z", kind_real, "component", unit="force")
-    call add_example(table, "*TOOL FORCE, TOOL=blank holder, DAMPING=0.1")
+    call add_example(table, "*TOOL FORCE, TOOL=blank holder, AMPLITUDE=soft start")
     call add_example(table, "0, -2450, 0")
 
     call add_keyword(table, "STEP", "Begins a step: its *DYNAMIC, motions, supports, loads, "// &
