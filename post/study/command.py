@@ -15,7 +15,8 @@ PROGRAM = os.path.join(PROJECT, "build", "native", "bin", "igaform")
 
 
 def add_arguments(command):
-    command.add_argument("file", metavar="STUDY.toml", help="the study (see docs/studies.md)")
+    command.add_argument("file", metavar="STUDY.toml", nargs="+",
+                         help="the study, or several (see docs/studies.md)")
     command.add_argument("--jobs", type=int, default=max(1, os.cpu_count() or 1), metavar="N",
                          help="runs side by side (default: the cores of the machine)")
     command.add_argument("--igaform", default=PROGRAM, metavar="PROGRAM",
@@ -31,9 +32,17 @@ def add_arguments(command):
 def run(arguments):
     if arguments.jobs < 1:
         raise ResultsError(f"--jobs {arguments.jobs}: at least 1 is needed")
-    study = read_study(arguments.file)
+    studies = [read_study(path) for path in arguments.file]
     program = Program(arguments.igaform)
+    codes = [run_study(study, program, len(studies) > 1, arguments) for study in studies]
+    return max(codes)
+
+
+def run_study(study, program, has_others, arguments):
+    """One study: runs, tables, picture; 2 if a run failed."""
     folder = arguments.work or study.name
+    if arguments.work and has_others:
+        folder = os.path.join(folder, study.name)
     os.makedirs(folder, exist_ok=True)
     signal.signal(signal.SIGTERM, signal.default_int_handler)   # as Ctrl-C: no run goes on alone
     runs = [Run(deck, parameters, study.threads, program, folder)

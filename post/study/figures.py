@@ -104,8 +104,25 @@ def scatter(panel, study, rows, x, y, style, best):
             text = ", ".join(str(row.get(f"set_{name}", "")) for name in style.labels)
             panel.annotate(text, (row[x], row[y]), xytext=(5, 3), textcoords="offset points",
                            fontsize=6.5)
-    scale(panel.xaxis, panel.set_xscale, [row[x] for row in rows if x in row])
-    scale(panel.yaxis, panel.set_yscale, [row[y] for row in rows if y in row])
+    others = draw_peers(panel, study, y.removesuffix("_error")) if x == COST else []
+    scale(panel.xaxis, panel.set_xscale, [row[x] for row in rows if x in row]
+          + [seconds for seconds, _ in others])
+    scale(panel.yaxis, panel.set_yscale, [row[y] for row in rows if y in row]
+          + [error for _, error in others])
+
+
+def draw_peers(panel, study, measure):
+    """Other programs as crosses with their names, and the budget; time and error of each cross."""
+    if study.budget:
+        panel.axvline(study.budget, color=FRONT, linestyle=":")
+    drawn = []
+    for name, seconds, errors in study.peers:
+        if measure in errors:
+            panel.plot(seconds, errors[measure], "x", color="black", markersize=7)
+            panel.annotate(name, (seconds, errors[measure]), xytext=(-4, 5), ha="right",
+                           textcoords="offset points", fontsize=7)
+            drawn.append((seconds, errors[measure]))
+    return drawn
 
 
 def scale(axis, set_scale, numbers):

@@ -6,9 +6,10 @@ from post.results import ResultsError
 from post.study import figures, table
 from post.study.choice import (COST, errors_text, front, has_settings, recommended, score,
                                setting_text)
-from post.study.spec import read_study
+from post.study.spec import MEASURES, read_study
 from post.style import save
 
+UNITS = {True: "mm", False: "%"}
 HEAD = """# What accuracy costs
 
 This page is generated: `python -m post study-page` writes it from the studies in `input/studies`
@@ -54,6 +55,7 @@ def run(arguments):
         save(figures.draw(study, rows), os.path.join(pictures, f"accuracy_{study.name}.png"),
              flat=True)
         parts.append(section(study, rows))
+    parts.append(budget_section(zip(studies, tables)))
     parts.append(forecast_section([row for rows in tables for row in rows]))
     parts.append(choice_section(zip(studies, tables)))
     with open(arguments.out, "w", encoding="utf-8") as file:
@@ -108,6 +110,29 @@ def default_row(study, rows):
     found = [row for row in rows if row["status"] == "completed"
              and study.default and has_settings(row, study.default)]
     return found[0] if found else None
+
+
+def budget_section(studies):
+    """Time to an accuracy: what was asked for, what it took, and what other programs took."""
+    lines = ["", "## Time to equal accuracy",
+             "Processor time of one thread to the errors asked for: the cheapest run that has "
+             "them, else that which comes nearest; other programs by their own runs of the scene.",
+             "", "| scene | program | setting | s | errors | |", "|---|---|---|---:|---|---|"]
+    for study, rows in studies:
+        best = recommended(rows, study.limits)
+        if not study.budget or best is None:
+            continue
+        asked = ", ".join(f"{name.replace('_', ' ')} {limit:g} {UNITS[MEASURES[name][1]]}"
+                          for name, limit in study.limits.items())
+        lines.append(f"| {study.title} | asked for | | {study.budget:g} | {asked} | |")
+        is_met = score(best, study.limits) <= 1 and best[COST] <= study.budget
+        lines.append(f"| | igaform | `{setting_text(best, study.parameters)}` | {best[COST]:.2f} "
+                     f"| {errors_text(best, study.limits)} | {'met' if is_met else 'missed'} |")
+        for name, seconds, errors in study.peers:
+            said = ", ".join(f"{key.replace('_', ' ')} {value:g} {UNITS[MEASURES[key][1]]}"
+                             for key, value in errors.items())
+            lines.append(f"| | {name} | | {seconds:g} | {said} | |")
+    return "\n".join(lines) + "\n"
 
 
 def forecast_section(rows):

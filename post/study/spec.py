@@ -4,6 +4,7 @@
     about = "What is varied."              # a sentence for the manual
     deck = "../channel_strip.key"          # relative to this file
     threads = 1                            # of each run
+    budget = 5                             # processor time that may be spent [s]
     [set]                                  # parameters of all runs
     frames = 1
     [[runs]]                               # lists are crossed; several tables add up
@@ -20,6 +21,10 @@
     shape = 0.3
     [plot]
     colour = "n_x"                         # parameters that give colour, marker and labels
+    [[peers]]                              # what other programs cost, drawn and listed beside
+    name = "bricks"
+    seconds = 16.5
+    shape = 0.46
     [[choose]]                             # a line of the manual's table "choose this when"
     when = "a first look"
     shape = 1.0
@@ -41,7 +46,8 @@ MEASURES = {
     "thickness": ("rms error of the thickness", True),
 }
 KEYS = {"title": str, "about": str, "deck": str, "threads": int, "set": dict, "runs": list,
-        "default": dict, "reference": dict, "limits": dict, "plot": dict, "choose": list}
+        "default": dict, "reference": dict, "limits": dict, "plot": dict, "choose": list,
+        "budget": (int, float), "peers": list}
 REQUIRED = ("title", "deck", "runs", "reference", "limits")
 REFERENCE_KEYS = {"data": str, "run": dict, "values": dict, "middle": list, "ends": (int, float),
                   "shift": bool}
@@ -76,6 +82,8 @@ class Study:
     default: dict = field(default_factory=dict)
     plot: dict = field(default_factory=dict)
     choose: list = field(default_factory=list)
+    budget: float = 0.0                               # processor time [s], 0: none
+    peers: list = field(default_factory=list)         # (name, seconds, errors by measure)
 
     @property
     def name(self):
@@ -131,7 +139,10 @@ class Reader:
             default=self.parameters(source.get("default", {}), "default"),
             plot=self.known(source.get("plot", {}), PLOT_KEYS, "plot"),
             choose=[self.choice(one, f"choose {i}") for i, one in
-                    enumerate(source.get("choose", []), 1)])
+                    enumerate(source.get("choose", []), 1)],
+            budget=source.get("budget", 0.0),
+            peers=[self.peer(one, f"peers {i}") for i, one in
+                   enumerate(source.get("peers", []), 1)])
         if not self.faults:
             self.check_names(study)
         return study
@@ -234,6 +245,19 @@ class Reader:
         if not isinstance(when, str):
             self.fault(f"{where}.when", repr(when), "a text")
         return {"when": when, "limits": self.limits(table, where)}
+
+    def peer(self, table, where):
+        """Name, processor time and errors of another program."""
+        if not isinstance(table, dict):
+            self.fault(where, repr(table), "a table, written as [[peers]]")
+            return None
+        table = dict(table)
+        name, seconds = table.pop("name", None), table.pop("seconds", None)
+        if not isinstance(name, str):
+            self.fault(f"{where}.name", repr(name), "a text")
+        if not isinstance(seconds, NUMBER) or seconds <= 0:
+            self.fault(f"{where}.seconds", repr(seconds), "a positive number")
+        return name, seconds, self.limits(table, where)
 
     def check_names(self, study):
         """What is drawn must be parameters of runs; measures must have a reference."""

@@ -22,6 +22,11 @@ STUDY = """
 title = "Mesh of the pulled strip"
 about = "Elements along and across."
 deck = "strip.key"
+budget = 60
+[[peers]]
+name = "bricks"
+seconds = 3
+mean_plastic_strain = 1.5
 [set]
 frames = 1
 [[runs]]
@@ -107,6 +112,8 @@ class TestStudy(unittest.TestCase):
         self.assertEqual(code, 0, fault)
         with open(page, encoding="utf-8") as file:
             text = file.read()
+        self.assertIn("| | bricks | | 3 | mean plastic strain 1.5 % | |", text)
+        self.assertRegex(text, r"\| \| igaform \| `n_x=.* \| met \|")
         self.assertIn("| anything will do | mean plastic strain 50 | `n_x=", text)
         self.assertTrue(os.path.isfile(os.path.join(self.folder, "pictures", "accuracy_mesh.png")))
 
