@@ -7,6 +7,7 @@ module system_files
   private
 
   public :: true_path, matching_files, is_folder, sync_file, replace_file, remove_file
+  public :: c_fopen, c_fileno, c_fclose
 
   !> The result of glob; the tail is room for what the C library keeps there.
   type, bind(C) :: glob_t

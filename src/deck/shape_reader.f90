@@ -34,9 +34,9 @@ contains
     is_complete = .false.
     if (.not. record%is_valid) return
     select case (option_text(deck, record, "TYPE"))
-    case ("DISK"); call disk_solids(round_shape(deck, record), solids, error)
-    case ("BAR"); call bar_solids(round_shape(deck, record), solids, error)
-    case ("CUP"); call cup_solids(cup_shape(deck, record), solids, error)
+    case ("DISK"); call disk_solids(round_shape(deck, record, .false.), solids, error)
+    case ("BAR"); call bar_solids(round_shape(deck, record, .false.), solids, error)
+    case ("CUP"); call cup_solids(round_shape(deck, record, .true.), solids, error)
     case ("RING"); call ring_solids(ring_shape(deck, record), solids, error)
     case default; call tube_solids(ring_shape(deck, record), solids, error)
     end select
@@ -70,44 +70,29 @@ contains
     if (p > 1) name = trim(rings((p - 2)/n_around + 1))//to_text(mod(p - 2, n_around) + 1)
   end function part_name
 
-  !> Data lines of disks and bars.
-  function round_shape(deck, record) result(shape)
+  !> Data lines of disks and bars, or of cups, which have two numbers more on either line.
+  function round_shape(deck, record, is_cup) result(shape)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
+    logical, intent(in) :: is_cup
     type(round_shape_t) :: shape
-    integer :: i
+    integer :: i, more
 
+    more = merge(2, 0, is_cup)
     shape%axis = index("XYZ", option_text(deck, record, "AXIS"))
     shape%origin = [(field_real(record, 1, i), i=1, 3)]
     shape%radius = field_real(record, 1, 4)
     shape%height = field_real(record, 1, 5)
     shape%angle = field_real(record, 2, 1)
-    shape%degrees = [field_integer(record, 2, 2), field_integer(record, 2, 5)]
+    shape%degrees = [field_integer(record, 2, 2), field_integer(record, 2, 5 + more)]
     shape%n_elements = [field_integer(record, 2, 3), field_integer(record, 2, 4), &
-                        field_integer(record, 2, 6)]
-    shape%core = field_real(record, 2, 7)
-  end function round_shape
-
-  !> Data lines of cups.
-  function cup_shape(deck, record) result(shape)
-    type(parsed_deck_t), intent(in) :: deck
-    type(record_t), intent(in) :: record
-    type(round_shape_t) :: shape
-    integer :: i
-
-    shape%axis = index("XYZ", option_text(deck, record, "AXIS"))
-    shape%origin = [(field_real(record, 1, i), i=1, 3)]
-    shape%radius = field_real(record, 1, 4)
-    shape%height = field_real(record, 1, 5)
+                        field_integer(record, 2, 6 + more)]
+    shape%core = field_real(record, 2, 7 + more)
+    if (.not. is_cup) return
     shape%thickness = field_real(record, 1, 6)
     shape%corner = field_real(record, 1, 7)
-    shape%angle = field_real(record, 2, 1)
-    shape%degrees = [field_integer(record, 2, 2), field_integer(record, 2, 7)]
-    shape%n_elements = [field_integer(record, 2, 3), field_integer(record, 2, 4), &
-                        field_integer(record, 2, 8)]
     shape%n_along = [field_integer(record, 2, 5), field_integer(record, 2, 6)]
-    shape%core = field_real(record, 2, 9)
-  end function cup_shape
+  end function round_shape
 
   !> Data lines of rings and tubes.
   function ring_shape(deck, record) result(shape)

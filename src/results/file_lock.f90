@@ -1,7 +1,7 @@
 !> Advisory locks of whole files (flock), as the HDF5 library uses them.
 module file_lock
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, &
-                                         c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_char, c_null_ptr, c_ptr
+  use system_files, only: c_fopen, c_fileno, c_fclose
   implicit none
   private
 
@@ -16,21 +16,6 @@ module file_lock
   end type folder_lock_t
 
   interface
-    type(c_ptr) function c_fopen(path, mode) bind(C, name="fopen")
-      import :: c_char, c_ptr
-      character(kind=c_char), intent(in) :: path(*), mode(*)
-    end function c_fopen
-
-    integer(c_int) function c_fileno(stream) bind(C, name="fileno")
-      import :: c_int, c_ptr
-      type(c_ptr), value :: stream
-    end function c_fileno
-
-    integer(c_int) function c_fclose(stream) bind(C, name="fclose")
-      import :: c_int, c_ptr
-      type(c_ptr), value :: stream
-    end function c_fclose
-
     integer(c_int) function c_flock(descriptor, operation) bind(C, name="flock")
       import :: c_int
       integer(c_int), value :: descriptor, operation
