@@ -8,6 +8,8 @@ from post.style import plt, save
 
 COLOURS = ("#1f4e79", "#b35900", "#5a7d2a", "#7a4b94", "#a33b4a", "#3d8f8f")
 
+FEW = 4      # places that get a tick each
+
 
 def run(arguments):
     """A picture for each record of a folder, then all measured errors as a Markdown table."""
@@ -50,11 +52,13 @@ def draw_panel(axis, panel):
             axis.plot(line["x"], line["y"], line["style"], color=COLOURS[n_coloured % len(COLOURS)],
                       markersize=4 if "o" in line["style"] else 2, label=line["label"] or None)
             n_coloured += 1
+    places = sorted({x for line in panel["lines"] for x in line["x"]})
+    if panel["scale"] != "log" and len(places) <= FEW and all(x == int(x) for x in places):
+        axis.set_xticks(places)     # counts: nothing lies between them
     if panel["scale"] == "log":
         axis.set(xscale="log", yscale="log")
-        places = sorted({x for line in panel["lines"] for x in line["x"]})
-        axis.set_xticks(places, [f"{x:.3g}" for x in places])
+        axis.set_xticks(places, [f"{x:.3g}" if x < 1000 else f"{x:.0f}" for x in places])
         axis.set_xticks([], minor=True)
         axis.grid(True, which="minor", linewidth=0.3)
     axis.set(xlabel=panel["x"], ylabel=panel["y"])
-    axis.legend(fontsize=7)
+    axis.legend(fontsize=7, frameon=True, framealpha=0.85, edgecolor="none")

@@ -112,7 +112,7 @@ contains
     line = verdict(name//", efficiency of two threads", efficiency, least, efficiency >= least)
   end function efficiency_line
 
-  !> Projections, which go through a general routine of their own, against the plain general routine,
+  !> Projections, which go through a general routine of their own, against the plain general one,
   !! point by point.
   function smooth_lines(records) result(lines)
     type(record_list_t), intent(in) :: records

@@ -1,8 +1,8 @@
-"""An axisymmetric membrane as an independent check of input/hemisphere.key: no bending, no thickness.
+"""An axisymmetric membrane as independent check of input/hemisphere.key: no bending, no thickness.
 
-Line elements of one point in explicit steps; J2 plasticity in plane stress by projection (J. C. Simo,
-R. L. Taylor, Int. J. Numer. Meth. Engng 22, 1986); penalty contact of the mid-surface; Coulomb
-friction smoothed at 1 % of the punch's speed. It shares no code with igaform.
+Line elements of one point in explicit steps; J2 plasticity in plane stress by projection
+(J. C. Simo, R. L. Taylor, Int. J. Numer. Meth. Engng 22, 1986); penalty contact of the mid-surface;
+Coulomb friction smoothed at 1 % of the punch's speed. It shares no code with igaform.
 
 Usage: membrane.py RESULT.h5 [PICTURE.png]   prints both profiles, and draws them
 """
