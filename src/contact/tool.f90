@@ -31,6 +31,10 @@ module tool
     real(wp) :: search_distance = 0.0_wp    !! how far from a face the search reaches [length]
     real(wp) :: displacement(3) = 0.0_wp    !! of the frame, set by whoever moves the tool [length]
     real(wp) :: velocity(3) = 0.0_wp        !! of the frame [length/time]
+    logical :: is_turning = .false.         !! the three that follow are in use
+    real(wp) :: rotation(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])   !! of the frame
+    real(wp) :: rotation_rate(3, 3) = 0.0_wp   !! mean over the step that led there [1/time]
+    real(wp) :: reference(3) = 0.0_wp       !! place of its axis in the frame [length]
     real(wp) :: force(3) = 0.0_wp           !! reaction of the sheet, zeroed each step [force]
     real(wp) :: scale = 1.0_wp              !! size the tolerances are measured by [length]
     integer :: n_faces = 0

@@ -198,7 +198,7 @@ contains
     do i = 1, size(scene%motions)
       associate (motion => scene%motions(i))
         if (motion%tool /= tool) cycle
-        if (motion%is_force) then
+        if (motion%is_force .or. motion%is_rotation) then
           way = reshape([-1, -1, -1, 1, 1, 1], [3, 2])*1.0e30_wp
           return
         end if

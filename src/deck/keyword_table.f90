@@ -246,15 +246,25 @@ contains
     call add_keyword(table, "TOOL MOTION", "How a tool moves from the start of the step on, "// &
                      "in which this stands; in later steps it goes on until the tool gets "// &
                      "another motion. Several of one tool in one step add up if they move "// &
-                     "different components. A tool without it stands still.")
+                     "different components; one of them may turn it. A tool without it "// &
+                     "stands still.")
     call add_option(table, "TOOL", kind_name, "name of the tool")
-    call add_option(table, "TYPE", kind_choice, "what the vector is; DISPLACEMENT counts from "// &
-                    "where the tool is at the start of the step, and needs an AMPLITUDE that "// &
-                    "starts at 0", default="VELOCITY", choices="VELOCITY|DISPLACEMENT")
+    call add_option(table, "TYPE", kind_choice, "what the data lines are; DISPLACEMENT and "// &
+                    "ROTATION count from where the tool is at the start of the step, and need "// &
+                    "an AMPLITUDE that starts at 0", default="VELOCITY", &
+                    choices="VELOCITY|DISPLACEMENT|ROTATION|ANGULAR VELOCITY")
     call add_option(table, "AMPLITUDE", kind_name, "amplitude that scales the vector", &
                     is_required=.false.)
-    call add_line(table, "The vector.")
+    call add_line(table, "The vector.", when="VELOCITY|DISPLACEMENT")
     call add_vector(table, "", "component", unit="length/time, length")
+    call add_line(table, "A point of the axis at the start of the step, and the direction of "// &
+                  "the axis, which goes with the other motions of the tool; it turns "// &
+                  "right-handed.", when="ROTATION|ANGULAR VELOCITY")
+    call add_vector(table, "", "point")
+    call add_vector(table, "a", "axis", unit="none")
+    call add_line(table, "The angle.", when="ROTATION|ANGULAR VELOCITY")
+    call add_field(table, "angle", kind_real, "angle, or angle a time", &
+                   unit="degrees, degrees/time")
     call add_example(table, "*TOOL MOTION, TOOL=punch, TYPE=VELOCITY, AMPLITUDE=soft start")
     call add_example(table, "0, -2000, 0")
   end subroutine add_motion_keywords

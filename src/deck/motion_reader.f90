@@ -118,10 +118,14 @@ contains
 
     do i = 1, size(motions)
       if (motions(i)%tool /= motion%tool .or. motions(i)%step /= motion%step) cycle
-      if (.not. motion%is_force .and. .not. motions(i)%is_force .and. &
-          all(min(abs(motions(i)%vector), abs(motion%vector)) <= 0.0_wp)) cycle
+      if (.not. motion%is_force .and. .not. motions(i)%is_force) then
+        if (motions(i)%is_rotation .neqv. motion%is_rotation) cycle
+        if (.not. motion%is_rotation .and. &
+            all(min(abs(motions(i)%vector), abs(motion%vector)) <= 0.0_wp)) cycle
+      end if
       call add_fault(faults, motion%origin, "a second motion of the tool "//name, &
-                     "one *TOOL MOTION a component, or one *TOOL FORCE, a tool and step")
+                     "one *TOOL MOTION a component and one turn, or one *TOOL FORCE, a tool "// &
+                     "and step")
       return
     end do
   end subroutine check_second
@@ -149,13 +153,17 @@ contains
     type(curve_spec_t), intent(in) :: curves(:)
     type(motion_spec_t), intent(inout) :: motion
     type(fault_list_t), intent(inout) :: faults
+    character(:), allocatable :: type
 
     call find_amplitude(deck, record, names, motion%curve, faults)
-    motion%is_displacement = option_text(deck, record, "TYPE") == "DISPLACEMENT"
+    type = option_text(deck, record, "TYPE")
+    motion%is_displacement = any(type == [character(12) :: "DISPLACEMENT", "ROTATION"])
+    motion%is_rotation = any(type == [character(16) :: "ROTATION", "ANGULAR VELOCITY"])
     motion%vector = [field_real(record, 1, 1), field_real(record, 1, 2), field_real(record, 1, 3)]
+    if (motion%is_rotation) call read_axis(record, motion, faults)
     if (.not. motion%is_displacement) return
     if (.not. is_option_given(deck, record, "AMPLITUDE")) then
-      call add_fault(faults, record%origin, "TYPE=DISPLACEMENT without AMPLITUDE", &
+      call add_fault(faults, record%origin, "TYPE="//type//" without AMPLITUDE", &
                      "an *AMPLITUDE that starts at 0")
     else if (motion%curve > 0) then
       associate (curve => curves(motion%curve))
@@ -167,5 +175,21 @@ contains
       end associate
     end if
   end subroutine read_motion
+
+  !> Axis and angle of a turn.
+  subroutine read_axis(record, motion, faults)
+    type(record_t), intent(in) :: record
+    type(motion_spec_t), intent(inout) :: motion
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), parameter :: degree = acos(-1.0_wp)/180
+    real(wp) :: axis(3)
+    integer :: i
+
+    motion%point = motion%vector
+    axis = [(field_real(record, 1, 3 + i), i=1, 3)]
+    motion%vector = axis*degree*field_real(record, 2, 1)/max(norm2(axis), tiny(1.0_wp))
+    if (.not. norm2(axis) > 0.0_wp) call add_fault(faults, record%origin, "a turn about an "// &
+      "axis without direction", "a direction other than 0, 0, 0")
+  end subroutine read_axis
 
 end module motion_reader

@@ -1,10 +1,12 @@
 !> Contact of one face of the blank with one tool, as an effect of the force stage.
 module contact_effect
   use kinds, only: wp
-  use state_store, only: state_store_t, put, take
+  use state_store, only: state_store_t, put, take, put_array, take_array
   use assembly, only: assembly_t
   use effect, only: effect_t, instant_t, tally_t
   use slave_surface, only: scatter_forces
+  use tool, only: tool_t
+  use tool_turn, only: into_frame
   use contact, only: contact_t, apply_contact
   use contact_state, only: pack_contact, unpack_contact, wake_contact
   use contact_fields, only: contact_fields_t, add_wear, pack_wear, unpack_wear
@@ -20,6 +22,8 @@ module contact_effect
     real(wp) :: energy = 0.0_wp            !! stored in the penalty springs
     real(wp) :: max_penetration = 0.0_wp   !! deepest since the last tally
     real(wp) :: depth = 0.0_wp             !! deepest now [length]
+    real(wp) :: couple(3, 3) = 0.0_wp      !! of a tool that turns: forces on the blank times places
+                                           !! in its frame, whose product with a turn is the work
     real(wp) :: thickness = 0.0_wp         !! of the sheet, the measure of depths [length]
     logical :: has_warned = .false.        !! of a depth beyond the first limit
     logical :: is_awake = .false.          !! all points are tested in each step
@@ -40,14 +44,17 @@ contains
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
     real(wp), allocatable :: net_x(:, :, :, :), net_force(:, :, :, :)
-    real(wp) :: before(3), on_blank(3)
+    real(wp) :: before(3), on_blank(3), couple(3, 3)
 
+    couple = 0.0_wp
     associate (low => self%lower, high => self%upper, &
                motion => bodies%blank%parts(self%part)%motion)
       net_x = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
       allocate (net_force, mold=net_x)
       net_force = 0.0_wp
       before = bodies%tools(self%tool)%force
+      if (bodies%tools(self%tool)%is_turning) &
+        call into_frame(bodies%tools(self%tool), size(net_x)/3, net_x)
       if (self%is_awake) call wake_contact(self%pair)
       call apply_contact(self%pair, bodies%tools(self%tool), net_x, net_force, self%energy, &
                          self%depth, instant%dt)
@@ -57,6 +64,11 @@ contains
                                                 bodies%tools(self%tool), net_x)
       end if
       on_blank = before - bodies%tools(self%tool)%force
+      if (bodies%tools(self%tool)%is_turning) then
+        call turn_forces(bodies%tools(self%tool), size(net_x)/3, net_x, net_force, couple)
+        on_blank = matmul(bodies%tools(self%tool)%rotation, on_blank)
+        bodies%tools(self%tool)%force = before - on_blank
+      end if
       if (any(abs(on_blank) > 0.0_wp)) then
         motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
           motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) + net_force
@@ -64,9 +76,23 @@ contains
     end associate
     ! The tool's own motion does the external work of this pair.
     self%external_work = self%external_work + 0.5_wp*instant%dt &
-                         *sum((self%force + on_blank)*bodies%tools(self%tool)%velocity)
+                         *(sum((self%force + on_blank)*bodies%tools(self%tool)%velocity) &
+                           + sum((self%couple + couple)*bodies%tools(self%tool)%rotation_rate))
     self%force = on_blank
+    self%couple = couple
   end subroutine apply
+
+  !> Forces from the frame of a tool into space, and their couple.
+  pure subroutine turn_forces(tool, n, x, force, couple)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: n
+    real(wp), intent(in) :: x(n, 3)            !! from `into_frame` [length]
+    real(wp), intent(inout) :: force(n, 3)     !! on the blank [force]
+    real(wp), intent(out) :: couple(3, 3)      !! [force length]
+
+    force = matmul(force, transpose(tool%rotation))
+    couple = matmul(transpose(force), x - spread(tool%displacement, 1, n))
+  end subroutine turn_forces
 
   !> The tool goes away, and with it what its springs hold but for their last push.
   subroutine stop(self, bodies, dt)
@@ -82,6 +108,10 @@ contains
     allocate (net_force, mold=net_v)
     net_force = 0.0_wp
     call scatter_forces(self%pair%slave, self%pair%force, net_force)
+    associate (tool => bodies%tools(self%tool))
+      if (tool%is_turning) call turn_forces(tool, size(net_v)/3, net_v, net_force, self%couple)
+    end associate
+    self%couple = 0.0_wp
     self%external_work = self%external_work - self%energy + 0.5_wp*dt*sum(net_force*net_v)
     self%pair%force = 0.0_wp
     self%energy = 0.0_wp
@@ -113,6 +143,7 @@ contains
     call put(store, "energy", self%energy)
     call put(store, "max_penetration", self%max_penetration)
     call put(store, "depth", self%depth)
+    call put_array(store, "couple", 9, self%couple)
     call put(store, "has_warned", self%has_warned)
     call pack_contact(self%pair, store)
     if (allocated(self%fields)) call pack_wear(self%fields, store)
@@ -126,6 +157,7 @@ contains
     call take(store, "energy", self%energy)
     call take(store, "max_penetration", self%max_penetration)
     call take(store, "depth", self%depth)
+    call take_array(store, "couple", 9, self%couple)
     call take(store, "has_warned", self%has_warned)
     call unpack_contact(self%pair, store)
     if (allocated(self%fields)) call unpack_wear(self%fields, store)

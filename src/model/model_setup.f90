@@ -357,6 +357,8 @@ contains
     motion%is_driven = motion%is_driven .or. spec%is_force
     if (spec%is_force) return
     term%is_displacement = spec%is_displacement
+    term%is_rotation = spec%is_rotation
+    term%point = spec%point
     term%vector = spec%vector
     term%curve = curve_of(scene, spec%curve)
     motion%terms = [motion%terms, term]

@@ -1,17 +1,20 @@
-!> Motion of a rigid tool: translations along curves, or what a force makes of it.
+!> Motion of a rigid tool: translations and a rotation along curves, or what a force makes of it.
 module rigid_motion
   use kinds, only: wp
   use tool, only: tool_t
+  use tool_turn, only: rotation_about
   use motion_curve, only: curve_t, curve_value, curve_integral, start_curve
   implicit none
   private
 
   public :: rigid_motion_t, motion_term_t, move_tool, start_motion
 
-  !> A vector times a curve, which gives velocities or displacements.
+  !> A vector times a curve, which gives velocities or displacements, or a turn about the vector.
   type :: motion_term_t
     logical :: is_displacement = .false.
+    logical :: is_rotation = .false.          !! the length of the vector is an angle [radians]
     real(wp) :: vector(3) = 0.0_wp
+    real(wp) :: point(3) = 0.0_wp             !! of the axis, which the translations move [length]
     type(curve_t) :: curve
     real(wp) :: done = 0.0_wp                 !! integral of the curve before the motion
   end type motion_term_t
@@ -23,6 +26,7 @@ module rigid_motion
     integer :: tool = 0                       !! whose motion it is
     integer :: step = 1                       !! of the deck, with which it begins
     real(wp) :: displacement(3) = 0.0_wp      !! of the tool before it
+    real(wp) :: rotation(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])   !! likewise
   end type rigid_motion_t
 
 contains
@@ -35,6 +39,7 @@ contains
     integer :: i
 
     motion%displacement = tool%displacement
+    motion%rotation = tool%rotation
     do i = 1, size(motion%terms)
       associate (term => motion%terms(i))
         call start_curve(term%curve, time)
@@ -48,24 +53,41 @@ contains
     type(rigid_motion_t), intent(in) :: motion
     real(wp), intent(in) :: time, dt
     type(tool_t), intent(inout) :: tool
-    real(wp) :: displacement(3)
+    real(wp) :: displacement(3), rotation(3, 3), way(3), share
     integer :: i
 
+    tool%rotation_rate = 0.0_wp
     if (motion%is_driven) then
       tool%displacement = tool%displacement + dt*tool%velocity
       return
     end if
     displacement = motion%displacement
+    rotation = motion%rotation
+    way = 0.0_wp
     do i = 1, size(motion%terms)
       associate (term => motion%terms(i))
         if (term%is_displacement) then
-          displacement = displacement + term%vector*curve_value(term%curve, time)
+          share = curve_value(term%curve, time)
         else
-          displacement = displacement &
-                         + term%vector*(curve_integral(term%curve, time) - term%done)
+          share = curve_integral(term%curve, time) - term%done
+        end if
+        if (term%is_rotation) then
+          tool%is_turning = .true.
+          tool%reference = matmul(term%point - motion%displacement, motion%rotation)
+          rotation = rotation_about(term%vector/max(norm2(term%vector), tiny(1.0_wp)), &
+                                    share*norm2(term%vector))
+          displacement = term%point + matmul(rotation, motion%displacement - term%point)
+          rotation = matmul(rotation, motion%rotation)
+        else
+          way = way + share*term%vector
         end if
       end associate
     end do
+    displacement = displacement + way
+    if (tool%is_turning) then
+      if (dt > 0.0_wp) tool%rotation_rate = (rotation - tool%rotation)/dt
+      tool%rotation = rotation
+    end if
     tool%velocity = 0.0_wp
     if (dt > 0.0_wp) tool%velocity = (displacement - tool%displacement)/dt
     tool%displacement = displacement

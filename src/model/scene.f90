@@ -74,6 +74,8 @@ module scene
     integer :: tool = 0                     !! index into `tools`
     integer :: step = 1
     logical :: is_displacement = .false.    !! the vector is a displacement, not a velocity
+    logical :: is_rotation = .false.        !! it turns the tool: axis times angle [radians]
+    real(wp) :: point(3) = 0.0_wp           !! of the axis [length]
     logical :: is_force = .false.           !! it is a force, along which the tool is free
     real(wp) :: vector(3) = 0.0_wp          !! velocity, displacement, force; scaled by the curve
     integer :: curve = 0                    !! index into `curves`, 0: constant

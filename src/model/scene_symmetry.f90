@@ -59,16 +59,22 @@ contains
     if (fault == "") fault = condition_fault(scene, component, axis)
   end function uniformity_fault
 
-  !> Has a tool a motion in any step with a share along the coordinate?
+  !> Has a tool a motion in any step with a share along the coordinate, or a turn not about it?
   pure logical function moves_along(scene, tool, component)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: tool, component
+    logical :: is_along(3)
     integer :: i
 
     moves_along = .false.
     do i = 1, size(scene%motions)
-      if (scene%motions(i)%tool == tool .and. abs(scene%motions(i)%vector(component)) > 0.0_wp) &
-        moves_along = .true.
+      if (scene%motions(i)%tool /= tool) cycle
+      is_along = abs(scene%motions(i)%vector) > 0.0_wp
+      if (scene%motions(i)%is_rotation) then
+        moves_along = moves_along .or. count(is_along) > merge(1, 0, is_along(component))
+      else
+        moves_along = moves_along .or. is_along(component)
+      end if
     end do
   end function moves_along
 

@@ -49,6 +49,8 @@ module frame_data
     type(patch_frame_t), allocatable :: patches(:)
     real(wp), allocatable :: tool_displacement(:, :)    !! (3, tools)
     real(wp), allocatable :: tool_velocity(:, :)        !! (3, tools)
+    real(wp), allocatable :: tool_turn(:, :, :)         !! rotation less one, (3, 3, tools); may be
+    real(wp), allocatable :: tool_turn_rate(:, :, :)    !! missing, as this: [1/time]
     type(tool_frame_t), allocatable :: tool_fields(:)   !! may be missing
     logical :: is_failed = .false.                      !! the state at which a run failed
   end type frame_t

@@ -31,6 +31,7 @@ module frames
                             display_fields_of, face_field_t, patch_frame_t, patch_scalars, &
                             patch_vectors, patch_view_t, tool_frame_t
   use point_geometry, only: new_point_geometry, plane_strains
+  use tool_places, only: carried
   use tool_mesh, only: new_surface_mesh, surface_mesh_t
   use vtk_cells, only: hexahedra_on_grid, vtk_bezier_hexahedron, vtk_bezier_quadrilateral, &
                        vtk_lagrange_hexahedron, vtk_lagrange_quadrilateral
@@ -334,7 +335,7 @@ contains
     type(results_t), intent(inout) :: results
     type(frame_t), intent(in) :: frame
     real(wp), allocatable :: points(:, :)
-    integer :: i, s, d, p, n(4), m(3)
+    integer :: i, s, p, n(4), m(3)
 
     do p = 1, size(results%patches)
       n = shape(frame%patches(p)%points)
@@ -346,9 +347,8 @@ contains
       do s = 1, size(results%tools(i)%surfaces)
         m = shape(results%tools(i)%surfaces(s)%points)
         points = reshape(results%tools(i)%surfaces(s)%points, [m(1)*m(2), 3])
-        do d = 1, 3
-          points(:, d) = points(:, d) + frame%tool_displacement(d, i)
-        end do
+        points = points + carried(points, spread(i, 1, size(points, 1)), frame%tool_displacement, &
+                                  frame%tool_turn)
         call update_points(results%file, surface_folder(results, i, s), points, m(:2), &
                            unit_of(results%units, "length"))
       end do
@@ -385,9 +385,11 @@ contains
     if (results%n_contact_fields > 0) &
       call fill_tool_fields(results, frame, &
                             scalars(:, size(fields) - results%n_contact_fields + 1:))
-    displacement(last + 1:, :) = on_tools(results, frame%tool_displacement)
+    displacement(last + 1:, :) = carried(results%tool_points, results%tool_of_point, &
+                                         frame%tool_displacement, frame%tool_turn)
     points(last + 1:, :) = results%tool_points + displacement(last + 1:, :)
-    velocity(last + 1:, :) = on_tools(results, frame%tool_velocity)
+    velocity(last + 1:, :) = carried(results%tool_points, results%tool_of_point, &
+                                     frame%tool_velocity, frame%tool_turn_rate)
     call append_points(results%file, points)
     call append_point_data(results%file, "displacement", displacement, results%n_frames)
     call append_point_data(results%file, "velocity", velocity, results%n_frames)
@@ -416,15 +418,6 @@ contains
       end do
     end do
   end subroutine fill_tool_fields
-
-  ! One vector per tool at all display points of the tools.
-  pure function on_tools(results, vectors) result(values)
-    type(results_t), intent(in) :: results
-    real(wp), intent(in) :: vectors(:, :)   ! (3, tools)
-    real(wp) :: values(size(results%tool_of_point), 3)
-
-    values = transpose(vectors(:, results%tool_of_point))
-  end function on_tools
 
   subroutine write_point_geometry(results, patch)
     type(results_t), intent(inout) :: results

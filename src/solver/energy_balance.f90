@@ -12,6 +12,7 @@ module energy_balance
   use effect, only: effect_slot_t, tally_t
   use patch_body, only: patch_body_t, field_t
   use blank, only: blank_t, mass_of
+  use tool_turn, only: pace_of
   use assembly, only: assembly_t
   implicit none
   private
@@ -136,7 +137,7 @@ contains
 
     energy = 0.0_wp
     do t = 1, size(bodies%tools)
-      energy = max(energy, 0.5_wp*mass_of(bodies%blank%parts)*sum(bodies%tools(t)%velocity**2))
+      energy = max(energy, 0.5_wp*mass_of(bodies%blank%parts)*pace_of(bodies%tools(t))**2)
     end do
   end function energy_of_pace
 

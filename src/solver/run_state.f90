@@ -45,6 +45,11 @@ contains
       associate (tool => model%bodies%tools(t))
         call put_array(store, "motion", 9, [tool%displacement, tool%velocity, tool%force])
         call put_array(store, "before", 3, model%motions(t)%displacement)
+        call put(store, "is_turning", tool%is_turning)
+        call put_array(store, "reference", 3, tool%reference)
+        call put_array(store, "rotation", 9, tool%rotation)
+        call put_array(store, "rotation_rate", 9, tool%rotation_rate)
+        call put_array(store, "rotation_before", 9, model%motions(t)%rotation)
       end associate
     end do
     call pack_effects(model%forces, "forces", store)
@@ -87,6 +92,11 @@ contains
         tool%displacement = motion(1:3)
         tool%velocity = motion(4:6)
         tool%force = motion(7:9)
+        call take(store, "is_turning", tool%is_turning)
+        call take_array(store, "reference", 3, tool%reference)
+        call take_array(store, "rotation", 9, tool%rotation)
+        call take_array(store, "rotation_rate", 9, tool%rotation_rate)
+        call take_array(store, "rotation_before", 9, model%motions(t)%rotation)
       end associate
       call take_array(store, "before", 3, model%motions(t)%displacement)
     end do

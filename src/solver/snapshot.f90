@@ -8,6 +8,7 @@ module snapshot
   use tool, only: tool_t
   use effect, only: effect_slot_t
   use model, only: model_t
+  use tool_turn, only: way_of
   use frames, only: frame_t, patch_frame_t, face_field_t, tool_frame_t
   use contact_effect, only: contact_effect_t
   use contact_fields, only: face_pressure, set_tool_pressure
@@ -42,6 +43,8 @@ contains
       end associate
     end do
     allocate (frame%tool_displacement(3, n_tools), frame%tool_velocity(3, n_tools))
+    if (.not. any(model%bodies%tools%is_turning)) return
+    allocate (frame%tool_turn(3, 3, n_tools), frame%tool_turn_rate(3, 3, n_tools))
   end subroutine new_frame
 
   !> Fields now; point fields in natural order.
@@ -49,6 +52,7 @@ contains
     type(model_t), intent(inout) :: model
     real(wp), intent(in) :: time
     type(frame_t), intent(inout) :: frame
+    real(wp), parameter :: one(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
     integer :: t, p
 
     frame%time = time
@@ -62,6 +66,9 @@ contains
     do t = 1, size(model%bodies%tools)
       frame%tool_displacement(:, t) = model%bodies%tools(t)%displacement
       frame%tool_velocity(:, t) = model%bodies%tools(t)%velocity
+      if (.not. allocated(frame%tool_turn)) cycle
+      frame%tool_turn(:, :, t) = model%bodies%tools(t)%rotation - one
+      frame%tool_turn_rate(:, :, t) = model%bodies%tools(t)%rotation_rate
     end do
     if (model%output%has_pressure) call fill_contact_fields(model, frame)
   end subroutine fill_frame
@@ -188,7 +195,7 @@ contains
     row%momentum = balance%momentum
     row%angular_momentum = balance%angular_momentum
     do t = 1, size(model%bodies%tools)
-      row%tool_displacement(:, t) = model%bodies%tools(t)%displacement
+      row%tool_displacement(:, t) = way_of(model%bodies%tools(t))
       row%tool_force(:, t) = model%bodies%tools(t)%force
     end do
     if (model%width_ratio > 1.0_wp) call widen_row(model%width_ratio, row)
