@@ -1,6 +1,6 @@
 """The example decks of forming, short and coarse or as they stand, against what the manual states.
 
-Usage: run.py IGAFORM PROJECT_FOLDER hemisphere|square_box|u_bend short|long
+Usage: run.py IGAFORM PROJECT_FOLDER NAME_OF_DECK short|long
 """
 import os
 import subprocess
@@ -130,10 +130,25 @@ def u_bend(folder):
                 opening[0][i] + opening[1])
 
 
+def channel_springback(folder):
+    """How far the two ends of the strip turn against each other when the dies go."""
+    results = run(folder, ("--threads", "1"))
+    between("penetration over thickness", results.history("max_penetration").max() / 3, 0, 0.02)
+    section = Section(results)
+    turned = []
+    for frame in (10, len(results.times) - 1):
+        line = section.sheet(frame)[1]
+        ends = [fitted(line[by_start(section.start, *bounds)])["direction"]
+                for bounds in ((0, 100), (500, 600))]
+        turned.append(ends[1] - ends[0])
+    between("angle between the ends, formed", turned[0], -2.9, -1.8)
+    between("springback of this angle", turned[1] - turned[0], 6.9, 7.9)
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
-        {"hemisphere": hemisphere, "square_box": square_box,
-         "u_bend": u_bend}[NAME](folder)
+        {"hemisphere": hemisphere, "square_box": square_box, "u_bend": u_bend,
+         "channel_springback": channel_springback}[NAME](folder)
 
 
 main()
