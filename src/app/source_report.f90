@@ -1,9 +1,11 @@
-!> Where the surfaces of tools come from and where tools were put, for the log and for --check.
+!> What files a deck reads, where the surfaces of tools come from and where tools were put, for the
+!! log and for --check.
 module source_report
   use kinds, only: wp
   use scene, only: scene_t
   use model, only: model_t
   use text, only: string_t, rounded_text
+  use system_files, only: true_path
   implicit none
   private
 
@@ -11,8 +13,8 @@ module source_report
 
 contains
 
-  !> One line for each note on a tool, the tool's name before the first, and one for each tool that
-  !! *TOOL PLACEMENT has moved.
+  !> One line for each file beside the deck with its path resolved, for each note on a tool, the
+  !! tool's name before the first, and for each tool that *TOOL PLACEMENT has moved.
   function source_lines(scene, model) result(lines)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
@@ -21,6 +23,10 @@ contains
     integer :: t, i
 
     allocate (lines(0))
+    do i = 2, size(scene%files)
+      line%value = "reads      "//true_path(scene%files(i)%value)
+      lines = [lines, line]
+    end do
     do t = 1, size(scene%tools)
       if (.not. allocated(scene%tools(t)%notes)) cycle
       do i = 1, size(scene%tools(t)%notes)

@@ -397,13 +397,18 @@ contains
     if (any([h5aclose(attribute), h5oclose(owner)] < 0)) call note(file, "write", object)
   end subroutine write_attribute
 
+  !> Refuse what others use or have made. An empty file may be what a killed run has begun.
   subroutine check_replaceable(file)
     type(hdf5_file_t), intent(inout) :: file
+    integer(int64) :: n_bytes
+    logical :: is_result
 
+    inquire (file=file%path, size=n_bytes)
+    is_result = h5fis_hdf5(c_text(file%path)) > 0
     if (is_locked_by_others(file%path)) then
       call fail(file%error, "result file '"//file%path//"': another program is using it; choose " &
                 //"another name or close it there")
-    else if (h5fis_hdf5(c_text(file%path)) <= 0) then
+    else if (n_bytes > 0 .and. .not. is_result) then
       call fail(file%error, "result file '"//file%path//"': there is a file or folder of this " &
                 //"name that is not a result file; it is left alone")
     end if

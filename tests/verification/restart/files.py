@@ -1,15 +1,19 @@
-"""Disks that are full, folders that cannot be written, files that vanish, numerics that fail.
+"""Disks that are full, folders that cannot be written, files that vanish, numerics that fail, names
+of all kinds.
 
 Usage: files.py PROGRAM PROJECT
 """
 import os
 import pathlib
 import resource
+import subprocess
+import sys
 import tempfile
 
 import h5py
 
-from common import STRIP, begin, deck, igaform, n_rows, opens, wait_for
+from common import (PROJECT, STRIP, begin, check_same, datasets, deck, igaform, n_rows, opens,
+                    wait_for)
 
 SMALL = ["--set", "n_x=4", "--set", "n_y=2", "--set", "end_time=2e-4"]
 
@@ -34,6 +38,28 @@ def a_full_disk_is_no_fault_of_the_numerics(folder):
     assert opens(folder / "b.h5")
 
 
+def a_checkpoint_that_finds_no_room_leaves_the_one_before(folder):
+    """A disk with room for the result, but not for the last checkpoint."""
+    path = deck(folder, STRIP, "*CHECKPOINT, STEPS=20")
+    igaform(folder, path, *SMALL, "--out", "whole.h5")
+    result, checkpoint = ((folder / name).stat().st_size for name in ("whole.h5", "whole.ckpt.h5"))
+    room = (result + checkpoint) // 2
+    assert result < room < checkpoint, (result, checkpoint)
+    igaform(folder, path, *SMALL, "--out", "a.h5",
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
+    log = (folder / "a.log").read_text()
+    assert "warning: checkpoint 'a.ckpt.h5' not written" in log and "the run goes on" in log, log
+    assert not (folder / "a.ckpt.h5.new").exists()
+    assert (folder / "a.ckpt.h5").stat().st_size <= room
+    written = [line for line in log.splitlines() if line.startswith("checkpoint a.ckpt.h5 at")]
+    reference = datasets(folder / "whole.h5")
+    check_same(folder / "a.h5", reference)
+    igaform(folder, path, *SMALL, "--restart", "a.ckpt.h5")
+    check_same(folder / "a.h5", reference)
+    step = written[-1].split(" at ")[1]
+    assert f"restart    from a.ckpt.h5, {step}" in (folder / "a.log").read_text(), log
+
+
 def folders_that_cannot_be_written(folder):
     path = deck(folder, STRIP)
     said = igaform(folder, path, "--out", "nowhere/a.h5", code=1)
@@ -52,6 +78,17 @@ def an_include_that_vanished(folder):
     said = igaform(folder, path, "--restart", "a.ckpt.h5", code=1)
     assert "gone.key" in said and "gone_deck.key:1" in said, said
     assert (folder / "a.h5").read_bytes() == before
+
+
+def an_empty_file_may_be_replaced(folder):
+    """As a run leaves it that is killed when it has created its result; no other file is touched."""
+    path = deck(folder, STRIP)
+    (folder / "a.h5").write_bytes(b"")
+    igaform(folder, path, *SMALL, "--out", "a.h5")
+    assert opens(folder / "a.h5")
+    (folder / "b.h5").write_text("mine")
+    assert "left alone" in igaform(folder, path, *SMALL, "--out", "b.h5", code=1)
+    assert (folder / "b.h5").read_text() == "mine"
 
 
 def a_deleted_result(folder):
@@ -78,6 +115,52 @@ def failing_deck(folder, *lines):
     return path
 
 
+def opens_in_paraview(path, n_frames):
+    """All frames of a result by the reader that ParaView has."""
+    try:
+        from vtkmodules.vtkIOHDF import vtkHDFReader
+    except ImportError:
+        print("no VTK for Python: the frames of a failed run are not read by its reader")
+        return
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    assert reader.GetNumberOfSteps() == n_frames, (reader.GetNumberOfSteps(), n_frames)
+    for frame in range(n_frames):
+        reader.SetStep(frame)
+        reader.Update()
+        grid = reader.GetOutputDataObject(0)
+        assert grid.GetNumberOfCells() > 0 and grid.GetNumberOfPoints() > 0
+        points = grid.GetPointData()
+        assert points.GetNumberOfArrays() > 0
+        for i in range(points.GetNumberOfArrays()):
+            assert points.GetArray(i).GetNumberOfTuples() == grid.GetNumberOfPoints()
+
+
+def names_do_not_reach_a_shell(folder):
+    """Blanks, quotes, semicolons and what a shell would carry out, in every place for a name."""
+    odd = "a b;'$(touch trap)`touch trap`&|>trap"
+    place = folder / (odd + " folder")
+    place.mkdir()
+    (place / (odd + ".inc")).write_text(STRIP.read_text())
+    path = place / (odd + ".key")
+    path.write_text(f'*INCLUDE, INPUT="{odd}.inc"\n*CHECKPOINT, NUMBER=2\n')
+    path = path.rename(place / (odd + '".key'))    # a quote cannot stand in an *INCLUDE
+    igaform(folder, path, *SMALL, "--out", place / (odd + ".h5"))
+    igaform(folder, path, *SMALL, "--restart", place / (odd + ".ckpt.h5"))
+    log = (place / (odd + ".log")).read_text()
+    assert f"reads      {place.resolve() / (odd + '.inc')}\n" in log, log
+    for words in (["watch", "--once"], ["history", "--out", place / (odd + ".png")]):
+        done = subprocess.run([sys.executable, "-m", "post", words[0], place / (odd + ".h5"),
+                               *words[1:]], cwd=folder, capture_output=True, text=True,
+                              env=os.environ | {"PYTHONPATH": str(PROJECT)}, timeout=100)
+        assert done.returncode == 0, done.stderr
+    left = sorted(file.name for file in place.iterdir())
+    assert left == sorted(odd + ending for ending in (".inc", '".key', ".h5", ".log", ".ckpt.h5",
+                                                      ".png")), left
+    assert [file.name for file in folder.iterdir()] == [place.name], list(folder.iterdir())
+
+
 def a_failed_run_leaves_its_last_good_state(folder):
     path = failing_deck(folder)
     said = igaform(folder, path, *SMALL, "--out", "a.h5", code=2)
@@ -85,6 +168,8 @@ def a_failed_run_leaves_its_last_good_state(folder):
     with h5py.File(folder / "a.h5") as file:
         assert file["provenance"].attrs["status"] == b"failed"
         assert file["frames/is_failed"][-1] == 1
+        n_frames = len(file["frames/is_failed"])
+    opens_in_paraview(folder / "a.h5", n_frames)
     said = igaform(folder, path, *SMALL, "--restart", "a.ckpt.h5", code=2)
     assert "the last good state" in said, said
     path = failing_deck(folder, "*CHECKPOINT, RETRY=0.5")
@@ -93,9 +178,10 @@ def a_failed_run_leaves_its_last_good_state(folder):
 
 
 if __name__ == "__main__":
-    for test in (a_full_disk_is_no_fault_of_the_numerics, folders_that_cannot_be_written,
-                 an_include_that_vanished, a_deleted_result,
-                 a_failed_run_leaves_its_last_good_state):
+    for test in (a_full_disk_is_no_fault_of_the_numerics,
+                 a_checkpoint_that_finds_no_room_leaves_the_one_before,
+                 folders_that_cannot_be_written, an_include_that_vanished, an_empty_file_may_be_replaced,
+                 a_deleted_result, a_failed_run_leaves_its_last_good_state, names_do_not_reach_a_shell):
         with tempfile.TemporaryDirectory() as place:
             test(pathlib.Path(place))
         print("passed:", test.__name__.replace("_", " "), flush=True)
