@@ -81,7 +81,7 @@ def an_include_that_vanished(folder):
 
 
 def an_empty_file_may_be_replaced(folder):
-    """As a run leaves it that is killed when it has created its result; no other file is touched."""
+    """As a run leaves it that is killed at once; no other file is touched."""
     path = deck(folder, STRIP)
     (folder / "a.h5").write_bytes(b"")
     igaform(folder, path, *SMALL, "--out", "a.h5")
@@ -180,8 +180,9 @@ def a_failed_run_leaves_its_last_good_state(folder):
 if __name__ == "__main__":
     for test in (a_full_disk_is_no_fault_of_the_numerics,
                  a_checkpoint_that_finds_no_room_leaves_the_one_before,
-                 folders_that_cannot_be_written, an_include_that_vanished, an_empty_file_may_be_replaced,
-                 a_deleted_result, a_failed_run_leaves_its_last_good_state, names_do_not_reach_a_shell):
+                 folders_that_cannot_be_written, an_include_that_vanished,
+                 an_empty_file_may_be_replaced, a_deleted_result,
+                 a_failed_run_leaves_its_last_good_state, names_do_not_reach_a_shell):
         with tempfile.TemporaryDirectory() as place:
             test(pathlib.Path(place))
         print("passed:", test.__name__.replace("_", " "), flush=True)
