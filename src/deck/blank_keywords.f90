@@ -43,10 +43,11 @@ contains
     call add_option(table, "AXIS", kind_choice, "axis of a round shape: thickness of a disk or "// &
                     "ring, length of a bar or tube, from the bottom of a cup to its edge", &
                     default="Z", choices="X|Y|Z")
-    call add_option(table, "RULE", kind_name, "integration points of an element: FULL (degree "// &
-                    "+ 1 per direction), REDUCED (degree per direction) or three counts in "// &
-                    "quotes; 2x3 splits the element in 2 equal parts of 3 points each", &
-                    default="FULL")
+    call add_option(table, "RULE", kind_name, "integration points of an element: SHEET "// &
+                    "(degree along the sheet, degree + 1 in each half of the thickness, which "// &
+                    "is axis 3), FULL (degree + 1 per direction), REDUCED (degree per "// &
+                    "direction) or three counts in quotes; 2x3 splits the element in 2 equal "// &
+                    "parts of 3 points each", default="SHEET")
     call add_option(table, "SPACING", kind_choice, "what lies at equal distances in a box: "// &
                     "knots, or control points, which makes the elements at the ends longer and "// &
                     "the stable step larger where the size along the sheet governs it; the "// &

@@ -5,7 +5,7 @@ module blank_reader
   use faults, only: fault_list_t, add_fault
   use text, only: upper_case, squeezed, to_text, read_integer, strings
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
-  use knot_vector, only: knot_vector_t, find_span, basis_derivatives
+  use knot_vector, only: knot_vector_t, find_span, basis_derivatives, n_spans
   use primitives, only: box_solid
   use blank, only: patch_spec_t
   use scene, only: scene_t, blank_spec_t
@@ -274,6 +274,8 @@ contains
 
     is_good = .true.
     select case (squeezed(upper_case(rule)))
+    case ("SHEET")
+      call choose_sheet_rule(patch)
     case ("FULL")
       patch%n_points = patch%solid%axes%degree + 1
     case ("REDUCED")
@@ -282,11 +284,28 @@ contains
       call read_count(rule, patch%n_points, patch%n_parts, is_good)
     end select
     if (.not. is_good) call add_fault(faults, record%origin, "RULE="//rule, &
-                                      "FULL, REDUCED or three counts from 1 to "// &
+                                      "SHEET, FULL, REDUCED or three counts from 1 to "// &
                                       to_text(most_points)//" such as ""2,2,2x3"""// &
                                       did_you_mean(upper_case(rule), &
-                                                   strings(["FULL   ", "REDUCED"])))
+                                                   strings(["SHEET  ", "FULL   ", "REDUCED"])))
   end subroutine read_rule
+
+  !> The rule that the crossed study of the forming strip recommends: as many points as the degree
+  !! along the sheet, one more than the degree in each half of the thickness, which is axis 3. Where
+  !! that would leave modes without energy, in elements of degree 1 or in a patch of one element,
+  !! one more along the sheet; elements that lie on each other are not split.
+  pure subroutine choose_sheet_rule(patch)
+    type(patch_spec_t), intent(inout) :: patch
+    integer :: a, n_elements(3)
+
+    associate (axes => patch%solid%axes)
+      n_elements = [(n_spans(axes(a)), a=1, 3)]
+      patch%n_points = max(axes%degree, 2)
+      if (all(n_elements(:2) == 1)) patch%n_points = axes%degree + 1
+      patch%n_points(3) = axes(3)%degree + 1
+      if (n_elements(3) == 1) patch%n_parts(3) = 2
+    end associate
+  end subroutine choose_sheet_rule
 
   !> Projection of strains and its samples.
   subroutine read_projection(deck, record, blank, faults)
