@@ -141,8 +141,8 @@ def channel_springback(folder):
         ends = [fitted(line[by_start(section.start, *bounds)])["direction"]
                 for bounds in ((0, 100), (500, 600))]
         turned.append(ends[1] - ends[0])
-    between("angle between the ends, formed", turned[0], -2.9, -1.8)
-    between("springback of this angle", turned[1] - turned[0], 6.9, 7.9)
+    between("angle between the ends, formed", turned[0], 10.2, 11.6)
+    between("springback of this angle", turned[1] - turned[0], 12.0, 13.4)
 
 
 def main():
