@@ -35,6 +35,11 @@ def fast(run):
     return [yield_excess(run, line(250, 1000), 1e-9), energy_error(run, 0.05), finite(run)]
 
 
+def saturating(run):
+    return [yield_excess(run, lambda eqps: 250 + 250 * (1 - np.exp(-20 * eqps)), 1e-9),
+            energy_error(run, 0.05), finite(run)]
+
+
 def turning(run):
     """Once it has yielded the bar turns rigidly: no more plastic work."""
     work = run.history["plastic_work"]
@@ -58,6 +63,9 @@ SCENES = [
                                     "n_x": 1}),
     Scene("five_percent_a_step", "pull", "plastic strain of 5 % in each step", fast,
           {"p": 1, "n_x": 1, "rate": 1.0e5, "strain": 0.5, "rows": 10}),
+    Scene("curved_hardening", "pull", "curved hardening in steps of 5 %: Newton's method has far to go",
+          saturating, {"law": "VOCE", "constants": "250, 250, 20", "p": 1, "n_x": 1,
+                       "rate": 1.0e5, "strain": 0.12, "rows": 10}),
     Scene("reversal_every_100_steps", "pull", "the return to the yield surface from either side",
           reversed_often, {"constants": "250, 50", "rate": 700, "strain": 0.005, "ways": 50,
                          "p": 1, "n_x": 1}),
