@@ -48,12 +48,14 @@ contains
     if (allocated(error)) contents = ""
   end subroutine read_source
 
-  !> All that comes, for a pipe tells no size.
+  !> All that comes, for a pipe tells no size; up to the first byte that no text has, for some
+  !! have no end.
   subroutine read_to_end(unit, contents, status)
     integer, intent(in) :: unit
     character(:), allocatable, intent(inout) :: contents
     integer, intent(out) :: status
     character(:), allocatable :: more
+    integer, parameter :: longest = 2**29
     character(1) :: byte
     integer :: n_bytes
 
@@ -61,6 +63,10 @@ contains
     do
       read (unit, iostat=status) byte
       if (status /= 0) exit
+      if (n_bytes == longest) then
+        status = 1
+        exit
+      end if
       if (n_bytes == len(contents)) then
         allocate (character(2*n_bytes + 4096) :: more)
         more(:n_bytes) = contents
@@ -68,6 +74,7 @@ contains
       end if
       n_bytes = n_bytes + 1
       contents(n_bytes:n_bytes) = byte
+      if (byte == achar(0)) exit
     end do
     contents = contents(:n_bytes)
     if (is_iostat_end(status)) status = 0

@@ -94,6 +94,8 @@ def check_made(program, folder):
     binary = folder / "binary.key"
     binary.write_bytes(bytes(range(256)) * 8)
     yield "binary file", check_refusal(program, binary, [["the binary file"]])
+    yield "file without end", check_refusal(program, pathlib.Path("/dev/zero"),
+                                            [["the binary file"]])
 
     yield "missing deck", check_refusal(program, folder / "nowhere.key", [["no file"]])
     yield "unknown setting", check_refusal(program, HERE / "unknown_parameter.key",
