@@ -15,7 +15,7 @@ import h5py
 from common import (PROJECT, STRIP, begin, check_same, datasets, deck, igaform, n_rows, opens,
                     wait_for)
 
-SMALL = ["--set", "n_x=4", "--set", "n_y=2", "--set", "end_time=2e-4"]
+SMALL = ["--set", "n_x=4", "--set", "n_y=2", "--set", "end_time=2e-4", "--threads", "1"]
 
 
 def a_full_disk_is_no_fault_of_the_numerics(folder):
