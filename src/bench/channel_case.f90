@@ -82,9 +82,8 @@ contains
     case ("update")
       self%n_calls = 200
       self%n_units = self%n_calls*n_controls
-      ! Velocities and positions read and written, velocities read once more; two forces and the
-      ! mass, which is read for each component.
-      self%bytes = 8.0_wp*(6 + 6 + 3 + 6 + 3)
+      ! Velocities and positions read and written, velocities read once more; two forces and mass.
+      self%bytes = 8.0_wp*(6 + 6 + 3 + 6 + 1)
       self%flops = 18.0_wp
       self%working_set = 8.0_wp*13*n_controls
     case ("scatter")

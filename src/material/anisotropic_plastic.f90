@@ -149,7 +149,9 @@ contains
     logical :: is_good
     integer :: i
 
-    problem = return_problem_t(self%bulk, self%shear, dt)
+    problem%bulk = self%bulk
+    problem%shear = self%shear
+    problem%dt = dt
     problem%kinematic = self%back
     do i = 1, size(places)
       associate (p => places(i), l => numbers(i))
