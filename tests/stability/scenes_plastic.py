@@ -43,8 +43,8 @@ def saturating(run):
 def turning(run):
     """Once it has yielded the bar turns rigidly: no more plastic work."""
     work = run.history["plastic_work"]
-    return [Mark("plastic work of the last half", (work[-1] - work[len(work) // 2]) / work[-1],
-                 1e-3),
+    return [Mark("plastic work of the last half", abs(work[-1] - work[len(work) // 2])
+                 / work[-1], 1e-3),
             Mark("plastic strain too small", 0.01 / run.at_points["eqps"].max(), 1),
             yield_excess(run, line(500, 5000), 1e-9),
             momentum_drift(run, 1e-12, "angular_momentum"), energy_error(run, 1e-4)]

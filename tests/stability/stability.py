@@ -28,7 +28,7 @@ GROWTH = 1.5   # of the part of a limit that is used
 
 @dataclass
 class Mark:
-    """A number that must not exceed its limit."""
+    """A number that must neither be negative nor exceed its limit."""
     quantity: str
     value: float
     limit: float
@@ -129,9 +129,9 @@ class Suite:
         """Hold a mark against its limit and against the recorded margin."""
         used = mark.used()
         before = self.recorded.get((scene.name, mark.quantity))
-        if not used <= 1:
-            self.faults.append(f"{scene.name}: {mark.quantity} {mark.value:.3g} is beyond "
-                               f"{mark.limit:g}; {scene.command()}")
+        if not 0 <= used <= 1:
+            self.faults.append(f"{scene.name}: {mark.quantity} {mark.value:.3g} is not "
+                               f"within 0 and {mark.limit:g}; {scene.command()}")
         elif before is None:
             self.faults.append(f"{scene.name}: {mark.quantity} is not in margins.csv; "
                                "run with --record")
