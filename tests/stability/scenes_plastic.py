@@ -31,7 +31,8 @@ def reversed_often(run):
     """Fifty ways of 0.5 %: each but the first takes the elastic strain back and forth."""
     eqps = run.at_points["eqps"].ravel()
     path = 50 * np.log1p(0.005) - (2 * 50 - 1) * 253 / 210000
-    return [yield_excess(run, line(250, 50), 1e-9),
+    return [Mark("steps of a way against 100", abs(run.history["step"][-1] / 50 / 100 - 1), 0.05),
+            yield_excess(run, line(250, 50), 1e-9),
             Mark("mean plastic strain of all ways", abs(eqps.mean() / path - 1), 0.01),
             Mark("spread of the plastic strain", np.ptp(eqps) / path, 1e-9),
             energy_error(run, 1e-4)]
@@ -79,7 +80,7 @@ SCENES = [
           large_steps(voce), LARGE | {"law": "VOCE", "constants": "250, 250, 20", "strain": 0.21,
                                       "rows": 3}),
     Scene("reversal_every_100_steps", "pull", "the return to the yield surface from either side",
-          reversed_often, {"constants": "250, 50", "rate": 700, "strain": 0.005, "ways": 50,
+          reversed_often, {"constants": "250, 50", "rate": 500, "strain": 0.005, "ways": 50,
                          "p": 1, "n_x": 1}),
     Scene("turning_while_plastic", "spin",
           "10 turns at the yield stress: a rotation with an error of its own makes it flow",
