@@ -143,7 +143,8 @@ SCENES = [
     Scene("border_between_points", "edge", "the border of a tool does", beside, {"n": 9}),
     Scene("ironing", "ironing", "two tools squeeze a sheet to 80 % of its thickness", ironed),
     Scene("ironing_to_nothing", "ironing", "two tools want to pass through each other: controlled "
-          "end", no_marks, {"left": -0.5}, ends=(2, "igaform: error", "at time")),
+          "end", no_marks, {"left": -0.5},
+          ends=(2, "of its thickness deep in the tool", "at time")),
     Scene("ten_times_the_speed", "fast_channel", "dies at 187.5 m/s", closing,
           {"closing": 20}),
     Scene("over_crests", "ridges", "points cross convex C0 knot lines to and fro every step",
