@@ -6,6 +6,7 @@ module batch_table
   use text, only: to_text, rounded_text
   use errors, only: error_t, fail
   use result_state, only: result_state_t, read_result_state
+  use file_lock, only: is_locked_by_others
   use system_files, only: replace_file
   use batch_list, only: batch_run_t
   implicit none
@@ -15,7 +16,7 @@ module batch_table
 
   !> How a run stands.
   type :: outcome_t
-    character(:), allocatable :: status    !! completed, failed, interrupted, refused, due
+    character(:), allocatable :: status    !! completed, failed, interrupted, refused, running, due
     character(:), allocatable :: message   !! first error it told; empty: none
     type(result_state_t) :: state
   end type outcome_t
@@ -36,7 +37,10 @@ contains
     outcome%message = first_error(run%base//".err")
     if (outcome%state%identity == identity) then
       outcome%status = outcome%state%status
-      if (outcome%status == "running" .or. outcome%status == "") outcome%status = "interrupted"
+      if (outcome%status == "running" .or. outcome%status == "") then
+        outcome%status = "interrupted"
+        if (is_locked_by_others(run%result_file)) outcome%status = "running"
+      end if
     else
       outcome%state%status = ""
       if (outcome%message /= "") outcome%status = "refused"
@@ -44,11 +48,11 @@ contains
     if (outcome%status == "completed") outcome%message = ""
   end function outcome_of
 
-  !> Would the run, once more, end the same?
+  !> Would the run, once more, end the same, or be in the way of one that is under way?
   pure logical function is_final(outcome)
     type(outcome_t), intent(in) :: outcome
 
-    is_final = outcome%status == "completed" .or. outcome%status == "failed"
+    is_final = any(outcome%status == [character(9) :: "completed", "failed", "running"])
   end function is_final
 
   !> The first line of a file that tells of an error, without the program's name.
@@ -101,8 +105,8 @@ contains
   function summary_words(outcomes) result(words)
     type(outcome_t), intent(in) :: outcomes(:)
     character(:), allocatable :: words
-    character(11), parameter :: kinds(5) = [character(11) :: "completed", "failed", "refused", &
-                                            "interrupted", "due"]
+    character(11), parameter :: kinds(6) = [character(11) :: "completed", "failed", "refused", &
+                                            "interrupted", "running", "due"]
     integer :: k, i, n
 
     words = to_text(size(outcomes))//" runs"

@@ -186,7 +186,11 @@ contains
     end if
     call run_model(model, run, results, log, saver, error)
     code = merge(exit_numerics, exit_done, allocated(error))
-    if (allocated(saver%stopped_by)) code = exit_interrupted
+    if (allocated(saver%stopped_by)) code = merge(exit_files, exit_interrupted, &
+                                                  saver%is_state_lost)
+    if (saver%is_state_lost) call say_error(log, "stopped by "//saver%stopped_by// &
+                                            ", and the state cannot be written")
+    if (saver%is_state_lost) call say_how_to_go_on(log, saver)
     if (run%is_file_lost) code = exit_files
     if (allocated(error)) then
       call say_error(log, error%message)

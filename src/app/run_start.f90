@@ -2,6 +2,7 @@
 module run_start
   use text, only: string_t, to_text
   use errors, only: error_t, fail
+  use timer, only: clock_ticks
   use build_info, only: version, git_commit
   use scene, only: scene_t
   use model, only: model_t
@@ -82,6 +83,7 @@ contains
     if (.not. allocated(error)) call open_results(results, setup, error, n_frames)
     saver%good_frames = n_frames
     saver%saved_time = run%instant%time
+    saver%saved_ticks = clock_ticks()
     if (command%restart == saver%path) saver%saved_step = run%n_steps
   end subroutine start_run
 

@@ -1,10 +1,12 @@
 !> Signals that ask a run to save its state or to stop.
 !!
-!! A handler may do next to nothing: it sets a flag, and the run looks at it between two steps. The
-!! same signal a second time ends the program at once, as if nobody watched.
+!! A handler may do next to nothing: it sets a flag, and the run looks at it between two steps. A
+!! signal that asks for the end again two seconds later or more ends the program at once, as if
+!! nobody watched; within that time it may be the same wish that comes by two ways, to a group of
+!! programs and from the one that started them.
 module interrupt
   use, intrinsic :: iso_c_binding, only: c_associated, c_funloc, c_funptr, c_int, c_intptr_t, &
-                                         c_null_funptr
+                                         c_long, c_null_funptr, c_null_ptr, c_ptr
   implicit none
   private
 
@@ -15,6 +17,7 @@ module interrupt
 
   integer(c_int), volatile :: stop_signal = 0_c_int
   integer(c_int), volatile :: save_signal = 0_c_int
+  integer(c_long), volatile :: stop_time = 0_c_long   ! of the first wish [s]
 
   interface
     type(c_funptr) function c_signal(number, handler) bind(C, name="signal")
@@ -22,6 +25,16 @@ module interrupt
       integer(c_int), value :: number
       type(c_funptr), value :: handler
     end function c_signal
+
+    integer(c_int) function c_raise(number) bind(C, name="raise")
+      import :: c_int
+      integer(c_int), value :: number
+    end function c_raise
+
+    integer(c_long) function c_time(place) bind(C, name="time")
+      import :: c_long, c_ptr
+      type(c_ptr), value :: place
+    end function c_time
   end interface
 
 contains
@@ -89,13 +102,18 @@ contains
   !> The handler.
   subroutine take_note(number) bind(C)
     integer(c_int), value :: number
-    type(c_funptr) :: ignored
+    integer(c_long), parameter :: same_wish = 2_c_long
+    type(c_funptr) :: before
+    integer(c_int) :: failed
 
     if (number == user_one) then
       save_signal = number
-    else
+    else if (stop_signal == 0) then
+      stop_time = c_time(c_null_ptr)
       stop_signal = number
-      ignored = c_signal(number, c_null_funptr)   ! SIG_DFL
+    else if (c_time(c_null_ptr) - stop_time >= same_wish) then
+      before = c_signal(number, c_null_funptr)   ! SIG_DFL
+      failed = c_raise(number)
     end if
   end subroutine take_note
 

@@ -84,6 +84,10 @@ contains
         bead%width = option_real(deck, record, "WIDTH")
         bead%slip = option_real(deck, record, "SLIP")
         call find_amplitude(deck, record, names, bead%curve, faults)
+        if (bead%curve > 0) then
+          if (any(scene%curves(bead%curve)%values < 0.0_wp)) call add_fault(faults, &
+            record%origin, "an amplitude with values below 0", "one that holds the sheet back")
+        end if
         if (is_option_given(deck, record, "CLOSING")) then
           call resolve(names%tools, option_text(deck, record, "CLOSING"), "*TOOL", record%origin, &
                        bead%closing, faults)

@@ -206,6 +206,7 @@ contains
     type(nurbs_surface_t), intent(inout) :: surface
     type(fault_list_t), intent(inout) :: faults
     type(error_t), allocatable :: error
+    real(wp), allocatable :: knots(:)
     integer :: i, axis
 
     do i = 1, size(parts%refinements)
@@ -218,7 +219,9 @@ contains
         end if
         call elevate_degree(surface, axis, option_integer(deck, record, "ELEVATE"), error)
         if (.not. allocated(error)) then
-          call insert_knots(surface, axis, new_knots(deck, record, surface%axes(axis)), error)
+          knots = new_knots(deck, record, surface%axes(axis))
+          if (is_too_fine(surface%axes, axis, size(knots), record, faults)) return
+          call insert_knots(surface, axis, knots, error)
         end if
         if (allocated(error)) call refuse(record, error, faults)
       end associate
@@ -231,6 +234,7 @@ contains
     type(nurbs_solid_t), intent(inout) :: solid
     type(fault_list_t), intent(inout) :: faults
     type(error_t), allocatable :: error
+    real(wp), allocatable :: knots(:)
     integer :: i, axis
 
     do i = 1, size(parts%refinements)
@@ -239,12 +243,30 @@ contains
         axis = option_integer(deck, record, "AXIS")
         call elevate_degree(solid, axis, option_integer(deck, record, "ELEVATE"), error)
         if (.not. allocated(error)) then
-          call insert_knots(solid, axis, new_knots(deck, record, solid%axes(axis)), error)
+          knots = new_knots(deck, record, solid%axes(axis))
+          if (is_too_fine(solid%axes, axis, size(knots), record, faults)) return
+          call insert_knots(solid, axis, knots, error)
         end if
         if (allocated(error)) call refuse(record, error, faults)
       end associate
     end do
   end subroutine refine_solid
+
+  !> Refuse knots that would make more control points than anybody wants: every knot that comes in
+  !! moves all of them, so that the time grows with both.
+  logical function is_too_fine(axes, axis, n_new, record, faults)
+    type(knot_vector_t), intent(in) :: axes(:)
+    integer, intent(in) :: axis, n_new
+    type(record_t), intent(in) :: record
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), parameter :: most_points = 1.0e6_wp
+    real(wp) :: n_points
+
+    n_points = product(real(axes%n_basis, wp))*(1 + real(n_new, wp)/axes(axis)%n_basis)
+    is_too_fine = n_points > most_points
+    if (is_too_fine) call add_fault(faults, record%origin, "refined to "//to_text(n_points)// &
+                                    " control points", "at most "//to_text(most_points))
+  end function is_too_fine
 
   !> Knots that a *REFINE inserts: those that divide the spans, then those it lists.
   function new_knots(deck, record, axis) result(knots)

@@ -14,7 +14,7 @@ module offset_place
   real(wp), parameter :: collapsed = 1.0e-9_wp   !! tangent, part of the mean one of its direction
   real(wp), parameter :: thinnest = 1.0e-10_wp   !! sine of the angle between the tangents
   real(wp), parameter :: beside = 1.0e-9_wp      !! part of a span that a knot is avoided by
-  real(wp), parameter :: no_turn = 1.0e-7_wp     !! angle that the two sides of a knot may differ by
+  real(wp), parameter :: no_turn = 1.0e-6_wp     !! angle that the two sides of a knot may differ by
   real(wp), parameter :: inside = 1.0e-4_wp      !! the same, where curvature is measured
   real(wp), parameter :: flattest = 1.0e-3_wp    !! least stretch of the surface by the offset
 

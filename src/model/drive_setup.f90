@@ -2,7 +2,7 @@
 module drive_setup
   use kinds, only: wp
   use text, only: rounded_text
-  use faults, only: fault_list_t, add_warning
+  use faults, only: fault_list_t, add_fault, add_warning
   use scene, only: scene_t, motion_spec_t
   use contact_effect, only: contact_effect_t
   use tool_drive, only: tool_drive_t
@@ -52,6 +52,12 @@ contains
       drive%curve = curve_of(scene, spec%curve)
       drive%mass = spec%mass
       if (.not. spec%mass > 0.0_wp) drive%mass = least
+      if (.not. drive%mass > 0.0_wp) then
+        call add_fault(faults, spec%origin, "a force on tool "//scene%tools(spec%tool)%name// &
+                       ", which has no contact to choose its mass by", &
+                       "MASS, or a *CONTACT PAIR of the tool")
+        return
+      end if
       if (drive%mass < 0.5_wp*least) then
         call add_warning(faults, spec%origin, "a mass of "//rounded_text(drive%mass)//", for "// &
                          "which the time step may be too large", "at least "//rounded_text(least))

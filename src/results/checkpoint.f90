@@ -12,6 +12,7 @@ module checkpoint
   use checksum, only: file_checksum
   use state_store, only: state_store_t, add_entry
   use system_files, only: sync_file, replace_file, remove_file
+  use file_lock, only: folder_lock_t, hold_folder, release_folder, is_locked_by_others
   use hdf5_library, only: hid_t
   use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_reals, write_text, &
                        write_text_attribute
@@ -226,9 +227,16 @@ contains
     character(*), intent(in) :: path, result_file
     type(error_t), allocatable, intent(out) :: error
     type(last_line_t) :: last
+    type(folder_lock_t) :: lock
 
     call check_whole(path, last, error)
     if (allocated(error)) return
+    call hold_folder(result_file, lock)
+    if (is_locked_by_others(result_file)) then
+      call release_folder(lock)
+      call fail(error, "result file '"//result_file//"': another program is using it")
+      return
+    end if
     call remove_file(result_file//".new")
     call copy_bytes(path, last%n_state, last%n_result, result_file//".new", error)
     if (.not. allocated(error)) then
@@ -238,6 +246,7 @@ contains
         call fail(error, "cannot put it in its place")
       end if
     end if
+    call release_folder(lock)
     if (.not. allocated(error)) return
     call remove_file(result_file//".new")
     error%message = "result file '"//result_file//"' cannot be taken from the checkpoint: "// &

@@ -30,6 +30,7 @@ module run_saver
     real(wp) :: retry = 0.0_wp                !! factor on the step for one more try; 0: none
     logical :: is_retried = .false.
     character(:), allocatable :: stopped_by   !! why the run stopped before its end, if it did
+    logical :: is_state_lost = .false.        !! where it stopped, since it could not be written
     integer(int64) :: saved_step = -1         !! of the file; negative: there is none of this run
     real(wp) :: saved_time = 0.0_wp
     integer(int64) :: saved_ticks = 0
@@ -67,6 +68,7 @@ contains
     is_wanted = is_save_wanted()
     if (.not. (is_stopping .or. is_wanted)) is_wanted = is_due(saver, model, run)
     if (is_stopping .or. is_wanted) call save(saver, model, run, results, log)
+    if (is_stopping) saver%is_state_lost = saver%saved_step /= run%n_steps
     if (is_stopping) call log_line(log, "stopped by "//saver%stopped_by//" at step "// &
                                    to_text(run%n_steps)//", time "//to_text(run%instant%time))
   end subroutine look_after
@@ -104,7 +106,7 @@ contains
     final_time = run%control%end_time + sum(model%later_steps%step%end_time)
   end function final_time
 
-  !> Write the checkpoint. If that fails the run goes on: there may be room for the next one.
+  !> Write the checkpoint. If that fails a run goes on: there may be room for the next one.
   subroutine save(saver, model, run, results, log)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(in) :: model
@@ -124,7 +126,8 @@ contains
     saver%saved_ticks = clock_ticks()
     saver%saved_time = run%instant%time
     if (allocated(error)) then
-      call log_line(log, "warning: "//error%message//"; the run goes on")
+      if (.not. allocated(saver%stopped_by)) error%message = error%message//"; the run goes on"
+      call log_line(log, "warning: "//error%message)
       return
     end if
     saver%saved_step = run%n_steps
@@ -176,7 +179,8 @@ contains
     if (saver%good_step > saver%saved_step) then
       call write_checkpoint(saver%path, saver%header, saver%good, saver%result_file, error)
       if (allocated(error)) then
-        call log_line(log, "warning: "//error%message)
+        if (.not. allocated(saver%stopped_by)) error%message = error%message//"; the run goes on"
+      call log_line(log, "warning: "//error%message)
       else
         saver%saved_step = saver%good_step
         saver%saved_time = saver%good_time

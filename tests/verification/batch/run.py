@@ -113,6 +113,19 @@ def interruption_stops_all(folder):
         assert batch.wait(20) == 3, (folder / "said").read_text()
 
 
+def a_signal_to_the_group_saves_all(folder):
+    write_list(folder, *(f"{DECK} {LONG} --out {n}.h5" for n in (1, 2)))
+    with open(folder / "said", "w") as said:
+        batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--jobs", "2"], cwd=folder,
+                                 stdout=said, stderr=said, start_new_session=True)
+        wait_for(lambda: all((folder / f"{n}.log").exists() for n in (1, 2)))
+        said = igaform(folder, "batch", "list.txt", code=3)
+        assert "2 runs: 2 running" in said, said
+        os.killpg(batch.pid, signal.SIGTERM)
+        assert batch.wait(20) == 3, (folder / "said").read_text()
+    assert {row["status"] for row in table(folder).values()} == {"interrupted"}, table(folder)
+
+
 def a_second_run_leaves_the_file_alone(folder):
     first = subprocess.Popen([PROGRAM, DECK, *LONG.split(), "--out", "a.h5", "--quiet"],
                              cwd=folder)
@@ -147,7 +160,8 @@ def wait_for(condition):
 
 if __name__ == "__main__":
     for test in (runs_once_and_not_again, one_file_has_one_writer, an_array_of_jobs_shares_a_list,
-                 a_folder_is_a_batch, interruption_stops_all, a_second_run_leaves_the_file_alone):
+                 a_folder_is_a_batch, interruption_stops_all, a_signal_to_the_group_saves_all,
+                 a_second_run_leaves_the_file_alone):
         with tempfile.TemporaryDirectory() as place:
             test(pathlib.Path(os.path.realpath(place)))
         print("passed:", test.__name__.replace("_", " "))

@@ -60,6 +60,20 @@ def a_checkpoint_that_finds_no_room_leaves_the_one_before(folder):
     assert f"restart    from a.ckpt.h5, {step}" in (folder / "a.log").read_text(), log
 
 
+def a_stop_without_room_says_so(folder):
+    """Nothing is saved: that is not the exit code of a run that can go on."""
+    words = [STRIP, "--set", "n_x=40", "--set", "end_time=0.1", "--wall", "0.01", "--out", "n.h5"]
+    igaform(folder, *words, code=3)
+    size = sum((folder / name).stat().st_size for name in ("n.h5", "n.ckpt.h5"))//2
+    (folder / "n.ckpt.h5").unlink()
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    said = igaform(folder, *words, code=4, preexec_fn=limit)
+    assert "the state cannot be written" in said and "no checkpoint was written" in said, said
+
+
 def folders_that_cannot_be_written(folder):
     path = deck(folder, STRIP)
     said = igaform(folder, path, "--out", "nowhere/a.h5", code=1)
@@ -178,7 +192,7 @@ def a_failed_run_leaves_its_last_good_state(folder):
 
 
 if __name__ == "__main__":
-    for test in (a_full_disk_is_no_fault_of_the_numerics,
+    for test in (a_full_disk_is_no_fault_of_the_numerics, a_stop_without_room_says_so,
                  a_checkpoint_that_finds_no_room_leaves_the_one_before,
                  folders_that_cannot_be_written, an_include_that_vanished,
                  an_empty_file_may_be_replaced, a_deleted_result,

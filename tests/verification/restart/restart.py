@@ -86,6 +86,19 @@ def signals_save_and_stop(folder):
     assert "stopped by the limit of 1.000E-02 minutes" in (folder / "w.log").read_text()
 
 
+def a_result_has_one_writer(folder):
+    """A run under way keeps its file; to be asked twice at once to stop, as a member of a group and
+    by the one who started it, costs nothing."""
+    path, words = deck(folder, STRIP, "*CHECKPOINT, STEPS=50"), settings("n_x=8 end_time=1e-2")
+    run = begin(folder, path, *words, "--out", "o.h5")
+    wait_for((folder / "o.ckpt.h5").exists)
+    said = igaform(folder, path, *words, "--restart", "o.ckpt.h5", code=1)
+    assert "another program is using it" in said, said
+    run.send_signal(signal.SIGTERM)
+    run.send_signal(signal.SIGTERM)
+    assert run.wait(60) == 3, run.returncode
+
+
 def strangers_are_refused(folder):
     path, words = deck(folder, STRIP, "*CHECKPOINT, NUMBER=2"), settings("n_x=4 end_time=1e-4")
     igaform(folder, path, *words, "--out", "a.h5")
@@ -138,7 +151,8 @@ if __name__ == "__main__":
         with tempfile.TemporaryDirectory() as place:
             goes_on_bit_by_bit(pathlib.Path(place), source, parameters)
         print(f"passed: {getattr(source, 'stem', source)} goes on bit by bit ({state})", flush=True)
-    for test in (signals_save_and_stop, strangers_are_refused, what_may_differ):
+    for test in (signals_save_and_stop, a_result_has_one_writer, strangers_are_refused,
+                 what_may_differ):
         with tempfile.TemporaryDirectory() as place:
             test(pathlib.Path(place))
             shutil.rmtree(place, ignore_errors=True)
