@@ -259,13 +259,14 @@ contains
     integer, intent(in) :: axis, n_new
     type(record_t), intent(in) :: record
     type(fault_list_t), intent(inout) :: faults
-    real(wp), parameter :: most_points = 1.0e6_wp
+    real(wp), parameter :: most_points = 1.0e6_wp, most_moves = 2.0e9_wp   ! some seconds
     real(wp) :: n_points
 
     n_points = product(real(axes%n_basis, wp))*(1 + real(n_new, wp)/axes(axis)%n_basis)
-    is_too_fine = n_points > most_points
-    if (is_too_fine) call add_fault(faults, record%origin, "refined to "//to_text(n_points)// &
-                                    " control points", "at most "//to_text(most_points))
+    is_too_fine = n_points > most_points .or. n_points*n_new > most_moves
+    if (is_too_fine) call add_fault(faults, record%origin, "refined by "//to_text(n_new)// &
+                                    " knots to "//to_text(n_points)//" control points", &
+                                    "at most "//to_text(min(most_points, most_moves/max(n_new, 1))))
   end function is_too_fine
 
   !> Knots that a *REFINE inserts: those that divide the spans, then those it lists.
