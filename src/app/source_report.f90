@@ -4,7 +4,7 @@ module source_report
   use kinds, only: wp
   use scene, only: scene_t
   use model, only: model_t
-  use text, only: string_t, rounded_text
+  use text, only: string_t, rounded_text, place_text
   use system_files, only: true_path
   implicit none
   private
@@ -53,8 +53,7 @@ contains
 
     shift = model%bodies%tools(t)%surfaces(1)%points(1, 1, :) - &
             scene%tools(t)%surfaces(1)%points(1, 1, :)
-    line = "tool "//scene%tools(t)%name//" placed: moved by ("//rounded_text(shift(1))//", "// &
-           rounded_text(shift(2))//", "//rounded_text(shift(3))//"), clearance "// &
+    line = "tool "//scene%tools(t)%name//" placed: moved by "//place_text(shift)//", clearance "// &
            rounded_text(scene%tools(t)%clearance)
   end function placing_line
 

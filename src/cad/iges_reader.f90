@@ -6,7 +6,7 @@
 module iges_reader
   use kinds, only: wp
   use faults, only: fault_list_t, new_origin, add_fault, add_warning, n_errors
-  use text, only: string_t, to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text, place_text
   use nurbs_surface, only: nurbs_surface_t
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use length_units, only: unit_in_mm
@@ -149,7 +149,7 @@ contains
     call add(report, request%path//", lengths in "//model%global%unit//" times "// &
              to_text(length_factor(model, request))//": "//to_text(size(taken))// &
              " surfaces of "//to_text(size(reason))//" entities")
-    call add(report, "box "//triple(box(:, 1))//" to "//triple(box(:, 2)))
+    call add(report, "box "//place_text(box(:, 1))//" to "//place_text(box(:, 2)))
     do i = 1, min(size(taken), most_listed)
       call add(report, surface_line(model, taken(i), surfaces(i), seams%is_turned(i)))
     end do
@@ -207,13 +207,6 @@ contains
       end do
     end do
   end function box_of
-
-  function triple(x) result(text)
-    real(wp), intent(in) :: x(3)
-    character(:), allocatable :: text
-
-    text = "("//rounded_text(x(1))//", "//rounded_text(x(2))//", "//rounded_text(x(3))//")"
-  end function triple
 
   function listed(lines) result(text)
     type(string_t), intent(in) :: lines(:)

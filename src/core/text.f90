@@ -6,7 +6,7 @@ module text
   implicit none
   private
 
-  public :: string_t, upper_case, lower_case, squeezed, to_text, rounded_text
+  public :: string_t, upper_case, lower_case, squeezed, to_text, rounded_text, place_text
   public :: read_real, read_integer, edit_distance, nearest_name, strings, joined
 
   !> Text of its own length, for lists of texts.
@@ -124,6 +124,14 @@ contains
     if (buffer(1:1) == "*") write (buffer, "(es12.3e3)") number
     written = trim(adjustl(buffer))
   end function rounded_text
+
+  !> Coordinates to four digits, such as (1.000E+00, 2.500E+00, 0.000E+00).
+  pure function place_text(x) result(written)
+    real(wp), intent(in) :: x(3)
+    character(:), allocatable :: written
+
+    written = "("//rounded_text(x(1))//", "//rounded_text(x(2))//", "//rounded_text(x(3))//")"
+  end function place_text
 
   !> Digits `d.ddd` times ten to the exponent, without an exponent where that stays short.
   pure function positional(mantissa, exponent) result(written)

@@ -3,7 +3,7 @@ module offset_reader
   use kinds, only: wp
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault
-  use text, only: string_t, to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text, place_text
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use offset_place, only: places_along
@@ -150,9 +150,8 @@ contains
           report%error = max(report%error, abs(hit%distance - abs(distance)))
           if (hit%distance >= abs(distance) - 2*tolerance) cycle
           allocate (error)
-          error%message = "at ("//rounded_text(x(1))//", "//rounded_text(x(2))//", "// &
-                          rounded_text(x(3))//") it comes within "//rounded_text(hit%distance)// &
-                          " of another part"
+          error%message = "at "//place_text(x)//" it comes within "// &
+                          rounded_text(hit%distance)//" of another part"
           return
         end do
       end do

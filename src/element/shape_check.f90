@@ -2,7 +2,7 @@
 module shape_check
   use kinds, only: wp
   use errors, only: error_t, fail
-  use text, only: rounded_text
+  use text, only: place_text
   use knot_vector, only: knot_vector_t, span_table
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   implicit none
@@ -82,9 +82,8 @@ contains
     end if
     if (centre > 0.0_wp .and. volume >= -round_off*centre) return
     call evaluate_solid(solid, xi, x)
-    call fail(error, "the patch "//name//", folded, turned inside out or flat at ("// &
-              rounded_text(x(1))//", "//rounded_text(x(2))//", "//rounded_text(x(3))// &
-              "): its jacobian there is not positive")
+    call fail(error, "the patch "//name//", folded, turned inside out or flat at "// &
+              place_text(x)//": its jacobian there is not positive")
   end subroutine check_element
 
   !> Determinant of the jacobian.

@@ -3,7 +3,8 @@
 module offset_place
   use kinds, only: wp
   use errors, only: error_t, fail
-  use text, only: rounded_text
+  use text, only: rounded_text, place_text
+  use vector_product, only: cross
   use knot_vector, only: span_table
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   implicit none
@@ -96,14 +97,14 @@ contains
             call find_offset_place(surface, xi, distance, shortest, place(:, k), normal(:, k), &
                                    is_regular)
             if (.not. is_regular) then
-              call fail(error, "no normal at "//listed(place(:, k)))
+              call fail(error, "no normal at "//place_text(place(:, k)))
               return
             end if
           end do
           turn = norm2(normal(:, 2) - normal(:, 1))
           if (abs(distance)*(turn - no_turn) <= tolerance) cycle
           call fail(error, "an edge of "//rounded_text(2*asin(min(0.5_wp*turn, 1.0_wp))/degree)// &
-                    " degrees at "//listed(place(:, 1) - distance*normal(:, 1)))
+                    " degrees at "//place_text(place(:, 1) - distance*normal(:, 1)))
           return
         end do
       end do
@@ -134,7 +135,7 @@ contains
           call find_offset_place(surface, xi, distance, shortest, place, normal, is_regular)
           if (j == 1) first = normal
           if (is_regular .and. abs(distance)*(norm2(normal - first) - no_turn) <= tolerance) cycle
-          call fail(error, "a sharp tip at "//listed(point))
+          call fail(error, "a sharp tip at "//place_text(point))
           return
         end do
       end do
@@ -164,7 +165,7 @@ contains
       end do
     end do
     if (most*abs(distance) < 1.0_wp - flattest) return
-    call fail(error, "at "//listed(worst_at)//" a radius of "//rounded_text(1.0_wp/most)// &
+    call fail(error, "at "//place_text(worst_at)//" a radius of "//rounded_text(1.0_wp/most)// &
               " on the side of the offset")
   end subroutine check_radii
 
@@ -204,19 +205,5 @@ contains
                   k=1, n_inner + 2), i=1, size(spans))]
     end associate
   end function places_along
-
-  pure function listed(x) result(text)
-    real(wp), intent(in) :: x(3)
-    character(:), allocatable :: text
-
-    text = "("//rounded_text(x(1))//", "//rounded_text(x(2))//", "//rounded_text(x(3))//")"
-  end function listed
-
-  pure function cross(a, b)
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: cross(3)
-
-    cross = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
 
 end module offset_place

@@ -4,6 +4,7 @@
 !! started quarter turn (L. Piegl and W. Tiller, The NURBS Book, 2nd ed., section 7.3).
 module primitives
   use kinds, only: wp
+  use vector_product, only: cross
   use errors, only: error_t, fail
   use knot_vector, only: knot_vector_t, new_knot_vector, greville
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
@@ -337,12 +338,5 @@ contains
     frame(:, 1) = frame(:, 1)/norm2(frame(:, 1))
     frame(:, 2) = cross(frame(:, 3), frame(:, 1))
   end function frame_about
-
-  pure function cross(a, b)
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: cross(3)
-
-    cross = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
 
 end module primitives

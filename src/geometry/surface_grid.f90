@@ -1,6 +1,7 @@
 !> A grid in the parameter space of a surface that carries fields linear in each of its cells.
 module surface_grid
   use kinds, only: wp
+  use vector_product, only: cross
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use knot_vector, only: knot_vector_t, span_table
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
@@ -181,12 +182,5 @@ contains
     end do
     share = min(max((x - list(place))/(list(place + 1) - list(place)), 0.0_wp), 1.0_wp)
   end subroutine line_place
-
-  pure function cross(a, b) result(c)
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: c(3)
-
-    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
 
 end module surface_grid

@@ -2,7 +2,7 @@
 module trouble_spot
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
-  use text, only: to_text, rounded_text
+  use text, only: to_text, place_text
   use basis_tables, only: n_lanes
   use nurbs_solid, only: nurbs_solid_t
   use slave_surface, only: point_position
@@ -153,7 +153,7 @@ contains
     words = ""
     if (size(blank%parts) > 1) words = "patch '"//blank%parts(spot%part)%name//"', "
     words = words//"element "//triple(spot%element)//", point "//triple(spot%point)// &
-            " along xi, eta, zeta, at "//place_words(spot%place)
+            " along xi, eta, zeta, at "//place_text(spot%place)
     if (spot%is_place_at_start) words = words//" in the shape at the start"
   end function words_of
 
@@ -163,14 +163,6 @@ contains
 
     words = "("//to_text(counts(1))//", "//to_text(counts(2))//", "//to_text(counts(3))//")"
   end function triple
-
-  function place_words(place) result(words)
-    real(wp), intent(in) :: place(3)
-    character(:), allocatable :: words
-
-    words = "("//rounded_text(place(1))//", "//rounded_text(place(2))//", "// &
-            rounded_text(place(3))//")"
-  end function place_words
 
   !> The control point that moves fastest, with its place: where an unstable run shows first.
   function fastest_place(blank) result(words)
@@ -202,7 +194,7 @@ contains
     associate (body => blank%parts(part))
       words = words//"control point "//triple(at)//", by element "// &
               triple([(element_of(at(i), i), i=1, 3)])//", at "// &
-              place_words(body%motion%x(at(1), at(2), at(3), :))
+              place_text(body%motion%x(at(1), at(2), at(3), :))
     end associate
 
   contains
@@ -228,7 +220,7 @@ contains
     j = (n - 1)/contact%slave%n_along(1) + 1
     i = n - contact%slave%n_along(1)*(j - 1)
     words = "contact point ("//to_text(i)//", "//to_text(j)//"), at "// &
-            place_words(point_position(contact%slave, contact%net, i, j))
+            place_text(point_position(contact%slave, contact%net, i, j))
   end function deepest_place
 
 end module trouble_spot
