@@ -8,7 +8,7 @@ module contact_check
   implicit none
   private
 
-  public :: initial_gap, face_gaps
+  public :: initial_gap, face_gaps, sheet_side
 
 contains
 
@@ -63,5 +63,25 @@ contains
     end do
     !$omp end parallel do
   end subroutine face_gaps
+
+  !> Way from a tool to points that face it: the mean of the tool's normals at the places nearest to
+  !! them, so shorter than 1 where the tool is curved. Zero where no point faces the tool.
+  pure function sheet_side(tool, x) result(way)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(:, :)   !! points, the second axis their coordinates [length]
+    real(wp) :: way(3)
+    type(hit_t) :: hit
+    integer :: i, n
+
+    way = 0.0_wp
+    n = 0
+    do i = 1, size(x, 1)
+      call search_all_faces(tool, x(i, :) - tool%displacement, hit)
+      if (is_beside(tool, hit, 0.0_wp)) cycle
+      n = n + 1
+      way = way + hit%normal
+    end do
+    way = way/max(n, 1)
+  end function sheet_side
 
 end module contact_check

@@ -57,7 +57,7 @@ contains
     if (deck%records(found(1))%is_valid) first_in_step = found(1)
   end function first_in_step
 
-  !> Faults for keywords in the wrong place, and for steps without *DYNAMIC.
+  !> Faults for keywords in the wrong place, and for steps without end or *DYNAMIC.
   subroutine check_steps(deck, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(fault_list_t), intent(inout) :: faults
@@ -73,6 +73,9 @@ contains
         if (record%spec == 0) cycle
         name = trim(deck%table%items(record%spec)%name)
         if (name == "STEP") then
+          if (is_open) call add_fault(faults, record%origin, "the step of line "//to_text( &
+            deck%records(starts(record%step - 1))%origin%line)//" still open", &
+            "an *END STEP before it")
           is_open = .true.
         else if (name == "END STEP") then
           if (.not. is_open) call add_fault(faults, record%origin, "no step to end", &
@@ -86,6 +89,8 @@ contains
         end if
       end associate
     end do
+    if (is_open) call add_fault(faults, deck%records(starts(size(starts)))%origin, &
+                                "a step that does not end", "an *END STEP at its end")
     do i = 1, size(starts)
       if (any(deck%records(find_records(deck, "DYNAMIC"))%step == i)) cycle
       call add_fault(faults, deck%records(starts(i))%origin, "no *DYNAMIC in step "//to_text(i), &

@@ -4,6 +4,7 @@ module drive_setup
   use text, only: rounded_text
   use faults, only: fault_list_t, add_fault, add_warning
   use scene, only: scene_t, motion_spec_t
+  use contact_check, only: sheet_side
   use contact_effect, only: contact_effect_t
   use tool_drive, only: tool_drive_t
   use support_setup, only: curve_of
@@ -26,9 +27,54 @@ contains
     integer :: i
 
     do i = 1, size(scene%motions)
-      if (scene%motions(i)%is_force) call add_drive(scene, i, model, faults)
+      if (.not. scene%motions(i)%is_force) cycle
+      call check_direction(scene, i, model, faults)
+      call add_drive(scene, i, model, faults)
     end do
   end subroutine add_drives
+
+  !> Warn of a tool whose first move is a force that never presses it on the sheet.
+  subroutine check_direction(scene, i, model, faults)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: i             !! the motion
+    type(model_t), intent(in) :: model
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), parameter :: clearly = 0.1_wp   ! cosine, below which a force goes along the sheet
+    real(wp) :: way(3), towards
+    real(wp), allocatable :: factors(:)
+    integer :: k
+
+    associate (spec => scene%motions(i))
+      if (any(scene%motions%tool == spec%tool .and. scene%motions%step < spec%step)) return
+      factors = [1.0_wp]
+      if (spec%curve > 0) factors = scene%curves(spec%curve)%values
+      way = 0.0_wp
+      do k = 1, size(model%forces)
+        select type (pair => model%forces(k)%item)
+        type is (contact_effect_t)
+          if (pair%tool == spec%tool) way = way + way_to_sheet(model, pair)
+        end select
+      end do
+      towards = dot_product(spec%vector, way)/(norm2(spec%vector)*max(norm2(way), tiny(1.0_wp)))
+      if (abs(towards) < clearly .or. any(factors*towards > 0.0_wp)) return
+      if (.not. any(abs(factors) > 0.0_wp)) return
+      call add_warning(faults, spec%origin, "a force that draws the tool "// &
+                       scene%tools(spec%tool)%name//" away from the blank at all times", &
+                       "the opposite sign, or the SIDE of the *TOOL on which the blank lies")
+    end associate
+  end subroutine check_direction
+
+  !> From the tool of a pair to the face of the blank.
+  pure function way_to_sheet(model, pair) result(way)
+    type(model_t), intent(in) :: model
+    type(contact_effect_t), intent(in) :: pair
+    real(wp) :: way(3)
+
+    associate (x => model%bodies%blank%parts(pair%part)%motion%x, a => pair%lower, b => pair%upper)
+      way = sheet_side(model%bodies%tools(pair%tool), &
+                       reshape(x(a(1):b(1), a(2):b(2), a(3):b(3), :), [product(b - a + 1), 3]))
+    end associate
+  end function way_to_sheet
 
   !> Mass: a tool that rests on penalty springs of stiffness k in all adds k dt^2/m to what blank
   !! and penalty already take of the limit 4 of a stable step. Twice k dt^2 keeps that below 1/2.

@@ -61,6 +61,8 @@ def check_acceptance(program, deck, expected=()):
         complaints.append(f"exit code {done.returncode} instead of 0")
     if "error:" in done.stderr:
         complaints.append("it found errors")
+    if not expected and "warning:" in done.stderr:
+        complaints.append("it warned")
     if left:
         complaints.append(f"it left {', '.join(left)}")
     return [f"{complaint}; stderr was:\n{done.stderr}" for complaint in complaints]
@@ -83,7 +85,7 @@ def check_listed(program):
     """Decks of cases.txt."""
     for deck, expectations in read_cases().items():
         fragments = [entry for _, entry in expectations]
-        if all(level == "warning" for level, _ in expectations):
+        if all(level in ("warning", "advice") for level, _ in expectations):
             yield deck, check_acceptance(program, HERE / deck, fragments)
         else:
             yield deck, check_refusal(program, HERE / deck, fragments)
@@ -112,6 +114,11 @@ def check_made(program, folder):
     yield "endless process", check_acceptance(program, endless,
                                               [["warning: *DYNAMIC:", "an end time of about",
                                                 "E+36 steps"]])
+
+    pressing = folder / "pressing.key"
+    pressing.write_text((HERE / "holder_away.key").read_text()
+                        .replace("INPUT=", f"INPUT={HERE}/").replace("0, 0, 500", "0, 0, -500"))
+    yield "force on the sheet", check_acceptance(program, pressing)
 
     yield "log without contact", check_log(program, "good.key", folder, False)
     yield "log with contact", check_log(program, "idle_tool.key", folder, True)
