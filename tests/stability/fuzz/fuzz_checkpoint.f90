@@ -3,7 +3,6 @@
 !!     fuzz_checkpoint DECK           reads
 !!     fuzz_checkpoint DECK PATH      writes a sound one of some steps of the deck
 program fuzz_checkpoint
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use kinds, only: wp
   use errors, only: error_t
   use faults, only: fault_list_t, n_errors
@@ -18,13 +17,13 @@ program fuzz_checkpoint
   use run_state, only: pack_run, unpack_run
   use run_saver, only: frames_of_state
   use forming_run, only: new_run, take_step
+  use fuzz_talk, only: next_path, answer_with
   implicit none
 
-  character(1000) :: deck, path
+  character(1000) :: deck, written
   type(checkpoint_header_t) :: header
   type(model_t) :: model
   type(run_t) :: run
-  integer :: status
 
   call get_command_argument(1, deck)
   header%program = "any"
@@ -32,17 +31,23 @@ program fuzz_checkpoint
   header%deck_file = trim(deck)
   call set_up()
   if (command_argument_count() > 1) then
-    call get_command_argument(2, path)
-    call write_one(trim(path))
-    stop
+    call get_command_argument(2, written)
+    call write_one(trim(written))
+  else
+    call read_all()
   end if
-  do
-    read (*, "(a)", iostat=status) path
-    if (status /= 0) exit
-    call read_one(trim(path))
-  end do
 
 contains
+
+  subroutine read_all()
+    character(:), allocatable :: path
+
+    do
+      call next_path(path)
+      if (.not. allocated(path)) exit
+      call read_one(path)
+    end do
+  end subroutine read_all
 
   subroutine set_up()
     type(scene_t) :: scene
@@ -96,8 +101,7 @@ contains
       call restore_result(path, path//".result", error)
       if (allocated(error)) answer = error%message
     end if
-    write (output_unit, "(a)") answer
-    flush (output_unit)
+    call answer_with(answer)
   end subroutine read_one
 
   !> A step from where the checkpoint has led, wherever that is.

@@ -1,7 +1,6 @@
 !> Reads decks, and builds the models of small ones, path by path from the standard input, for
 !! fuzz.py.
 program fuzz_deck
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use faults, only: fault_list_t, n_errors
   use text, only: string_t
   use scene, only: scene_t
@@ -9,16 +8,16 @@ program fuzz_deck
   use deck_reader, only: read_deck, read_material_deck
   use model, only: model_t
   use model_setup, only: build_model
+  use fuzz_talk, only: next_path, answer_with
   implicit none
 
   integer, parameter :: most_elements = 40, most_points = 5000   ! a model within a second
-  character(1000) :: path
-  integer :: status
+  character(:), allocatable :: path
 
   do
-    read (*, "(a)", iostat=status) path
-    if (status /= 0) exit
-    call read_one(trim(path))
+    call next_path(path)
+    if (.not. allocated(path)) exit
+    call read_one(path)
   end do
 
 contains
@@ -44,8 +43,7 @@ contains
       end if
     end if
     if (faults%n_items > 0) answer = answer//", "//faults%items(1)%expected
-    write (output_unit, "(a)") answer
-    flush (output_unit)
+    call answer_with(answer)
   end subroutine read_one
 
   logical function is_small(scene)

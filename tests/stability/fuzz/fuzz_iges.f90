@@ -1,20 +1,19 @@
 !> Reads IGES files as a deck would, path by path from the standard input, for fuzz.py.
 program fuzz_iges
-  use, intrinsic :: iso_fortran_env, only: output_unit
   use faults, only: fault_list_t, new_origin, n_errors
   use text, only: string_t
   use nurbs_surface, only: nurbs_surface_t
   use iges_selection, only: iges_request_t
   use iges_reader, only: read_iges
+  use fuzz_talk, only: next_path, answer_with
   implicit none
 
-  character(1000) :: path
-  integer :: status
+  character(:), allocatable :: path
 
   do
-    read (*, "(a)", iostat=status) path
-    if (status /= 0) exit
-    call read_one(trim(path))
+    call next_path(path)
+    if (.not. allocated(path)) exit
+    call read_one(path)
   end do
 
 contains
@@ -34,8 +33,7 @@ contains
     call read_iges(request, surfaces, report, faults)
     answer = merge("read   ", "refused", n_errors(faults) == 0)
     if (faults%n_items > 0) answer = answer//", "//faults%items(1)%expected
-    write (output_unit, "(a)") answer
-    flush (output_unit)
+    call answer_with(answer)
   end subroutine read_one
 
 end program fuzz_iges
