@@ -168,7 +168,9 @@ contains
     case ("scatter")
       associate (body => self%model%bodies%blank%parts(1))
         do i = 1, self%n_calls
+          !$omp parallel
           call add_tiles(body%patch, body%buffers, body%motion%internal_force)
+          !$omp end parallel
         end do
       end associate
     case ("history")

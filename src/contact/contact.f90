@@ -6,14 +6,15 @@
 !!
 !! Points that cannot reach the tool are left alone. The distance to a tool changes by no more than
 !! the point moves, and no slave point moves more than the control points around it (convex hull).
-!! So one number, the `travel`, is carried along: the largest relative displacement of any control
-!! point, summed over the calls. A point at distance g needs no look until travel has grown by g.
+!! So each tile of points carries its `travel`: the largest displacement of its control points
+!! against the tool, summed over the calls. A point at distance g needs no look until the travel has
+!! grown by g.
 module contact
   use kinds, only: wp
   use errors, only: error_t, fail
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, point_position, scatter_forces
-  use contact_tiles, only: tile_t, tile_size, cut_tiles, points_before, earliest_test
+  use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, points_before, earliest_test
   use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share, &
                      find_pressed_depth, not_in
   use contact_statistics, only: contact_statistics_t, count_iterations, add_counts
@@ -48,7 +49,8 @@ module contact
   type :: tile_result_t
     real(wp) :: energy = 0.0_wp, depth = 0.0_wp, reaction(3) = 0.0_wp
     real(wp) :: rubbed = 0.0_wp, damped = 0.0_wp   !! energies lost
-    integer :: loaded(2, tile_size) = 0            !! first and last point of a row with a force
+    integer :: loaded_first(tile_size) = huge(1)   !! point of each row, from 1, with a force
+    integer :: loaded_last(tile_size) = 0
     type(contact_statistics_t) :: counts
   end type tile_result_t
 
@@ -60,14 +62,13 @@ module contact
     real(wp), allocatable :: stiffness(:)    !! frozen at the start [force/length]
     integer, allocatable :: face(:)          !! face of the tool last touched or seen, 0: none
     real(wp), allocatable :: at(:, :)        !! local coordinates s, t there, shape (n_points, 2)
-    real(wp), allocatable :: test_at(:)      !! travel at which the point is tested again [length]
+    real(wp), allocatable :: test_at(:)      !! travel of the tile at which it is tested [length]
     real(wp), allocatable :: search_at(:)    !! travel at which it is searched anew [length]
     real(wp), allocatable :: start(:)        !! depth from which its spring is loaded [length]
     real(wp), allocatable :: force(:, :)     !! on the point now, shape (n_points, 3) [force]
     type(tile_t), allocatable :: tiles(:)
     logical :: is_started = .false.          !! whether `net` holds a state
-    real(wp) :: travel = 0.0_wp              !! bound of the motion so far [length]
-    real(wp) :: step_travel = 0.0_wp         !! and of that since the last call [length]
+    real(wp) :: step_travel = 0.0_wp         !! bound of all motion since the last call [length]
     real(wp) :: longest = huge(1.0_wp)       !! way along a normal in that time, amply [length]
     real(wp) :: displacement(3) = 0.0_wp     !! of the tool at the last call [length]
     real(wp), allocatable :: net(:, :, :)    !! control points at the last call [length]
@@ -114,7 +115,7 @@ contains
     contact%face = 0
     contact%at = 0.5_wp
     contact%net = 0.0_wp
-    contact%tiles = cut_tiles(slave%n_along)
+    contact%tiles = cut_tiles(slave)
     if (options%friction > 0.0_wp) then
       allocate (contact%friction)
       call new_friction(contact%friction, slave%n_points, options%friction)
@@ -173,7 +174,8 @@ contains
     real(wp), intent(out) :: max_penetration   !! deepest -g of touching points, 0: none [length]
     real(wp), intent(in) :: dt                 !! since the last call, for damping alone [time]
     type(tile_result_t), allocatable :: results(:)
-    integer :: loaded(2, contact%slave%n_along(2)), i, row, n_due
+    integer, allocatable :: due(:)   ! tiles
+    integer :: loaded(2, contact%slave%n_along(2)), i, row
 
     call advance_travel(contact, tool, net_x)
     contact%statistics%n_calls = contact%statistics%n_calls + 1
@@ -181,33 +183,30 @@ contains
     contact%statistics%n_touching = 0
     energy = 0.0_wp
     max_penetration = 0.0_wp
-    if (all(contact%travel < contact%tiles%test_at)) return
+    due = pack([(i, i=1, size(contact%tiles))], contact%tiles%travel >= contact%tiles%test_at)
+    if (size(due) == 0) return
 
-    allocate (results(size(contact%tiles)))
-    n_due = count(contact%travel >= contact%tiles%test_at)
-    !$omp parallel do schedule(dynamic) if (n_due > parallel_size)
-    do i = 1, size(contact%tiles)
-      if (contact%travel < contact%tiles(i)%test_at) cycle
-      call work_tile(contact, tool, net_x, dt, i, results(i))
+    allocate (results(size(due)))
+    !$omp parallel do schedule(dynamic) if (size(due) > parallel_size)
+    do i = 1, size(due)
+      call work_tile(contact, tool, net_x, dt, due(i), results(i))
     end do
     !$omp end parallel do
 
-    loaded(1, :) = contact%slave%n_along(1) + 1
+    loaded(1, :) = huge(1)
     loaded(2, :) = 0
-    do i = 1, size(results)
-      associate (part => results(i), tile => contact%tiles(i))
+    do i = 1, size(due)
+      associate (part => results(i), first => contact%tiles(due(i))%first)
         energy = energy + part%energy
         max_penetration = max(max_penetration, part%depth)
         tool%force = tool%force + part%reaction
-        if (part%counts%n_touching > 0) then
-          do row = 1, tile%last(2) - tile%first(2) + 1
-            if (part%loaded(1, row) == 0) cycle
-            associate (range => loaded(:, tile%first(2) + row - 1))
-              range = [min(range(1), tile%first(1) - 1 + part%loaded(1, row)), &
-                       max(range(2), tile%first(1) - 1 + part%loaded(2, row))]
-            end associate
-          end do
-        end if
+        do row = 1, merge(tile_size, 0, part%counts%n_touching > 0)
+          if (part%loaded_last(row) == 0) cycle
+          associate (range => loaded(:, first(2) + row - 1))
+            range = [min(range(1), first(1) - 1 + part%loaded_first(row)), &
+                     max(range(2), first(1) - 1 + part%loaded_last(row))]
+          end associate
+        end do
         call add_counts(contact%statistics, part%counts)
       end associate
     end do
@@ -220,19 +219,16 @@ contains
     call scatter_forces(contact%slave, contact%force, net_force, loaded)
   end subroutine apply_contact
 
-  !> Let the travel grow by the largest displacement of a control point against the tool.
+  !> Let the travel of the tiles grow by the motion of the control points against the tool.
   pure subroutine advance_travel(contact, tool, net_x)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: net_x(contact%slave%n_net(1), contact%slave%n_net(2), 3)
-    real(wp) :: largest, moved(3)
 
     if (contact%is_started) then
-      moved = tool%displacement - contact%displacement
-      call shift_net(product(contact%slave%n_net), moved, net_x, contact%net, contact%shift, &
-                     largest)
-      contact%step_travel = sqrt(largest)
-      contact%travel = contact%travel + contact%step_travel
+      call shift_net(product(contact%slave%n_net), tool%displacement - contact%displacement, &
+                     net_x, contact%net, contact%shift)
+      call carry_tiles(contact%tiles, contact%slave%n_net, contact%shift, contact%step_travel)
       contact%longest = max(2*contact%step_travel, shallow*contact%options%max_depth)
     end if
     if (.not. contact%is_started) contact%shift = 0.0_wp
@@ -241,20 +237,15 @@ contains
     contact%displacement = tool%displacement
   end subroutine advance_travel
 
-  !> Motion of the control points against the tool, and the largest square of it.
-  pure subroutine shift_net(n, moved, x, before, shift, largest)
+  !> Motion of the control points against the tool.
+  pure subroutine shift_net(n, moved, x, before, shift)
     integer, intent(in) :: n
     real(wp), intent(in) :: moved(3), x(n, 3), before(n, 3)
-    real(wp), intent(out) :: shift(n, 3), largest
-    integer :: i
+    real(wp), intent(out) :: shift(n, 3)
+    integer :: c
 
-    largest = 0.0_wp
-    !$omp simd reduction(max:largest)
-    do i = 1, n
-      shift(i, 1) = x(i, 1) - before(i, 1) - moved(1)
-      shift(i, 2) = x(i, 2) - before(i, 2) - moved(2)
-      shift(i, 3) = x(i, 3) - before(i, 3) - moved(3)
-      largest = max(largest, shift(i, 1)**2 + shift(i, 2)**2 + shift(i, 3)**2)
+    do c = 1, 3
+      shift(:, c) = x(:, c) - before(:, c) - moved(c)
     end do
   end subroutine shift_net
 
@@ -277,21 +268,19 @@ contains
     associate (tile => contact%tiles(index))
       do j = 1, size(x, 3)
         before = points_before(tile, contact%slave%n_along, j)
-        if (.not. is_dragged .and. all(contact%travel < &
+        if (.not. is_dragged .and. all(tile%travel < &
                                        contact%test_at(before + 1:before + size(x, 1)))) cycle
         contact%force(before + 1:before + size(x, 1), :) = 0.0_wp
         do i = 1, size(x, 1)
           point = before + i
-          if (is_dragged .or. contact%travel >= contact%test_at(point)) &
+          if (is_dragged .or. tile%travel >= contact%test_at(point)) &
             x(i, :, j) = point_position(contact%slave, net_x, tile%first(1) + i - 1, &
                                         tile%first(2) + j - 1) - tool%displacement
-          if (contact%travel < contact%test_at(point)) cycle
-          if (result%loaded(1, j) == 0) result%loaded(1, j) = i
-          result%loaded(2, j) = i
+          if (tile%travel < contact%test_at(point)) cycle
           result%counts%n_tested = result%counts%n_tested + 1
-          if (contact%face(point) == 0 .or. contact%travel >= contact%search_at(point) &
+          if (contact%face(point) == 0 .or. tile%travel >= contact%search_at(point) &
               .or. contact%options%is_corner_start) then
-            call search_point(contact, tool, x(i, :, j), point, result)
+            call search_point(contact, tile, tool, x(i, :, j), point, result)
           else
             n_queued = n_queued + 1
             queue(:, n_queued) = [point, i, j]
@@ -300,7 +289,7 @@ contains
       end do
       do first = 1, n_queued, n_lanes
         last = min(first + n_lanes - 1, n_queued)
-        call follow_points(contact, tool, x, queue(:, first:last), result)
+        call follow_points(contact, tile, tool, x, queue(:, first:last), result)
       end do
       if (is_dragged) call drag_points(contact, tile, dt, x, result)
       tile%test_at = earliest_test(tile, contact%slave%n_along, contact%test_at)
@@ -334,8 +323,9 @@ contains
   end subroutine drag_points
 
   !> Follow up to eight points of a tile from where they were.
-  subroutine follow_points(contact, tool, x, queued, result)
+  subroutine follow_points(contact, tile, tool, x, queued, result)
     type(contact_t), intent(inout) :: contact
+    type(tile_t), intent(in) :: tile
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(:, :, :)       !! places in the tool's frame [length]
     integer, intent(in) :: queued(:, :)      !! number of each point, and where it is in x
@@ -360,20 +350,21 @@ contains
     depth = merge(0.0_wp, -lanes%gap, safe > 0.0_wp)
     do lane = 1, n
       if (.not. lanes%is_good(lane)) then
-        call follow_point(contact, tool, point(lane), lanes%x(lane, :), result)
+        call follow_point(contact, tile, tool, point(lane), lanes%x(lane, :), result)
         cycle
       end if
       contact%at(point(lane), 1) = lanes%s(lane)
       contact%at(point(lane), 2) = lanes%t(lane)
-      contact%test_at(point(lane)) = min(contact%travel + safe(lane), &
+      contact%test_at(point(lane)) = min(tile%travel + safe(lane), &
                                          contact%search_at(point(lane)))
-      call push_out(contact, point(lane), depth(lane), lanes%normal(lane, :), result)
+      call push_out(contact, tile, point(lane), depth(lane), lanes%normal(lane, :), result)
     end do
   end subroutine follow_points
 
   !> Follow one point that did not settle among the eight.
-  subroutine follow_point(contact, tool, point, x, result)
+  subroutine follow_point(contact, tile, tool, point, x, result)
     type(contact_t), intent(inout) :: contact
+    type(tile_t), intent(in) :: tile
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: point
     real(wp), intent(in) :: x(3)
@@ -385,16 +376,17 @@ contains
     call count_iterations(result%counts, hit%n_iterations, 1)
     if (hit%is_converged) then
       contact%test_at(point) = min(contact%search_at(point), &
-                                   contact%travel + safe_distance(contact, tool, x, hit))
-      call push_point(contact, tool, point, hit, result)
+                                   tile%travel + safe_distance(contact, tool, x, hit))
+      call push_point(contact, tile, tool, point, hit, result)
     else
-      call search_point(contact, tool, x, point, result)
+      call search_point(contact, tile, tool, x, point, result)
     end if
   end subroutine follow_point
 
   !> Search one point anew, and note how far it may travel before another place can be the nearest.
-  subroutine search_point(contact, tool, x, point, result)
+  subroutine search_point(contact, tile, tool, x, point, result)
     type(contact_t), intent(inout) :: contact
+    type(tile_t), intent(in) :: tile
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
     integer, intent(in) :: point
@@ -409,9 +401,9 @@ contains
     if (.not. hit%is_converged) result%counts%n_failures = result%counts%n_failures + 1
     safe = safe_distance(contact, tool, x, hit)
     rival = min(hit%rival, hit%distance + 2*step, tool%search_distance)
-    contact%search_at(point) = contact%travel + max(safe, min(step, 0.5_wp*(rival - hit%distance)))
-    contact%test_at(point) = contact%travel + safe
-    call push_point(contact, tool, point, hit, result)
+    contact%search_at(point) = tile%travel + max(safe, min(step, 0.5_wp*(rival - hit%distance)))
+    contact%test_at(point) = tile%travel + safe
+    call push_point(contact, tile, tool, point, hit, result)
   end subroutine search_point
 
   !> How far a point may move, at least, before it can touch the tool.
@@ -435,24 +427,21 @@ contains
   end function safe_distance
 
   !> Factor on the force of a point that touches only in a part of the step.
-  pure real(wp) function step_share(contact, point, depth, normal) result(share)
+  pure real(wp) function step_share(contact, along, row, depth, normal) result(share)
     type(contact_t), intent(in) :: contact
-    integer, intent(in) :: point
+    integer, intent(in) :: along, row           !! place of the point
     real(wp), intent(in) :: depth, normal(3)    !! of the spring, not negative [length]
-    real(wp) :: shift(3)
-    integer :: row, along
 
     share = 1.0_wp
     if (depth >= contact%step_travel) return
-    row = (point - 1)/contact%slave%n_along(1) + 1
-    along = point - (row - 1)*contact%slave%n_along(1)
-    shift = point_position(contact%slave, contact%shift, along, row)
-    share = touching_share(depth, sum(shift*normal))
+    share = touching_share(depth, sum(point_position(contact%slave, contact%shift, along, row) &
+                                      *normal))
   end function step_share
 
   !> Keep where a point was found, and push it out if it is in the tool.
-  subroutine push_point(contact, tool, point, hit, result)
+  subroutine push_point(contact, tile, tool, point, hit, result)
     type(contact_t), intent(inout) :: contact
+    type(tile_t), intent(in) :: tile
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: point
     type(hit_t), intent(in) :: hit
@@ -464,22 +453,31 @@ contains
     depth = -hit%gap
     if (hit%face == 0 .or. depth >= contact%options%max_depth &
         .or. is_beside(tool, hit, contact%options%overhang)) depth = 0.0_wp
-    call push_out(contact, point, depth, hit%normal, result)
+    call push_out(contact, tile, point, depth, hit%normal, result)
   end subroutine push_point
 
   !> Push a point out of the tool by its spring.
-  subroutine push_out(contact, point, depth, normal, result)
+  subroutine push_out(contact, tile, point, depth, normal, result)
     type(contact_t), intent(inout) :: contact
+    type(tile_t), intent(in) :: tile
     integer, intent(in) :: point
     real(wp), intent(in) :: depth, normal(3)   !! not touching where the depth is not positive
     type(tile_result_t), intent(inout) :: result
     real(wp) :: pressed, push
+    integer :: along, row
 
     call find_pressed_depth(depth, contact%longest, contact%start(point), pressed)
     if (.not. depth > 0.0_wp) return
+    row = (point - 1)/contact%slave%n_along(1) + 1
+    along = point - (row - 1)*contact%slave%n_along(1)
+    associate (first => result%loaded_first(row - tile%first(2) + 1), &
+               last => result%loaded_last(row - tile%first(2) + 1))
+      first = min(first, along - tile%first(1) + 1)
+      last = max(last, along - tile%first(1) + 1)
+    end associate
     result%depth = max(result%depth, depth)
     result%counts%n_touching = result%counts%n_touching + 1
-    push = contact%stiffness(point)*pressed*step_share(contact, point, pressed, normal)
+    push = contact%stiffness(point)*pressed*step_share(contact, along, row, pressed, normal)
     contact%force(point, :) = push*normal
     result%reaction = result%reaction - push*normal
     result%energy = result%energy + 0.5_wp*contact%stiffness(point)*pressed**2

@@ -15,7 +15,7 @@ contains
     type(contact_t), intent(in) :: contact
     type(state_store_t), intent(inout) :: store
 
-    call put(store, "travel", contact%travel)
+    call put_array(store, "travel", size(contact%tiles), contact%tiles%travel)
     call put_array(store, "tool_displacement", 3, contact%displacement)
     call put(store, "is_started", contact%is_started)
     call put(store, "share", contact%share)
@@ -56,7 +56,7 @@ contains
     type(state_store_t), intent(inout) :: store
     real(wp) :: face(size(contact%face)), numbers(8)
 
-    call take(store, "travel", contact%travel)
+    call take_array(store, "travel", size(contact%tiles), contact%tiles%travel)
     call take_array(store, "tool_displacement", 3, contact%displacement)
     call take(store, "is_started", contact%is_started)
     call take(store, "share", contact%share)

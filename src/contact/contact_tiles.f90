@@ -1,10 +1,11 @@
 !> Rectangles of slave points: the units of work of a contact, the same for any number of threads.
 module contact_tiles
   use kinds, only: wp
+  use slave_surface, only: slave_surface_t
   implicit none
   private
 
-  public :: tile_t, cut_tiles, points_before, earliest_test
+  public :: tile_t, cut_tiles, carry_tiles, points_before, earliest_test
 
   !> Most points of a tile along each direction: few, so that idle ones sleep, and as many across as
   !! along, so that a line of contact fills the lanes whichever way it runs.
@@ -13,17 +14,20 @@ module contact_tiles
   !> Points first ... last along each direction of the grid of slave points.
   type :: tile_t
     integer :: first(2) = 0, last(2) = 0
+    integer :: net_first(2) = 0, net_last(2) = 0   !! control points that move them
+    real(wp) :: travel = 0.0_wp        !! bound of their motion against the tool so far [length]
     real(wp) :: test_at = 0.0_wp       !! travel at which one of them must be tested again [length]
   end type tile_t
 
 contains
 
-  !> Cut a grid of points into tiles of nearly equal size.
-  pure function cut_tiles(n_along) result(tiles)
-    integer, intent(in) :: n_along(2)
+  !> Cut the points of a face into tiles of nearly equal size.
+  pure function cut_tiles(slave) result(tiles)
+    type(slave_surface_t), intent(in) :: slave
     type(tile_t), allocatable :: tiles(:)
-    integer :: i, j, n_parts(2)
+    integer :: i, j, n_along(2), n_parts(2)
 
+    n_along = slave%n_along
     n_parts = (n_along + tile_size - 1)/tile_size
     allocate (tiles(product(n_parts)))
     do j = 1, n_parts(2)
@@ -31,10 +35,49 @@ contains
         associate (tile => tiles(i + n_parts(1)*(j - 1)))
           tile%first = ([i, j] - 1)*n_along/n_parts + 1
           tile%last = [i, j]*n_along/n_parts
+          tile%net_first = [slave%lines(1)%first(tile%first(1)), &
+                            slave%lines(2)%first(tile%first(2))]
+          tile%net_last = [slave%lines(1)%first(tile%last(1)), &
+                           slave%lines(2)%first(tile%last(2))] + slave%lines%degree
         end associate
       end do
     end do
   end function cut_tiles
+
+  !> Let the travel of each tile grow by the largest motion of its control points; `largest` returns
+  !! that of all.
+  pure subroutine carry_tiles(tiles, n, shift, largest)
+    type(tile_t), intent(inout) :: tiles(:)
+    integer, intent(in) :: n(2)                  !! control points of the face
+    real(wp), intent(in) :: shift(n(1), n(2), 3) !! motion of each against the tool [length]
+    real(wp), intent(out) :: largest             !! [length]
+    real(wp) :: squares(n(1), n(2)), most(n(1))
+    integer :: i, j, t, band
+
+    do j = 1, n(2)
+      !$omp simd
+      do i = 1, n(1)
+        squares(i, j) = shift(i, j, 1)**2 + shift(i, j, 2)**2 + shift(i, j, 3)**2
+      end do
+    end do
+    band = 0
+    largest = 0.0_wp
+    do t = 1, size(tiles)
+      associate (low => tiles(t)%net_first, high => tiles(t)%net_last)
+        ! Tiles of a band across have one maximum along it.
+        if (tiles(t)%first(2) /= band) then
+          most = squares(:, low(2))
+          do j = low(2) + 1, high(2)
+            most = max(most, squares(:, j))
+          end do
+          band = tiles(t)%first(2)
+          largest = max(largest, maxval(most))
+        end if
+        tiles(t)%travel = tiles(t)%travel + sqrt(maxval(most(low(1):high(1))))
+      end associate
+    end do
+    largest = sqrt(largest)
+  end subroutine carry_tiles
 
   !> Points of the grid before the first one in a row of a tile.
   pure integer function points_before(tile, n_along, row) result(before)

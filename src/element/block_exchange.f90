@@ -18,37 +18,50 @@ contains
     real(wp), intent(out) :: u(8, p(1) + 1, p(2) + 1, p(3) + 1, n_fields)
     integer :: a, j, k, c, l
 
+    if (is_contiguous .and. all(p == 2)) then
+      call gather_quadratic(n, n_fields, first(1), first2, first3, field, u)
+      return
+    end if
     do c = 1, n_fields
       do k = 1, p(3) + 1
         do j = 1, p(2) + 1
-          if (is_contiguous .and. p(1) == 2) then
-            ! The most common case, written out: a loop of three costs as much again.
-            associate (m2 => first2 + j - 1, m3 => first3 + k - 1)
-              !$omp simd
-              do l = 1, 8
-                u(l, 1, j, k, c) = field(first(1) + l - 1, m2, m3, c)
-                u(l, 2, j, k, c) = field(first(1) + l, m2, m3, c)
-                u(l, 3, j, k, c) = field(first(1) + l + 1, m2, m3, c)
-              end do
-            end associate
-          else if (is_contiguous) then
-            do a = 1, p(1) + 1
+          do a = 1, p(1) + 1
+            if (is_contiguous) then
               !$omp simd
               do l = 1, 8
                 u(l, a, j, k, c) = field(first(1) + a + l - 2, first2 + j - 1, first3 + k - 1, c)
               end do
-            end do
-          else
-            do a = 1, p(1) + 1
+            else
               do l = 1, 8
                 u(l, a, j, k, c) = field(first(l) + a - 1, first2 + j - 1, first3 + k - 1, c)
               end do
-            end do
-          end if
+            end if
+          end do
         end do
       end do
     end do
   end subroutine gather_block
+
+  !> The most common case, with counts that the compiler knows.
+  pure subroutine gather_quadratic(n, n_fields, first1, first2, first3, field, u)
+    integer, intent(in) :: n(3), n_fields, first1, first2, first3
+    real(wp), intent(in) :: field(n(1), n(2), n(3), n_fields)
+    real(wp), intent(out) :: u(8, 3, 3, 3, n_fields)
+    integer :: j, k, c, l
+
+    do c = 1, n_fields
+      do k = 1, 3
+        do j = 1, 3
+          !$omp simd
+          do l = 1, 8
+            u(l, 1, j, k, c) = field(first1 + l - 1, first2 + j - 1, first3 + k - 1, c)
+            u(l, 2, j, k, c) = field(first1 + l, first2 + j - 1, first3 + k - 1, c)
+            u(l, 3, j, k, c) = field(first1 + l + 1, first2 + j - 1, first3 + k - 1, c)
+          end do
+        end do
+      end do
+    end do
+  end subroutine gather_quadratic
 
   !> Multiply every field of a block by the weights of its control points.
   pure subroutine weigh_block(n_values, n_fields, weights, u)
@@ -72,9 +85,11 @@ contains
     real(wp), intent(inout) :: field(lower(1):upper(1), lower(2):upper(2), n3, 3)
     integer :: a, j, k, c, l, i, m2, m3
 
-    if (is_contiguous) then
+    if (is_contiguous .and. all(p == 2)) then
+      call add_quadratic(lower, upper, n3, first(1), first2, first3, f, field)
+    else if (is_contiguous) then
       ! Axis 1 outermost: the next function along it would read what has just been stored,
-      ! shifted by one, which stalls.
+      ! shifted by one, which stalls. So it is below.
       do a = 1, p(1) + 1
         i = first(1) + a - 2
         do c = 1, 3
@@ -107,5 +122,28 @@ contains
       end do
     end if
   end subroutine add_block
+
+  !> The most common case, with counts that the compiler knows.
+  pure subroutine add_quadratic(lower, upper, n3, first1, first2, first3, f, field)
+    integer, intent(in) :: lower(2), upper(2), n3, first1, first2, first3
+    real(wp), intent(in) :: f(8, 3, 3, 3, 3)
+    real(wp), intent(inout) :: field(lower(1):upper(1), lower(2):upper(2), n3, 3)
+    integer :: a, j, k, c, l
+
+    do a = 0, 2
+      do c = 1, 3
+        do k = 1, 3
+          do j = 1, 3
+            associate (i => first1 + a - 1, m2 => first2 + j - 1, m3 => first3 + k - 1)
+              !$omp simd
+              do l = 1, 8
+                field(i + l, m2, m3, c) = field(i + l, m2, m3, c) + f(l, a + 1, j, k, c)
+              end do
+            end associate
+          end do
+        end do
+      end do
+    end do
+  end subroutine add_quadratic
 
 end module block_exchange

@@ -26,18 +26,19 @@ contains
     type(force_report_t) :: reports(size(buffers))
     integer :: t
 
-    if (patch%projection%is_smooth) then
-      call smooth_tile_forces(patch, buffers, law, dt, x, v, reports)
-    else
-      !$omp parallel do schedule(static) default(shared) private(t) if (.not. law%is_serial)
+    if (patch%projection%is_smooth) call smooth_tile_forces(patch, buffers, law, dt, x, v, reports)
+    !$omp parallel default(shared) private(t) if (.not. law%is_serial)
+    if (.not. patch%projection%is_smooth) then
+      !$omp do schedule(static)
       do t = 1, size(buffers)
         call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, buffers(t)%force, reports(t))
       end do
-      !$omp end parallel do
+      !$omp end do
     end if
+    call add_tiles(patch, buffers, force)
+    !$omp end parallel
     patch%time = patch%time + dt
     patch%increment = patch%increment + 1
-    call add_tiles(patch, buffers, force)
     do t = 1, size(buffers)
       report%internal_work = report%internal_work + reports(t)%internal_work
       report%viscous_work = report%viscous_work + reports(t)%viscous_work
@@ -47,14 +48,14 @@ contains
     end do
   end subroutine internal_forces
 
-  !> Add the tile buffers in the order of the tiles.
+  !> Add the tile buffers in the order of the tiles: the threads of a region share the work.
   subroutine add_tiles(patch, buffers, force)
     type(ig_patch_t), intent(in) :: patch
     type(tile_buffer_t), intent(in) :: buffers(:)
-    real(wp), intent(out) :: force(:, :, :, :)
+    real(wp), intent(inout) :: force(:, :, :, :)      !! set
     integer :: t, k, c
 
-    !$omp parallel do collapse(2) schedule(static) default(shared) private(t, k, c)
+    !$omp do collapse(2) schedule(static)
     do c = 1, 3
       do k = 1, patch%n_control(3)
         force(:, :, k, c) = 0.0_wp
@@ -66,7 +67,7 @@ contains
         end do
       end do
     end do
-    !$omp end parallel do
+    !$omp end do nowait
   end subroutine add_tiles
 
 end module internal_force
