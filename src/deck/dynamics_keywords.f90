@@ -26,11 +26,12 @@ contains
                      is_unique=.true.)
     call add_option(table, "METHOD", kind_choice, "RAYLEIGH: critical damping of the frequency "// &
                     "that the motion has in each step; KINETIC: no damping, but all motion "// &
-                    "stops when the kinetic energy has passed a maximum; not for slender "// &
-                    "sheet, whose slow motion it stops too early", default="RAYLEIGH", &
+                    "stops when the kinetic energy has passed a maximum", default="RAYLEIGH", &
                     choices="RAYLEIGH|KINETIC")
     call add_option(table, "ENERGY", kind_real, "kinetic energy that counts as rest, over the "// &
-                    "largest change of the internal energy since the step began", &
+                    "largest change of the internal energy since the step began; with "// &
+                    "KINETIC the largest of the latest maxima, three at least, over a third "// &
+                    "of the time since the step began at least", &
                     default="1e-8", range="> 0")
     call add_option(table, "FORCE", kind_real, "norm of the unbalanced force that counts as "// &
                     "rest, over the largest norm of the internal or external forces in the step", &

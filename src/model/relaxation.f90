@@ -18,6 +18,8 @@ module relaxation
   !! transient analysis, 1983). At rest is where the kinetic energy is small beside the largest
   !! change of the internal energy since the step of the deck began, and the unbalanced force beside
   !! the largest force since then: what the sheet took up before says nothing about this motion.
+  !! Stops are of the fastest modes first and come while slow ones have hardly begun to move, so the
+  !! kinetic energy is then the largest of all maxima in a good part of the relaxation.
   type, extends(damping_t), public :: relaxation_t
     logical :: is_kinetic = .false.
     real(wp) :: energy_limit = 0.0_wp, force_limit = 0.0_wp   !! relative
@@ -25,7 +27,10 @@ module relaxation
     type(field_t), allocatable :: is_free(:)       !! 1, and 0 where a support holds the component
     type(field_t), allocatable :: internal_force(:)   !! of the last step, by patch
     real(wp) :: internal_energy = 0.0_wp, kinetic_energy = 0.0_wp
-    real(wp) :: peak_energy = 0.0_wp               !! kinetic, at the last stop
+    real(wp) :: last_peak = 0.0_wp, peak = 0.0_wp  !! kinetic, largest of last and this window
+    real(wp) :: window_start = 0.0_wp              !! time since the relaxation began
+    integer :: n_stops = 0                         !! in this window
+    real(wp) :: elapsed = 0.0_wp                   !! time since the relaxation began
     real(wp) :: largest_energy = 0.0_wp, largest_force = 0.0_wp   !! since the step began
     real(wp) :: energy_residual = huge(1.0_wp), force_residual = huge(1.0_wp)   !! relative, now
     real(wp) :: settled_at = 0.0_wp                !! time of rest, where `is_done`
@@ -35,6 +40,7 @@ module relaxation
     procedure :: unpack => unpack_relaxation
     procedure :: start
     procedure :: outcome
+    procedure, private :: stop_at_peak
   end type relaxation_t
 
 contains
@@ -52,16 +58,16 @@ contains
     end if
     call look(self, bodies, instant, stiffness, inertia)
     kinetic = 0.5_wp*inertia
+    self%elapsed = self%elapsed + instant%dt_mean
     if (self%is_kinetic) then
-      ! The motion that a stop has ended tells how far from rest the blank was.
       alpha = 0.0_wp
       if (kinetic < self%kinetic_energy) then
         alpha = 2.0_wp/instant%dt_mean
-        self%peak_energy = self%kinetic_energy
+        call self%stop_at_peak()
         kinetic = 0.0_wp
       end if
       self%kinetic_energy = kinetic
-      kinetic = max(kinetic, self%peak_energy)
+      kinetic = max(kinetic, self%peak, self%last_peak)
     else
       alpha = 2.0_wp*sqrt(max(stiffness, 0.0_wp)/max(inertia, tiny(1.0_wp)))
     end if
@@ -72,6 +78,22 @@ contains
                    self%force_residual <= self%force_limit
     if (self%is_done) self%settled_at = instant%time
   end subroutine apply
+
+  !> Note the maximum that the kinetic energy has passed. A window ends after three of them and half
+  !! as much time again as went before it.
+  pure subroutine stop_at_peak(self)
+    class(relaxation_t), intent(inout) :: self
+    integer, parameter :: least_stops = 3
+    real(wp), parameter :: growth = 1.5_wp
+
+    self%n_stops = self%n_stops + 1
+    self%peak = max(self%peak, self%kinetic_energy)
+    if (self%n_stops < least_stops .or. self%elapsed < growth*self%window_start) return
+    self%last_peak = self%peak
+    self%peak = 0.0_wp
+    self%window_start = self%elapsed
+    self%n_stops = 0
+  end subroutine stop_at_peak
 
   !> Residual of the forces; numerator and denominator of the Rayleigh quotient of the last step.
   subroutine look(self, bodies, instant, stiffness, inertia)
@@ -187,7 +209,11 @@ contains
     call self%damping_t%pack(store)
     call put(store, "internal_energy", self%internal_energy)
     call put(store, "kinetic_energy", self%kinetic_energy)
-    call put(store, "peak_energy", self%peak_energy)
+    call put(store, "last_peak", self%last_peak)
+    call put(store, "peak", self%peak)
+    call put(store, "window_start", self%window_start)
+    call put(store, "n_stops", self%n_stops)
+    call put(store, "elapsed", self%elapsed)
     call put(store, "largest_energy", self%largest_energy)
     call put(store, "largest_force", self%largest_force)
     call put(store, "energy_residual", self%energy_residual)
@@ -204,7 +230,11 @@ contains
     call self%damping_t%unpack(store)
     call take(store, "internal_energy", self%internal_energy)
     call take(store, "kinetic_energy", self%kinetic_energy)
-    call take(store, "peak_energy", self%peak_energy)
+    call take(store, "last_peak", self%last_peak)
+    call take(store, "peak", self%peak)
+    call take(store, "window_start", self%window_start)
+    call take(store, "n_stops", self%n_stops)
+    call take(store, "elapsed", self%elapsed)
     call take(store, "largest_energy", self%largest_energy)
     call take(store, "largest_force", self%largest_force)
     call take(store, "energy_residual", self%energy_residual)

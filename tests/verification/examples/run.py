@@ -19,10 +19,10 @@ from post.section import Section  # noqa: E402
 from post.springback import angle_between, by_start, fitted  # noqa: E402
 
 
-def run(folder, options=(), deck=None, **parameters):
+def run(folder, options=(), deck=None, name="example.h5", **parameters):
     """Results of the deck with these parameters; kinetic and balance must be small."""
     deck = deck or os.path.join(PROJECT, "input", NAME + ".key")
-    path = os.path.join(folder, "example.h5")
+    path = os.path.join(folder, name)
     sets = [part for key, value in parameters.items() for part in ("--set", f"{key}={value}")]
     subprocess.run([IGAFORM, deck, "--quiet", "--out", path, *options, *sets], check=True)
     results = Results(path)
@@ -98,7 +98,9 @@ def u_bend(folder):
         deck = os.path.join(folder, "short.key")
         with open(deck, "w", encoding="utf-8") as file:
             file.write(text)
-        results = run(folder, one, deck, length=50, n_x=28, stroke=10, speed=5000)
+        short = {"length": 50, "n_x": 28, "stroke": 10, "speed": 5000}
+        results = run(folder, one, deck, rest_energy=1e-5, **short)
+        compare_relaxations(folder, results, text, short)
         stretches = (2, 18), (26, 32), (42, 49)
         drawn, opening = ((112.9, 110.0), 1.0), ((1.6, 1.4), 0.4)
     else:
@@ -128,6 +130,21 @@ def u_bend(folder):
                 drawn[0][i] + drawn[1])
         between(f"springback of angle {i + 1}", after - before, opening[0][i] - opening[1],
                 opening[0][i] + opening[1])
+
+
+def compare_relaxations(folder, damped, text, short):
+    """Stops at maxima of the kinetic energy end where damping does, at a wide limit already."""
+    deck = os.path.join(folder, "stops.key")
+    with open(deck, "w", encoding="utf-8") as file:
+        file.write(text.replace("RELAXATION,", "RELAXATION, METHOD=KINETIC,"))
+    stopped = run(folder, ("--threads", "1"), deck, "stops.h5", rest_energy=1e-3, **short)
+    released = []
+    for section in map(Section, (damped, stopped)):
+        line = section.sheet(len(section.results.times) - 1)[1]
+        released.append(np.diff([fitted(line[by_start(section.start, *bounds)])["direction"]
+                                 for bounds in ((2, 18), (26, 32), (42, 49))]))
+    between("angles by stops less those by damping", np.abs(released[1] - released[0]).max(),
+            0, 0.2)
 
 
 def channel_springback(folder):
