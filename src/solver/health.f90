@@ -22,6 +22,7 @@ module health
   public :: check_health, check_balance, check_depths, added_mass_warning
 
   real(wp), parameter :: collapse = 1.0e-3_wp   ! of the step at the start
+  real(wp), parameter :: alternation = 0.01_wp  ! of the largest energy so far
 
 contains
 
@@ -44,7 +45,10 @@ contains
     end associate
   end subroutine check_health
 
-  !> The balance of energy against the deck's limit.
+  !> The balance of energy against the deck's limit; and, where steps are above the stable one, the
+  !! sign of the kinetic energy: that is the product of the velocities half a step before and after,
+  !! and below zero where most of the motion turns round in each step. Plastic flow feeds on such a
+  !! motion and keeps the balance all the same.
   subroutine check_balance(model, balance, instant, control, error)
     type(model_t), intent(in) :: model
     type(energy_balance_t), intent(in) :: balance
@@ -52,11 +56,21 @@ contains
     type(step_control_t), intent(in) :: control
     type(error_t), allocatable, intent(out) :: error
 
+    character(:), allocatable :: what
+
     if (.not. model%step%energy_limit > 0.0_wp) return
-    if (abs(balance%alarm) <= model%step%energy_limit) return   ! not for a NaN
-    call fail(error, "energy balance lost "//when(instant)//": error "//to_text(balance%alarm)// &
-              ", limit "//to_text(model%step%energy_limit)//"; fastest is "// &
-              fastest_place(model%bodies%blank)// &
+    if (.not. abs(balance%alarm) <= model%step%energy_limit) then   ! as well for a NaN
+      what = "energy balance lost "//when(instant)//": error "//to_text(balance%alarm)// &
+             ", limit "//to_text(model%step%energy_limit)
+    else if (control%safety > 1.0_wp .and. balance%kinetic < -alternation*balance%reference) then
+      what = "the motion turns round in each step "//when(instant)// &
+             ": kinetic energy, of velocities half a step before and after, "// &
+             rounded_text(balance%kinetic)//", largest energy so far "// &
+             rounded_text(balance%reference)
+    else
+      return
+    end if
+    call fail(error, what//"; fastest is "//fastest_place(model%bodies%blank)// &
               causes_of(energy_lost, facts_of(model, instant, control)))
   end subroutine check_balance
 

@@ -9,6 +9,8 @@ module likely_causes
 
   integer, parameter, public :: turned_over = 1, no_numbers = 2, step_collapsed = 3, &
                                 energy_lost = 4, too_deep = 5
+  character(*), parameter :: larger_than_meant = &
+    "loads or prescribed velocities larger than meant: units, signs, amplitudes"
 
   !> What tells the causes apart.
   type :: facts_t
@@ -84,8 +86,7 @@ contains
              "refine, or raise the degree")
     call add(list, .true., "a material that hardens too little, so that the strain gathers in "// &
              "one row of elements")
-    call add(list, .true., "loads or prescribed velocities larger than meant: units, signs, "// &
-             "amplitudes")
+    call add(list, .true., larger_than_meant)
   end subroutine add_shape
 
   subroutine add_numbers(list, facts)
@@ -96,8 +97,7 @@ contains
              "logarithm of what is negative, state variables that start at zero")
     call add(list, .true., "numbers of the deck that do not fit together: density, stiffness, "// &
              "lengths and times in one system of units")
-    call add(list, .true., "loads or prescribed velocities larger than meant: units, signs, "// &
-             "amplitudes")
+    call add(list, .true., larger_than_meant)
     call add(list, .true., "constants of the material outside of what its law is made for")
   end subroutine add_numbers
 

@@ -1,5 +1,6 @@
 """Criteria that several scenes share: numbers worked out from a run."""
 import numpy as np
+from splines import volume
 from stability import Mark
 
 
@@ -59,8 +60,49 @@ def penetration(run, thickness, limit):
                 limit)
 
 
+def impulse(run, limit):
+    """Change of momentum of a blank that nothing but tools acts on against the impulse of their
+    forces, which is exact where each step is a row of the history."""
+    h = run.history
+    force = sum(tool["force"] for tool in run.tools.values())
+    given = np.cumsum(force[1:] * np.diff(h["time"])[:, None], axis=0)
+    lost = h["momentum"][1:] - h["momentum"][0] + given
+    steps_of_a_row = np.ptp(h["step"]) / (len(h["step"]) - 1)
+    return [Mark("steps of a row of the history less 1", steps_of_a_row - 1, 1e-12),
+            Mark("momentum against the impulse of the tools",
+                 np.abs(lost).max() / np.abs(h["momentum"]).max(), limit)]
+
+
+def volume_change(run, limit):
+    """Of a box of one patch without weights, from the start to the end."""
+    before = np.prod(np.ptp(run.blank_start, axis=0))
+    return Mark("change of volume", abs(volume(run.splines, run.net) / before - 1), limit)
+
+
 def finite(run):
     """Nothing in the results may be other than a number."""
     bad = sum((~np.isfinite(values)).sum() for values in
               [*run.history.values(), *run.at_points.values(), run.points])
     return Mark("values that are no numbers", float(bad), 0.5)
+
+
+def stopped(run):
+    """A run that must end with a reason: exit code and words of the message are checked before.
+    All frames and rows but those of the failure hold numbers; there is a state to go on from."""
+    missing = not any(".ckpt" in file for file in run.files())
+    return [finite_before(run), Mark("missing states to go on from", float(missing), 0.5)]
+
+
+def finite_before(run):
+    bad = sum((~np.isfinite(values[:-1])).sum() for values in [*run.history.values(), run.frames])
+    return Mark("values that are no numbers before", float(bad), 0.5)
+
+
+def stopped_at_once(run):
+    """It failed in its first step: no state is worth going on from."""
+    return [finite_before(run), Mark("steps", run.history["step"][-1], 0.5)]
+
+
+def refused(run):
+    """Refused input leaves nothing behind."""
+    return [Mark("files left behind", float(len(run.files())), 0.5)]

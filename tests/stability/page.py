@@ -50,7 +50,7 @@ def table():
 
 def mark_text(row):
     quantity, value, limit = row["quantity"], row["value"], row["limit"]
-    if quantity.startswith("values that"):
+    if quantity == "values that are no numbers":
         return "all finite"
     if float(value) < ROUND_OFF and float(limit) < ROUND_OFF:
         return f"{quantity} < {limit}"
@@ -99,7 +99,7 @@ def shape(figure, axis, run, first, second):
     axis.set_xlim(low[first] - 0.05 * wide, high[first] + 0.05 * wide)
     axis.set_ylim(middle - 0.6 * tall, middle + 0.6 * tall)
     axis.set_aspect("equal")
-    bar = figure.colorbar(dots, ax=axis, shrink=0.8)
+    bar = figure.colorbar(dots, cax=axis.inset_axes([1.03, 0, 0.03, 1]))
     bar.set_label(label, fontsize=7)
     bar.ax.tick_params(labelsize=7)
 

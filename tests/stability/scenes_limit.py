@@ -1,16 +1,12 @@
 """The edge of the stable step, scaled masses, and runs that must end with a reason."""
-from criteria import elastic_drift, energy_error, finite, momentum_drift, penetration
+from criteria import (elastic_drift, energy_error, finite, momentum_drift, penetration,
+                      refused, stopped, stopped_at_once)
 from stability import Mark, Scene
 
 
 def at_the_edge(run):
     return [elastic_drift(run, 0.02), energy_error(run, 0.05), momentum_drift(run, 1e-11),
             finite(run)]
-
-
-def stopped(_):
-    """The exit code and the words of the message are checked before."""
-    return [Mark("stopped as it should", 0.0, 0.5)]
 
 
 def scaled(run, plain):
@@ -35,6 +31,17 @@ SCENES = [
     Scene("step_1.05", "block", "5 % above the limit: detected", stopped,
           LIMIT | {"safety": 1.05}, ends=(2, "energy balance lost", "by element (2, 1, 1)",
                                           "  1. steps above the stable one")),
+    Scene("plastic_step_1.05", "spin", "the same while most of the bar flows, which feeds on the "
+          "motion and keeps the energy balance: detected", stopped,
+          {"omega": 5e4, "sigma_0": 500, "hardening": 5000, "n_x": 8, "side": 1, "turns": 3,
+           "safety": 1.05},
+          ends=(2, "the motion turns round in each step", "kinetic energy",
+                "  1. steps above the stable one")),
+    Scene("perfect_plasticity_step_1.25", "pull", "the same where nothing but the yield stress "
+          "resists", stopped, {"law": "PERFECT", "constants": "250", "strain": 0.1, "rate": 300,
+                               "safety": 1.25},
+          ends=(2, "the motion turns round in each step", "kinetic energy",
+                "  1. steps above the stable one")),
     Scene("scaled_step_1.0", "block", "the same limit with masses raised for a ten times larger "
           "step", at_the_edge,
           LIMIT | {"safety": 1.0, "target_step": 1.07e-5, "end_time": 1e-2}),
@@ -55,12 +62,13 @@ SCENES = [
           stopped, user="fails_beyond.f",
           ends=(2, "values that are no numbers", "in element (8, 1, 1), point (3, 1, 1)",
                 "  1. the user's subroutine", "failed at element 8, point 3")),
-    Scene("number_overflows", "floor", "a number beyond what the machine has", stopped,
+    Scene("number_overflows", "floor", "a number beyond what the machine has", refused,
           {"E": "1e400"}, ends=(1, "a number that is too large")),
-    Scene("stiffness_overflows", "floor", "numbers that are, and products that are not", stopped,
+    Scene("stiffness_overflows", "floor", "numbers that are, and products that are not", refused,
           {"E": "1e306"}, ends=(1, "no usable stable step")),
-    Scene("speed_overflows", "floor", "a velocity whose square is infinite", stopped,
+    Scene("speed_overflows", "floor", "a velocity whose square is infinite", stopped_at_once,
           {"down": "1e200"}, ends=(2, "igaform: error", "  1. a speed of 1.000E+200")),
-    Scene("speed_absurd", "floor", "a velocity that is a number, and lengths that are", stopped,
-          {"down": "1e160"}, ends=(2, "igaform: error", "  1. a speed of 1.000E+160")),
+    Scene("speed_absurd", "floor", "a velocity that is a number, and lengths that are",
+          stopped_at_once, {"down": "1e160"},
+          ends=(2, "igaform: error", "  1. a speed of 1.000E+160")),
 ]

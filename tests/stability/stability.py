@@ -10,6 +10,7 @@ missed, when two threads change a bit, or when it uses half as much again of a l
 """
 import argparse
 import csv
+import glob
 import os
 import shlex
 import subprocess
@@ -71,8 +72,8 @@ class Suite:
     def run(self, scene, settings, name, threads=1):
         """Run a scene's deck; the path of the results and all that it printed."""
         path = os.path.join(self.out, name + ".h5")
-        if os.path.exists(path):
-            os.remove(path)
+        for file in files_of(path):
+            os.remove(file)
         words = [self.igaform, os.path.join(self.decks, scene.deck + ".key"),
                  "--threads", str(threads), "--quiet", "--out", path]
         if scene.user:
@@ -101,22 +102,24 @@ class Suite:
         path, said = self.run(scene, scene.settings, scene.name)
         if len(self.faults) > before:
             return
-        runs = [load(path, said)]
+        runs = [load(path)]
         for i, other in enumerate(scene.others):
-            runs.append(load(*self.run(scene, scene.settings | other, f"{scene.name}_{i + 1}")))
-        self.compare_threads(scene, path)
+            runs.append(load(self.run(scene, scene.settings | other, f"{scene.name}_{i + 1}")[0]))
+        self.compare_threads(scene, path, said)
         if len(self.faults) > before:
             return
         for mark in scene.check(*runs):
             self.take(scene, mark)
         print(f"      {scene.name}: {time.monotonic() - begun:.2f} s")
 
-    def compare_threads(self, scene, path):
+    def compare_threads(self, scene, path, said):
         """The same bits with one and with two threads."""
         settings = scene.settings | scene.bits
         if scene.bits:
-            path, _ = self.run(scene, settings, scene.name + "_bits")
-        other, _ = self.run(scene, settings, scene.name + "_threads", threads=2)
+            path, said = self.run(scene, settings, scene.name + "_bits")
+        other, other_said = self.run(scene, settings, scene.name + "_threads", threads=2)
+        if other_said.replace(stem(other), "") != said.replace(stem(path), ""):
+            self.faults.append(f"{scene.name}: two threads change the message:\n{said}{other_said}")
         if os.path.exists(path) != os.path.exists(other):
             self.faults.append(f"{scene.name}: results with one number of threads alone")
         elif os.path.exists(path):
@@ -145,10 +148,20 @@ class Suite:
                           "value": f"{mark.value:.3g}", "limit": f"{mark.limit:g}"})
 
 
-def load(path, said):
-    """The results of a run, with what it printed; empty where it left none."""
+def stem(path):
+    """Path of the results without their ending: what all files of a run begin with."""
+    return path.removesuffix(".h5")
+
+
+def files_of(path):
+    """All files of a run."""
+    return glob.glob(glob.escape(stem(path)) + ".*")
+
+
+def load(path):
+    """The results of a run; empty where it left none."""
     run = Run(path) if os.path.exists(path) else Run.__new__(Run)
-    run.said = said
+    run.files = lambda: files_of(path)
     return run
 
 

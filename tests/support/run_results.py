@@ -19,8 +19,8 @@ class Run:
                           for name, group in file["tools"].items()}
             self.at_points = fields_at_points(file["points"])
             self.n_points = int(file["VTKHDF/NumberOfPoints"][0])
-            self.points = file["VTKHDF/Points"][-self.n_points:]
-            self.start = file["VTKHDF/Points"][:self.n_points]
+            self.frames = file["VTKHDF/Points"][...].reshape(-1, self.n_points, 3)
+            self.points, self.start = self.frames[-1], self.frames[0]
             # Points of the blank come first, those of the tools behind them.
             of_tools = np.flatnonzero(file["VTKHDF/CellData/part"][:] > 0)
             self.n_blank = self.n_points
@@ -30,6 +30,9 @@ class Run:
             self.blank, self.blank_start = self.points[:self.n_blank], self.start[:self.n_blank]
             self.net = (file["nurbs/blank/points"][...] if "points" in file["nurbs/blank"]
                         else None)
+            self.splines = ([(int(file["nurbs/blank/degrees"][i]),
+                              file[f"nurbs/blank/knots_{i + 1}"][...]) for i in range(3)]
+                            if self.net is not None else None)
             fields = file["VTKHDF/PointData"]
             self.fields = {name: fields[name][-self.n_points:] for name in fields}
 

@@ -24,7 +24,7 @@ from damage import TARGETS, damaged
 
 BUSY = 20                   # seconds of the clock for one of the processor on a busy machine
 MEGABYTES_LEAKED = 60
-# One thread; a heap that shrinks, and does not change its mind about it, when large arrays are freed;
+# One thread; a heap that shrinks when large arrays are freed, and does not learn to keep them;
 # of the address sanitizer little memory held back, and no end where it has none.
 ENVIRONMENT = {"OMP_NUM_THREADS": "1",
                "MALLOC_MMAP_THRESHOLD_": "33554432", "MALLOC_TRIM_THRESHOLD_": "33554432",
