@@ -20,19 +20,21 @@ module spurious_modes
 
 contains
 
-  !> Modes without energy beside the six rigid ones.
-  integer function n_spurious_modes(degrees, n_elements, n_points, n_parts, projection) &
+  !> Modes without energy beside the six rigid ones. With `across`, of the motions that are alike all
+  !! along that axis and have no component along it, which three rigid ones are.
+  integer function n_spurious_modes(degrees, n_elements, n_points, n_parts, projection, across) &
     result(n_modes)
     integer, intent(in) :: degrees(3), n_elements(3)
     integer, intent(in) :: n_points(3), n_parts(3)      !! Gauss points a part, parts an element
     type(projection_spec_t), intent(in) :: projection
+    integer, intent(in), optional :: across             !! axis of plane strain, 0: none
     real(wp), parameter :: no_energy = 1.0e-9_wp        ! of the largest eigenvalue
     type(nurbs_solid_t) :: solid
     type(ig_patch_t) :: patch
     type(elastic_t) :: law
     type(error_t), allocatable :: error
-    real(wp), allocatable :: values(:)
-    integer :: n(3)
+    real(wp), allocatable :: values(:), stiffness(:, :)
+    integer :: n(3), n_rigid
 
     ! At full quadrature nothing can hide: the strain of a mode would vanish at all its points.
     n_modes = 0
@@ -45,22 +47,71 @@ contains
     call new_patch(patch, solid, n_points, n_parts, law, [0.0_wp, 0.0_wp], error, &
                    projection)
     if (allocated(error)) return
-    values = eigenvalues(dense_stiffness(patch, law, solid%points))
-    n_modes = count(abs(values) < no_energy*maxval(values)) - 6
+    stiffness = dense_stiffness(patch, law, solid%points)
+    n_rigid = 6
+    if (present(across)) then
+      if (across > 0) then
+        stiffness = alike_across(stiffness, shape(solid%weights), across)
+        n_rigid = 3
+      end if
+    end if
+    values = eigenvalues(stiffness)
+    n_modes = count(abs(values) < no_energy*maxval(values)) - n_rigid
   end function n_spurious_modes
+
+  !> The stiffness against motions that are alike all along an axis, whose component is left out.
+  pure function alike_across(stiffness, n, axis) result(alike)
+    real(wp), intent(in) :: stiffness(:, :)
+    integer, intent(in) :: n(3), axis          !! control points of the patch
+    real(wp), allocatable :: alike(:, :)
+    integer :: i, j, k, c, row, columns(3), place(n(1), n(2), n(3), 3)
+
+    columns = n
+    columns(axis) = 1
+    place = 0
+    row = 0
+    do c = 1, 3
+      if (c == axis) cycle
+      do k = 1, columns(3)
+        do j = 1, columns(2)
+          do i = 1, columns(1)
+            row = row + 1
+            select case (axis)
+            case (1)
+              place(:, j, k, c) = row
+            case (2)
+              place(i, :, k, c) = row
+            case default
+              place(i, j, :, c) = row
+            end select
+          end do
+        end do
+      end do
+    end do
+    allocate (alike(row, row), source=0.0_wp)
+    associate (to => reshape(place, [size(place)]))
+      do j = 1, size(to)
+        do i = 1, size(to)
+          if (to(i) > 0 .and. to(j) > 0) &
+            alike(to(i), to(j)) = alike(to(i), to(j)) + stiffness(i, j)
+        end do
+      end do
+    end associate
+  end function alike_across
 
   !> The nearest rule without such modes: as many points as the degree in each direction, and if
   !! these do not do, one more along axis 3, then 2, then 1.
-  function serving_rule(degrees, n_elements, n_points, n_parts, projection) result(rule)
+  function serving_rule(degrees, n_elements, n_points, n_parts, projection, across) result(rule)
     integer, intent(in) :: degrees(3), n_elements(3), n_points(3), n_parts(3)
     type(projection_spec_t), intent(in) :: projection
+    integer, intent(in), optional :: across             !! as for `n_spurious_modes`
     integer :: rule(3), axis
 
     rule = max(n_points*n_parts, degrees)
-    if (n_spurious_modes(degrees, n_elements, rule, [1, 1, 1], projection) == 0) return
+    if (n_spurious_modes(degrees, n_elements, rule, [1, 1, 1], projection, across) == 0) return
     do axis = 3, 1, -1
       rule(axis) = max(rule(axis), degrees(axis) + 1)
-      if (n_spurious_modes(degrees, n_elements, rule, [1, 1, 1], projection) == 0) return
+      if (n_spurious_modes(degrees, n_elements, rule, [1, 1, 1], projection, across) == 0) return
     end do
   end function serving_rule
 

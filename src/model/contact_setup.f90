@@ -6,7 +6,7 @@ module contact_setup
   use text, only: to_text
   use scene, only: contact_spec_t, blank_spec_t, output_spec_t
   use nurbs_surface, only: nurbs_surface_t
-  use nurbs_solid, only: solid_face
+  use nurbs_solid, only: solid_face, face_axes
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss, points_knot, &
                            points_greville
   use contact, only: contact_options_t, new_contact
@@ -30,11 +30,13 @@ contains
 
   !> Append one pair to the force stage for each patch whose face is not joined to another. A blank
   !! that starts inside the tool is a fault.
-  subroutine add_contact(spec, blank_spec, model, faults)
+  subroutine add_contact(spec, blank_spec, across, model, faults)
     type(contact_spec_t), intent(in) :: spec
     type(blank_spec_t), intent(in) :: blank_spec
+    integer, intent(in) :: across            !! axis of plane strain, 0: none
     type(model_t), intent(inout) :: model
     type(fault_list_t), intent(inout) :: faults
+    type(contact_spec_t) :: pair
     integer :: face, p, before
 
     face = spec%face
@@ -49,10 +51,12 @@ contains
                      ", which is joined to another in every patch", "a face on the outside")
       return
     end if
+    pair = spec
+    where (face_axes(face) == across) pair%n_points = 1
     before = n_errors(faults)
     do p = 1, size(blank_spec%patches)
       if (blank_spec%patches(p)%is_joined(face)) cycle
-      call add_patch_contact(spec, blank_spec, p, face, model, faults)
+      call add_patch_contact(pair, blank_spec, p, face, model, faults)
       if (n_errors(faults) > before) return
     end do
   end subroutine add_contact

@@ -68,7 +68,7 @@ contains
     do i = 1, size(scene%contacts)
       if (scene%contacts(i)%last_step < scene%contacts(i)%first_step) cycle
       before = n_errors(faults)
-      call add_contact(scene%contacts(i), scene%blank, model, faults)
+      call add_contact(scene%contacts(i), scene%blank, scene%reduction%axis, model, faults)
       if (n_errors(faults) > before) &
         call drop_warnings(faults, scene%tools(scene%contacts(i)%tool)%origin)
     end do
@@ -153,7 +153,7 @@ contains
 
     associate (spec => scene%blank, material => scene%materials(scene%blank%material))
       do p = 1, size(spec%patches)
-        call check_rule(spec, spec%patches(p), faults)
+        call check_rule(spec, spec%patches(p), scene%reduction%axis, faults)
       end do
       call build_law(material, short*scene%step%end_time, law, faults, library)
       if (.not. allocated(law)) return
@@ -173,9 +173,10 @@ contains
   end subroutine build_blank
 
   !> A rule that leaves deformations without energy is refused, and one that serves is named.
-  subroutine check_rule(spec, patch, faults)
+  subroutine check_rule(spec, patch, across, faults)
     type(blank_spec_t), intent(in) :: spec
     type(patch_spec_t), intent(in) :: patch
+    integer, intent(in) :: across               !! axis of plane strain, 0: none
     type(fault_list_t), intent(inout) :: faults
     type(projection_spec_t) :: projection
     integer :: n_modes, axis, n_elements(3), rule(3)
@@ -186,9 +187,10 @@ contains
     projection = projection_of(spec)
     associate (degrees => patch%solid%axes%degree)
       if (any(projection%n_samples > patch%n_points*patch%n_parts)) return
-      n_modes = n_spurious_modes(degrees, n_elements, patch%n_points, patch%n_parts, projection)
+      n_modes = n_spurious_modes(degrees, n_elements, patch%n_points, patch%n_parts, projection, &
+                                 across)
       if (n_modes == 0) return
-      rule = serving_rule(degrees, n_elements, patch%n_points, patch%n_parts, projection)
+      rule = serving_rule(degrees, n_elements, patch%n_points, patch%n_parts, projection, across)
       if (any(projection%n_samples > 0)) then
         rule = default_samples(degrees, patch%n_points*patch%n_parts)
         call add_fault(faults, spec%origin, 'samples that leave '//to_text(n_modes)// &

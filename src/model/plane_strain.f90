@@ -1,4 +1,7 @@
 !> A uniform scene as a strip of it: one element wide, without motion across the width.
+!!
+!! The strip is linear across, with one integration point and one contact point there: its two
+!! sides then move alike, and nothing that is uniform across is lost.
 module plane_strain
   use kinds, only: wp
   use faults, only: fault_list_t, add_fault
@@ -51,7 +54,7 @@ contains
     type(fault_list_t), intent(inout) :: faults
     real(wp), allocatable :: points(:, :, :, :), weights(:, :, :)
     real(wp) :: full, width, low
-    integer :: n(3), i, p, at(3)
+    integer :: n(3), i, at(3)
     logical :: is_falling
 
     associate (solid => scene%blank%patches(1)%solid)
@@ -61,7 +64,6 @@ contains
       at(axis) = 2
       is_falling = solid%points(at(1), at(2), at(3), component) < &
                    solid%points(1, 1, 1, component)
-      p = solid%axes(axis)%degree
       associate (knots => solid%axes(axis)%knots)
         width = full/count(knots(2:) > knots(:size(knots) - 1))
         if (scene%reduction%width > 0.0_wp) width = scene%reduction%width
@@ -71,16 +73,16 @@ contains
           scene%width_ratio = 0.0_wp
           return
         end if
-        solid%axes(axis)%knots = [spread(knots(1), 1, p + 1), &
-                                  spread(knots(size(knots)), 1, p + 1)]
+        solid%axes(axis)%knots = [spread(knots(1), 1, 2), spread(knots(size(knots)), 1, 2)]
       end associate
-      solid%axes(axis)%n_basis = p + 1
+      solid%axes(axis)%degree = 1
+      solid%axes(axis)%n_basis = 2
       n = shape(solid%weights)
-      n(axis) = p + 1
+      n(axis) = 2
       points = solid%points(:n(1), :n(2), :n(3), :)
       weights = solid%weights(:n(1), :n(2), :n(3))
-      do i = 1, p + 1
-        associate (x => low + width*merge(p + 1 - i, i - 1, is_falling)/p)
+      do i = 1, 2
+        associate (x => low + width*merge(2 - i, i - 1, is_falling))
           select case (axis)
           case (1)
             points(i, :, :, component) = x
@@ -92,6 +94,10 @@ contains
       call move_alloc(points, solid%points)
       call move_alloc(weights, solid%weights)
     end associate
+    scene%blank%patches(1)%n_points(axis) = 1
+    scene%blank%patches(1)%n_parts(axis) = 1
+    scene%blank%n_samples(axis) = min(scene%blank%n_samples(axis), 1)
+    scene%reduction%axis = axis
     scene%width_ratio = full/width
   end subroutine cut_strip
 

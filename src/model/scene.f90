@@ -183,6 +183,7 @@ module scene
     integer :: component = -1               !! across the width, 1 x, 2 y, 3 z; 0: that which it is
                                             !! uniform along; negative: no reduction
     real(wp) :: width = 0.0_wp              !! of the strip, 0: that of an element [length]
+    integer :: axis = 0                     !! of the blank across the strip, once it is cut
   end type reduction_spec_t
 
   !> What is written and how often.
