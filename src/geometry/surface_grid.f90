@@ -9,11 +9,12 @@ module surface_grid
   private
 
   public :: surface_grid_t, new_surface_grid, grid_areas, grid_place, grid_values, parts_along
-  public :: element_size_of, no_length
+  public :: element_size_of, turns_along, no_length
 
   integer, parameter :: most_parts = 100   !! of a knot span
   integer, parameter :: n_samples = 8      !! chords of a span that its length is measured by
 
+  real(wp), parameter :: round_off = 1.0e-12_wp   !! of coordinates
   real(wp), parameter :: no_length = huge(1.0_wp)   !! which leaves every span whole
 
   !> Lines of the grid; a field on it has shape (size(xi), size(eta)).
@@ -64,6 +65,44 @@ contains
       n(d) = min(max(ceiling(longest/length*(1.0_wp - 1.0e-9_wp)), 1), most_parts)
     end do
   end function parts_along
+
+  !> The largest angle by which a line of either direction turns in a knot span [radian].
+  pure function turns_along(surface) result(turns)
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp) :: turns(2)
+    real(wp) :: at(2), points(3, 0:n_samples), angle, nothing
+    real(wp), allocatable :: along(:), across(:)
+    integer :: d, i, j, k
+
+    turns = 0.0_wp
+    nothing = round_off*maxval(abs(surface%points))
+    do d = 1, 2
+      along = lines(surface%axes(d), n_samples)
+      across = lines(surface%axes(3 - d), 2)
+      do j = 1, size(across)
+        do i = 1, size(along) - 1, n_samples
+          do k = 0, n_samples
+            at(d) = along(i + k)
+            at(3 - d) = across(j)
+            call evaluate_surface(surface, at, points(:, k))
+          end do
+          angle = sum([(angle_between(points(:, k) - points(:, k - 1), &
+                                      points(:, k + 1) - points(:, k), nothing), &
+                        k=1, n_samples - 1)])
+          ! Half a chord at either end has not been turned through.
+          turns(d) = max(turns(d), angle*n_samples/(n_samples - 1))
+        end do
+      end do
+    end do
+  end function turns_along
+
+  !> Angle between two vectors; 0 where one is no longer than nothing.
+  pure real(wp) function angle_between(a, b, nothing) result(angle)
+    real(wp), intent(in) :: a(3), b(3), nothing
+
+    angle = 0.0_wp
+    if (min(norm2(a), norm2(b)) > nothing) angle = atan2(norm2(cross(a, b)), dot_product(a, b))
+  end function angle_between
 
   !> Side of a square as large as the elements of a surface are on average.
   function element_size_of(surface) result(length)

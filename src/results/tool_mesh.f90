@@ -1,13 +1,14 @@
 !> Tool surfaces as curved VTK cells.
 !!
-!! One exact cell per element, but eight Lagrange cells along directions in which the weights vary:
-!! a quarter circle of degree 2 is then met within 1e-4 of its radius.
+!! One exact cell per element, but Lagrange cells of an eighth of a right angle along directions in
+!! which the weights vary: a circle of degree 2 is then met within 1e-4 of its radius, on any number
+!! of elements.
 module tool_mesh
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use knot_vector, only: n_spans
   use nurbs_surface, only: nurbs_surface_t
-  use surface_grid, only: parts_along
+  use surface_grid, only: parts_along, turns_along
   use line_operator, only: apply_tensor, basis_operator, grid_size, joined_places, line_operator_t
   use bezier_operator, only: equal_places, joined_bezier_operator
   use vtk_cells, only: quadrilaterals_on_grid
@@ -16,7 +17,9 @@ module tool_mesh
 
   public :: surface_mesh_t, new_surface_mesh, n_mesh_points
 
-  integer, parameter :: n_rational_parts = 8   ! Lagrange cells per element and direction
+  integer, parameter :: n_rational_parts = 8   !! Lagrange cells of a right angle
+  real(wp), parameter :: even_weights = 2.1_wp   !! ratio of neighbours: arcs of up to 120 degrees
+  integer, parameter :: most_cells = 50000     !! of a surface, unless its elements are more
 
   !> Cells of one surface.
   type :: surface_mesh_t
@@ -80,11 +83,31 @@ contains
 
     n_parts = 1
     if (is_bezier) return
-    associate (w => surface%weights)
-      if (any(maxval(w, dim=1) > minval(w, dim=1))) n_parts(1) = n_rational_parts
-      if (any(maxval(w, dim=2) > minval(w, dim=2))) n_parts(2) = n_rational_parts
+    n_parts = rational_parts(surface)
+    associate (n_elements => [n_spans(surface%axes(1)), n_spans(surface%axes(2))])
+      do while (product(real(n_parts, wp)*n_elements) > most_cells .and. any(n_parts > 1))
+        n_parts = (n_parts + 1)/2
+      end do
     end associate
     n_parts = max(n_parts, parts_along(surface, length))
   end function parts_of
+
+  !> As many as show curves of varying weight well.
+  pure function rational_parts(surface) result(n_parts)
+    type(nurbs_surface_t), intent(in) :: surface
+    integer :: n_parts(2)
+    real(wp), parameter :: right_angle = acos(0.0_wp), slack = 0.2_wp   ! of a part
+    real(wp) :: ratio(2)
+
+    n_parts = 1
+    associate (w => surface%weights, n => shape(surface%weights))
+      ratio = [maxval(max(w(2:, :)/w(:n(1) - 1, :), w(:n(1) - 1, :)/w(2:, :))), &
+               maxval(max(w(:, 2:)/w(:, :n(2) - 1), w(:, :n(2) - 1)/w(:, 2:)))]
+    end associate
+    if (.not. any(ratio > 1.0_wp)) return
+    where (ratio > 1.0_wp) n_parts = max(1, ceiling(n_rational_parts*turns_along(surface) &
+                                                    /right_angle - slack))
+    where (ratio > even_weights) n_parts = max(n_parts, n_rational_parts)
+  end function rational_parts
 
 end module tool_mesh
