@@ -19,7 +19,7 @@ module deck_run
   use blank, only: n_elements_of, n_controls_of, mass_of
   use model, only: model_t
   use effect, only: effect_slot_t
-  use contact_effect, only: contact_effect_t
+  use contact_effect, only: contact_effect_t, has_contact
   use relaxation, only: relaxation_t
   use model_setup, only: build_model
   use frames, only: results_t, results_setup_t, close_results
@@ -328,8 +328,8 @@ contains
     call log_line(log, "energy     largest balance error "//percent(run%largest_error))
     call log_line(log, "momentum   balance error "//rounded_text(run%balance%momentum_error)// &
                   ", relative")
-    if (has_contact(model)) call log_line(log, "contact    deepest penetration "// &
-                                          rounded_text(run%largest_penetration))
+    if (has_contact(model%forces) .or. has_contact(model%retired)) &
+      call log_line(log, "contact    deepest penetration "//rounded_text(run%largest_penetration))
     call log_searches(log, model%retired)
     call log_searches(log, model%forces)
     if (run%balance%kinetic > small*run%balance%internal) then
@@ -339,24 +339,6 @@ contains
                     "process should stay below 10 %")
     end if
   end subroutine log_balance
-
-  pure logical function has_contact(model)
-    type(model_t), intent(in) :: model
-    integer :: i
-
-    has_contact = any([(is_contact(model%forces(i)), i=1, size(model%forces)), &
-                       (is_contact(model%retired(i)), i=1, size(model%retired))])
-  end function has_contact
-
-  pure logical function is_contact(slot)
-    type(effect_slot_t), intent(in) :: slot
-
-    is_contact = .false.
-    select type (item => slot%item)
-    type is (contact_effect_t)
-      is_contact = .true.
-    end select
-  end function is_contact
 
   !> What the contact searches did, pair by pair.
   subroutine log_searches(log, effects)

@@ -17,7 +17,8 @@ module contact
   use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, points_before, earliest_test
   use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share, &
                      find_pressed_depth, not_in
-  use contact_statistics, only: contact_statistics_t, count_iterations, add_counts
+  use contact_statistics, only: contact_statistics_t, count_iterations, count_failure, &
+                                add_counts
   use friction, only: friction_t, new_friction, find_first_ways, rub
   use contact_damping, only: contact_damping_t, new_contact_damping, damp_points
   use closest_point, only: hit_t, follow, is_beside
@@ -398,7 +399,7 @@ contains
     call search_tool(tool, x, 2*step, contact%options%is_corner_start, hit)
     result%counts%n_searches = result%counts%n_searches + 1
     call count_iterations(result%counts, hit%n_iterations, 1)
-    if (.not. hit%is_converged) result%counts%n_failures = result%counts%n_failures + 1
+    if (.not. hit%is_converged) call count_failure(result%counts, point)
     safe = safe_distance(contact, tool, x, hit)
     rival = min(hit%rival, hit%distance + 2*step, tool%search_distance)
     contact%search_at(point) = tile%travel + max(safe, min(step, 0.5_wp*(rival - hit%distance)))

@@ -4,7 +4,7 @@ module contact_statistics
   implicit none
   private
 
-  public :: contact_statistics_t, count_iterations, add_counts
+  public :: contact_statistics_t, count_iterations, count_failure, add_counts
 
   !> Counts over all calls; `n_touching` of the last call.
   type :: contact_statistics_t
@@ -17,6 +17,7 @@ module contact_statistics
     integer(int64) :: n_failures = 0     !! points for which every search failed: must be 0
     integer :: max_iterations = 0        !! in one search of one point
     integer :: n_touching = 0
+    integer :: first_failed = 0          !! point that was the first to fail, 0: none
   end type contact_statistics_t
 
 contains
@@ -30,6 +31,15 @@ contains
     counts%max_iterations = max(counts%max_iterations, n_iterations)
   end subroutine count_iterations
 
+  !> Count a point for which every search failed.
+  pure subroutine count_failure(counts, point)
+    type(contact_statistics_t), intent(inout) :: counts
+    integer, intent(in) :: point
+
+    counts%n_failures = counts%n_failures + 1
+    if (counts%first_failed == 0) counts%first_failed = point
+  end subroutine count_failure
+
   !> Add the counts of a tile to those of the contact.
   pure subroutine add_counts(total, part)
     type(contact_statistics_t), intent(inout) :: total
@@ -40,6 +50,7 @@ contains
     total%n_fallbacks = total%n_fallbacks + part%n_fallbacks
     total%n_searches = total%n_searches + part%n_searches
     total%n_failures = total%n_failures + part%n_failures
+    if (total%first_failed == 0) total%first_failed = part%first_failed
     total%max_iterations = max(total%max_iterations, part%max_iterations)
     total%n_touching = total%n_touching + part%n_touching
   end subroutine add_counts

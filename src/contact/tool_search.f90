@@ -17,6 +17,7 @@ module tool_search
   public :: search_tool, search_all_faces
 
   real(wp), parameter :: same_place = 1.0e-8_wp    !! part of the tool's scale
+  real(wp), parameter :: round_off = 1.0e-14_wp    !! of a place, likewise
   integer, parameter :: n_net = 5                  !! points of a net over a cell, each way
 
 contains
@@ -58,13 +59,14 @@ contains
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)   !! point in the tool's frame [length]
     type(hit_t), intent(out) :: hit
+    real(wp), parameter :: slack = 1.0_wp + 1.0e-12_wp   ! for round-off of bounds
     integer, allocatable :: near(:)
     real(wp) :: enough
 
     associate (cell => tool%cells(nearest_leaf(tool%tree, x)))
       enough = norm2(x - place_on(tool, cell%face, 0.5_wp*(cell%low + cell%high)))
     end associate
-    call collect_leaves(tool%tree, x, enough, near)
+    call collect_leaves(tool%tree, x, slack*enough + round_off*tool%scale, near)
     call search_cells(tool, x, near, 0.0_wp, .false., hit)
   end subroutine search_all_faces
 

@@ -17,7 +17,7 @@ module offset_reader
   implicit none
   private
 
-  public :: read_offset_tool, check_offset_option
+  public :: read_offset_tool, check_offset_option, measure_offset
 
   real(wp), parameter :: usual = 1.0e-4_wp       !! tolerance, part of the distance
   real(wp), parameter :: seam_width = 0.01_wp    !! widest seam, part of the distance
@@ -109,8 +109,8 @@ contains
         error%message = "a sharp edge between two of its surfaces"
       end if
     end if
-    if (.not. allocated(error)) call measure(base%name, given, offsets, distance, tolerance, all, &
-                                             error)
+    if (.not. allocated(error)) call measure_offset(base%name, given, offsets, distance, &
+                                                    tolerance, all, error)
     if (allocated(error)) then
       call add_fault(faults, record%origin, "an offset of "//base%name//" by "// &
                      to_text(distance)//" that cannot be made ("//error%message//")", &
@@ -123,12 +123,13 @@ contains
     call add_note(base, distance, all, tool)
   end subroutine make_offset
 
-  !> Distance of the offset from the tool at places of all faces. It is refused where another part
-  !! of the tool is nearer, as in a groove narrower than twice the distance.
-  subroutine measure(name, given, offsets, distance, tolerance, report, error)
+  !> Distance of the offset from the tool at places of all faces. Refused: one that is off by more
+  !! than two tolerances, and one that another part of the tool is nearer to, as in a groove narrower
+  !! than twice the distance.
+  subroutine measure_offset(name, given, offsets, distance, tolerance, report, error)
     character(*), intent(in) :: name
     type(nurbs_surface_t), intent(in) :: given(:), offsets(:)
-    real(wp), intent(in) :: distance, tolerance
+    real(wp), intent(in) :: distance, tolerance          !! [length]
     type(offset_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: beside = 1.0e-4_wp   ! part of a span that its ends are avoided by
@@ -148,16 +149,20 @@ contains
           call evaluate_surface(offsets(s), [xi(i), eta(j)], x)
           call search_all_faces(tool, x, hit)
           report%error = max(report%error, abs(hit%distance - abs(distance)))
-          if (hit%distance >= abs(distance) - 2*tolerance) cycle
+          if (abs(hit%distance - abs(distance)) <= 2*tolerance) cycle
           allocate (error)
           error%message = "at "//place_text(x)//" it comes within "// &
                           rounded_text(hit%distance)//" of another part"
+          if (hit%distance > abs(distance)) &
+            error%message = "at "//place_text(x)//" it is off by "// &
+                            rounded_text(hit%distance - abs(distance))//", which is more than "// &
+                            "two tolerances of "//rounded_text(tolerance)
           return
         end do
       end do
       report%n_places = report%n_places + size(xi)*size(eta)
     end do
-  end subroutine measure
+  end subroutine measure_offset
 
   !> Tell the log what was made.
   subroutine add_note(base, distance, report, tool)

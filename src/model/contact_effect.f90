@@ -3,7 +3,7 @@ module contact_effect
   use kinds, only: wp
   use state_store, only: state_store_t, put, take, put_array, take_array
   use assembly, only: assembly_t
-  use effect, only: effect_t, instant_t, tally_t
+  use effect, only: effect_t, effect_slot_t, instant_t, tally_t
   use slave_surface, only: scatter_forces
   use tool, only: tool_t
   use tool_turn, only: into_frame
@@ -12,6 +12,8 @@ module contact_effect
   use contact_fields, only: contact_fields_t, add_wear, pack_wear, unpack_wear
   implicit none
   private
+
+  public :: has_contact
 
   !> A contact pair.
   type, extends(effect_t), public :: contact_effect_t
@@ -26,6 +28,7 @@ module contact_effect
                                            !! in its frame, whose product with a turn is the work
     real(wp) :: thickness = 0.0_wp         !! of the sheet, the measure of depths [length]
     logical :: has_warned = .false.        !! of a depth beyond the first limit
+    logical :: has_told_failure = .false.  !! that a search failed
     logical :: is_awake = .false.          !! all points are tested in each step
     type(contact_fields_t), allocatable :: fields   !! only where the deck asks for them
   contains
@@ -37,6 +40,20 @@ module contact_effect
   end type contact_effect_t
 
 contains
+
+  !> Is there a contact pair among effects?
+  pure logical function has_contact(effects)
+    type(effect_slot_t), intent(in) :: effects(:)
+    integer :: i
+
+    has_contact = .false.
+    do i = 1, size(effects)
+      select type (item => effects(i)%item)
+      type is (contact_effect_t)
+        has_contact = .true.
+      end select
+    end do
+  end function has_contact
 
   !> Forces of the pair onto the blank, reaction onto the tool.
   subroutine apply(self, bodies, instant)
@@ -69,7 +86,8 @@ contains
         on_blank = matmul(bodies%tools(self%tool)%rotation, on_blank)
         bodies%tools(self%tool)%force = before - on_blank
       end if
-      if (any(abs(on_blank) > 0.0_wp)) then
+      ! Forces that add up to nothing act all the same.
+      if (self%pair%statistics%n_touching > 0) then
         motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
           motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) + net_force
       end if
@@ -145,6 +163,7 @@ contains
     call put(store, "depth", self%depth)
     call put_array(store, "couple", 9, self%couple)
     call put(store, "has_warned", self%has_warned)
+    call put(store, "has_told_failure", self%has_told_failure)
     call pack_contact(self%pair, store)
     if (allocated(self%fields)) call pack_wear(self%fields, store)
   end subroutine pack_contact_effect
@@ -159,6 +178,7 @@ contains
     call take(store, "depth", self%depth)
     call take_array(store, "couple", 9, self%couple)
     call take(store, "has_warned", self%has_warned)
+    call take(store, "has_told_failure", self%has_told_failure)
     call unpack_contact(self%pair, store)
     if (allocated(self%fields)) call unpack_wear(self%fields, store)
   end subroutine unpack_contact_effect

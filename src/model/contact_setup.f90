@@ -236,7 +236,8 @@ contains
                      ") that starts inside tool '"//tool%name//"', at ("// &
                      to_text(position(1))//", "//to_text(position(2))//", "// &
                      to_text(position(3))//") by "//to_text(-gap), &
-                     "a blank outside of all tools; if the side is wrong, change SIDE of the tool")
+                     "a blank outside of all tools; if the side is wrong, change SIDE of the "// &
+                     "tool, or of an offset the sign of its distance")
     end associate
   end subroutine check_start
 

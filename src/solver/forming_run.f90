@@ -1,6 +1,7 @@
 !> The run: one explicit step after the other, with what is due in between.
 module forming_run
   use kinds, only: wp
+  use text, only: string_t
   use errors, only: error_t, fail
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks, ticks_to_seconds
   use patch_body, only: field_t, share_external_forces
@@ -18,7 +19,7 @@ module forming_run
   use snapshot, only: new_frame, fill_frame, new_history_row, fill_history_row
   use run_data, only: run_t
   use run_saver, only: saver_t, look_after, save_last_good, try_again
-  use health, only: check_health, check_balance, check_depths, added_mass_warning
+  use health, only: check_health, check_balance, check_pairs, added_mass_warning
   use step_change, only: begin_next_step
   use step_report, only: log_step
   implicit none
@@ -146,21 +147,24 @@ contains
       if (allocated(error)) return
     end if
     call finish_step(model, run, rate, error)
-    if (.not. allocated(error)) call watch_depths(model, run, log, error)
+    if (.not. allocated(error)) call watch_pairs(model, run, log, error)
   end subroutine go_one_step
 
-  !> Warn of deep penetration, or end the run.
-  subroutine watch_depths(model, run, log, error)
+  !> Warn of deep penetration, or end the run; warn of searches that failed.
+  subroutine watch_pairs(model, run, log, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(in) :: run
     type(run_log_t), intent(inout) :: log
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: warning
+    type(string_t), allocatable :: warnings(:)
+    integer :: i
 
-    call check_depths(model%forces, model%step%depth_warning, model%step%depth_limit, &
-                      run%instant, warning, error)
-    if (warning /= "") call log_line(log, warning)
-  end subroutine watch_depths
+    call check_pairs(model%forces, model%bodies%tools, model%step%depth_warning, &
+                     model%step%depth_limit, run%instant, warnings, error)
+    do i = 1, size(warnings)
+      call log_line(log, warnings(i)%value)
+    end do
+  end subroutine watch_pairs
 
   !> Has an effect reached what the run was for?
   pure logical function any_done(model)

@@ -3,23 +3,24 @@
 module health
   use kinds, only: wp
   use errors, only: error_t, fail
-  use text, only: to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text
   use basis_tables, only: n_lanes
   use ig_patch, only: element_of_lane
   use blank, only: blank_t, mass_of
   use effect, only: effect_slot_t, instant_t
-  use contact_effect, only: contact_effect_t
+  use contact_effect, only: contact_effect_t, has_contact
+  use tool, only: tool_t
   use model, only: model_t
   use step_control, only: step_control_t
   use energy_balance, only: energy_balance_t
   use trouble_spot, only: spot_t, spot_of_failure, spot_of_smallest, words_of, fastest_place, &
-                          deepest_place
+                          deepest_place, contact_place
   use likely_causes, only: facts_t, causes_of, turned_over, no_numbers, step_collapsed, &
                            energy_lost, too_deep
   implicit none
   private
 
-  public :: check_health, check_balance, check_depths, added_mass_warning
+  public :: check_health, check_balance, check_pairs, added_mass_warning
 
   real(wp), parameter :: collapse = 1.0e-3_wp   ! of the step at the start
   real(wp), parameter :: alternation = 0.01_wp  ! of the largest energy so far
@@ -101,34 +102,52 @@ contains
     added_part = blank%added_mass/max(mass_of(blank%parts) - blank%added_mass, tiny(1.0_wp))
   end function added_part
 
-  !> Depths of all contact pairs against the limits, parts of the thickness. A pair warns once.
-  subroutine check_depths(effects, warning_limit, limit, instant, warning, error)
+  !> Depths of all contact pairs against the limits, parts of the thickness, and searches that
+  !! failed. A pair warns once of each.
+  subroutine check_pairs(effects, tools, warning_limit, limit, instant, warnings, error)
     type(effect_slot_t), intent(inout) :: effects(:)
+    type(tool_t), intent(in) :: tools(:)
     real(wp), intent(in) :: warning_limit, limit           !! 0: none
     type(instant_t), intent(in) :: instant
-    character(:), allocatable, intent(out) :: warning      !! empty: none
+    type(string_t), allocatable, intent(out) :: warnings(:)
     type(error_t), allocatable, intent(out) :: error
     type(facts_t) :: none
     integer :: i
 
-    warning = ""
+    allocate (warnings(0))
     do i = 1, size(effects)
       select type (pair => effects(i)%item)
       type is (contact_effect_t)
+        if (pair%pair%statistics%first_failed > 0 .and. .not. pair%has_told_failure) then
+          pair%has_told_failure = .true.
+          call add_warning(pair%name//": no closest point was found, "//when(instant)//", for "// &
+                           contact_place(pair%pair, tools(pair%tool), &
+                                         pair%pair%statistics%first_failed)//", which goes "// &
+                           "without contact there; the count of failed searches is at the end")
+        end if
         if (limit > 0.0_wp .and. pair%depth > limit*pair%thickness) then
           call fail(error, depth_message(pair, instant)//", limit "//to_text(limit)//", "// &
-                    deepest_place(pair%pair)//causes_of(too_deep, none))
+                    deepest_place(pair%pair, tools(pair%tool))//causes_of(too_deep, none))
           return
         else if (warning_limit > 0.0_wp .and. pair%depth > warning_limit*pair%thickness &
                  .and. .not. pair%has_warned) then
           pair%has_warned = .true.
-          if (warning /= "") warning = warning//new_line("a")
-          warning = warning//"warning: "//depth_message(pair, instant)//", "// &
-                    deepest_place(pair%pair)
+          call add_warning(depth_message(pair, instant)//", "// &
+                           deepest_place(pair%pair, tools(pair%tool)))
         end if
       end select
     end do
-  end subroutine check_depths
+
+  contains
+
+    subroutine add_warning(words)
+      character(*), intent(in) :: words
+      type(string_t) :: line
+
+      line%value = "warning: "//words
+      warnings = [warnings, line]
+    end subroutine add_warning
+  end subroutine check_pairs
 
   function depth_message(pair, instant) result(message)
     type(contact_effect_t), intent(in) :: pair
@@ -187,7 +206,7 @@ contains
     type(instant_t), intent(in) :: instant
     type(step_control_t), intent(in) :: control
     type(facts_t) :: facts
-    integer :: p, i
+    integer :: p
 
     associate (blank => model%bodies%blank)
       do p = 1, size(blank%parts)
@@ -201,12 +220,7 @@ contains
     facts%safety = control%safety
     ! Jacobians are those of elements from -1 to 1.
     facts%travel = facts%speed*instant%dt*0.5_wp*sqrt(control%rate_at_start)
-    do i = 1, size(model%forces)
-      select type (item => model%forces(i)%item)
-      type is (contact_effect_t)
-        facts%has_contact = .true.
-      end select
-    end do
+    facts%has_contact = has_contact(model%forces)
   end function facts_of
 
   function when(instant) result(text)

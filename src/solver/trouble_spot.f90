@@ -11,10 +11,12 @@ module trouble_spot
   use patch_body, only: patch_body_t
   use blank, only: blank_t
   use contact, only: contact_t
+  use tool, only: tool_t
   implicit none
   private
 
-  public :: spot_t, spot_of_failure, spot_of_smallest, words_of, fastest_place, deepest_place
+  public :: spot_t, spot_of_failure, spot_of_smallest, words_of, fastest_place
+  public :: deepest_place, contact_place
 
   !> A point of the rule in an element of a patch.
   type :: spot_t
@@ -211,16 +213,28 @@ contains
   end function fastest_place
 
   !> Where a contact is deepest, by its force over its stiffness.
-  function deepest_place(contact) result(words)
+  function deepest_place(contact, tool) result(words)
     type(contact_t), intent(in) :: contact
+    type(tool_t), intent(in) :: tool
     character(:), allocatable :: words
-    integer :: n, i, j
 
-    n = maxloc(sum(contact%force**2, 2)/contact%stiffness**2, 1)
+    words = contact_place(contact, tool, maxloc(sum(contact%force**2, 2)/contact%stiffness**2, 1))
+  end function deepest_place
+
+  !> A slave point and where it is. The contact of a tool that turns keeps places in its frame.
+  function contact_place(contact, tool, n) result(words)
+    type(contact_t), intent(in) :: contact
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: n                !! number of the point
+    character(:), allocatable :: words
+    real(wp) :: x(3)
+    integer :: i, j
+
     j = (n - 1)/contact%slave%n_along(1) + 1
     i = n - contact%slave%n_along(1)*(j - 1)
-    words = "contact point ("//to_text(i)//", "//to_text(j)//"), at "// &
-            place_text(point_position(contact%slave, contact%net, i, j))
-  end function deepest_place
+    x = point_position(contact%slave, contact%net, i, j)
+    if (tool%is_turning) x = matmul(tool%rotation, x - tool%displacement) + tool%displacement
+    words = "contact point ("//to_text(i)//", "//to_text(j)//"), at "//place_text(x)
+  end function contact_place
 
 end module trouble_spot

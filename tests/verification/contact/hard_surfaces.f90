@@ -5,13 +5,15 @@ module hard_surfaces
   use knot_vector, only: new_knot_vector, greville
   use nurbs_surface, only: nurbs_surface_t
   use primitives, only: cylinder_surface, sphere_surface, plane_surface
+  use refinement, only: insert_knots, dividing_knots
   use brute_force, only: random_in
+  use channel_dies, only: lower_die, upper_die
   implicit none
   private
 
   public :: hard_case_t, hard_case, n_cases
 
-  integer, parameter :: n_cases = 20
+  integer, parameter :: n_cases = 23
 
   !> A tool and how far the search reaches.
   type :: hard_case_t
@@ -95,6 +97,18 @@ contains
       hard%name = "200 x 200 faces"
       hard%surfaces(1) = wavy([2, 2], evenly(200), evenly(200), 0.05_wp)
       hard%reach = 0.5_wp
+    case (21)
+      hard%name = "lower die of the channel (tables B1, B3)"
+      hard%surfaces(1) = lower_die()
+      hard%reach = 60.0_wp
+    case (22)
+      hard%name = "upper die of the channel (tables B2, B3)"
+      hard%surfaces(1) = upper_die()
+      hard%reach = 60.0_wp
+    case (23)
+      hard%name = "halves of a cylinder with other knots"
+      call halves_of_cylinder(hard%surfaces)
+      hard%reach = 6.0_wp
     end select
   end function hard_case
 
@@ -210,5 +224,25 @@ contains
     call plane_surface(surfaces(5), o, z, y, error)
     call plane_surface(surfaces(6), x, y, z, error)
   end subroutine box
+
+  !> A cylinder in two surfaces whose knots do not match at the seams; one of them faces inwards.
+  subroutine halves_of_cylinder(surfaces)
+    type(nurbs_surface_t), allocatable, intent(inout) :: surfaces(:)
+    real(wp), parameter :: origin(3) = 0.0_wp, axis(3) = [0.0_wp, 0.0_wp, 1.0_wp]
+    type(error_t), allocatable :: error
+    integer :: i
+
+    deallocate (surfaces)
+    allocate (surfaces(2))
+    do i = 1, 2
+      call cylinder_surface(surfaces(i), origin, axis, 10.0_wp, 30.0_wp, 180.0_wp*(i - 1), &
+                            180.0_wp, error)
+    end do
+    surfaces(2)%points = surfaces(2)%points(:, 2:1:-1, :)
+    surfaces(2)%weights = surfaces(2)%weights(:, 2:1:-1)
+    call insert_knots(surfaces(1), 2, dividing_knots(surfaces(1)%axes(2), 2), error)
+    call insert_knots(surfaces(2), 1, dividing_knots(surfaces(2)%axes(1), 3), error)
+    call insert_knots(surfaces(2), 2, dividing_knots(surfaces(2)%axes(2), 5), error)
+  end subroutine halves_of_cylinder
 
 end module hard_surfaces
