@@ -22,9 +22,10 @@ contains
   !> Read the arguments of the program.
   subroutine read_options(options)
     type(options_t), intent(out) :: options
-    type(string_t) :: arguments(command_argument_count())
+    type(string_t), allocatable :: arguments(:)
     integer :: i, length
 
+    allocate (arguments(command_argument_count()))
     do i = 1, size(arguments)
       call get_command_argument(i, length=length)
       allocate (character(length) :: arguments(i)%value)
@@ -110,7 +111,7 @@ contains
     names = strings([character(36) :: "force/p2/3x3x3/voce/plain/default", &
                      "force/p2/2x2x3/voce/plain/default", "force/p2/2x2x2/voce/plain/default", &
                      "force/p2/3x3x3/voce/rational", "force/p2/2x2x3/voce/rational", &
-                     "force/p2/2x2x2/voce/rational", "force/p2/3x3x4/voce", "smooth", &
+                     "force/p2/2x2x2/voce/rational", "/jaumann", "force/p2/3x3x4/voce", "smooth", &
                      "elements/8000", "/faces/", "/refined/", "step/channel"])
   end function with_targets
 

@@ -88,13 +88,62 @@ contains
                                record%memory_ratio <= 2.0_wp)
       end associate
     end do
-    lines = lines//smooth_lines(records)
+    lines = lines//physics_lines(records)//smooth_lines(records)
     lines = lines//efficiency_line(records, "force/p2/2x2x3/voce/plain/default", 0.95_wp)
     lines = lines//efficiency_line(records, "elements/8000", 0.90_wp)
     lines = lines//growth_lines(records, "contact/faces/")//growth_lines(records, "search/faces/") &
             //growth_lines(records, "contact/refined/")//growth_lines(records, "search/refined/")
     lines = lines//contact_line(records)
   end function target_lines
+
+  !> The same limits as ratios of one run, which hold on any processor: the default physics over
+  !! that of first order, and weights over none.
+  function physics_lines(records) result(lines)
+    type(record_list_t), intent(in) :: records
+    character(:), allocatable :: lines, stem
+    integer :: i, threads
+
+    lines = ""
+    do threads = 1, 2
+      do i = 1, size(force_targets)
+        stem = "force/p2/"//trim(force_targets(i)%rule)//"/voce/"
+        lines = lines &
+          //ratio_line(records, stem//"plain/default", stem//"plain/jaumann", threads, &
+                       default_factor) &
+          //ratio_line(records, stem//"rational/default", stem//"rational/jaumann", threads, &
+                       default_factor) &
+          //ratio_line(records, stem//"rational/default", stem//"plain/default", threads, &
+                       rational_factor)
+      end do
+    end do
+  end function physics_lines
+
+  function ratio_line(records, above, below, threads, most) result(line)
+    type(record_list_t), intent(in) :: records
+    character(*), intent(in) :: above, below     !! names of records
+    integer, intent(in) :: threads
+    real(wp), intent(in) :: most
+    character(:), allocatable :: line
+    integer :: i, j
+    real(wp) :: ratio
+
+    line = ""
+    i = find_record(records, above, threads)
+    j = find_record(records, below, threads)
+    if (i == 0 .or. j == 0) return
+    ratio = records%items(i)%ns/records%items(j)%ns
+    line = verdict(above//", "//to_text(threads)//" threads, over "//tail_of(above, below), ratio, &
+                   most, ratio <= most)
+  end function ratio_line
+
+  !> What of the second name differs from the first: `plain` or `jaumann`.
+  pure function tail_of(above, below) result(tail)
+    character(*), intent(in) :: above, below
+    character(:), allocatable :: tail
+
+    tail = below(index(below, "/", back=.true.) + 1:)
+    if (tail == above(index(above, "/", back=.true.) + 1:)) tail = "plain"
+  end function tail_of
 
   function efficiency_line(records, name, least) result(line)
     type(record_list_t), intent(in) :: records

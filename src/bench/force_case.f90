@@ -9,6 +9,7 @@ module force_case
   use strain_projection, only: projection_spec_t, project_nothing
   use patch_setup, only: new_patch, new_tile_buffers
   use internal_force, only: internal_forces
+  use first_order_forces, only: forces_of_first_order, check_instance
   use bench_case, only: bench_case_t
   use bench_laws, only: new_bench_law
   use force_cost, only: kernel_flops, law_flops, force_bytes
@@ -23,6 +24,7 @@ module force_case
     integer :: n_elements(3) = [80, 32, 1]
     character(16) :: law_name = "voce"
     logical :: is_rational = .false., is_viscous = .true.
+    logical :: is_first_order = .false.        !! Jaumann rotation and strains of first order
     type(projection_spec_t) :: projection
     type(ig_patch_t) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
@@ -57,6 +59,8 @@ contains
     viscosity = merge([0.06_wp, 1.2_wp], 0.0_wp, self%is_viscous)
     call new_patch(self%patch, solid, self%points, self%parts, self%law, viscosity, error, &
                    self%projection)
+    if (allocated(error)) return
+    if (self%is_first_order) call check_instance(self%patch, error)
     if (allocated(error)) return
     self%buffers = new_tile_buffers(self%patch)
     allocate (self%x, source=solid%points)
@@ -124,7 +128,8 @@ contains
     if (self%is_rational) self%working_set = self%working_set + 40.0_wp*self%n_points*n_elements
     if (self%projection%kind /= project_nothing) return
     if (.not. law_flops(trim(self%law_name)) > 0.0_wp) return
-    self%flops = kernel_flops(self%degrees, q, self%is_rational, self%is_viscous) &
+    self%flops = kernel_flops(self%degrees, q, self%is_rational, self%is_viscous, &
+                              self%is_first_order) &
                  + self%n_points*law_flops(trim(self%law_name))
   end subroutine set_counts
 
@@ -134,8 +139,13 @@ contains
     integer :: i
 
     do i = 1, self%n_calls
-      call internal_forces(self%patch, self%buffers, self%law, dt, self%x, self%v, self%force, &
-                           self%report)
+      if (self%is_first_order) then
+        call forces_of_first_order(self%patch, self%buffers, self%law, dt, self%x, self%v, &
+                                   self%force, self%report)
+      else
+        call internal_forces(self%patch, self%buffers, self%law, dt, self%x, self%v, self%force, &
+                             self%report)
+      end if
     end do
   end subroutine run
 

@@ -13,9 +13,10 @@ module force_cost
 contains
 
   !> Operations of the kernel for one element, without those of the law.
-  pure real(wp) function kernel_flops(p, q, is_rational, is_viscous) result(flops)
+  pure real(wp) function kernel_flops(p, q, is_rational, is_viscous, &
+                                       is_first_order) result(flops)
     integer, intent(in) :: p(3), q(3)         !! degrees, points
-    logical, intent(in) :: is_rational, is_viscous
+    logical, intent(in) :: is_rational, is_viscous, is_first_order
     integer :: contractions, expansions, per_point, n(3)
 
     n = p + 1
@@ -23,6 +24,8 @@ contains
     expansions = q(1)*q(2)*18*n(3)*(q(3) + n(2)) + q(1)*12*product(n)
     ! Gradients, cofactors, strain increment, rotation, work, and stress times cofactors.
     per_point = 18*(2*n(3) - 1) + 42 + 135 + 39 + 118 + 28 + 45
+    ! The cofactors serve the strains as well, and the rotation is a sum.
+    if (is_first_order) per_point = per_point - (18 + 27 + 5) - (39 + 118) + 36
     if (is_viscous) per_point = per_point + 21
     if (is_rational) then
       per_point = per_point + 6*(2*n(3) + 5) + 2
