@@ -38,9 +38,10 @@ contains
   !> Read the arguments of the program.
   subroutine read_command_line(command)
     type(command_t), intent(out) :: command
-    type(string_t) :: arguments(command_argument_count())
+    type(string_t), allocatable :: arguments(:)
     integer :: i
 
+    allocate (arguments(command_argument_count()))
     do i = 1, size(arguments)
       arguments(i)%value = argument(i)
     end do

@@ -82,31 +82,43 @@ contains
     type(scene_t), intent(inout) :: scene
     type(fault_list_t), intent(inout) :: faults
     integer, allocatable :: found(:)
-    type(motion_spec_t) :: motion
     integer :: i
 
     allocate (scene%motions(0))
     found = [find_records(deck, "TOOL MOTION"), find_records(deck, "TOOL FORCE")]
     do i = 1, size(found)
-      associate (record => deck%records(found(i)))
-        motion = motion_spec_t()
-        if (.not. is_option_given(deck, record, "TOOL")) cycle
-        call resolve(names%tools, option_text(deck, record, "TOOL"), "*TOOL", record%origin, &
-                     motion%tool, faults)
-        if (motion%tool == 0) cycle
-        motion%origin = record%origin
-        motion%step = step_of(record%step)
-        motion%is_force = i > size(find_records(deck, "TOOL MOTION"))
-        if (record%is_valid .and. motion%is_force) then
-          call read_force(deck, record, names, motion, faults)
-        else if (record%is_valid) then
-          call read_motion(deck, record, names, scene%curves, motion, faults)
-        end if
-        call check_second(scene%tools(motion%tool)%name, scene%motions, motion, faults)
-        scene%motions = [scene%motions, motion]
-      end associate
+      call add_motion(deck, found(i), names, i > size(find_records(deck, "TOOL MOTION")), scene, &
+                      faults)
     end do
   end subroutine read_tool_motions
+
+  !> Append the motion or force of one record, if it names its tool.
+  subroutine add_motion(deck, r, names, is_force, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: r                 !! index of the record
+    type(deck_names_t), intent(in) :: names
+    logical, intent(in) :: is_force
+    type(scene_t), intent(inout) :: scene
+    type(fault_list_t), intent(inout) :: faults
+    type(motion_spec_t) :: motion
+
+    associate (record => deck%records(r))
+      if (.not. is_option_given(deck, record, "TOOL")) return
+      call resolve(names%tools, option_text(deck, record, "TOOL"), "*TOOL", record%origin, &
+                   motion%tool, faults)
+      if (motion%tool == 0) return
+      motion%origin = record%origin
+      motion%step = step_of(record%step)
+      motion%is_force = is_force
+      if (record%is_valid .and. is_force) then
+        call read_force(deck, record, names, motion, faults)
+      else if (record%is_valid) then
+        call read_motion(deck, record, names, scene%curves, motion, faults)
+      end if
+      call check_second(scene%tools(motion%tool)%name, scene%motions, motion, faults)
+    end associate
+    scene%motions = [scene%motions, motion]
+  end subroutine add_motion
 
   !> Motions of one tool in one step add up, but not along one component; a force stands alone.
   subroutine check_second(name, motions, motion, faults)

@@ -25,7 +25,7 @@ module law_spec
     real(wp) :: poisson = 0.0_wp               !! Poisson's ratio
     real(wp), allocatable :: constants(:)      !! PLASTIC: of the hardening; UMAT: its PROPS
     integer :: n_state = 0                     !! UMAT: number of STATEV
-    type(plasticity_spec_t) :: plasticity      !! of PLASTIC
+    type(plasticity_spec_t) :: plasticity = plasticity_spec_t()   !! of PLASTIC
   end type law_spec_t
 
 end module law_spec

@@ -27,28 +27,14 @@ contains
     type(draw_bead_t) :: bead
     type(nurbs_surface_t) :: face
     type(effect_slot_t) :: slot
-    integer :: p, bounds(3, 2)
+    integer :: p
     real(wp), parameter :: part_of_width = 0.01_wp
 
     do p = 1, size(blank_spec%patches)
       if (blank_spec%patches(p)%is_joined(spec%face)) cycle
       associate (body => model%bodies%blank%parts(p))
         face = solid_face(body%solid, spec%face)
-        bead = draw_bead_t()
-        bead%part = p
-        bounds = face_slice(body%patch%n_control, spec%face)
-        bead%lower = bounds(:, 1)
-        bead%upper = bounds(:, 2)
-        bead%line = spec%line
-        bead%half_width = 0.5_wp*spec%width
-        bead%restraint = spec%restraint
-        bead%hold_down = spec%hold_down
-        bead%outward = real(face_side(spec%face), wp)
-        bead%curve = curve
-        bead%closing = spec%closing
-        bead%given_step = spec%given_step
-        bead%first_step = spec%first_step
-        bead%last_step = spec%last_step
+        call take_spec(spec, curve, p, face_slice(body%patch%n_control, spec%face), bead)
         call new_draw_bead(bead, face, bead_name(spec, blank_spec, p))
         call set_slip(bead, merge(spec%slip, part_of_width*spec%width, spec%slip > 0.0_wp), &
                       sum(body%mass)/area_of(face), model%step%safety*model%stable_step)
@@ -58,6 +44,28 @@ contains
       deallocate (slot%item)
     end do
   end subroutine add_bead
+
+  !> A new bead with what the deck says of it.
+  pure subroutine take_spec(spec, curve, patch, bounds, bead)
+    type(bead_spec_t), intent(in) :: spec
+    type(curve_t), intent(in) :: curve
+    integer, intent(in) :: patch, bounds(3, 2)     !! control points of its face, from `face_slice`
+    type(draw_bead_t), intent(out) :: bead
+
+    bead%part = patch
+    bead%lower = bounds(:, 1)
+    bead%upper = bounds(:, 2)
+    bead%line = spec%line
+    bead%half_width = 0.5_wp*spec%width
+    bead%restraint = spec%restraint
+    bead%hold_down = spec%hold_down
+    bead%outward = real(face_side(spec%face), wp)
+    bead%curve = curve
+    bead%closing = spec%closing
+    bead%given_step = spec%given_step
+    bead%first_step = spec%first_step
+    bead%last_step = spec%last_step
+  end subroutine take_spec
 
   pure function bead_name(spec, blank_spec, p) result(name)
     type(bead_spec_t), intent(in) :: spec
