@@ -23,7 +23,7 @@ module scene
     integer :: n_state = 0                  !! UMAT: number of STATEV
     type(string_t), allocatable :: state_names(:)   !! names of the first of them; may be none
     character(:), allocatable :: thread_safe        !! YES, NO or empty: not said
-    type(plasticity_spec_t) :: plasticity   !! of PLASTIC
+    type(plasticity_spec_t) :: plasticity = plasticity_spec_t()   !! of PLASTIC
   end type material_spec_t
 
   !> State variables at the start of the elements whose centre lies in a set.
