@@ -88,7 +88,7 @@ contains
                                record%memory_ratio <= 2.0_wp)
       end associate
     end do
-    lines = lines//physics_lines(records)//smooth_lines(records)
+    lines = lines//physics_lines(records)//general_lines(records)//smooth_lines(records)
     lines = lines//efficiency_line(records, "force/p2/2x2x3/voce/plain/default", 0.95_wp)
     lines = lines//efficiency_line(records, "elements/8000", 0.90_wp)
     lines = lines//growth_lines(records, "contact/faces/")//growth_lines(records, "search/faces/") &
@@ -160,6 +160,28 @@ contains
     efficiency = records%items(one)%ns/(2.0_wp*records%items(two)%ns)
     line = verdict(name//", efficiency of two threads", efficiency, least, efficiency >= least)
   end function efficiency_line
+
+  !> What has no instance of its own, against the one with 3 x 3 x 3 points, point by point.
+  function general_lines(records) result(lines)
+    type(record_list_t), intent(in) :: records
+    character(:), allocatable :: lines
+    real(wp), parameter :: most = 3.0_wp
+    character(8), parameter :: rules(8) = [character(8) :: "p1/1x1x2", "p1/2x2x2", "p2/2x3x2", &
+      "p2/3x3x4", "p3/3x3x3", "p3/4x4x4", "p4/4x4x4", "p5/5x5x5"]
+    integer :: i, general, tuned
+    real(wp) :: ratio
+
+    lines = ""
+    tuned = find_record(records, "force/p2/3x3x3/voce/plain/default", 1)
+    if (tuned == 0) return
+    do i = 1, size(rules)
+      general = find_record(records, "force/"//rules(i)//"/voce/plain/default", 1)
+      if (general == 0) cycle
+      ratio = records%items(general)%ns_per_point/records%items(tuned)%ns_per_point
+      lines = lines//verdict(records%items(general)%name//", a point over 3x3x3", ratio, most, &
+                             ratio <= most)
+    end do
+  end function general_lines
 
   !> Projections, which go through a general routine of their own, against the plain general one,
   !! point by point.
