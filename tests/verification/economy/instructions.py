@@ -1,8 +1,8 @@
-"""An effect that is compiled in but not asked for must cost no instruction: a deck without loads
-and contact runs in the program as it is and in one without them, and callgrind counts the
-instructions of the steps, procedure by procedure. All counts must be equal. Left out is the
-allocator of the C library, whose ways depend on addresses; its callers are counted, and so is how
-often they call.
+"""An effect that is compiled in but not asked for must cost no instruction: a deck without loads,
+contact, draw beads and tools driven by forces runs in the program as it is and in one without them,
+and callgrind counts the instructions of the steps, procedure by procedure. All counts must be
+equal. Left out is the allocator of the C library, whose ways depend on addresses; its callers are
+counted, and so is how often they call.
 
 usage: instructions.py IGAFORM LEAN DECK; ends with 77 where there is no valgrind
 """
@@ -61,8 +61,8 @@ def main(igaform, lean, deck):
         whole, steps = count(igaform, deck, folder)
         bare, _ = count(lean, deck, folder)
     total = sum(whole.values())
-    print(f"{steps} steps: {total} instructions, {sum(bare.values())} without loads and contact "
-          "compiled in")
+    print(f"{steps} steps: {total} instructions, {sum(bare.values())} without loads, contact, "
+          "beads and driven tools compiled in")
     assert steps > 50 and total > 1e6 and len(whole) > 20, "too little was counted"
     wrong = [f"{name}: {whole.get(name)}, without {bare.get(name)}"
              for name in sorted(whole.keys() | bare.keys()) if whole.get(name) != bare.get(name)]
