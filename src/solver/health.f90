@@ -99,7 +99,7 @@ contains
   pure real(wp) function added_part(blank)
     type(blank_t), intent(in) :: blank
 
-    added_part = blank%added_mass/max(mass_of(blank%parts) - blank%added_mass, tiny(1.0_wp))
+    added_part = blank%added_mass*blank%mass_factor/max(mass_of(blank%parts), tiny(1.0_wp))
   end function added_part
 
   !> Depths of all contact pairs against the limits, parts of the thickness, and searches that
