@@ -78,7 +78,7 @@ contains
     character(:), allocatable :: names
     integer :: i
 
-    call create_file(file, path)
+    call create_file(file, path, is_checked=.true.)
     call write_text_attribute(file, "/", "generator", "igaform")
     call write_text_attribute(file, "/", "program", header%program)
     call write_text_attribute(file, "/", "deck", header%deck)

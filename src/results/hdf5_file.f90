@@ -12,6 +12,7 @@ module hdf5_file
   use kinds, only: wp
   use errors, only: error_t, fail
   use hdf5_library
+  use hdf5_lists, only: checked_format, chunked, parent_maker, text_type
   use hdf5_reason, only: failure_reason, is_library_silenced
   use file_lock, only: is_locked_by_others, is_lock_shared, folder_lock_t, hold_folder, &
                        release_folder
@@ -24,13 +25,12 @@ module hdf5_file
 
   integer, parameter, public :: real_values = 1, integer_values = 2, byte_values = 3
 
-  integer, parameter :: deflate_level = 1   ! 4 saves 2 % of the size for half as much time again
-
   !> An open file, or a closed one (id negative).
   type :: hdf5_file_t
     character(:), allocatable :: path
     integer(hid_t) :: id = -1                     !! handle of the library
     logical :: is_shared = .false.                !! readers may look in while it is open
+    logical :: is_checked = .false.               !! its headers have checksums
     type(error_t), allocatable :: error           !! first failure, see `take_error`
   end type hdf5_file_t
 
@@ -39,38 +39,41 @@ contains
   !> Create the file, replacing an older one.
   !! Fails if the folder cannot be written, if another program is writing the file, or if there is
   !! a file of this name that is not HDF5 (most likely a slip of the user).
-  subroutine create_file(file, path)
+  subroutine create_file(file, path, is_checked)
     type(hdf5_file_t), intent(out) :: file
     character(*), intent(in) :: path
-    type(folder_lock_t) :: lock
-    integer(c_int) :: status
+    logical, intent(in), optional :: is_checked   !! in the format of 1.10, whose headers have
+                                                  !! checksums; older readers do not know it
 
     file%path = path
-    ! At exit the library would touch files again that it could not write, and crash. From the
-    ! second call on this answers that it is known.
-    status = h5dont_atexit()
-    if (h5open() < 0) call note(file, "open HDF5 for", "")
-    if (.not. is_library_silenced()) call note(file, "silence HDF5 for", "")
-    call hold_folder(path, lock)
-    call open_locked(file, is_new=.true.)
-    call release_folder(lock)
+    if (present(is_checked)) file%is_checked = is_checked
+    call begin(file, is_new=.true.)
   end subroutine create_file
 
   !> Open a file that this program has written, to add to it.
   subroutine open_file(file, path)
     type(hdf5_file_t), intent(out) :: file
     character(*), intent(in) :: path
+
+    file%path = path
+    call begin(file, is_new=.false.)
+  end subroutine open_file
+
+  subroutine begin(file, is_new)
+    type(hdf5_file_t), intent(inout) :: file
+    logical, intent(in) :: is_new
     type(folder_lock_t) :: lock
     integer(c_int) :: status
 
-    file%path = path
+    ! At exit the library would touch files again that it could not write, and crash. From the
+    ! second call on this answers that it is known.
     status = h5dont_atexit()
     if (h5open() < 0) call note(file, "open HDF5 for", "")
     if (.not. is_library_silenced()) call note(file, "silence HDF5 for", "")
-    call hold_folder(path, lock)
-    call open_locked(file, is_new=.false.)
+    call hold_folder(file%path, lock)
+    call open_locked(file, is_new)
     call release_folder(lock)
-  end subroutine open_file
+  end subroutine begin
 
   !> Open or create it if that may be, and let readers look in.
   subroutine open_locked(file, is_new)
@@ -78,13 +81,18 @@ contains
     logical, intent(in) :: is_new
     type(c_ptr) :: descriptor
     integer(c_int), pointer :: unit
+    integer(hid_t) :: access
+    integer(c_int) :: status
     logical :: is_there
 
     inquire (file=file%path, exist=is_there)
     if (is_there) call check_replaceable(file)
     if (allocated(file%error)) return
     if (is_new) then
-      file%id = h5fcreate(c_text(file%path), h5_truncate, h5_default, h5_default)
+      access = h5_default
+      if (file%is_checked) access = checked_format()
+      file%id = h5fcreate(c_text(file%path), h5_truncate, h5_default, access)
+      if (file%is_checked) status = h5pclose(access)
     else
       file%id = h5fopen(c_text(file%path), h5_read_write, h5_default)
     end if
@@ -425,42 +433,6 @@ contains
     if (len(object) > 0) message = message//" (at "//object//")"
     call fail(file%error, message//": "//failure_reason())
   end subroutine note
-
-  ! A link list that makes the groups above a new object.
-  integer(hid_t) function parent_maker() result(links)
-    links = h5pcreate(h5_class_link)
-    if (h5pset_intermediate(links, 1_c_int) < 0) links = h5_default
-  end function parent_maker
-
-  ! A creation list for chunks of these extents, shuffled and deflated if wanted.
-  integer(hid_t) function chunked(extents, is_compressed) result(list)
-    integer(hsize_t), intent(in) :: extents(:)
-    logical, intent(in) :: is_compressed
-    integer(c_int) :: status(3)
-
-    list = h5pcreate(h5_class_dataset)
-    status = 0
-    status(1) = h5pset_chunk(list, int(size(extents), c_int), extents)
-    if (is_compressed) then
-      status(2) = h5pset_shuffle(list)
-      status(3) = h5pset_deflate(list, int(deflate_level, c_int))
-    end if
-    if (any(status < 0)) list = h5_default
-  end function chunked
-
-  ! Fixed-length text, marked as UTF-8 only if it needs to be: VTK 9.3 reads ASCII alone.
-  integer(hid_t) function text_type(value) result(type)
-    character(*), intent(in) :: value
-    integer(c_int) :: status(3)
-    integer :: i
-
-    type = h5tcopy(h5_character)
-    status(1) = h5tset_size(type, int(max(len(value), 1), c_size_t))
-    status(2) = h5tset_strpad(type, h5_null_padded)
-    status(3) = 0
-    if (any([(iachar(value(i:i)) > 127, i=1, len(value))])) status(3) = h5tset_cset(type, h5_utf8)
-    if (any(status < 0)) type = -1
-  end function text_type
 
   integer(hid_t) function file_type(kind_of_values) result(type)
     integer, intent(in) :: kind_of_values

@@ -14,16 +14,19 @@ module hdf5_library
   integer(c_int), parameter, public :: h5_read_only = 0, h5_read_write = 1
   integer(c_int), parameter, public :: h5_truncate = 2, h5_scope_global = 1, h5_select_set = 0
   integer(c_int), parameter, public :: h5_integer = 0, h5_float = 1, h5_string = 3   !! classes
+  integer(c_int), parameter, public :: h5_format_110 = 2     !! of the files of HDF5 1.10
   integer(c_int), parameter, public :: h5_walk_upward = 0, h5_null_padded = 1, h5_utf8 = 1
 
   integer(hid_t), bind(C, name="H5T_NATIVE_DOUBLE_g"), protected, public :: h5_double
   integer(hid_t), bind(C, name="H5T_NATIVE_INT64_g"), protected, public :: h5_int64
   integer(hid_t), bind(C, name="H5T_NATIVE_UINT8_g"), protected, public :: h5_uint8
   integer(hid_t), bind(C, name="H5T_C_S1_g"), protected, public :: h5_character
+  integer(hid_t), bind(C, name="H5P_CLS_FILE_ACCESS_ID_g"), protected, public :: h5_class_access
   integer(hid_t), bind(C, name="H5P_CLS_DATASET_CREATE_ID_g"), protected, public :: h5_class_dataset
   integer(hid_t), bind(C, name="H5P_CLS_LINK_CREATE_ID_g"), protected, public :: h5_class_link
 
   public :: h5dont_atexit, h5open, h5fcreate, h5fclose, h5fflush, h5fis_hdf5, h5fget_vfd_handle
+  public :: h5fget_size
   public :: h5gcreate, h5oopen, h5oclose, h5lexists, h5lcreate_hard, h5lget_name
   public :: h5fopen, h5dread, h5dget_storage, h5dget_type, h5aread, h5aget_type, h5aget_space
   public :: h5tget_size, h5tget_class, h5tis_variable, h5sget_npoints
@@ -31,6 +34,7 @@ module hdf5_library
   public :: h5dcreate, h5dopen, h5dwrite, h5dset_extent, h5dget_space, h5dclose
   public :: h5screate_simple, h5sget_extent, h5sselect_hyperslab, h5sclose
   public :: h5pcreate, h5pset_chunk, h5pset_deflate, h5pset_shuffle, h5pset_intermediate, h5pclose
+  public :: h5pset_formats
   public :: h5tcopy, h5tset_size, h5tset_strpad, h5tset_cset, h5tclose
   public :: h5eset_auto, h5ewalk
 
@@ -79,6 +83,12 @@ module hdf5_library
       integer(hid_t), value :: file, access
       type(c_ptr), intent(out) :: handle
     end function h5fget_vfd_handle
+
+    integer(c_int) function h5fget_size(file, n_bytes) bind(C, name="H5Fget_filesize")
+      import :: c_int, hid_t, hsize_t
+      integer(hid_t), value :: file
+      integer(hsize_t), intent(out) :: n_bytes
+    end function h5fget_size
 
     integer(hid_t) function h5gcreate(place, name, links, creation, access) &
       bind(C, name="H5Gcreate2")
@@ -316,6 +326,13 @@ module hdf5_library
       integer(hid_t), value :: list
       integer(c_int), value :: is_wanted
     end function h5pset_intermediate
+
+    integer(c_int) function h5pset_formats(list, oldest, newest) &
+      bind(C, name="H5Pset_libver_bounds")
+      import :: c_int, hid_t
+      integer(hid_t), value :: list
+      integer(c_int), value :: oldest, newest
+    end function h5pset_formats
 
     integer(c_int) function h5pclose(list) bind(C, name="H5Pclose")
       import :: c_int, hid_t

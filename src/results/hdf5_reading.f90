@@ -100,7 +100,7 @@ contains
     character(*), intent(in) :: name
     real(wp), allocatable, target, intent(out) :: values(:)
     integer(hsize_t), parameter :: most_a_byte = 1032   ! that deflate packs into one byte
-    integer(hsize_t) :: n, n_bytes
+    integer(hsize_t) :: n, n_bytes, n_all
     integer(hid_t) :: dataset, space, type
     integer(c_int) :: ignored, class
     integer :: status
@@ -113,8 +113,10 @@ contains
     type = h5dget_type(dataset)
     class = h5tget_class(type)
     ignored = h5tclose(type)
-    n_bytes = h5dget_storage(dataset)
-    ! A damaged extent must not ask for more memory than the file has numbers.
+    ! A damaged extent must not ask for more memory than the file has numbers, and a damaged length
+    ! is none of the file's.
+    if (h5fget_size(file, n_all) < 0) n_all = 0
+    n_bytes = min(h5dget_storage(dataset), n_all)
     if (any(class == [h5_integer, h5_float]) .and. n >= 0 .and. n <= most_a_byte*n_bytes) then
       allocate (values(n), stat=status)
       if (status == 0 .and. n > 0) then
