@@ -258,9 +258,12 @@ contains
     character(*), intent(in) :: path
     type(last_line_t), intent(out) :: last
     type(error_t), allocatable, intent(out) :: error
+    integer, parameter :: place_of_format = 9   ! in an HDF5 file
+    integer(int8), parameter :: format_110 = 3
     character(last_length) :: line
     character(256) :: message
     integer(int64) :: n_bytes
+    integer(int8) :: format
     integer :: unit, status
 
     open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
@@ -271,7 +274,11 @@ contains
     end if
     inquire (unit=unit, size=n_bytes)
     line = ""
-    if (n_bytes > last_length) read (unit, pos=n_bytes - last_length + 1, iostat=status) line
+    format = 0
+    if (n_bytes > last_length) then
+      read (unit, pos=n_bytes - last_length + 1, iostat=status) line
+      read (unit, pos=place_of_format, iostat=status) format
+    end if
     close (unit)
     if (line(:len(mark)) /= mark) then
       call refuse(path, "it is no checkpoint of igaform, or its end is missing", error)
@@ -285,6 +292,9 @@ contains
       call refuse(path, "its length is not what its last line says", error)
     else if (file_checksum(path, n_bytes - last_length) /= line(len(mark) + 41:len(mark) + 56)) then
       call refuse(path, "it is damaged: its checksum is wrong", error)
+    else if (format /= format_110) then
+      ! HDF5 may crash on other formats with damage under the right checksum.
+      call refuse(path, "its HDF5 part is not in the format of igaform's checkpoints", error)
     end if
   end subroutine check_whole
 

@@ -116,7 +116,7 @@ contains
     ! A damaged extent must not ask for more memory than the file has numbers, and a damaged length
     ! is none of the file's.
     if (h5fget_size(file, n_all) < 0) n_all = 0
-    n_bytes = min(h5dget_storage(dataset), n_all)
+    n_bytes = min(max(h5dget_storage(dataset), 0_hsize_t), n_all)
     if (any(class == [h5_integer, h5_float]) .and. n >= 0 .and. n <= most_a_byte*n_bytes) then
       allocate (values(n), stat=status)
       if (status == 0 .and. n > 0) then

@@ -5,11 +5,15 @@ Usage: restart.py PROGRAM PROJECT
 import pathlib
 import shutil
 import signal
+import sys
 import tempfile
 
 import h5py
 
 from common import (PROJECT, STRIP, begin, check_same, datasets, deck, igaform, n_rows, wait_for)
+
+sys.path.append(str(PROJECT / "tests/stability/fuzz"))
+from damage import parts, sealed  # noqa: E402
 
 VERIFICATION = PROJECT / "input" / "verification"
 # Deck, parameters, and what state it has that must survive.
@@ -117,6 +121,8 @@ def strangers_are_refused(folder):
         refused(bytes(damaged), "damaged: its checksum is wrong", *words)
     refused(whole[:-1], "its end is missing", *words)
     refused(whole[:len(whole) // 2], "its end is missing", *words)
+    state, result = parts(whole)
+    refused(sealed(state[:8] + b"\0" + state[9:], result), "not in the format", *words)
     refused(whole[1000:], "its length is not what its last line says", *words)
     refused(b"", "no checkpoint", *words)
     refused(before, "no checkpoint", *words)
