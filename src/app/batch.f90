@@ -6,8 +6,9 @@ module batch
   use faults, only: fault_list_t
   use scene, only: scene_t
   use deck_reader, only: read_deck
-  use interrupt, only: watch_signals, is_stop_wanted
-  use child_process, only: start_program, take_ended, stop_program, pause_briefly
+  use interrupt, only: watch_signals, watch_saves, hold_saves, is_stop_wanted, &
+                       is_save_wanted, forget_save
+  use child_process, only: start_program, take_ended, ask_to_stop, ask_to_save, pause_briefly
   use provenance, only: host_cores
   use system_files, only: remove_file, true_path
   use command_line, only: command_t
@@ -84,7 +85,7 @@ contains
   end function identity_of_run
 
   !> Start what is due as places come free, until all is done or a signal says stop: then all that
-  !! is under way is asked to stop and waited for.
+  !! is under way is asked to stop and waited for. A wish to save goes to all that is under way.
   subroutine carry_out(command, runs, identities, is_due, outcomes)
     type(command_t), intent(in) :: command
     type(batch_run_t), intent(in) :: runs(:)
@@ -118,7 +119,12 @@ contains
         if (is_stop_wanted() .and. .not. is_stopping) then
           is_stopping = .true.
           do j = 1, size(jobs)
-            if (jobs(j)%process /= 0) call stop_program(jobs(j)%process)
+            if (jobs(j)%process /= 0) call ask_to_stop(jobs(j)%process)
+          end do
+        else if (is_save_wanted()) then
+          call forget_save()
+          do j = 1, size(jobs)
+            if (jobs(j)%process /= 0) call ask_to_save(jobs(j)%process)
           end do
         end if
         call pause_briefly()
@@ -160,7 +166,9 @@ contains
     if (job%is_resumed) then
       words = [words, words_of("--restart"), words_of(run%base//".ckpt.h5")]
     end if
+    call hold_saves()
     call start_program("/proc/self/exe", words, run%base//".err", job%process)
+    call watch_saves()
     if (job%process == 0) write (error_unit, "(a)") "igaform: cannot start '"//run%text// &
       "' with '"//run%base//".err' for its messages"
   end subroutine start

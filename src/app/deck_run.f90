@@ -27,8 +27,8 @@ module deck_run
   use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
   use interrupt, only: watch_signals
   use run_data, only: run_t
-  use run_saver, only: saver_t, save_last_good
-  use run_start, only: new_saver, start_run
+  use run_saver, only: saver_t, save_last_good, drop_checkpoint
+  use run_start, only: new_saver, start_run, saving_words
   use forming_run, only: run_model, save_failed
   use check_report, only: print_check
   use tool_display, only: tool_cell_length
@@ -177,6 +177,7 @@ contains
     call log_header(log, setup%provenance)
     call log_model(log, model)
     call log_sources(log, scene, model)
+    call log_line(log, saving_words(saver))
     if (run%is_resumed) call log_line(log, "restart    from "//command%restart//", step "// &
                                       to_text(run%n_steps)//", time "//to_text(run%instant%time))
     open_run = open_run_t(model, run, results, log, saver)
@@ -198,6 +199,7 @@ contains
       if (code == exit_files) call say_how_to_go_on(log, saver)
     end if
     call finish(model, run, results, log, code)
+    if (code == exit_done) call drop_checkpoint(saver, log)
     call close_log(log)
     if (model%bodies%blank%law%needs_context) call close_message_file()
   end function run_accepted
@@ -234,7 +236,7 @@ contains
     end do
     call log_line(open_run%log, line)
     code = exit_numerics
-    call save_last_good(open_run%saver, open_run%log, advice)
+    call save_last_good(open_run%saver, open_run%results, open_run%log, advice)
     if (advice /= "") call log_line(open_run%log, advice)
     call save_failed(open_run%model, open_run%run, open_run%results)
     call finish(open_run%model, open_run%run, open_run%results, open_run%log, code)

@@ -2,6 +2,7 @@
 program main
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use interrupt, only: watch_saves
   use thread_waiting, only: shorten_waiting
   use command_line, only: command_t, read_command_line, usage_text
   use build_info, only: version, git_commit
@@ -23,7 +24,8 @@ program main
   type(command_t) :: command
   integer :: code
 
-  call shorten_waiting()
+  call shorten_waiting()   ! which may begin the program anew
+  call watch_saves()
   call read_command_line(command)
   code = 0
   if (command%fault /= "") then

@@ -1,8 +1,7 @@
 !> From an accepted model to a run that can begin, or go on from a checkpoint.
 module run_start
-  use text, only: string_t, to_text
+  use text, only: string_t, to_text, rounded_text
   use errors, only: error_t, fail
-  use timer, only: clock_ticks
   use build_info, only: version, git_commit
   use scene, only: scene_t
   use model, only: model_t
@@ -11,14 +10,13 @@ module run_start
   use frames, only: results_t, results_setup_t, open_results
   use forming_run, only: new_run
   use run_data, only: run_t
-  use run_state, only: unpack_run
-  use run_saver, only: saver_t, frames_of_state
+  use run_saver, only: saver_t, start_from
   use command_line, only: command_t
   use output_names, only: path_beside_result
   implicit none
   private
 
-  public :: new_saver, start_run
+  public :: new_saver, start_run, saving_words
 
 contains
 
@@ -42,9 +40,24 @@ contains
       saver%number = spec%number
       saver%wall_seconds = 60*spec%wall_minutes
       saver%retry = spec%retry
+      saver%is_lasting = spec%is_lasting
     end associate
     if (command%wall_minutes > 0) saver%wall_seconds = 60*command%wall_minutes
   end subroutine new_saver
+
+  !> When the state is saved, for the log.
+  function saving_words(saver) result(words)
+    type(saver_t), intent(in) :: saver
+    character(:), allocatable :: words
+
+    words = ""
+    if (saver%every_steps > 0) words = words//", every "//to_text(saver%every_steps)//" steps"
+    if (saver%every_seconds > 0) words = words//", every "// &
+      rounded_text(saver%every_seconds/60)//" minutes"
+    if (saver%number > 0) words = words//", "//to_text(saver%number)//" times"
+    words = "saves      "//saver%path//": on signals and failures"//words
+    if (.not. saver%is_lasting) words = words//"; goes when the run is complete"
+  end function saving_words
 
   !> Open the results and set the run up. With --restart the state comes from the checkpoint, and
   !! the result file becomes what it was then; nothing is written before all is accepted.
@@ -58,7 +71,6 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(state_store_t) :: store
     character(:), allocatable :: why
-    integer :: n_frames
 
     call new_run(model, run)
     if (command%restart == "") then
@@ -67,8 +79,7 @@ contains
     end if
     call read_checkpoint(command%restart, saver%header, store, error)
     if (allocated(error)) return
-    n_frames = frames_of_state(store)
-    call unpack_run(model, run, store)
+    call start_from(saver, model, run, store)
     why = ""
     if (store%fault /= "") why = "its state does not fit this deck: "//store%fault
     if (why == "" .and. run%instant%time > run%control%end_time*(1 + 1.0e-12)) then
@@ -80,10 +91,7 @@ contains
       return
     end if
     call restore_result(command%restart, setup%path, error)
-    if (.not. allocated(error)) call open_results(results, setup, error, n_frames)
-    saver%good_frames = n_frames
-    saver%saved_time = run%instant%time
-    saver%saved_ticks = clock_ticks()
+    if (.not. allocated(error)) call open_results(results, setup, error, saver%good_frames)
     if (command%restart == saver%path) saver%saved_step = run%n_steps
   end subroutine start_run
 

@@ -6,7 +6,7 @@ module child_process
   implicit none
   private
 
-  public :: run_program, start_program, take_ended, stop_program, pause_briefly
+  public :: run_program, start_program, take_ended, ask_to_stop, ask_to_save, pause_briefly
   public :: c_text, program_missing
 
   integer, parameter :: program_missing = -1   !! code of a program that cannot be started
@@ -125,13 +125,22 @@ contains
   end subroutine take_ended
 
   !> Ask a started program to stop (SIGTERM).
-  subroutine stop_program(process)
+  subroutine ask_to_stop(process)
     integer, intent(in) :: process
     integer(c_int), parameter :: terminate = 15_c_int
     integer(c_int) :: ignored
 
     ignored = c_kill(int(process, c_int), terminate)
-  end subroutine stop_program
+  end subroutine ask_to_stop
+
+  !> Ask a started program to save its state (SIGUSR1).
+  subroutine ask_to_save(process)
+    integer, intent(in) :: process
+    integer(c_int), parameter :: user_one = 10_c_int   ! of Linux
+    integer(c_int) :: ignored
+
+    ignored = c_kill(int(process, c_int), user_one)
+  end subroutine ask_to_save
 
   !> Sleep for a twentieth of a second, or up to the next signal.
   subroutine pause_briefly()

@@ -5,15 +5,18 @@
 !! nobody watched; within that time it may be the same wish that comes by two ways, to a group of
 !! programs and from the one that started them.
 module interrupt
-  use, intrinsic :: iso_c_binding, only: c_associated, c_funloc, c_funptr, c_int, c_intptr_t, &
-                                         c_long, c_null_funptr, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_funloc, c_funptr, c_int, c_int64_t, &
+                                         c_intptr_t, c_long, c_null_funptr, c_null_ptr, c_ptr
   implicit none
   private
 
-  public :: watch_signals, is_stop_wanted, is_save_wanted, forget_save, stop_signal_name
+  public :: watch_saves, hold_saves, watch_signals, is_stop_wanted, is_save_wanted, forget_save
+  public :: stop_signal_name
 
   integer(c_int), parameter :: hang_up = 1, terminal = 2, user_one = 10, terminate = 15, &
                                file_too_large = 25   ! of Linux
+  integer(c_intptr_t), parameter :: sig_ign = 1_c_intptr_t   ! the handler SIG_IGN
+  integer(c_int), parameter :: block = 0, unblock = 1   ! SIG_BLOCK, SIG_UNBLOCK
 
   integer(c_int), volatile :: stop_signal = 0_c_int
   integer(c_int), volatile :: save_signal = 0_c_int
@@ -31,6 +34,24 @@ module interrupt
       integer(c_int), value :: number
     end function c_raise
 
+    integer(c_int) function c_empty_set(signals) bind(C, name="sigemptyset")
+      import :: c_int, c_int64_t
+      integer(c_int64_t), intent(out) :: signals(*)
+    end function c_empty_set
+
+    integer(c_int) function c_add_to_set(signals, number) bind(C, name="sigaddset")
+      import :: c_int, c_int64_t
+      integer(c_int64_t), intent(inout) :: signals(*)
+      integer(c_int), value :: number
+    end function c_add_to_set
+
+    integer(c_int) function c_mask(action, signals, before) bind(C, name="sigprocmask")
+      import :: c_int, c_int64_t, c_ptr
+      integer(c_int), value :: action
+      integer(c_int64_t), intent(in) :: signals(*)
+      type(c_ptr), value :: before
+    end function c_mask
+
     integer(c_long) function c_time(place) bind(C, name="time")
       import :: c_long, c_ptr
       type(c_ptr), value :: place
@@ -39,8 +60,33 @@ module interrupt
 
 contains
 
-  !> Take note of SIGINT, SIGTERM and SIGHUP (stop) and SIGUSR1 (save) from now on. What is ignored,
-  !! as behind `nohup`, stays ignored. A limit on the size of files is from now on an error of the
+  !> Take note of SIGUSR1 (save) from now on: for the start of the program, since it would end it
+  !! else while the deck is read.
+  subroutine watch_saves()
+    type(c_funptr) :: before
+
+    before = c_signal(user_one, c_funloc(take_note))
+    call mask_saves(unblock)
+  end subroutine watch_saves
+
+  !> Let SIGUSR1 wait up to `watch_saves`. In a program started meanwhile it waits too, and so does
+  !! not end it before it watches.
+  subroutine hold_saves()
+    call mask_saves(block)
+  end subroutine hold_saves
+
+  subroutine mask_saves(action)
+    integer(c_int), intent(in) :: action
+    integer(c_int64_t) :: signals(16)      ! 1024 bits, the type that C hides
+    integer(c_int) :: failed
+
+    failed = c_empty_set(signals)
+    failed = c_add_to_set(signals, user_one)
+    failed = c_mask(action, signals, c_null_ptr)
+  end subroutine mask_saves
+
+  !> Take note of SIGINT, SIGTERM and SIGHUP (stop) from now on. What is ignored, as behind
+  !! `nohup`, stays ignored. A limit on the size of files is from now on an error of the
   !! write that meets it, as a full disk is, and not the end of the program.
   subroutine watch_signals()
     type(c_funptr) :: before
@@ -48,8 +94,7 @@ contains
     call watch(terminal)
     call watch(terminate)
     call watch(hang_up)
-    call watch(user_one)
-    before = c_signal(file_too_large, transfer(1_c_intptr_t, c_null_funptr))   ! SIG_IGN
+    before = c_signal(file_too_large, transfer(sig_ign, c_null_funptr))
   end subroutine watch_signals
 
   !> Has a signal asked for the end?
@@ -91,12 +136,11 @@ contains
     if (is_ignoring(before)) before = c_signal(number, before)
   end subroutine watch
 
-  !> SIG_IGN is the address 1.
   pure logical function is_ignoring(handler)
     type(c_funptr), intent(in) :: handler
 
     is_ignoring = .false.
-    if (c_associated(handler)) is_ignoring = transfer(handler, 0_c_intptr_t) == 1_c_intptr_t
+    if (c_associated(handler)) is_ignoring = transfer(handler, 0_c_intptr_t) == sig_ign
   end function is_ignoring
 
   !> The handler.

@@ -8,6 +8,7 @@ module state_store
   private
 
   public :: state_store_t, enter_folder, put, take, put_array, take_array, has_state, add_entry
+  public :: empty_store
 
   !> Numbers under one name.
   type, public :: state_entry_t
@@ -34,6 +35,14 @@ module state_store
   end interface take
 
 contains
+
+  !> Forget all numbers, but keep the room that they had: the same ones, put again, need no new one.
+  pure subroutine empty_store(store)
+    type(state_store_t), intent(inout) :: store
+
+    store%n_entries = 0
+    store%fault = ""
+  end subroutine empty_store
 
   !> From now on names mean those of this folder, such as `forces/3`.
   pure subroutine enter_folder(store, folder)
@@ -62,25 +71,24 @@ contains
     integer, intent(in) :: n
     real(wp), intent(in) :: values(n)
     type(state_entry_t), allocatable :: wider(:)
-    integer :: i, place
+    integer :: i
 
     if (.not. allocated(store%entries)) allocate (store%entries(64))
-    place = find(store, name)
-    if (place == 0) then
-      if (store%n_entries == size(store%entries)) then
-        allocate (wider(2*store%n_entries))
-        do i = 1, store%n_entries
-          call move_alloc(store%entries(i)%name, wider(i)%name)
-          call move_alloc(store%entries(i)%values, wider(i)%values)
-        end do
-        call move_alloc(wider, store%entries)
-      end if
-      store%n_entries = store%n_entries + 1
-      place = store%n_entries
-      store%entries(place)%name = name
+    if (find(store, name) > 0) then
+      call note(store, name//" is put twice")
+      return
     end if
-    if (allocated(store%entries(place)%values)) call note(store, name//" is put twice")
-    store%entries(place)%values = values
+    if (store%n_entries == size(store%entries)) then
+      allocate (wider(2*store%n_entries))
+      do i = 1, store%n_entries
+        call move_alloc(store%entries(i)%name, wider(i)%name)
+        call move_alloc(store%entries(i)%values, wider(i)%values)
+      end do
+      call move_alloc(wider, store%entries)
+    end if
+    store%n_entries = store%n_entries + 1
+    store%entries(store%n_entries)%name = name
+    store%entries(store%n_entries)%values = values
   end subroutine add_entry
 
   !> Take an array of the shape that was put.

@@ -2,9 +2,9 @@
 module run_keywords
   use faults, only: fault_list_t, add_fault
   use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_example, kind_real, &
-                          kind_integer
+                          kind_integer, kind_flag
   use scene, only: scene_t
-  use deck_records, only: parsed_deck_t, find_records, option_real, option_integer
+  use deck_records, only: parsed_deck_t, find_records, option_real, option_integer, is_option_given
   implicit none
   private
 
@@ -21,8 +21,11 @@ contains
     call add_keyword(table, "CHECKPOINT", "Saves the state in regular intervals, and at the "// &
                      "end, to NAME.ckpt.h5 beside the result: `--restart NAME.ckpt.h5` goes on "// &
                      "from there bit by bit the same. Whichever interval is over first counts; "// &
-                     "without any, NUMBER is 10. Signals, `--wall` and failures save the state "// &
-                     "without this keyword, see docs/running.md.", is_unique=.true.)
+                     "without any, NUMBER is 10. A deck without this keyword saves every 15 "// &
+                     "minutes of the clock, and the file goes when the run is complete. "// &
+                     "Signals, `--wall` and failures save the state in any case, see "// &
+                     "docs/running.md.", is_unique=.true.)
+    call add_option(table, "OFF", kind_flag, "saves in no intervals")
     call add_option(table, "STEPS", kind_integer, "time steps between two checkpoints; 0: none", &
                     default="0", range=">= 0")
     call add_option(table, "MINUTES", kind_real, "minutes of the clock between them; 0: none", &
@@ -44,6 +47,7 @@ contains
     type(scene_t), intent(inout) :: scene
     type(fault_list_t), intent(inout) :: faults
     integer, allocatable :: found(:)
+    logical :: is_off
 
     found = find_records(deck, "CHECKPOINT")
     if (size(found) == 0) return
@@ -54,8 +58,14 @@ contains
       spec%number = option_integer(deck, record, "NUMBER")
       spec%wall_minutes = option_real(deck, record, "WALL")
       spec%retry = option_real(deck, record, "RETRY")
-      if (spec%n_steps == 0 .and. spec%number == 0 .and. .not. spec%minutes > 0) &
+      is_off = is_option_given(deck, record, "OFF")
+      spec%is_lasting = spec%n_steps > 0 .or. spec%number > 0 .or. spec%minutes > 0
+      if (is_off .and. spec%is_lasting) call add_fault(faults, record%origin, &
+        "OFF beside an interval", "either OFF or STEPS, MINUTES, NUMBER")
+      if (.not. (is_off .or. spec%is_lasting)) then
         spec%number = usual_number
+        spec%is_lasting = .true.
+      end if
       if (spec%retry > 0.99) call add_fault(faults, record%origin, "a RETRY that leaves the "// &
         "time step as it was", "a factor below 0.99")
     end associate

@@ -205,10 +205,11 @@ module scene
   !> When the state of the run is saved.
   type, public :: checkpoint_spec_t
     integer :: n_steps = 0                  !! steps between two; 0: none
-    real(wp) :: minutes = 0.0_wp            !! of the clock between two; 0: none
+    real(wp) :: minutes = 15.0_wp           !! of the clock between two; 0: none
     integer :: number = 0                   !! over the run; 0: none
     real(wp) :: wall_minutes = 0.0_wp       !! after which the run stops; 0: never
     real(wp) :: retry = 0.0_wp              !! factor on the step for one more try; 0: none
+    logical :: is_lasting = .false.         !! the end is saved too, and the file stays
   end type checkpoint_spec_t
 
   !> A test of one material point.

@@ -39,14 +39,14 @@ module frames
                     create_grid, create_point_data, write_rational_weights
   use nurbs_record, only: update_points, write_solid, write_surface
   use history, only: history_row_t, history_t, open_history, record_row, write_history, &
-                     forget_rows
+                     forget_rows, n_waiting_rows
   implicit none
   private
 
   public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
   public :: face_field_t, tool_frame_t
   public :: open_results, write_frame, record_history, close_results
-  public :: flush_results, forget_history, leave_results, rejoin_results, n_frames_of
+  public :: flush_results, forget_history, n_frames_of, n_rows_of
 
   !> An open results file.
   type :: results_t
@@ -151,43 +151,32 @@ contains
     end associate
   end subroutine write_what_stays
 
-  !> Write the history so far and hand all to the operating system: what a checkpoint of now needs.
-  subroutine flush_results(results, error)
+  !> Write the history so far, or its first rows since the last frame, and hand all to the operating
+  !! system: what a checkpoint needs.
+  subroutine flush_results(results, error, n_rows)
     type(results_t), intent(inout) :: results
     type(error_t), allocatable, intent(out) :: error
+    integer, intent(in), optional :: n_rows
 
-    call write_history(results%history, results%file)
+    call write_history(results%history, results%file, n_rows)
     call flush_file(results%file)
     call take_error(results%file, error)
   end subroutine flush_results
 
-  !> Let go of the history since the last frame or flush.
-  subroutine forget_history(results)
+  !> Let go of the history since the last frame or flush but for its first rows.
+  subroutine forget_history(results, n_rows)
     type(results_t), intent(inout) :: results
+    integer, intent(in) :: n_rows
 
-    call forget_rows(results%history)
+    call forget_rows(results%history, n_rows)
   end subroutine forget_history
 
-  !> Close the file without a word, for another to be put in its place.
-  subroutine leave_results(results)
-    type(results_t), intent(inout) :: results
+  !> Rows of the history since the last frame or flush.
+  pure integer function n_rows_of(results)
+    type(results_t), intent(in) :: results
 
-    call forget_rows(results%history)
-    call close_file(results%file)
-  end subroutine leave_results
-
-  !> Go on with the file that has been put in the place of the one left.
-  subroutine rejoin_results(results, n_frames, error)
-    type(results_t), intent(inout) :: results
-    integer, intent(in) :: n_frames              !! in that file
-    type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: path
-
-    path = results%file%path
-    call open_file(results%file, path)
-    results%n_frames = n_frames
-    call take_error(results%file, error)
-  end subroutine rejoin_results
+    n_rows_of = n_waiting_rows(results%history)
+  end function n_rows_of
 
   !> Frames written so far.
   pure integer function n_frames_of(results)

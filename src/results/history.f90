@@ -9,7 +9,8 @@ module history
   implicit none
   private
 
-  public :: history_t, history_row_t, open_history, record_row, write_history, forget_rows
+  public :: history_t, history_row_t, open_history, record_row, write_history, forget_rows, &
+            n_waiting_rows
 
   integer, parameter :: n_chunk_rows = 256
 
@@ -137,27 +138,38 @@ contains
     history%rows(:, history%n_rows) = packed(history, row)
   end subroutine record_row
 
-  !> Let go of the rows that wait.
-  pure subroutine forget_rows(history)
-    type(history_t), intent(inout) :: history
+  !> Rows that wait.
+  pure integer function n_waiting_rows(history)
+    type(history_t), intent(in) :: history
 
-    history%n_rows = 0
+    n_waiting_rows = history%n_rows
+  end function n_waiting_rows
+
+  !> Let go of the rows that wait, but for the first.
+  pure subroutine forget_rows(history, n_kept)
+    type(history_t), intent(inout) :: history
+    integer, intent(in) :: n_kept          !! first ones that go on waiting
+
+    history%n_rows = min(history%n_rows, n_kept)
   end subroutine forget_rows
 
-  !> Append the waiting rows to the datasets.
-  subroutine write_history(history, file)
+  !> Append the waiting rows, or the first of them, to the datasets; the others go on waiting.
+  subroutine write_history(history, file, n_rows)
     type(history_t), intent(inout) :: history
     type(hdf5_file_t), intent(inout) :: file
-    integer :: i
+    integer, intent(in), optional :: n_rows    !! absent: all
+    integer :: i, n
 
+    n = history%n_rows
+    if (present(n_rows)) n = min(n, n_rows)
     do i = 1, size(history%columns)
       associate (c => history%columns(i))
         call append_reals(file, c%path, [history%rows(c%first:c%first + c%n - 1, &
-                                                      :history%n_rows)], row_shape(c%n), &
-                          history%n_rows)
+                                                      :n)], row_shape(c%n), n)
       end associate
     end do
-    history%n_rows = 0
+    history%rows(:, :history%n_rows - n) = history%rows(:, n + 1:history%n_rows)
+    history%n_rows = history%n_rows - n
   end subroutine write_history
 
   subroutine add(history, file, path, n, unit, description, kind_of_values)

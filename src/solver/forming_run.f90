@@ -49,6 +49,7 @@ contains
     end do
     call add_watch(model%timer, "motion", run%watch_motion)
     call add_watch(model%timer, "output", run%watch_output)
+    call add_watch(model%timer, "checkpoint", run%watch_state)
     call start_balance(run%balance, model%bodies%blank)
     associate (parts => model%bodies%blank%parts)
       allocate (run%volumes(size(parts)), run%v_before(size(parts)))
@@ -90,7 +91,7 @@ contains
       end if
     end do
     if (allocated(error)) then
-      call save_last_good(saver, log, advice)
+      call save_last_good(saver, results, log, advice)
       if (advice /= "") error%message = error%message//new_line("a")//advice
       call save_failed(model, run, results)
     else
@@ -119,10 +120,13 @@ contains
     call begin_next_step(model, run%instant%time, run%instant%dt)
     run%control = new_step_control(model%step, model%output, model%stable_step, model%rate, &
                                    run%instant%time)
+    run%control%largest = run%step_factor*run%control%largest
     call log_step(log, model, run%instant%time)
   end subroutine go_to_next_step
 
-  !> What is due now, then the step; at the end of the last step of the deck no more.
+  !> What is due now, then the step; at the end of the last step of the deck no more. A frame is
+  !! filled at its time and written when the step has gone well: if not, the result ends where the
+  !! last good state was kept.
   subroutine go_one_step(model, run, results, log, is_end, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -138,9 +142,10 @@ contains
     is_end = has_ended(model, run)
     call advance_step_size(run, rate, is_end, dt)
     call update_velocities(model, run, is_end)
-    call output_if_due(model, run, results, log, is_end, error)
+    call take_output(model, run, results, log, is_end, error)
     if (allocated(error)) return
     if (is_end) then
+      if (size(model%later_steps) == 0) call release_frame(model, run, results, error)
       if (size(model%later_steps) == 0) return
       is_end = .false.
       call go_to_next_step(model, run, log, error)
@@ -148,6 +153,7 @@ contains
     end if
     call finish_step(model, run, rate, error)
     if (.not. allocated(error)) call watch_pairs(model, run, log, error)
+    if (.not. allocated(error)) call release_frame(model, run, results, error)
   end subroutine go_one_step
 
   !> Warn of deep penetration, or end the run; warn of searches that failed.
@@ -320,8 +326,9 @@ contains
     call share_external_forces(model%bodies%blank%parts, model%bodies%blank%seams)
   end subroutine apply_forces
 
-  !> History row and frame at their times; the balance must stay within the deck's limit.
-  subroutine output_if_due(model, run, results, log, is_end, error)
+  !> History row and frame at their times, the frame to be written later (`release_frame`); the
+  !! balance must stay within the deck's limit.
+  subroutine take_output(model, run, results, log, is_end, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
@@ -350,11 +357,25 @@ contains
       call start_watch(model%timer, run%watch_output)
       if (.not. is_start) call count_output(run%control%frames)
       call fill_frame(model, run%instant%time, run%frame)
-      call write_frame(results, run%frame, error)
-      run%is_file_lost = allocated(error)
+      run%has_frame = .true.
       call stop_watch(model%timer, run%watch_output)
     end if
-  end subroutine output_if_due
+  end subroutine take_output
+
+  !> Write the frame that was filled, if there is one.
+  subroutine release_frame(model, run, results, error)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. run%has_frame) return
+    call start_watch(model%timer, run%watch_output)
+    call write_frame(results, run%frame, error)
+    run%has_frame = .false.
+    run%is_file_lost = allocated(error)
+    call stop_watch(model%timer, run%watch_output)
+  end subroutine release_frame
 
   !> Warn once where scaled masses show.
   subroutine warn_of_mass(model, run, log)
@@ -413,13 +434,15 @@ contains
     end do
   end function velocity_now
 
-  !> The state reached, as a frame that says so. A second failure must not hide the first.
+  !> What was due before, then the state reached, as a frame that says so. A second failure must
+  !! not hide the first.
   subroutine save_failed(model, run, results)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
     type(error_t), allocatable :: ignored
 
+    call release_frame(model, run, results, ignored)
     call fill_frame(model, run%instant%time, run%frame)
     run%frame%is_failed = .true.
     call write_frame(results, run%frame, ignored)

@@ -20,10 +20,12 @@ module run_data
     integer(int64) :: started = 0            !! clock at the start
     logical :: is_resumed = .false.          !! it goes on from a checkpoint
     logical :: is_file_lost = .false.        !! the results could not be written
+    logical :: has_frame = .false.           !! one is filled and not written yet
     logical :: has_warned_of_mass = .false.  !! that scaled masses show
     real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
     real(wp) :: largest_penetration = 0.0_wp
-    integer :: watch_motion = 0, watch_blank = 0, watch_output = 0
+    real(wp) :: step_factor = 1.0_wp         !! on the time step; below 1 after a second try
+    integer :: watch_motion = 0, watch_blank = 0, watch_output = 0, watch_state = 0
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
     type(field_t), allocatable :: volumes(:)   !! of the points at the start, by patch
     type(frame_t) :: frame

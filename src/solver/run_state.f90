@@ -2,7 +2,7 @@
 module run_state
   use kinds, only: wp
   use text, only: to_text
-  use state_store, only: state_store_t, enter_folder, put, take, put_array, take_array
+  use state_store, only: state_store_t, empty_store, enter_folder, put, take, put_array, take_array
   use patch_body, only: patch_body_t
   use effect, only: pack_effects, unpack_effects
   use model, only: model_t
@@ -22,12 +22,14 @@ contains
   subroutine pack_run(model, run, store)
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
-    type(state_store_t), intent(out) :: store
+    type(state_store_t), intent(inout) :: store   !! what it held before is forgotten
     integer :: p, t
 
+    call empty_store(store)
     call enter_folder(store, "run")
     call put_array(store, "instant", 3, [run%instant%time, run%instant%dt, run%instant%dt_mean])
     call put(store, "n_steps", run%n_steps)
+    call put(store, "step_factor", run%step_factor)
     call put(store, "deck_step", model%i_step)
     call put_array(store, "deck_step_starts", size(model%step_starts), model%step_starts)
     call put(store, "largest_error", run%largest_error)
@@ -58,7 +60,7 @@ contains
   end subroutine pack_run
 
   !> Take it back into a model that was built from the same deck. What does not fit is told by
-  !! `store%fault`.
+  !! `store%fault`; where that is the step of the deck, the model stays as it is.
   subroutine unpack_run(model, run, store)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -68,12 +70,14 @@ contains
 
     call enter_folder(store, "run")
     call go_to_deck_step(model, run, store)
+    if (store%fault /= "") return
     times = 0.0_wp
     call take_array(store, "instant", 3, times)
     run%instant%time = times(1)
     run%instant%dt = times(2)
     run%instant%dt_mean = times(3)
     call take(store, "n_steps", run%n_steps)
+    call take(store, "step_factor", run%step_factor)
     call take(store, "largest_error", run%largest_error)
     call take(store, "largest_penetration", run%largest_penetration)
     call take(store, "largest_rate", model%bodies%blank%report%largest_rate)

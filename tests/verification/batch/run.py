@@ -113,6 +113,23 @@ def interruption_stops_all(folder):
         assert batch.wait(20) == 3, (folder / "said").read_text()
 
 
+def a_wish_to_save_reaches_all(folder):
+    """From the moment on at which a run exists, and without ending it."""
+    write_list(folder, *(f"{DECK} {LONG} --out {n}.h5" for n in (1, 2)))
+    with open(folder / "said", "w") as said:
+        batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--jobs", "2"], cwd=folder,
+                                 stdout=said, stderr=said)
+        wait_for(lambda: (folder / "1.err").exists())
+        batch.send_signal(signal.SIGUSR1)
+        wait_for(lambda: (folder / "1.ckpt.h5").exists())
+        wait_for(lambda: all((folder / f"{n}.log").exists() for n in (1, 2)))
+        batch.send_signal(signal.SIGUSR1)
+        wait_for(lambda: all((folder / f"{n}.ckpt.h5").exists() for n in (1, 2)))
+        assert batch.poll() is None
+        batch.send_signal(signal.SIGTERM)
+        assert batch.wait(20) == 3, (folder / "said").read_text()
+
+
 def a_signal_to_the_group_saves_all(folder):
     write_list(folder, *(f"{DECK} {LONG} --out {n}.h5" for n in (1, 2)))
     with open(folder / "said", "w") as said:
@@ -160,7 +177,8 @@ def wait_for(condition):
 
 if __name__ == "__main__":
     for test in (runs_once_and_not_again, one_file_has_one_writer, an_array_of_jobs_shares_a_list,
-                 a_folder_is_a_batch, interruption_stops_all, a_signal_to_the_group_saves_all,
+                 a_folder_is_a_batch, interruption_stops_all, a_wish_to_save_reaches_all,
+                 a_signal_to_the_group_saves_all,
                  a_second_run_leaves_the_file_alone):
         with tempfile.TemporaryDirectory() as place:
             test(pathlib.Path(os.path.realpath(place)))

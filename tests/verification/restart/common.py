@@ -2,6 +2,7 @@
 import pathlib
 import subprocess
 import sys
+import tempfile
 import time
 
 import h5py
@@ -21,10 +22,10 @@ def igaform(folder, *words, code=0, **options):
     return done.stdout + done.stderr
 
 
-def begin(folder, *words):
+def begin(folder, *words, **options):
     """A run that goes on while we look."""
     return subprocess.Popen([PROGRAM, *map(str, words), "--quiet"], cwd=folder,
-                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **options)
 
 
 def wait_for(condition, seconds=60):
@@ -78,3 +79,11 @@ def n_rows(log):
         return sum(line.startswith("step ") for line in log.read_text().splitlines())
     except OSError:
         return 0
+
+
+def run_all(*tests):
+    """Each test in a folder of its own."""
+    for test in tests:
+        with tempfile.TemporaryDirectory() as place:
+            test(pathlib.Path(place))
+        print("passed:", test.__name__.replace("_", " "), flush=True)

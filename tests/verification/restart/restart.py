@@ -3,14 +3,14 @@
 Usage: restart.py PROGRAM PROJECT
 """
 import pathlib
-import shutil
 import signal
 import sys
 import tempfile
 
 import h5py
 
-from common import (PROJECT, STRIP, begin, check_same, datasets, deck, igaform, n_rows, wait_for)
+from common import (PROJECT, STRIP, begin, check_same, datasets, deck, igaform, n_rows, run_all,
+                    wait_for)
 
 sys.path.append(str(PROJECT / "tests/stability/fuzz"))
 from damage import parts, sealed  # noqa: E402
@@ -90,6 +90,36 @@ def signals_save_and_stop(folder):
     assert "stopped by the limit of 1.000E-02 minutes" in (folder / "w.log").read_text()
 
 
+def a_complete_run_leaves_no_checkpoint(folder):
+    """A deck without *CHECKPOINT is saved by the clock, for as long as the run is not complete."""
+    words = ["--threads", 1, *settings("n_x=4 end_time=4e-3"), "--out", "s.h5"]
+    igaform(folder, STRIP, *settings("n_x=4 end_time=1e-4"), "--out", "q.h5")
+    assert sorted(file.name for file in folder.iterdir()) == ["q.h5", "q.log"]
+    log = (folder / "q.log").read_text()
+    assert "every 1.500E+01 minutes; goes when the run is complete" in log, log
+    run = begin(folder, STRIP, *words)
+    wait_for(lambda: n_rows(folder / "s.log") > 1)
+    run.send_signal(signal.SIGUSR1)
+    wait_for((folder / "s.ckpt.h5").exists)
+    run.send_signal(signal.SIGTERM)
+    assert run.wait(60) == 3 and (folder / "s.ckpt.h5").exists(), run.returncode
+    igaform(folder, STRIP, *words[:-2], "--restart", "s.ckpt.h5")
+    assert sorted(folder.glob("s.*")) == [folder / "s.h5", folder / "s.log"]
+    path = deck(folder, STRIP, "*CHECKPOINT, OFF")
+    assert "failures; goes" in (igaform(folder, path, *words[:-1], "o.h5") or
+                                (folder / "o.log").read_text())
+    path = deck(folder, STRIP, "*CHECKPOINT, OFF, STEPS=5")
+    assert "OFF beside an interval" in igaform(folder, path, code=1)
+
+
+def the_clock_saves(folder):
+    path = deck(folder, STRIP, "*CHECKPOINT, MINUTES=1e-4")
+    igaform(folder, path, *settings("n_x=4 end_time=4e-4"), "--out", "m.h5", "--threads", 1)
+    log = (folder / "m.log").read_text()
+    assert 2 < log.count("checkpoint m.ckpt.h5 at step") < 1000, log
+    assert (folder / "m.ckpt.h5").exists() and "the run is complete" not in log, log
+
+
 def a_result_has_one_writer(folder):
     """A run under way keeps its file; to be asked twice at once to stop, as a member of a group and
     by the one who started it, costs nothing."""
@@ -157,10 +187,5 @@ if __name__ == "__main__":
         with tempfile.TemporaryDirectory() as place:
             goes_on_bit_by_bit(pathlib.Path(place), source, parameters)
         print(f"passed: {getattr(source, 'stem', source)} goes on bit by bit ({state})", flush=True)
-    for test in (signals_save_and_stop, a_result_has_one_writer, strangers_are_refused,
-                 what_may_differ):
-        with tempfile.TemporaryDirectory() as place:
-            test(pathlib.Path(place))
-            shutil.rmtree(place, ignore_errors=True)
-            pathlib.Path(place).mkdir()
-        print("passed:", test.__name__.replace("_", " "), flush=True)
+    run_all(signals_save_and_stop, a_complete_run_leaves_no_checkpoint, the_clock_saves,
+            a_result_has_one_writer, strangers_are_refused, what_may_differ)

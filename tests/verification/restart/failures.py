@@ -1,0 +1,162 @@
+"""Numerics that fail: the last good state, a second try, what the result holds then.
+
+Usage: failures.py PROGRAM PROJECT
+"""
+import pathlib
+import signal
+
+import h5py
+import numpy as np
+
+from common import STRIP, begin, check_same, datasets, igaform, n_rows, run_all, wait_for
+
+SMALL = ["--set", "n_x=4", "--set", "n_y=2", "--set", "end_time=2e-4", "--threads", "1"]
+CRUSH = STRIP.parent / "stability" / "pull.key"
+HARD = ["--set", "strain=-1.2", "--set", "rate=-50000", "--threads", "1"]
+
+# An elastic block that turns and breathes through two steps of the deck. With a time step 5 % too
+# large its balance of energy is lost after some fifty steps; it holds with half the step.
+RINGING = """*MATERIAL, NAME=steel
+*DENSITY
+7.85e-9
+*ELASTIC
+210000, 0.3
+*BLANK, NAME=block, MATERIAL=steel, TYPE=BOX
+x, 0, 40, 2, 4
+y, 0, 10, 2, 1
+z, 0, 10, 2, 1
+*INITIAL CONDITIONS, TYPE=ROTATING VELOCITY
+ALL, 0, 0, 3000, 20, 5, 5
+*BULK VISCOSITY
+0, 0
+{more}
+*STEP, NAME=one
+*DYNAMIC, EXPLICIT, SAFETY={safety}
+{end}
+*OUTPUT, FRAMES=3, HISTORY={rows}
+*END STEP
+*STEP, NAME=two
+*DYNAMIC, EXPLICIT, SAFETY={safety}
+1e-4
+{motion}
+*OUTPUT, FRAMES=2, HISTORY=10
+*END STEP
+"""
+# A floor that shoots into the block within the first step of the deck's second step.
+FLOOR = """*TOOL, NAME=floor, TYPE=PLANE
+-50, -50, -0.5
+150, 0, 0
+0, 150, 0
+*CONTACT PAIR, TOOL=floor, FACE=Z_MIN
+*PENETRATION LIMIT
+0.05, 0.1"""
+TOO_FAST = "*TOOL MOTION, TOOL=floor\n0, 0, 4e6"
+
+
+def ringing(folder, more, end="5e-4", rows=20, safety=1.05, motion=""):
+    path = folder / "ringing.key"
+    path.write_text(RINGING.format(more=more, end=end, rows=rows, safety=safety,
+                                   motion=motion).replace("\n\n", "\n"))
+    return path
+
+
+def good_step(said):
+    """Step of the state that a failed run says to have saved."""
+    return int(said.split("the last good state, of step ")[1].split(",")[0])
+
+
+def last_step(log):
+    return int(log.read_text().split("all steps")[1].split()[2])
+
+
+def goes_on_like_the_run_that_failed(folder, path, *words):
+    """Taken up from its last good state the run fails in the same way."""
+    said = igaform(folder, path, *words, "--out", "a.h5", code=2)
+    with h5py.File(folder / "a.h5") as file:
+        assert file["provenance"].attrs["status"] == b"failed"
+        assert file["frames/is_failed"][-1] == 1 and not file["frames/is_failed"][:-1].any()
+        assert (np.diff(file["VTKHDF/Steps/Values"][:]) > 0).all()
+        assert (np.diff(file["history/time"][:]) > 0).all()
+    reference = datasets(folder / "a.h5")
+    igaform(folder, path, *words, "--restart", "a.ckpt.h5", code=2)
+    check_same(folder / "a.h5", reference)
+    return good_step(said), last_step(folder / "a.log")
+
+
+def the_last_good_state_is_near_the_failure(folder):
+    good, end = goes_on_like_the_run_that_failed(folder, CRUSH, *HARD)
+    assert end - 220 < good < end, (good, end)
+
+
+def a_failure_just_behind_a_frame(folder):
+    """The step that fails follows the last frame of a step of the deck."""
+    path = ringing(folder, FLOOR, "1e-5", safety=0.8, motion=TOO_FAST)
+    goes_on_like_the_run_that_failed(folder, path)
+    with h5py.File(folder / "a.h5") as file:
+        assert file["frames/is_failed"][:].tolist() == [0, 0, 0, 0, 1]
+
+
+def a_smaller_step_saves_the_run(folder):
+    """The second try comes to the end, with its smaller step in the next step of the deck too."""
+    path = ringing(folder, "")
+    igaform(folder, path, "--out", "a.h5", code=2)
+    path = ringing(folder, "*CHECKPOINT, OFF, RETRY=0.5")
+    igaform(folder, path, "--out", "b.h5", "--threads", 1)
+    log = (folder / "b.log").read_text()
+    assert log.count("one more try from step") == 1, log
+    with h5py.File(folder / "b.h5") as file:
+        assert file["provenance"].attrs["status"] == b"completed"
+        assert not file["frames/is_failed"][:].any()
+        assert len(file["VTKHDF/Steps/Values"]) == 6 and len(file["history/time"]) == 31
+        assert (np.diff(file["history/time"][:]) > 0).all()
+        dt, step = file["history/dt"][:], file["history/process_step"][:]
+        tried = int(log.split("one more try from step")[1].split(",")[0])
+        late = file["history/step"][:] > tried
+        assert (dt[late] < 0.55 * dt[0]).all() and (step[late] == 2).sum() == 10, dt
+        assert np.abs(file["history/energy_error"][:]).max() < 1e-4
+    assert not (folder / "b.ckpt.h5").exists()
+
+
+def a_smaller_step_outlives_an_interruption(folder):
+    """A run that is stopped after its second try has begun goes on with the smaller step."""
+    path = ringing(folder, "*CHECKPOINT, OFF, RETRY=0.5", "6e-3", 400)
+    igaform(folder, path, "--out", "full.h5", "--threads", 1)
+    run = begin(folder, path, "--out", "b.h5", "--threads", 1)
+    log = folder / "b.log"
+    wait_for(lambda: log.exists() and "one more try" in log.read_text() and n_rows(log) > 100)
+    run.send_signal(signal.SIGTERM)
+    assert run.wait(60) == 3, run.returncode
+    igaform(folder, path, "--restart", "b.ckpt.h5", "--threads", 2)
+    check_same(folder / "b.h5", datasets(folder / "full.h5"))
+    assert not (folder / "b.ckpt.h5").exists()
+
+
+def a_second_try_may_fail_too(folder):
+    text = STRIP.read_text().replace("*DYNAMIC, EXPLICIT", "*DYNAMIC, EXPLICIT, SAFETY=0.99")
+    text = text.replace("X_MAX, 1, 1, <strain*length/(end_time - rise/2)>",
+                        "X_MAX, 1, 1, <-3*length/end_time>")
+    path = folder / "crush.key"
+    path.write_text(text + "*CHECKPOINT, RETRY=0.5\n")
+    said = igaform(folder, path, *SMALL, "--out", "b.h5", code=2)
+    assert (folder / "b.log").read_text().count("one more try from step") == 1
+    assert "the last good state" in said and "--restart b.ckpt.h5" in said, said
+    with h5py.File(folder / "b.h5") as file:
+        assert file["frames/is_failed"][-1] == 1
+
+
+def no_second_try_across_steps_of_the_deck(folder):
+    """The state kept is of the step before: the run fails, with the frame that says so."""
+    path = ringing(folder, FLOOR + "\n*CHECKPOINT, RETRY=0.5", "1e-5", safety=0.8,
+                   motion=TOO_FAST)
+    igaform(folder, path, "--out", "b.h5", code=2)
+    log = (folder / "b.log").read_text()
+    assert "no second try: the state kept last does not fit, it is of step 1" in log, log
+    with h5py.File(folder / "b.h5") as file:
+        assert file["frames/is_failed"][:].tolist() == [0, 0, 0, 0, 1]
+        assert file["provenance"].attrs["status"] == b"failed"
+
+
+if __name__ == "__main__":
+    run_all(the_last_good_state_is_near_the_failure, a_failure_just_behind_a_frame,
+            a_smaller_step_saves_the_run, a_smaller_step_outlives_an_interruption,
+            a_second_try_may_fail_too, no_second_try_across_steps_of_the_deck)
