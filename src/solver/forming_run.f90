@@ -49,7 +49,6 @@ contains
     end do
     call add_watch(model%timer, "motion", run%watch_motion)
     call add_watch(model%timer, "output", run%watch_output)
-    call add_watch(model%timer, "checkpoint", run%watch_state)
     call start_balance(run%balance, model%bodies%blank)
     associate (parts => model%bodies%blank%parts)
       allocate (run%volumes(size(parts)), run%v_before(size(parts)))
@@ -75,6 +74,7 @@ contains
     character(:), allocatable :: advice
     logical :: is_end, is_stopping
 
+    if (allocated(saver%path)) call add_watch(model%timer, "checkpoint", run%watch_state)
     run%started = clock_ticks()
     call log_step(log, model, run%control%start_time)
     if (.not. run%is_resumed) call apply_forces(model, run)

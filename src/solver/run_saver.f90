@@ -188,8 +188,8 @@ contains
   end subroutine start_from
 
   !> The run has failed, and nothing was written since the state was kept: rows of the history still
-  !! wait. Write that state, unless it is in the file. `advice` tells how to go on; empty if there is
-  !! no way.
+  !! wait. Write that state, unless it is in the file. `advice` tells how to go on; empty if there
+  !! is no way.
   subroutine save_last_good(saver, results, log, advice)
     type(saver_t), intent(inout) :: saver
     type(results_t), intent(inout) :: results

@@ -8,14 +8,14 @@ program fuzz_checkpoint
   use faults, only: fault_list_t, n_errors
   use text, only: string_t
   use scene, only: scene_t
-  use state_store, only: state_store_t
+  use state_store, only: state_store_t, enter_folder, put
   use deck_reader, only: read_deck
   use model, only: model_t
   use model_setup, only: build_model
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint, restore_result
   use run_data, only: run_t
-  use run_state, only: pack_run, unpack_run
-  use run_saver, only: frames_of_state
+  use run_state, only: pack_run
+  use run_saver, only: saver_t, start_from
   use forming_run, only: new_run, take_step
   use fuzz_talk, only: next_path, answer_with
   implicit none
@@ -24,6 +24,7 @@ program fuzz_checkpoint
   type(checkpoint_header_t) :: header
   type(model_t) :: model
   type(run_t) :: run
+  type(saver_t) :: saver
 
   call get_command_argument(1, deck)
   header%program = "any"
@@ -75,6 +76,8 @@ contains
       if (allocated(error)) error stop "the run failed"
     end do
     call pack_run(model, run, store)
+    call enter_folder(store, "result")
+    call put(store, "n_frames", 0)
     call write_checkpoint(path, header, store, trim(deck), error)
     if (allocated(error)) error stop "no checkpoint written"
   end subroutine write_one
@@ -84,14 +87,12 @@ contains
     type(state_store_t) :: store
     type(error_t), allocatable :: error
     character(:), allocatable :: answer
-    integer :: n_frames
 
     call read_checkpoint(path, header, store, error)
     if (allocated(error)) then
       answer = error%message
     else
-      n_frames = frames_of_state(store)
-      call unpack_run(model, run, store)
+      call start_from(saver, model, run, store)
       answer = "taken up"
       if (store%fault /= "") then
         answer = store%fault

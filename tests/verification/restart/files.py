@@ -171,5 +171,6 @@ def names_do_not_reach_a_shell(folder):
 if __name__ == "__main__":
     run_all(a_full_disk_is_no_fault_of_the_numerics, a_stop_without_room_says_so,
             a_checkpoint_that_finds_no_room_leaves_the_one_before,
-            folders_that_cannot_be_written, a_folder_that_is_sealed_under_way, an_include_that_vanished,
-            an_empty_file_may_be_replaced, a_deleted_result, names_do_not_reach_a_shell)
+            folders_that_cannot_be_written, a_folder_that_is_sealed_under_way,
+            an_include_that_vanished, an_empty_file_may_be_replaced, a_deleted_result,
+            names_do_not_reach_a_shell)
