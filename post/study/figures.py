@@ -1,4 +1,6 @@
 """Pictures of a study: error against time and control points, the front, shares of the time."""
+import textwrap
+
 import matplotlib.lines
 import matplotlib.ticker
 import numpy as np
@@ -10,6 +12,7 @@ from post.style import BLANK, plt
 COLOURS = plt.get_cmap("tab10").colors
 MARKERS = "osD^vPX*<>ph"
 MOST_BARS = 14
+LABEL = 40   # letters in a line of a bar's name
 WIDE = 8     # greatest over least number from which an axis is logarithmic
 FRONT = "#888888"
 CHOSEN = "#c00000"
@@ -20,22 +23,21 @@ def draw(study, rows):
     points (against steps if all runs have the same points), and shares of the time."""
     good = [row for row in rows if row["status"] == "completed"]
     measures = list(study.limits)[:2]
-    figure, panels = plt.subplots(2, 3, figsize=(14, 8.4), layout="constrained",
-                                  gridspec_kw={"width_ratios": [1, 1, 1.1]})
+    last = len(measures)
+    figure, panels = plt.subplots(2, last + 1, figsize=(5 + 4.5*last, 8.4), layout="constrained",
+                                  gridspec_kw={"width_ratios": [1]*last + [1.1]})
     best = recommended(good, study.limits)
     style = Style(study, good)
     for panel, name in zip(panels[0], measures):
         scatter(panel, study, good, COST, f"{name}_error", style, best)
         panel.set(xlabel="processor time [s]", ylabel=axis_label(name))
         panel.axhline(study.limits[name], color=FRONT, linestyle=":")
-    draw_front(panels[0][2], study, good, style, best)
+    draw_front(panels[0][last], study, good, style, best)
     size = "control_points" if len({row["control_points"] for row in good}) > 1 else "steps"
     for panel, name in zip(panels[1], measures):
         scatter(panel, study, good, size, f"{name}_error", style, best)
         panel.set(xlabel=size.replace("_", " "), ylabel=axis_label(name))
-    for panel in panels[:, len(measures):2].flat:
-        panel.set_axis_off()
-    draw_shares(panels[1][2], study, good)
+    draw_shares(panels[1][last], study, good)
     figure.suptitle(study.title)
     figure.legend(handles=style.legend() + marks(study, best), loc="outside lower center",
                   ncols=8, fontsize=8)
@@ -160,8 +162,8 @@ def draw_shares(panel, study, rows):
                    label=name.removeprefix("share_"))
         left += share
     panel.set_yticks(range(len(shown)),
-                     [setting_text(row, study.parameters).replace(", ", " ") for row in shown],
-                     fontsize=6)
+                     [textwrap.fill(setting_text(row, study.parameters).replace(", ", " "),
+                                    LABEL) for row in shown], fontsize=6)
     panel.invert_yaxis()
     panel.grid(False, axis="y")
     panel.set(xlabel="share of the time of all steps [%]", xlim=(0, 100),
