@@ -211,9 +211,9 @@ contains
     type(model_t), intent(inout) :: model
 
     associate (body => model%bodies%blank%parts(1), motion => model%bodies%blank%parts(1)%motion)
-      call advance_velocities(size(body%inertia), 1.0e-7_wp, body%inertia, &
+      call advance_velocities(shape(body%inertia), 1.0e-7_wp, body%inertia, &
                               motion%external_force, motion%internal_force, motion%v)
-      call advance_positions(size(motion%x), 1.0e-7_wp, motion%v, motion%x)
+      call advance_positions(shape(body%inertia), 1.0e-7_wp, motion%v, motion%x)
     end associate
   end subroutine update
 

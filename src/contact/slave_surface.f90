@@ -199,6 +199,7 @@ contains
       net = reached(line, range)
       gathered(net(1):net(2), :) = 0.0_wp
       do i = range(1), range(2)
+        if (all(abs(forces(i, row, :)) <= 0.0_wp)) cycle   ! not for a NaN
         force = forces(i, row, :)*slave%inverse_w(i, row)
         do k = 1, line%degree + 1
           at = line%first(i) + k - 1

@@ -48,23 +48,27 @@ contains
     end do
   end subroutine internal_forces
 
-  !> Add the tile buffers in the order of the tiles: the threads of a region share the work.
+  !> Add the tile buffers in the order of the tiles: the threads of a region share the rows of
+  !! control points along axis 2, each near the tiles that it has worked.
   subroutine add_tiles(patch, buffers, force)
     type(ig_patch_t), intent(in) :: patch
     type(tile_buffer_t), intent(in) :: buffers(:)
     real(wp), intent(inout) :: force(:, :, :, :)      !! set
-    integer :: t, k, c
+    integer :: t, j, k, c
 
-    !$omp do collapse(2) schedule(static)
-    do c = 1, 3
-      do k = 1, patch%n_control(3)
-        force(:, :, k, c) = 0.0_wp
-        do t = 1, size(buffers)
-          associate (low => patch%tiles(t)%control_first, high => patch%tiles(t)%control_last)
-            force(low(1):high(1), low(2):high(2), k, c) = &
-              force(low(1):high(1), low(2):high(2), k, c) + buffers(t)%force(:, :, k, c)
-          end associate
-        end do
+    !$omp do schedule(static)
+    do j = 1, patch%n_control(2)
+      force(:, j, :, :) = 0.0_wp
+      do t = 1, size(buffers)
+        associate (low => patch%tiles(t)%control_first, high => patch%tiles(t)%control_last)
+          if (j < low(2) .or. j > high(2)) cycle
+          do c = 1, 3
+            do k = 1, patch%n_control(3)
+              force(low(1):high(1), j, k, c) = force(low(1):high(1), j, k, c) &
+                                               + buffers(t)%force(:, j, k, c)
+            end do
+          end do
+        end associate
       end do
     end do
     !$omp end do nowait

@@ -8,7 +8,7 @@ module display_fields
   use bezier_operator, only: equal_places
   use display_grid, only: display_grid_t, display_scalars, display_thickness, display_vectors, &
                           mises_stress, point_grid
-  use point_geometry, only: plane_strains, point_geometry_t
+  use point_geometry, only: point_geometry_t
   implicit none
   private
 
@@ -30,6 +30,7 @@ module display_fields
     type(point_geometry_t) :: geometry
     integer :: rule_size(3) = 0
     real(wp), allocatable :: thickness(:)               !! at the display points at the start
+    real(wp), allocatable :: strains(:, :)              !! `plane_strains` of the frame at hand
   end type patch_view_t
 
   !> Contact pressure on a face of a patch, on the grid of its contact points.
@@ -102,7 +103,7 @@ contains
     type(patch_frame_t), intent(in) :: fields
     real(wp), intent(in) :: points(:, :)      !! display points now, (n, 3)
     real(wp), intent(inout) :: values(:, :)   !! (n, number of fields), those of contact are left
-    real(wp), allocatable :: state(:), strains(:, :)
+    real(wp), allocatable :: state(:)
 
     state = [point_grid(1, view%rule_size, view%grid%n_elements, fields%eqps)]
     values(:, 1) = display_scalars(view%grid, state)
@@ -111,9 +112,8 @@ contains
     values(:, 2) = display_scalars(view%grid, state)
     values(:, 3) = [display_thickness(view%grid, points)]
     values(:, 4) = 1.0_wp - values(:, 3)/view%thickness
-    strains = plane_strains(view%geometry, reshape(fields%points, [size(view%solid%weights), 3]))
-    values(:, 5) = display_scalars(view%grid, strains(1, :))
-    values(:, 6) = display_scalars(view%grid, strains(2, :))
+    values(:, 5) = display_scalars(view%grid, view%strains(1, :))
+    values(:, 6) = display_scalars(view%grid, view%strains(2, :))
   end subroutine patch_scalars
 
   !> Add the pressures on the faces of a patch to a field that is zero elsewhere.

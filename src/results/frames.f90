@@ -194,6 +194,12 @@ contains
     integer :: p
 
     mark = merge(1, 0, frame%is_failed)
+    do p = 1, size(results%patches)
+      associate (view => results%patches(p))
+        view%strains = plane_strains(view%geometry, reshape(frame%patches(p)%points, &
+                                                            [size(view%solid%weights), 3]))
+      end associate
+    end do
     call write_display(results, frame)
     do p = 1, size(results%patches)
       call write_points(results, p, frame%patches(p))
@@ -449,9 +455,7 @@ contains
         if (results%state_names /= "") &
           call write_text_attribute(file, folder//"/statev", "names", results%state_names)
       end if
-      call write_reals(file, folder//"/principal_strain", &
-                       plane_strains(geometry, reshape(fields%points, &
-                                                       [size(geometry%control_weights), 3])), &
+      call write_reals(file, folder//"/principal_strain", results%patches(patch)%strains, &
                        [2, n], "1", &
                        "major and minor logarithmic strain in the sheet's plane, last frame")
     end associate

@@ -167,10 +167,19 @@ contains
     real(wp), intent(out) :: values(n_before, op%n_out, n_after)
     integer :: i, s, k
 
+    if (n_before == 1) then
+      do k = 1, n_after
+        do s = 1, op%n_out
+          values(1, s, k) = dot_product(op%values(:, s), &
+                                        field(1, op%first(s):op%first(s) + op%width - 1, k))
+        end do
+      end do
+      return
+    end if
     do k = 1, n_after
       do s = 1, op%n_out
-        values(:, s, k) = 0.0_wp
-        do i = 1, op%width
+        values(:, s, k) = op%values(1, s)*field(:, op%first(s), k)
+        do i = 2, op%width
           values(:, s, k) = values(:, s, k) + op%values(i, s)*field(:, op%first(s) + i - 1, k)
         end do
       end do

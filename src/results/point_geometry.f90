@@ -16,6 +16,7 @@ module point_geometry
     integer :: n(3) = 0                                    !! points per direction
     type(line_operator_t) :: basis(3), slopes(3)           !! from control points
     real(wp), allocatable :: control_weights(:)            !! of the solid
+    logical :: is_rational = .false.                       !! these differ
     real(wp), allocatable :: positions(:, :)               !! reference places, (3, n)
     real(wp), allocatable :: volumes(:)                    !! reference volume of each point, (n)
     real(wp), allocatable :: metric(:, :)                  !! G11, G12, G22 of the reference, (3, n)
@@ -29,15 +30,19 @@ contains
     type(gauss_rule_t), intent(in) :: rule(3)
     type(point_geometry_t) :: geometry
     real(wp), allocatable :: positions(:, :), tangents(:, :, :), measure(:), line(:)
+    real(wp) :: points(size(solid%weights), 3)
     integer :: d, i
 
+    points = reshape(solid%points, shape(points))
     do d = 1, 3
       geometry%basis(d) = basis_operator(solid%axes(d), rule(d)%points, 0, is_joined=.false.)
       geometry%slopes(d) = basis_operator(solid%axes(d), rule(d)%points, 1, is_joined=.false.)
     end do
     geometry%n = grid_size(geometry%basis)
     geometry%control_weights = [solid%weights]
-    call evaluate(geometry, solid%points, positions, tangents)
+    geometry%is_rational = any(abs(solid%weights - 1.0_wp) > 0.0_wp)
+    positions = places(geometry, points)
+    tangents = tangents_of(geometry, points, 3)
     geometry%positions = transpose(positions)
     geometry%metric = plane_metric(tangents)
     measure = [1.0_wp]
@@ -55,12 +60,11 @@ contains
     type(point_geometry_t), intent(in) :: geometry
     real(wp), intent(in) :: control_points(size(geometry%control_weights), 3)   !! current
     real(wp), allocatable :: strains(:, :)   !! shape (2, n)
-    real(wp), allocatable :: positions(:, :), tangents(:, :, :), g(:, :)
+    real(wp), allocatable :: g(:, :)
     real(wp) :: mean, product_of_both, root
     integer :: i
 
-    call evaluate(geometry, control_points, positions, tangents)
-    g = plane_metric(tangents)
+    g = plane_metric(tangents_of(geometry, control_points, 2))
     allocate (strains(2, size(g, 2)))
     do i = 1, size(g, 2)
       associate (r => geometry%metric(:, i), c => g(:, i))
@@ -73,33 +77,56 @@ contains
     end do
   end function plane_strains
 
-  ! Places and tangents of a configuration, by the quotient rule from homogeneous coordinates.
-  pure subroutine evaluate(geometry, control_points, positions, tangents)
+  ! Places of a configuration, shape (n, 3).
+  pure function places(geometry, control_points)
     type(point_geometry_t), intent(in) :: geometry
     real(wp), intent(in) :: control_points(size(geometry%control_weights), 3)
-    real(wp), allocatable, intent(out) :: positions(:, :)     ! (n, 3)
-    real(wp), allocatable, intent(out) :: tangents(:, :, :)   ! (n, component, direction)
-    type(line_operator_t) :: ops(3)
-    real(wp), allocatable :: weight(:), weight_slope(:)
-    integer :: n, i, d
+    real(wp), allocatable :: places(:, :)
+    real(wp), allocatable :: weight(:)
+    integer :: i
 
-    n = product(geometry%n)
-    allocate (positions(n, 3), tangents(n, 3, 3))
-    weight = apply_tensor(geometry%basis, geometry%control_weights)
+    allocate (places(product(geometry%n), 3))
+    if (geometry%is_rational) weight = apply_tensor(geometry%basis, geometry%control_weights)
     do i = 1, 3
-      positions(:, i) = apply_tensor(geometry%basis, &
-                                     geometry%control_weights*control_points(:, i))/weight
+      if (geometry%is_rational) then
+        places(:, i) = apply_tensor(geometry%basis, &
+                                    geometry%control_weights*control_points(:, i))/weight
+      else
+        places(:, i) = apply_tensor(geometry%basis, control_points(:, i))
+      end if
     end do
-    do d = 1, 3
+  end function places
+
+  ! Tangents of a configuration along the first directions, shape (n, component, direction): of
+  ! rational ones by the quotient rule from homogeneous coordinates.
+  pure function tangents_of(geometry, control_points, n_directions) result(tangents)
+    type(point_geometry_t), intent(in) :: geometry
+    real(wp), intent(in) :: control_points(size(geometry%control_weights), 3)
+    integer, intent(in) :: n_directions
+    real(wp), allocatable :: tangents(:, :, :)
+    type(line_operator_t) :: ops(3)
+    real(wp), allocatable :: positions(:, :), weight(:), weight_slope(:)
+    integer :: i, d
+
+    allocate (tangents(product(geometry%n), 3, n_directions))
+    if (geometry%is_rational) then
+      positions = places(geometry, control_points)
+      weight = apply_tensor(geometry%basis, geometry%control_weights)
+    end if
+    do d = 1, n_directions
       ops = geometry%basis
       ops(d) = geometry%slopes(d)
-      weight_slope = apply_tensor(ops, geometry%control_weights)
+      if (geometry%is_rational) weight_slope = apply_tensor(ops, geometry%control_weights)
       do i = 1, 3
-        tangents(:, i, d) = (apply_tensor(ops, geometry%control_weights*control_points(:, i)) &
-                             - weight_slope*positions(:, i))/weight
+        if (geometry%is_rational) then
+          tangents(:, i, d) = (apply_tensor(ops, geometry%control_weights*control_points(:, i)) &
+                               - weight_slope*positions(:, i))/weight
+        else
+          tangents(:, i, d) = apply_tensor(ops, control_points(:, i))
+        end if
       end do
     end do
-  end subroutine evaluate
+  end function tangents_of
 
   pure function plane_metric(tangents) result(metric)
     real(wp), intent(in) :: tangents(:, :, :)

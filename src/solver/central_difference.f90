@@ -1,4 +1,7 @@
 !> Central differences with half-step velocities on a lumped mass.
+!!
+!! Threads share the rows along axis 2, as they do the tiles of elements: what one has in its cache
+!! it needs again.
 module central_difference
   use kinds, only: wp
   implicit none
@@ -6,39 +9,57 @@ module central_difference
 
   public :: advance_velocities, advance_positions
 
+  integer, parameter :: parallel_size = 1500   !! fewer control points are not worth waking threads
+
 contains
 
   !> Velocities to the next half step: v + dt_mean (f_ext - f_int)/m.
   subroutine advance_velocities(n, dt_mean, mass, external_force, internal_force, v)
-    integer, intent(in) :: n                              !! control points
+    integer, intent(in) :: n(3)                           !! control points along each axis
     real(wp), intent(in) :: dt_mean                       !! mean of the steps before and after
-    real(wp), intent(in) :: mass(n)
-    real(wp), intent(in) :: external_force(n, 3), internal_force(n, 3)
-    real(wp), intent(inout) :: v(n, 3)
-    integer :: i
+    real(wp), intent(in) :: mass(n(1), n(2), n(3))
+    real(wp), intent(in) :: external_force(n(1), n(2), n(3), 3)
+    real(wp), intent(in) :: internal_force(n(1), n(2), n(3), 3)
+    real(wp), intent(inout) :: v(n(1), n(2), n(3), 3)
+    integer :: i, j, k
 
-    ! Components written out: a loop over them around this one would keep it from vectorising.
-    !$omp parallel do simd schedule(static) if (n > 4000)
-    do i = 1, n
-      v(i, 1) = v(i, 1) + dt_mean*(external_force(i, 1) - internal_force(i, 1))/mass(i)
-      v(i, 2) = v(i, 2) + dt_mean*(external_force(i, 2) - internal_force(i, 2))/mass(i)
-      v(i, 3) = v(i, 3) + dt_mean*(external_force(i, 3) - internal_force(i, 3))/mass(i)
+    !$omp parallel do schedule(static) private(i, k) if (product(n) > parallel_size)
+    do j = 1, n(2)
+      do k = 1, n(3)
+        ! Components written out: a loop over them around this one would keep it from vectorising.
+        !$omp simd
+        do i = 1, n(1)
+          v(i, j, k, 1) = v(i, j, k, 1) + dt_mean &
+                          *(external_force(i, j, k, 1) - internal_force(i, j, k, 1))/mass(i, j, k)
+          v(i, j, k, 2) = v(i, j, k, 2) + dt_mean &
+                          *(external_force(i, j, k, 2) - internal_force(i, j, k, 2))/mass(i, j, k)
+          v(i, j, k, 3) = v(i, j, k, 3) + dt_mean &
+                          *(external_force(i, j, k, 3) - internal_force(i, j, k, 3))/mass(i, j, k)
+        end do
+      end do
     end do
-    !$omp end parallel do simd
+    !$omp end parallel do
   end subroutine advance_velocities
 
   !> Positions to the end of the step.
   subroutine advance_positions(n, dt, v, x)
-    integer, intent(in) :: n        !! components
-    real(wp), intent(in) :: dt, v(n)
-    real(wp), intent(inout) :: x(n)
-    integer :: i
+    integer, intent(in) :: n(3)     !! control points along each axis
+    real(wp), intent(in) :: dt, v(n(1), n(2), n(3), 3)
+    real(wp), intent(inout) :: x(n(1), n(2), n(3), 3)
+    integer :: i, j, k, c
 
-    !$omp parallel do simd schedule(static) if (n > 12000)
-    do i = 1, n
-      x(i) = x(i) + dt*v(i)
+    !$omp parallel do schedule(static) private(i, k, c) if (product(n) > parallel_size)
+    do j = 1, n(2)
+      do c = 1, 3
+        do k = 1, n(3)
+          !$omp simd
+          do i = 1, n(1)
+            x(i, j, k, c) = x(i, j, k, c) + dt*v(i, j, k, c)
+          end do
+        end do
+      end do
     end do
-    !$omp end parallel do simd
+    !$omp end parallel do
   end subroutine advance_positions
 
 end module central_difference

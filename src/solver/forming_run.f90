@@ -250,7 +250,7 @@ contains
       associate (body => model%bodies%blank%parts(i), motion => model%bodies%blank%parts(i)%motion)
         if (is_end .or. is_due(run%control, run%control%history, run%instant%time)) &
           run%v_before(i)%values = motion%v
-        call advance_velocities(size(body%inertia), run%instant%dt_mean, body%inertia, &
+        call advance_velocities(shape(body%inertia), run%instant%dt_mean, body%inertia, &
                                 motion%external_force, motion%internal_force, motion%v)
       end associate
     end do
@@ -276,8 +276,8 @@ contains
     run%instant%time = run%instant%time + run%instant%dt
     run%n_steps = run%n_steps + 1
     do t = 1, size(model%bodies%blank%parts)
-      associate (motion => model%bodies%blank%parts(t)%motion)
-        call advance_positions(size(motion%x), run%instant%dt, motion%v, motion%x)
+      associate (body => model%bodies%blank%parts(t), motion => model%bodies%blank%parts(t)%motion)
+        call advance_positions(shape(body%inertia), run%instant%dt, motion%v, motion%x)
       end associate
     end do
     do t = 1, size(model%motions)
