@@ -25,6 +25,7 @@ contains
     character(:), allocatable, intent(out) :: path        !! of the file, empty if none is named
     type(fault_list_t), intent(inout) :: faults
     type(iges_request_t) :: request
+    logical :: is_there
 
     path = ""
     if (.not. is_option_given(deck, record, "INPUT")) then
@@ -37,6 +38,12 @@ contains
     request%unit = deck_unit(deck, record, units)
     request%labels = entries_of(option_text(deck, record, "LABEL"))
     call read_numbers(deck, record, request%numbers, faults)
+    inquire (file=request%path, exist=is_there)
+    if (.not. is_there) then
+      call add_fault(faults, record%origin, "no file `"//request%path//"`", &
+                     "the path of an IGES file, as the deck's folder sees it")
+      return
+    end if
     call read_iges(request, tool%surfaces, tool%notes, faults)
     path = request%path
   end subroutine read_cad_tool

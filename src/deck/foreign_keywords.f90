@@ -1,11 +1,11 @@
-!> Keywords of Abaqus decks that mean nothing here: they are passed over with a note, so that the
-!! material of a subroutine's own deck can be taken as it is.
+!> Keywords of Abaqus decks. Those that mean nothing here are passed over with a note, so that the
+!! material of a subroutine's own deck can be taken as it is; of others the counterpart is named.
 module foreign_keywords
   use lexer, only: block_t, option_place
   implicit none
   private
 
-  public :: foreign_note
+  public :: foreign_note, counterpart
 
   character(*), parameter :: of_mesh(16) = [character(14) :: "NODE", "ELEMENT", "NSET", "ELSET", &
     "NGEN", "NFILL", "NCOPY", "ELGEN", "ELCOPY", "PART", "END PART", "ASSEMBLY", "END ASSEMBLY", &
@@ -20,6 +20,11 @@ module foreign_keywords
     "ENERGY PRINT", "NODE FILE", "EL FILE", "ENERGY FILE", "DIAGNOSTICS"]
   character(*), parameter :: of_heat(3) = [character(13) :: "EXPANSION", "CONDUCTIVITY", &
     "SPECIFIC HEAT"]
+  character(*), parameter :: of_contact(9) = [character(19) :: "SURFACE INTERACTION", &
+    "FRICTION", "SURFACE BEHAVIOR", "CONTACT", "CONTACT INCLUSIONS", "CONTACT CONTROLS", &
+    "CONTACT DAMPING", "CONTACT PROPERTY", "SURFACE"]
+  character(*), parameter :: of_tools(3) = [character(13) :: "RIGID BODY", "RIGID SURFACE", "MASS"]
+  character(*), parameter :: of_loads(4) = [character(8) :: "CLOAD", "DLOAD", "DSLOAD", "VELOCITY"]
   character(*), parameter :: passed_over = ": it and its lines are passed over"
 
 contains
@@ -42,6 +47,22 @@ contains
       note = "none, for there is no field of temperature"//passed_over
     end if
   end function foreign_note
+
+  !> What does here what a keyword of Abaqus does there; empty where nothing is known.
+  pure function counterpart(keyword) result(hint)
+    character(*), intent(in) :: keyword
+    character(:), allocatable :: hint
+
+    hint = ""
+    if (any(keyword == of_contact)) then
+      hint = "*CONTACT PAIR, TOOL=name, with options such as FACE, FRICTION and DAMPING"
+    else if (any(keyword == of_tools)) then
+      hint = "*TOOL, which is rigid; MASS of *TOOL FORCE where a force moves it"
+    else if (any(keyword == of_loads)) then
+      hint = "*TOOL MOTION or *TOOL FORCE for tools, *PRESSURE, *TRACTION, *GRAVITY or "// &
+             "*BOUNDARY for the blank"
+    end if
+  end function counterpart
 
   !> *OUTPUT as Abaqus has it: with FIELD or a lone HISTORY.
   pure logical function is_other_output(block) result(is_other)

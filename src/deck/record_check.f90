@@ -8,7 +8,7 @@ module record_check
   use keyword_table, only: new_keyword_table
   use lexer, only: lexed_deck_t, block_t, option_place
   use line_list, only: line_text
-  use foreign_keywords, only: foreign_note
+  use foreign_keywords, only: foreign_note, counterpart
   use field_split, only: split_fields, field_text
   use field_check, only: check_field, expectation, did_you_mean
   use deck_steps, only: number_steps, n_deck_steps
@@ -79,6 +79,10 @@ contains
       call add_warning(faults, record%origin, "a keyword without effect here", foreign_note(block))
     end if
     if (record%spec > 0 .or. foreign_note(block) /= "") return
+    if (counterpart(block%keyword) /= "") then
+      call add_fault(faults, record%origin, "an unknown keyword", counterpart(block%keyword))
+      return
+    end if
     do i = 1, table%n_keywords
       names(i)%value = "*"//trim(table%items(i)%name)
     end do

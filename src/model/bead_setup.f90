@@ -8,7 +8,8 @@ module bead_setup
   use errors, only: error_t
   use blank, only: face_slice
   use motion_curve, only: curve_t
-  use draw_bead, only: draw_bead_t, new_draw_bead, set_slip
+  use draw_bead, only: draw_bead_t, new_draw_bead, set_slip, is_on
+  use faults, only: fault_list_t, add_warning
   use effect, only: effect_slot_t
   use model, only: model_t
   implicit none
@@ -18,24 +19,29 @@ module bead_setup
 
 contains
 
-  !> Append one bead to the force stage, one effect for each patch whose face is not joined.
-  subroutine add_bead(spec, blank_spec, curve, model)
+  !> Append one bead to the force stage, one effect for each patch whose face is not joined. A
+  !! bead that is not on the blank at the start is warned of.
+  subroutine add_bead(spec, blank_spec, curve, model, faults)
     type(bead_spec_t), intent(in) :: spec
     type(blank_spec_t), intent(in) :: blank_spec
     type(curve_t), intent(in) :: curve
     type(model_t), intent(inout) :: model
+    type(fault_list_t), intent(inout) :: faults
     type(draw_bead_t) :: bead
     type(nurbs_surface_t) :: face
     type(effect_slot_t) :: slot
     integer :: p
+    logical :: is_there
     real(wp), parameter :: part_of_width = 0.01_wp
 
+    is_there = .false.
     do p = 1, size(blank_spec%patches)
       if (blank_spec%patches(p)%is_joined(spec%face)) cycle
       associate (body => model%bodies%blank%parts(p))
         face = solid_face(body%solid, spec%face)
         call take_spec(spec, curve, p, face_slice(body%patch%n_control, spec%face), bead)
         call new_draw_bead(bead, face, bead_name(spec, blank_spec, p))
+        is_there = is_there .or. is_on(bead, face)
         call set_slip(bead, merge(spec%slip, part_of_width*spec%width, spec%slip > 0.0_wp), &
                       sum(body%mass)/area_of(face), model%step%safety*model%stable_step)
       end associate
@@ -43,6 +49,9 @@ contains
       model%forces = [model%forces, slot]
       deallocate (slot%item)
     end do
+    if (spec%first_step > 1 .or. is_there) return
+    call add_warning(faults, spec%origin, "the draw bead "//spec%name//", which is nowhere on "// &
+                     "the blank", "a line within half its WIDTH of the FACE")
   end subroutine add_bead
 
   !> A new bead with what the deck says of it.

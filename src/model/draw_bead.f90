@@ -19,7 +19,7 @@ module draw_bead
   implicit none
   private
 
-  public :: new_draw_bead, set_slip
+  public :: new_draw_bead, set_slip, is_on
 
   real(wp), parameter :: pi = acos(-1.0_wp)
 
@@ -138,6 +138,26 @@ contains
       point%slope(:, :, d) = (point%slope(:, :, d) - point%basis*change(d))/total
     end do
   end subroutine set_point
+
+  !> Whether the bead lies on its face at the start: a point of it may be in the band.
+  pure logical function is_on(bead, face)
+    type(draw_bead_t), intent(in) :: bead
+    type(nurbs_surface_t), intent(in) :: face
+    real(wp) :: place(3), across(3), distance, reach
+    integer :: p, c, i(2)
+
+    is_on = .true.
+    do p = 1, size(bead%points)
+      associate (point => bead%points(p))
+        i = point%first + shape(point%basis) - 1
+        place = [(sum(point%basis*face%points(point%first(1):i(1), point%first(2):i(2), c)), &
+                  c=1, 3)]
+      end associate
+      call place_by_line(bead%line, place, [0.0_wp, 0.0_wp, 1.0_wp], across, distance, reach)
+      if (reach <= sqrt(2.0_wp)*bead%half_width) return
+    end do
+    is_on = .false.
+  end function is_on
 
   !> Stretch at full force: as given, but not so small that the springs would lower the stable step.
   pure subroutine set_slip(bead, slip, mass_per_area, dt)

@@ -78,7 +78,8 @@ contains
     end do
     do i = 1, size(scene%beads)
       if (scene%beads(i)%last_step < scene%beads(i)%first_step) cycle
-      call add_bead(scene%beads(i), scene%blank, curve_of(scene, scene%beads(i)%curve), model)
+      call add_bead(scene%beads(i), scene%blank, curve_of(scene, scene%beads(i)%curve), model, &
+                    faults)
     end do
     call add_drives(scene, model, faults)
     call add_thickness_scaling(model)
