@@ -2,6 +2,7 @@
 module batch_list
   use text, only: string_t, to_text
   use errors, only: error_t, fail
+  use source_file, only: read_source, next_line
   use system_files, only: true_path, matching_files, is_folder
   use command_line, only: command_t, parse_arguments
   use output_names, only: base_of, file_name
@@ -66,23 +67,22 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: words(:)
     type(batch_run_t) :: run
-    character(4096) :: line
-    character(256) :: message
-    character(:), allocatable :: fault
-    integer :: unit, status, number
+    character(:), allocatable :: contents, line, fault
+    integer :: next, number
 
     allocate (runs(0))
-    open (newunit=unit, file=path, action="read", status="old", iostat=status, iomsg=message)
-    if (status /= 0) then
-      call fail(error, "batch '"//path//"': "//trim(message))
+    call read_source(path, contents, error)
+    if (allocated(error)) then
+      error%message = "batch '"//path//"': found "//error%message//", expected a list of runs, "// &
+                      "one a line, or a folder of decks"
       return
     end if
     number = 0
-    do
-      read (unit, "(a)", iostat=status) line
-      if (status /= 0) exit
+    next = 1
+    do while (next <= len(contents))
+      call next_line(contents, next, line)
       number = number + 1
-      call split_words(trim(line), words, fault)
+      call split_words(line, words, fault)
       if (fault /= "") call fail(error, place(path, number)//fault)
       if (allocated(error)) exit
       if (size(words) == 0) cycle
@@ -91,7 +91,6 @@ contains
       run%line = number
       runs = [runs, run]
     end do
-    close (unit)
   end subroutine take_list
 
   !> Words set apart by blanks; quotes keep blanks together, # begins a comment where a word could.

@@ -378,8 +378,8 @@ contains
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(results_setup_t), intent(out) :: setup
-    integer :: axis, i, p
-    character(4096) :: line
+    integer :: axis, i, p, length
+    character(:), allocatable :: line
 
     allocate (setup%patches(size(model%bodies%blank%parts)))
     do p = 1, size(setup%patches)
@@ -416,13 +416,15 @@ contains
     setup%n_contact_fields = count([scene%output%has_pressure, scene%output%has_wear])
     setup%blank_mass = model%width_ratio*mass_of(model%bodies%blank%parts) &
                        /model%bodies%blank%mass_factor
+    call get_command(length=length)
+    allocate (character(length) :: line)
     call get_command(line)
     ! One by one: gfortran 12 takes wrong lengths from a structure constructor here.
     associate (source => setup%provenance)
       source%version = version
       source%git_commit = git_commit
       source%build_flags = build_flags
-      source%command_line = trim(line)
+      source%command_line = line
       source%deck_file = scene%file
       source%deck_text = scene%text
       source%heading = scene%heading

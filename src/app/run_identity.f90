@@ -1,13 +1,15 @@
-!> The key of a run: two runs with the same key give the same result.
+!> The key of a run: two runs with the same key give the same result. And the key of the user's
+!! subroutines alone, for checkpoints.
 module run_identity
-  use source_digest, only: digest_t, add_text, digest_text, read_whole_file
+  use source_digest, only: digest_t, add_text, add_contents, digest_text
   use checksum, only: file_checksum
   use command_line, only: command_t
   use scene, only: scene_t
+  use law_setup, only: is_user_material
   implicit none
   private
 
-  public :: identity_of
+  public :: identity_of, key_of_user_files
 
 contains
 
@@ -16,9 +18,8 @@ contains
   function identity_of(command, scene) result(identity)
     type(command_t), intent(in) :: command
     type(scene_t), intent(in) :: scene
-    character(:), allocatable :: identity, content
+    character(:), allocatable :: identity
     type(digest_t) :: digest
-    logical :: is_there
     integer :: i
 
     call add_text(digest, file_checksum("/proc/self/exe"))
@@ -30,11 +31,32 @@ contains
     do i = 1, size(command%overrides)
       call add_text(digest, command%overrides(i)%value//new_line("a"))
     end do
-    do i = 1, size(command%user_files)
-      call read_whole_file(command%user_files(i)%value, content, is_there)
-      call add_text(digest, content//new_line("a"))
-    end do
+    call add_text(digest, key_of_user_files(command, scene))
     identity = digest_text(digest)
   end function identity_of
+
+  !> Digest of the files of --user with all that they include; empty where no material of the deck
+  !! asks for them.
+  function key_of_user_files(command, scene) result(key)
+    type(command_t), intent(in) :: command
+    type(scene_t), intent(in) :: scene
+    character(:), allocatable :: key
+    type(digest_t) :: digest
+    logical :: is_needed
+    integer :: i
+
+    key = ""
+    is_needed = .false.
+    if (allocated(scene%materials)) then
+      do i = 1, size(scene%materials)
+        is_needed = is_needed .or. is_user_material(scene%materials(i))
+      end do
+    end if
+    if (.not. is_needed) return
+    do i = 1, size(command%user_files)
+      call add_contents(digest, command%user_files(i)%value)
+    end do
+    key = digest_text(digest)
+  end function key_of_user_files
 
 end module run_identity

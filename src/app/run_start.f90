@@ -6,12 +6,13 @@ module run_start
   use scene, only: scene_t
   use model, only: model_t
   use state_store, only: state_store_t
-  use checkpoint, only: read_checkpoint, restore_result
+  use checkpoint, only: read_checkpoint, restore_result, remove_leftovers
   use frames, only: results_t, results_setup_t, open_results
   use forming_run, only: new_run
   use run_data, only: run_t
   use run_saver, only: saver_t, start_from
   use command_line, only: command_t
+  use run_identity, only: key_of_user_files
   use output_names, only: path_beside_result
   implicit none
   private
@@ -34,6 +35,7 @@ contains
     saver%header%program = version//" ("//git_commit//")"
     saver%header%deck = scene%digest
     saver%header%deck_file = scene%file
+    saver%header%user = key_of_user_files(command, scene)
     associate (spec => scene%checkpoints)
       saver%every_steps = spec%n_steps
       saver%every_seconds = 60*spec%minutes
@@ -75,6 +77,7 @@ contains
     call new_run(model, run)
     if (command%restart == "") then
       call open_results(results, setup, error)
+      if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
       return
     end if
     call read_checkpoint(command%restart, saver%header, store, error)
@@ -92,6 +95,7 @@ contains
     end if
     call restore_result(command%restart, setup%path, error)
     if (.not. allocated(error)) call open_results(results, setup, error, saver%good_frames)
+    if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
     if (command%restart == saver%path) saver%saved_step = run%n_steps
   end subroutine start_run
 

@@ -2,27 +2,29 @@
 !! taken up again.
 module deck_digest
   use source_digest, only: digest_t, add_text, digest_text
+  use text, only: to_text
   use line_list, only: line_text
   use lexer, only: lexed_deck_t
   implicit none
   private
 
-  public :: digest_of_deck
+  public :: digest_of_deck, digest_line
 
   character(*), parameter :: free(6) = [character(10) :: "OUTPUT", "CHECKPOINT", "HEADING", &
                                         "INCLUDE", "PARAMETER", "END"]
 
 contains
 
-  !> Digest of all keywords with their options and data, parameters replaced, but for *OUTPUT,
-  !! *CHECKPOINT, *HEADING and the data of the last *DYNAMIC. Comments and the files that the lines
-  !! come from do not count.
+  !> Digests of all keywords with their options and data, parameters replaced, but for *OUTPUT,
+  !! *CHECKPOINT, *HEADING and the data of the last *DYNAMIC: a line for each, with its name and
+  !! place. Comments and the files that the lines come from do not count.
   function digest_of_deck(lexed) result(text)
     type(lexed_deck_t), intent(in) :: lexed
-    character(16) :: text
+    character(:), allocatable :: text
     type(digest_t) :: digest
     integer :: i, j, last_dynamic
 
+    text = ""
     last_dynamic = 0
     do i = 1, lexed%n_blocks
       if (lexed%blocks(i)%keyword == "DYNAMIC") last_dynamic = i
@@ -30,19 +32,29 @@ contains
     do i = 1, lexed%n_blocks
       associate (block => lexed%blocks(i))
         if (any(free == block%keyword)) cycle
+        digest = digest_t()
         call add_text(digest, "*"//block%keyword)
         do j = 1, size(block%options)
           if (block%options(j)%name == "INPUT") cycle
           call add_text(digest, ","//block%options(j)%name)
           if (block%options(j)%has_value) call add_text(digest, "="//block%options(j)%value)
         end do
-        if (i == last_dynamic) cycle
-        do j = block%first, block%last
+        do j = block%first, merge(0, block%last, i == last_dynamic)
           call add_text(digest, new_line("a")//line_text(lexed%lines, j))
         end do
+        text = text//digest_line(digest_text(digest), "*"//block%keyword//" ("// &
+                                 lexed%files(block%file)%value//":"//to_text(block%line)//")")
       end associate
     end do
-    text = digest_text(digest)
   end function digest_of_deck
+
+  !> A line of such a digest.
+  pure function digest_line(digest, name) result(line)
+    character(*), intent(in) :: digest     !! sixteen digits
+    character(*), intent(in) :: name       !! what it is of, for messages
+    character(:), allocatable :: line
+
+    line = digest//" "//name//new_line("a")
+  end function digest_line
 
 end module deck_digest

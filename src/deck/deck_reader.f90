@@ -27,7 +27,7 @@ module deck_reader
   use reduction_keywords, only: read_reduction
   use plane_strain, only: reduce_scene
   use run_keywords, only: read_checkpoints
-  use deck_digest, only: digest_of_deck
+  use deck_digest, only: digest_of_deck, digest_line
   use deck_check, only: check_presence, check_scene
   use fault_report, only: sort_faults
   implicit none
@@ -152,7 +152,8 @@ contains
     call read_reduction(deck, scene)
     call read_checkpoints(deck, scene, faults)
     do i = deck%lexed%n_files + 1, size(scene%files)   ! geometry from other programs
-      scene%digest = scene%digest//file_checksum(scene%files(i)%value)
+      scene%digest = scene%digest//digest_line(file_checksum(scene%files(i)%value), &
+                                               "the file '"//scene%files(i)%value//"'")
     end do
   end subroutine read_scene
 

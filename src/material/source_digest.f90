@@ -5,7 +5,7 @@ module source_digest
   implicit none
   private
 
-  public :: digest_t, add_text, add_file, digest_text, read_whole_file, included_name
+  public :: digest_t, add_text, add_file, add_contents, digest_text, read_whole_file, included_name
 
   !> Two sums of 32 bits that a text is folded into.
   type :: digest_t
@@ -28,9 +28,18 @@ contains
     end do
   end subroutine add_text
 
-  !> Fold a file in, and all files that it includes and that stand beside it. Files that cannot be
-  !! read count as empty: whoever needs them says so.
-  recursive subroutine add_file(digest, path)
+  !> Fold a file in with its path, and all files that it includes and that stand beside it.
+  subroutine add_file(digest, path)
+    type(digest_t), intent(inout) :: digest
+    character(*), intent(in) :: path
+
+    call add_text(digest, path)
+    call add_contents(digest, path)
+  end subroutine add_file
+
+  !> Fold in what stands in a file and in all files that it includes and that stand beside it,
+  !! wherever that is. Files that cannot be read count as empty: whoever needs them says so.
+  recursive subroutine add_contents(digest, path)
     type(digest_t), intent(inout) :: digest
     character(*), intent(in) :: path
     character(:), allocatable :: content, folder, name
@@ -45,7 +54,6 @@ contains
     entry%value = path
     digest%files = [digest%files, entry]
     call read_whole_file(path, content, is_there)
-    call add_text(digest, path)
     call add_text(digest, content)
     folder = path(:index(path, "/", back=.true.))
     first = 1
@@ -57,9 +65,9 @@ contains
       if (name == "") cycle
       if (name(1:1) /= "/") name = folder//name
       inquire (file=name, exist=is_there)
-      if (is_there) call add_file(digest, name)
+      if (is_there) call add_contents(digest, name)
     end do
-  end subroutine add_file
+  end subroutine add_contents
 
   !> The file that a line includes, empty where it includes none.
   pure function included_name(line) result(name)

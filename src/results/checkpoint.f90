@@ -22,17 +22,21 @@ module checkpoint
   private
 
   public :: checkpoint_header_t, write_checkpoint, read_checkpoint, restore_result
+  public :: remove_leftovers
 
   !> What a checkpoint belongs to.
   type :: checkpoint_header_t
     character(:), allocatable :: program     !! version and commit
-    character(:), allocatable :: deck        !! digest of what may not change
+    character(:), allocatable :: deck        !! what may not change: a line for each keyword, with
+                                             !! its digest, its name and its place
+    character(:), allocatable :: user        !! digest of the user's subroutines; empty: none
     character(:), allocatable :: deck_file   !! for messages
   end type checkpoint_header_t
 
   character(*), parameter :: mark = "igaform checkpoint 1 "
   integer, parameter :: last_length = len(mark) + 2*20 + 16 + 1
   integer, parameter :: block_bytes = 1048576
+  integer, parameter :: digest_length = 16
 
   !> The last line taken apart.
   type :: last_line_t
@@ -81,7 +85,8 @@ contains
     call create_file(file, path, is_checked=.true.)
     call write_text_attribute(file, "/", "generator", "igaform")
     call write_text_attribute(file, "/", "program", header%program)
-    call write_text_attribute(file, "/", "deck", header%deck)
+    call write_text(file, "/deck", header%deck, "keywords of the deck with their digests")
+    call write_text_attribute(file, "/", "user", header%user)
     call write_text_attribute(file, "/", "deck_file", header%deck_file)
     names = ""
     do i = 1, store%n_entries
@@ -174,7 +179,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(last_line_t) :: last
     integer(hid_t) :: file
-    character(:), allocatable :: program, deck
+    character(:), allocatable :: program, difference
 
     call check_whole(path, last, error)
     if (allocated(error)) return
@@ -184,20 +189,57 @@ contains
       return
     end if
     program = read_text_attribute(file, "/", "program")
-    deck = read_text_attribute(file, "/", "deck")
+    difference = first_difference(read_text(file, "/deck"), header%deck)
     if (program /= header%program) then
       call refuse(path, "it was written by igaform "//program//", this is "//header%program// &
                   "; only the same program goes on bit by bit the same", error)
-    else if (deck /= header%deck) then
+    else if (difference /= "") then
       call refuse(path, "it belongs to another deck or to other parameters than '"// &
                   header%deck_file//"' now (it was '"// &
-                  read_text_attribute(file, "/", "deck_file")// &
-                  "'); only *OUTPUT, *CHECKPOINT, *HEADING and the last end time may differ", error)
+                  read_text_attribute(file, "/", "deck_file")//"'): "//difference// &
+                  "; only *OUTPUT, *CHECKPOINT, *HEADING and the data of the last *DYNAMIC may "// &
+                  "differ, and a parameter counts wherever the deck has it", error)
+    else if (read_text_attribute(file, "/", "user") /= header%user) then
+      call refuse(path, "it was written with other user subroutines than those of --user now", &
+                  error)
     else
       call read_entries(file, path, store, error)
     end if
     call close_reading(file)
   end subroutine read_checkpoint
+
+  !> Where two decks differ first, in words; empty if they do not.
+  pure function first_difference(was, now) result(words)
+    character(*), intent(in) :: was, now      !! lines as in `checkpoint_header_t`
+    character(:), allocatable :: words
+    character(1), parameter :: feed = new_line("a")
+    integer :: i, j, n, m
+
+    words = ""
+    i = 1
+    j = 1
+    do while (i <= len(was) .and. j <= len(now))
+      n = index(was(i:)//feed, feed)
+      m = index(now(j:)//feed, feed)
+      if (key(was(i:i + n - 2)) /= key(now(j:j + m - 2))) exit
+      i = i + n
+      j = j + m
+    end do
+    if (j <= len(now)) then
+      words = now(j + digest_length + 1:j - 2 + index(now(j:)//feed, feed))// &
+              " is new or not what it was"
+    else if (i <= len(was)) then
+      words = was(i + digest_length + 1:i - 2 + index(was(i:)//feed, feed))//" is not there now"
+    end if
+  end function first_difference
+
+  !> Digest of a line.
+  pure function key(line)
+    character(*), intent(in) :: line
+    character(digest_length) :: key
+
+    key = line
+  end function key
 
   subroutine read_entries(file, path, store, error)
     integer(hid_t), intent(in) :: file
@@ -252,6 +294,15 @@ contains
     error%message = "result file '"//result_file//"' cannot be taken from the checkpoint: "// &
                     error%message
   end subroutine restore_result
+
+  !> Remove what a killed run may have begun to write beside its result. Only for who has the result
+  !! open: nobody else writes these files then.
+  subroutine remove_leftovers(result_file, path)
+    character(*), intent(in) :: result_file, path    !! path of the checkpoint
+
+    call remove_file(result_file//".new")
+    call remove_file(path//".new")
+  end subroutine remove_leftovers
 
   !> Is this a checkpoint, as it was written to the last byte?
   subroutine check_whole(path, last, error)

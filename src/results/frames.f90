@@ -241,6 +241,7 @@ contains
     call write_history(results%history, results%file)
     call write_timings(results%file, timings)
     call write_text_attribute(results%file, "/provenance", "status", status)
+    call flush_file(results%file)
     call close_file(results%file)
     call take_error(results%file, error)
   end subroutine close_results

@@ -14,6 +14,8 @@ module hdf5_file
   use hdf5_library
   use hdf5_lists, only: checked_format, chunked, parent_maker, text_type
   use hdf5_reason, only: failure_reason, is_library_silenced
+  use file_identity, only: is_same_file
+  use text, only: to_text
   use file_lock, only: is_locked_by_others, is_lock_shared, folder_lock_t, hold_folder, &
                        release_folder
   implicit none
@@ -29,6 +31,7 @@ module hdf5_file
   type :: hdf5_file_t
     character(:), allocatable :: path
     integer(hid_t) :: id = -1                     !! handle of the library
+    character(:), allocatable :: link             !! of the system to the open file itself
     logical :: is_shared = .false.                !! readers may look in while it is open
     logical :: is_checked = .false.               !! its headers have checksums
     type(error_t), allocatable :: error           !! first failure, see `take_error`
@@ -101,6 +104,7 @@ contains
     else if (h5fget_vfd_handle(file%id, h5_default, descriptor) >= 0) then
       call c_f_pointer(descriptor, unit)
       file%is_shared = is_lock_shared(unit)
+      file%link = "/proc/self/fd/"//to_text(int(unit))
     end if
   end subroutine open_locked
 
@@ -115,18 +119,28 @@ contains
     if (status < 0) call note(file, "close", "")
   end subroutine close_file
 
-  !> Hand everything written so far to the operating system, so that it survives the program.
+  !> Hand everything written so far to the operating system, so that it survives the program. Fails
+  !! too if the file is no longer there under its name.
   subroutine flush_file(file)
     type(hdf5_file_t), intent(inout) :: file
 
-    logical :: is_there
-
     if (allocated(file%error)) return
     if (h5fflush(file%id, h5_scope_global) < 0) call note(file, "write", "")
-    inquire (file=file%path, exist=is_there)
-    if (.not. is_there .and. .not. allocated(file%error)) call fail(file%error, "result file '"// &
-      file%path//"': somebody has deleted or moved it while the run was writing it")
+    if (.not. is_in_place(file) .and. .not. allocated(file%error)) call fail(file%error, &
+      "result file '"//file%path//"': somebody has deleted, moved or replaced it while the run "// &
+      "was writing it")
   end subroutine flush_file
+
+  !> Does the name still lead to the open file? Where the system has no link to open files, to any.
+  logical function is_in_place(file)
+    type(hdf5_file_t), intent(in) :: file
+    logical :: has_link
+
+    inquire (file=file%path, exist=is_in_place)
+    if (.not. (is_in_place .and. allocated(file%link))) return
+    inquire (file=file%link, exist=has_link)
+    if (has_link) is_in_place = is_same_file(file%path, file%link)
+  end function is_in_place
 
   !> The first failure since the last call, not allocated if there was none.
   subroutine take_error(file, error)

@@ -49,12 +49,6 @@ def momentum_drift(run, limit, kind="momentum"):
                 limit)
 
 
-def rest(run, limit):
-    """Kinetic energy at the end over the largest ever."""
-    kinetic = run.history["kinetic_energy"]
-    return Mark("kinetic energy left", abs(kinetic[-1]) / kinetic.max(), limit)
-
-
 def penetration(run, thickness, limit):
     return Mark("penetration over thickness", run.history["max_penetration"].max() / thickness,
                 limit)

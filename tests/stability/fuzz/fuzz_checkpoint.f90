@@ -30,6 +30,7 @@ program fuzz_checkpoint
   header%program = "any"
   header%deck = "any"
   header%deck_file = trim(deck)
+  header%user = ""
   call set_up()
   if (command_argument_count() > 1) then
     call get_command_argument(2, written)

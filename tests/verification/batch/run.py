@@ -6,6 +6,7 @@ import csv
 import importlib.util
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
@@ -76,6 +77,15 @@ def one_file_has_one_writer(folder):
     assert (folder / "list_summary.csv").read_text() == "mine\n"
 
 
+def a_line_may_be_long(folder):
+    write_list(folder, f"{DECK} {SHORT} {' ' * 5000} --out a.h5")
+    igaform(folder, "batch", "list.txt")
+    rows = table(folder)
+    assert rows["a.h5"]["status"] == "completed", rows
+    said = igaform(folder, "batch", "nowhere.txt", code=1)
+    assert "no file `nowhere.txt`, expected a list of runs" in said, said
+
+
 def an_array_of_jobs_shares_a_list(folder):
     write_list(folder, *(f"{DECK} {SHORT} --set n_y={n} --out {n}.h5" for n in (2, 3)))
     igaform(folder, "batch", "list.txt", "--only", 2)
@@ -84,6 +94,32 @@ def an_array_of_jobs_shares_a_list(folder):
     said = igaform(folder, "batch", "list.txt", "--summary", code=3)
     assert "2 runs: 1 completed, 1 due" in said, said
     igaform(folder, "batch", "list.txt", "--only", 3, code=1)
+
+
+def the_scripts_of_the_manual_work(folder):
+    """The one for Slurm with a stand-in for srun, that for GNU parallel where there is one."""
+    manual = (PROJECT / "docs/running.md").read_text()
+    script = "#!/bin/bash" + manual.split("    #!/bin/bash")[1].split("\n\n")[0]
+    (folder / "sweep.sh").write_text(script.replace("\n    ", "\n") + "\n")
+    subprocess.run(["bash", "-n", "sweep.sh"], cwd=folder, check=True)
+    tools = folder / "tools"
+    tools.mkdir()
+    (tools / "srun").write_text('#!/bin/sh\nexec "$@"\n')
+    (tools / "srun").chmod(0o755)
+    (tools / "igaform").symlink_to(PROGRAM)
+    there = os.environ | {"PATH": f"{tools}:{os.environ['PATH']}", "SLURM_CPUS_PER_TASK": "1"}
+    (folder / "sweep.txt").write_text("".join(f"{DECK} {SHORT} --set n_y={n} --out {n}.h5\n"
+                                              for n in (2, 3, 4)))
+    for number in (1, 2):
+        subprocess.run(["bash", "sweep.sh"], cwd=folder, check=True, timeout=100,
+                       env=there | {"SLURM_ARRAY_TASK_ID": str(number)}, capture_output=True)
+    assert "2 completed, 1 due" in igaform(folder, "batch", "sweep.txt", "--summary", code=3)
+    line = [line.strip() for line in manual.splitlines() if "| parallel" in line][0]
+    subprocess.run(["bash", "-n", "-c", line], check=True)
+    if shutil.which("parallel"):
+        subprocess.run(line.replace("seq 40", "seq 3").replace("-j 8", "-j 1"), shell=True,
+                       check=True, cwd=folder, env=there, timeout=100, capture_output=True)
+        igaform(folder, "batch", "sweep.txt", "--summary")
 
 
 def a_folder_is_a_batch(folder):
@@ -176,7 +212,9 @@ def wait_for(condition):
 
 
 if __name__ == "__main__":
-    for test in (runs_once_and_not_again, one_file_has_one_writer, an_array_of_jobs_shares_a_list,
+    for test in (runs_once_and_not_again, one_file_has_one_writer, a_line_may_be_long,
+                 an_array_of_jobs_shares_a_list,
+                 the_scripts_of_the_manual_work,
                  a_folder_is_a_batch, interruption_stops_all, a_wish_to_save_reaches_all,
                  a_signal_to_the_group_saves_all,
                  a_second_run_leaves_the_file_alone):

@@ -5,6 +5,7 @@ Usage: files.py PROGRAM PROJECT
 import ctypes
 import os
 import resource
+import shutil
 import subprocess
 import sys
 
@@ -130,6 +131,19 @@ def an_empty_file_may_be_replaced(folder):
     assert (folder / "b.h5").read_text() == "mine"
 
 
+def what_a_killed_run_began_goes_away(folder):
+    path = deck(folder, STRIP)
+    for name in ("a.h5.new", "a.ckpt.h5.new", "b.h5.new"):
+        (folder / name).write_text("half of it")
+    igaform(folder, path, *SMALL, "--out", "a.h5")
+    assert sorted(file.name for file in folder.glob("*.new")) == ["b.h5.new"]
+    path = deck(folder, STRIP, "*CHECKPOINT, NUMBER=2")
+    igaform(folder, path, *SMALL, "--out", "a.h5")
+    (folder / "a.h5.new").write_text("half of it")
+    igaform(folder, path, *SMALL, "--restart", "a.ckpt.h5")
+    assert not (folder / "a.h5.new").exists()
+
+
 def a_deleted_result(folder):
     path = deck(folder, STRIP, "*CHECKPOINT, STEPS=200")
     words = ["--set", "n_x=6", "--set", "end_time=1e-3", "--out", "a.h5"]
@@ -139,9 +153,24 @@ def a_deleted_result(folder):
     (folder / "a.h5").unlink()
     assert run.wait(60) == 4, (rows, run.returncode)
     log = (folder / "a.log").read_text()
-    assert "deleted or moved it" in log and "--restart a.ckpt.h5" in log, log
+    assert "deleted, moved or replaced it" in log and "--restart a.ckpt.h5" in log, log
     igaform(folder, path, *words[:4], "--restart", "a.ckpt.h5")
     assert opens(folder / "a.h5")
+
+
+def a_replaced_result(folder):
+    """Another file of its name is not what the run writes to."""
+    path = deck(folder, STRIP, "*CHECKPOINT, STEPS=200")
+    words = ["--set", "n_x=6", "--set", "end_time=1e-3", "--threads", "1"]
+    run = begin(folder, path, *words, "--out", "a.h5")
+    wait_for((folder / "a.ckpt.h5").exists)
+    shutil.copy(folder / "a.h5", folder / "copy.h5")
+    (folder / "copy.h5").rename(folder / "a.h5")
+    assert run.wait(60) == 4, run.returncode
+    assert "deleted, moved or replaced it" in (folder / "a.log").read_text()
+    igaform(folder, path, *words, "--out", "full.h5")
+    igaform(folder, path, *words, "--restart", "a.ckpt.h5")
+    check_same(folder / "a.h5", datasets(folder / "full.h5"))
 
 
 def names_do_not_reach_a_shell(folder):
@@ -172,5 +201,6 @@ if __name__ == "__main__":
     run_all(a_full_disk_is_no_fault_of_the_numerics, a_stop_without_room_says_so,
             a_checkpoint_that_finds_no_room_leaves_the_one_before,
             folders_that_cannot_be_written, a_folder_that_is_sealed_under_way,
-            an_include_that_vanished, an_empty_file_may_be_replaced, a_deleted_result,
+            an_include_that_vanished, an_empty_file_may_be_replaced,
+            what_a_killed_run_began_goes_away, a_deleted_result, a_replaced_result,
             names_do_not_reach_a_shell)

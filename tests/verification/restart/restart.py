@@ -133,6 +133,28 @@ def a_result_has_one_writer(folder):
     assert run.wait(60) == 3, run.returncode
 
 
+def line_of(path, start):
+    lines = path.read_text().splitlines()
+    return 1 + [line.startswith(start) for line in lines].index(True)
+
+
+def other_user_subroutines_are_refused(folder):
+    """By what stands in them and in what they include, wherever they are."""
+    stability = PROJECT / "input" / "stability"
+    source = (stability / "fails_beyond.f").read_text()
+    path, user = stability / "user_law.key", folder / "law.f"
+    words = ["--user", "law.f", "--threads", "1"]
+    user.write_text(source)
+    igaform(folder, path, *words, "--out", "a.h5", code=2)      # and leaves its last good state
+    user.write_text(source + "C     another law\n")
+    said = igaform(folder, path, *words, "--restart", "a.ckpt.h5", code=1)
+    assert "other user subroutines" in said, said
+    (folder / "sub").mkdir()
+    (folder / "sub" / "same.f").write_text(source)
+    igaform(folder, path, "--user", "sub/same.f", *words[2:], "--restart", "a.ckpt.h5",
+            code=2)
+
+
 def strangers_are_refused(folder):
     path, words = deck(folder, STRIP, "*CHECKPOINT, NUMBER=2"), settings("n_x=4 end_time=1e-4")
     igaform(folder, path, *words, "--out", "a.h5")
@@ -157,6 +179,11 @@ def strangers_are_refused(folder):
     refused(b"", "no checkpoint", *words)
     refused(before, "no checkpoint", *words)
     refused(whole, "another deck or to other parameters", *settings("n_x=4 end_time=1e-4 width=9"))
+    # The end time of this deck is in its amplitude too.
+    refused(whole, f"*AMPLITUDE ({STRIP}:{line_of(STRIP, '*AMPL')}) is new or not what it was",
+            *settings("n_x=4 end_time=2e-4"))
+    longer = deck(folder, STRIP, "*PROBE, NAME=middle", "0.5, 0.5, 0.5", name="longer.key")
+    refused(whole, f"*PROBE ({longer}:2) is new", *words, deck_path=longer)
     short = folder / "short.key"
     short.write_text(STRIP.read_text().replace("<end_time>\n", "5e-5\n"))
     refused(whole, "later than the end time", *words, deck_path=short)
@@ -188,4 +215,5 @@ if __name__ == "__main__":
             goes_on_bit_by_bit(pathlib.Path(place), source, parameters)
         print(f"passed: {getattr(source, 'stem', source)} goes on bit by bit ({state})", flush=True)
     run_all(signals_save_and_stop, a_complete_run_leaves_no_checkpoint, the_clock_saves,
-            a_result_has_one_writer, strangers_are_refused, what_may_differ)
+            a_result_has_one_writer, strangers_are_refused,
+            other_user_subroutines_are_refused, what_may_differ)
