@@ -30,7 +30,7 @@ contains
                     choices="RAYLEIGH|KINETIC")
     call add_option(table, "ENERGY", kind_real, "kinetic energy that counts as rest, over the "// &
                     "largest change of the internal energy since the step began; with "// &
-                    "KINETIC the largest of the latest maxima, three at least, over a third "// &
+                    "KINETIC the largest of the latest maxima, three at least, over half "// &
                     "of the time since the step began at least", &
                     default="1e-8", range="> 0")
     call add_option(table, "FORCE", kind_real, "norm of the unbalanced force that counts as "// &

@@ -79,12 +79,12 @@ contains
     if (self%is_done) self%settled_at = instant%time
   end subroutine apply
 
-  !> Note the maximum that the kinetic energy has passed. A window ends after three of them and half
-  !! as much time again as went before it.
+  !> Note the maximum that the kinetic energy has passed. A window ends after three of them and as
+  !! much time as went before it.
   pure subroutine stop_at_peak(self)
     class(relaxation_t), intent(inout) :: self
     integer, parameter :: least_stops = 3
-    real(wp), parameter :: growth = 1.5_wp
+    real(wp), parameter :: growth = 2.0_wp
 
     self%n_stops = self%n_stops + 1
     self%peak = max(self%peak, self%kinetic_energy)
