@@ -397,6 +397,7 @@ contains
       setup%tools(i)%name = scene%tools(i)%name
       setup%tools(i)%surfaces = model%bodies%tools(i)%surfaces
       setup%tools(i)%cell_length = tool_cell_length(model)
+      setup%tools(i)%is_turning = any(scene%motions%tool == i .and. scene%motions%is_rotation)
     end do
     do i = 1, size(scene%probes)
       setup%probes(i)%value = scene%probes(i)%name

@@ -43,6 +43,7 @@ module contact
     real(wp) :: overhang = 0.0_wp     !! how far beyond the border a point still touches [length]
     real(wp) :: friction = 0.0_wp     !! coefficient mu of Coulomb friction, 0: none
     real(wp) :: damping = 0.0_wp      !! normal damping, part of the critical, 0: none
+    logical :: is_late = .false.      !! it begins when the blank may be in the tool already
     logical :: is_corner_start = .false.   !! search anew each time from face corners, as [CA]
   end type contact_options_t
 
@@ -93,6 +94,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     contact%options = options
+    if (options%is_late) contact%longest = 0.0_wp
     if (options%max_depth <= 0.0_wp) contact%options%max_depth = 0.5_wp*tool%search_distance
     if (min(options%scale, options%stiffness, options%max_depth, options%overhang, &
             options%friction, options%damping) < 0.0_wp) then

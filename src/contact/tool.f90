@@ -36,6 +36,8 @@ module tool
     real(wp) :: rotation_rate(3, 3) = 0.0_wp   !! mean over the step that led there [1/time]
     real(wp) :: reference(3) = 0.0_wp       !! place of its axis in the frame [length]
     real(wp) :: force(3) = 0.0_wp           !! reaction of the sheet, zeroed each step [force]
+    real(wp) :: torque(3) = 0.0_wp          !! its moment about `reference`, if the tool turns
+                                            !! [force length]
     real(wp) :: scale = 1.0_wp              !! size the tolerances are measured by [length]
     integer :: n_faces = 0
     integer :: orders(2) = least_order      !! highest degrees of the surfaces + 1

@@ -6,7 +6,7 @@ module tool_turn
   implicit none
   private
 
-  public :: rotation_about, into_frame, pace_of, way_of
+  public :: rotation_about, into_frame, pace_of, way_of, torque_of
 
 contains
 
@@ -46,6 +46,23 @@ contains
     way = tool%displacement
     if (tool%is_turning) way = way + matmul(tool%rotation, tool%reference) - tool%reference
   end function way_of
+
+  !> Moment about the tool's reference of forces whose couple, forces times places in the tool's
+  !! frame, is known.
+  pure function torque_of(tool, force, couple) result(torque)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: force(3)       !! their sum in space [force]
+    real(wp), intent(in) :: couple(3, 3)   !! sum of f_i X_j [force length]
+    real(wp) :: torque(3)                  !! in space [force length]
+    real(wp) :: about(3, 3)
+    integer :: j
+
+    do j = 1, 3
+      about(:, j) = couple(:, j) - force*tool%reference(j)
+    end do
+    about = matmul(about, transpose(tool%rotation))
+    torque = [about(3, 2) - about(2, 3), about(1, 3) - about(3, 1), about(2, 1) - about(1, 2)]
+  end function torque_of
 
   !> Largest speed of a corner of the box around the tool [length/time].
   pure real(wp) function pace_of(tool) result(pace)

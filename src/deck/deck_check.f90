@@ -131,7 +131,7 @@ contains
     end associate
   end function extents
 
-  !> Warn of a tool that no contact pair names, or that cannot reach the blank.
+  !> Warn of a tool that no contact pair and no bead names, or that cannot reach the blank.
   subroutine check_tool(scene, i, faults)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: i
@@ -142,6 +142,7 @@ contains
 
     associate (tool => scene%tools(i))
       if (.not. any(scene%contacts%tool == i)) then
+        if (any(scene%beads%closing == i)) return   ! whose way the forces of a bead run over
         call add_warning(faults, tool%origin, "the tool "//tool%name//", which touches nothing", &
                          "a *CONTACT PAIR that names it")
         return

@@ -1,6 +1,13 @@
 !> Draw beads of the scene as effects of the model.
 module bead_setup
   use kinds, only: wp
+  use faults, only: fault_list_t, add_warning
+  use text, only: rounded_text, place_text
+  use vector_product, only: cross
+  use tool, only: tool_t, new_tool
+  use tool_face, only: separation_t, separation, unit_normal
+  use tool_search, only: search_all_faces
+  use closest_point, only: hit_t
   use scene, only: bead_spec_t, blank_spec_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: solid_face, face_side
@@ -9,7 +16,6 @@ module bead_setup
   use blank, only: face_slice
   use motion_curve, only: curve_t
   use draw_bead, only: draw_bead_t, new_draw_bead, set_slip, is_on
-  use faults, only: fault_list_t, add_warning
   use effect, only: effect_slot_t
   use model, only: model_t
   implicit none
@@ -19,8 +25,9 @@ module bead_setup
 
 contains
 
-  !> Append one bead to the force stage, one effect for each patch whose face is not joined. A
-  !! bead that is not on the blank at the start is warned of.
+  !> Append one bead to the force stage, one effect for each patch whose face is not joined. Warned
+  !! of are a bead that is not on the blank at the start, a line that leaves it, and a band too
+  !! narrow for the elements.
   subroutine add_bead(spec, blank_spec, curve, model, faults)
     type(bead_spec_t), intent(in) :: spec
     type(blank_spec_t), intent(in) :: blank_spec
@@ -29,17 +36,20 @@ contains
     type(fault_list_t), intent(inout) :: faults
     type(draw_bead_t) :: bead
     type(nurbs_surface_t) :: face
+    type(nurbs_surface_t), allocatable :: faces(:)
     type(effect_slot_t) :: slot
     integer :: p
     logical :: is_there
     real(wp), parameter :: part_of_width = 0.01_wp
 
     is_there = .false.
+    allocate (faces(0))
     do p = 1, size(blank_spec%patches)
       if (blank_spec%patches(p)%is_joined(spec%face)) cycle
       associate (body => model%bodies%blank%parts(p))
         face = solid_face(body%solid, spec%face)
         call take_spec(spec, curve, p, face_slice(body%patch%n_control, spec%face), bead)
+        faces = [faces, face]
         call new_draw_bead(bead, face, bead_name(spec, blank_spec, p))
         is_there = is_there .or. is_on(bead, face)
         call set_slip(bead, merge(spec%slip, part_of_width*spec%width, spec%slip > 0.0_wp), &
@@ -49,9 +59,13 @@ contains
       model%forces = [model%forces, slot]
       deallocate (slot%item)
     end do
-    if (spec%first_step > 1 .or. is_there) return
-    call add_warning(faults, spec%origin, "the draw bead "//spec%name//", which is nowhere on "// &
-                     "the blank", "a line within half its WIDTH of the FACE")
+    if (spec%first_step > 1) return
+    if (is_there) then
+      call check_line(spec, faces, faults)
+    else
+      call add_warning(faults, spec%origin, "the draw bead "//spec%name//", which is nowhere "// &
+                       "on the blank", "a line within half its WIDTH of the FACE")
+    end if
   end subroutine add_bead
 
   !> A new bead with what the deck says of it.
@@ -75,6 +89,62 @@ contains
     bead%first_step = spec%first_step
     bead%last_step = spec%last_step
   end subroutine take_spec
+
+  !> Walk along the line: how much of it is off the sheet, and how wide elements are across it.
+  subroutine check_line(spec, faces, faults)
+    type(bead_spec_t), intent(in) :: spec
+    type(nurbs_surface_t), intent(in) :: faces(:)
+    type(fault_list_t), intent(inout) :: faults
+    integer, parameter :: least = 3            ! elements across the band
+    integer, parameter :: n_parts = 16         ! of a length as long as the band is wide
+    type(tool_t) :: sheet
+    type(hit_t) :: hit
+    type(error_t), allocatable :: error
+    real(wp) :: part(3), x(3), length, off, widest, width, worst(3)
+    integer :: s, i, n
+
+    if (size(faces) == 0) return
+    call new_tool(sheet, "sheet", faces, 1, spec%width, error)
+    if (allocated(error)) return
+    length = 0.0_wp
+    off = 0.0_wp
+    widest = 0.0_wp
+    do s = 1, size(spec%line, 2) - 1
+      part = spec%line(:, s + 1) - spec%line(:, s)
+      n = max(n_parts, min(1000, ceiling(n_parts*norm2(part)/spec%width)))
+      do i = 1, n
+        x = spec%line(:, s) + (i - 0.5_wp)/n*part
+        call search_all_faces(sheet, x, hit)
+        length = length + norm2(part)/n
+        if (hit%distance > spec%width) off = off + norm2(part)/n
+        if (hit%distance > spec%width) cycle
+        width = width_across(sheet, hit, x, part)
+        if (width > widest) worst = x
+        widest = max(widest, width)
+      end do
+    end do
+    if (off > 0.0_wp) call add_warning(faults, spec%origin, "a line of which "// &
+      rounded_text(off)//" of "//rounded_text(length)//" is off the sheet by more than WIDTH", &
+      "a line on the blank, which its ends may leave by WIDTH")
+    if (least*widest > spec%width*(1.0_wp + 1.0e-6_wp)) call add_warning(faults, spec%origin, &
+      "a band of WIDTH="//rounded_text(spec%width)//" over elements that are "// &
+      rounded_text(widest)//" wide across the line at "//place_text(worst), &
+      "a WIDTH of at least three elements, or the force is not exact")
+  end subroutine check_line
+
+  !> Width of the element below a point across a line: the longer of its sides seen along it.
+  pure real(wp) function width_across(sheet, hit, x, along) result(width)
+    type(tool_t), intent(in) :: sheet
+    type(hit_t), intent(in) :: hit
+    real(wp), intent(in) :: x(3), along(3)
+    type(separation_t) :: state
+    real(wp) :: across(3)
+
+    state = separation(sheet%orders, sheet%coefficients(:, :, :, hit%face), hit%at, x)
+    across = cross(unit_normal(state%d1), along)
+    across = across/max(norm2(across), tiny(1.0_wp))
+    width = max(abs(dot_product(state%d1(:, 1), across)), abs(dot_product(state%d1(:, 2), across)))
+  end function width_across
 
   pure function bead_name(spec, blank_spec, p) result(name)
     type(bead_spec_t), intent(in) :: spec

@@ -6,7 +6,7 @@ module contact_effect
   use effect, only: effect_t, effect_slot_t, instant_t, tally_t
   use slave_surface, only: scatter_forces
   use tool, only: tool_t
-  use tool_turn, only: into_frame
+  use tool_turn, only: into_frame, torque_of
   use contact, only: contact_t, apply_contact
   use contact_state, only: pack_contact, unpack_contact, wake_contact
   use contact_fields, only: contact_fields_t, add_wear, pack_wear, unpack_wear
@@ -85,6 +85,8 @@ contains
         call turn_forces(bodies%tools(self%tool), size(net_x)/3, net_x, net_force, couple)
         on_blank = matmul(bodies%tools(self%tool)%rotation, on_blank)
         bodies%tools(self%tool)%force = before - on_blank
+        bodies%tools(self%tool)%torque = bodies%tools(self%tool)%torque &
+                                         - torque_of(bodies%tools(self%tool), on_blank, couple)
       end if
       ! Forces that add up to nothing act all the same.
       if (self%pair%statistics%n_touching > 0) then

@@ -103,6 +103,7 @@ contains
       options%damping = spec%damping
       options%overhang = spec%overhang
       options%is_corner_start = spec%is_corner_start
+      options%is_late = spec%first_step > 1
       pair%thickness = tool%search_distance/3.0_wp
       options%max_depth = pair%thickness
       call new_contact(pair%pair, slave, tool, face_mass(body, bounds), &

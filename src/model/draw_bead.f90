@@ -9,6 +9,7 @@
 module draw_bead
   use kinds, only: wp
   use state_store, only: state_store_t, put, take, put_array, take_array
+  use vector_product, only: cross
   use knot_vector, only: span_table, basis_derivatives
   use nurbs_surface, only: nurbs_surface_t
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
@@ -45,8 +46,8 @@ module draw_bead
     integer :: closing = 0                    !! tool whose way the curve runs over, 0: the time
     type(bead_point_t), allocatable :: points(:)
     real(wp), allocatable :: stretch(:)       !! of the springs, -slip to slip, (n_points)
-    logical, allocatable :: is_near(:)        !! may be in the band, (n_points)
-    real(wp) :: margin = 0.0_wp               !! how far the sheet may move before `is_near` is old
+    real(wp) :: travel = 0.0_wp               !! bound of the motion of the sheet so far [length]
+    real(wp), allocatable :: test_at(:)       !! travel at which a point may be in the band, (n_points)
     real(wp) :: lost = 0.0_wp                 !! work taken from the sheet [energy]
     real(wp), allocatable :: held(:, :, :, :)   !! restraint on the control points at the last step
     real(wp), allocatable :: pushed(:, :, :, :) !! hold-down force there
@@ -91,7 +92,7 @@ contains
       end do
     end do
     allocate (bead%stretch(n), source=0.0_wp)
-    allocate (bead%is_near(n), source=.true.)
+    allocate (bead%test_at(n), source=0.0_wp)
     associate (n_points => bead%upper - bead%lower + 1)
       allocate (bead%held(n_points(1), n_points(2), n_points(3), 3), source=0.0_wp)
       allocate (bead%pushed, source=bead%held)
@@ -143,7 +144,7 @@ contains
   pure logical function is_on(bead, face)
     type(draw_bead_t), intent(in) :: bead
     type(nurbs_surface_t), intent(in) :: face
-    real(wp) :: place(3), across(3), distance, reach
+    real(wp) :: place(3)
     integer :: p, c, i(2)
 
     is_on = .true.
@@ -153,8 +154,7 @@ contains
         place = [(sum(point%basis*face%points(point%first(1):i(1), point%first(2):i(2), c)), &
                   c=1, 3)]
       end associate
-      call place_by_line(bead%line, place, [0.0_wp, 0.0_wp, 1.0_wp], across, distance, reach)
-      if (reach <= sqrt(2.0_wp)*bead%half_width) return
+      if (reach_of(bead%line, place) <= sqrt(2.0_wp)*bead%half_width) return
     end do
     is_on = .false.
   end function is_on
@@ -254,80 +254,121 @@ contains
     end do
   end function size_of_axis2
 
-  !> Forces of all points that may be in the band.
+  !> Forces of all points that may be in the band. The others are not looked at: a point at some
+  !! distance from the band cannot be in it before the sheet has moved as far.
   pure subroutine add_forces(self, n, x, v, dt, factor, held, pushed)
     class(draw_bead_t), intent(inout) :: self
     integer, intent(in) :: n(2)                         !! control points of the face
     real(wp), intent(in) :: x(n(1), n(2), 3), v(n(1), n(2), 3)
     real(wp), intent(in) :: dt, factor
     real(wp), intent(inout) :: held(n(1), n(2), 3), pushed(n(1), n(2), 3)
-    logical :: is_renewed
     integer :: p
 
-    self%margin = self%margin - dt*sqrt(maxval(sum(v**2, 3)))
-    is_renewed = self%margin <= 0.0_wp
-    if (is_renewed) then
-      self%is_near = .true.
-      self%margin = 2*self%half_width
-    end if
+    self%travel = self%travel + dt*sqrt(maxval(sum(v**2, 3)))
     do p = 1, size(self%points)
-      if (.not. self%is_near(p)) cycle
-      call work_point(self, p, n, x, v, dt, factor, held, pushed)
+      if (self%travel < self%test_at(p)) cycle
+      associate (point => self%points(p))
+        call work_point(self, p, point%first, shape(point%basis), point%basis, point%slope, n, x, &
+                        v, dt, factor, held, pushed)
+      end associate
     end do
   end subroutine add_forces
 
-  !> Force of one point; it notes whether the point may reach the band before the next renewal.
-  pure subroutine work_point(self, p, n, x, v, dt, factor, held, pushed)
+  !> Force of one point; it notes when the point may come into the band.
+  pure subroutine work_point(self, p, first, m, basis, slope, n, x, v, dt, factor, held, pushed)
     class(draw_bead_t), intent(inout) :: self
-    integer, intent(in) :: p, n(2)
+    integer, intent(in) :: p, first(2), m(2), n(2)      !! m: basis functions each way
+    real(wp), intent(in) :: basis(m(1), m(2)), slope(m(1), m(2), 2)
     real(wp), intent(in) :: x(n(1), n(2), 3), v(n(1), n(2), 3)
     real(wp), intent(in) :: dt, factor
     real(wp), intent(inout) :: held(n(1), n(2), 3), pushed(n(1), n(2), 3)
     real(wp) :: place(3), speed(3), d1(3, 2), normal(3), across(3), distance, area, band, reach
-    integer :: i(2), c, d
+    integer :: c, i, j, k, l
 
-    associate (point => self%points(p))
-      i = point%first + shape(point%basis) - 1
-      do c = 1, 3
-        associate (net => x(point%first(1):i(1), point%first(2):i(2), c))
-          place(c) = sum(point%basis*net)
-          do d = 1, 2
-            d1(c, d) = sum(point%slope(:, :, d)*net)
-          end do
-        end associate
-        speed(c) = sum(point%basis*v(point%first(1):i(1), point%first(2):i(2), c))
+    place = 0.0_wp
+    do j = 1, m(2)
+      do i = 1, m(1)
+        do c = 1, 3
+          place(c) = place(c) + basis(i, j)*x(first(1) + i - 1, first(2) + j - 1, c)
+        end do
       end do
-      normal = [d1(2, 1)*d1(3, 2) - d1(3, 1)*d1(2, 2), d1(3, 1)*d1(1, 2) - d1(1, 1)*d1(3, 2), &
-                d1(1, 1)*d1(2, 2) - d1(2, 1)*d1(1, 2)]
-      area = norm2(normal)
-      normal = self%outward*normal/area
-      call place_by_line(self%line, place, normal, across, distance, reach)
-      self%is_near(p) = reach <= sqrt(2.0_wp)*self%half_width + self%margin
-      if (distance >= self%half_width .or. reach > sqrt(2.0_wp)*self%half_width) then
-        self%stretch(p) = 0.0_wp
-        return
-      end if
-      band = factor*area*point%measure*(1 + cos(pi*distance/self%half_width))/(2*self%half_width)
-      self%stretch(p) = min(max(self%stretch(p) + dt*dot_product(speed, across), -self%slip), &
-                            self%slip)
-      do c = 1, 3
-        held(point%first(1):i(1), point%first(2):i(2), c) = &
-          held(point%first(1):i(1), point%first(2):i(2), c) &
-          - point%basis*(self%restraint*band*(self%stretch(p)/self%slip)*across(c))
-        pushed(point%first(1):i(1), point%first(2):i(2), c) = &
-          pushed(point%first(1):i(1), point%first(2):i(2), c) &
-          - point%basis*(self%hold_down*band*normal(c))
+    end do
+    reach = reach_of(self%line, place) - sqrt(2.0_wp)*self%half_width
+    self%test_at(p) = self%travel + max(reach, 0.0_wp)
+    if (reach > 0.0_wp) then
+      self%stretch(p) = 0.0_wp
+      return
+    end if
+    d1 = 0.0_wp
+    speed = 0.0_wp
+    do j = 1, m(2)
+      do i = 1, m(1)
+        k = first(1) + i - 1
+        l = first(2) + j - 1
+        do c = 1, 3
+          d1(c, 1) = d1(c, 1) + slope(i, j, 1)*x(k, l, c)
+          d1(c, 2) = d1(c, 2) + slope(i, j, 2)*x(k, l, c)
+          speed(c) = speed(c) + basis(i, j)*v(k, l, c)
+        end do
       end do
-    end associate
+    end do
+    normal = cross(d1(:, 1), d1(:, 2))
+    area = norm2(normal)
+    normal = self%outward*normal/area
+    call place_by_line(self%line, place, normal, across, distance)
+    if (distance >= self%half_width) then
+      self%stretch(p) = 0.0_wp
+      return
+    end if
+    band = factor*area*self%points(p)%measure*(1 + cos(pi*distance/self%half_width)) &
+           /(2*self%half_width)
+    self%stretch(p) = min(max(self%stretch(p) + dt*dot_product(speed, across), -self%slip), &
+                          self%slip)
+    call spread_force(first, m, basis, -self%restraint*band*(self%stretch(p)/self%slip)*across, n, &
+                      held)
+    if (abs(self%hold_down) > 0.0_wp) &
+      call spread_force(first, m, basis, -self%hold_down*band*normal, n, pushed)
   end subroutine work_point
 
+  !> Share the force on a point among the control points around it.
+  pure subroutine spread_force(first, m, basis, force, n, net)
+    integer, intent(in) :: first(2), m(2), n(2)
+    real(wp), intent(in) :: basis(m(1), m(2)), force(3)
+    real(wp), intent(inout) :: net(n(1), n(2), 3)
+    integer :: i, j, c
+
+    do j = 1, m(2)
+      do i = 1, m(1)
+        do c = 1, 3
+          associate (value => net(first(1) + i - 1, first(2) + j - 1, c))
+            value = value + basis(i, j)*force(c)
+          end associate
+        end do
+      end do
+    end do
+  end subroutine spread_force
+
+  !> Distance in space from a polyline.
+  pure real(wp) function reach_of(line, place) result(reach)
+    real(wp), intent(in) :: line(:, :), place(3)
+    real(wp) :: along(3), share, square
+    integer :: s
+
+    square = huge(1.0_wp)
+    do s = 1, size(line, 2) - 1
+      along = line(:, s + 1) - line(:, s)
+      share = min(max(dot_product(place - line(:, s), along)/sum(along**2), 0.0_wp), 1.0_wp)
+      square = min(square, sum((place - line(:, s) - share*along)**2))
+    end do
+    reach = sqrt(square)
+  end function reach_of
+
   !> Nearest place of a polyline: unit vector across it in the plane of the sheet, whose sense is
-  !! that of normal x line, distance in that plane, and distance in space. Beyond the line's ends
-  !! the first distance is huge.
-  pure subroutine place_by_line(line, place, normal, across, distance, reach)
+  !! that of normal x line, and distance in that plane, which is huge beyond the line's ends.
+  pure subroutine place_by_line(line, place, normal, across, distance)
     real(wp), intent(in) :: line(:, :), place(3), normal(3)
-    real(wp), intent(out) :: across(3), distance, reach
-    real(wp) :: along(3), arm(3), share, length
+    real(wp), intent(out) :: across(3), distance
+    real(wp) :: along(3), arm(3), share, length, reach
     logical :: is_beyond
     integer :: s
 
@@ -384,7 +425,8 @@ contains
 
     call take(store, "lost", self%lost)
     call take_array(store, "stretch", size(self%stretch), self%stretch)
-    self%margin = 0.0_wp
+    self%travel = 0.0_wp
+    self%test_at = 0.0_wp
     call take_array(store, "held", size(self%held), self%held)
     call take_array(store, "pushed", size(self%pushed), self%pushed)
   end subroutine unpack_bead

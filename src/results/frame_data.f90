@@ -25,6 +25,7 @@ module frame_data
     character(:), allocatable :: name
     real(wp) :: cell_length = huge(1.0_wp)              !! of a Lagrange cell at most [length]
     type(nurbs_surface_t), allocatable :: surfaces(:)   !! in their place at the start
+    logical :: is_turning = .false.                     !! in some step of the deck
   end type display_tool_t
 
   !> What a results file is made from.

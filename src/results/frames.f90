@@ -109,7 +109,7 @@ contains
       call write_what_stays(results, setup, cells, weights)
     end if
     call open_history(results%history, results%file, results%units, tool_names(setup), &
-                      probe_names(setup))
+                      setup%tools%is_turning, probe_names(setup))
     if (allocated(setup%steps)) then
       call write_text_attribute(results%file, "/frames/process_step", "names", &
                                 joined(setup%steps, ", "))

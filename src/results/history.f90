@@ -29,6 +29,7 @@ module history
     real(wp) :: momentum(3) = 0.0_wp
     real(wp) :: angular_momentum(3) = 0.0_wp   !! about the origin
     real(wp), allocatable :: tool_displacement(:, :), tool_force(:, :)        !! (3, tools)
+    real(wp), allocatable :: tool_torque(:, :)   !! (3, tools), of those that turn
     real(wp), allocatable :: probe_displacement(:, :), probe_velocity(:, :)   !! (3, probes)
   end type history_row_t
 
@@ -44,6 +45,7 @@ module history
     private
     type(column_t), allocatable :: columns(:)
     integer :: n_tools = 0, n_probes = 0
+    logical, allocatable :: is_turning(:)    ! for each tool
     integer :: n_values = 0                  ! length of a packed row
     integer :: n_rows = 0                    ! rows waiting
     real(wp), allocatable :: rows(:, :)      ! (n_values, room)
@@ -52,16 +54,18 @@ module history
 contains
 
   !> Create the datasets under /history and /tools; those of a file that is gone on with stay.
-  subroutine open_history(history, file, units, tools, probes)
+  subroutine open_history(history, file, units, tools, is_turning, probes)
     type(history_t), intent(out) :: history
     type(hdf5_file_t), intent(inout) :: file
     type(unit_system_t), intent(in) :: units
     type(string_t), intent(in) :: tools(:), probes(:)   !! names
+    logical, intent(in) :: is_turning(size(tools))      !! their torques are kept
     integer :: i
 
     allocate (history%columns(0))
     history%n_tools = size(tools)
     history%n_probes = size(probes)
+    history%is_turning = is_turning
     call add_balances(history, file, units)
     call create_group(file, "/tools")
     do i = 1, size(tools)
@@ -70,6 +74,10 @@ contains
                  "displacement of the tool from its place at the start")
         call add(history, file, folder//"/force", 3, unit_of(units, "force"), &
                  "force of the blank on the tool")
+        if (is_turning(i)) &
+          call add(history, file, folder//"/torque", 3, unit_of(units, "moment"), &
+                   "moment of this force about the point on the axis that the deck gives, "// &
+                   "which goes with the tool; its part along the axis turns the tool")
         call link_object(file, "/history/time", folder//"/time")
         call write_integer_attribute(file, folder, "part", [i])
       end associate
@@ -221,6 +229,9 @@ contains
     do i = 1, history%n_tools
       values(first:first + 5) = [row%tool_displacement(:, i), row%tool_force(:, i)]
       first = first + 6
+      if (.not. history%is_turning(i)) cycle
+      values(first:first + 2) = row%tool_torque(:, i)
+      first = first + 3
     end do
     do i = 1, history%n_probes
       values(first:first + 5) = [row%probe_displacement(:, i), row%probe_velocity(:, i)]

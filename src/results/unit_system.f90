@@ -45,7 +45,7 @@ contains
   end function new_unit_system
 
   !> Unit of a quantity: length, time, velocity, mass, force, stress, energy, momentum,
-  !! angular momentum, volume, wear (stress times length) or 1.
+  !! angular momentum, moment of a force, volume, wear (stress times length) or 1.
   pure function unit_of(units, quantity) result(unit)
     type(unit_system_t), intent(in) :: units
     character(*), intent(in) :: quantity
@@ -68,6 +68,8 @@ contains
       unit = units%mass//"*"//units%length//"^2/"//units%time
     case ("force")
       unit = units%force
+    case ("moment")
+      unit = units%force//"*"//units%length
     case ("stress")
       unit = units%stress
     case ("energy")

@@ -315,6 +315,7 @@ contains
     end do
     do t = 1, size(model%bodies%tools)
       model%bodies%tools(t)%force = 0.0_wp
+      model%bodies%tools(t)%torque = 0.0_wp
     end do
     do i = 1, size(model%forces)
       associate (item => model%forces(i)%item)

@@ -165,7 +165,8 @@ contains
     type(history_row_t), intent(out) :: row
 
     associate (n_tools => size(model%bodies%tools), n_probes => size(model%probes))
-      allocate (row%tool_displacement(3, n_tools), row%tool_force(3, n_tools))
+      allocate (row%tool_displacement(3, n_tools), row%tool_force(3, n_tools), &
+                row%tool_torque(3, n_tools))
       allocate (row%probe_displacement(3, n_probes), row%probe_velocity(3, n_probes))
     end associate
   end subroutine new_history_row
@@ -197,6 +198,7 @@ contains
     do t = 1, size(model%bodies%tools)
       row%tool_displacement(:, t) = way_of(model%bodies%tools(t))
       row%tool_force(:, t) = model%bodies%tools(t)%force
+      row%tool_torque(:, t) = model%bodies%tools(t)%torque
     end do
     if (model%width_ratio > 1.0_wp) call widen_row(model%width_ratio, row)
     do p = 1, size(model%probes)
@@ -226,6 +228,7 @@ contains
     row%added_mass = ratio*row%added_mass
     row%momentum = ratio*row%momentum
     row%tool_force = ratio*row%tool_force
+    row%tool_torque = ratio*row%tool_torque
   end subroutine widen_row
 
   !> Value of a control-point field at a parametric point.

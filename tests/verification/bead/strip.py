@@ -46,7 +46,7 @@ def run_steps(folder, bead, steps, **parameters):
 def histories(path):
     with h5py.File(path) as file:
         history = {name: file["history"][name][:] for name in
-                   ("time", "friction_energy", "external_work", "energy_error")}
+                   ("time", "friction_energy", "external_work", "energy_error", "momentum")}
         end = file["history/probes/end"]
         history.update(way=end["displacement"][:, 0], speed=end["velocity"][:, 0])
     return history
@@ -63,7 +63,8 @@ def drawn(folder):
             ("straight across", 1, 0, {}), ("slanted line", 1, 0.6, {"slant": 0.6}),
             ("half the force", 0.5, 0, {"curve": 0.5}),
             ("lower face", 1, 0, {"face": '"ZETA_MIN"'}),
-            ("pressed down", 1, 0, {"hold": 20})):
+            ("pressed down", 1, 0, {"hold": 20}), ("corner ahead", 1, 0.6, {"corner": 0.48}),
+            ("corner behind", 1, 0.6, {"corner": -0.48})):
         history = run(folder, **options)
         lost = factor * F * WIDTH * (WAY - 0.5 * SLIP * np.hypot(1, lean))
         close(f"work of the bead, {name}", history["friction_energy"][-1], lost, 1e-3)
@@ -71,6 +72,39 @@ def drawn(folder):
     # the springs are in full stretch while the strip moves: the force is the slope of the work
     slope = np.polyfit(history["way"][50:150], history["friction_energy"][50:150], 1)[0]
     close("restraining force", slope, F * WIDTH, 2e-3)
+
+
+def held_down(folder):
+    """A strip that nothing holds below takes the push of the bead as momentum, on either face."""
+    for face, sense in (("ZETA_MAX", -1), ("ZETA_MIN", 1)):
+        history = run(folder, hold=20, way=0, held='"YSYMM"', face=f'"{face}"', time=2e-4)
+        momentum = history["momentum"][:, 2]
+        close(f"momentum by hold-down on {face}", momentum[-1],
+              sense * 20 * WIDTH * history["time"][-1], 5e-3)
+
+
+def closing_tool(folder):
+    """The force rises with the way of a tool that touches nothing and is not warned of."""
+    text = open(DECK).read()
+    text = text.replace("AMPLITUDE=force\n", "AMPLITUDE=closing, CLOSING=holder\n")
+    text = text.replace("*DRAW BEAD,", "*AMPLITUDE, NAME=closing\n0, 0, 3, 1\n*TOOL, NAME=holder, "
+                        "TYPE=PLANE\n0, 0, 30\n80, 0, 0\n0, 10, 0\n*DRAW BEAD,")
+    text = text.replace("*DAMPING", "*TOOL MOTION, TOOL=holder, TYPE=VELOCITY\n0, 0, <-6/time>\n"
+                        "*DAMPING")
+    deck, path = os.path.join(folder, "closing.key"), os.path.join(folder, "closing.h5")
+    with open(deck, "w") as file:
+        file.write(text)
+    done = subprocess.run([sys.argv[1], deck, "--quiet", "--threads", "1", "--out", path],
+                          check=True, capture_output=True, text=True)
+    assert "warning" not in done.stderr + done.stdout, done.stderr
+    history = histories(path)
+    # full from half of the time on; by then half of the way is done
+    share = np.clip(history["time"] / TIME * 2, 0, 1)
+    way = history["way"]
+    lost = F * WIDTH * np.sum(0.5 * (share[1:] + share[:-1]) * np.diff(way))
+    early = F * WIDTH * 0.5 * SLIP * np.interp(0.5 * SLIP, way, share)
+    close("work of a bead that closes", history["friction_energy"][-1], lost - early, 2e-3)
+    assert np.abs(history["energy_error"]).max() < 0.01
 
 
 def pulled_by_the_end(folder):
@@ -112,6 +146,8 @@ def opens_and_closes_with_steps(folder):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         drawn(folder)
+        held_down(folder)
+        closing_tool(folder)
         pulled_by_the_end(folder)
         pulled_by_a_force(folder)
         opens_and_closes_with_steps(folder)

@@ -5,6 +5,24 @@ import numpy as np
 from suite import Case
 
 ANGLE = 30.0
+LENGTH, WIDTH, HEIGHT, DENSITY, G = 12, 8, 3, 7.85e-9, 1e7
+MASS = DENSITY * LENGTH * WIDTH * HEIGHT
+
+
+def torques(case, run):
+    """Torque of a block that the table takes along, and of one that slides on it."""
+    time, torque = run.tools["table"]["time"], run.tools["table"]["torque"]
+    spin = run.history["angular_momentum"][:, 2]
+    impulse = np.append(0, np.cumsum(0.5 * (torque[1:, 2] + torque[:-1, 2]) * np.diff(time)))
+    case.deviation("impulse of the torque and angular momentum of the block",
+                   np.abs(impulse + spin).max() / spin.max(), 1e-4)
+    slides = case.run("turntable", angle=ANGLE, friction=0.05)
+    x, y = np.meshgrid((np.arange(400) + 0.5) / 400 * LENGTH - LENGTH / 2,
+                       (np.arange(400) + 0.5) / 400 * WIDTH - WIDTH / 2)
+    at = slice(np.searchsorted(time, 8e-4), np.searchsorted(time, 1.4e-3))
+    torque = slides.tools["table"]["torque"][at, 2].mean()
+    case.error("torque of sliding under even pressure [N mm]", torque,
+               -0.05 * MASS * G * np.hypot(x, y).mean(), 2e-2)
 
 
 def main():
@@ -20,6 +38,7 @@ def main():
     table = run.tools["table"]["displacement"]
     case.deviation("way of the table's axis [mm]", np.abs(table).max(), 1e-12)
 
+    torques(case, run)
     still = case.run("rolls", spin=0)
     for spin, limit in ((3e4, 1e-4), (3e5, 2e-3)):
         turning = case.run("rolls", spin=spin)
