@@ -1,6 +1,7 @@
 !> Whether two paths lead to one file.
 module file_identity
   use text, only: string_t
+  use system_files, only: true_path
   implicit none
   private
 
@@ -18,7 +19,10 @@ contains
     is_same = one == other
     inquire (file=one, exist=is_there)
     if (is_same .or. .not. is_there) return
-    ! A file that is open is known by device and inode, under whatever name it is asked for.
+    is_same = true_path(one) == true_path(other)
+    if (is_same) return
+    ! That leaves hard links. The library of gfortran knows an open file by device and inode, under
+    ! whatever name it is asked for; one that goes by the name finds no unit.
     open (newunit=unit, file=one, status="old", action="read", iostat=status)
     if (status /= 0) return
     inquire (file=other, number=found)
