@@ -63,9 +63,13 @@ module child_process
       import :: c_int
       integer(c_int), value :: microseconds
     end function c_usleep
-  end interface
 
-  type(c_ptr), bind(C, name="environ"), protected :: environ   !! that of this program
+    type(c_ptr) function c_dlsym(library, symbol) bind(C, name="dlsym")
+      import :: c_ptr, c_char
+      type(c_ptr), value :: library
+      character(kind=c_char), intent(in) :: symbol(*)
+    end function c_dlsym
+  end interface
 
   !> What compilers and binary tools look at, beside the language of their messages.
   character(*), parameter :: passed_on(10) = [character(17) :: "PATH", "HOME", "TMPDIR", &
@@ -104,9 +108,11 @@ contains
     type(string_t), intent(in) :: words(:)   !! how it is called, and its arguments
     character(*), intent(in) :: output       !! path of the file for its output and its errors
     integer, intent(out) :: process
-    type(c_ptr), pointer :: settings(:)
+    type(c_ptr), pointer :: environ, settings(:)
     integer(c_int) :: pid
 
+    ! Declared with bind(C) it would be a variable of this program for some compilers.
+    call c_f_pointer(c_dlsym(c_null_ptr, "environ"//c_null_char), environ)
     call c_f_pointer(environ, settings, [1])
     call spawn(program, words, output, settings, pid)
     process = int(pid)

@@ -93,7 +93,7 @@ contains
     character(32) :: buffer
     character(12) :: form
     real(wp) :: back
-    integer :: digits, exponent
+    integer :: digits, exponent, status
 
     if (.not. ieee_is_finite(number)) then
       write (buffer, "(g0)") number
@@ -106,7 +106,9 @@ contains
     do digits = 14, 16
       write (form, "('(es30.',i0,'e3)')") digits
       write (buffer, form) number
-      read (buffer, *) back
+      ! The largest numbers, rounded up, are too large to be read.
+      read (buffer, *, iostat=status) back
+      if (status /= 0) cycle
       if (abs(back - number) <= 0.0_wp) exit
     end do
     buffer = adjustl(buffer)
