@@ -43,11 +43,14 @@ contains
     call add_example(table, "*HYPERELASTIC, NEO HOOKE")
 
     call add_plastic_keywords(table)
+    call add_factor_keywords(table)
+    call add_back_stress_keyword(table)
     call add_yield_keywords(table)
 
     call add_user_keywords(table)
   end subroutine add_material_keywords
 
+  !> The hardening of the yield surface.
   pure subroutine add_plastic_keywords(table)
     type(keyword_table_t), intent(inout) :: table
 
@@ -68,6 +71,11 @@ contains
     call add_hardening_lines(table)
     call add_example(table, "*PLASTIC, HARDENING=VOCE")
     call add_example(table, "250, 250, 6")
+  end subroutine add_plastic_keywords
+
+  !> Factors on the flow stress: of the rate and of the heat.
+  pure subroutine add_factor_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "RATE DEPENDENT", "Factor on the flow stress from the rate of the "// &
                      "equivalent plastic strain. COWPER SYMONDS (1957): 1 + (rate/D)^(1/p); "// &
@@ -105,6 +113,11 @@ contains
     call add_field(table, "m", kind_real, "exponent", default="1", range="> 0")
     call add_example(table, "*ADIABATIC HEATING")
     call add_example(table, "0.9, 4.6e8, 20, 20, 1500, 1")
+  end subroutine add_factor_keywords
+
+  !> Kinematic hardening.
+  pure subroutine add_back_stress_keyword(table)
+    type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "BACK STRESS", "Kinematic hardening for springback and cyclic "// &
                      "loads: back stresses of Armstrong and Frederick (1966), several as "// &
@@ -122,7 +135,7 @@ contains
     call add_example(table, "*BACK STRESS")
     call add_example(table, "20000, 200")
     call add_example(table, "1500, 10")
-  end subroutine add_plastic_keywords
+  end subroutine add_back_stress_keyword
 
   pure subroutine add_yield_keywords(table)
     type(keyword_table_t), intent(inout) :: table

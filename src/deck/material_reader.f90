@@ -53,6 +53,7 @@ contains
     end do
   end subroutine read_materials
 
+  !> All parts of a material, and whether they belong together.
   subroutine read_law(deck, has, material, faults)
     type(parsed_deck_t), intent(in) :: deck
     integer, intent(in) :: has(:)   !! record of each part, 0: none
@@ -71,38 +72,7 @@ contains
       end if
       associate (record => deck%records(has(part)))
         if (.not. record%is_valid) cycle
-        select case (parts(part))
-        case ("DENSITY")
-          material%density = field_real(record, 1, 1)
-        case ("ELASTIC")
-          material%young = field_real(record, 1, 1)
-          material%poisson = field_real(record, 1, 2)
-        case ("PLASTIC")
-          call read_plastic(deck, record, material)
-        case ("RATE DEPENDENT")
-          material%plasticity%rate = option_text(deck, record, "TYPE")
-          material%plasticity%rate_constants = all_numbers(record)
-        case ("BACK STRESS")
-          material%plasticity%back_stresses = all_numbers(record)
-        case ("POTENTIAL")
-          material%plasticity%potential = option_text(deck, record, "TYPE")
-          material%plasticity%coefficients = all_numbers(record)
-        case ("ORIENTATION")
-          call read_orientation(record, material, faults)
-        case ("ADIABATIC HEATING")
-          material%plasticity%heating = all_numbers(record)
-        case ("HYPERELASTIC")
-          material%law = "NEO HOOKE"
-        case ("USER MATERIAL")
-          call read_user_material(deck, record, material, faults)
-        case ("DEPVAR")
-          call read_state_names(record, material)
-          if (is_option_given(deck, record, "DELETE")) then
-            call add_warning(faults, record%origin, "DELETE="//option_text(deck, record, &
-                             "DELETE"), "none, for no element is ever removed: points that "// &
-                             "the subroutine deletes go on with the stress it returns")
-          end if
-        end select
+        call read_part(deck, record, trim(parts(part)), material, faults)
       end associate
     end do
     call check_one_law(deck, has, faults)
@@ -110,6 +80,58 @@ contains
       call add_fault(faults, deck%records(has(5))%origin, "no *USER MATERIAL in this material", &
                      "*DEPVAR only with *USER MATERIAL")
     end if
+    call check_plastic_parts(deck, has, faults)
+  end subroutine read_law
+
+  !> One part of a material.
+  subroutine read_part(deck, record, part, material, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    character(*), intent(in) :: part
+    type(material_spec_t), intent(inout) :: material
+    type(fault_list_t), intent(inout) :: faults
+
+    select case (part)
+    case ("DENSITY")
+      material%density = field_real(record, 1, 1)
+    case ("ELASTIC")
+      material%young = field_real(record, 1, 1)
+      material%poisson = field_real(record, 1, 2)
+    case ("PLASTIC")
+      call read_plastic(deck, record, material)
+    case ("RATE DEPENDENT")
+      material%plasticity%rate = option_text(deck, record, "TYPE")
+      material%plasticity%rate_constants = all_numbers(record)
+    case ("BACK STRESS")
+      material%plasticity%back_stresses = all_numbers(record)
+    case ("POTENTIAL")
+      material%plasticity%potential = option_text(deck, record, "TYPE")
+      material%plasticity%coefficients = all_numbers(record)
+    case ("ORIENTATION")
+      call read_orientation(record, material, faults)
+    case ("ADIABATIC HEATING")
+      material%plasticity%heating = all_numbers(record)
+    case ("HYPERELASTIC")
+      material%law = "NEO HOOKE"
+    case ("USER MATERIAL")
+      call read_user_material(deck, record, material, faults)
+    case ("DEPVAR")
+      call read_state_names(record, material)
+      if (is_option_given(deck, record, "DELETE")) then
+        call add_warning(faults, record%origin, "DELETE="//option_text(deck, record, &
+                         "DELETE"), "none, for no element is ever removed: points that "// &
+                         "the subroutine deletes go on with the stress it returns")
+      end if
+    end select
+  end subroutine read_part
+
+  !> What belongs to *PLASTIC needs it.
+  subroutine check_plastic_parts(deck, has, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: has(:)
+    type(fault_list_t), intent(inout) :: faults
+    integer :: part
+
     do part = first_of_plastic, size(parts)
       if (has(part) == 0 .or. has(plastic_part) > 0) cycle
       if (parts(part) == "ORIENTATION" .and. has(user_part) > 0) then
@@ -121,7 +143,7 @@ contains
       call add_fault(faults, deck%records(has(part))%origin, "no *PLASTIC in this material", &
                      "*"//trim(parts(part))//" only with *PLASTIC")
     end do
-  end subroutine read_law
+  end subroutine check_plastic_parts
 
   !> Of *PLASTIC, *USER MATERIAL and *HYPERELASTIC a material has one at most.
   subroutine check_one_law(deck, has, faults)
