@@ -165,7 +165,11 @@ def draw(minor, major, share, curve, arguments):
         end = min(reach / abs(slope), -lowest if slope < 0 else highest)
         x = np.linspace(0, end * np.sign(slope), 40)
         axis.plot(shown(x), shown(slope * x), color="#999999", linewidth=0.7, linestyle="--")
-        axis.annotate(label, (shown(x[-1]), shown(slope * x[-1])), fontsize=7, color="#777777")
+        if abs(slope) * end < 0.2 * reach:
+            continue   # too short to carry its name
+        axis.annotate(label, (shown(x[-4]), shown(slope * x[-4])), xytext=(-4, 0),
+                      textcoords="offset points", ha="right", va="top" if slope < 0 else "bottom",
+                      fontsize=7, color="#777777")
     axis.axvline(0, color="#999999", linewidth=0.7, linestyle="--")
     kind = "engineering" if arguments.engineering else "logarithmic"
     axis.set(xlabel=f"minor strain, {kind}", ylabel=f"major strain, {kind}",

@@ -26,7 +26,8 @@ contains
                      is_unique=.true.)
     call add_option(table, "METHOD", kind_choice, "RAYLEIGH: critical damping of the frequency "// &
                     "that the motion has in each step; KINETIC: no damping, but all motion "// &
-                    "stops when the kinetic energy has passed a maximum", default="RAYLEIGH", &
+                    "stops when the kinetic energy has passed a maximum; between stops the "// &
+                    "blank swings freely and may yield more", default="RAYLEIGH", &
                     choices="RAYLEIGH|KINETIC")
     call add_option(table, "ENERGY", kind_real, "kinetic energy that counts as rest, over the "// &
                     "largest change of the internal energy since the step began; with "// &

@@ -386,6 +386,8 @@ contains
     character(:), allocatable :: warning
 
     if (run%has_warned_of_mass) return
+    ! A sheet that is hardly deformed yet has next to no internal energy.
+    if (run%instant%time < 0.5_wp*(run%control%start_time + run%control%end_time)) return
     warning = added_mass_warning(model%bodies%blank, run%balance, run%instant)
     run%has_warned_of_mass = warning /= ""
     if (warning /= "") call log_line(log, warning)

@@ -25,6 +25,9 @@ def run(folder, options=(), deck=None, name="example.h5", **parameters):
     path = os.path.join(folder, name)
     sets = [part for key, value in parameters.items() for part in ("--set", f"{key}={value}")]
     subprocess.run([IGAFORM, deck, "--quiet", "--out", path, *options, *sets], check=True)
+    with open(path[:-3] + ".log", encoding="utf-8") as log:
+        warnings = [line for line in log if line.startswith("warning: with masses")]
+    assert LENGTH == "short" or not warnings, warnings
     results = Results(path)
     late = results.history("time") > 0.5 * results.times[-1]
     kinetic, internal = (results.history(f"{kind}_energy")[late]
