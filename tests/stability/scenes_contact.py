@@ -235,9 +235,9 @@ SCENES = [
     Scene("units_of_length", "bend", "units of 1e-6 mm and 1e6 mm: absolute limits would show",
           same(1e-12), FAST | {"depth": 0.6, "n_x": 10},
           others=[{"unit": 2.0**-20}, {"unit": 2.0**20}]),
-    Scene("meshes", "bend", "mesh halved, doubled, degree raised: the same answer", meshes,
-          FAST | {"n_x": 40}, others=[{"n_x": 20}, {"n_x": 80}, {"p": 3, "rule": "3,2,2x3"}],
-          bits={"depth": 0.2}),
+    Scene("meshes", "bend", "mesh halved, doubled, degree raised: the same answer to 5, 2, 2 %",
+          meshes, FAST | {"n_x": 40}, bits={"depth": 0.2},
+          others=[{"n_x": 20}, {"n_x": 80}, {"p": 3, "rule": "3,2,2x3"}]),
     Scene("symmetric_bending_long", "bend", "the same at the deck's depth, slowly", symmetric,
           {"speed": 1000, "depth": 2, "frames": 40}, bits={"depth": 0.2}, is_long=True),
 ]
