@@ -43,6 +43,8 @@ contains
 
     if (is_set("OMP_WAIT_POLICY")) return
     if (is_set("GOMP_SPINCOUNT")) return
+    ! The runtime has then kept this thread on one core, where all of the new program would run.
+    if (has_places()) return
     allocate (arguments(0:command_argument_count()), pointers(0:command_argument_count() + 1))
     do i = 0, command_argument_count()
       call take_argument(i, arguments(i)%text)
@@ -52,6 +54,13 @@ contains
     status = c_setenv("GOMP_SPINCOUNT"//c_null_char, spins//c_null_char, 1_c_int)
     if (status == 0) status = c_execv("/proc/self/exe"//c_null_char, pointers)
   end subroutine shorten_waiting
+
+  !> Does the user say on which cores threads shall run?
+  logical function has_places()
+    has_places = is_set("OMP_PROC_BIND")
+    if (.not. has_places) has_places = is_set("OMP_PLACES")
+    if (.not. has_places) has_places = is_set("GOMP_CPU_AFFINITY")
+  end function has_places
 
   logical function is_set(name)
     character(*), intent(in) :: name
