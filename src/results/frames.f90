@@ -18,10 +18,10 @@ module frames
   use text, only: joined, to_text
   use frame_data, only: display_patch_t, display_tool_t, results_setup_t, frame_t, &
                         mesh_place_t, tool_names, probe_names
-  use hdf5_file, only: close_file, open_file, create_file, create_group, create_series, &
-                       append_integers, append_reals, byte_values, flush_file, hdf5_file_t, &
-                       integer_values, real_values, take_error, write_reals, write_text_attribute, &
-                       write_integer_attribute
+  use hdf5_file, only: close_file, give_up_file, open_file, create_file, create_group, &
+                       create_series, append_integers, append_reals, byte_values, &
+                       flush_file, hdf5_file_t, integer_values, real_values, take_error, &
+                       write_reals, write_text_attribute, write_integer_attribute
   use unit_system, only: new_unit_system, unit_of, unit_system_t
   use provenance, only: text_or_empty
   use provenance_record, only: write_provenance, write_blank_mass, write_timings
@@ -118,7 +118,12 @@ contains
     end if
     call flush_file(results%file)
     call take_error(results%file, error)
-    if (allocated(error)) call close_file(results%file)
+    if (.not. allocated(error)) return
+    if (present(n_frames)) then
+      call close_file(results%file)
+    else
+      call give_up_file(results%file)
+    end if
   end subroutine open_results
 
   !> Everything that does not change, and empty series for what does.

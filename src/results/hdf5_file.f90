@@ -14,15 +14,17 @@ module hdf5_file
   use hdf5_library
   use hdf5_lists, only: checked_format, chunked, parent_maker, text_type
   use hdf5_reason, only: failure_reason, is_library_silenced
+  use hdf5_reading, only: is_of_others
   use file_identity, only: is_same_file
+  use system_files, only: remove_file
   use text, only: to_text
   use file_lock, only: is_locked_by_others, is_lock_shared, folder_lock_t, hold_folder, &
                        release_folder
   implicit none
   private
 
-  public :: hdf5_file_t, create_file, open_file, close_file, flush_file, take_error, has_object
-  public :: create_group, link_object, write_text_attribute, write_integer_attribute
+  public :: hdf5_file_t, create_file, open_file, close_file, give_up_file, flush_file, take_error
+  public :: has_object, create_group, link_object, write_text_attribute, write_integer_attribute
   public :: write_text, write_reals, write_integers, create_series, append_reals, append_integers
 
   integer, parameter, public :: real_values = 1, integer_values = 2, byte_values = 3
@@ -41,7 +43,7 @@ contains
 
   !> Create the file, replacing an older one.
   !! Fails if the folder cannot be written, if another program is writing the file, or if there is
-  !! a file of this name that is not HDF5 (most likely a slip of the user).
+  !! a file of this name that igaform has not made (most likely a slip of the user).
   subroutine create_file(file, path, is_checked)
     type(hdf5_file_t), intent(out) :: file
     character(*), intent(in) :: path
@@ -101,6 +103,7 @@ contains
     end if
     if (file%id < 0) then
       call note(file, trim(merge("create", "open  ", is_new)), "")
+      if (is_new .and. .not. is_there) call remove_file(file%path)
     else if (h5fget_vfd_handle(file%id, h5_default, descriptor) >= 0) then
       call c_f_pointer(descriptor, unit)
       file%is_shared = is_lock_shared(unit)
@@ -118,6 +121,15 @@ contains
     file%id = -1
     if (status < 0) call note(file, "close", "")
   end subroutine close_file
+
+  !> Close a file that could not be created as a whole, and remove what there is of it.
+  subroutine give_up_file(file)
+    type(hdf5_file_t), intent(inout) :: file
+
+    if (file%id < 0) return
+    call close_file(file)
+    call remove_file(file%path)
+  end subroutine give_up_file
 
   !> Hand everything written so far to the operating system, so that it survives the program. Fails
   !! too if the file is no longer there under its name.
@@ -427,6 +439,7 @@ contains
 
     inquire (file=file%path, size=n_bytes)
     is_result = h5fis_hdf5(c_text(file%path)) > 0
+    if (is_result) is_result = .not. is_of_others(file%path)
     if (is_locked_by_others(file%path)) then
       call fail(file%error, "result file '"//file%path//"': another program is using it; choose " &
                 //"another name or close it there")

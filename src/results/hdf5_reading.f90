@@ -9,7 +9,7 @@ module hdf5_reading
   private
 
   public :: open_for_reading, close_reading, read_text_attribute, read_text, read_numbers
-  public :: names_in
+  public :: names_in, is_of_others
 
 contains
 
@@ -149,6 +149,26 @@ contains
       i = i + 1
     end do
   end function names_in
+
+  !> Has some other program filled this HDF5 file? Not told of one that does not open, or that is
+  !! empty: killed runs leave such files.
+  logical function is_of_others(path)
+    character(*), intent(in) :: path
+    type(string_t), allocatable :: names(:)
+    integer(hid_t) :: reading
+    integer :: i
+
+    is_of_others = .false.
+    reading = open_for_reading(path)
+    if (reading < 0) return
+    names = names_in(reading, "/")
+    is_of_others = read_text_attribute(reading, "/", "generator") /= "igaform"
+    if (size(names) == 0) is_of_others = .false.
+    do i = 1, size(names)
+      if (names(i)%value == "provenance") is_of_others = .false.
+    end do
+    call close_reading(reading)
+  end function is_of_others
 
   !> Letters up to the first zero.
   pure function plain_text(letters) result(text)

@@ -9,6 +9,8 @@ import shutil
 import subprocess
 import sys
 
+import h5py
+
 from common import (PROJECT, STRIP, begin, check_same, datasets, deck, igaform, n_rows, opens,
                     run_all, wait_for)
 
@@ -129,6 +131,21 @@ def an_empty_file_may_be_replaced(folder):
     (folder / "b.h5").write_text("mine")
     assert "left alone" in igaform(folder, path, *SMALL, "--out", "b.h5", code=1)
     assert (folder / "b.h5").read_text() == "mine"
+    with h5py.File(folder / "c.h5", "w") as file:
+        file["mine"] = 1
+    before = (folder / "c.h5").read_bytes()
+    assert "left alone" in igaform(folder, path, *SMALL, "--out", "c.h5", code=1)
+    assert (folder / "c.h5").read_bytes() == before
+
+
+def a_disk_that_is_full_at_the_start(folder):
+    """What does not begin leaves nothing."""
+    path = deck(folder, STRIP)
+    for room in (0, 3000, 20000):
+        said = igaform(folder, path, *SMALL, "--out", "a.h5", code=1,
+                       preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
+        assert "result file 'a.h5': cannot" in said, said
+        assert not (folder / "a.h5").exists(), room
 
 
 def what_a_killed_run_began_goes_away(folder):
@@ -203,4 +220,4 @@ if __name__ == "__main__":
             folders_that_cannot_be_written, a_folder_that_is_sealed_under_way,
             an_include_that_vanished, an_empty_file_may_be_replaced,
             what_a_killed_run_began_goes_away, a_deleted_result, a_replaced_result,
-            names_do_not_reach_a_shell)
+            a_disk_that_is_full_at_the_start, names_do_not_reach_a_shell)
