@@ -144,7 +144,6 @@ contains
     end if
     units = new_unit_system(scene%units)
     call create_file(file, path)
-    call write_text_attribute(file, "/", "generator", "igaform")
     call write_text_attribute(file, "/", "content", "material tests")
     call write_provenance(file, new_provenance(scene))
     call take_error(file, error)

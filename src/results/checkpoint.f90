@@ -83,7 +83,6 @@ contains
     integer :: i
 
     call create_file(file, path, is_checked=.true.)
-    call write_text_attribute(file, "/", "generator", "igaform")
     call write_text_attribute(file, "/", "program", header%program)
     call write_text(file, "/deck", header%deck, "keywords of the deck with their digests")
     call write_text_attribute(file, "/", "user", header%user)

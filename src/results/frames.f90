@@ -135,7 +135,6 @@ contains
     integer :: p
 
     associate (file => results%file)
-      call write_text_attribute(file, "/", "generator", "igaform")
       call write_provenance(file, setup%provenance)
       call write_blank_mass(file, setup%blank_mass, unit_of(results%units, "mass"))
       call create_grid(file, cells, results%n_points, unit_of(results%units, "length"), &

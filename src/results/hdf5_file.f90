@@ -53,6 +53,7 @@ contains
     file%path = path
     if (present(is_checked)) file%is_checked = is_checked
     call begin(file, is_new=.true.)
+    call write_text_attribute(file, "/", "generator", "igaform")   ! see `is_of_others`
   end subroutine create_file
 
   !> Open a file that this program has written, to add to it.
