@@ -124,8 +124,8 @@ contains
   end subroutine make_offset
 
   !> Distance of the offset from the tool at places of all faces. Refused: one that is off by more
-  !! than two tolerances, and one that another part of the tool is nearer to, as in a groove narrower
-  !! than twice the distance.
+  !! than two tolerances, and one that another part of the tool is nearer to, as in a groove
+  !! narrower than twice the distance.
   subroutine measure_offset(name, given, offsets, distance, tolerance, report, error)
     character(*), intent(in) :: name
     type(nurbs_surface_t), intent(in) :: given(:), offsets(:)

@@ -20,8 +20,8 @@ module spurious_modes
 
 contains
 
-  !> Modes without energy beside the six rigid ones. With `across`, of the motions that are alike all
-  !! along that axis and have no component along it, which three rigid ones are.
+  !> Modes without energy beside the six rigid ones. With `across`, of the motions that are alike
+  !! all along that axis and have no component along it, which three rigid ones are.
   integer function n_spurious_modes(degrees, n_elements, n_points, n_parts, projection, across) &
     result(n_modes)
     integer, intent(in) :: degrees(3), n_elements(3)

@@ -47,7 +47,7 @@ module draw_bead
     type(bead_point_t), allocatable :: points(:)
     real(wp), allocatable :: stretch(:)       !! of the springs, -slip to slip, (n_points)
     real(wp) :: travel = 0.0_wp               !! bound of the motion of the sheet so far [length]
-    real(wp), allocatable :: test_at(:)       !! travel at which a point may be in the band, (n_points)
+    real(wp), allocatable :: test_at(:)  !! travel at which a point may be in the band (n_points)
     real(wp) :: lost = 0.0_wp                 !! work taken from the sheet [energy]
     real(wp), allocatable :: held(:, :, :, :)   !! restraint on the control points at the last step
     real(wp), allocatable :: pushed(:, :, :, :) !! hold-down force there
