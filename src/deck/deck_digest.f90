@@ -22,9 +22,11 @@ contains
     type(lexed_deck_t), intent(in) :: lexed
     character(:), allocatable :: text
     type(digest_t) :: digest
-    integer :: i, j, last_dynamic
+    character(:), allocatable :: line, room     ! doubled when it is full: decks may be long
+    integer :: i, j, last_dynamic, used
 
-    text = ""
+    allocate (character(4096) :: room)
+    used = 0
     last_dynamic = 0
     do i = 1, lexed%n_blocks
       if (lexed%blocks(i)%keyword == "DYNAMIC") last_dynamic = i
@@ -42,10 +44,16 @@ contains
         do j = block%first, merge(0, block%last, i == last_dynamic)
           call add_text(digest, new_line("a")//line_text(lexed%lines, j))
         end do
-        text = text//digest_line(digest_text(digest), "*"//block%keyword//" ("// &
-                                 lexed%files(block%file)%value//":"//to_text(block%line)//")")
+        line = digest_line(digest_text(digest), "*"//block%keyword//" ("// &
+                           lexed%files(block%file)%value//":"//to_text(block%line)//")")
+        do while (used + len(line) > len(room))
+          room = room//room
+        end do
+        room(used + 1:used + len(line)) = line
+        used = used + len(line)
       end associate
     end do
+    text = room(:used)
   end function digest_of_deck
 
   !> A line of such a digest.
