@@ -3,7 +3,7 @@ module patch_body
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
-  use state_store, only: state_store_t, put, take, put_array, take_array, has_state
+  use state_store, only: state_store_t, put_array, take_array
   use nurbs_solid, only: nurbs_solid_t
   use seams, only: seams_t, collect, sum_groups, hand_out
   use block_law, only: block_law_t
@@ -84,34 +84,19 @@ contains
     integer :: p
 
     if (.not. allocated(fields)) return
-    call put(store, name//"_n", size(fields))
     do p = 1, size(fields)
-      associate (values => fields(p)%values, path => name//"_"//to_text(p))
-        call put_array(store, path//"_shape", 4, real(shape(values), wp))
-        call put_array(store, path, size(values), values)
-      end associate
+      call put_array(store, name//"_"//to_text(p), size(fields(p)%values), fields(p)%values)
     end do
   end subroutine put_fields
 
-  !> Take them back; fields that are not in the store are none.
+  !> Take the values of fields back that have their shapes; others in the store are its fault.
   subroutine take_fields(store, name, fields)
     type(state_store_t), intent(inout) :: store
     character(*), intent(in) :: name
-    type(field_t), allocatable, intent(inout) :: fields(:)
-    real(wp) :: extents(4)
-    integer :: p, n
+    type(field_t), intent(inout) :: fields(:)
+    integer :: p
 
-    if (allocated(fields)) deallocate (fields)
-    if (.not. has_state(store, name//"_n")) return
-    n = 0
-    call take(store, name//"_n", n)
-    allocate (fields(n))
-    do p = 1, n
-      extents = 0.0_wp
-      call take_array(store, name//"_"//to_text(p)//"_shape", 4, extents)
-      associate (e => nint(extents))
-        allocate (fields(p)%values(e(1), e(2), e(3), e(4)), source=0.0_wp)
-      end associate
+    do p = 1, size(fields)
       call take_array(store, name//"_"//to_text(p), size(fields(p)%values), fields(p)%values)
     end do
   end subroutine take_fields

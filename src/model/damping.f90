@@ -3,13 +3,14 @@ module damping
   use kinds, only: wp
   use state_store, only: state_store_t, put, take
   use assembly, only: assembly_t
+  use blank, only: blank_t
   use column_scaling, only: column_directions, shrink_differences
   use patch_body, only: patch_body_t, field_t, put_fields, take_fields
   use effect, only: effect_t, instant_t, tally_t
   implicit none
   private
 
-  public :: damp, velocities_before
+  public :: start_damping, damp, velocities_before
 
   !> Forces -alpha m v at all control points. v is the mean of the velocities half a step before
   !! and after, so any alpha keeps the stable step.
@@ -50,7 +51,6 @@ contains
 
     dt_before = 2.0_wp*instant%dt_mean - instant%dt
     share = 0.5_wp*alpha*instant%dt_mean
-    if (.not. allocated(self%before)) call set_before(self, bodies)
     self%force = 0.0_wp
     do p = 1, size(bodies%blank%parts)
       associate (body => bodies%blank%parts(p), motion => bodies%blank%parts(p)%motion)
@@ -74,17 +74,17 @@ contains
   end subroutine damp
 
   !> No force before the first step.
-  subroutine set_before(self, bodies)
+  subroutine start_damping(self, blank)
     class(damping_t), intent(inout) :: self
-    type(assembly_t), intent(in) :: bodies
+    type(blank_t), intent(in) :: blank
     integer :: p
 
-    allocate (self%before(size(bodies%blank%parts)))
+    allocate (self%before(size(blank%parts)))
     do p = 1, size(self%before)
-      allocate (self%before(p)%values, mold=bodies%blank%parts(p)%motion%v)
+      allocate (self%before(p)%values, mold=blank%parts(p)%motion%v)
       self%before(p)%values = 0.0_wp
     end do
-  end subroutine set_before
+  end subroutine start_damping
 
   !> Velocities half a step back, from those that the forces of this instant have led to.
   pure function velocities_before(body, instant) result(v)

@@ -1,7 +1,7 @@
 !> Dynamic relaxation: damping that leads a motion to rest, and the test whether it has got there.
 module relaxation
   use kinds, only: wp
-  use state_store, only: state_store_t, put, take
+  use state_store, only: state_store_t, put, take, has_state
   use text, only: rounded_text
   use assembly, only: assembly_t
   use effect, only: instant_t
@@ -240,6 +240,9 @@ contains
     call take(store, "energy_residual", self%energy_residual)
     call take(store, "force_residual", self%force_residual)
     call take(store, "settled_at", self%settled_at)
+    if (allocated(self%internal_force)) deallocate (self%internal_force)
+    if (.not. has_state(store, "internal_force_1")) return
+    allocate (self%internal_force, source=self%before)
     call take_fields(store, "internal_force", self%internal_force)
   end subroutine unpack_relaxation
 

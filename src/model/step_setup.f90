@@ -8,7 +8,7 @@ module step_setup
   use patch_body, only: field_t, set_inertia
   use blank, only: blank_t, mass_of, columns_of
   use boundary, only: boundary_t
-  use damping, only: damping_t
+  use damping, only: damping_t, start_damping
   use relaxation, only: relaxation_t
   use thickness_scaling, only: thickness_scaling_t
   use effect, only: effect_slot_t
@@ -162,7 +162,7 @@ contains
         do last = s, size(settled_from) - 1
           if (.not. is_same_damping(step, spec_of(model, last + 1))) exit
         end do
-        call new_damping(step%alpha, slot)
+        call new_damping(model%bodies%blank, step%alpha, slot)
       else
         cycle
       end if
@@ -208,16 +208,19 @@ contains
     relaxation%settled_from = settled_from
     relaxation%is_free = free_components(model%bodies%blank, &
                                          [model%supports, model%later_supports], number)
+    call start_damping(relaxation, model%bodies%blank)
     allocate (slot%item, source=relaxation)
   end subroutine new_relaxation
 
-  subroutine new_damping(alpha, slot)
+  subroutine new_damping(blank, alpha, slot)
+    type(blank_t), intent(in) :: blank
     real(wp), intent(in) :: alpha
     type(effect_slot_t), intent(out) :: slot
     type(damping_t) :: damping
 
     damping%name = "damping"
     damping%alpha = alpha
+    call start_damping(damping, blank)
     allocate (slot%item, source=damping)
   end subroutine new_damping
 

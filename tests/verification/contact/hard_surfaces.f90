@@ -93,6 +93,17 @@ contains
       associate (points => hard%surfaces(1)%points)
         points(:, :, 3) = 2*sin(0.9_wp*points(:, :, 1))*cos(0.7_wp*points(:, :, 2))
       end associate
+    case default
+      call hard_tool(number, hard)
+    end select
+  end function hard_case
+
+  !> The cases that are tools: one of very many faces, and those of the seed.
+  subroutine hard_tool(number, hard)
+    integer, intent(in) :: number
+    type(hard_case_t), intent(inout) :: hard
+
+    select case (number)
     case (20)
       hard%name = "200 x 200 faces"
       hard%surfaces(1) = wavy([2, 2], evenly(200), evenly(200), 0.05_wp)
@@ -110,7 +121,7 @@ contains
       call halves_of_cylinder(hard%surfaces)
       hard%reach = 6.0_wp
     end select
-  end function hard_case
+  end subroutine hard_tool
 
   !> Inner knots of `n` equal spans.
   pure function evenly(n) result(knots)
