@@ -33,7 +33,7 @@ def strip(igaform, deck, path):
 def compare(igaform, source, folder):
     reduced = strip(igaform, os.path.join(source, "tests/verification/reduction/reduced.key"),
                     os.path.join(folder, "reduced.h5"))
-    spelt = strip(igaform, os.path.join(source, "tests/verification/reduction/spelt.key"),
+    spelt = strip(igaform, os.path.join(source, "input/channel_strip.key"),
                   os.path.join(folder, "strip.h5"))
     names = [f"history/{name}" for name in WIDE] + ["tools/lower die/force",
                                                     "tools/upper die/force"]
