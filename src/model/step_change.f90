@@ -67,6 +67,7 @@ contains
     end do
     do i = 1, size(model%bodies%tools)
       model%bodies%tools(i)%force = 0.0_wp
+      model%bodies%tools(i)%torque = 0.0_wp
     end do
   end subroutine clear_forces
 

@@ -45,7 +45,8 @@ contains
     do t = 1, size(model%bodies%tools)
       call enter_folder(store, "tools/"//to_text(t))
       associate (tool => model%bodies%tools(t))
-        call put_array(store, "motion", 9, [tool%displacement, tool%velocity, tool%force])
+        call put_array(store, "motion", 12, [tool%displacement, tool%velocity, tool%force, &
+                                             tool%torque])
         call put_array(store, "before", 3, model%motions(t)%displacement)
         call put(store, "is_turning", tool%is_turning)
         call put_array(store, "reference", 3, tool%reference)
@@ -65,7 +66,7 @@ contains
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(state_store_t), intent(inout) :: store
-    real(wp) :: times(3), motion(9)
+    real(wp) :: times(3), motion(12)
     integer :: p, t
 
     call enter_folder(store, "run")
@@ -91,11 +92,12 @@ contains
     do t = 1, size(model%bodies%tools)
       call enter_folder(store, "tools/"//to_text(t))
       motion = 0.0_wp
-      call take_array(store, "motion", 9, motion)
+      call take_array(store, "motion", 12, motion)
       associate (tool => model%bodies%tools(t))
         tool%displacement = motion(1:3)
         tool%velocity = motion(4:6)
         tool%force = motion(7:9)
+        tool%torque = motion(10:12)
         call take(store, "is_turning", tool%is_turning)
         call take_array(store, "reference", 3, tool%reference)
         call take_array(store, "rotation", 9, tool%rotation)

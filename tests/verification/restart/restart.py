@@ -20,7 +20,8 @@ VERIFICATION = PROJECT / "input" / "verification"
 DECKS = (
     (STRIP, "n_x=6 end_time=4e-4", "plasticity, viscosity, prescribed motion"),
     (VERIFICATION / "friction_block.key", "", "contact with friction"),
-    (VERIFICATION / "turntable.key", "turn=5e-4", "a tool that turns"),
+    (VERIFICATION / "turntable.key", "turn=5e-4 history=100000",
+     "a tool that turns, a row in each step"),
     (PROJECT / "tests/verification/contact/slider.key", "", "contact, wear of the tool"),
     (VERIFICATION / "clamped_plate.key", "n=4", "pressure, dynamic relaxation"),
     ("press and release", "", "several patches, a moving tool, a draw bead, two steps of the deck"),
