@@ -37,10 +37,11 @@ contains
 
   !> Surfaces, side and notes of a tool; all others that are no offsets have been read. Without
   !! surfaces on a fault.
-  subroutine read_offset_tool(deck, record, names, scene, tool, faults)
+  subroutine read_offset_tool(deck, record, names, is_offset, scene, tool, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(deck_names_t), intent(in) :: names
+    logical, intent(in) :: is_offset(:)       !! tools of the scene, read or not
     type(scene_t), intent(inout) :: scene
     integer, intent(in) :: tool               !! place in the scene
     type(fault_list_t), intent(inout) :: faults
@@ -57,8 +58,9 @@ contains
     call resolve(names%tools, option_text(deck, record, "OF"), "*TOOL", record%origin, base, faults)
     if (base == 0 .or. .not. record%is_valid) return
     distance = field_real(record, 1, 1)
-    if (scene%tools(base)%offset_of > 0 .or. base == tool) then
-      call add_fault(faults, record%origin, "the offset of a tool that is an offset itself", &
+    if (is_offset(base)) then
+      call add_fault(faults, record%origin, "the offset of "//scene%tools(base)%name// &
+                     ", which is an offset itself", &
                      "a tool that is none, and the distance from it")
     else if (.not. abs(distance) > 0.0_wp) then
       call add_fault(faults, record%origin, "an offset of no distance", "another number than 0")

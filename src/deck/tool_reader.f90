@@ -99,16 +99,18 @@ contains
     type(patch_parts_t), intent(in) :: parts(:)
     type(scene_t), intent(inout) :: scene
     type(fault_list_t), intent(inout) :: faults
+    logical :: is_offset(size(found))
     integer :: i, s, patch
 
+    is_offset = [(option_text(deck, deck%records(found(i)), "TYPE") == "OFFSET", i=1, size(found))]
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
-        if (option_text(deck, record, "TYPE") /= "OFFSET") cycle
+        if (.not. is_offset(i)) cycle
         patch = place_of(names%patches, squeezed(upper_case(scene%tools(i)%name)))
         if (patch == 0) cycle
         call check_cad_options(deck, record, faults)
         call check_parts(deck, parts(patch), 0, "a tool of TYPE=OFFSET", faults)
-        call read_offset_tool(deck, record, names, scene, i, faults)
+        call read_offset_tool(deck, record, names, is_offset, scene, i, faults)
         do s = 1, size(scene%tools(i)%surfaces)
           call refine(deck, parts(patch), scene%tools(i)%surfaces(s), faults)
         end do
