@@ -2,7 +2,7 @@
 module bead_reader
   use kinds, only: wp
   use faults, only: fault_list_t, add_fault
-  use text, only: upper_case, squeezed
+  use text, only: string_t, upper_case, squeezed
   use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                           add_example, kind_real, kind_name, any_number
   use scene, only: scene_t
@@ -19,6 +19,8 @@ module bead_reader
   private
 
   public :: add_bead_keywords, read_beads
+
+  integer, parameter :: first_large = 5   !! faces from here on are the large ones
 
 contains
 
@@ -66,9 +68,12 @@ contains
     type(scene_t), intent(inout) :: scene
     type(fault_list_t), intent(inout) :: faults
     character(:), allocatable :: face
+    type(string_t), allocatable :: faces(:)
     integer, allocatable :: found(:)
     integer :: i
 
+    faces = face_names()
+    faces = pack(faces, [(face_of(faces(i)%value, frame) >= first_large, i=1, size(faces))])
     found = find_records(deck, "DRAW BEAD")
     allocate (scene%beads(size(found)))
     do i = 1, size(found)
@@ -96,9 +101,9 @@ contains
         end if
         face = squeezed(upper_case(option_text(deck, record, "FACE")))
         bead%face = face_of(face, frame)
-        if (bead%face < 5) then
+        if (bead%face < first_large) then
           call add_fault(faults, record%origin, "FACE="//face, "one of the two large faces"// &
-                         did_you_mean(face, face_names()))
+                         did_you_mean(face, faces))
         end if
         if (record%is_valid) call read_line(record, i, scene, faults)
       end associate

@@ -148,6 +148,9 @@ contains
         return
       end if
       if (any(abs(tool%placing) > 0.0_wp)) return   ! it will be put against the blank
+      if (tool%offset_of > 0) then                  ! and an offset goes with its tool
+        if (any(abs(scene%tools(tool%offset_of)%placing) > 0.0_wp)) return
+      end if
       reach = blank_reach(scene, i)
       blank = solid_bounds(scene)
       swept = swept_bounds(scene, i)
