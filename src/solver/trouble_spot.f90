@@ -12,6 +12,7 @@ module trouble_spot
   use blank, only: blank_t
   use contact, only: contact_t
   use tool, only: tool_t
+  use tool_face, only: face_position
   implicit none
   private
 
@@ -212,14 +213,36 @@ contains
     end function element_of
   end function fastest_place
 
-  !> Where a contact is deepest, by its force over its stiffness.
+  !> Where a contact is deepest. Its forces do not tell: a spring may be loaded from a depth on, and
+  !! friction adds to it.
   function deepest_place(contact, tool) result(words)
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
     character(:), allocatable :: words
+    real(wp) :: depths(contact%slave%n_points)
+    integer :: n
 
-    words = contact_place(contact, tool, maxloc(sum(contact%force**2, 2)/contact%stiffness**2, 1))
+    depths = 0.0_wp
+    do n = 1, contact%slave%n_points
+      if (contact%start(n) < 0.0_wp) cycle   ! it does not touch
+      depths(n) = norm2(place_now(contact, n) - contact%displacement &
+                        - face_position(tool%orders, tool%coefficients(:, :, :, contact%face(n)), &
+                                        contact%at(n, :)))
+    end do
+    words = contact_place(contact, tool, maxloc(depths, 1))
   end function deepest_place
+
+  !> Place of a slave point at the last call, for a tool that turns in its frame.
+  pure function place_now(contact, n) result(x)
+    type(contact_t), intent(in) :: contact
+    integer, intent(in) :: n                !! number of the point
+    real(wp) :: x(3)
+    integer :: i, j
+
+    j = (n - 1)/contact%slave%n_along(1) + 1
+    i = n - contact%slave%n_along(1)*(j - 1)
+    x = point_position(contact%slave, contact%net, i, j)
+  end function place_now
 
   !> A slave point and where it is. The contact of a tool that turns keeps places in its frame.
   function contact_place(contact, tool, n) result(words)
@@ -232,7 +255,7 @@ contains
 
     j = (n - 1)/contact%slave%n_along(1) + 1
     i = n - contact%slave%n_along(1)*(j - 1)
-    x = point_position(contact%slave, contact%net, i, j)
+    x = place_now(contact, n)
     if (tool%is_turning) x = matmul(tool%rotation, x - tool%displacement) + tool%displacement
     words = "contact point ("//to_text(i)//", "//to_text(j)//"), at "//place_text(x)
   end function contact_place
