@@ -103,9 +103,12 @@ contains
     real(wp) :: part(3), x(3), length, off, widest, width, worst(3)
     integer :: s, i, n
 
-    if (size(faces) == 0) return
     call new_tool(sheet, "sheet", faces, 1, spec%width, error)
-    if (allocated(error)) return
+    if (allocated(error)) then
+      call add_warning(faults, spec%origin, "a line whose place on the blank cannot be checked"// &
+                       " ("//error%message//")", "patches that a tool could be made of as well")
+      return
+    end if
     length = 0.0_wp
     off = 0.0_wp
     widest = 0.0_wp

@@ -82,7 +82,8 @@ contains
       end if
       on_blank = before - bodies%tools(self%tool)%force
       if (bodies%tools(self%tool)%is_turning) then
-        call turn_forces(bodies%tools(self%tool), size(net_x)/3, net_x, net_force, couple)
+        call turn_forces(bodies%tools(self%tool), size(net_x)/3, net_force)
+        couple = couple_of(bodies%tools(self%tool), size(net_x)/3, net_x, net_force)
         on_blank = matmul(bodies%tools(self%tool)%rotation, on_blank)
         bodies%tools(self%tool)%force = before - on_blank
         bodies%tools(self%tool)%torque = bodies%tools(self%tool)%torque &
@@ -102,17 +103,25 @@ contains
     self%couple = couple
   end subroutine apply
 
-  !> Forces from the frame of a tool into space, and their couple.
-  pure subroutine turn_forces(tool, n, x, force, couple)
+  !> Forces from the frame of a tool into space.
+  pure subroutine turn_forces(tool, n, force)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: n
+    real(wp), intent(inout) :: force(n, 3)     !! on the blank [force]
+
+    force = matmul(force, transpose(tool%rotation))
+  end subroutine turn_forces
+
+  !> Couple of forces in space.
+  pure function couple_of(tool, n, x, force) result(couple)
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: n
     real(wp), intent(in) :: x(n, 3)            !! from `into_frame` [length]
-    real(wp), intent(inout) :: force(n, 3)     !! on the blank [force]
-    real(wp), intent(out) :: couple(3, 3)      !! [force length]
+    real(wp), intent(in) :: force(n, 3)        !! on the blank [force]
+    real(wp) :: couple(3, 3)                   !! [force length]
 
-    force = matmul(force, transpose(tool%rotation))
     couple = matmul(transpose(force), x - spread(tool%displacement, 1, n))
-  end subroutine turn_forces
+  end function couple_of
 
   !> The tool goes away, and with it what its springs hold but for their last push.
   subroutine stop(self, bodies, dt)
@@ -129,7 +138,7 @@ contains
     net_force = 0.0_wp
     call scatter_forces(self%pair%slave, self%pair%force, net_force)
     associate (tool => bodies%tools(self%tool))
-      if (tool%is_turning) call turn_forces(tool, size(net_v)/3, net_v, net_force, self%couple)
+      if (tool%is_turning) call turn_forces(tool, size(net_v)/3, net_force)
     end associate
     self%couple = 0.0_wp
     self%external_work = self%external_work - self%energy + 0.5_wp*dt*sum(net_force*net_v)
