@@ -465,11 +465,14 @@ contains
     call add_option(table, "HISTORY", kind_integer, "rows of energies and forces, likewise", &
                     default="200", range=">= 1")
     call add_option(table, "CELLS", kind_choice, "cells of the pictures: LAGRANGE for all "// &
-                    "readers; BEZIER keeps weights, for readers that know them", &
+                    "readers; BEZIER keeps weights, for readers that know them. Those of "// &
+                    "the first step hold in all", &
                     default="LAGRANGE", choices="LAGRANGE|BEZIER")
     call add_option(table, "FIELDS", kind_choice, "more fields: CONTACT: the pressure of the "// &
                     "contact pairs on blank and tools; WEAR: also pressure times slip on the "// &
-                    "tools since the start, gathered in every step", default="NONE", &
+                    "tools since the start, gathered in every time step. What one *STEP "// &
+                    "asks for is written in all, as frames of a file have the same fields", &
+                    default="NONE", &
                     choices="NONE|CONTACT|WEAR")
     call add_example(table, "*OUTPUT, FRAMES=20, HISTORY=200")
   end subroutine add_output_keywords

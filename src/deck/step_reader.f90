@@ -78,6 +78,12 @@ contains
       call read_step(deck, i, next%step, next%output, faults)
       scene%later_steps = [scene%later_steps, next]
     end do
+    scene%output%has_pressure = next%output%has_pressure
+    scene%output%has_wear = next%output%has_wear
+    do i = 1, size(scene%later_steps)
+      scene%later_steps(i)%output%has_pressure = next%output%has_pressure
+      scene%later_steps(i)%output%has_wear = next%output%has_wear
+    end do
   end subroutine read_steps
 
   !> End time, safety factor, damping, mass scaling, viscosity, limits and output of a step.
@@ -112,7 +118,7 @@ contains
     end if
     i = first_in_step(deck, "ENERGY LIMIT", number)
     if (i > 0) step%energy_limit = field_real(deck%records(i), 1, 1)
-    call read_output(deck, number, output)
+    call read_output(deck, number, output, faults)
   end subroutine read_step
 
   !> How the time step follows from the blank: the penalties rest on it, so it is one for all steps.
@@ -178,11 +184,14 @@ contains
     end if
   end subroutine read_mass_scaling
 
-  !> What is written and how often. Cells and fields are the same in all steps.
-  subroutine read_output(deck, number, output)
+  !> What is written and how often. Cells are those of the first step; fields that any step asks for
+  !! are written in all, since the frames of a file have the same fields.
+  subroutine read_output(deck, number, output, faults)
     type(parsed_deck_t), intent(in) :: deck
     integer, intent(in) :: number
     type(output_spec_t), intent(inout) :: output
+    type(fault_list_t), intent(inout) :: faults
+    logical :: is_bezier
     integer :: i
 
     i = first_in_step(deck, "OUTPUT", number)
@@ -190,11 +199,17 @@ contains
     output%origin = deck%records(i)%origin
     output%n_frames = option_integer(deck, deck%records(i), "FRAMES")
     output%n_history = option_integer(deck, deck%records(i), "HISTORY")
-    if (number > 1) return
-    output%is_bezier = option_text(deck, deck%records(i), "CELLS") == "BEZIER"
-    output%has_wear = option_text(deck, deck%records(i), "FIELDS") == "WEAR"
-    output%has_pressure = output%has_wear .or. &
-                          option_text(deck, deck%records(i), "FIELDS") == "CONTACT"
+    output%has_wear = output%has_wear .or. &
+                      option_text(deck, deck%records(i), "FIELDS") == "WEAR"
+    output%has_pressure = output%has_pressure .or. &
+                          option_text(deck, deck%records(i), "FIELDS") /= "NONE"
+    is_bezier = option_text(deck, deck%records(i), "CELLS") == "BEZIER"
+    if (number == 1) output%is_bezier = is_bezier
+    if (is_option_given(deck, deck%records(i), "CELLS") .and. &
+        (is_bezier .neqv. output%is_bezier)) &
+      call add_fault(faults, output%origin, "CELLS="//option_text(deck, deck%records(i), "CELLS") &
+                     //", which are not those of the first step", "the cells in the first "// &
+                     "step alone; they hold in all")
   end subroutine read_output
 
   !> Fill the list of probes, one for each *PROBE in the order of the deck.
