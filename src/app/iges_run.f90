@@ -15,6 +15,8 @@ module iges_run
   use length_units, only: unit_in_mm
   use iges_writer, only: write_iges
   use scene, only: scene_t
+  use tool, only: tool_t
+  use tool_setup, only: start_tools
   use deck_reader, only: read_deck
   use fault_report, only: report_faults
   use hdf5_library, only: hid_t
@@ -67,6 +69,7 @@ contains
     type(scene_t) :: scene
     type(fault_list_t) :: faults
     type(unit_system_t) :: units
+    type(tool_t), allocatable :: tools(:)
     integer(hid_t) :: file
     integer :: i
 
@@ -77,6 +80,7 @@ contains
       return
     end if
     call read_deck(command%deck, command%overrides, scene, faults)
+    if (n_errors(faults) == 0) call start_tools(scene, tools, faults)
     call report_faults(faults, error_unit)
     if (n_errors(faults) > 0) return
     units = new_unit_system(scene%units)
@@ -87,10 +91,10 @@ contains
       shapes%patches(i)%value = ""
       if (size(shapes%solids) > 1) shapes%patches(i)%value = scene%blank%patches(i)%name
     end do
-    allocate (shapes%tools(size(scene%tools)))
-    do i = 1, size(scene%tools)
-      shapes%tools(i)%name = scene%tools(i)%name
-      shapes%tools(i)%surfaces = scene%tools(i)%surfaces
+    allocate (shapes%tools(size(tools)))
+    do i = 1, size(tools)
+      shapes%tools(i)%name = tools(i)%name
+      shapes%tools(i)%surfaces = tools(i)%surfaces
     end do
   end subroutine load_shapes
 

@@ -15,8 +15,7 @@ module model_setup
   use user_library, only: user_library_t
   use law_setup, only: build_law
   use initial_state, only: set_initial_states
-  use tool, only: tool_t, new_tool
-  use tool_placement, only: placing_shift
+  use tool_setup, only: start_tools
   use spurious_modes, only: n_spurious_modes, serving_rule
   use step_setup, only: set_stable_step, add_thickness_scaling, add_damping
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
@@ -233,84 +232,16 @@ contains
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
     type(fault_list_t), intent(inout) :: faults
-    type(error_t), allocatable :: error
-    real(wp) :: reach, shifts(3, size(scene%tools))
     integer :: t, before
 
     before = n_errors(faults)
-    reach = 3.0_wp*sheet_thickness(scene)
-    shifts = 0.0_wp
-    allocate (model%bodies%tools(size(scene%tools)))
+    call start_tools(scene, model%bodies%tools, faults)
     call set_motions(scene, model)
-    do t = 1, size(scene%tools)
-      associate (spec => scene%tools(t))
-        call new_tool(model%bodies%tools(t), spec%name, spec%surfaces, spec%side, reach, error)
-        if (allocated(error)) then
-          call add_fault(faults, spec%origin, error%message, "a usable tool surface")
-          cycle
-        end if
-        if (any(abs(spec%placing) > 0.0_wp)) &
-          call place_tool(scene, spec, model%bodies%tools(t), shifts(:, t), faults)
-      end associate
-    end do
     if (n_errors(faults) > before) return
     do t = 1, size(scene%tools)
-      associate (spec => scene%tools(t))
-        ! An offset goes with the tool that it belongs to.
-        if (spec%offset_of > 0 .and. .not. any(abs(spec%placing) > 0.0_wp)) then
-          if (any(abs(shifts(:, spec%offset_of)) > 0.0_wp)) &
-            call shift_tool(shifts(:, spec%offset_of), model%bodies%tools(t))
-        end if
-        call move_tool(model%motions(t), 0.0_wp, 0.0_wp, model%bodies%tools(t))
-      end associate
+      call move_tool(model%motions(t), 0.0_wp, 0.0_wp, model%bodies%tools(t))
     end do
   end subroutine build_tools
-
-  !> Put a tool against the sheet as the deck wants it.
-  subroutine place_tool(scene, spec, tool, shift, faults)
-    type(scene_t), intent(in) :: scene
-    type(tool_spec_t), intent(in) :: spec
-    type(tool_t), intent(inout) :: tool
-    real(wp), intent(out) :: shift(3)         !! by which it was moved [length]
-    type(fault_list_t), intent(inout) :: faults
-    type(nurbs_solid_t) :: solids(size(scene%blank%patches))
-    type(error_t), allocatable :: error
-    integer :: i
-
-    do i = 1, size(solids)
-      solids(i) = scene%blank%patches(i)%solid
-    end do
-    call placing_shift(tool, solids, spec%placing, spec%clearance, shift, error)
-    if (allocated(error)) then
-      call add_fault(faults, spec%origin, error%message, "a direction that leads to the sheet")
-      shift = 0.0_wp
-      return
-    end if
-    call shift_tool(shift, tool)
-  end subroutine place_tool
-
-  !> Prepare a tool anew where it is moved to.
-  subroutine shift_tool(shift, tool)
-    real(wp), intent(in) :: shift(3)
-    type(tool_t), intent(inout) :: tool
-    type(nurbs_surface_t), allocatable :: surfaces(:)
-    type(error_t), allocatable :: error
-    character(:), allocatable :: name
-    real(wp) :: reach
-    integer :: i, c, side
-
-    surfaces = tool%surfaces
-    name = tool%name
-    side = tool%side
-    reach = tool%search_distance
-    do i = 1, size(surfaces)
-      do c = 1, 3
-        surfaces(i)%points(:, :, c) = surfaces(i)%points(:, :, c) + shift(c)
-      end do
-    end do
-    ! Cannot be refused: it was taken where it was.
-    call new_tool(tool, name, surfaces, side, reach, error)
-  end subroutine shift_tool
 
   !> Motions of all tools; those of one step add up.
   subroutine set_motions(scene, model)
@@ -366,29 +297,6 @@ contains
     term%curve = curve_of(scene, spec%curve)
     motion%terms = [motion%terms, term]
   end subroutine add_term
-
-  !> Distance of the faces zeta_min and zeta_max in the middle of a patch, the largest of all.
-  real(wp) function sheet_thickness(scene) result(thickness)
-    type(scene_t), intent(in) :: scene
-    real(wp) :: xi(3), bottom(3), top(3)
-    integer :: axis, p
-
-    thickness = 0.0_wp
-    do p = 1, size(scene%blank%patches)
-      associate (solid => scene%blank%patches(p)%solid)
-        do axis = 1, 3
-          associate (knots => solid%axes(axis)%knots)
-            xi(axis) = 0.5_wp*(knots(1) + knots(size(knots)))
-          end associate
-        end do
-        associate (knots => solid%axes(3)%knots)
-          call evaluate_solid(solid, [xi(1), xi(2), knots(1)], bottom)
-          call evaluate_solid(solid, [xi(1), xi(2), knots(size(knots))], top)
-        end associate
-      end associate
-      thickness = max(thickness, norm2(top - bottom))
-    end do
-  end function sheet_thickness
 
   !> Initial velocities; those of several entries add up.
   subroutine set_initial_velocities(scene, model)

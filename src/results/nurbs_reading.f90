@@ -17,7 +17,7 @@ module nurbs_reading
   !> A tool and its surfaces.
   type :: tool_shape_t
     character(:), allocatable :: name
-    type(nurbs_surface_t), allocatable :: surfaces(:)   !! in their place at the start
+    type(nurbs_surface_t), allocatable :: surfaces(:)   !! last frame
   end type tool_shape_t
 
   !> What a file holds.

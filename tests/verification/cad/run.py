@@ -193,6 +193,27 @@ def pieces(text):
     yield text
 
 
+def tools_in_place(igaform, folder, _):
+    """A placed tool and the offset that goes along are written where a run begins with them, of
+    a result where its last frame has them."""
+    deck, result, out = folder / "placed.key", folder / "placed.h5", folder / "part.igs"
+    deck.write_text(DRUM.format(
+        tool="*TOOL, NAME=drum, TYPE=CYLINDER\n0, -5, 311, 0, 10, 0\n10, 45, 90\n"
+             "*TOOL, NAME=lid, TYPE=OFFSET, OF=drum\n-2\n*CONTACT PAIR, TOOL=lid, FACE=Z_MIN\n"
+             "*TOOL PLACEMENT, TOOL=drum, CLEARANCE=0.5\n0, 0, -1").replace("2.5e-4", "1e-6"))
+    call(igaform, deck, "--out", result, "--quiet")
+    lowest = []
+    for part, way in ("drum", -20000 * 1e-6), ("lid", 0):
+        written = []
+        for source in (deck, result):
+            call(igaform, "iges", source, "--part", part, "--out", out)
+            written.append(written_points(out))
+        assert np.allclose(written[0] + [0, 0, way], written[1], rtol=0, atol=1e-12), written
+        lowest.append(written[0][:, 2].max())
+    assert lowest[0] < 30, "the tool was left where the deck has it"
+    print("highest points", lowest)
+
+
 def refusals(igaform, folder, _):
     """What cannot be done is told, with exit code 1 and no file left behind."""
     deck = folder / "drum.key"
@@ -218,8 +239,8 @@ def refusals(igaform, folder, _):
 
 def main(igaform, case, inputs):
     with tempfile.TemporaryDirectory() as folder:
-        {"strip": strip_of_cad_dies, "quarters": four_quarters, "refusals": refusals}[case](
-            igaform, pathlib.Path(folder), inputs)
+        {"strip": strip_of_cad_dies, "quarters": four_quarters, "placed": tools_in_place,
+         "refusals": refusals}[case](igaform, pathlib.Path(folder), inputs)
 
 
 if __name__ == "__main__":
