@@ -62,30 +62,7 @@ contains
       j31 = g(l, 7) - 0.5_wp*dt*g(l, 16)
       j32 = g(l, 8) - 0.5_wp*dt*g(l, 17)
       j33 = g(l, 9) - 0.5_wp*dt*g(l, 18)
-      c11 = j22*j33 - j23*j32; c12 = j23*j31 - j21*j33; c13 = j21*j32 - j22*j31
-      c21 = j13*j32 - j12*j33; c22 = j11*j33 - j13*j31; c23 = j12*j31 - j11*j32
-      c31 = j12*j23 - j13*j22; c32 = j13*j21 - j11*j23; c33 = j11*j22 - j12*j21
-      det = j11*c11 + j12*c12 + j13*c13
-      volume(l) = weight(l)*det
-      scaling = 1.0_wp/det
-      rate(l) = ((c11*c11 + c12*c12 + c13*c13) + (c21*c21 + c22*c22 + c23*c23) &
-                 + (c31*c31 + c32*c32 + c33*c33))*(scaling*scaling)
-      scaling = dt*scaling
-      dstrain(l, q, 1) = (g(l, 10)*c11 + g(l, 11)*c12 + g(l, 12)*c13)*scaling
-      dstrain(l, q, 2) = (g(l, 13)*c21 + g(l, 14)*c22 + g(l, 15)*c23)*scaling
-      dstrain(l, q, 3) = (g(l, 16)*c31 + g(l, 17)*c32 + g(l, 18)*c33)*scaling
-      e12 = (g(l, 10)*c21 + g(l, 11)*c22 + g(l, 12)*c23)*scaling
-      e21 = (g(l, 13)*c11 + g(l, 14)*c12 + g(l, 15)*c13)*scaling
-      e13 = (g(l, 10)*c31 + g(l, 11)*c32 + g(l, 12)*c33)*scaling
-      e31 = (g(l, 16)*c11 + g(l, 17)*c12 + g(l, 18)*c13)*scaling
-      e23 = (g(l, 13)*c31 + g(l, 14)*c32 + g(l, 15)*c33)*scaling
-      e32 = (g(l, 16)*c21 + g(l, 17)*c22 + g(l, 18)*c23)*scaling
-      dstrain(l, q, 4) = e12 + e21
-      dstrain(l, q, 5) = e13 + e31
-      dstrain(l, q, 6) = e23 + e32
-      spin(l, q, 1) = 0.5_wp*(e12 - e21)
-      spin(l, q, 2) = 0.5_wp*(e13 - e31)
-      spin(l, q, 3) = 0.5_wp*(e23 - e32)
+      include 'strain_point.inc'
     end do
   end subroutine strain_increment
 

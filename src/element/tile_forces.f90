@@ -13,7 +13,25 @@ module tile_forces
   implicit none
   private
 
-  public :: forces_of_tile, gather_motion, gather_weights, add_forces, place_context, add_report
+  public :: forces_of_tile, work_tile, gather_motion, gather_weights, add_forces, place_context
+  public :: add_report, block_kernel
+
+  abstract interface
+    !> Stress update and forces of block `b` of the row (e2, e3): number `block` of the patch.
+    subroutine block_kernel(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
+      import :: ig_patch_t, block_law_t, wp, point_context_t, point_fields_t, n_lanes
+      type(ig_patch_t), intent(inout) :: patch
+      class(block_law_t), intent(in) :: law
+      integer, intent(in) :: b, e2, e3, block
+      real(wp), intent(in) :: dt
+      real(wp), intent(in) :: u(*)                       !! gathered positions and velocities
+      type(point_context_t), intent(inout) :: context    !! where the law asks for it
+      type(point_fields_t), intent(inout) :: fields      !! of one block, where strains are projected
+      real(wp), intent(inout) :: f(*)                    !! internal forces of the block
+      real(wp), intent(out) :: sums(n_lanes, 4)          !! see block_forces
+      logical, intent(out) :: ok
+    end subroutine block_kernel
+  end interface
 
 contains
 
@@ -28,18 +46,37 @@ contains
                                    tile%control_first(2):tile%control_last(2), &
                                    patch%n_control(3), 3)
     type(force_report_t), intent(out) :: report
+
+    if (patch%projection%kind == project_nothing) then
+      call work_tile(patch, law, tile, dt, x, v, run_plain, force, report)
+    else
+      call work_tile(patch, law, tile, dt, x, v, run_projected, force, report)
+    end if
+  end subroutine forces_of_tile
+
+  !> The blocks of one tile by a kernel: gather, work, add back; arguments as of `forces_of_tile`.
+  subroutine work_tile(patch, law, tile, dt, x, v, kernel, force, report)
+    type(ig_patch_t), intent(inout) :: patch
+    class(block_law_t), intent(in) :: law
+    type(tile_t), intent(in) :: tile
+    real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
+    procedure(block_kernel) :: kernel
+    real(wp), intent(out) :: force(tile%control_first(1):tile%control_last(1), &
+                                   tile%control_first(2):tile%control_last(2), &
+                                   patch%n_control(3), 3)
+    type(force_report_t), intent(out) :: report
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6), f(size(u, 1), 3)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational))
     type(point_context_t) :: context
     real(wp) :: sums(n_lanes, 4)
     integer :: e2, e3, b, block
     type(point_fields_t) :: fields
-    logical :: ok, is_projected
+    logical :: ok
 
     if (allocated(patch%reference)) context = new_point_context(n_lanes*patch%axes(3)%n_points)
-    is_projected = patch%projection%kind /= project_nothing
-    if (is_projected) fields = new_point_fields(patch%axes%n_points, 1, patch%projection%kind, &
-                                                allocated(patch%reference))
+    if (patch%projection%kind /= project_nothing) &
+      fields = new_point_fields(patch%axes%n_points, 1, patch%projection%kind, &
+                                allocated(patch%reference))
     force = 0.0_wp
     do e3 = 1, patch%axes(3)%n_elements
       do e2 = tile%row_first, tile%row_last
@@ -47,17 +84,28 @@ contains
           block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
           call gather_motion(patch, b, e2, e3, x, v, u, w)
           if (allocated(patch%reference)) call place_context(patch, b, e2, e3, block, context)
-          if (is_projected) then
-            call run_projected(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
-          else
-            call run_kernel(patch, law, b, e2, e3, block, dt, u, context, f, sums, ok)
-          end if
+          call kernel(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
           call add_forces(patch, tile, b, e2, e3, w, f, force)
           call add_report(report, sums, ok, block)
         end do
       end do
     end do
-  end subroutine forces_of_tile
+  end subroutine work_tile
+
+  !> The kernel of a patch without projection, which has no fields.
+  subroutine run_plain(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
+    type(ig_patch_t), intent(inout) :: patch
+    class(block_law_t), intent(in) :: law
+    integer, intent(in) :: b, e2, e3, block
+    real(wp), intent(in) :: dt, u(*)
+    type(point_context_t), intent(inout) :: context
+    type(point_fields_t), intent(inout) :: fields
+    real(wp), intent(inout) :: f(*)
+    real(wp), intent(out) :: sums(n_lanes, 4)
+    logical, intent(out) :: ok
+
+    call run_kernel(patch, law, b, e2, e3, block, dt, u, context, f, sums, ok)
+  end subroutine run_plain
 
   !> Positions and velocities of a block, multiplied by the weights of a rational patch.
   subroutine gather_motion(patch, b, e2, e3, x, v, u, w)

@@ -51,20 +51,20 @@ contains
     integer, intent(in) :: n
     real(wp), intent(in) :: spin(n, 3)          !! increment 12 13 23
     real(wp), intent(inout) :: strain(n, 6)     !! 11 22 33 12 13 23, shear doubled
-    real(wp) :: s1, s2, s3, d1, d2, d3, d4, d5, d6
+    real(wp) :: w1, w2, w3, t1, t2, t3, t4, t5, t6, p1, p2, p3, p4, p5, p6
     integer :: l
 
-    !$omp simd private(s1, s2, s3, d1, d2, d3, d4, d5, d6)
+    !$omp simd private(w1, w2, w3, t1, t2, t3, t4, t5, t6, p1, p2, p3, p4, p5, p6)
     do l = 1, n
-      s1 = spin(l, 1); s2 = spin(l, 2); s3 = spin(l, 3)
-      d1 = strain(l, 1); d2 = strain(l, 2); d3 = strain(l, 3)
-      d4 = 0.5_wp*strain(l, 4); d5 = 0.5_wp*strain(l, 5); d6 = 0.5_wp*strain(l, 6)
-      strain(l, 1) = d1 + (s1*d4 + s2*d5)
-      strain(l, 2) = d2 - (s1*d4 - s3*d6)
-      strain(l, 3) = d3 - (s2*d5 + s3*d6)
-      strain(l, 4) = 2.0_wp*d4 + (s1*(d2 - d1) + s2*d6 + s3*d5)
-      strain(l, 5) = 2.0_wp*d5 + (s2*(d3 - d1) + s1*d6 - s3*d4)
-      strain(l, 6) = 2.0_wp*d6 + (s3*(d3 - d2) - s1*d5 - s2*d4)
+      t1 = strain(l, 1); t2 = strain(l, 2); t3 = strain(l, 3)
+      t4 = 0.5_wp*strain(l, 4); t5 = 0.5_wp*strain(l, 5); t6 = 0.5_wp*strain(l, 6)
+      include 'spin_product.inc'
+      strain(l, 1) = t1 + p1
+      strain(l, 2) = t2 - p2
+      strain(l, 3) = t3 - p3
+      strain(l, 4) = 2.0_wp*t4 + p4
+      strain(l, 5) = 2.0_wp*t5 + p5
+      strain(l, 6) = 2.0_wp*t6 + p6
     end do
   end subroutine turn_to_end
 

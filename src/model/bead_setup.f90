@@ -8,13 +8,14 @@ module bead_setup
   use tool_face, only: separation_t, separation, unit_normal
   use tool_search, only: search_all_faces
   use closest_point, only: hit_t
-  use scene, only: bead_spec_t, blank_spec_t
+  use scene, only: scene_t, bead_spec_t, blank_spec_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: solid_face, face_side
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss
   use errors, only: error_t
   use blank, only: face_slice
   use motion_curve, only: curve_t
+  use support_setup, only: curve_of
   use draw_bead, only: draw_bead_t, new_draw_bead, set_slip, is_on
   use effect, only: effect_slot_t
   use model, only: model_t
@@ -28,10 +29,9 @@ contains
   !> Append one bead to the force stage, one effect for each patch whose face is not joined. Warned
   !! of are a bead that is not on the blank at the start, a line that leaves it, and a band too
   !! narrow for the elements.
-  subroutine add_bead(spec, blank_spec, curve, model, faults)
+  subroutine add_bead(scene, spec, model, faults)
+    type(scene_t), intent(in) :: scene
     type(bead_spec_t), intent(in) :: spec
-    type(blank_spec_t), intent(in) :: blank_spec
-    type(curve_t), intent(in) :: curve
     type(model_t), intent(inout) :: model
     type(fault_list_t), intent(inout) :: faults
     type(draw_bead_t) :: bead
@@ -44,13 +44,14 @@ contains
 
     is_there = .false.
     allocate (faces(0))
-    do p = 1, size(blank_spec%patches)
-      if (blank_spec%patches(p)%is_joined(spec%face)) cycle
+    do p = 1, size(scene%blank%patches)
+      if (scene%blank%patches(p)%is_joined(spec%face)) cycle
       associate (body => model%bodies%blank%parts(p))
         face = solid_face(body%solid, spec%face)
-        call take_spec(spec, curve, p, face_slice(body%patch%n_control, spec%face), bead)
+        call take_spec(spec, curve_of(scene, spec%curve), p, &
+                       face_slice(body%patch%n_control, spec%face), bead)
         faces = [faces, face]
-        call new_draw_bead(bead, face, bead_name(spec, blank_spec, p))
+        call new_draw_bead(bead, face, bead_name(spec, scene%blank, p))
         is_there = is_there .or. is_on(bead, face)
         call set_slip(bead, merge(spec%slip, part_of_width*spec%width, spec%slip > 0.0_wp), &
                       sum(body%mass)/area_of(face), model%step%safety*model%stable_step)

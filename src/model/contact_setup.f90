@@ -4,7 +4,7 @@ module contact_setup
   use errors, only: error_t
   use faults, only: origin_t, fault_list_t, add_fault, n_errors
   use text, only: to_text
-  use scene, only: contact_spec_t, blank_spec_t, output_spec_t
+  use scene, only: scene_t, contact_spec_t, blank_spec_t, output_spec_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: solid_face, face_axes
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss, points_knot, &
@@ -30,10 +30,9 @@ contains
 
   !> Append one pair to the force stage for each patch whose face is not joined to another. A blank
   !! that starts inside the tool is a fault.
-  subroutine add_contact(spec, blank_spec, across, model, faults)
+  subroutine add_contact(scene, spec, model, faults)
+    type(scene_t), intent(in) :: scene
     type(contact_spec_t), intent(in) :: spec
-    type(blank_spec_t), intent(in) :: blank_spec
-    integer, intent(in) :: across            !! axis of plane strain, 0: none
     type(model_t), intent(inout) :: model
     type(fault_list_t), intent(inout) :: faults
     type(contact_spec_t) :: pair
@@ -46,17 +45,17 @@ contains
                      "', which lies beside the blank", "a tool that faces the blank, or a FACE")
       return
     end if
-    if (all([(blank_spec%patches(p)%is_joined(face), p=1, size(blank_spec%patches))])) then
+    if (all([(scene%blank%patches(p)%is_joined(face), p=1, size(scene%blank%patches))])) then
       call add_fault(faults, spec%origin, "FACE="//trim(face_names(face))// &
                      ", which is joined to another in every patch", "a face on the outside")
       return
     end if
     pair = spec
-    where (face_axes(face) == across) pair%n_points = 1
+    where (face_axes(face) == scene%reduction%axis) pair%n_points = 1
     before = n_errors(faults)
-    do p = 1, size(blank_spec%patches)
-      if (blank_spec%patches(p)%is_joined(face)) cycle
-      call add_patch_contact(pair, blank_spec, p, face, model, faults)
+    do p = 1, size(scene%blank%patches)
+      if (scene%blank%patches(p)%is_joined(face)) cycle
+      call add_patch_contact(pair, scene%blank, p, face, model, faults)
       if (n_errors(faults) > before) return
     end do
   end subroutine add_contact

@@ -11,6 +11,7 @@ module load_setup
   use dead_load, only: gravity_load, traction_load
   use pressure, only: pressure_t
   use set_range, only: face_of_set
+  use support_setup, only: curve_of
   use effect, only: effect_slot_t
   use model, only: model_t
   implicit none
@@ -22,16 +23,17 @@ contains
 
   !> Append one load to the force stage, one effect for each patch that it acts on. A set that is
   !! on no face or holds no element is a fault; faces joined to others carry no load.
-  subroutine add_load(scene, spec, curve, model, faults)
+  subroutine add_load(scene, spec, model, faults)
     type(scene_t), intent(in) :: scene
     type(load_spec_t), intent(in) :: spec
-    type(curve_t), intent(in) :: curve
     type(model_t), intent(inout) :: model
     type(fault_list_t), intent(inout) :: faults
     type(effect_slot_t) :: slot
+    type(curve_t) :: curve
     logical :: has_face, has_element
     integer :: p, face
 
+    curve = curve_of(scene, spec%curve)
     has_face = .false.
     has_element = .false.
     do p = 1, size(scene%blank%patches)

@@ -67,18 +67,17 @@ contains
     do i = 1, size(scene%contacts)
       if (scene%contacts(i)%last_step < scene%contacts(i)%first_step) cycle
       before = n_errors(faults)
-      call add_contact(scene%contacts(i), scene%blank, scene%reduction%axis, model, faults)
+      call add_contact(scene, scene%contacts(i), model, faults)
       if (n_errors(faults) > before) &
         call drop_warnings(faults, scene%tools(scene%contacts(i)%tool)%origin)
     end do
     if (size(scene%contacts) > 0) call share_penalties(scene%contacts(1)%origin, model, faults)
     do i = 1, size(scene%loads)
-      call add_load(scene, scene%loads(i), curve_of(scene, scene%loads(i)%curve), model, faults)
+      call add_load(scene, scene%loads(i), model, faults)
     end do
     do i = 1, size(scene%beads)
       if (scene%beads(i)%last_step < scene%beads(i)%first_step) cycle
-      call add_bead(scene%beads(i), scene%blank, curve_of(scene, scene%beads(i)%curve), model, &
-                    faults)
+      call add_bead(scene, scene%beads(i), model, faults)
     end do
     call add_drives(scene, model, faults)
     call add_thickness_scaling(model)
