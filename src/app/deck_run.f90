@@ -236,7 +236,7 @@ contains
     end do
     call log_line(open_run%log, line)
     code = exit_numerics
-    call save_last_good(open_run%saver, open_run%results, open_run%log, advice)
+    call save_last_good(open_run%saver, open_run%results, advice)
     if (advice /= "") call log_line(open_run%log, advice)
     call save_failed(open_run%model, open_run%run, open_run%results)
     call finish(open_run%model, open_run%run, open_run%results, open_run%log, code)

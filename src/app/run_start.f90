@@ -94,7 +94,7 @@ contains
       return
     end if
     call restore_result(command%restart, setup%path, error)
-    if (.not. allocated(error)) call open_results(results, setup, error, saver%good_frames)
+    if (.not. allocated(error)) call open_results(results, setup, error, saver%good%n_frames)
     if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
     if (command%restart == saver%path) saver%saved_step = run%n_steps
   end subroutine start_run

@@ -18,8 +18,9 @@ module channel_case
   use internal_force, only: add_tiles
   use central_difference, only: advance_velocities, advance_positions
   use run_data, only: run_t
+  use energy_balance, only: energy_balance_t
   use run_saver, only: saver_t
-  use forming_run, only: new_run, run_model, take_row
+  use forming_run, only: new_run, run_model, take_balances, record_row
   use bench_case, only: bench_case_t
   use bench_record, only: record_t, record_list_t, add_record
   use user_build, only: make_folder, remove_file
@@ -155,6 +156,7 @@ contains
 
   subroutine run(self)
     class(channel_case_t), intent(inout) :: self
+    type(energy_balance_t) :: balance
     integer :: i
 
     if (self%has_failed) return
@@ -175,7 +177,8 @@ contains
       end associate
     case ("history")
       do i = 1, self%n_calls
-        call take_row(self%model, self%solver, self%results)
+        call take_balances(self%model, self%solver, balance)
+        call record_row(self%model, self%solver, self%results)
       end do
     case ("frame")
       call run_frame(self)

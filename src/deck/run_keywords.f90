@@ -26,7 +26,8 @@ contains
                      "Signals, `--wall` and failures save the state in any case, see "// &
                      "docs/running.md.", is_unique=.true.)
     call add_option(table, "OFF", kind_flag, "saves in no intervals")
-    call add_option(table, "STEPS", kind_integer, "time steps between two checkpoints; 0: none", &
+    call add_option(table, "STEPS", kind_integer, "time steps between two checkpoints, at "// &
+                    "least 20; 0: none", &
                     default="0", range=">= 0")
     call add_option(table, "MINUTES", kind_real, "minutes of the clock between them; 0: none", &
                     default="0", unit="min", range=">= 0")
@@ -36,7 +37,7 @@ contains
                     "saved and the run stops with exit code 3, as with `--wall`; 0: never", &
                     default="0", unit="min", range=">= 0")
     call add_option(table, "RETRY", kind_real, "factor below 1 on the time step for one "// &
-                    "more try from the last saved state if the numerics fail; 0: none", &
+                    "more try from the last good state if the numerics fail; 0: none", &
                     default="0", range=">= 0")
     call add_example(table, "*CHECKPOINT, MINUTES=15, RETRY=0.5")
   end subroutine add_run_keywords

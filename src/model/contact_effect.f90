@@ -13,7 +13,7 @@ module contact_effect
   implicit none
   private
 
-  public :: has_contact
+  public :: has_contact, forget_depths
 
   !> A contact pair.
   type, extends(effect_t), public :: contact_effect_t
@@ -22,7 +22,7 @@ module contact_effect
     integer :: lower(3) = 1, upper(3) = 0  !! control points of the face
     type(contact_t) :: pair
     real(wp) :: energy = 0.0_wp            !! stored in the penalty springs
-    real(wp) :: max_penetration = 0.0_wp   !! deepest since the last tally
+    real(wp) :: max_penetration = 0.0_wp   !! deepest since `forget_depths`
     real(wp) :: depth = 0.0_wp             !! deepest now [length]
     real(wp) :: couple(3, 3) = 0.0_wp      !! of a tool that turns: forces on the blank times places
                                            !! in its frame, whose product with a turn is the work
@@ -54,6 +54,19 @@ contains
       end select
     end do
   end function has_contact
+
+  !> For all pairs among effects a new greatest depth begins.
+  pure subroutine forget_depths(effects)
+    type(effect_slot_t), intent(inout) :: effects(:)
+    integer :: i
+
+    do i = 1, size(effects)
+      select type (item => effects(i)%item)
+      type is (contact_effect_t)
+        item%max_penetration = 0.0_wp
+      end select
+    end do
+  end subroutine forget_depths
 
   !> Forces of the pair onto the blank, reaction onto the tool.
   subroutine apply(self, bodies, instant)
@@ -147,9 +160,9 @@ contains
     self%force = 0.0_wp
   end subroutine stop
 
-  !> Add work, energies and penetration to the balances; a new maximum begins.
+  !> Add work, energies and penetration to the balances.
   subroutine tally_contact(self, tally)
-    class(contact_effect_t), intent(inout) :: self
+    class(contact_effect_t), intent(in) :: self
     type(tally_t), intent(inout) :: tally
 
     tally%external_work = tally%external_work + self%external_work
@@ -161,7 +174,6 @@ contains
       tally%damping_energy = tally%damping_energy + self%pair%damping%energy
     end if
     tally%max_penetration = max(tally%max_penetration, self%max_penetration)
-    self%max_penetration = 0.0_wp
   end subroutine tally_contact
 
   !> What the effect carries from step to step.

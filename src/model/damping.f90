@@ -104,7 +104,7 @@ contains
 
   !> Add the energy taken away.
   subroutine tally_damping(self, tally)
-    class(damping_t), intent(inout) :: self
+    class(damping_t), intent(in) :: self
     type(tally_t), intent(inout) :: tally
 
     tally%damping_energy = tally%damping_energy + self%energy

@@ -400,7 +400,7 @@ contains
 
   !> Add the work taken from the sheet.
   subroutine tally_bead(self, tally)
-    class(draw_bead_t), intent(inout) :: self
+    class(draw_bead_t), intent(in) :: self
     type(tally_t), intent(inout) :: tally
 
     tally%external_work = tally%external_work + self%external_work

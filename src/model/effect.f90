@@ -25,7 +25,7 @@ module effect
     real(wp) :: friction_energy = 0.0_wp   !! work done against friction
     real(wp) :: damping_energy = 0.0_wp    !! work done against damping
     real(wp) :: tool_energy = 0.0_wp       !! kinetic, of tools that forces move
-    real(wp) :: max_penetration = 0.0_wp   !! deepest since the last tally
+    real(wp) :: max_penetration = 0.0_wp   !! deepest since the last row
   end type tally_t
 
   !> Base of all effects. `apply` is called once a step, at the stage whose list it is in.
@@ -131,7 +131,7 @@ contains
 
   !> Add what this effect holds to the balances of the run.
   subroutine tally_effect(self, tally)
-    class(effect_t), intent(inout) :: self
+    class(effect_t), intent(in) :: self
     type(tally_t), intent(inout) :: tally
 
     tally%external_work = tally%external_work + self%external_work

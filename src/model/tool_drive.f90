@@ -115,7 +115,7 @@ contains
 
   !> Add work, loss and the energy of the tool.
   subroutine tally_drive(self, tally)
-    class(tool_drive_t), intent(inout) :: self
+    class(tool_drive_t), intent(in) :: self
     type(tally_t), intent(inout) :: tally
 
     tally%external_work = tally%external_work + self%external_work

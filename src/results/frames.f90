@@ -189,11 +189,12 @@ contains
     n_frames_of = results%n_frames
   end function n_frames_of
 
-  !> Write a frame and the history up to it, then flush the file.
-  subroutine write_frame(results, frame, error)
+  !> Write a frame and the history up to it, or its first rows, then flush the file.
+  subroutine write_frame(results, frame, error, n_rows)
     type(results_t), intent(inout) :: results
     type(frame_t), intent(in) :: frame
     type(error_t), allocatable, intent(out) :: error
+    integer, intent(in), optional :: n_rows   !! absent: all that wait
     integer(int64) :: mark(1)
     integer :: p
 
@@ -209,7 +210,7 @@ contains
       call write_points(results, p, frame%patches(p))
     end do
     call update_geometry(results, frame)
-    call write_history(results%history, results%file)
+    call write_history(results%history, results%file, n_rows)
     call append_integers(results%file, "/frames/is_failed", mark, [integer ::], 1)
     mark = frame%process_step
     call append_integers(results%file, "/frames/process_step", mark, [integer ::], 1)

@@ -82,8 +82,8 @@ contains
     type(energy_balance_t), intent(inout) :: balance
     type(assembly_t), intent(in) :: bodies
     type(field_t), intent(in) :: v_before(:)   !! by patch
-    type(effect_slot_t), intent(inout) :: forces(:), supports(:)   !! a new tally begins
-    type(effect_slot_t), intent(inout), optional :: retired(:)     !! effects of earlier steps
+    type(effect_slot_t), intent(in) :: forces(:), supports(:)
+    type(effect_slot_t), intent(in), optional :: retired(:)     !! effects of earlier steps
     real(wp) :: scaling, lack, momentum_scale, lost(3)
     integer :: i, c, p
 

@@ -9,23 +9,24 @@ module forming_run
   use point_volumes, only: new_point_volumes
   use rigid_motion, only: move_tool
   use relaxation, only: relaxation_t
+  use contact_effect, only: forget_depths
   use model, only: model_t
   use frames, only: results_t, write_frame, record_history
   use run_log, only: run_log_t, log_line, log_progress
   use step_control, only: new_step_control, next_step, is_due, count_output
   use central_difference, only: advance_velocities, advance_positions
-  use energy_balance, only: start_balance, add_step, add_impulse, &
+  use energy_balance, only: energy_balance_t, start_balance, add_step, add_impulse, &
                             take_balance, elastic_energy
   use snapshot, only: new_frame, fill_frame, new_history_row, fill_history_row
   use run_data, only: run_t
-  use run_saver, only: saver_t, look_after, save_last_good, try_again
+  use run_saver, only: saver_t, look_after, keep, release_frame, save_last_good, try_again
   use health, only: check_health, check_balance, check_pairs, added_mass_warning
   use step_change, only: begin_next_step
   use step_report, only: log_step
   implicit none
   private
 
-  public :: run_t, new_run, run_model, take_step, save_failed, take_row
+  public :: run_t, new_run, run_model, take_step, save_failed, take_balances, record_row
 
   !> Steps before the energy balance may end a run: of a motion that rises from rest the n-th step
   !! misses the share 1/(4 n^2).
@@ -72,18 +73,16 @@ contains
     type(saver_t), intent(inout) :: saver
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: advice
-    logical :: is_end, is_stopping
+    logical :: is_end
 
     if (allocated(saver%path)) call add_watch(model%timer, "checkpoint", run%watch_state)
     run%started = clock_ticks()
     call log_step(log, model, run%control%start_time)
     if (.not. run%is_resumed) call apply_forces(model, run)
     do
-      call look_after(saver, model, run, results, log, is_stopping)
-      if (is_stopping) return
-      call go_one_step(model, run, results, log, is_end, error)
+      call go_one_step(model, run, results, log, saver, is_end, error)
       if (.not. allocated(error)) then
-        if (is_end) exit
+        if (is_end .or. allocated(saver%stopped_by)) exit
       else if (run%is_file_lost) then
         return
       else if (.not. try_again(saver, model, run, results, log)) then
@@ -91,10 +90,10 @@ contains
       end if
     end do
     if (allocated(error)) then
-      call save_last_good(saver, results, log, advice)
+      call save_last_good(saver, results, advice)
       if (advice /= "") error%message = error%message//new_line("a")//advice
       call save_failed(model, run, results)
-    else
+    else if (.not. allocated(saver%stopped_by)) then
       call check_relaxation(model, error)
     end if
   end subroutine run_model
@@ -124,36 +123,49 @@ contains
     call log_step(log, model, run%instant%time)
   end subroutine go_to_next_step
 
-  !> What is due now, then the step; at the end of the last step of the deck no more. A frame is
-  !! filled at its time and written when the step has gone well: if not, the result ends where the
-  !! last good state was kept.
-  subroutine go_one_step(model, run, results, log, is_end, error)
+  !> What is due now, then the step; at the end of the last step of the deck no more, nor where the
+  !! run stops. A frame is filled at its time and written when the step has gone well and the state
+  !! behind it is good: if not, the result ends where the last good state was kept.
+  subroutine go_one_step(model, run, results, log, saver, is_end, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
     type(run_log_t), intent(inout) :: log
+    type(saver_t), intent(inout) :: saver
     logical, intent(out) :: is_end
     type(error_t), allocatable, intent(out) :: error
     real(wp) :: dt, rate
+    logical :: is_row, is_frame, is_balanced
 
     dt = run%instant%dt
     rate = model%rate
     if (run%n_steps > 0) rate = model%bodies%blank%report%largest_rate
     is_end = has_ended(model, run)
+    is_row = is_end .or. run%n_steps == 0
+    is_frame = is_row
+    if (.not. is_row) is_row = is_due(run%control, run%control%history, run%instant%time)
+    if (.not. is_frame) is_frame = is_due(run%control, run%control%frames, run%instant%time)
+    call look_after(saver, model, run, results, is_end, is_row, is_frame)
+    is_balanced = is_row .or. saver%is_checking
     call advance_step_size(run, rate, is_end, dt)
-    call update_velocities(model, run, is_end)
-    call take_output(model, run, results, log, is_end, error)
+    call update_velocities(model, run, is_balanced)
+    if (is_balanced) call check_state(model, run, is_row, error)
+    if (.not. allocated(error)) call keep(saver, model, run, results, log, error)
+    if (run%is_file_lost .or. allocated(saver%stopped_by)) return
+    if (is_row) call take_row(model, run, results, log)
     if (allocated(error)) return
+    if (is_frame) call take_frame(model, run)
     if (is_end) then
-      if (size(model%later_steps) == 0) call release_frame(model, run, results, error)
-      if (size(model%later_steps) == 0) return
+      if (size(model%later_steps) == 0) then
+        call release_frame(model, run, results, error)
+        return
+      end if
       is_end = .false.
       call go_to_next_step(model, run, log, error)
       if (allocated(error)) return
     end if
     call finish_step(model, run, rate, error)
     if (.not. allocated(error)) call watch_pairs(model, run, log, error)
-    if (.not. allocated(error)) call release_frame(model, run, results, error)
   end subroutine go_one_step
 
   !> Warn of deep penetration, or end the run; warn of searches that failed.
@@ -239,17 +251,16 @@ contains
   end subroutine advance_step_size
 
   !> Half-step velocities, then the components that supports own.
-  subroutine update_velocities(model, run, is_end)
+  subroutine update_velocities(model, run, is_balanced)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
-    logical, intent(in) :: is_end
+    logical, intent(in) :: is_balanced    ! a balance needs the velocities before as well
     integer :: i
 
     call start_watch(model%timer, run%watch_motion)
     do i = 1, size(model%bodies%blank%parts)
       associate (body => model%bodies%blank%parts(i), motion => model%bodies%blank%parts(i)%motion)
-        if (is_end .or. is_due(run%control, run%control%history, run%instant%time)) &
-          run%v_before(i)%values = motion%v
+        if (is_balanced) run%v_before(i)%values = motion%v
         call advance_velocities(shape(body%inertia), run%instant%dt_mean, body%inertia, &
                                 motion%external_force, motion%internal_force, motion%v)
       end associate
@@ -327,56 +338,36 @@ contains
     call share_external_forces(model%bodies%blank%parts, model%bodies%blank%seams)
   end subroutine apply_forces
 
-  !> History row and frame at their times, the frame to be written later (`release_frame`); the
-  !! balance must stay within the deck's limit.
-  subroutine take_output(model, run, results, log, is_end, error)
+  !> Take the balances of this instant and look whether they are sound: those of the row, if one is
+  !! due, else without a trace.
+  subroutine check_state(model, run, is_row, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
-    type(results_t), intent(inout) :: results
-    type(run_log_t), intent(inout) :: log
-    logical, intent(in) :: is_end
+    logical, intent(in) :: is_row
     type(error_t), allocatable, intent(out) :: error
-    logical :: is_start
+    type(energy_balance_t) :: balance
+    integer :: watch
 
-    is_start = run%n_steps == 0
-    if (is_start .or. is_end .or. is_due(run%control, run%control%history, run%instant%time)) then
-      call start_watch(model%timer, run%watch_output)
-      if (.not. is_start) call count_output(run%control%history)
-      call take_row(model, run, results)
-      call log_progress(log, run%n_steps, run%instant%time, &
-                        run%control%end_time + sum(model%later_steps%step%end_time), &
-                        run%instant%dt, run%balance%error, &
-                        ticks_to_seconds(clock_ticks() - run%started))
-      if (run%n_steps > first_steps) then
-        call warn_of_mass(model, run, log)
-        call check_balance(model, run%balance, run%instant, run%control, error)
-      end if
-      call stop_watch(model%timer, run%watch_output)
-    end if
-    if (allocated(error)) return
-    if (is_start .or. is_end .or. is_due(run%control, run%control%frames, run%instant%time)) then
-      call start_watch(model%timer, run%watch_output)
-      if (.not. is_start) call count_output(run%control%frames)
-      call fill_frame(model, run%instant%time, run%frame)
-      run%has_frame = .true.
-      call stop_watch(model%timer, run%watch_output)
-    end if
-  end subroutine take_output
+    watch = merge(run%watch_output, run%watch_state, is_row)
+    call start_watch(model%timer, watch)
+    call take_balances(model, run, balance)
+    call check_balance(model, balance, run%n_steps <= first_steps, run%instant, run%control, error)
+    if (is_row) run%balance = balance
+    call stop_watch(model%timer, watch)
+  end subroutine check_state
 
-  !> Write the frame that was filled, if there is one.
-  subroutine release_frame(model, run, results, error)
-    type(model_t), intent(inout) :: model
-    type(run_t), intent(inout) :: run
-    type(results_t), intent(inout) :: results
-    type(error_t), allocatable, intent(out) :: error
+  !> Balances of this instant; those of the run stay as they are.
+  subroutine take_balances(model, run, balance)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    type(energy_balance_t), intent(out) :: balance
 
-    if (.not. run%has_frame) return
-    call start_watch(model%timer, run%watch_output)
-    call write_frame(results, run%frame, error)
-    run%has_frame = .false.
-    run%is_file_lost = allocated(error)
-    call stop_watch(model%timer, run%watch_output)
-  end subroutine release_frame
+    balance = run%balance
+    call take_balance(balance, model%bodies, run%v_before, model%forces, model%supports, &
+                      model%retired)
+    ! At the start a touch by round-off has nothing to be measured against.
+    if (run%n_steps == 0) balance%error = 0.0_wp
+  end subroutine take_balances
 
   !> Warn once where scaled masses show.
   subroutine warn_of_mass(model, run, log)
@@ -385,7 +376,7 @@ contains
     type(run_log_t), intent(inout) :: log
     character(:), allocatable :: warning
 
-    if (run%has_warned_of_mass) return
+    if (run%has_warned_of_mass .or. run%n_steps <= first_steps) return
     ! A sheet that is hardly deformed yet has next to no internal energy.
     if (run%instant%time < 0.5_wp*(run%control%start_time + run%control%end_time)) return
     warning = added_mass_warning(model%bodies%blank, run%balance, run%instant)
@@ -393,16 +384,32 @@ contains
     if (warning /= "") call log_line(log, warning)
   end subroutine warn_of_mass
 
-  !> Balance and history row of this instant.
-  subroutine take_row(model, run, results)
+  !> History row of this instant, from its balances, and a line in the log.
+  subroutine take_row(model, run, results, log)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(results_t), intent(inout) :: results
+    type(run_log_t), intent(inout) :: log
+
+    call start_watch(model%timer, run%watch_output)
+    if (run%n_steps > 0) call count_output(run%control%history)
+    call record_row(model, run, results)
+    call log_progress(log, run%n_steps, run%instant%time, &
+                      run%control%end_time + sum(model%later_steps%step%end_time), &
+                      run%instant%dt, run%balance%error, &
+                      ticks_to_seconds(clock_ticks() - run%started))
+    call warn_of_mass(model, run, log)
+    call stop_watch(model%timer, run%watch_output)
+  end subroutine take_row
+
+  !> The row, and what is largest up to now.
+  subroutine record_row(model, run, results)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
     real(wp) :: elastic
     integer :: p, q(3)
 
-    call take_balance(run%balance, model%bodies, run%v_before, model%forces, model%supports, &
-                      model%retired)
     elastic = 0.0_wp
     do p = 1, size(run%volumes)
       associate (patch => model%bodies%blank%parts(p)%patch)
@@ -415,13 +422,25 @@ contains
     run%row%step = run%n_steps
     run%row%time = run%instant%time
     run%row%dt = run%instant%dt
-    ! At the start a touch by round-off has nothing to be measured against.
-    if (run%n_steps == 0) run%balance%error = 0.0_wp
     call fill_history_row(model, run%balance, elastic, velocity_now(model, run), run%row)
     call record_history(results, run%row)
     if (run%n_steps > 0) run%largest_error = max(run%largest_error, abs(run%balance%alarm))
     run%largest_penetration = max(run%largest_penetration, run%balance%tally%max_penetration)
-  end subroutine take_row
+    call forget_depths(model%forces)
+    call forget_depths(model%retired)
+  end subroutine record_row
+
+  !> Fill a frame, to be written when the state behind it has proved good.
+  subroutine take_frame(model, run)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+
+    call start_watch(model%timer, run%watch_output)
+    if (run%n_steps > 0) call count_output(run%control%frames)
+    call fill_frame(model, run%instant%time, run%frame)
+    run%has_frame = .true.
+    call stop_watch(model%timer, run%watch_output)
+  end subroutine take_frame
 
   !> Velocities at the time of the positions: the mean of both half steps, or those of the start.
   function velocity_now(model, run) result(v)

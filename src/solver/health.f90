@@ -50,17 +50,20 @@ contains
   !! sign of the kinetic energy: that is the product of the velocities half a step before and after,
   !! and below zero where most of the motion turns round in each step. Plastic flow feeds on such a
   !! motion and keeps the balance all the same.
-  subroutine check_balance(model, balance, instant, control, error)
+  subroutine check_balance(model, balance, is_early, instant, control, error)
     type(model_t), intent(in) :: model
     type(energy_balance_t), intent(in) :: balance
+    logical, intent(in) :: is_early       !! all but values that are no numbers pass
     type(instant_t), intent(in) :: instant
     type(step_control_t), intent(in) :: control
     type(error_t), allocatable, intent(out) :: error
-
     character(:), allocatable :: what
 
-    if (.not. model%step%energy_limit > 0.0_wp) return
-    if (.not. abs(balance%alarm) <= model%step%energy_limit) then   ! as well for a NaN
+    if (.not. abs(balance%alarm) <= huge(1.0_wp)) then
+      what = "the energies are no numbers "//when(instant)
+    else if (is_early .or. .not. model%step%energy_limit > 0.0_wp) then
+      return
+    else if (abs(balance%alarm) > model%step%energy_limit) then
       what = "energy balance lost "//when(instant)//": error "//to_text(balance%alarm)// &
              ", limit "//to_text(model%step%energy_limit)
     else if (control%safety > 1.0_wp .and. balance%kinetic < -alternation*balance%reference) then

@@ -5,11 +5,12 @@ module run_saver
   use errors, only: error_t
   use text, only: to_text, rounded_text
   use timer, only: clock_ticks, ticks_to_seconds, start_watch, stop_watch
-  use interrupt, only: is_stop_wanted, is_save_wanted, forget_save, stop_signal_name
+  use interrupt, only: is_save_wanted, forget_save, stop_signal_name
   use state_store, only: state_store_t, enter_folder, put, take
   use model, only: model_t
   use system_files, only: remove_file, sync_file
-  use frames, only: results_t, flush_results, forget_history, n_frames_of, n_rows_of
+  use frames, only: results_t, write_frame, flush_results, forget_history, n_frames_of, &
+                    n_rows_of
   use run_log, only: run_log_t, log_line
   use checkpoint, only: checkpoint_header_t, write_checkpoint
   use run_data, only: run_t
@@ -17,10 +18,24 @@ module run_saver
   implicit none
   private
 
-  public :: saver_t, look_after, save_last_good, try_again, start_from, drop_checkpoint
+  public :: saver_t, look_after, keep, release_frame, save_last_good, try_again, start_from
+  public :: drop_checkpoint
 
   !> Steps before the state is kept anew, which costs about as much as one.
   integer, parameter :: steps_between = 200
+  !> Steps that go well behind a state before it counts as good: what begins to grow in it would
+  !! show by then.
+  integer, parameter :: proof = 20
+
+  !> A state of the run in memory, and how far the result belongs to it.
+  type :: kept_t
+    type(state_store_t) :: store
+    integer(int64) :: step = 0
+    real(wp) :: time = 0.0_wp
+    integer :: deck_step = 0
+    integer :: n_frames = 0         !! frames in the result then
+    integer :: n_rows = 0           !! rows of the history that waited then
+  end type kept_t
 
   !> Where and when the state is saved. Without a path there is nothing to do.
   type :: saver_t
@@ -36,83 +51,97 @@ module run_saver
     logical :: is_state_lost = .false.        !! where it stopped, since it could not be written
     integer(int64) :: saved_step = -1         !! of the file; negative: there is none of this run
     real(wp) :: saved_time = 0.0_wp
-    integer(int64) :: saved_ticks = 0
-    type(state_store_t) :: good               !! state kept last, one step after a row or frame
-    integer(int64) :: good_step = -1
-    real(wp) :: good_time = 0.0_wp
-    integer :: good_frames = 0                !! frames in the result then
-    integer :: good_rows = 0                  !! rows of the history that waited then
+    integer(int64) :: tried_step = 0          !! of the last try to write the file
+    real(wp) :: tried_time = 0.0_wp
+    integer(int64) :: tried_ticks = 0
+    type(kept_t), allocatable :: good         !! proved so, kept last
+    type(kept_t), allocatable :: next         !! taken later, not proved yet
+    logical :: is_waiting = .false.           !! `next`, for `proof_step`
+    logical :: is_checking = .false.          !! the balances of this step are needed
+    logical :: is_saving = .false.            !! if `next` is good it is written
+    character(:), allocatable :: stopping_by  !! and why the run stops then, if it does
+    integer(int64) :: proof_step = 0          !! in which `next` counts as good
   end type saver_t
 
 contains
 
-  !> To be called at the start of each step: saves the state when that is due or asked for, and
-  !! tells whether the run must stop.
-  subroutine look_after(saver, model, run, results, log, is_stopping)
+  !> To be called at the start of each step: takes the state where one is to be kept or saved, in
+  !! place of one that waits only if that cannot be put off. Whether it is good shows in the step,
+  !! when its velocities are known, and in the steps behind it; then `keep`.
+  subroutine look_after(saver, model, run, results, is_end, is_row, is_frame)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model       !! its timer alone
     type(run_t), intent(in) :: run
-    type(results_t), intent(inout) :: results
-    type(run_log_t), intent(inout) :: log
-    logical, intent(out) :: is_stopping
-    real(wp) :: spent
-    logical :: is_wanted
+    type(results_t), intent(in) :: results
+    logical, intent(in) :: is_end, is_row, is_frame   !! is that due in this step?
+    character(:), allocatable :: why
+    logical :: is_due, is_urgent, is_saving
 
-    is_stopping = .false.
     if (.not. allocated(saver%path)) return
-    if (is_good_due(saver, run, results)) call keep_good(saver, model, run, results)
-    spent = 0.0_wp
-    if (saver%wall_seconds > 0.0_wp) spent = ticks_to_seconds(clock_ticks() - run%started)
-    if (is_stop_wanted()) then
-      saver%stopped_by = stop_signal_name()
-    else if (saver%wall_seconds > 0.0_wp .and. spent >= saver%wall_seconds) then
-      saver%stopped_by = "the limit of "//rounded_text(saver%wall_seconds/60.0_wp)//" minutes"
-    end if
-    is_stopping = allocated(saver%stopped_by)
-    is_wanted = is_save_wanted()
-    if (.not. (is_stopping .or. is_wanted)) is_wanted = is_due(saver, model, run)
-    if (is_stopping .or. is_wanted) call save(saver, model, run, results, log)
-    if (is_stopping) saver%is_state_lost = saver%saved_step /= run%n_steps
-    if (is_stopping) call log_line(log, "stopped by "//saver%stopped_by//" at step "// &
-                                   to_text(run%n_steps)//", time "//to_text(run%instant%time))
+    why = reason_to_stop(saver, run)
+    is_urgent = why /= "" .or. is_save_wanted() .or. is_end .or. (run%has_frame .and. is_frame) &
+                .or. is_first(saver, model)
+    saver%is_checking = saver%is_waiting .and. run%n_steps == saver%proof_step
+    if (saver%is_waiting .and. .not. is_urgent) return
+    is_saving = why /= "" .or. is_save_wanted()
+    if (.not. is_saving) is_saving = is_save_due(saver, model, run)
+    is_due = is_saving .or. run%has_frame
+    if (is_row .and. allocated(saver%good)) &
+      is_due = is_due .or. run%n_steps - saver%good%step >= steps_between
+    if (.not. is_due) return
+    if (why /= "") saver%stopping_by = why
+    saver%is_saving = is_saving
+    saver%is_checking = .true.
+    saver%proof_step = run%n_steps + merge(0, proof, is_urgent)
+    call take_state(saver, model, run, results)
   end subroutine look_after
 
-  !> Is the state to be kept? After each frame, since the result cannot go back behind it, and after
-  !! rows of the history, whose balances were found sound.
-  pure logical function is_good_due(saver, run, results)
+  !> Is there no state yet of this step of the deck, and so none that could be gone back to?
+  pure logical function is_first(saver, model)
+    type(saver_t), intent(in) :: saver
+    type(model_t), intent(in) :: model
+
+    is_first = .not. allocated(saver%good)
+    if (.not. is_first) is_first = saver%good%deck_step /= model%i_step
+  end function is_first
+
+  !> Why the run must stop now; empty if it need not.
+  function reason_to_stop(saver, run) result(why)
     type(saver_t), intent(in) :: saver
     type(run_t), intent(in) :: run
-    type(results_t), intent(in) :: results
+    character(:), allocatable :: why
 
-    is_good_due = n_frames_of(results) > saver%good_frames .or. &
-                  (run%row%step == run%n_steps - 1 .and. &
-                   run%n_steps - saver%good_step >= steps_between)
-  end function is_good_due
+    why = stop_signal_name()
+    if (why /= "" .or. .not. saver%wall_seconds > 0.0_wp) return
+    if (ticks_to_seconds(clock_ticks() - run%started) >= saver%wall_seconds) &
+      why = "the limit of "//rounded_text(saver%wall_seconds/60.0_wp)//" minutes"
+  end function reason_to_stop
 
   !> Is one of the deck's intervals over, or the run?
-  logical function is_due(saver, model, run)
+  logical function is_save_due(saver, model, run)
     type(saver_t), intent(in) :: saver
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
     integer(int64) :: last_ticks
     real(wp) :: interval, spent
 
-    is_due = .false.
+    is_save_due = .false.
     if (run%n_steps == 0 .or. run%n_steps == saver%saved_step) return
-    if (saver%every_steps > 0) is_due = mod(run%n_steps, int(saver%every_steps, int64)) == 0
+    if (saver%every_steps > 0) is_save_due = run%n_steps/saver%every_steps &
+                                             > saver%tried_step/saver%every_steps
     if (saver%every_seconds > 0.0_wp) then
-      last_ticks = saver%saved_ticks
-      if (saver%saved_step < 0) last_ticks = run%started
+      last_ticks = saver%tried_ticks
+      if (last_ticks == 0) last_ticks = run%started
       spent = ticks_to_seconds(clock_ticks() - last_ticks)
-      is_due = is_due .or. spent >= saver%every_seconds
+      is_save_due = is_save_due .or. spent >= saver%every_seconds
     end if
     if (saver%number > 0) then
       interval = final_time(model, run)/saver%number
-      is_due = is_due .or. int(run%instant%time/interval) > int(saver%saved_time/interval)
+      is_save_due = is_save_due .or. int(run%instant%time/interval) > int(saver%tried_time/interval)
     end if
-    if (saver%is_lasting) &
-      is_due = is_due .or. run%instant%time >= final_time(model, run)*(1.0_wp - 1.0e-12_wp)
-  end function is_due
+    if (saver%is_lasting) is_save_due = is_save_due .or. &
+      run%instant%time >= final_time(model, run)*(1.0_wp - 1.0e-12_wp)
+  end function is_save_due
 
   !> The end of the last step of the deck.
   pure real(wp) function final_time(model, run)
@@ -121,6 +150,78 @@ contains
 
     final_time = run%control%end_time + sum(model%later_steps%step%end_time)
   end function final_time
+
+  !> The state of this step, which may turn out to be bad. A frame that is not written yet belongs
+  !! to it.
+  subroutine take_state(saver, model, run, results)
+    type(saver_t), intent(inout) :: saver
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(in) :: run
+    type(results_t), intent(in) :: results
+
+    call start_watch(model%timer, run%watch_state)
+    saver%is_waiting = .true.
+    if (.not. allocated(saver%next)) allocate (saver%next)
+    associate (next => saver%next)
+      call pack_run(model, run, next%store)
+      next%n_frames = n_frames_of(results) + merge(1, 0, run%has_frame)
+      call enter_folder(next%store, "result")
+      call put(next%store, "n_frames", next%n_frames)
+      next%step = run%n_steps
+      next%time = run%instant%time
+      next%deck_step = model%i_step
+      next%n_rows = n_rows_of(results)
+    end associate
+    call stop_watch(model%timer, run%watch_state)
+  end subroutine take_state
+
+  !> To be called in each step where nothing is wrong, before its row is recorded: the state that
+  !! waits, if it has proved good, is the last good one from now on, and is saved where that is due.
+  !! The frame that belongs to it is written.
+  subroutine keep(saver, model, run, results, log, error)
+    type(saver_t), intent(inout) :: saver
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(results_t), intent(inout) :: results
+    type(run_log_t), intent(inout) :: log
+    type(error_t), allocatable, intent(out) :: error
+    type(kept_t), allocatable :: before
+
+    if (.not. allocated(saver%path)) call release_frame(model, run, results, error)
+    if (.not. saver%is_waiting .or. run%n_steps < saver%proof_step) return
+    saver%is_waiting = .false.
+    ! They change places, so that both keep their room.
+    call move_alloc(saver%good, before)
+    call move_alloc(saver%next, saver%good)
+    call move_alloc(before, saver%next)
+    if (saver%good%n_frames > n_frames_of(results)) then
+      call release_frame(model, run, results, error, saver%good%n_rows)
+      if (allocated(error)) return
+      saver%good%n_rows = 0
+    end if
+    if (saver%is_saving) call save(saver, model, run, results, log)
+    if (.not. allocated(saver%stopping_by)) return
+    call move_alloc(saver%stopping_by, saver%stopped_by)
+    saver%is_state_lost = saver%saved_step /= run%n_steps
+    call log_line(log, "stopped by "//saver%stopped_by//" at step "//to_text(run%n_steps)// &
+                  ", time "//to_text(run%instant%time))
+  end subroutine keep
+
+  !> Write the frame that was filled, if there is one, and the history, or its first rows.
+  subroutine release_frame(model, run, results, error, n_rows)
+    type(model_t), intent(inout) :: model         !! its timer alone
+    type(run_t), intent(inout) :: run
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
+    integer, intent(in), optional :: n_rows
+
+    if (.not. run%has_frame) return
+    call start_watch(model%timer, run%watch_output)
+    call write_frame(results, run%frame, error, n_rows)
+    run%has_frame = .false.
+    run%is_file_lost = allocated(error)
+    call stop_watch(model%timer, run%watch_output)
+  end subroutine release_frame
 
   !> Write the checkpoint. If that fails a run goes on: there may be room for the next one.
   subroutine save(saver, model, run, results, log)
@@ -132,42 +233,35 @@ contains
     type(error_t), allocatable :: error
 
     call forget_save()
-    call flush_results(results, error)
-    if (.not. allocated(error)) then
-      call keep_good(saver, model, run, results)
-      call start_watch(model%timer, run%watch_state)
-      call write_checkpoint(saver%path, saver%header, saver%good, saver%result_file, error)
-      call stop_watch(model%timer, run%watch_state)
-    end if
-    saver%saved_ticks = clock_ticks()
-    saver%saved_time = run%instant%time
+    call start_watch(model%timer, run%watch_state)
+    call write_good(saver, results, error)
+    call stop_watch(model%timer, run%watch_state)
+    saver%tried_ticks = clock_ticks()
+    saver%tried_step = saver%good%step
+    saver%tried_time = saver%good%time
     if (allocated(error)) then
-      if (.not. allocated(saver%stopped_by)) error%message = error%message//"; the run goes on"
+      if (.not. allocated(saver%stopping_by)) error%message = error%message//"; the run goes on"
       call log_line(log, "warning: "//error%message)
-      return
+    else
+      call log_line(log, "checkpoint "//saver%path//" at step "//to_text(saver%saved_step)// &
+                    ", time "//to_text(saver%saved_time))
     end if
-    saver%saved_step = run%n_steps
-    call log_line(log, "checkpoint "//saver%path//" at step "//to_text(run%n_steps)//", time "// &
-                  to_text(run%instant%time))
   end subroutine save
 
-  !> Keep the state in memory, and how far the result belongs to it.
-  subroutine keep_good(saver, model, run, results)
+  !> The last good state to the disk, with the result as it was then.
+  subroutine write_good(saver, results, error)
     type(saver_t), intent(inout) :: saver
-    type(model_t), intent(inout) :: model
-    type(run_t), intent(in) :: run
-    type(results_t), intent(in) :: results
+    type(results_t), intent(inout) :: results
+    type(error_t), allocatable, intent(out) :: error
 
-    call start_watch(model%timer, run%watch_state)
-    call pack_run(model, run, saver%good)
-    saver%good_frames = n_frames_of(results)
-    saver%good_rows = n_rows_of(results)
-    call enter_folder(saver%good, "result")
-    call put(saver%good, "n_frames", saver%good_frames)
-    saver%good_step = run%n_steps
-    saver%good_time = run%instant%time
-    call stop_watch(model%timer, run%watch_state)
-  end subroutine keep_good
+    call flush_results(results, error, saver%good%n_rows)
+    if (allocated(error)) return
+    saver%good%n_rows = 0
+    call write_checkpoint(saver%path, saver%header, saver%good%store, saver%result_file, error)
+    if (allocated(error)) return
+    saver%saved_step = saver%good%step
+    saver%saved_time = saver%good%time
+  end subroutine write_good
 
   !> Take the state of a run from a checkpoint, and keep it. What does not fit is told by
   !! `store%fault`, and the state is not to be used then.
@@ -177,42 +271,43 @@ contains
     type(run_t), intent(inout) :: run
     type(state_store_t), intent(inout) :: store
 
+    if (.not. allocated(saver%good)) allocate (saver%good)
     call enter_folder(store, "result")
-    call take(store, "n_frames", saver%good_frames)
+    call take(store, "n_frames", saver%good%n_frames)
     call unpack_run(model, run, store)
-    saver%good = store
-    saver%good_step = run%n_steps
-    saver%good_time = run%instant%time
+    saver%good%store = store
+    saver%good%step = run%n_steps
+    saver%good%time = run%instant%time
+    saver%good%deck_step = model%i_step
     saver%saved_time = run%instant%time
-    saver%saved_ticks = clock_ticks()
+    saver%tried_step = run%n_steps
+    saver%tried_time = run%instant%time
+    saver%tried_ticks = clock_ticks()
   end subroutine start_from
 
   !> The run has failed, and nothing was written since the state was kept: rows of the history still
-  !! wait. Write that state, unless it is in the file. `advice` tells how to go on; empty if there
-  !! is no way.
-  subroutine save_last_good(saver, results, log, advice)
+  !! wait. Write that state, unless it is in the file. `advice` tells how to go on, or why nobody
+  !! can; empty if there is no such state.
+  subroutine save_last_good(saver, results, advice)
     type(saver_t), intent(inout) :: saver
     type(results_t), intent(inout) :: results
-    type(run_log_t), intent(inout) :: log
     character(:), allocatable, intent(out) :: advice
     type(error_t), allocatable :: error
 
     advice = ""
-    if (.not. allocated(saver%path)) return
-    if (saver%good_step > saver%saved_step) then
-      call flush_results(results, error, saver%good_rows)
-      if (.not. allocated(error)) call write_checkpoint(saver%path, saver%header, saver%good, &
-                                                        saver%result_file, error)
-      if (allocated(error)) then
-        call log_line(log, "warning: "//error%message)
-      else
-        saver%saved_step = saver%good_step
-        saver%saved_time = saver%good_time
-      end if
+    if (.not. allocated(saver%good)) return
+    if (saver%good%step > saver%saved_step) call write_good(saver, results, error)
+    if (allocated(error)) advice = "the last good state, of step "//to_text(saver%good%step)// &
+                                   ", cannot be saved: "//error%message//new_line("a")
+    if (saver%saved_step < 0) return
+    if (allocated(error)) then
+      advice = advice//"an earlier good state"
+    else
+      advice = "the last good state"
     end if
-    if (saver%saved_step >= 0) advice = "the last good state, of step "// &
-      to_text(saver%saved_step)//", time "//to_text(saver%saved_time)//", is in '"// &
-      saver%path//"': go on from it with --restart "//saver%path
+    advice = advice//", of step "//to_text(saver%saved_step)//", time "// &
+             to_text(saver%saved_time)//", is in '"//saver%path// &
+             "': go on from it with --restart "//saver%path
   end subroutine save_last_good
 
   !> One more try from the state kept last with a smaller step, if the deck allows it and there is
@@ -225,14 +320,17 @@ contains
     type(run_log_t), intent(inout) :: log
 
     is_trying = .false.
-    if (.not. saver%retry > 0.0_wp .or. run%step_factor < 1.0_wp .or. saver%good_step < 0) return
-    call unpack_run(model, run, saver%good)
-    if (saver%good%fault /= "") then
-      call log_line(log, "no second try: the state kept last does not fit, "//saver%good%fault)
-      saver%good%fault = ""
+    saver%is_waiting = .false.
+    if (.not. saver%retry > 0.0_wp .or. run%step_factor < 1.0_wp) return
+    if (.not. allocated(saver%good)) return
+    call unpack_run(model, run, saver%good%store)
+    if (saver%good%store%fault /= "") then
+      call log_line(log, "no second try: the state kept last does not fit, "// &
+                    saver%good%store%fault)
+      saver%good%store%fault = ""
       return
     end if
-    call forget_history(results, saver%good_rows)
+    call forget_history(results, saver%good%n_rows)
     run%has_frame = .false.
     run%step_factor = saver%retry
     run%control%largest = saver%retry*run%control%largest

@@ -66,7 +66,7 @@ def good_step(said):
 
 
 def last_step(log):
-    return int(log.read_text().split("all steps")[1].split()[2])
+    return int(log.read_text().split("all steps")[-1].split()[2])
 
 
 def goes_on_like_the_run_that_failed(folder, path, *words):
@@ -88,6 +88,20 @@ def the_last_good_state_is_near_the_failure(folder):
     assert end - 220 < good < end, (good, end)
 
 
+def a_checkpoint_holds_a_good_state(folder):
+    """However often the state is saved, none reaches the disk in which the failure has begun: a run
+    goes on from there for as many steps as a state must have behind it to count as good."""
+    for steps in (1, 10, 17):
+        path = ringing(folder, f"*CHECKPOINT, STEPS={steps}")
+        good = good_step(igaform(folder, path, "--out", "a.h5", code=2))
+        log = (folder / "a.log").read_text()
+        saved = [int(line.split("at step")[1].split(",")[0]) for line in log.splitlines()
+                 if line.startswith("checkpoint a.ckpt.h5 at step")]
+        assert max(saved, default=1) <= good <= last_step(folder / "a.log") - 20, (saved, good)
+        igaform(folder, path, "--restart", "a.ckpt.h5", code=2)
+        assert last_step(folder / "a.log") >= good + 20, (steps, good)
+
+
 def a_failure_just_behind_a_frame(folder):
     """The step that fails follows the last frame of a step of the deck."""
     path = ringing(folder, FLOOR, "1e-5", safety=0.8, motion=TOO_FAST)
@@ -100,8 +114,14 @@ def a_smaller_step_saves_the_run(folder):
     """The second try comes to the end, with its smaller step in the next step of the deck too."""
     path = ringing(folder, "")
     igaform(folder, path, "--out", "a.h5", code=2)
-    path = ringing(folder, "*CHECKPOINT, OFF, RETRY=0.5")
-    igaform(folder, path, "--out", "b.h5", "--threads", 1)
+    for saving in ("OFF", "STEPS=1", "STEPS=10"):
+        path = ringing(folder, f"*CHECKPOINT, {saving}, RETRY=0.5")
+        igaform(folder, path, "--out", "b.h5", "--threads", 1)
+        the_second_try_is_sound(folder)
+        (folder / "b.ckpt.h5").unlink(missing_ok=saving == "OFF")
+
+
+def the_second_try_is_sound(folder):
     log = (folder / "b.log").read_text()
     assert log.count("one more try from step") == 1, log
     with h5py.File(folder / "b.h5") as file:
@@ -114,7 +134,6 @@ def a_smaller_step_saves_the_run(folder):
         late = file["history/step"][:] > tried
         assert (dt[late] < 0.55 * dt[0]).all() and (step[late] == 2).sum() == 10, dt
         assert np.abs(file["history/energy_error"][:]).max() < 1e-4
-    assert not (folder / "b.ckpt.h5").exists()
 
 
 def a_smaller_step_outlives_an_interruption(folder):
@@ -157,6 +176,7 @@ def no_second_try_across_steps_of_the_deck(folder):
 
 
 if __name__ == "__main__":
-    run_all(the_last_good_state_is_near_the_failure, a_failure_just_behind_a_frame,
-            a_smaller_step_saves_the_run, a_smaller_step_outlives_an_interruption,
-            a_second_try_may_fail_too, no_second_try_across_steps_of_the_deck)
+    run_all(the_last_good_state_is_near_the_failure, a_checkpoint_holds_a_good_state,
+            a_failure_just_behind_a_frame, a_smaller_step_saves_the_run,
+            a_smaller_step_outlives_an_interruption, a_second_try_may_fail_too,
+            no_second_try_across_steps_of_the_deck)

@@ -121,6 +121,16 @@ def the_clock_saves(folder):
     assert (folder / "m.ckpt.h5").exists() and "the run is complete" not in log, log
 
 
+def saving_leaves_no_trace(folder):
+    """Balances that are looked at for a checkpoint alone, between rows, change nothing."""
+    source = VERIFICATION / "friction_block.key"
+    igaform(folder, source, "--out", "a.h5")
+    path = deck(folder, source, "*CHECKPOINT, STEPS=37")
+    igaform(folder, path, "--out", "b.h5")
+    assert (folder / "b.log").read_text().count("checkpoint b.ckpt.h5 at step") > 5
+    check_same(folder / "b.h5", datasets(folder / "a.h5"))
+
+
 def a_result_has_one_writer(folder):
     """A run under way keeps its file; to be asked twice at once to stop, as a member of a group and
     by the one who started it, costs nothing."""
@@ -216,5 +226,5 @@ if __name__ == "__main__":
             goes_on_bit_by_bit(pathlib.Path(place), source, parameters)
         print(f"passed: {getattr(source, 'stem', source)} goes on bit by bit ({state})", flush=True)
     run_all(signals_save_and_stop, a_complete_run_leaves_no_checkpoint, the_clock_saves,
-            a_result_has_one_writer, strangers_are_refused,
+            saving_leaves_no_trace, a_result_has_one_writer, strangers_are_refused,
             other_user_subroutines_are_refused, what_may_differ)
