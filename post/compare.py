@@ -62,7 +62,7 @@ class Sheet:
         places = results.points("reference_position")
         across = int(np.argmax(np.abs(self.section.normal)))
         start = results.blank_grid("Points", 0) - results.blank_grid("displacement", 0)
-        self.width = np.ptp(start[..., across])
+        self.width = results.width_ratio * np.ptp(start[..., across])   # of forces and energies
         self.start_thickness = float(np.linalg.norm(start[-1, 0, 0] - start[0, 0, 0]))
         self.x0 = places[..., int(np.argmax(self.section.axes[0]))]
         self.volume = results.points("reference_volume")

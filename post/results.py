@@ -65,6 +65,12 @@ class Results:
         tools = self.file["tools"]
         return sorted(tools, key=lambda name: int(tools[name].attrs["part"]))
 
+    @property
+    def width_ratio(self):
+        """Full width, of which forces and energies are, over that of the blank in the file."""
+        ratio = self.file.get("provenance/width_ratio")
+        return 1.0 if ratio is None else float(ratio[()])
+
     def unit(self, dataset):
         return text_of(self.file[dataset].attrs.get("unit", b""))
 

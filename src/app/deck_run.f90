@@ -415,6 +415,7 @@ contains
     end associate
     setup%is_bezier = scene%output%is_bezier
     setup%n_contact_fields = count([scene%output%has_pressure, scene%output%has_wear])
+    setup%width_ratio = model%width_ratio
     setup%blank_mass = model%width_ratio*mass_of(model%bodies%blank%parts) &
                        /model%bodies%blank%mass_factor
     call get_command(length=length)

@@ -40,6 +40,7 @@ module frame_data
     logical :: is_bezier = .false.                      !! Bezier cells instead of Lagrange
     integer :: n_contact_fields = 0                     !! 1: contact pressure, 2: and wear
     real(wp) :: blank_mass = 0.0_wp                     !! without what scaling has added
+    real(wp) :: width_ratio = 1.0_wp                    !! full width over that of the blank
     type(provenance_t) :: provenance
   end type results_setup_t
 

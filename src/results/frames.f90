@@ -24,7 +24,8 @@ module frames
                        write_reals, write_text_attribute, write_integer_attribute
   use unit_system, only: new_unit_system, unit_of, unit_system_t
   use provenance, only: text_or_empty
-  use provenance_record, only: write_provenance, write_blank_mass, write_timings
+  use provenance_record, only: write_provenance, write_blank_mass, write_width_ratio, &
+                               write_timings
   use run_log, only: timings_t
   use display_grid, only: display_thickness, display_vectors, new_display_grid, point_grid
   use display_fields, only: add_face_fields, add_tool_fields, display_field_t, &
@@ -137,6 +138,7 @@ contains
     associate (file => results%file)
       call write_provenance(file, setup%provenance)
       call write_blank_mass(file, setup%blank_mass, unit_of(results%units, "mass"))
+      if (setup%width_ratio > 1.0_wp) call write_width_ratio(file, setup%width_ratio)
       call create_grid(file, cells, results%n_points, unit_of(results%units, "length"), &
                        unit_of(results%units, "time"))
       if (setup%is_bezier) call write_rational_weights(file, weights)

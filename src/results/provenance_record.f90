@@ -11,7 +11,7 @@ module provenance_record
   implicit none
   private
 
-  public :: write_provenance, write_blank_mass, write_timings
+  public :: write_provenance, write_blank_mass, write_width_ratio, write_timings
 
 contains
 
@@ -56,6 +56,15 @@ contains
     call write_reals(file, "/provenance/blank_mass", [mass], [integer ::], unit, &
                      "mass of the blank without what scaling has added")
   end subroutine write_blank_mass
+
+  !> Write that the blank of the file stands for a wider one.
+  subroutine write_width_ratio(file, ratio)
+    type(hdf5_file_t), intent(inout) :: file
+    real(wp), intent(in) :: ratio
+
+    call write_reals(file, "/provenance/width_ratio", [ratio], [integer ::], "1", &
+                     "full width, of which forces, energies and masses are, over that of the blank")
+  end subroutine write_width_ratio
 
   !> Write /timings: one group for each effect, and the cost of the whole run.
   subroutine write_timings(file, timings)

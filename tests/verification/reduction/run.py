@@ -31,7 +31,7 @@ def strip(igaform, deck, path):
 
 
 def compare(igaform, source, folder):
-    reduced = strip(igaform, os.path.join(source, "tests/verification/reduction/reduced.key"),
+    reduced = strip(igaform, os.path.join(source, "input/channel_reduced.key"),
                     os.path.join(folder, "reduced.h5"))
     spelt = strip(igaform, os.path.join(source, "input/channel_strip.key"),
                   os.path.join(folder, "strip.h5"))
@@ -47,6 +47,8 @@ def compare(igaform, source, folder):
             assert np.allclose(reduced[name][()], spelt[name][()], rtol=1e-9, atol=1e-9), name
     mass = reduced["provenance/blank_mass"][()], spelt["provenance/blank_mass"][()]
     assert abs(mass[0] - RATIO*mass[1]) <= 1e-12*mass[0], mass
+    assert abs(reduced["provenance/width_ratio"][()] - RATIO) < 1e-12, "width of the whole"
+    assert "width_ratio" not in spelt["provenance"], "a whole width"
     stress = reduced["points/stress"][()]
     assert np.abs(stress[..., :4]).max() > 100, "no stress"
     assert np.abs(stress[..., 4:]).max() < 1e-9, "the sides of the strip move apart"
