@@ -26,7 +26,7 @@ module tile_forces
       real(wp), intent(in) :: dt
       real(wp), intent(in) :: u(*)                       !! gathered positions and velocities
       type(point_context_t), intent(inout) :: context    !! where the law asks for it
-      type(point_fields_t), intent(inout) :: fields      !! of one block, where strains are projected
+      type(point_fields_t), intent(inout) :: fields      !! of a block, where strains are projected
       real(wp), intent(inout) :: f(*)                    !! internal forces of the block
       real(wp), intent(out) :: sums(n_lanes, 4)          !! see block_forces
       logical, intent(out) :: ok
