@@ -134,9 +134,12 @@ contains
         if (jobs(j)%process /= process) cycle
         jobs(j)%process = 0
         if (jobs(j)%is_resumed .and. code == exit_input) then   ! a checkpoint of something else
-          jobs(j)%is_resumed = .false.
-          call start(command, runs(jobs(j)%run), jobs(j))
-          cycle
+          if (.not. is_stop_wanted()) then
+            jobs(j)%is_resumed = .false.
+            call start(command, runs(jobs(j)%run), jobs(j))
+            cycle
+          end if
+          code = exit_interrupted
         end if
         n_done = n_done + 1
         associate (r => jobs(j)%run)

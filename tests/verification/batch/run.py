@@ -2,6 +2,7 @@
 
 Usage: run.py PROGRAM PROJECT
 """
+import contextlib
 import csv
 import importlib.util
 import os
@@ -131,51 +132,73 @@ def a_folder_is_a_batch(folder):
     assert (folder / "s[2].h5").exists() and (folder / "decks_summary.csv").exists()
 
 
-def interruption_stops_all(folder):
-    write_list(folder, *(f"{DECK} {LONG} --out {n}.h5" for n in (1, 2, 3)))
+@contextlib.contextmanager
+def interrupted_batch(folder, n_jobs, n_runs, **options):
+    """A batch of long runs under way, which is told to stop by who looks at it."""
+    write_list(folder, *(f"{DECK} {LONG} --out {n}.h5" for n in range(1, n_runs + 1)))
     with open(folder / "said", "w") as said:
-        batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--jobs", "2"], cwd=folder,
-                                 stdout=said, stderr=said)
-        wait_for(lambda: all((folder / f"{n}.log").exists() for n in (1, 2)))
+        batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--jobs", str(n_jobs)], cwd=folder,
+                                 stdout=said, stderr=said, **options)
+        try:
+            yield batch
+            assert batch.wait(20) == 3, (folder / "said").read_text()
+        finally:
+            batch.kill()
+
+
+def wait_for_files(folder, *names):
+    wait_for(lambda: all((folder / name).exists() for name in names))
+
+
+def open_files(batch):
+    """Those of the runs that a batch has started."""
+    runs = pathlib.Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text().split()
+    try:
+        return {os.readlink(file) for run in runs
+                for file in pathlib.Path(f"/proc/{run}/fd").iterdir()}
+    except OSError:      # closed meanwhile
+        return set()
+
+
+def interruption_stops_all(folder):
+    with interrupted_batch(folder, 2, 3) as batch:
+        wait_for_files(folder, "1.log", "2.log")
         batch.send_signal(signal.SIGINT)
-        assert batch.wait(20) == 3, (folder / "said").read_text()
     assert table(folder)["3.h5"]["status"] == "due", table(folder)
     assert table(folder)["1.h5"]["status"] == "interrupted", table(folder)
-    with open(folder / "said", "w") as said:
-        batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--jobs", "1"], cwd=folder,
-                                 stdout=said, stderr=said)
+    with interrupted_batch(folder, 1, 3) as batch:
         wait_for(lambda: "restart    from 1.ckpt.h5" in (folder / "1.log").read_text())
         batch.send_signal(signal.SIGTERM)
-        assert batch.wait(20) == 3, (folder / "said").read_text()
+    # A checkpoint that takes long to refuse: the stop comes first, and the run is not begun anew.
+    size = 600_000_000
+    with open(folder / "1.ckpt.h5", "wb") as file:
+        file.seek(size)
+        file.write(b"igaform checkpoint 1 %20d%20d%s\n" % (size, 0, b"0" * 16))
+    with interrupted_batch(folder, 1, 3) as batch:
+        wait_for(lambda: str(folder / "1.ckpt.h5") in open_files(batch))
+        batch.send_signal(signal.SIGTERM)
+    assert "its checksum is wrong" in (folder / "1.err").read_text()
+    assert table(folder)["1.h5"]["status"] == "interrupted", table(folder)
 
 
 def a_wish_to_save_reaches_all(folder):
     """From the moment on at which a run exists, and without ending it."""
-    write_list(folder, *(f"{DECK} {LONG} --out {n}.h5" for n in (1, 2)))
-    with open(folder / "said", "w") as said:
-        batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--jobs", "2"], cwd=folder,
-                                 stdout=said, stderr=said)
-        wait_for(lambda: (folder / "1.err").exists())
+    with interrupted_batch(folder, 2, 2) as batch:
+        wait_for_files(folder, "1.err")
         batch.send_signal(signal.SIGUSR1)
-        wait_for(lambda: (folder / "1.ckpt.h5").exists())
-        wait_for(lambda: all((folder / f"{n}.log").exists() for n in (1, 2)))
+        wait_for_files(folder, "1.ckpt.h5", "1.log", "2.log")
         batch.send_signal(signal.SIGUSR1)
-        wait_for(lambda: all((folder / f"{n}.ckpt.h5").exists() for n in (1, 2)))
+        wait_for_files(folder, "1.ckpt.h5", "2.ckpt.h5")
         assert batch.poll() is None
         batch.send_signal(signal.SIGTERM)
-        assert batch.wait(20) == 3, (folder / "said").read_text()
 
 
 def a_signal_to_the_group_saves_all(folder):
-    write_list(folder, *(f"{DECK} {LONG} --out {n}.h5" for n in (1, 2)))
-    with open(folder / "said", "w") as said:
-        batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--jobs", "2"], cwd=folder,
-                                 stdout=said, stderr=said, start_new_session=True)
-        wait_for(lambda: all((folder / f"{n}.log").exists() for n in (1, 2)))
+    with interrupted_batch(folder, 2, 2, start_new_session=True) as batch:
+        wait_for_files(folder, "1.log", "2.log")
         said = igaform(folder, "batch", "list.txt", code=3)
         assert "2 runs: 2 running" in said, said
         os.killpg(batch.pid, signal.SIGTERM)
-        assert batch.wait(20) == 3, (folder / "said").read_text()
     assert {row["status"] for row in table(folder).values()} == {"interrupted"}, table(folder)
 
 
