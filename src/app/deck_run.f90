@@ -6,7 +6,6 @@ module deck_run
   use kinds, only: wp
   use errors, only: error_t
   use faults, only: fault_list_t, n_errors
-  use timer, only: clock_ticks, ticks_to_seconds
   use text, only: string_t, to_text, rounded_text
   use build_info, only: version, git_commit, build_flags
   use command_line, only: command_t
@@ -26,7 +25,7 @@ module deck_run
   use hdf5_reason, only: is_library_silenced
   use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
   use interrupt, only: watch_signals
-  use run_data, only: run_t
+  use run_data, only: run_t, wall_seconds
   use run_saver, only: saver_t, save_last_good, drop_checkpoint
   use run_start, only: new_saver, start_run, saving_words
   use forming_run, only: run_model, save_failed
@@ -257,7 +256,7 @@ contains
     timings%n_elements = n_elements_of(model%bodies%blank%parts)
     timings%n_threads = omp_get_max_threads()
     timings%n_steps = run%n_steps
-    timings%wall_seconds = ticks_to_seconds(clock_ticks() - run%started)
+    timings%wall_seconds = wall_seconds(run)
     call close_results(results, status_of(code), timings, error, relaxation_outcome(model))
     if (allocated(error) .and. code /= exit_files) then
       call say_error(log, error%message)

@@ -2,6 +2,7 @@
 module run_start
   use text, only: string_t, to_text, rounded_text
   use errors, only: error_t, fail
+  use timer, only: add_watch
   use build_info, only: version, git_commit
   use scene, only: scene_t
   use model, only: model_t
@@ -14,6 +15,7 @@ module run_start
   use command_line, only: command_t
   use run_identity, only: key_of_user_files
   use output_names, only: path_beside_result
+  use file_identity, only: is_same_file
   implicit none
   private
 
@@ -75,6 +77,7 @@ contains
     character(:), allocatable :: why
 
     call new_run(model, run)
+    call add_watch(model%timer, "checkpoint", run%watch_state)
     if (command%restart == "") then
       call open_results(results, setup, error)
       if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
@@ -96,7 +99,7 @@ contains
     call restore_result(command%restart, setup%path, error)
     if (.not. allocated(error)) call open_results(results, setup, error, saver%good%n_frames)
     if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
-    if (command%restart == saver%path) saver%saved_step = run%n_steps
+    if (is_same_file(command%restart, saver%path)) saver%saved_step = run%n_steps
   end subroutine start_run
 
 end module run_start

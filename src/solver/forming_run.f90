@@ -3,7 +3,7 @@ module forming_run
   use kinds, only: wp
   use text, only: string_t
   use errors, only: error_t, fail
-  use timer, only: add_watch, start_watch, stop_watch, clock_ticks, ticks_to_seconds
+  use timer, only: add_watch, start_watch, stop_watch, clock_ticks
   use patch_body, only: field_t, share_external_forces
   use body_forces, only: forces_of_bodies
   use point_volumes, only: new_point_volumes
@@ -18,7 +18,7 @@ module forming_run
   use energy_balance, only: energy_balance_t, start_balance, add_step, add_impulse, &
                             take_balance, elastic_energy
   use snapshot, only: new_frame, fill_frame, new_history_row, fill_history_row
-  use run_data, only: run_t
+  use run_data, only: run_t, wall_seconds
   use run_saver, only: saver_t, look_after, keep, release_frame, save_last_good, try_again
   use health, only: check_health, check_balance, check_pairs, added_mass_warning
   use step_change, only: begin_next_step
@@ -75,7 +75,6 @@ contains
     character(:), allocatable :: advice
     logical :: is_end
 
-    if (allocated(saver%path)) call add_watch(model%timer, "checkpoint", run%watch_state)
     run%started = clock_ticks()
     call log_step(log, model, run%control%start_time)
     if (.not. run%is_resumed) call apply_forces(model, run)
@@ -397,7 +396,7 @@ contains
     call log_progress(log, run%n_steps, run%instant%time, &
                       run%control%end_time + sum(model%later_steps%step%end_time), &
                       run%instant%dt, run%balance%error, &
-                      ticks_to_seconds(clock_ticks() - run%started))
+                      wall_seconds(run))
     call warn_of_mass(model, run, log)
     call stop_watch(model%timer, run%watch_output)
   end subroutine take_row

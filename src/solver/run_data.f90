@@ -2,6 +2,7 @@
 module run_data
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
+  use timer, only: clock_ticks, ticks_to_seconds
   use patch_body, only: field_t
   use effect, only: instant_t
   use frames, only: frame_t
@@ -11,13 +12,16 @@ module run_data
   implicit none
   private
 
+  public :: wall_seconds
+
   !> Everything that changes during a run beside the bodies themselves.
   type, public :: run_t
     type(step_control_t) :: control
     type(energy_balance_t) :: balance
     type(instant_t) :: instant
     integer(int64) :: n_steps = 0
-    integer(int64) :: started = 0            !! clock at the start
+    integer(int64) :: started = 0            !! clock at the start, or when it was taken up again
+    real(wp) :: seconds_before = 0.0_wp      !! from the start up to what it was taken up from
     logical :: is_resumed = .false.          !! it goes on from a checkpoint
     logical :: is_file_lost = .false.        !! the results could not be written
     logical :: has_frame = .false.           !! one is filled and not written yet
@@ -31,5 +35,14 @@ module run_data
     type(frame_t) :: frame
     type(history_row_t) :: row
   end type run_t
+
+contains
+
+  !> How long the run has taken up to now, in all parts that led here [s].
+  real(wp) function wall_seconds(run)
+    type(run_t), intent(in) :: run
+
+    wall_seconds = run%seconds_before + ticks_to_seconds(clock_ticks() - run%started)
+  end function wall_seconds
 
 end module run_data

@@ -4,16 +4,17 @@ module run_saver
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text, rounded_text
-  use timer, only: clock_ticks, ticks_to_seconds, start_watch, stop_watch
+  use timer, only: clock_ticks, ticks_to_seconds, start_watch, stop_watch, watch_seconds, &
+                   add_time
   use interrupt, only: is_save_wanted, forget_save, stop_signal_name
-  use state_store, only: state_store_t, enter_folder, put, take
+  use state_store, only: state_store_t, enter_folder, put, take, put_array, take_array
   use model, only: model_t
   use system_files, only: remove_file, sync_file
   use frames, only: results_t, write_frame, flush_results, forget_history, n_frames_of, &
                     n_rows_of
   use run_log, only: run_log_t, log_line
   use checkpoint, only: checkpoint_header_t, write_checkpoint
-  use run_data, only: run_t
+  use run_data, only: run_t, wall_seconds
   use run_state, only: pack_run, unpack_run
   implicit none
   private
@@ -167,6 +168,7 @@ contains
       next%n_frames = n_frames_of(results) + merge(1, 0, run%has_frame)
       call enter_folder(next%store, "result")
       call put(next%store, "n_frames", next%n_frames)
+      call put_times(model, run, next%store)
       next%step = run%n_steps
       next%time = run%instant%time
       next%deck_step = model%i_step
@@ -275,6 +277,7 @@ contains
     call enter_folder(store, "result")
     call take(store, "n_frames", saver%good%n_frames)
     call unpack_run(model, run, store)
+    call take_times(model, run, store)
     saver%good%store = store
     saver%good%step = run%n_steps
     saver%good%time = run%instant%time
@@ -284,6 +287,42 @@ contains
     saver%tried_time = run%instant%time
     saver%tried_ticks = clock_ticks()
   end subroutine start_from
+
+  !> What the run has taken.
+  subroutine put_times(model, run, store)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    type(state_store_t), intent(inout) :: store
+    integer :: i
+
+    call enter_folder(store, "times")
+    call put(store, "wall_seconds", wall_seconds(run))
+    call enter_folder(store, "times/effects")
+    do i = 1, size(model%timer%watches)
+      associate (watch => model%timer%watches(i))
+        call put_array(store, watch%name, 2, [watch_seconds(model%timer, i), &
+                                              real(watch%n_calls, wp)])
+      end associate
+    end do
+  end subroutine put_times
+
+  !> The new part of the run goes on counting.
+  subroutine take_times(model, run, store)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    type(state_store_t), intent(inout) :: store
+    real(wp) :: times(2)
+    integer :: i
+
+    call enter_folder(store, "times")
+    call take(store, "wall_seconds", run%seconds_before)
+    call enter_folder(store, "times/effects")
+    do i = 1, size(model%timer%watches)
+      times = 0.0_wp
+      call take_array(store, model%timer%watches(i)%name, 2, times)
+      call add_time(model%timer%watches(i), times(1), nint(times(2), int64))
+    end do
+  end subroutine take_times
 
   !> The run has failed, and nothing was written since the state was kept: rows of the history still
   !! wait. Write that state, unless it is in the file. `advice` tells how to go on, or why nobody

@@ -63,6 +63,11 @@ def goes_on_bit_by_bit(folder, source, parameters):
         assert run.wait(60) in (0, 3), run.returncode
     igaform(folder, path, *words, "--restart", "cut.ckpt.h5", "--threads", 2)
     check_same(folder / "cut.h5", reference)
+    with h5py.File(folder / "cut.h5") as file:
+        effects, all_steps = file["timings/effects"], file["timings/steps"][()]
+        seconds = sum(effect["seconds"][()] for effect in effects.values())
+        assert effects["blank/calls"][()] == all_steps, (effects["blank/calls"][()], all_steps)
+        assert seconds <= file["timings/wall_seconds"][()] < 1.5 * seconds + 1, seconds
 
 
 def signals_save_and_stop(folder):
