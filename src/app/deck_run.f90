@@ -198,7 +198,7 @@ contains
       if (code == exit_files) call say_how_to_go_on(log, saver)
     end if
     call finish(model, run, results, log, code)
-    if (code == exit_done) call drop_checkpoint(saver, log)
+    if (code == exit_done) call drop_checkpoint(saver, run, log)
     call close_log(log)
     if (model%bodies%blank%law%needs_context) call close_message_file()
   end function run_accepted

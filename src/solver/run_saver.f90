@@ -13,7 +13,7 @@ module run_saver
   use frames, only: results_t, write_frame, flush_results, forget_history, n_frames_of, &
                     n_rows_of
   use run_log, only: run_log_t, log_line
-  use checkpoint, only: checkpoint_header_t, write_checkpoint
+  use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint
   use run_data, only: run_t, wall_seconds
   use run_state, only: pack_run, unpack_run
   implicit none
@@ -380,15 +380,37 @@ contains
   end function try_again
 
   !> The run is complete: a checkpoint that was to save it alone goes, once the result is on the
-  !! disk.
-  subroutine drop_checkpoint(saver, log)
+  !! disk, and so does one that an earlier run of this deck has left half way.
+  subroutine drop_checkpoint(saver, run, log)
     type(saver_t), intent(inout) :: saver
+    type(run_t), intent(in) :: run
     type(run_log_t), intent(inout) :: log
 
-    if (saver%is_lasting .or. saver%saved_step < 0) return
+    if (saver%is_lasting) return
+    if (saver%saved_step < 0) then
+      if (.not. is_overtaken(saver, run)) return
+    end if
     if (.not. sync_file(saver%result_file)) return
     call remove_file(saver%path)
     call log_line(log, "checkpoint "//saver%path//" removed, since the run is complete")
   end subroutine drop_checkpoint
+
+  !> Is there a checkpoint of this deck in which it had come no further?
+  logical function is_overtaken(saver, run)
+    type(saver_t), intent(in) :: saver
+    type(run_t), intent(in) :: run
+    type(state_store_t) :: store
+    type(error_t), allocatable :: error
+    real(wp) :: times(3)
+
+    inquire (file=saver%path, exist=is_overtaken)
+    if (is_overtaken) call read_checkpoint(saver%path, saver%header, store, error)
+    is_overtaken = is_overtaken .and. .not. allocated(error)
+    if (.not. is_overtaken) return
+    times = huge(1.0_wp)
+    call enter_folder(store, "run")
+    call take_array(store, "instant", 3, times)
+    is_overtaken = times(1) <= run%instant%time
+  end function is_overtaken
 
 end module run_saver

@@ -102,6 +102,13 @@ def a_checkpoint_holds_a_good_state(folder):
         assert last_step(folder / "a.log") >= good + 20, (steps, good)
 
 
+def the_message_tells_what_cannot_be_saved(folder):
+    (folder / "a.ckpt.h5.new").mkdir()       # in the way of the file
+    said = igaform(folder, CRUSH, *HARD, "--out", "a.h5", code=2)
+    assert "cannot be saved: checkpoint 'a.ckpt.h5' not written: " in said, said
+    assert "--restart" not in said and not (folder / "a.ckpt.h5").exists(), said
+
+
 def a_failure_just_behind_a_frame(folder):
     """The step that fails follows the last frame of a step of the deck."""
     path = ringing(folder, FLOOR, "1e-5", safety=0.8, motion=TOO_FAST)
@@ -177,6 +184,6 @@ def no_second_try_across_steps_of_the_deck(folder):
 
 if __name__ == "__main__":
     run_all(the_last_good_state_is_near_the_failure, a_checkpoint_holds_a_good_state,
-            a_failure_just_behind_a_frame, a_smaller_step_saves_the_run,
-            a_smaller_step_outlives_an_interruption, a_second_try_may_fail_too,
-            no_second_try_across_steps_of_the_deck)
+            the_message_tells_what_cannot_be_saved, a_failure_just_behind_a_frame,
+            a_smaller_step_saves_the_run, a_smaller_step_outlives_an_interruption,
+            a_second_try_may_fail_too, no_second_try_across_steps_of_the_deck)

@@ -111,11 +111,27 @@ def a_complete_run_leaves_no_checkpoint(folder):
     assert run.wait(60) == 3 and (folder / "s.ckpt.h5").exists(), run.returncode
     igaform(folder, STRIP, *words[:-2], "--restart", "s.ckpt.h5")
     assert sorted(folder.glob("s.*")) == [folder / "s.h5", folder / "s.log"]
+    an_overtaken_checkpoint_goes(folder)
     path = deck(folder, STRIP, "*CHECKPOINT, OFF")
     assert "failures; goes" in (igaform(folder, path, *words[:-1], "o.h5") or
                                 (folder / "o.log").read_text())
     path = deck(folder, STRIP, "*CHECKPOINT, OFF, STEPS=5")
     assert "OFF beside an interval" in igaform(folder, path, code=1)
+
+
+def an_overtaken_checkpoint_goes(folder):
+    """One that an earlier run of this deck left; not one that is further, nor another deck's."""
+    text, saved = STRIP.read_text().replace("n_x = 16", "n_x = 4"), "*CHECKPOINT, NUMBER=1\n"
+    short, long = (text.replace("<end_time>\n", f"{end}\n") for end in ("1e-5", "2e-5"))
+    for begun, then, is_gone in ((short + saved, long, True), (long + saved, short, False),
+                                 (short.replace("n_x = 4", "n_x = 5") + saved, long, False)):
+        for name, content in (("begun.key", begun), ("then.key", then)):
+            (folder / name).write_text(content)
+        igaform(folder, "begun.key", "--out", "t.h5")
+        left = (folder / "t.ckpt.h5").read_bytes()
+        igaform(folder, "then.key", "--out", "t.h5")
+        assert (folder / "t.ckpt.h5").exists() != is_gone, (folder / "t.log").read_text()
+        assert is_gone or (folder / "t.ckpt.h5").read_bytes() == left
 
 
 def the_clock_saves(folder):
