@@ -19,8 +19,8 @@ module run_saver
   implicit none
   private
 
-  public :: saver_t, look_after, keep, release_frame, save_last_good, try_again, start_from
-  public :: drop_checkpoint
+  public :: saver_t, look_after, keep, release_frame, save_last_good, try_again
+  public :: pack_for_file, start_from, drop_checkpoint
 
   !> Steps before the state is kept anew, which costs about as much as one.
   integer, parameter :: steps_between = 200
@@ -164,11 +164,8 @@ contains
     saver%is_waiting = .true.
     if (.not. allocated(saver%next)) allocate (saver%next)
     associate (next => saver%next)
-      call pack_run(model, run, next%store)
       next%n_frames = n_frames_of(results) + merge(1, 0, run%has_frame)
-      call enter_folder(next%store, "result")
-      call put(next%store, "n_frames", next%n_frames)
-      call put_times(model, run, next%store)
+      call pack_for_file(model, run, next%n_frames, next%store)
       next%step = run%n_steps
       next%time = run%instant%time
       next%deck_step = model%i_step
@@ -288,13 +285,17 @@ contains
     saver%tried_ticks = clock_ticks()
   end subroutine start_from
 
-  !> What the run has taken.
-  subroutine put_times(model, run, store)
+  !> What a checkpoint holds: the state, how far the result belongs to it, and the times so far.
+  subroutine pack_for_file(model, run, n_frames, store)
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
-    type(state_store_t), intent(inout) :: store
+    integer, intent(in) :: n_frames
+    type(state_store_t), intent(inout) :: store   !! what it held before is forgotten
     integer :: i
 
+    call pack_run(model, run, store)
+    call enter_folder(store, "result")
+    call put(store, "n_frames", n_frames)
     call enter_folder(store, "times")
     call put(store, "wall_seconds", wall_seconds(run))
     call enter_folder(store, "times/effects")
@@ -304,7 +305,7 @@ contains
                                               real(watch%n_calls, wp)])
       end associate
     end do
-  end subroutine put_times
+  end subroutine pack_for_file
 
   !> The new part of the run goes on counting.
   subroutine take_times(model, run, store)

@@ -110,6 +110,7 @@ class Suite:
             return
         for mark in scene.check(*runs):
             self.take(scene, mark)
+        self.miss_dropped(scene.name)
         print(f"      {scene.name}: {time.monotonic() - begun:.2f} s")
 
     def compare_threads(self, scene, path, said):
@@ -146,6 +147,14 @@ class Suite:
               f"limit {mark.limit:g}")
         self.rows.append({"scene": scene.name, "quantity": mark.quantity,
                           "value": f"{mark.value:.3g}", "limit": f"{mark.limit:g}"})
+
+    def miss_dropped(self, scene):
+        """Criteria of a scene that were recorded and are not looked at any more."""
+        seen = {row["quantity"] for row in self.rows if row["scene"] == scene}
+        for name, quantity in self.recorded:
+            if name == scene and quantity not in seen:
+                self.faults.append(f"{scene}: {quantity} is in margins.csv, but no criterion any "
+                                   "more; if it is to go, run with --record")
 
 
 def stem(path):
@@ -207,6 +216,9 @@ def main():
     words.add_argument("--record", action="store_true", help="write margins.csv")
     chosen = words.parse_args()
     suite = Suite(chosen.igaform, chosen.decks, chosen.out)
+    names = [scene.name for group in GROUPS for scene in scenes_of(group)]
+    for name in {name for name, _ in suite.recorded}.difference(names):
+        suite.miss_dropped(name)
     for group in [chosen.group] if chosen.group else GROUPS:
         for scene in scenes_of(group):
             if chosen.scene in (None, scene.name) and (scene.is_long == chosen.long
@@ -214,7 +226,7 @@ def main():
                 suite.play(scene)
     write_rows(os.path.join(chosen.out, f"{chosen.group or 'all'}.csv"), suite.rows)
     if chosen.record:
-        record(suite.rows, [scene.name for group in GROUPS for scene in scenes_of(group)])
+        record(suite.rows, names)
         suite.faults = [fault for fault in suite.faults
                         if "margins.csv" not in fault and "when recorded" not in fault]
     for fault in suite.faults:

@@ -139,6 +139,8 @@ def feed(target, seeds, reader, options):
             print(f"{path}: {why}", flush=True)
             reader.start()
             continue
+        if target.is_written and n == 1 and reader.answer != b"taken up\n":
+            sys.exit(f"the sound file is refused: {reader.answer.decode()}")
         answers.add(re.sub(rb"[\d.]+", b"0", reader.answer))
         tenth = int(10 * (time.monotonic() - begin) / options.seconds)
         least[tenth] = min(reader.memory("VmRSS"), least.get(tenth, math.inf))

@@ -8,33 +8,31 @@ program fuzz_checkpoint
   use faults, only: fault_list_t, n_errors
   use text, only: string_t
   use scene, only: scene_t
-  use state_store, only: state_store_t, enter_folder, put
+  use state_store, only: state_store_t
   use deck_reader, only: read_deck
   use model, only: model_t
   use model_setup, only: build_model
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint, restore_result
   use run_data, only: run_t
-  use run_state, only: pack_run
-  use run_saver, only: saver_t, start_from
+  use run_saver, only: saver_t, pack_for_file, start_from
   use forming_run, only: new_run, take_step
-  use fuzz_talk, only: next_path, answer_with
+  use fuzz_talk, only: argument, next_path, answer_with
   implicit none
 
-  character(1000) :: deck, written
+  character(:), allocatable :: deck
   type(checkpoint_header_t) :: header
   type(model_t) :: model
   type(run_t) :: run
   type(saver_t) :: saver
 
-  call get_command_argument(1, deck)
+  deck = argument(1)
   header%program = "any"
   header%deck = "any"
-  header%deck_file = trim(deck)
+  header%deck_file = deck
   header%user = ""
   call set_up()
   if (command_argument_count() > 1) then
-    call get_command_argument(2, written)
-    call write_one(trim(written))
+    call write_one(argument(2))
   else
     call read_all()
   end if
@@ -56,7 +54,7 @@ contains
     type(fault_list_t) :: faults
     type(string_t) :: overrides(0)
 
-    call read_deck(trim(deck), overrides, scene, faults)
+    call read_deck(deck, overrides, scene, faults)
     if (n_errors(faults) == 0) call build_model(scene, model, faults)
     if (n_errors(faults) > 0) error stop "the deck is at fault"
     call new_run(model, run)
@@ -76,10 +74,8 @@ contains
       call take_step(model, run, rate, dt, error)
       if (allocated(error)) error stop "the run failed"
     end do
-    call pack_run(model, run, store)
-    call enter_folder(store, "result")
-    call put(store, "n_frames", 0)
-    call write_checkpoint(path, header, store, trim(deck), error)
+    call pack_for_file(model, run, 0, store)
+    call write_checkpoint(path, header, store, deck, error)
     if (allocated(error)) error stop "no checkpoint written"
   end subroutine write_one
 
