@@ -7,9 +7,9 @@ module deck_run
   use errors, only: error_t
   use faults, only: fault_list_t, n_errors
   use text, only: string_t, to_text, rounded_text
-  use build_info, only: version, git_commit, build_flags
   use command_line, only: command_t
   use run_identity, only: identity_of
+  use run_provenance, only: provenance_of
   use output_names, only: files_read, result_path, path_beside_result
   use gauss_rule, only: gauss_rule_t
   use scene, only: scene_t
@@ -377,8 +377,7 @@ contains
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(results_setup_t), intent(out) :: setup
-    integer :: axis, i, p, length
-    character(:), allocatable :: line
+    integer :: axis, i, p
 
     allocate (setup%patches(size(model%bodies%blank%parts)))
     do p = 1, size(setup%patches)
@@ -417,21 +416,8 @@ contains
     setup%width_ratio = model%width_ratio
     setup%blank_mass = model%width_ratio*mass_of(model%bodies%blank%parts) &
                        /model%bodies%blank%mass_factor
-    call get_command(length=length)
-    allocate (character(length) :: line)
-    call get_command(line)
-    ! One by one: gfortran 12 takes wrong lengths from a structure constructor here.
-    associate (source => setup%provenance)
-      source%version = version
-      source%git_commit = git_commit
-      source%build_flags = build_flags
-      source%command_line = line
-      source%deck_file = scene%file
-      source%deck_text = scene%text
-      source%heading = scene%heading
-      source%units = scene%units
-      source%n_threads = omp_get_max_threads()
-    end associate
+    setup%provenance = provenance_of(scene)
+    setup%provenance%n_threads = omp_get_max_threads()
   end subroutine fill_setup
 
   function percent(share) result(text)

@@ -6,7 +6,6 @@ module material_run
   use faults, only: fault_list_t, add_fault, n_errors
   use text, only: string_t, to_text
   use command_line, only: command_t
-  use build_info, only: version, git_commit, build_flags
   use scene, only: scene_t, material_spec_t
   use block_law, only: block_law_t
   use user_library, only: user_library_t
@@ -18,10 +17,10 @@ module material_run
   use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_text_attribute, &
                        write_integer_attribute
   use provenance_record, only: write_provenance
-  use provenance, only: provenance_t
   use unit_system, only: unit_system_t, new_unit_system
   use result_table, only: result_table_t, n_rows, write_csv, write_group
   use return_study, only: study_returns
+  use run_provenance, only: provenance_of
   use output_names, only: base_of, file_name, files_read, result_path, path_beside_result
   use deck_run, only: exit_done, exit_input, exit_numerics
   implicit none
@@ -145,7 +144,7 @@ contains
     units = new_unit_system(scene%units)
     call create_file(file, path)
     call write_text_attribute(file, "/", "content", "material tests")
-    call write_provenance(file, new_provenance(scene))
+    call write_provenance(file, provenance_of(scene))
     call take_error(file, error)
     code = exit_input
     if (.not. allocated(error)) then
@@ -218,23 +217,6 @@ contains
 
     write (error_unit, "(a)") "igaform: error: test "//name//": "//message
   end subroutine say
-
-  !> What the result file tells of where it comes from.
-  function new_provenance(scene) result(source)
-    type(scene_t), intent(in) :: scene
-    type(provenance_t) :: source
-    character(4096) :: line
-
-    call get_command(line)
-    source%version = version
-    source%git_commit = git_commit
-    source%build_flags = build_flags
-    source%command_line = trim(line)
-    source%deck_file = scene%file
-    source%deck_text = scene%text
-    source%heading = scene%heading
-    source%units = scene%units
-  end function new_provenance
 
   !> The name with underscores for blanks, for the name of a file.
   pure function underscored(name) result(word)

@@ -20,7 +20,7 @@ module run_saver
   private
 
   public :: saver_t, look_after, keep, release_frame, save_last_good, try_again
-  public :: pack_for_file, start_from, drop_checkpoint
+  public :: pack_for_file, start_from, drop_checkpoint, is_save_due
 
   !> Steps before the state is kept anew, which costs about as much as one.
   integer, parameter :: steps_between = 200
@@ -85,7 +85,7 @@ contains
     saver%is_checking = saver%is_waiting .and. run%n_steps == saver%proof_step
     if (saver%is_waiting .and. .not. is_urgent) return
     is_saving = why /= "" .or. is_save_wanted()
-    if (.not. is_saving) is_saving = is_save_due(saver, model, run)
+    if (.not. is_saving) is_saving = is_save_due(saver, model, run, clock_ticks())
     is_due = is_saving .or. run%has_frame
     if (is_row .and. allocated(saver%good)) &
       is_due = is_due .or. run%n_steps - saver%good%step >= steps_between
@@ -119,10 +119,11 @@ contains
   end function reason_to_stop
 
   !> Is one of the deck's intervals over, or the run?
-  logical function is_save_due(saver, model, run)
+  logical function is_save_due(saver, model, run, now)
     type(saver_t), intent(in) :: saver
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
+    integer(int64), intent(in) :: now        !! by the clock [ticks]
     integer(int64) :: last_ticks
     real(wp) :: interval, spent
 
@@ -133,7 +134,7 @@ contains
     if (saver%every_seconds > 0.0_wp) then
       last_ticks = saver%tried_ticks
       if (last_ticks == 0) last_ticks = run%started
-      spent = ticks_to_seconds(clock_ticks() - last_ticks)
+      spent = ticks_to_seconds(now - last_ticks)
       is_save_due = is_save_due .or. spent >= saver%every_seconds
     end if
     if (saver%number > 0) then
