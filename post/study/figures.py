@@ -161,9 +161,12 @@ def draw_shares(panel, study, rows):
         panel.barh(range(len(shown)), share, left=left, color=COLOURS[i % 10],
                    label=name.removeprefix("share_"))
         left += share
+    # What all bars have in common would only fill their names.
+    differing = [name for name in study.parameters
+                 if len({row.get(f"set_{name}") for row in shown}) > 1]
     panel.set_yticks(range(len(shown)),
-                     [textwrap.fill(setting_text(row, study.parameters).replace(", ", " "),
-                                    LABEL) for row in shown], fontsize=6)
+                     [textwrap.fill(setting_text(row, differing).replace(", ", " "), LABEL)
+                      for row in shown], fontsize=6)
     panel.invert_yaxis()
     panel.grid(False, axis="y")
     panel.set(xlabel="share of the time of all steps [%]", xlim=(0, 100),

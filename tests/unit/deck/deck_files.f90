@@ -39,7 +39,7 @@ contains
   function no_overrides() result(overrides)
     type(string_t), allocatable :: overrides(:)
 
-    allocate (overrides(0))
+    overrides = [string_t ::]
   end function no_overrides
 
   !> Does one fault hold all the fragments?
