@@ -21,9 +21,8 @@ contains
   function digest_of_deck(lexed) result(text)
     type(lexed_deck_t), intent(in) :: lexed
     character(:), allocatable :: text
-    type(digest_t) :: digest
     character(:), allocatable :: line, room     ! doubled when it is full: decks may be long
-    integer :: i, j, last_dynamic, used
+    integer :: i, last_dynamic, used
 
     allocate (character(4096) :: room)
     used = 0
@@ -32,29 +31,40 @@ contains
       if (lexed%blocks(i)%keyword == "DYNAMIC") last_dynamic = i
     end do
     do i = 1, lexed%n_blocks
-      associate (block => lexed%blocks(i))
-        if (any(free == block%keyword)) cycle
-        digest = digest_t()
-        call add_text(digest, "*"//block%keyword)
-        do j = 1, size(block%options)
-          if (block%options(j)%name == "INPUT") cycle
-          call add_text(digest, ","//block%options(j)%name)
-          if (block%options(j)%has_value) call add_text(digest, "="//block%options(j)%value)
-        end do
-        do j = block%first, merge(0, block%last, i == last_dynamic)
-          call add_text(digest, new_line("a")//line_text(lexed%lines, j))
-        end do
-        line = digest_line(digest_text(digest), "*"//block%keyword//" ("// &
-                           lexed%files(block%file)%value//":"//to_text(block%line)//")")
-        do while (used + len(line) > len(room))
-          room = room//room
-        end do
-        room(used + 1:used + len(line)) = line
-        used = used + len(line)
-      end associate
+      if (any(free == lexed%blocks(i)%keyword)) cycle
+      line = digest_of_block(lexed, i, i /= last_dynamic)
+      do while (used + len(line) > len(room))
+        room = room//room
+      end do
+      room(used + 1:used + len(line)) = line
+      used = used + len(line)
     end do
     text = room(:used)
   end function digest_of_deck
+
+  !> The line of one keyword.
+  function digest_of_block(lexed, i, has_data) result(line)
+    type(lexed_deck_t), intent(in) :: lexed
+    integer, intent(in) :: i               !! the block
+    logical, intent(in) :: has_data        !! its data lines count
+    character(:), allocatable :: line
+    type(digest_t) :: digest
+    integer :: j
+
+    associate (block => lexed%blocks(i))
+      call add_text(digest, "*"//block%keyword)
+      do j = 1, size(block%options)
+        if (block%options(j)%name == "INPUT") cycle
+        call add_text(digest, ","//block%options(j)%name)
+        if (block%options(j)%has_value) call add_text(digest, "="//block%options(j)%value)
+      end do
+      do j = block%first, merge(block%last, 0, has_data)
+        call add_text(digest, new_line("a")//line_text(lexed%lines, j))
+      end do
+      line = digest_line(digest_text(digest), "*"//block%keyword//" ("// &
+                         lexed%files(block%file)%value//":"//to_text(block%line)//")")
+    end associate
+  end function digest_of_block
 
   !> A line of such a digest.
   pure function digest_line(digest, name) result(line)
