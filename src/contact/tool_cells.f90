@@ -11,7 +11,7 @@ module tool_cells
   implicit none
   private
 
-  public :: cell_t, cell_list_t, cut_face, append, enclose, is_gentle_face
+  public :: cell_t, cell_list_t, cut_face, append, enclose, halve, is_gentle_face
 
   integer, parameter :: max_depth = 28             !! halvings of a face, both directions together
   integer, parameter :: max_cells = 4096           !! of one face

@@ -2,7 +2,8 @@
 module tool_setup
   use kinds, only: wp
   use errors, only: error_t
-  use faults, only: fault_list_t, add_fault, n_errors
+  use faults, only: fault_list_t, add_fault, add_warning, n_errors
+  use text, only: rounded_text
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use scene, only: scene_t, tool_spec_t
@@ -12,6 +13,8 @@ module tool_setup
   private
 
   public :: start_tools
+
+  real(wp), parameter :: worth_telling = 1.0e-3_wp   !! doubt, part of the search distance
 
 contains
 
@@ -60,17 +63,22 @@ contains
     type(fault_list_t), intent(inout) :: faults
     type(nurbs_solid_t) :: solids(size(scene%blank%patches))
     type(error_t), allocatable :: error
+    real(wp) :: doubt
     integer :: i
 
     do i = 1, size(solids)
       solids(i) = scene%blank%patches(i)%solid
     end do
-    call placing_shift(tool, solids, spec%placing, spec%clearance, shift, error)
+    call placing_shift(tool, solids, spec%placing, spec%clearance, shift, doubt, error)
     if (allocated(error)) then
       call add_fault(faults, spec%origin, error%message, "a direction that leads to the sheet")
       shift = 0.0_wp
       return
     end if
+    if (doubt > worth_telling*tool%search_distance) &
+      call add_warning(faults, spec%origin, "a tool so nearly parallel to the sheet that its "// &
+                       "distance may be less than the clearance by "//rounded_text(doubt), &
+                       "a larger clearance")
     call shift_tool(shift, tool)
   end subroutine place_tool
 

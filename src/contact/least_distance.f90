@@ -1,0 +1,364 @@
+!> Smallest distance between the surfaces of a sheet and a tool, by branch and bound.
+!!
+!! Pairs of parts, one of the sheet and one of the tool, are cut in the order of how near they may
+!! be, by the convex hulls of their control points. What cannot be nearer than a place already known
+!! is left out; what is left in the end is nearer by no more than a tolerance. So no feature of
+!! either side is missed, however small. Places are made exact by descents over the sheet.
+module least_distance
+  use kinds, only: wp
+  use knot_vector, only: n_spans
+  use nurbs_surface, only: nurbs_surface_t, evaluate_surface
+  use tool, only: tool_t
+  use tool_face, only: face_derivatives
+  use closest_point, only: hit_t, follow
+  use tool_search, only: search_all_faces
+  use hull_tree, only: hull_node_t, hull_tree_t, new_hull_tree, clear, cut_node, rises_of
+  use hull_gap, only: bound_gap, box_gap
+  use pair_queue, only: pair_t, pair_queue_t, push_pair, pop_pair, lowest_bound
+  implicit none
+  private
+
+  public :: distance_search_t, new_distance_search, find_least_distance, &
+            follow_least_distance
+
+  real(wp), parameter :: first_step = 0.125_wp    !! of an element, where a descent ended last
+  integer, parameter :: max_cuts = 50000          !! of pairs; then what is not known is told
+  integer, parameter :: max_nodes = 100000        !! kept for the next search
+  integer, parameter :: first_descent = 256       !! pairs cut until a place is made exact
+  real(wp), parameter :: bent = 0.2_wp            !! sagitta, part of what need not be known
+  real(wp), parameter :: flat = 0.01_wp           !! rise, likewise
+  real(wp), parameter :: exact = 1.0e-9_wp        !! tolerance, part of the size of the scene
+
+  !> Sheet and tool, and what is known of their distance.
+  type :: distance_search_t
+    type(hull_tree_t) :: sheet, tool
+    real(wp) :: scale = 0.0_wp                    !! size of the scene [length]
+    real(wp) :: tolerance = 0.0_wp                !! within which a distance is known [length]
+    real(wp) :: shift(3) = 0.0_wp                 !! of the tool [length]
+    real(wp) :: target = 0.0_wp, share = 0.0_wp   !! from `find_least_distance`
+    real(wp) :: nearest = huge(1.0_wp)            !! so far [length]
+    logical :: is_exact = .true.                  !! it has not come from corners
+    integer :: surface = 0                        !! of the sheet where it is, 0: nowhere yet
+    real(wp) :: at(2) = 0.0_wp                    !! xi and eta there
+    real(wp) :: step(2) = 0.0_wp                  !! of xi and eta that may be left from there
+    real(wp) :: across(3) = 0.0_wp                !! unit vector from the tool to the sheet there
+    type(pair_queue_t) :: queue                   !! of what may be nearer
+  end type distance_search_t
+
+contains
+
+  !> Prepare the search.
+  subroutine new_distance_search(search, surfaces, tool)
+    type(distance_search_t), intent(out) :: search
+    type(nurbs_surface_t), intent(in) :: surfaces(:)   !! of the sheet
+    type(tool_t), intent(in) :: tool
+
+    call new_hull_tree(search%sheet, surfaces)
+    call new_hull_tree(search%tool, tool%surfaces)
+    associate (nodes => search%sheet%nodes(:search%sheet%n))
+      search%scale = tool%scale + max(maxval(abs(nodes%box(1, 1))), maxval(abs(nodes%box(1, 2))), &
+                                      maxval(abs(nodes%box(2, 1))), maxval(abs(nodes%box(2, 2))), &
+                                      maxval(abs(nodes%box(3, 1))), maxval(abs(nodes%box(3, 2))))
+    end associate
+    search%tolerance = exact*search%scale
+  end subroutine new_distance_search
+
+  !> Smallest distance between the sheet and the tool moved by `shift`: it is at most `nearest`, and
+  !! less than that by no more than `doubt`. This is the tolerance, or `share` of how far the
+  !! distance is from `target`; it is more only where surfaces are parallel over so wide an area
+  !! that the search would take too long.
+  subroutine find_least_distance(search, tool, shift, target, share, nearest, doubt)
+    type(distance_search_t), intent(inout) :: search
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: shift(3), target      !! [length]
+    real(wp), intent(in) :: share                 !! from 0 to 1
+    real(wp), intent(out) :: nearest, doubt       !! [length]
+    type(pair_t) :: pair
+    integer :: n_cuts, next_descent
+    logical :: is_done
+
+    call begin_search(search, tool, shift)
+    search%target = target
+    search%share = share
+    call push_all(search)
+    n_cuts = 0
+    next_descent = first_descent
+    do
+      is_done = lowest_bound(search%queue) >= enough_of(search) .or. n_cuts == max_cuts
+      if (.not. search%is_exact .and. (is_done .or. n_cuts >= next_descent)) then
+        call descend_to(search, tool)
+        next_descent = 2*n_cuts
+        cycle
+      end if
+      if (is_done) exit
+      call pop_pair(search%queue, pair)
+      call cut_pair(search, pair)
+      n_cuts = n_cuts + 1
+    end do
+    nearest = search%nearest
+    doubt = nearest - min(enough_of(search), lowest_bound(search%queue))
+  end subroutine find_least_distance
+
+  !> Distance of the tool moved by `shift` around the place of the sheet where it was least before.
+  subroutine follow_least_distance(search, tool, shift, nearest)
+    type(distance_search_t), intent(inout) :: search
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: shift(3)
+    real(wp), intent(out) :: nearest              !! [length]
+
+    call begin_search(search, tool, shift)
+    call descend_to(search, tool)
+    nearest = search%nearest
+  end subroutine follow_least_distance
+
+  !> Nothing is known but how near the last place still is.
+  subroutine begin_search(search, tool, shift)
+    type(distance_search_t), intent(inout) :: search
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: shift(3)
+    type(hit_t) :: hit
+    real(wp) :: x(3)
+
+    search%shift = shift
+    search%queue%n = 0
+    if (search%sheet%n + search%tool%n > max_nodes) then
+      call clear(search%sheet)
+      call clear(search%tool)
+    end if
+    search%nearest = huge(1.0_wp)
+    search%is_exact = .false.
+    if (search%surface == 0) return
+    call evaluate_surface(search%sheet%surfaces(search%surface), search%at, x)
+    call search_all_faces(tool, x - shift, hit)
+    search%nearest = hit%distance
+  end subroutine begin_search
+
+  !> Pairs no nearer than this do not matter.
+  pure real(wp) function enough_of(search) result(enough)
+    type(distance_search_t), intent(in) :: search
+
+    enough = search%nearest - max(search%tolerance, search%share*(search%nearest - search%target))
+  end function enough_of
+
+  !> Queue all pairs of whole surfaces.
+  subroutine push_all(search)
+    type(distance_search_t), intent(inout) :: search
+    type(pair_t) :: pair
+    integer :: s, t
+
+    do s = 1, size(search%sheet%surfaces)
+      do t = 1, size(search%tool%surfaces)
+        pair = pair_t(nodes=[s, t])
+        call push_if_near(search, pair)
+      end do
+    end do
+  end subroutine push_all
+
+  !> Queue both halves of a pair that may hold a nearer place: cut the side and the direction that
+  !! bends most, else that rises most along the vector of the bound.
+  subroutine cut_pair(search, pair)
+    type(distance_search_t), intent(inout) :: search
+    type(pair_t), intent(in) :: pair
+    type(pair_t) :: half
+    real(wp) :: gains(2, 2), slack     ! gains by direction, of the sheet and of the tool
+    integer :: side, halves(2), best(2)
+
+    slack = search%nearest - enough_of(search)
+    associate (a => search%sheet%nodes(pair%nodes(1)), b => search%tool%nodes(pair%nodes(2)))
+      ! So small that its corners, which are no nearer than what is known, tell enough.
+      if (2*(sum(a%size) + sum(b%size)) <= slack) return
+      ! Bent parts overlap in their hulls, which hides where they are apart.
+      gains = reshape([a%bend, b%bend], [2, 2])
+      if (maxval(gains) <= bent*slack) &
+        gains = reshape([rises_of(a, pair%across), rises_of(b, pair%across)], [2, 2])
+      if (maxval(gains) <= flat*slack) gains = reshape([a%size, b%size], [2, 2])
+    end associate
+    best = maxloc(gains)
+    if (best(2) == 1) call cut_node(search%sheet, pair%nodes(1), best(1), halves)
+    if (best(2) == 2) call cut_node(search%tool, pair%nodes(2), best(1), halves)
+    do side = 1, 2
+      half = pair
+      half%nodes(best(2)) = halves(side)
+      call push_if_near(search, half)
+    end do
+  end subroutine cut_pair
+
+  !> Note the nearest corners of a pair, and queue it unless it is too far to matter.
+  subroutine push_if_near(search, pair)
+    type(distance_search_t), intent(inout) :: search
+    type(pair_t), intent(inout) :: pair           !! its bound may rise
+    real(wp) :: bound, across(3), enough
+
+    call look_at_corners(search, pair)
+    enough = enough_of(search)
+    associate (a => search%sheet%nodes(pair%nodes(1)), b => search%tool%nodes(pair%nodes(2)))
+      pair%bound = max(pair%bound, box_gap(a%box, b%box, search%shift))
+      if (pair%bound >= enough) return
+      call bound_gap(a%points, b%points, search%shift, &
+                     reshape([search%across, a%normal, b%normal], [3, 3]), enough, bound, across)
+    end associate
+    pair%bound = max(pair%bound, bound)
+    pair%across = across
+    if (pair%bound < enough) call push_pair(search%queue, pair)
+  end subroutine push_if_near
+
+  !> Keep the nearest corners of a pair if they are nearer than what is known.
+  subroutine look_at_corners(search, pair)
+    type(distance_search_t), intent(inout) :: search
+    type(pair_t), intent(in) :: pair
+    real(wp) :: apart(3)
+    integer :: i, j
+
+    associate (a => search%sheet%nodes(pair%nodes(1)), b => search%tool%nodes(pair%nodes(2)))
+      do j = 1, 4
+        do i = 1, 4
+          apart = a%corners(:, i) - b%corners(:, j) - search%shift
+          if (norm2(apart) >= search%nearest) cycle
+          search%nearest = norm2(apart)
+          search%is_exact = .false.
+          search%surface = a%surface
+          search%at = merge(a%to, a%from, [btest(i - 1, 0), btest(i - 1, 1)])
+          search%step = 0.5_wp*(a%to - a%from)
+          if (search%nearest > search%tolerance) search%across = apart/search%nearest
+        end do
+      end do
+    end associate
+  end subroutine look_at_corners
+
+  !> Descend to the place that is nearest around the one known. On its way the nearest place of the
+  !! tool is followed; should there be a nearer one in the end, the descent goes on with that.
+  subroutine descend_to(search, tool)
+    type(distance_search_t), intent(inout) :: search
+    type(tool_t), intent(in) :: tool
+    integer, parameter :: most = 5
+    real(wp) :: found, x(3)
+    type(hit_t) :: hit, nearest
+    integer :: d, i
+
+    search%is_exact = .true.
+    associate (surface => search%sheet%surfaces(search%surface))
+      call evaluate_surface(surface, search%at, x)
+      call search_all_faces(tool, x - search%shift, nearest)
+      do i = 1, most
+        hit = nearest
+        call go_down(tool, surface, search%shift, search%step, hit, search%at, found)
+        call evaluate_surface(surface, search%at, x)
+        search%step = [(first_step*(surface%axes(d)%knots(surface%axes(d)%n_basis + 1) &
+                                    - surface%axes(d)%knots(1))/n_spans(surface%axes(d)), d=1, 2)]
+        call search_all_faces(tool, x - search%shift, nearest)
+        if (nearest%distance >= found - exact*search%tolerance) exit
+      end do
+    end associate
+    search%nearest = min(search%nearest, found, nearest%distance)
+    if (nearest%distance > search%tolerance) call set_across(search, tool, nearest)
+  end subroutine descend_to
+
+  !> Vector from the tool to the sheet at the place that is nearest. The shorter it is the less its
+  !! ends tell, so it is made normal to the tangents along which either side goes on.
+  subroutine set_across(search, tool, hit)
+    type(distance_search_t), intent(inout) :: search
+    type(tool_t), intent(in) :: tool
+    type(hit_t), intent(in) :: hit
+    real(wp), parameter :: border = 1.0e-6_wp, independent = 0.1_wp
+    real(wp) :: x(3), y(3), across(3), tangents(3, 2, 2), second(3, 3), unit(3, 2)
+    logical :: is_free(2, 2)
+    integer :: d, side, n
+
+    associate (surface => search%sheet%surfaces(search%surface))
+      call evaluate_surface(surface, search%at, x, tangents(:, :, 1))
+      do d = 1, 2
+        associate (low => surface%axes(d)%knots(1), &
+                   high => surface%axes(d)%knots(surface%axes(d)%n_basis + 1))
+          is_free(d, 1) = abs(2*search%at(d) - low - high) < (1.0_wp - border)*(high - low)
+        end associate
+      end do
+    end associate
+    call face_derivatives(tool%orders, tool%coefficients(:, :, :, hit%face), hit%at, y, &
+                          tangents(:, :, 2), second)
+    is_free(:, 2) = abs(2*hit%at - 1.0_wp) < 1.0_wp - border
+    x = x - search%shift - y
+    across = x/norm2(x)
+    n = 0
+    do side = 1, 2
+      do d = 1, 2
+        if (.not. is_free(d, side) .or. n == 2) cycle
+        y = tangents(:, d, side) - matmul(unit(:, :n), matmul(tangents(:, d, side), unit(:, :n)))
+        if (norm2(y) <= independent*norm2(tangents(:, d, side))) cycle
+        n = n + 1
+        unit(:, n) = y/norm2(y)
+        across = across - dot_product(across, unit(:, n))*unit(:, n)
+      end do
+    end do
+    if (norm2(across) > 0.5_wp) search%across = across/norm2(across)
+  end subroutine set_across
+
+  !> Steps over a face to the least distance to the tool that they come to: eight directions, then
+  !! the bottom of the paraboloid through these places, then shorter steps.
+  subroutine go_down(tool, face, shift, first, hit, at, least)
+    type(tool_t), intent(in) :: tool
+    type(nurbs_surface_t), intent(in) :: face
+    real(wp), intent(in) :: shift(3)
+    real(wp), intent(in) :: first(2)         !! steps of xi and eta to begin with
+    type(hit_t), intent(inout) :: hit        !! place of the tool that is followed
+    real(wp), intent(inout) :: at(2)         !! where to start, then where it ended
+    real(wp), intent(out) :: least           !! [length]
+    real(wp), parameter :: shorter = 0.2_wp, longer = 2.0_wp
+    real(wp), parameter :: part = 1.0e-9_wp  ! of an element, the last step
+    real(wp) :: low(2), high(2), last(2), step(2), around(-1:1, -1:1), slope(2), bend(2), twist
+    real(wp) :: trial(2), found
+    integer :: i, j, d, best(2)
+
+    do d = 1, 2
+      associate (knots => face%axes(d)%knots)
+        low(d) = knots(1)
+        high(d) = knots(size(knots))
+        last(d) = part*(high(d) - low(d))/n_spans(face%axes(d))
+      end associate
+    end do
+    step = first
+    around(0, 0) = distance_from(at)
+    do while (any(step > last))
+      do j = -1, 1
+        do i = -1, 1
+          if (i /= 0 .or. j /= 0) around(i, j) = distance_from(at + step*[i, j])
+        end do
+      end do
+      best = minloc(around) - 2
+      if (around(best(1), best(2)) < around(0, 0)) then
+        at = min(max(at + step*best, low), high)
+        around(0, 0) = around(best(1), best(2))
+        step = longer*step
+        cycle
+      end if
+      slope = 0.5_wp*[around(1, 0) - around(-1, 0), around(0, 1) - around(0, -1)]
+      bend = [around(1, 0) + around(-1, 0), around(0, 1) + around(0, -1)] - 2*around(0, 0)
+      twist = 0.25_wp*(around(1, 1) + around(-1, -1) - around(1, -1) - around(-1, 1))
+      trial = [twist*slope(2) - bend(2)*slope(1), twist*slope(1) - bend(1)*slope(2)] &
+              /max(product(bend) - twist**2, tiny(1.0_wp))
+      trial = min(max(at + step*min(max(trial, -1.0_wp), 1.0_wp), low), high)
+      found = distance_from(trial)
+      if (found < around(0, 0)) then
+        at = trial
+        around(0, 0) = found
+      end if
+      step = shorter*step
+    end do
+    least = around(0, 0)
+
+  contains
+
+    real(wp) function distance_from(xi)
+      real(wp), intent(in) :: xi(2)
+      type(hit_t) :: next
+      real(wp) :: x(3)
+
+      call evaluate_surface(face, min(max(xi, low), high), x)
+      call follow(tool, x - shift, hit%face, hit%at, next)
+      if (.not. next%is_converged) call search_all_faces(tool, x - shift, next)
+      hit = next
+      distance_from = next%distance
+    end function distance_from
+
+  end subroutine go_down
+
+end module least_distance
