@@ -10,7 +10,7 @@ module first_order
 
 contains
 
-  !> Strain increment (engineering shear), spin increment (12, 13, 23), weighted cofactors and
+  !> Strain increment (engineering shear), spin increment (12, 13, 23), cofactors and
   !! volume of one point of eight elements; arrays as in `point_kinematics`.
   pure subroutine first_increment(n, q, dt, g, weight, dstrain, spin, cofactor, volume, rate, &
                                   smallest_det)
@@ -31,15 +31,15 @@ contains
       j31 = g(l, 7); j32 = g(l, 8); j33 = g(l, 9)
       include 'strain_point.inc'
       smallest_det(l) = min(smallest_det(l), det)
-      cofactor(l, q, 1) = weight(l)*c11
-      cofactor(l, q, 2) = weight(l)*c12
-      cofactor(l, q, 3) = weight(l)*c13
-      cofactor(l, q, 4) = weight(l)*c21
-      cofactor(l, q, 5) = weight(l)*c22
-      cofactor(l, q, 6) = weight(l)*c23
-      cofactor(l, q, 7) = weight(l)*c31
-      cofactor(l, q, 8) = weight(l)*c32
-      cofactor(l, q, 9) = weight(l)*c33
+      cofactor(l, q, 1) = c11
+      cofactor(l, q, 2) = c12
+      cofactor(l, q, 3) = c13
+      cofactor(l, q, 4) = c21
+      cofactor(l, q, 5) = c22
+      cofactor(l, q, 6) = c23
+      cofactor(l, q, 7) = c31
+      cofactor(l, q, 8) = c32
+      cofactor(l, q, 9) = c33
     end do
   end subroutine first_increment
 

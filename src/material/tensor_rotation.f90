@@ -14,20 +14,23 @@ contains
     integer, intent(in) :: n
     real(wp), intent(in) :: spin(n, 3)          !! increment 12 13 23
     real(wp), intent(inout) :: tensor(n, 6)     !! 11 22 33 12 13 23, shear as it is
-    real(wp) :: h1, h2, h3, w, r11, r12, r13, r21, r22, r23, r31, r32, r33
+    real(wp) :: h1, h2, h3, w, w1, w2, w3, h11, h22, h33, h12, h13, h23
+    real(wp) :: r11, r12, r13, r21, r22, r23, r31, r32, r33
     real(wp) :: s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, first, second
     integer :: l
 
-    !$omp simd private(h1, h2, h3, w, r11, r12, r13, r21, r22, r23, r31, r32, r33, &
+    !$omp simd private(h1, h2, h3, w, w1, w2, w3, h11, h22, h33, h12, h13, h23, &
+    !$omp r11, r12, r13, r21, r22, r23, r31, r32, r33, &
     !$omp s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, first, second)
     do l = 1, n
-      h1 = 0.5_wp*spin(l, 1)
-      h2 = 0.5_wp*spin(l, 2)
-      h3 = 0.5_wp*spin(l, 3)
-      w = 2.0_wp/(1.0_wp + h1*h1 + h2*h2 + h3*h3)
-      r11 = 1.0_wp - w*(h1*h1 + h2*h2); r12 = w*(h1 - h2*h3); r13 = w*(h2 + h1*h3)
-      r21 = -w*(h1 + h2*h3); r22 = 1.0_wp - w*(h1*h1 + h3*h3); r23 = w*(h3 - h1*h2)
-      r31 = w*(h1*h3 - h2); r32 = -w*(h3 + h1*h2); r33 = 1.0_wp - w*(h2*h2 + h3*h3)
+      h1 = spin(l, 1); h2 = spin(l, 2); h3 = spin(l, 3)
+      w = 1.0_wp/(2.0_wp + 0.5_wp*(h1*h1 + h2*h2 + h3*h3))
+      w1 = w*h1; w2 = w*h2; w3 = w*h3
+      h11 = w1*h1; h22 = w2*h2; h33 = w3*h3; h12 = w1*h2; h13 = w1*h3; h23 = w2*h3
+      w1 = w1 + w1; w2 = w2 + w2; w3 = w3 + w3
+      r11 = 1.0_wp - (h11 + h22); r12 = w1 - h23; r13 = w2 + h13
+      r21 = -(w1 + h23); r22 = 1.0_wp - (h11 + h33); r23 = w3 - h12
+      r31 = h13 - w2; r32 = -(w3 + h12); r33 = 1.0_wp - (h22 + h33)
       s1 = tensor(l, 1); s2 = tensor(l, 2); s3 = tensor(l, 3)
       s4 = tensor(l, 4); s5 = tensor(l, 5); s6 = tensor(l, 6)
       t1 = r11*s1 + r12*s4 + r13*s5; t2 = r11*s4 + r12*s2 + r13*s6; t3 = r11*s5 + r12*s6 + r13*s3
