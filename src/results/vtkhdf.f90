@@ -74,7 +74,7 @@ contains
                         byte_values)
     call write_integers(file, root//"/CellData/part", cells%parts, [n_cells], &
                         "0 the blank, 1 ... the tools in the deck's order", integer_values)
-    call create_series(file, root//"/Points", real_values, [3], n_points, .true., &
+    call create_series(file, root//"/Points", real_values, [3], n_points, .false., &
                        length_unit, "points of the cells, step after step")
     call create_steps(file, time_unit)
   end subroutine create_grid
