@@ -7,7 +7,7 @@ module state_store
   implicit none
   private
 
-  public :: state_store_t, enter_folder, put, take, put_array, take_array, has_state, add_entry
+  public :: state_store_t, enter_folder, carry, carry_array, carry_flags, has_state, add_entry
   public :: empty_store
 
   !> Numbers under one name.
@@ -20,19 +20,17 @@ module state_store
   type :: state_store_t
     integer :: n_entries = 0
     type(state_entry_t), allocatable :: entries(:)
+    logical :: is_taking = .false.        !! what is carried is taken back, else put
     character(:), allocatable :: folder   !! put before every name, see `enter_folder`
     character(:), allocatable :: fault    !! first name put twice or missed; empty: none
   end type state_store_t
 
-  !> Put a single value; a name counts once. Whole numbers up to 2^53.
-  interface put
-    module procedure put_real, put_integer, put_long, put_flag
-  end interface put
-
-  !> Take a single value; it stays as it is, and `fault` tells, where there is none.
-  interface take
-    module procedure take_real, take_integer, take_long, take_flag
-  end interface take
+  !> Put a single value, or take it back, as the store stands, so that it is named but once. Whole
+  !! numbers up to 2^53. A name counts once; a value that is not there to be taken stays as it is,
+  !! and `fault` tells.
+  interface carry
+    module procedure carry_real, carry_integer, carry_long, carry_flag
+  end interface carry
 
 contains
 
@@ -41,6 +39,7 @@ contains
     type(state_store_t), intent(inout) :: store
 
     store%n_entries = 0
+    store%is_taking = .false.
     store%fault = ""
   end subroutine empty_store
 
@@ -110,6 +109,77 @@ contains
     end if
   end subroutine take_array
 
+  !> Put an array of any shape, or take it back.
+  pure subroutine carry_array(store, name, n, values)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+    real(wp), intent(inout) :: values(n)
+
+    if (store%is_taking) then
+      call take_array(store, name, n, values)
+    else
+      call put_array(store, name, n, values)
+    end if
+  end subroutine carry_array
+
+  !> The same for answers of yes and no.
+  pure subroutine carry_flags(store, name, n, flags)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+    logical, intent(inout) :: flags(n)
+    real(wp) :: values(n)
+
+    values = merge(1.0_wp, 0.0_wp, flags)
+    call carry_array(store, name, n, values)
+    flags = values > 0.5_wp
+  end subroutine carry_flags
+
+  pure subroutine carry_real(store, name, value)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    real(wp), intent(inout) :: value
+    real(wp) :: values(1)
+
+    values = value
+    call carry_array(store, name, 1, values)
+    value = values(1)
+  end subroutine carry_real
+
+  pure subroutine carry_integer(store, name, value)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    integer, intent(inout) :: value
+    real(wp) :: number
+
+    number = real(value, wp)
+    call carry_real(store, name, number)
+    value = nint(number)
+  end subroutine carry_integer
+
+  pure subroutine carry_long(store, name, value)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    integer(int64), intent(inout) :: value
+    real(wp) :: number
+
+    number = real(value, wp)
+    call carry_real(store, name, number)
+    value = nint(number, int64)
+  end subroutine carry_long
+
+  pure subroutine carry_flag(store, name, value)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    logical, intent(inout) :: value
+    logical :: flags(1)
+
+    flags = value
+    call carry_flags(store, name, 1, flags)
+    value = flags(1)
+  end subroutine carry_flag
+
   !> Is there something under this name?
   pure logical function has_state(store, name)
     type(state_store_t), intent(in) :: store
@@ -117,82 +187,6 @@ contains
 
     has_state = find(store, full_name(store, name)) > 0
   end function has_state
-
-  pure subroutine put_real(store, name, value)
-    type(state_store_t), intent(inout) :: store
-    character(*), intent(in) :: name
-    real(wp), intent(in) :: value
-
-    call put_array(store, name, 1, [value])
-  end subroutine put_real
-
-  pure subroutine put_integer(store, name, value)
-    type(state_store_t), intent(inout) :: store
-    character(*), intent(in) :: name
-    integer, intent(in) :: value
-
-    call put_array(store, name, 1, [real(value, wp)])
-  end subroutine put_integer
-
-  pure subroutine put_long(store, name, value)
-    type(state_store_t), intent(inout) :: store
-    character(*), intent(in) :: name
-    integer(int64), intent(in) :: value
-
-    call put_array(store, name, 1, [real(value, wp)])
-  end subroutine put_long
-
-  pure subroutine put_flag(store, name, value)
-    type(state_store_t), intent(inout) :: store
-    character(*), intent(in) :: name
-    logical, intent(in) :: value
-
-    call put_array(store, name, 1, [merge(1.0_wp, 0.0_wp, value)])
-  end subroutine put_flag
-
-  pure subroutine take_real(store, name, value)
-    type(state_store_t), intent(inout) :: store
-    character(*), intent(in) :: name
-    real(wp), intent(inout) :: value
-    real(wp) :: values(1)
-
-    values = value
-    call take_array(store, name, 1, values)
-    value = values(1)
-  end subroutine take_real
-
-  pure subroutine take_integer(store, name, value)
-    type(state_store_t), intent(inout) :: store
-    character(*), intent(in) :: name
-    integer, intent(inout) :: value
-    real(wp) :: number
-
-    number = real(value, wp)
-    call take_real(store, name, number)
-    value = nint(number)
-  end subroutine take_integer
-
-  pure subroutine take_long(store, name, value)
-    type(state_store_t), intent(inout) :: store
-    character(*), intent(in) :: name
-    integer(int64), intent(inout) :: value
-    real(wp) :: number
-
-    number = real(value, wp)
-    call take_real(store, name, number)
-    value = nint(number, int64)
-  end subroutine take_long
-
-  pure subroutine take_flag(store, name, value)
-    type(state_store_t), intent(inout) :: store
-    character(*), intent(in) :: name
-    logical, intent(inout) :: value
-    real(wp) :: number
-
-    number = merge(1.0_wp, 0.0_wp, value)
-    call take_real(store, name, number)
-    value = number > 0.5_wp
-  end subroutine take_flag
 
   pure function full_name(store, name) result(full)
     type(state_store_t), intent(in) :: store

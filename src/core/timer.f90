@@ -6,7 +6,7 @@ module timer
   private
 
   public :: stopwatch_t, timer_t, add_watch, start_watch, stop_watch, watch_seconds
-  public :: clock_ticks, ticks_to_seconds, add_time
+  public :: clock_ticks, ticks_to_seconds, set_time
 
   !> One stopwatch; it may be started and stopped any number of times.
   type :: stopwatch_t
@@ -57,17 +57,17 @@ contains
     end associate
   end subroutine stop_watch
 
-  !> Add what was measured elsewhere.
-  subroutine add_time(watch, seconds, n_calls)
+  !> Go on from what was measured before.
+  subroutine set_time(watch, seconds, n_calls)
     type(stopwatch_t), intent(inout) :: watch
     real(wp), intent(in) :: seconds
     integer(int64), intent(in) :: n_calls
     integer(int64) :: rate
 
     call system_clock(count_rate=rate)
-    watch%ticks = watch%ticks + nint(seconds*real(rate, wp), int64)
-    watch%n_calls = watch%n_calls + n_calls
-  end subroutine add_time
+    watch%ticks = nint(seconds*real(rate, wp), int64)
+    watch%n_calls = n_calls
+  end subroutine set_time
 
   !> Wall-clock time of all finished calls [s].
   real(wp) function watch_seconds(timer, watch)

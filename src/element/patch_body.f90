@@ -3,7 +3,7 @@ module patch_body
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
-  use state_store, only: state_store_t, put_array, take_array
+  use state_store, only: state_store_t, carry_array
   use nurbs_solid, only: nurbs_solid_t
   use seams, only: seams_t, collect, sum_groups, hand_out
   use block_law, only: block_law_t
@@ -16,7 +16,7 @@ module patch_body
   private
 
   public :: new_patch_body, without_state, set_inertia, share_internal_forces, share_external_forces
-  public :: put_fields, take_fields
+  public :: carry_fields
 
   !> A field on the control points or the integration points of one patch.
   type, public :: field_t
@@ -76,30 +76,19 @@ contains
     end associate
   end subroutine new_patch_body
 
-  !> Put fields of all patches; those not there yet leave nothing.
-  subroutine put_fields(store, name, fields)
+  !> Put fields of all patches, or take them back; those not there yet leave nothing. Others in the
+  !! store, of another shape, are its fault.
+  subroutine carry_fields(store, name, fields)
     type(state_store_t), intent(inout) :: store
     character(*), intent(in) :: name
-    type(field_t), allocatable, intent(in) :: fields(:)
+    type(field_t), allocatable, intent(inout) :: fields(:)
     integer :: p
 
     if (.not. allocated(fields)) return
     do p = 1, size(fields)
-      call put_array(store, name//"_"//to_text(p), size(fields(p)%values), fields(p)%values)
+      call carry_array(store, name//"_"//to_text(p), size(fields(p)%values), fields(p)%values)
     end do
-  end subroutine put_fields
-
-  !> Take the values of fields back that have their shapes; others in the store are its fault.
-  subroutine take_fields(store, name, fields)
-    type(state_store_t), intent(inout) :: store
-    character(*), intent(in) :: name
-    type(field_t), intent(inout) :: fields(:)
-    integer :: p
-
-    do p = 1, size(fields)
-      call take_array(store, name//"_"//to_text(p), size(fields(p)%values), fields(p)%values)
-    end do
-  end subroutine take_fields
+  end subroutine carry_fields
 
   !> Copies of bodies for trial motions of an elastic law: no viscosity, one empty state variable.
   function without_state(bodies) result(trial)

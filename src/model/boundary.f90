@@ -1,7 +1,7 @@
 !> Prescribed velocity components of control points; zero is a fixed support.
 module boundary
   use kinds, only: wp
-  use state_store, only: state_store_t, put, take
+  use state_store, only: state_store_t, carry
   use assembly, only: assembly_t
   use motion_curve, only: curve_t, curve_value, start_curve
   use effect, only: effect_t, instant_t
@@ -21,8 +21,7 @@ module boundary
     logical :: is_catching = .false.            !! it takes hold of points that move
   contains
     procedure :: apply
-    procedure :: pack => pack_boundary
-    procedure :: unpack => unpack_boundary
+    procedure :: carry => carry_boundary
     procedure :: start
     procedure :: stop
   end type boundary_t
@@ -55,22 +54,13 @@ contains
   end subroutine apply
 
   !> What the effect carries from step to step.
-  subroutine pack_boundary(self, store)
-    class(boundary_t), intent(in) :: self
-    type(state_store_t), intent(inout) :: store
-
-    call put(store, "moved", self%moved)
-    call put(store, "is_catching", self%is_catching)
-  end subroutine pack_boundary
-
-  !> Take it back.
-  subroutine unpack_boundary(self, store)
+  subroutine carry_boundary(self, store)
     class(boundary_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    call take(store, "moved", self%moved)
-    call take(store, "is_catching", self%is_catching)
-  end subroutine unpack_boundary
+    call carry(store, "moved", self%moved)
+    call carry(store, "is_catching", self%is_catching)
+  end subroutine carry_boundary
 
   !> Points that moved freely are held from now on: the work of the first reaction over the way
   !! that each of them has made in the step before.

@@ -1,15 +1,15 @@
 !> Contact of one face of the blank with one tool, as an effect of the force stage.
 module contact_effect
   use kinds, only: wp
-  use state_store, only: state_store_t, put, take, put_array, take_array
+  use state_store, only: state_store_t, carry, carry_array
   use assembly, only: assembly_t
   use effect, only: effect_t, effect_slot_t, instant_t, tally_t
   use slave_surface, only: scatter_forces
   use tool, only: tool_t
   use tool_turn, only: into_frame, torque_of
   use contact, only: contact_t, apply_contact
-  use contact_state, only: pack_contact, unpack_contact, wake_contact
-  use contact_fields, only: contact_fields_t, add_wear, pack_wear, unpack_wear
+  use contact_state, only: carry_contact, wake_contact
+  use contact_fields, only: contact_fields_t, add_wear, carry_wear
   implicit none
   private
 
@@ -33,8 +33,7 @@ module contact_effect
     type(contact_fields_t), allocatable :: fields   !! only where the deck asks for them
   contains
     procedure :: apply
-    procedure :: pack => pack_contact_effect
-    procedure :: unpack => unpack_contact_effect
+    procedure :: carry => carry_contact_effect
     procedure :: stop
     procedure :: tally => tally_contact
   end type contact_effect_t
@@ -177,33 +176,18 @@ contains
   end subroutine tally_contact
 
   !> What the effect carries from step to step.
-  subroutine pack_contact_effect(self, store)
-    class(contact_effect_t), intent(in) :: self
-    type(state_store_t), intent(inout) :: store
-
-    call put(store, "energy", self%energy)
-    call put(store, "max_penetration", self%max_penetration)
-    call put(store, "depth", self%depth)
-    call put_array(store, "couple", 9, self%couple)
-    call put(store, "has_warned", self%has_warned)
-    call put(store, "has_told_failure", self%has_told_failure)
-    call pack_contact(self%pair, store)
-    if (allocated(self%fields)) call pack_wear(self%fields, store)
-  end subroutine pack_contact_effect
-
-  !> Take it back.
-  subroutine unpack_contact_effect(self, store)
+  subroutine carry_contact_effect(self, store)
     class(contact_effect_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    call take(store, "energy", self%energy)
-    call take(store, "max_penetration", self%max_penetration)
-    call take(store, "depth", self%depth)
-    call take_array(store, "couple", 9, self%couple)
-    call take(store, "has_warned", self%has_warned)
-    call take(store, "has_told_failure", self%has_told_failure)
-    call unpack_contact(self%pair, store)
-    if (allocated(self%fields)) call unpack_wear(self%fields, store)
-  end subroutine unpack_contact_effect
+    call carry(store, "energy", self%energy)
+    call carry(store, "max_penetration", self%max_penetration)
+    call carry(store, "depth", self%depth)
+    call carry_array(store, "couple", 9, self%couple)
+    call carry(store, "has_warned", self%has_warned)
+    call carry(store, "has_told_failure", self%has_told_failure)
+    call carry_contact(self%pair, store)
+    if (allocated(self%fields)) call carry_wear(self%fields, store)
+  end subroutine carry_contact_effect
 
 end module contact_effect

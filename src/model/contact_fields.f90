@@ -10,7 +10,7 @@ module contact_fields
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
-  use state_store, only: state_store_t, put_array, take_array
+  use state_store, only: state_store_t, carry_array, carry_flags
   use nurbs_surface, only: nurbs_surface_t
   use surface_grid, only: surface_grid_t, new_surface_grid, grid_areas, grid_place
   use tool, only: tool_t
@@ -21,7 +21,7 @@ module contact_fields
   private
 
   public :: contact_fields_t, tool_field_t, new_contact_fields, add_wear, face_pressure
-  public :: set_tool_pressure, pack_wear, unpack_wear
+  public :: set_tool_pressure, carry_wear
 
   !> A field on one surface of a tool.
   type :: tool_field_t
@@ -218,40 +218,20 @@ contains
     end do
   end subroutine set_tool_pressure
 
-  !> What the wear carries from step to step.
-  pure subroutine pack_wear(fields, store)
-    type(contact_fields_t), intent(in) :: fields
-    type(state_store_t), intent(inout) :: store
-    integer :: s
-
-    if (.not. fields%has_wear) return
-    call put_array(store, "wear_touching", size(fields%is_touching), &
-                   merge(1.0_wp, 0.0_wp, fields%is_touching))
-    call put_array(store, "wear_place", size(fields%place), fields%place)
-    if (allocated(fields%stretch)) &
-      call put_array(store, "wear_stretch", size(fields%stretch), fields%stretch)
-    do s = 1, size(fields%tools)
-      call put_array(store, "wear_"//to_text(s), size(fields%tools(s)%wear), fields%tools(s)%wear)
-    end do
-  end subroutine pack_wear
-
-  !> Take it back.
-  pure subroutine unpack_wear(fields, store)
+  !> State of the wear for checkpoints.
+  pure subroutine carry_wear(fields, store)
     type(contact_fields_t), intent(inout) :: fields
     type(state_store_t), intent(inout) :: store
-    real(wp), allocatable :: touching(:)
     integer :: s
 
     if (.not. fields%has_wear) return
-    allocate (touching(size(fields%is_touching)))
-    call take_array(store, "wear_touching", size(touching), touching)
-    fields%is_touching = touching > 0.5_wp
-    call take_array(store, "wear_place", size(fields%place), fields%place)
+    call carry_flags(store, "wear_touching", size(fields%is_touching), fields%is_touching)
+    call carry_array(store, "wear_place", size(fields%place), fields%place)
     if (allocated(fields%stretch)) &
-      call take_array(store, "wear_stretch", size(fields%stretch), fields%stretch)
+      call carry_array(store, "wear_stretch", size(fields%stretch), fields%stretch)
     do s = 1, size(fields%tools)
-      call take_array(store, "wear_"//to_text(s), size(fields%tools(s)%wear), fields%tools(s)%wear)
+      call carry_array(store, "wear_"//to_text(s), size(fields%tools(s)%wear), fields%tools(s)%wear)
     end do
-  end subroutine unpack_wear
+  end subroutine carry_wear
 
 end module contact_fields

@@ -1,11 +1,11 @@
 !> Damping in proportion to the mass, as an effect on the velocities.
 module damping
   use kinds, only: wp
-  use state_store, only: state_store_t, put, take
+  use state_store, only: state_store_t, carry
   use assembly, only: assembly_t
   use blank, only: blank_t
   use column_scaling, only: column_directions, shrink_differences
-  use patch_body, only: patch_body_t, field_t, put_fields, take_fields
+  use patch_body, only: patch_body_t, field_t, carry_fields
   use effect, only: effect_t, instant_t, tally_t
   implicit none
   private
@@ -20,8 +20,7 @@ module damping
     type(field_t), allocatable :: before(:)        !! forces of the last step, by patch
   contains
     procedure :: apply
-    procedure :: pack => pack_damping
-    procedure :: unpack => unpack_damping
+    procedure :: carry => carry_damping
     procedure :: tally => tally_damping
   end type damping_t
 
@@ -111,21 +110,12 @@ contains
   end subroutine tally_damping
 
   !> What the effect carries from step to step.
-  subroutine pack_damping(self, store)
-    class(damping_t), intent(in) :: self
-    type(state_store_t), intent(inout) :: store
-
-    call put(store, "energy", self%energy)
-    call put_fields(store, "before", self%before)
-  end subroutine pack_damping
-
-  !> Take it back.
-  subroutine unpack_damping(self, store)
+  subroutine carry_damping(self, store)
     class(damping_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    call take(store, "energy", self%energy)
-    call take_fields(store, "before", self%before)
-  end subroutine unpack_damping
+    call carry(store, "energy", self%energy)
+    call carry_fields(store, "before", self%before)
+  end subroutine carry_damping
 
 end module damping

@@ -1,7 +1,7 @@
 !> Loads of fixed direction: gravity, and traction per area of the blank at the start.
 module dead_load
   use kinds, only: wp
-  use state_store, only: state_store_t, put, take
+  use state_store, only: state_store_t, carry
   use nurbs_surface, only: nurbs_surface_t
   use blank, only: blank_t
   use assembly, only: assembly_t
@@ -22,8 +22,7 @@ module dead_load
     real(wp) :: scaling = 0.0_wp                   !! curve value of the last step
   contains
     procedure :: apply
-    procedure :: pack => pack_dead_load
-    procedure :: unpack => unpack_dead_load
+    procedure :: carry => carry_dead_load
     procedure :: start
     procedure :: stop
   end type dead_load_t
@@ -97,20 +96,12 @@ contains
   end subroutine apply
 
   !> What the effect carries from step to step.
-  subroutine pack_dead_load(self, store)
-    class(dead_load_t), intent(in) :: self
-    type(state_store_t), intent(inout) :: store
-
-    call put(store, "scaling", self%scaling)
-  end subroutine pack_dead_load
-
-  !> Take it back.
-  subroutine unpack_dead_load(self, store)
+  subroutine carry_dead_load(self, store)
     class(dead_load_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    call take(store, "scaling", self%scaling)
-  end subroutine unpack_dead_load
+    call carry(store, "scaling", self%scaling)
+  end subroutine carry_dead_load
 
   !> The curve begins with its step.
   subroutine start(self, time)

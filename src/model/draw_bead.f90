@@ -8,7 +8,7 @@
 !! sheet counts as work of friction, the little that its springs hold included.
 module draw_bead
   use kinds, only: wp
-  use state_store, only: state_store_t, put, take, put_array, take_array
+  use state_store, only: state_store_t, carry, carry_array
   use vector_product, only: cross
   use knot_vector, only: span_table, basis_derivatives
   use nurbs_surface, only: nurbs_surface_t
@@ -55,8 +55,7 @@ module draw_bead
     procedure :: apply
     procedure :: start
     procedure :: stop
-    procedure :: pack => pack_bead
-    procedure :: unpack => unpack_bead
+    procedure :: carry => carry_bead
     procedure :: tally => tally_bead
   end type draw_bead_t
 
@@ -408,27 +407,17 @@ contains
   end subroutine tally_bead
 
   !> What the effect carries from step to step.
-  subroutine pack_bead(self, store)
-    class(draw_bead_t), intent(in) :: self
-    type(state_store_t), intent(inout) :: store
-
-    call put(store, "lost", self%lost)
-    call put_array(store, "stretch", size(self%stretch), self%stretch)
-    call put_array(store, "held", size(self%held), self%held)
-    call put_array(store, "pushed", size(self%pushed), self%pushed)
-  end subroutine pack_bead
-
-  !> Take it back; which points are near is found anew.
-  subroutine unpack_bead(self, store)
+  subroutine carry_bead(self, store)
     class(draw_bead_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    call take(store, "lost", self%lost)
-    call take_array(store, "stretch", size(self%stretch), self%stretch)
-    self%travel = 0.0_wp
+    call carry(store, "lost", self%lost)
+    call carry_array(store, "stretch", size(self%stretch), self%stretch)
+    call carry_array(store, "held", size(self%held), self%held)
+    call carry_array(store, "pushed", size(self%pushed), self%pushed)
+    if (.not. store%is_taking) return
+    self%travel = 0.0_wp      ! which points are near is found anew
     self%test_at = 0.0_wp
-    call take_array(store, "held", size(self%held), self%held)
-    call take_array(store, "pushed", size(self%pushed), self%pushed)
-  end subroutine unpack_bead
+  end subroutine carry_bead
 
 end module draw_bead

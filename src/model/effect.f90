@@ -2,13 +2,13 @@
 !! has no effect in the lists of the model and so costs nothing.
 module effect
   use kinds, only: wp
-  use state_store, only: state_store_t, enter_folder, put, take, put_array, take_array
+  use state_store, only: state_store_t, enter_folder, carry, carry_array
   use text, only: to_text
   use assembly, only: assembly_t
   implicit none
   private
 
-  public :: pack_effects, unpack_effects
+  public :: carry_effects
 
   !> Where the step stands.
   type, public :: instant_t
@@ -39,8 +39,7 @@ module effect
     integer :: given_step = 1              !! of the deck, that names it: its curve begins there
   contains
     procedure(apply_effect), deferred :: apply
-    procedure(pack_effect), deferred :: pack       !! own state into a store; none: nothing to do
-    procedure(unpack_effect), deferred :: unpack   !! and back
+    procedure(carry_effect), deferred :: carry     !! own state into a store, and back
     procedure :: start => start_effect
     procedure :: stop => stop_effect
     procedure :: tally => tally_effect
@@ -60,44 +59,19 @@ module effect
       type(instant_t), intent(in) :: instant
     end subroutine apply_effect
 
-    !> Put what the effect carries from step to step, beside what the base holds.
-    subroutine pack_effect(self, store)
-      import :: effect_t, state_store_t
-      class(effect_t), intent(in) :: self
-      type(state_store_t), intent(inout) :: store
-    end subroutine pack_effect
-
-    !> Take it back into an effect that was set up in the same way.
-    subroutine unpack_effect(self, store)
+    !> Put what the effect carries from step to step, beside what the base holds, or take it back
+    !! into an effect that was set up in the same way, as the store stands. None: nothing to do.
+    subroutine carry_effect(self, store)
       import :: effect_t, state_store_t
       class(effect_t), intent(inout) :: self
       type(state_store_t), intent(inout) :: store
-    end subroutine unpack_effect
+    end subroutine carry_effect
   end interface
 
 contains
 
   !> State of a list of effects, each in a folder of its own.
-  subroutine pack_effects(effects, folder, store)
-    type(effect_slot_t), intent(in) :: effects(:)
-    character(*), intent(in) :: folder
-    type(state_store_t), intent(inout) :: store
-    integer :: i
-
-    do i = 1, size(effects)
-      associate (item => effects(i)%item)
-        call enter_folder(store, folder//"/"//to_text(i))
-        call put(store, "external_work", item%external_work)
-        call put_array(store, "total_force", 3, item%force)
-        call put(store, "is_done", item%is_done)
-        call item%pack(store)
-      end associate
-    end do
-    call enter_folder(store, "")
-  end subroutine pack_effects
-
-  !> Take it back into a list that was set up in the same way.
-  subroutine unpack_effects(effects, folder, store)
+  subroutine carry_effects(effects, folder, store)
     type(effect_slot_t), intent(inout) :: effects(:)
     character(*), intent(in) :: folder
     type(state_store_t), intent(inout) :: store
@@ -106,14 +80,14 @@ contains
     do i = 1, size(effects)
       associate (item => effects(i)%item)
         call enter_folder(store, folder//"/"//to_text(i))
-        call take(store, "external_work", item%external_work)
-        call take_array(store, "total_force", 3, item%force)
-        call take(store, "is_done", item%is_done)
-        call item%unpack(store)
+        call carry(store, "external_work", item%external_work)
+        call carry_array(store, "total_force", 3, item%force)
+        call carry(store, "is_done", item%is_done)
+        call item%carry(store)
       end associate
     end do
     call enter_folder(store, "")
-  end subroutine unpack_effects
+  end subroutine carry_effects
 
   !> The effect begins with a later step of the deck. Not called in the first step.
   subroutine start_effect(self, time)

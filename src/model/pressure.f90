@@ -1,7 +1,7 @@
 !> Pressure on a face of the blank, always against its current outward normal.
 module pressure
   use kinds, only: wp
-  use state_store, only: state_store_t, put_array, take_array, has_state
+  use state_store, only: state_store_t, carry_array, has_state
   use assembly, only: assembly_t
   use motion_curve, only: curve_t, curve_value, start_curve
   use effect, only: effect_t, instant_t
@@ -19,8 +19,7 @@ module pressure
     real(wp), allocatable :: before(:, :, :, :)    !! forces of the last step
   contains
     procedure :: apply
-    procedure :: pack => pack_pressure
-    procedure :: unpack => unpack_pressure
+    procedure :: carry => carry_pressure
     procedure :: start
     procedure :: stop
   end type pressure_t
@@ -62,25 +61,17 @@ contains
   end subroutine apply
 
   !> What the effect carries from step to step.
-  subroutine pack_pressure(self, store)
-    class(pressure_t), intent(in) :: self
-    type(state_store_t), intent(inout) :: store
-
-    if (allocated(self%before)) call put_array(store, "before", size(self%before), self%before)
-  end subroutine pack_pressure
-
-  !> Take it back.
-  subroutine unpack_pressure(self, store)
+  subroutine carry_pressure(self, store)
     class(pressure_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    if (.not. has_state(store, "before")) return
-    if (.not. allocated(self%before)) then
+    if (store%is_taking .and. .not. has_state(store, "before")) return
+    if (store%is_taking .and. .not. allocated(self%before)) then
       allocate (self%before(self%upper(1) - self%lower(1) + 1, self%upper(2) - self%lower(2) + 1, &
                             self%upper(3) - self%lower(3) + 1, 3))
     end if
-    call take_array(store, "before", size(self%before), self%before)
-  end subroutine unpack_pressure
+    if (allocated(self%before)) call carry_array(store, "before", size(self%before), self%before)
+  end subroutine carry_pressure
 
   !> The curve begins with its step.
   subroutine start(self, time)

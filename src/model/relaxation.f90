@@ -1,12 +1,12 @@
 !> Dynamic relaxation: damping that leads a motion to rest, and the test whether it has got there.
 module relaxation
   use kinds, only: wp
-  use state_store, only: state_store_t, put, take, has_state
+  use state_store, only: state_store_t, carry, has_state
   use text, only: rounded_text
   use assembly, only: assembly_t
   use effect, only: instant_t
   use column_scaling, only: column_directions, column_differences
-  use patch_body, only: patch_body_t, field_t, put_fields, take_fields
+  use patch_body, only: patch_body_t, field_t, carry_fields
   use damping, only: damping_t, damp, velocities_before
   implicit none
   private
@@ -36,8 +36,7 @@ module relaxation
     real(wp) :: settled_at = 0.0_wp                !! time of rest, where `is_done`
   contains
     procedure :: apply
-    procedure :: pack => pack_relaxation
-    procedure :: unpack => unpack_relaxation
+    procedure :: carry => carry_relaxation
     procedure :: start
     procedure :: outcome
     procedure, private :: stop_at_peak
@@ -202,48 +201,28 @@ contains
   end function outcome
 
   !> What the effect carries from step to step.
-  subroutine pack_relaxation(self, store)
-    class(relaxation_t), intent(in) :: self
-    type(state_store_t), intent(inout) :: store
-
-    call self%damping_t%pack(store)
-    call put(store, "internal_energy", self%internal_energy)
-    call put(store, "kinetic_energy", self%kinetic_energy)
-    call put(store, "last_peak", self%last_peak)
-    call put(store, "peak", self%peak)
-    call put(store, "window_start", self%window_start)
-    call put(store, "n_stops", self%n_stops)
-    call put(store, "elapsed", self%elapsed)
-    call put(store, "largest_energy", self%largest_energy)
-    call put(store, "largest_force", self%largest_force)
-    call put(store, "energy_residual", self%energy_residual)
-    call put(store, "force_residual", self%force_residual)
-    call put(store, "settled_at", self%settled_at)
-    call put_fields(store, "internal_force", self%internal_force)
-  end subroutine pack_relaxation
-
-  !> Take it back.
-  subroutine unpack_relaxation(self, store)
+  subroutine carry_relaxation(self, store)
     class(relaxation_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    call self%damping_t%unpack(store)
-    call take(store, "internal_energy", self%internal_energy)
-    call take(store, "kinetic_energy", self%kinetic_energy)
-    call take(store, "last_peak", self%last_peak)
-    call take(store, "peak", self%peak)
-    call take(store, "window_start", self%window_start)
-    call take(store, "n_stops", self%n_stops)
-    call take(store, "elapsed", self%elapsed)
-    call take(store, "largest_energy", self%largest_energy)
-    call take(store, "largest_force", self%largest_force)
-    call take(store, "energy_residual", self%energy_residual)
-    call take(store, "force_residual", self%force_residual)
-    call take(store, "settled_at", self%settled_at)
-    if (allocated(self%internal_force)) deallocate (self%internal_force)
-    if (.not. has_state(store, "internal_force_1")) return
-    allocate (self%internal_force, source=self%before)
-    call take_fields(store, "internal_force", self%internal_force)
-  end subroutine unpack_relaxation
+    call self%damping_t%carry(store)
+    call carry(store, "internal_energy", self%internal_energy)
+    call carry(store, "kinetic_energy", self%kinetic_energy)
+    call carry(store, "last_peak", self%last_peak)
+    call carry(store, "peak", self%peak)
+    call carry(store, "window_start", self%window_start)
+    call carry(store, "n_stops", self%n_stops)
+    call carry(store, "elapsed", self%elapsed)
+    call carry(store, "largest_energy", self%largest_energy)
+    call carry(store, "largest_force", self%largest_force)
+    call carry(store, "energy_residual", self%energy_residual)
+    call carry(store, "force_residual", self%force_residual)
+    call carry(store, "settled_at", self%settled_at)
+    if (store%is_taking) then
+      if (allocated(self%internal_force)) deallocate (self%internal_force)
+      if (has_state(store, "internal_force_1")) allocate (self%internal_force, source=self%before)
+    end if
+    call carry_fields(store, "internal_force", self%internal_force)
+  end subroutine carry_relaxation
 
 end module relaxation

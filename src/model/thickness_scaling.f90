@@ -15,8 +15,7 @@ module thickness_scaling
   type, extends(effect_t), public :: thickness_scaling_t
   contains
     procedure :: apply
-    procedure :: pack => pack_thickness_scaling
-    procedure :: unpack => unpack_thickness_scaling
+    procedure :: carry => carry_thickness_scaling
   end type thickness_scaling_t
 
 contains
@@ -60,15 +59,9 @@ contains
   end subroutine apply
 
   !> It carries nothing.
-  subroutine pack_thickness_scaling(self, store)
-    class(thickness_scaling_t), intent(in) :: self
-    type(state_store_t), intent(inout) :: store
-  end subroutine pack_thickness_scaling
-
-  !> Take it back.
-  subroutine unpack_thickness_scaling(self, store)
+  subroutine carry_thickness_scaling(self, store)
     class(thickness_scaling_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
-  end subroutine unpack_thickness_scaling
+  end subroutine carry_thickness_scaling
 
 end module thickness_scaling

@@ -1,7 +1,7 @@
 !> A rigid tool that a force moves along one direction, such as a blank holder.
 module tool_drive
   use kinds, only: wp
-  use state_store, only: state_store_t, put, take
+  use state_store, only: state_store_t, carry
   use assembly, only: assembly_t
   use motion_curve, only: curve_t, curve_value, start_curve
   use effect, only: effect_t, instant_t, tally_t
@@ -26,8 +26,7 @@ module tool_drive
     procedure :: apply
     procedure :: start
     procedure :: stop
-    procedure :: pack => pack_drive
-    procedure :: unpack => unpack_drive
+    procedure :: carry => carry_drive
     procedure :: tally => tally_drive
   end type tool_drive_t
 
@@ -88,30 +87,17 @@ contains
   end subroutine stop
 
   !> What the effect carries from step to step.
-  subroutine pack_drive(self, store)
-    class(tool_drive_t), intent(in) :: self
-    type(state_store_t), intent(inout) :: store
-
-    call put(store, "speed", self%speed)
-    call put(store, "net", self%net)
-    call put(store, "drag", self%drag)
-    call put(store, "kinetic", self%kinetic)
-    call put(store, "lost", self%lost)
-    call put(store, "is_moving", self%is_moving)
-  end subroutine pack_drive
-
-  !> Take it back.
-  subroutine unpack_drive(self, store)
+  subroutine carry_drive(self, store)
     class(tool_drive_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    call take(store, "speed", self%speed)
-    call take(store, "net", self%net)
-    call take(store, "drag", self%drag)
-    call take(store, "kinetic", self%kinetic)
-    call take(store, "lost", self%lost)
-    call take(store, "is_moving", self%is_moving)
-  end subroutine unpack_drive
+    call carry(store, "speed", self%speed)
+    call carry(store, "net", self%net)
+    call carry(store, "drag", self%drag)
+    call carry(store, "kinetic", self%kinetic)
+    call carry(store, "lost", self%lost)
+    call carry(store, "is_moving", self%is_moving)
+  end subroutine carry_drive
 
   !> Add work, loss and the energy of the tool.
   subroutine tally_drive(self, tally)

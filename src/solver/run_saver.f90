@@ -5,9 +5,9 @@ module run_saver
   use errors, only: error_t
   use text, only: to_text, rounded_text
   use timer, only: clock_ticks, ticks_to_seconds, start_watch, stop_watch, watch_seconds, &
-                   add_time
+                   set_time
   use interrupt, only: is_save_wanted, forget_save, stop_signal_name
-  use state_store, only: state_store_t, enter_folder, put, take, put_array, take_array
+  use state_store, only: state_store_t, enter_folder, carry, carry_array
   use model, only: model_t
   use system_files, only: remove_file, sync_file
   use frames, only: results_t, write_frame, flush_results, forget_history, n_frames_of, &
@@ -71,8 +71,8 @@ contains
   !! when its velocities are known, and in the steps behind it; then `keep`.
   subroutine look_after(saver, model, run, results, is_end, is_row, is_frame)
     type(saver_t), intent(inout) :: saver
-    type(model_t), intent(inout) :: model       !! its timer alone
-    type(run_t), intent(in) :: run
+    type(model_t), intent(inout) :: model       !! its timer alone changes
+    type(run_t), intent(inout) :: run           !! nothing changes
     type(results_t), intent(in) :: results
     logical, intent(in) :: is_end, is_row, is_frame   !! is that due in this step?
     character(:), allocatable :: why
@@ -158,7 +158,7 @@ contains
   subroutine take_state(saver, model, run, results)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
-    type(run_t), intent(in) :: run
+    type(run_t), intent(inout) :: run
     type(results_t), intent(in) :: results
 
     call start_watch(model%timer, run%watch_state)
@@ -272,10 +272,8 @@ contains
     type(state_store_t), intent(inout) :: store
 
     if (.not. allocated(saver%good)) allocate (saver%good)
-    call enter_folder(store, "result")
-    call take(store, "n_frames", saver%good%n_frames)
     call unpack_run(model, run, store)
-    call take_times(model, run, store)
+    if (store%fault == "") call carry_rest(model, run, saver%good%n_frames, store)
     saver%good%store = store
     saver%good%step = run%n_steps
     saver%good%time = run%instant%time
@@ -288,43 +286,39 @@ contains
 
   !> What a checkpoint holds: the state, how far the result belongs to it, and the times so far.
   subroutine pack_for_file(model, run, n_frames, store)
-    type(model_t), intent(in) :: model
-    type(run_t), intent(in) :: run
-    integer, intent(in) :: n_frames
+    type(model_t), intent(inout) :: model     !! stays as it is, like the run
+    type(run_t), intent(inout) :: run
+    integer, intent(inout) :: n_frames
     type(state_store_t), intent(inout) :: store   !! what it held before is forgotten
-    integer :: i
 
     call pack_run(model, run, store)
+    call carry_rest(model, run, n_frames, store)
+  end subroutine pack_for_file
+
+  !> Frames of the result, and times, to which a run that is taken up again adds.
+  subroutine carry_rest(model, run, n_frames, store)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    integer, intent(inout) :: n_frames
+    type(state_store_t), intent(inout) :: store
+    real(wp) :: seconds, times(2)
+    integer :: i
+
     call enter_folder(store, "result")
-    call put(store, "n_frames", n_frames)
+    call carry(store, "n_frames", n_frames)
     call enter_folder(store, "times")
-    call put(store, "wall_seconds", wall_seconds(run))
+    seconds = wall_seconds(run)
+    call carry(store, "wall_seconds", seconds)
+    if (store%is_taking) run%seconds_before = seconds
     call enter_folder(store, "times/effects")
     do i = 1, size(model%timer%watches)
       associate (watch => model%timer%watches(i))
-        call put_array(store, watch%name, 2, [watch_seconds(model%timer, i), &
-                                              real(watch%n_calls, wp)])
+        times = [watch_seconds(model%timer, i), real(watch%n_calls, wp)]
+        call carry_array(store, watch%name, 2, times)
+        if (store%is_taking) call set_time(watch, times(1), nint(times(2), int64))
       end associate
     end do
-  end subroutine pack_for_file
-
-  !> The new part of the run goes on counting.
-  subroutine take_times(model, run, store)
-    type(model_t), intent(inout) :: model
-    type(run_t), intent(inout) :: run
-    type(state_store_t), intent(inout) :: store
-    real(wp) :: times(2)
-    integer :: i
-
-    call enter_folder(store, "times")
-    call take(store, "wall_seconds", run%seconds_before)
-    call enter_folder(store, "times/effects")
-    do i = 1, size(model%timer%watches)
-      times = 0.0_wp
-      call take_array(store, model%timer%watches(i)%name, 2, times)
-      call add_time(model%timer%watches(i), times(1), nint(times(2), int64))
-    end do
-  end subroutine take_times
+  end subroutine carry_rest
 
   !> The run has failed, and nothing was written since the state was kept: rows of the history still
   !! wait. Write that state, unless it is in the file. `advice` tells how to go on, or why nobody
@@ -403,16 +397,17 @@ contains
     type(run_t), intent(in) :: run
     type(state_store_t) :: store
     type(error_t), allocatable :: error
-    real(wp) :: times(3)
+    real(wp) :: time
 
     inquire (file=saver%path, exist=is_overtaken)
     if (is_overtaken) call read_checkpoint(saver%path, saver%header, store, error)
     is_overtaken = is_overtaken .and. .not. allocated(error)
     if (.not. is_overtaken) return
-    times = huge(1.0_wp)
+    store%is_taking = .true.
+    time = huge(1.0_wp)
     call enter_folder(store, "run")
-    call take_array(store, "instant", 3, times)
-    is_overtaken = times(1) <= run%instant%time
+    call carry(store, "time", time)
+    is_overtaken = time <= run%instant%time
   end function is_overtaken
 
 end module run_saver

@@ -66,7 +66,7 @@ contains
     type(state_store_t) :: store
     type(error_t), allocatable :: error
     real(wp) :: rate, dt
-    integer :: i
+    integer :: i, n_frames
 
     rate = model%rate
     dt = 0.0_wp
@@ -74,7 +74,8 @@ contains
       call take_step(model, run, rate, dt, error)
       if (allocated(error)) error stop "the run failed"
     end do
-    call pack_for_file(model, run, 0, store)
+    n_frames = 0
+    call pack_for_file(model, run, n_frames, store)
     call write_checkpoint(path, header, store, deck, error)
     if (allocated(error)) error stop "no checkpoint written"
   end subroutine write_one
