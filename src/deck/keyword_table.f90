@@ -462,7 +462,9 @@ contains
     call add_keyword(table, "OUTPUT", "What is written and how often.", is_unique=.true.)
     call add_option(table, "FRAMES", kind_integer, "frames of the whole model, at equal "// &
                     "intervals after the one at the start", default="20", range=">= 1")
-    call add_option(table, "HISTORY", kind_integer, "rows of energies and forces, likewise", &
+    call add_option(table, "HISTORY", kind_integer, "rows of energies and forces, likewise. Of "// &
+                    "frames and rows, time steps end at the times of those that are due more "// &
+                    "often; the others come with the first step at or after theirs", &
                     default="200", range=">= 1")
     call add_option(table, "CELLS", kind_choice, "cells of the pictures: LAGRANGE for all "// &
                     "readers; BEZIER keeps weights, for readers that know them. Those of "// &

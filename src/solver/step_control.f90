@@ -1,5 +1,6 @@
-!> Size of the next time step: stable for the present shape, and in equal shares up to the next
-!! time at which something is due.
+!> Size of the next time step: stable for the present shape, and in equal shares between the times of
+!! the output that is due most often. The other output is made with the first step at or after its
+!! time: to hit both would make steps long and short by turns, which feeds energy to vibrations.
 module step_control
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
@@ -57,8 +58,11 @@ contains
 
     dt = control%largest*coarse(control, min(1.0_wp, sqrt(control%rate_at_start &
                                                         /max(rate, tiny(rate)))))
-    left = min(due_after(control, control%frames, time), &
-               due_after(control, control%history, time)) - time
+    if (control%history%n >= control%frames%n) then
+      left = due_after(control, control%history, time) - time
+    else
+      left = due_after(control, control%frames, time) - time
+    end if
     n_steps = left/dt*(1.0_wp - 1.0e-12_wp)
     if (n_steps > 0.0_wp .and. n_steps < countless) dt = left/ceiling(n_steps, int64)
   end function next_step
@@ -75,7 +79,7 @@ contains
     if (control%safety <= 0.95_wp) coarse = notch**floor(log(factor)/log(notch) + 1.0e-12_wp)
   end function coarse
 
-  !> Is output of this kind due at `time`? Times are hit but for round-off.
+  !> Is output of this kind due at `time`? Times that are hit are hit but for round-off.
   pure logical function is_due(control, schedule, time)
     type(step_control_t), intent(in) :: control
     type(schedule_t), intent(in) :: schedule
