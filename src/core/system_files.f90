@@ -142,11 +142,12 @@ contains
     character(:), allocatable :: pattern
     type(c_ptr), pointer :: paths(:)
     type(glob_t) :: found
+    character(*), parameter :: escape = achar(92)   ! a backslash: flang's preprocessor doubles it
     integer :: i
 
     pattern = ""
     do i = 1, len(folder)
-      if (scan(folder(i:i), "*?[]\") > 0) pattern = pattern//"\"
+      if (scan(folder(i:i), "*?[]"//escape) > 0) pattern = pattern//escape
       pattern = pattern//folder(i:i)
     end do
     if (c_glob(pattern//"/*"//ending//c_null_char, 0_c_int, c_null_ptr, found) /= 0) then

@@ -184,11 +184,12 @@ contains
   pure function escaped(text) result(safe)
     character(*), intent(in) :: text
     character(:), allocatable :: safe
+    character(*), parameter :: escape = achar(92)   ! a backslash: flang's preprocessor doubles it
     integer :: i
 
     safe = ""
     do i = 1, len_trim(text)
-      if (text(i:i) == "|") safe = safe//"\"
+      if (text(i:i) == "|") safe = safe//escape
       safe = safe//text(i:i)
     end do
   end function escaped
