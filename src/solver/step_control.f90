@@ -1,6 +1,6 @@
-!> Size of the next time step: stable for the present shape, and in equal shares between the times of
-!! the output that is due most often. The other output is made with the first step at or after its
-!! time: to hit both would make steps long and short by turns, which feeds energy to vibrations.
+!> Size of the next time step: stable for the present shape, and in equal shares between the times
+!! of the output that is due most often. The other output is made with the first step at or after
+!! its time: to hit both would make steps long and short by turns, which feeds energy to vibrations.
 module step_control
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
