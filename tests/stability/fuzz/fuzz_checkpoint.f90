@@ -19,16 +19,14 @@ program fuzz_checkpoint
   use fuzz_talk, only: argument, next_path, answer_with
   implicit none
 
-  character(:), allocatable :: deck
   type(checkpoint_header_t) :: header
   type(model_t) :: model
   type(run_t) :: run
   type(saver_t) :: saver
 
-  deck = argument(1)
   header%program = "any"
   header%deck = "any"
-  header%deck_file = deck
+  header%deck_file = argument(1)
   header%user = ""
   call set_up()
   if (command_argument_count() > 1) then
@@ -54,7 +52,7 @@ contains
     type(fault_list_t) :: faults
     type(string_t) :: overrides(0)
 
-    call read_deck(deck, overrides, scene, faults)
+    call read_deck(header%deck_file, overrides, scene, faults)
     if (n_errors(faults) == 0) call build_model(scene, model, faults)
     if (n_errors(faults) > 0) error stop "the deck is at fault"
     call new_run(model, run)
@@ -76,7 +74,7 @@ contains
     end do
     n_frames = 0
     call pack_for_file(model, run, n_frames, store)
-    call write_checkpoint(path, header, store, deck, error)
+    call write_checkpoint(path, header, store, header%deck_file, error)
     if (allocated(error)) error stop "no checkpoint written"
   end subroutine write_one
 
