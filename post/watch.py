@@ -68,7 +68,7 @@ def is_being_written(path):
 def last_progress(path):
     """What the last progress line of the log beside the result says; nothing without one."""
     try:
-        with open(os.path.splitext(path)[0] + ".log", "rb") as log:
+        with open(path.removesuffix(".h5") + ".log", "rb") as log:
             log.seek(max(0, log.seek(0, os.SEEK_END) - TAIL))
             text = log.read().decode(errors="replace")
     except OSError:

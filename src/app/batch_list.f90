@@ -5,7 +5,7 @@ module batch_list
   use source_file, only: read_source, next_line
   use system_files, only: true_path, matching_files, is_folder
   use command_line, only: command_t, parse_arguments
-  use output_names, only: base_of, file_name
+  use output_names, only: base_of, result_base, file_name
   implicit none
   private
 
@@ -17,7 +17,7 @@ module batch_list
     type(command_t) :: command                 !! the same, taken apart
     integer :: line = 0                        !! of the list; of a folder: number of the deck
     character(:), allocatable :: text          !! the words as they were written
-    character(:), allocatable :: base          !! path of its files without their endings
+    character(:), allocatable :: base          !! what the paths of its files begin with
     character(:), allocatable :: result_file
   end type batch_run_t
 
@@ -156,13 +156,13 @@ contains
         if (allocated(error)) return
         run%result_file = run%command%output
         if (run%result_file == "") run%result_file = base_of(file_name(run%command%deck))//".h5"
-        run%base = base_of(run%result_file)
+        run%base = result_base(run%result_file)
       end associate
     end do
   end subroutine check_commands
 
   !> No file may be written by two runs, nor be written by one and be the deck of another, under
-  !! whatever path. Files beside a result have its name without the ending.
+  !! whatever path. Files beside a result have its name without `.h5`.
   subroutine check_files(path, runs, error)
     character(*), intent(in) :: path
     type(batch_run_t), intent(in) :: runs(:)
@@ -171,7 +171,7 @@ contains
     integer :: i, j
 
     do i = 1, size(runs)
-      bases(i)%value = base_of(true_path(runs(i)%base//".h5"))
+      bases(i)%value = result_base(true_path(runs(i)%base//".h5"))
       results(i)%value = true_path(runs(i)%result_file)
       decks(i)%value = true_path(runs(i)%command%deck)
     end do
@@ -179,8 +179,8 @@ contains
       do j = 1, size(runs)
         if (j < i) then
           if (bases(i)%value == bases(j)%value .or. results(i)%value == results(j)%value &
-              .or. results(i)%value == bases(j)%value//".ckpt.h5" &
-              .or. results(j)%value == bases(i)%value//".ckpt.h5") then
+              .or. is_beside(results(i)%value, bases(j)%value) &
+              .or. is_beside(results(j)%value, bases(i)%value)) then
             call fail(error, place(path, runs(i)%line)//"the run writes '"//runs(i)%result_file &
                       //"' and files beside it, as does that of line "//to_text(runs(j)%line)// &
                       " ('"//runs(j)%result_file//"'); give one of them another --out")
@@ -194,6 +194,18 @@ contains
       end do
     end do
   end subroutine check_files
+
+  !> Is this result one of the files that another run writes beside its own?
+  pure logical function is_beside(result_file, base)
+    character(*), intent(in) :: result_file, base
+    character(8), parameter :: endings(4) = [character(8) :: ".ckpt.h5", ".log", ".err", ".msg"]
+    integer :: i
+
+    is_beside = .false.
+    do i = 1, size(endings)
+      is_beside = is_beside .or. result_file == base//trim(endings(i))
+    end do
+  end function is_beside
 
   function place(path, line) result(text)
     character(*), intent(in) :: path

@@ -22,12 +22,14 @@ module deck_run
   use relaxation, only: relaxation_t
   use model_setup, only: build_model
   use frames, only: results_t, results_setup_t, close_results
+  use file_lock, only: lock_t, release_lock
+  use system_files, only: kind_of_file, remove_file
   use hdf5_reason, only: is_library_silenced
   use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
   use interrupt, only: watch_signals
   use run_data, only: run_t, wall_seconds
   use run_saver, only: saver_t, save_last_good, drop_checkpoint
-  use run_start, only: new_saver, start_run, saving_words
+  use run_start, only: new_saver, claim_files, start_run, saving_words
   use forming_run, only: run_model, save_failed
   use check_report, only: print_check
   use tool_display, only: tool_cell_length
@@ -152,6 +154,8 @@ contains
     type(saver_t), target :: saver
     type(open_run_t), target :: open_run
     type(string_t), allocatable :: read_files(:)
+    type(lock_t) :: lock
+    character(:), allocatable :: log_file
     type(error_t), allocatable :: error
 
     call watch_signals()   ! before the first file: what exists has then an end that says so
@@ -161,15 +165,15 @@ contains
     call result_path(command, read_files, setup%path, error)
     if (.not. allocated(error)) then
       call new_saver(command, scene, setup%path, read_files, saver)
-      call start_run(command, setup, saver, model, run, results, error)
+      log_file = path_beside_result(setup%path, ".log", read_files)
+      call begin(command, setup, log_file, saver, model, run, results, lock, error)
     end if
     if (allocated(error)) then
       write (error_unit, "(a)") "igaform: "//error%message
       code = exit_input
       return
     end if
-    call open_log(log, path_beside_result(setup%path, ".log", read_files), command%is_quiet, &
-                  error, is_going_on=run%is_resumed)
+    call open_log(log, log_file, command%is_quiet, error, is_going_on=run%is_resumed)
     if (allocated(error)) then
       write (error_unit, "(a)") "igaform: warning: "//error%message//"; the run goes on without it"
     end if
@@ -200,8 +204,31 @@ contains
     call finish(model, run, results, log, code)
     if (code == exit_done) call drop_checkpoint(saver, run, log)
     call close_log(log)
+    call release_lock(lock)
     if (model%bodies%blank%law%needs_context) call close_message_file()
   end function run_accepted
+
+  !> Claim the files that the run writes and start it; if that fails, no new file is left.
+  subroutine begin(command, setup, log_file, saver, model, run, results, lock, error)
+    type(command_t), intent(in) :: command
+    type(results_setup_t), intent(in) :: setup
+    character(*), intent(in) :: log_file
+    type(saver_t), intent(inout) :: saver
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(out) :: run
+    type(results_t), intent(out) :: results
+    type(lock_t), intent(out) :: lock
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_new
+
+    is_new = kind_of_file(log_file) == ""
+    call claim_files(log_file, saver, lock, error)
+    if (allocated(error)) return
+    call start_run(command, setup, saver, model, run, results, error)
+    if (.not. allocated(error)) return
+    if (is_new) call remove_file(log_file)
+    call release_lock(lock)
+  end subroutine begin
 
   !> The results could not be written: the run itself is sound.
   subroutine say_how_to_go_on(log, saver)

@@ -21,7 +21,8 @@ module material_run
   use result_table, only: result_table_t, n_rows, write_csv, write_group
   use return_study, only: study_returns
   use run_provenance, only: provenance_of
-  use output_names, only: base_of, file_name, files_read, result_path, path_beside_result
+  use output_names, only: base_of, result_base, file_name, files_read, result_path, &
+                          path_beside_result
   use deck_run, only: exit_done, exit_input, exit_numerics
   implicit none
   private
@@ -73,9 +74,9 @@ contains
     call report_faults(faults, error_unit)
     code = exit_input
     if (n_errors(faults) > 0) return
-    path = command%output
-    if (path == "") path = file_name(command%deck)
-    if (study_returns(scene, base_of(path))) code = exit_done
+    path = result_base(command%output)
+    if (path == "") path = base_of(file_name(command%deck))
+    if (study_returns(scene, path)) code = exit_done
   end function run_return_study
 
   !> The law of each test, with its constants checked. Tests lie in the axes of the material, so
@@ -150,7 +151,7 @@ contains
     if (.not. allocated(error)) then
       code = exit_done
       do i = 1, size(scene%tests)
-        table = base_of(path)//"-"//underscored(scene%tests(i)%name)//".h5"
+        table = result_base(path)//"-"//underscored(scene%tests(i)%name)//".h5"
         table = path_beside_result(table, ".csv", read_files)
         call carry_out(scene, i, slots(i)%law, file, table, units, command%is_quiet, code)
       end do

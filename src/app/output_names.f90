@@ -8,7 +8,7 @@ module output_names
   implicit none
   private
 
-  public :: base_of, file_name, files_read, result_path, path_beside_result
+  public :: base_of, result_base, file_name, files_read, result_path, path_beside_result
 
 contains
 
@@ -66,14 +66,28 @@ contains
     type(string_t), intent(in) :: read_files(:)
     character(:), allocatable :: path
 
-    path = base_of(result_file)//ending
+    path = result_base(result_file)//ending
     if (is_same_file(path, result_file)) path = result_file//ending
     do while (is_any_of_files(path, read_files))
       path = path//ending
     end do
   end function path_beside_result
 
-  !> The path without its last ending.
+  !> What the names of the files beside a result begin with: its path without `.h5`. Other points
+  !! belong to the name, as in `mu0.05`.
+  pure function result_base(path) result(base)
+    character(*), intent(in) :: path
+    character(:), allocatable :: base
+    character(*), parameter :: ending = ".h5"
+    integer :: n
+
+    base = path
+    n = len(path) - len(ending)
+    if (n <= index(path, "/", back=.true.)) return
+    if (path(n + 1:) == ending) base = path(:n)
+  end function result_base
+
+  !> The path of a deck without its last ending.
   pure function base_of(path) result(base)
     character(*), intent(in) :: path
     character(:), allocatable :: base

@@ -7,7 +7,9 @@ module run_start
   use scene, only: scene_t
   use model, only: model_t
   use state_store, only: state_store_t
-  use checkpoint, only: read_checkpoint, restore_result, remove_leftovers
+  use checkpoint, only: read_checkpoint, restore_result, remove_leftovers, is_replaceable
+  use file_lock, only: lock_t, hold_file
+  use system_files, only: kind_of_file
   use frames, only: results_t, results_setup_t, open_results
   use forming_run, only: new_run
   use run_data, only: run_t
@@ -19,7 +21,7 @@ module run_start
   implicit none
   private
 
-  public :: new_saver, start_run, saving_words
+  public :: new_saver, claim_files, start_run, saving_words
 
 contains
 
@@ -48,6 +50,28 @@ contains
     end associate
     if (command%wall_minutes > 0) saver%wall_seconds = 60*command%wall_minutes
   end subroutine new_saver
+
+  !> Make sure that log and checkpoint may be written: they are nobody else's, whatever the result
+  !! is called. The log stays held by `lock`; one that was not there is created. Fails with nothing
+  !! left behind.
+  subroutine claim_files(log_file, saver, lock, error)
+    character(*), intent(in) :: log_file
+    type(saver_t), intent(in) :: saver
+    type(lock_t), intent(out) :: lock
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. is_replaceable(saver%path)) then
+      call fail(error, "checkpoint '"//saver%path//"': there is a "//kind_of_file(saver%path)// &
+                " of this name that is no checkpoint of igaform; it is left alone; name "// &
+                "another result with --out")
+    else if (kind_of_file(log_file) == "pipe") then
+      call fail(error, "log file '"//log_file//"': there is a pipe of this name; it is left "// &
+                "alone; name another result with --out")
+    else if (.not. hold_file(log_file, lock)) then
+      call fail(error, "log file '"//log_file//"': another program is using it; choose another "// &
+                "name with --out or wait for it")
+    end if
+  end subroutine claim_files
 
   !> When the state is saved, for the log.
   function saving_words(saver) result(words)

@@ -8,6 +8,8 @@ module user_setup
   use user_library, only: user_library_t, load_user_library
   use user_start, only: start_user_code
   use command_line, only: command_t
+  use system_files, only: kind_of_file
+  use output_names, only: base_of, result_base, file_name
   implicit none
   private
 
@@ -59,17 +61,19 @@ contains
     call start_user_code(library, job_name(command), folder_name(folder))
   end subroutine load_user_files
 
-  !> Files that are not there are faults, even where no material asks for them.
+  !> Files that are not there, or are none, are faults, even where no material asks for them.
   subroutine check_presence(files, faults)
     type(string_t), intent(in) :: files(:)
     type(fault_list_t), intent(inout) :: faults
-    logical :: is_there
+    character(:), allocatable :: kind
     integer :: i
 
     do i = 1, size(files)
-      inquire (file=files(i)%value, exist=is_there)
-      if (.not. is_there) call add_fault(faults, new_origin("--user", 0, ""), "no file '"// &
-                                         files(i)%value//"'", "sources or a library of the user")
+      kind = kind_of_file(files(i)%value)
+      if (kind == "file") cycle
+      if (kind == "") kind = "no file"
+      call add_fault(faults, new_origin("--user", 0, ""), kind//" '"//files(i)%value//"'", &
+                     "sources or a library of the user")
     end do
   end subroutine check_presence
 
@@ -78,10 +82,8 @@ contains
     type(command_t), intent(in) :: command
     character(:), allocatable :: name
 
-    name = command%output
-    if (name == "") name = command%deck
-    name = name(index(name, "/", back=.true.) + 1:)
-    if (index(name, ".", back=.true.) > 1) name = name(:index(name, ".", back=.true.) - 1)
+    name = result_base(file_name(command%output))
+    if (name == "") name = base_of(file_name(command%deck))
   end function job_name
 
   !> Without the slash at its end.

@@ -1,7 +1,7 @@
 !> Whether two paths lead to one file.
 module file_identity
   use text, only: string_t
-  use system_files, only: true_path
+  use system_files, only: true_path, kind_of_file
   implicit none
   private
 
@@ -13,14 +13,15 @@ contains
   !! a file that is not there yet is the same as none.
   logical function is_same_file(one, other) result(is_same)
     character(*), intent(in) :: one, other
+    character(:), allocatable :: kind
     integer :: unit, status, found
-    logical :: is_there
 
     is_same = one == other
-    inquire (file=one, exist=is_there)
-    if (is_same .or. .not. is_there) return
-    is_same = true_path(one) == true_path(other)
     if (is_same) return
+    kind = kind_of_file(one)
+    if (kind == "") return
+    is_same = true_path(one) == true_path(other)
+    if (is_same .or. kind /= "file") return
     ! That leaves hard links. The library of gfortran knows an open file by device and inode, under
     ! whatever name it is asked for; one that goes by the name finds no unit.
     open (newunit=unit, file=one, status="old", action="read", iostat=status)

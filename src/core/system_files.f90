@@ -1,12 +1,13 @@
 !> Services of the operating system for files: true paths, files by pattern, safe replacement.
 module system_files
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, &
-                                         c_null_char, c_null_ptr, c_ptr, c_size_t
+                                         c_int16_t, c_null_char, c_null_ptr, c_ptr, c_size_t
   use text, only: string_t
   implicit none
   private
 
-  public :: true_path, matching_files, is_folder, sync_file, replace_file, remove_file
+  public :: true_path, matching_files, is_folder, kind_of_file, is_no_file
+  public :: sync_file, replace_file, remove_file
   public :: c_fopen, c_fileno, c_fclose
 
   !> The result of glob; the tail is room for what the C library keeps there.
@@ -60,6 +61,13 @@ module system_files
       import :: c_int, c_ptr
       type(c_ptr), value :: stream
     end function c_fclose
+
+    integer(c_int) function c_statx(folder, path, flags, mask, facts) bind(C, name="statx")
+      import :: c_char, c_int, c_int16_t
+      integer(c_int), value :: folder, flags, mask
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int16_t), intent(inout) :: facts(*)
+    end function c_statx
 
     integer(c_int) function c_fsync(descriptor) bind(C, name="fsync")
       import :: c_int
@@ -168,6 +176,41 @@ contains
 
     inquire (file=path//"/.", exist=is_folder)
   end function is_folder
+
+  !> What a path leads to: "file", "folder", "pipe", "device" or "socket"; empty if to nothing, or
+  !! if that cannot be told. Nothing is opened, for a pipe may keep who opens it waiting for ever.
+  function kind_of_file(path) result(kind)
+    character(*), intent(in) :: path
+    character(:), allocatable :: kind
+    integer(c_int), parameter :: folder_in_hand = -100, ask_for_type = 1
+    integer(c_int16_t) :: facts(128)           ! the 256 bytes of Linux's struct statx
+    integer, parameter :: place_of_mode = 15   ! in halves of words
+
+    kind = ""
+    facts = 0
+    if (c_statx(folder_in_hand, path//c_null_char, 0_c_int, ask_for_type, facts) /= 0) return
+    select case (ibits(int(facts(place_of_mode)), 12, 4))
+    case (1)
+      kind = "pipe"
+    case (2, 6)
+      kind = "device"
+    case (4)
+      kind = "folder"
+    case (8)
+      kind = "file"
+    case (12)
+      kind = "socket"
+    end select
+  end function kind_of_file
+
+  !> Is there something of this name that is no plain file?
+  logical function is_no_file(path)
+    character(*), intent(in) :: path
+    character(:), allocatable :: kind
+
+    kind = kind_of_file(path)
+    is_no_file = kind /= "" .and. kind /= "file"
+  end function is_no_file
 
   !> Wait until a file, or the names in a folder, are on the disk; false if that failed.
   logical function sync_file(path) result(is_synced)

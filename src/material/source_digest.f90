@@ -2,6 +2,7 @@
 module source_digest
   use, intrinsic :: iso_fortran_env, only: int64
   use text, only: string_t, lower_case
+  use system_files, only: is_no_file
   implicit none
   private
 
@@ -95,7 +96,7 @@ contains
     write (text, "(2z8.8)") digest%sums
   end function digest_text
 
-  !> A file as one text; empty if it cannot be read.
+  !> A file as one text; empty if it cannot be read or is no plain file.
   subroutine read_whole_file(path, content, is_there)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: content
@@ -104,6 +105,7 @@ contains
 
     content = ""
     is_there = .false.
+    if (is_no_file(path)) return
     open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
           status="old", iostat=status)
     if (status /= 0) return

@@ -11,8 +11,8 @@ module checkpoint
   use errors, only: error_t, fail
   use checksum, only: file_checksum
   use state_store, only: state_store_t, add_entry
-  use system_files, only: sync_file, replace_file, remove_file
-  use file_lock, only: folder_lock_t, hold_folder, release_folder, is_locked_by_others
+  use system_files, only: sync_file, replace_file, remove_file, is_no_file, kind_of_file
+  use file_lock, only: lock_t, hold_folder, release_lock, is_locked_by_others
   use hdf5_library, only: hid_t
   use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_reals, write_text, &
                        write_text_attribute
@@ -22,7 +22,7 @@ module checkpoint
   private
 
   public :: checkpoint_header_t, write_checkpoint, read_checkpoint, restore_result
-  public :: remove_leftovers
+  public :: remove_leftovers, is_replaceable
 
   !> What a checkpoint belongs to.
   type :: checkpoint_header_t
@@ -268,13 +268,13 @@ contains
     character(*), intent(in) :: path, result_file
     type(error_t), allocatable, intent(out) :: error
     type(last_line_t) :: last
-    type(folder_lock_t) :: lock
+    type(lock_t) :: lock
 
     call check_whole(path, last, error)
     if (allocated(error)) return
     call hold_folder(result_file, lock)
     if (is_locked_by_others(result_file)) then
-      call release_folder(lock)
+      call release_lock(lock)
       call fail(error, "result file '"//result_file//"': another program is using it")
       return
     end if
@@ -287,7 +287,7 @@ contains
         call fail(error, "cannot put it in its place")
       end if
     end if
-    call release_folder(lock)
+    call release_lock(lock)
     if (.not. allocated(error)) return
     call remove_file(result_file//".new")
     error%message = "result file '"//result_file//"' cannot be taken from the checkpoint: "// &
@@ -303,6 +303,31 @@ contains
     call remove_file(path//".new")
   end subroutine remove_leftovers
 
+  !> May a checkpoint be written under this name: is there nothing, nothing in it, or a checkpoint,
+  !! be it cut or damaged?
+  logical function is_replaceable(path)
+    character(*), intent(in) :: path
+    character(len(mark)) :: line
+    integer(int64) :: n_bytes
+    integer(hid_t) :: file
+    integer :: unit, status
+
+    is_replaceable = .not. is_no_file(path)
+    if (.not. is_replaceable) return
+    open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
+          status="old", iostat=status)
+    if (status /= 0) return
+    inquire (unit=unit, size=n_bytes)
+    line = ""
+    if (n_bytes > last_length) read (unit, pos=n_bytes - last_length + 1, iostat=status) line
+    close (unit)
+    if (n_bytes == 0 .or. line == mark) return
+    file = open_for_reading(path)
+    is_replaceable = .false.   ! results do not have this attribute
+    if (file >= 0) is_replaceable = read_text_attribute(file, "/", "deck_file") /= ""
+    call close_reading(file)
+  end function is_replaceable
+
   !> Is this a checkpoint, as it was written to the last byte?
   subroutine check_whole(path, last, error)
     character(*), intent(in) :: path
@@ -316,6 +341,10 @@ contains
     integer(int8) :: format
     integer :: unit, status
 
+    if (is_no_file(path)) then
+      call refuse(path, "it is a "//kind_of_file(path)//", expected a file", error)
+      return
+    end if
     open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
           status="old", iostat=status, iomsg=message)
     if (status /= 0) then

@@ -16,10 +16,10 @@ module hdf5_file
   use hdf5_reason, only: failure_reason, is_library_silenced
   use hdf5_reading, only: is_of_others
   use file_identity, only: is_same_file
-  use system_files, only: remove_file
+  use system_files, only: remove_file, is_no_file, kind_of_file
   use text, only: to_text
-  use file_lock, only: is_locked_by_others, is_lock_shared, folder_lock_t, hold_folder, &
-                       release_folder
+  use file_lock, only: is_locked_by_others, is_lock_shared, lock_t, hold_folder, &
+                       release_lock
   implicit none
   private
 
@@ -68,7 +68,7 @@ contains
   subroutine begin(file, is_new)
     type(hdf5_file_t), intent(inout) :: file
     logical, intent(in) :: is_new
-    type(folder_lock_t) :: lock
+    type(lock_t) :: lock
     integer(c_int) :: status
 
     ! At exit the library would touch files again that it could not write, and crash. From the
@@ -78,7 +78,7 @@ contains
     if (.not. is_library_silenced()) call note(file, "silence HDF5 for", "")
     call hold_folder(file%path, lock)
     call open_locked(file, is_new)
-    call release_folder(lock)
+    call release_lock(lock)
   end subroutine begin
 
   !> Open or create it if that may be, and let readers look in.
@@ -438,6 +438,12 @@ contains
     integer(int64) :: n_bytes
     logical :: is_result
 
+    if (is_no_file(file%path)) then
+      call fail(file%error, "result file '"//file%path//"': there is a "// &
+                kind_of_file(file%path)//" of this name, which is not a result file; it is "// &
+                "left alone")
+      return
+    end if
     inquire (file=file%path, size=n_bytes)
     is_result = h5fis_hdf5(c_text(file%path)) > 0
     if (is_result) is_result = .not. is_of_others(file%path)
@@ -445,7 +451,7 @@ contains
       call fail(file%error, "result file '"//file%path//"': another program is using it; choose " &
                 //"another name or close it there")
     else if (n_bytes > 0 .and. .not. is_result) then
-      call fail(file%error, "result file '"//file%path//"': there is a file or folder of this " &
+      call fail(file%error, "result file '"//file%path//"': there is a file of this " &
                 //"name that is not a result file; it is left alone")
     end if
   end subroutine check_replaceable

@@ -3,6 +3,7 @@ module hdf5_reading
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_loc, c_null_char, c_size_t
   use kinds, only: wp
   use text, only: string_t
+  use system_files, only: is_no_file
   use hdf5_library
   use hdf5_reason, only: is_library_silenced
   implicit none
@@ -13,11 +14,12 @@ module hdf5_reading
 
 contains
 
-  !> Handle of a file opened for reading; negative if it cannot be opened.
+  !> Handle of a file opened for reading; negative if it cannot be opened or is no plain file.
   integer(hid_t) function open_for_reading(path) result(file)
     character(*), intent(in) :: path
 
     file = -1
+    if (is_no_file(path)) return
     if (h5dont_atexit() < 0) continue   ! at exit the library must not touch files again
     if (h5open() < 0) return
     if (.not. is_library_silenced()) return

@@ -62,8 +62,8 @@ def runs_once_and_not_again(folder):
 def one_file_has_one_writer(folder):
     (folder / "sub").mkdir()
     (folder / "link").symlink_to("sub")
-    for one, other in (("a.h5", "./sub/../a.h5"), ("sub/a.h5", "link/a.h5"), ("a.h5", "a.hdf"),
-                       ("a.h5", str(folder / "a.h5")), ("a.h5", "a.ckpt.h5")):
+    for one, other in (("a.h5", "./sub/../a.h5"), ("sub/a.h5", "link/a.h5"), ("a.h5", "a"),
+                       ("a.log", "a.h5"), ("a.h5", str(folder / "a.h5")), ("a.h5", "a.ckpt.h5")):
         write_list(folder, f"{DECK} --out {one}", f"{DECK} --out {other}")
         said = igaform(folder, "batch", "list.txt", code=1)
         assert "list.txt:4: the run writes" in said and "line 3" in said, said
@@ -76,6 +76,62 @@ def one_file_has_one_writer(folder):
     write_list(folder, f"{DECK} {SHORT} --out a.h5")
     assert "left alone" in igaform(folder, "batch", "list.txt", code=1)
     assert (folder / "list_summary.csv").read_text() == "mine\n"
+
+
+def a_name_keeps_its_points(folder):
+    """The files of mu0.05 and mu0.10 have nothing in common."""
+    for n in (20, 21):
+        igaform(folder, DECK, "--set", f"n_x={n}", "--quiet", "--out", f"mu0.{n}", "--wall", 1e-4,
+                code=3)
+    left = sorted(path.name for path in folder.iterdir())
+    assert left == sorted(f"mu0.{n}{ending}" for n in (20, 21)
+                          for ending in ("", ".log", ".ckpt.h5")), left
+    for n in (20, 21):
+        igaform(folder, DECK, "--set", f"n_x={n}", "--quiet", "--out", f"mu0.{n}", "--wall", 1e-4,
+                "--restart", f"mu0.{n}.ckpt.h5", code=3)
+
+
+def files_of_others_are_left_alone(folder):
+    """Also those beside the result, and while another run of other name writes them."""
+    for content in ("mine\n", "mine\n" * 1000):
+        (folder / "a.ckpt.h5").write_text(content)
+        said = igaform(folder, DECK, *SHORT.split(), "--out", "a.h5", code=1)
+        assert "a.ckpt.h5" in said and "it is left alone" in said, said
+        assert (folder / "a.ckpt.h5").read_text() == content
+    assert [path.name for path in folder.iterdir()] == ["a.ckpt.h5"]
+    (folder / "a.ckpt.h5").unlink()
+    igaform(folder, DECK, *SHORT.split(), "--out", "a.ckpt.h5", "--quiet")
+    whole = (folder / "a.ckpt.h5").read_bytes()
+    said = igaform(folder, DECK, *SHORT.split(), "--out", "a.h5", code=1)
+    assert "it is left alone" in said and (folder / "a.ckpt.h5").read_bytes() == whole, said
+    first = subprocess.Popen([PROGRAM, DECK, *LONG.split(), "--out", "b", "--quiet"], cwd=folder)
+    try:
+        wait_for(lambda: (folder / "b").exists() and (folder / "b.log").read_text())
+        log = (folder / "b.log").read_text()
+        said = igaform(folder, DECK, "--out", "b.h5", code=1)
+        assert "'b.log': another program is using it" in said, said
+        assert not (folder / "b.h5").exists() and (folder / "b.log").read_text().startswith(log)
+    finally:
+        first.kill()
+        first.wait()
+    igaform(folder, DECK, *SHORT.split(), "--out", "b.h5", "--quiet")
+
+
+def pipes_keep_nobody_waiting(folder):
+    os.mkfifo(folder / "pipe")
+    os.mkfifo(folder / "c.log")
+    os.mkfifo(folder / "d.ckpt.h5")
+    for words, told in ((("--restart", "pipe"), "checkpoint 'pipe' refused: it is a pipe"),
+                        (("--out", "pipe"), "there is a pipe of this name"),
+                        (("--out", "c.h5"), "there is a pipe of this name"),
+                        (("--out", "d.h5"), "there is a pipe of this name"),
+                        (("--user", "pipe"), "pipe 'pipe'"), (("--user", "."), "folder '.'"),
+                        (("--restart", "."), "it is a folder"),
+                        (("--restart", "nix"), "checkpoint 'nix' refused")):
+        said = igaform(folder, DECK, *words, code=1)
+        assert told in said, said
+    left = sorted(path.name for path in folder.iterdir())
+    assert left == ["c.log", "d.ckpt.h5", "pipe"], left
 
 
 def a_line_may_be_long(folder):
@@ -206,7 +262,7 @@ def a_second_run_leaves_the_file_alone(folder):
     first = subprocess.Popen([PROGRAM, DECK, *LONG.split(), "--out", "a.h5", "--quiet"],
                              cwd=folder)
     try:
-        wait_for(lambda: (folder / "a.log").exists())
+        wait_for(lambda: (folder / "a.log").exists() and (folder / "a.log").read_text())
         size = (folder / "a.h5").stat().st_size
         said = igaform(folder, DECK, "--out", "./a.h5", code=1)
         assert "another program is using it" in said, said
@@ -235,7 +291,8 @@ def wait_for(condition):
 
 
 if __name__ == "__main__":
-    for test in (runs_once_and_not_again, one_file_has_one_writer, a_line_may_be_long,
+    for test in (runs_once_and_not_again, one_file_has_one_writer, a_name_keeps_its_points,
+                 files_of_others_are_left_alone, pipes_keep_nobody_waiting, a_line_may_be_long,
                  an_array_of_jobs_shares_a_list,
                  the_scripts_of_the_manual_work,
                  a_folder_is_a_batch, interruption_stops_all, a_wish_to_save_reaches_all,
