@@ -62,11 +62,11 @@ contains
     call watch_signals()
     if (any(is_due)) call carry_out(command, runs, identities, is_due, outcomes)
     if (command%only == 0) then
-      call print_table(runs, outcomes)
+      if (.not. command%is_quiet) call print_table(runs, outcomes)
       call write_table(base_of(file_name(true_path(command%deck)))//"_summary.csv", runs, &
                        outcomes, error)
       if (allocated(error)) write (error_unit, "(a)") "igaform: "//error%message
-    else
+    else if (.not. command%is_quiet) then
       call print_table(runs(command%only:command%only), outcomes(command%only:command%only))
     end if
     code = code_of(command, outcomes)
@@ -144,15 +144,18 @@ contains
         n_done = n_done + 1
         associate (r => jobs(j)%run)
           call look_after(runs(r), identities(r)%value, code, outcomes(r))
-          write (output_unit, "(a)") "["//to_text(n_done)//"/"//to_text(count(is_due))//"] "// &
-            runs(r)%text//": "//outcomes(r)%status
-          flush (output_unit)
+          if (.not. command%is_quiet) then
+            write (output_unit, "(a)") "["//to_text(n_done)//"/"//to_text(count(is_due))//"] "// &
+              runs(r)%text//": "//outcomes(r)%status
+            flush (output_unit)
+          end if
         end associate
       end do
     end do
   end subroutine carry_out
 
   !> Start one run. The cores are shared out evenly unless the user says how many threads.
+  !! What the line of a run says goes before what is said of the batch.
   subroutine start(command, run, job)
     type(command_t), intent(in) :: command
     type(batch_run_t), intent(in) :: run
@@ -165,6 +168,9 @@ contains
     words = [words_of("igaform"), run%words, words_of("--quiet")]
     if (run%command%n_threads == 0) then
       words = [words, words_of("--threads"), words_of(to_text(n_threads))]
+    end if
+    if (command%wall_minutes > 0 .and. run%command%wall_minutes <= 0) then
+      words = [words, words_of("--wall"), words_of(to_text(command%wall_minutes))]
     end if
     if (job%is_resumed) then
       words = [words, words_of("--restart"), words_of(run%base//".ckpt.h5")]

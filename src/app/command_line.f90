@@ -103,7 +103,9 @@ contains
            //"  --modes N          print the N lowest frequencies of the blank; do not run"//feed &
            //"  --return-study     igaform material: errors and cost of the return"//feed &
            //"                     mapping of each *PLASTIC; no tests"//feed &
-           //"  --jobs N           igaform batch: runs side by side (default: 1)"//feed &
+           //"  --jobs N           igaform batch: runs side by side (default: 1);"//feed &
+           //"                     --threads and --wall then count for each run whose"//feed &
+           //"                     line has none, other options stand in the lines"//feed &
            //"  --only N           igaform batch: run number N alone"//feed &
            //"  --summary          igaform batch: the table alone, no runs"//feed &
            //"  --part NAME        igaform iges: tool, or blank (the default)"//feed &
@@ -126,6 +128,8 @@ contains
     character(:), allocatable :: word, value
 
     word = arguments(i)%value
+    if (command%is_batch) command%fault = fault_in_batch(word)
+    if (command%fault /= "") return
     select case (word)
     case ("--check")
       command%is_check = .true.
@@ -171,6 +175,26 @@ contains
       end if
     end select
   end subroutine take_argument
+
+  !> Why an option of a run cannot be one of a whole batch, and what to do instead; else empty.
+  pure function fault_in_batch(word) result(fault)
+    character(*), intent(in) :: word
+    character(:), allocatable :: fault
+
+    select case (word)
+    case ("--out", "--set", "--user", "--awake")
+      fault = "give it in the lines of the list, behind the decks"
+    case ("--restart")
+      fault = "a batch goes on from its checkpoints by itself; for another one give it in the "// &
+              "line of the run"
+    case ("--check", "--probe", "--modes")
+      fault = "ask for it deck by deck, 'igaform DECK "//word//" ...'"
+    case default
+      fault = ""
+      return
+    end select
+    fault = "option "//word//" does not go with 'igaform batch': "//fault
+  end function fault_in_batch
 
   !> An option that has a value.
   subroutine take_value(word, value, command)

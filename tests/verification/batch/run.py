@@ -153,6 +153,19 @@ def an_array_of_jobs_shares_a_list(folder):
     igaform(folder, "batch", "list.txt", "--only", 3, code=1)
 
 
+def a_batch_passes_its_limits_on(folder):
+    """--wall to the runs whose lines have none; what would be of no effect is refused."""
+    write_list(folder, f"{DECK} {LONG} --out a.h5", f"{DECK} {SHORT} --out b.h5 --wall 5")
+    said = igaform(folder, "batch", "list.txt", "--wall", 1e-3, "--quiet", code=3)
+    rows = table(folder)
+    assert said == "" and rows["a.h5"]["status"] == "interrupted", (said, rows)
+    assert "stopped by the limit of 1.000E-03 minutes" in (folder / "a.log").read_text()
+    assert rows["b.h5"]["status"] == "completed", rows
+    for words in (("--set", "n_x=2"), ("--out", "x.h5"), ("--check",), ("--restart", "a.ckpt.h5")):
+        said = igaform(folder, "batch", "list.txt", *words, code=1)
+        assert f"option {words[0]} does not go with 'igaform batch': " in said, said
+
+
 def the_scripts_of_the_manual_work(folder):
     """The one for Slurm with a stand-in for srun, that for GNU parallel where there is one."""
     manual = (PROJECT / "docs/running.md").read_text()
@@ -293,7 +306,7 @@ def wait_for(condition):
 if __name__ == "__main__":
     for test in (runs_once_and_not_again, one_file_has_one_writer, a_name_keeps_its_points,
                  files_of_others_are_left_alone, pipes_keep_nobody_waiting, a_line_may_be_long,
-                 an_array_of_jobs_shares_a_list,
+                 an_array_of_jobs_shares_a_list, a_batch_passes_its_limits_on,
                  the_scripts_of_the_manual_work,
                  a_folder_is_a_batch, interruption_stops_all, a_wish_to_save_reaches_all,
                  a_signal_to_the_group_saves_all,
