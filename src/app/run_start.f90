@@ -13,7 +13,7 @@ module run_start
   use frames, only: results_t, results_setup_t, open_results
   use forming_run, only: new_run
   use run_data, only: run_t
-  use run_saver, only: saver_t, start_from
+  use run_saver, only: saver_t, start_from, least_steps
   use command_line, only: command_t
   use run_identity, only: key_of_user_files
   use output_names, only: path_beside_result
@@ -79,7 +79,10 @@ contains
     character(:), allocatable :: words
 
     words = ""
-    if (saver%every_steps > 0) words = words//", every "//to_text(saver%every_steps)//" steps"
+    if (saver%every_steps > 0) words = words//", every "// &
+      to_text(max(saver%every_steps, least_steps))//" steps"
+    if (saver%every_steps > 0 .and. saver%every_steps < least_steps) words = words//" (not "// &
+      to_text(saver%every_steps)//": the steps behind a state prove it first)"
     if (saver%every_seconds > 0) words = words//", every "// &
       rounded_text(saver%every_seconds/60)//" minutes"
     if (saver%number > 0) words = words//", "//to_text(saver%number)//" times"

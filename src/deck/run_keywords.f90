@@ -26,8 +26,8 @@ contains
                      "Signals, `--wall` and failures save the state in any case, see "// &
                      "docs/running.md.", is_unique=.true.)
     call add_option(table, "OFF", kind_flag, "saves in no intervals")
-    call add_option(table, "STEPS", kind_integer, "time steps between two checkpoints, at "// &
-                    "least 20; 0: none", &
+    call add_option(table, "STEPS", kind_integer, "time steps between two checkpoints; below "// &
+                    "21 they are 21 apart, for 20 further steps prove each state; 0: none", &
                     default="0", range=">= 0")
     call add_option(table, "MINUTES", kind_real, "minutes of the clock between them; 0: none", &
                     default="0", unit="min", range=">= 0")

@@ -27,6 +27,9 @@ module run_saver
   !> Steps that go well behind a state before it counts as good: what begins to grow in it would
   !! show by then.
   integer, parameter :: proof = 20
+  !> Steps between two states that are saved by intervals, at least: the next one is taken when the
+  !! one before has been saved.
+  integer, parameter, public :: least_steps = proof + 1
 
   !> A state of the run in memory, and how far the result belongs to it.
   type :: kept_t

@@ -3,6 +3,7 @@
 Usage: restart.py PROGRAM PROJECT
 """
 import pathlib
+import re
 import signal
 import sys
 import tempfile
@@ -142,6 +143,25 @@ def the_clock_saves(folder):
     assert (folder / "m.ckpt.h5").exists() and "the run is complete" not in log, log
 
 
+def steps_apart(folder, asked):
+    """What the log announces, and what comes between the checkpoints that it tells of, but for the
+    first state and the end, which are not put off."""
+    path = deck(folder, STRIP, f"*CHECKPOINT, STEPS={asked}")
+    igaform(folder, path, *settings("n_x=4 end_time=1e-4"), "--out", "s.h5")
+    log = (folder / "s.log").read_text()
+    said = int(re.search(r"saves .* every (\d+) steps", log)[1])
+    saved = [int(step) for step in re.findall(r"checkpoint s.ckpt.h5 at step (\d+)", log)][1:-1]
+    return said, sorted(after - before for before, after in zip(saved, saved[1:]))
+
+
+def states_are_saved_as_far_apart_as_the_log_says(folder):
+    for asked in (1, 21):
+        said, found = steps_apart(folder, asked)
+        assert said == 21 and set(found) == {21} and len(found) > 5, (asked, said, found)
+    said, found = steps_apart(folder, 30)     # some are put off by states that go with a frame
+    assert said == 30 and found[0] >= 21 and found[len(found)//2] == 30, (said, found)
+
+
 def saving_leaves_no_trace(folder):
     """Balances that are looked at for a checkpoint alone, between rows, change nothing."""
     source = VERIFICATION / "friction_block.key"
@@ -247,5 +267,5 @@ if __name__ == "__main__":
             goes_on_bit_by_bit(pathlib.Path(place), source, parameters)
         print(f"passed: {getattr(source, 'stem', source)} goes on bit by bit ({state})", flush=True)
     run_all(signals_save_and_stop, a_complete_run_leaves_no_checkpoint, the_clock_saves,
-            saving_leaves_no_trace, a_result_has_one_writer, strangers_are_refused,
+            states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace, a_result_has_one_writer, strangers_are_refused,
             other_user_subroutines_are_refused, what_may_differ)
