@@ -35,6 +35,8 @@ def run(arguments):
         raise ResultsError(f"there is no file '{arguments.file}'")
     if arguments.every <= 0:
         raise ResultsError(f"--every {arguments.every:g}: more than 0 is needed")
+    if not is_result(arguments.file):
+        raise ResultsError(f"'{arguments.file}' is no result file of igaform")
     shown, n_shown = {}, 0
     try:
         while True:
@@ -51,6 +53,18 @@ def run(arguments):
             time.sleep(arguments.every)
     except KeyboardInterrupt:
         return 0
+
+
+def is_result(path):
+    """Whether it is one, or may become one: a run has just created it, or is writing to it."""
+    if os.path.getsize(path) == 0 or is_being_written(path):
+        return True
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            return "history" in file and "provenance" in file
+    except OSError:     # a killed run may leave a file that does not open
+        with open(path, "rb") as file:
+            return file.read(8) == b"\x89HDF\r\n\x1a\n"
 
 
 def is_being_written(path):

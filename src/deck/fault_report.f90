@@ -2,6 +2,7 @@
 module fault_report
   use faults, only: fault_t, fault_list_t, n_errors
   use text, only: string_t, to_text
+  use system_files, only: true_path
   implicit none
   private
 
@@ -27,7 +28,8 @@ contains
     line = line//"found "//fault%found//"; expected "//fault%expected
   end function fault_line
 
-  !> Write all faults and their number, or nothing if there are none.
+  !> Write all faults, where their files truly are if the paths do not tell, and the number of
+  !! faults; nothing if there are none.
   subroutine report_faults(faults, unit)
     type(fault_list_t), intent(in) :: faults
     integer, intent(in) :: unit   !! such as error_unit
@@ -37,9 +39,35 @@ contains
       write (unit, "(a)") fault_line(faults%items(i))
     end do
     if (faults%n_items == 0) return
+    call tell_true_paths(faults, unit)
     n_warnings = faults%n_items - n_errors(faults)
     write (unit, "(a)") number_of(n_errors(faults), "error")//", "//number_of(n_warnings, "warning")
   end subroutine report_faults
+
+  !> The true path of each file that is reached by `..` or by a link, once.
+  subroutine tell_true_paths(faults, unit)
+    type(fault_list_t), intent(in) :: faults
+    integer, intent(in) :: unit
+    character(:), allocatable :: path, found, told
+    integer :: i
+
+    told = new_line("a")
+    do i = 1, faults%n_items
+      path = faults%items(i)%origin%file
+      if (path == "" .or. index(told, new_line("a")//path//new_line("a")) > 0) cycle
+      told = told//path//new_line("a")
+      found = true_path(path)
+      if (found == path .or. is_tail(found, "/"//path)) cycle
+      write (unit, "(a)") path//" is "//found
+    end do
+  end subroutine tell_true_paths
+
+  pure logical function is_tail(text, tail)
+    character(*), intent(in) :: text, tail
+
+    is_tail = len(text) >= len(tail)
+    if (is_tail) is_tail = text(len(text) - len(tail) + 1:) == tail
+  end function is_tail
 
   pure function number_of(n, what) result(words)
     integer, intent(in) :: n
