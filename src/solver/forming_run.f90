@@ -18,8 +18,9 @@ module forming_run
   use energy_balance, only: energy_balance_t, start_balance, add_step, add_impulse, &
                             take_balance, elastic_energy
   use snapshot, only: new_frame, fill_frame, new_history_row, fill_history_row
+  use waiting_frames, only: n_waiting_frames, add_frame, release_frames
   use run_data, only: run_t, wall_seconds
-  use run_saver, only: saver_t, look_after, keep, release_frame, save_last_good, try_again
+  use run_saver, only: saver_t, look_after, keep, save_last_good, try_again
   use health, only: check_health, check_balance, check_pairs, added_mass_warning
   use step_change, only: begin_next_step
   use step_report, only: log_step
@@ -144,7 +145,7 @@ contains
     is_frame = is_row
     if (.not. is_row) is_row = is_due(run%control, run%control%history, run%instant%time)
     if (.not. is_frame) is_frame = is_due(run%control, run%control%frames, run%instant%time)
-    call look_after(saver, model, run, results, is_end, is_row, is_frame)
+    call look_after(saver, model, run, results)
     is_balanced = is_row .or. saver%is_checking
     call advance_step_size(run, rate, is_end, dt)
     call update_velocities(model, run, is_balanced)
@@ -156,7 +157,7 @@ contains
     if (is_frame) call take_frame(model, run)
     if (is_end) then
       if (size(model%later_steps) == 0) then
-        call release_frame(model, run, results, error)
+        call release_frames(model, run, results, n_waiting_frames(run), error)
         return
       end if
       is_end = .false.
@@ -436,8 +437,7 @@ contains
 
     call start_watch(model%timer, run%watch_output)
     if (run%n_steps > 0) call count_output(run%control%frames)
-    call fill_frame(model, run%instant%time, run%frame)
-    run%has_frame = .true.
+    call add_frame(model, run)
     call stop_watch(model%timer, run%watch_output)
   end subroutine take_frame
 
@@ -463,7 +463,7 @@ contains
     type(results_t), intent(inout) :: results
     type(error_t), allocatable :: ignored
 
-    call release_frame(model, run, results, ignored)
+    call release_frames(model, run, results, n_waiting_frames(run), ignored)
     call fill_frame(model, run%instant%time, run%frame)
     run%frame%is_failed = .true.
     call write_frame(results, run%frame, ignored)

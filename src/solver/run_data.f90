@@ -24,7 +24,8 @@ module run_data
     real(wp) :: seconds_before = 0.0_wp      !! from the start up to what it was taken up from
     logical :: is_resumed = .false.          !! it goes on from a checkpoint
     logical :: is_file_lost = .false.        !! the results could not be written
-    logical :: has_frame = .false.           !! one is filled and not written yet
+    logical :: has_frame = .false.           !! `frame` is filled and not written yet
+    integer :: n_earlier = 0                 !! frames before that one that are not either
     logical :: has_warned_of_mass = .false.  !! that scaled masses show
     real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
     real(wp) :: largest_penetration = 0.0_wp
@@ -32,7 +33,8 @@ module run_data
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0, watch_state = 0
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
     type(field_t), allocatable :: volumes(:)   !! of the points at the start, by patch
-    type(frame_t) :: frame
+    type(frame_t) :: frame                     !! the last one
+    type(frame_t), allocatable :: earlier(:)   !! room for those that wait before it
     type(history_row_t) :: row
   end type run_t
 

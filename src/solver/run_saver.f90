@@ -10,17 +10,17 @@ module run_saver
   use state_store, only: state_store_t, enter_folder, carry, carry_array
   use model, only: model_t
   use system_files, only: remove_file, sync_file
-  use frames, only: results_t, write_frame, flush_results, forget_history, n_frames_of, &
-                    n_rows_of
+  use frames, only: results_t, flush_results, forget_history, n_frames_of, n_rows_of
   use run_log, only: run_log_t, log_line
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint
   use run_data, only: run_t, wall_seconds
+  use waiting_frames, only: n_waiting_frames, release_frames, keep_first_frames
   use run_state, only: pack_run, unpack_run
   implicit none
   private
 
-  public :: saver_t, look_after, keep, release_frame, save_last_good, try_again
-  public :: pack_for_file, start_from, drop_checkpoint, is_save_due
+  public :: saver_t, look_after, keep, save_last_good, try_again, pack_for_file, start_from
+  public :: drop_checkpoint, is_interval_over, is_end_due, is_clock_due
 
   !> Steps before the state is kept anew, which costs about as much as one.
   integer, parameter :: steps_between = 200
@@ -42,6 +42,10 @@ module run_saver
   end type kept_t
 
   !> Where and when the state is saved. Without a path there is nothing to do.
+  !!
+  !! Which states are kept follows from the steps, the frames and the deck's intervals alone, never
+  !! from the clock or a signal: these only let the last good state be written. So a second try
+  !! begins at the same state however often the run was saved, stopped and taken up again.
   type :: saver_t
     character(:), allocatable :: path, result_file
     type(checkpoint_header_t) :: header
@@ -55,59 +59,43 @@ module run_saver
     logical :: is_state_lost = .false.        !! where it stopped, since it could not be written
     integer(int64) :: saved_step = -1         !! of the file; negative: there is none of this run
     real(wp) :: saved_time = 0.0_wp
-    integer(int64) :: tried_step = 0          !! of the last try to write the file
-    real(wp) :: tried_time = 0.0_wp
-    integer(int64) :: tried_ticks = 0
+    integer(int64) :: tried_ticks = 0         !! of the last try to write the file
     type(kept_t), allocatable :: good         !! proved so, kept last
     type(kept_t), allocatable :: next         !! taken later, not proved yet
+    integer(int64) :: taken_step = 0          !! of the later of both
+    real(wp) :: taken_time = 0.0_wp
     logical :: is_waiting = .false.           !! `next`, for `proof_step`
     logical :: is_checking = .false.          !! the balances of this step are needed
     logical :: is_saving = .false.            !! if `next` is good it is written
-    character(:), allocatable :: stopping_by  !! and why the run stops then, if it does
     integer(int64) :: proof_step = 0          !! in which `next` counts as good
   end type saver_t
 
 contains
 
-  !> To be called at the start of each step: takes the state where one is to be kept or saved, in
-  !! place of one that waits only if that cannot be put off. Whether it is good shows in the step,
-  !! when its velocities are known, and in the steps behind it; then `keep`.
-  subroutine look_after(saver, model, run, results, is_end, is_row, is_frame)
+  !> To be called at the start of each step: takes the state where one is to be kept, not before the
+  !! one that waits has proved good. Whether it is good shows in the step, when its velocities
+  !! are known, and in the steps behind it; then `keep`. What the deck begins with and the end of
+  !! the run, with nothing before it or behind it, are looked at once.
+  subroutine look_after(saver, model, run, results)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model       !! its timer alone changes
     type(run_t), intent(inout) :: run           !! nothing changes
     type(results_t), intent(in) :: results
-    logical, intent(in) :: is_end, is_row, is_frame   !! is that due in this step?
-    character(:), allocatable :: why
-    logical :: is_due, is_urgent, is_saving
+    logical :: is_due, is_over, is_at_once
 
-    if (.not. allocated(saver%path)) return
-    why = reason_to_stop(saver, run)
-    is_urgent = why /= "" .or. is_save_wanted() .or. is_end .or. (run%has_frame .and. is_frame) &
-                .or. is_first(saver, model)
+    if (.not. allocated(saver%path) .or. run%n_steps == 0) return
     saver%is_checking = saver%is_waiting .and. run%n_steps == saver%proof_step
-    if (saver%is_waiting .and. .not. is_urgent) return
-    is_saving = why /= "" .or. is_save_wanted()
-    if (.not. is_saving) is_saving = is_save_due(saver, model, run, clock_ticks())
-    is_due = is_saving .or. run%has_frame
-    if (is_row .and. allocated(saver%good)) &
-      is_due = is_due .or. run%n_steps - saver%good%step >= steps_between
+    is_at_once = .not. allocated(saver%good) .or. is_end_due(saver, model, run)
+    if (run%n_steps <= saver%taken_step + proof .and. .not. is_at_once) return
+    is_over = is_interval_over(saver, model, run) .or. is_end_due(saver, model, run)
+    is_due = is_at_once .or. is_over .or. n_waiting_frames(run) > 0 &
+             .or. run%n_steps - saver%taken_step >= steps_between
     if (.not. is_due) return
-    if (why /= "") saver%stopping_by = why
-    saver%is_saving = is_saving
+    saver%is_saving = is_over
     saver%is_checking = .true.
-    saver%proof_step = run%n_steps + merge(0, proof, is_urgent)
+    saver%proof_step = run%n_steps + merge(0, proof, is_at_once)
     call take_state(saver, model, run, results)
   end subroutine look_after
-
-  !> Is there no state yet of this step of the deck, and so none that could be gone back to?
-  pure logical function is_first(saver, model)
-    type(saver_t), intent(in) :: saver
-    type(model_t), intent(in) :: model
-
-    is_first = .not. allocated(saver%good)
-    if (.not. is_first) is_first = saver%good%deck_step /= model%i_step
-  end function is_first
 
   !> Why the run must stop now; empty if it need not.
   function reason_to_stop(saver, run) result(why)
@@ -121,32 +109,46 @@ contains
       why = "the limit of "//rounded_text(saver%wall_seconds/60.0_wp)//" minutes"
   end function reason_to_stop
 
-  !> Is one of the deck's intervals over, or the run?
-  logical function is_save_due(saver, model, run, now)
+  !> Is one of the deck's intervals over that do not go by the clock?
+  pure logical function is_interval_over(saver, model, run) result(is_over)
     type(saver_t), intent(in) :: saver
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
-    integer(int64), intent(in) :: now        !! by the clock [ticks]
-    integer(int64) :: last_ticks
-    real(wp) :: interval, spent
+    real(wp) :: interval
 
-    is_save_due = .false.
-    if (run%n_steps == 0 .or. run%n_steps == saver%saved_step) return
-    if (saver%every_steps > 0) is_save_due = run%n_steps/saver%every_steps &
-                                             > saver%tried_step/saver%every_steps
-    if (saver%every_seconds > 0.0_wp) then
-      last_ticks = saver%tried_ticks
-      if (last_ticks == 0) last_ticks = run%started
-      spent = ticks_to_seconds(now - last_ticks)
-      is_save_due = is_save_due .or. spent >= saver%every_seconds
-    end if
+    is_over = .false.
+    if (saver%every_steps > 0) is_over = run%n_steps/saver%every_steps &
+                                         > saver%taken_step/saver%every_steps
     if (saver%number > 0) then
       interval = final_time(model, run)/saver%number
-      is_save_due = is_save_due .or. int(run%instant%time/interval) > int(saver%tried_time/interval)
+      is_over = is_over .or. int(run%instant%time/interval) > int(saver%taken_time/interval)
     end if
-    if (saver%is_lasting) is_save_due = is_save_due .or. &
-      run%instant%time >= final_time(model, run)*(1.0_wp - 1.0e-12_wp)
-  end function is_save_due
+  end function is_interval_over
+
+  !> Is this the end of the run, to be saved and not saved yet?
+  pure logical function is_end_due(saver, model, run) result(is_due)
+    type(saver_t), intent(in) :: saver
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+
+    is_due = saver%is_lasting .and. run%n_steps > saver%saved_step
+    if (is_due) is_due = run%instant%time >= final_time(model, run)*(1.0_wp - 1.0e-12_wp)
+  end function is_end_due
+
+  !> Is the deck's interval of the clock over, and the last good state not in the file?
+  logical function is_clock_due(saver, run, now) result(is_due)
+    type(saver_t), intent(in) :: saver
+    type(run_t), intent(in) :: run
+    integer(int64), intent(in) :: now        !! by the clock [ticks]
+    integer(int64) :: last_ticks
+
+    is_due = saver%every_seconds > 0.0_wp
+    if (is_due) is_due = saver%good%step > saver%saved_step
+    if (.not. is_due) return
+    last_ticks = saver%tried_ticks
+    if (last_ticks == 0) last_ticks = run%started
+    is_due = ticks_to_seconds(now - last_ticks) >= saver%every_seconds
+  end function is_clock_due
 
   !> The end of the last step of the deck.
   pure real(wp) function final_time(model, run)
@@ -156,7 +158,7 @@ contains
     final_time = run%control%end_time + sum(model%later_steps%step%end_time)
   end function final_time
 
-  !> The state of this step, which may turn out to be bad. A frame that is not written yet belongs
+  !> The state of this step, which may turn out to be bad. Frames that are not written yet belong
   !! to it.
   subroutine take_state(saver, model, run, results)
     type(saver_t), intent(inout) :: saver
@@ -168,19 +170,21 @@ contains
     saver%is_waiting = .true.
     if (.not. allocated(saver%next)) allocate (saver%next)
     associate (next => saver%next)
-      next%n_frames = n_frames_of(results) + merge(1, 0, run%has_frame)
+      next%n_frames = n_frames_of(results) + n_waiting_frames(run)
       call pack_for_file(model, run, next%n_frames, next%store)
       next%step = run%n_steps
       next%time = run%instant%time
       next%deck_step = model%i_step
       next%n_rows = n_rows_of(results)
     end associate
+    saver%taken_step = run%n_steps
+    saver%taken_time = run%instant%time
     call stop_watch(model%timer, run%watch_state)
   end subroutine take_state
 
   !> To be called in each step where nothing is wrong, before its row is recorded: the state that
-  !! waits, if it has proved good, is the last good one from now on, and is saved where that is due.
-  !! The frame that belongs to it is written.
+  !! waits, if it has proved good, is the last good one from now on. That one is saved where the
+  !! deck, the clock or a signal asks for it, and the run stopped.
   subroutine keep(saver, model, run, results, log, error)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
@@ -188,62 +192,76 @@ contains
     type(results_t), intent(inout) :: results
     type(run_log_t), intent(inout) :: log
     type(error_t), allocatable, intent(out) :: error
-    type(kept_t), allocatable :: before
+    character(:), allocatable :: why
+    logical :: is_due
 
-    if (.not. allocated(saver%path)) call release_frame(model, run, results, error)
-    if (.not. saver%is_waiting .or. run%n_steps < saver%proof_step) return
-    saver%is_waiting = .false.
-    ! They change places, so that both keep their room.
-    call move_alloc(saver%good, before)
-    call move_alloc(saver%next, saver%good)
-    call move_alloc(before, saver%next)
-    if (saver%good%n_frames > n_frames_of(results)) then
-      call release_frame(model, run, results, error, saver%good%n_rows)
-      if (allocated(error)) return
-      saver%good%n_rows = 0
+    if (.not. allocated(saver%path)) &
+      call release_frames(model, run, results, n_waiting_frames(run), error)
+    is_due = saver%is_waiting .and. run%n_steps >= saver%proof_step
+    if (is_due) then
+      call accept_next(saver, model, run, results, error)
+      is_due = saver%is_saving
     end if
-    if (saver%is_saving) call save(saver, model, run, results, log)
-    if (.not. allocated(saver%stopping_by)) return
-    call move_alloc(saver%stopping_by, saver%stopped_by)
-    saver%is_state_lost = saver%saved_step /= run%n_steps
-    call log_line(log, "stopped by "//saver%stopped_by//" at step "//to_text(run%n_steps)// &
-                  ", time "//to_text(run%instant%time))
+    if (allocated(error) .or. .not. allocated(saver%good)) return
+    why = reason_to_stop(saver, run)
+    if (.not. is_due .and. (why /= "" .or. is_save_wanted())) is_due = .not. is_in_file(saver)
+    if (.not. is_due) is_due = is_clock_due(saver, run, clock_ticks())
+    call forget_save()
+    if (is_due) call save(saver, model, run, results, log, is_going_on=why == "")
+    if (why == "") return
+    saver%stopped_by = why
+    saver%is_state_lost = saver%saved_step /= saver%good%step
+    call log_line(log, "stopped by "//why//" at step "//to_text(run%n_steps)//", time "// &
+                  to_text(run%instant%time)//"; the last good state is that of step "// &
+                  to_text(saver%good%step))
+    call release_frames(model, run, results, n_waiting_frames(run), error)
   end subroutine keep
 
-  !> Write the frame that was filled, if there is one, and the history, or its first rows.
-  subroutine release_frame(model, run, results, error, n_rows)
-    type(model_t), intent(inout) :: model         !! its timer alone
+  !> Is the last good state in the file already, and the file there?
+  logical function is_in_file(saver)
+    type(saver_t), intent(in) :: saver
+
+    inquire (file=saver%path, exist=is_in_file)
+    is_in_file = is_in_file .and. saver%saved_step == saver%good%step
+  end function is_in_file
+
+  !> The state that waits is good. Both change places, so that they keep their room, and the frames
+  !! that belong to it are written.
+  subroutine accept_next(saver, model, run, results, error)
+    type(saver_t), intent(inout) :: saver
+    type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
     type(error_t), allocatable, intent(out) :: error
-    integer, intent(in), optional :: n_rows
+    type(kept_t), allocatable :: before
+    integer :: n
 
-    if (.not. run%has_frame) return
-    call start_watch(model%timer, run%watch_output)
-    call write_frame(results, run%frame, error, n_rows)
-    run%has_frame = .false.
-    run%is_file_lost = allocated(error)
-    call stop_watch(model%timer, run%watch_output)
-  end subroutine release_frame
+    saver%is_waiting = .false.
+    call move_alloc(saver%good, before)
+    call move_alloc(saver%next, saver%good)
+    call move_alloc(before, saver%next)
+    n = saver%good%n_frames - n_frames_of(results)
+    if (n == 0) return
+    call release_frames(model, run, results, n, error, saver%good%n_rows)
+    saver%good%n_rows = 0
+  end subroutine accept_next
 
   !> Write the checkpoint. If that fails a run goes on: there may be room for the next one.
-  subroutine save(saver, model, run, results, log)
+  subroutine save(saver, model, run, results, log, is_going_on)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
     type(run_t), intent(in) :: run
     type(results_t), intent(inout) :: results
     type(run_log_t), intent(inout) :: log
+    logical, intent(in) :: is_going_on
     type(error_t), allocatable :: error
 
-    call forget_save()
     call start_watch(model%timer, run%watch_state)
     call write_good(saver, results, error)
     call stop_watch(model%timer, run%watch_state)
     saver%tried_ticks = clock_ticks()
-    saver%tried_step = saver%good%step
-    saver%tried_time = saver%good%time
     if (allocated(error)) then
-      if (.not. allocated(saver%stopping_by)) error%message = error%message//"; the run goes on"
+      if (is_going_on) error%message = error%message//"; the run goes on"
       call log_line(log, "warning: "//error%message)
     else
       call log_line(log, "checkpoint "//saver%path//" at step "//to_text(saver%saved_step)// &
@@ -259,6 +277,7 @@ contains
 
     call flush_results(results, error, saver%good%n_rows)
     if (allocated(error)) return
+    if (saver%is_waiting) saver%next%n_rows = saver%next%n_rows - saver%good%n_rows
     saver%good%n_rows = 0
     call write_checkpoint(saver%path, saver%header, saver%good%store, saver%result_file, error)
     if (allocated(error)) return
@@ -282,8 +301,8 @@ contains
     saver%good%time = run%instant%time
     saver%good%deck_step = model%i_step
     saver%saved_time = run%instant%time
-    saver%tried_step = run%n_steps
-    saver%tried_time = run%instant%time
+    saver%taken_step = run%n_steps
+    saver%taken_time = run%instant%time
     saver%tried_ticks = clock_ticks()
   end subroutine start_from
 
@@ -348,8 +367,9 @@ contains
              "': go on from it with --restart "//saver%path
   end subroutine save_last_good
 
-  !> One more try from the state kept last with a smaller step, if the deck allows it and there is
-  !! such a state; false if not. The smaller step stays, in later steps of the deck too.
+  !> One more try with a smaller step, if the deck allows it and there is a state to begin from;
+  !! false if not. The smaller step stays, in later steps of the deck too. Where the last good state
+  !! is of an earlier step of the deck, the one that waits must do.
   logical function try_again(saver, model, run, results, log) result(is_trying)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
@@ -358,24 +378,37 @@ contains
     type(run_log_t), intent(inout) :: log
 
     is_trying = .false.
-    saver%is_waiting = .false.
     if (.not. saver%retry > 0.0_wp .or. run%step_factor < 1.0_wp) return
     if (.not. allocated(saver%good)) return
-    call unpack_run(model, run, saver%good%store)
-    if (saver%good%store%fault /= "") then
-      call log_line(log, "no second try: the state kept last does not fit, "// &
-                    saver%good%store%fault)
-      saver%good%store%fault = ""
-      return
+    if (saver%is_waiting .and. saver%good%deck_step /= model%i_step) then
+      call go_back(saver%next)
+    else
+      saver%is_waiting = .false.
+      call go_back(saver%good)
     end if
-    call forget_history(results, saver%good%n_rows)
-    run%has_frame = .false.
-    run%step_factor = saver%retry
-    run%control%largest = saver%retry*run%control%largest
-    call log_line(log, "one more try from step "//to_text(run%n_steps)//", time "// &
-                  to_text(run%instant%time)//", with "//rounded_text(saver%retry)// &
-                  " of the time step")
-    is_trying = .true.
+
+  contains
+
+    subroutine go_back(kept)
+      type(kept_t), intent(inout) :: kept
+
+      call unpack_run(model, run, kept%store)
+      if (kept%store%fault /= "") then
+        call log_line(log, "no second try: the state kept last does not fit, "//kept%store%fault)
+        kept%store%fault = ""
+        return
+      end if
+      saver%taken_step = kept%step
+      saver%taken_time = kept%time
+      call forget_history(results, kept%n_rows)
+      call keep_first_frames(run, kept%n_frames - n_frames_of(results))
+      run%step_factor = saver%retry
+      run%control%largest = saver%retry*run%control%largest
+      call log_line(log, "one more try from step "//to_text(run%n_steps)//", time "// &
+                    to_text(run%instant%time)//", with "//rounded_text(saver%retry)// &
+                    " of the time step")
+      is_trying = .true.
+    end subroutine go_back
   end function try_again
 
   !> The run is complete: a checkpoint that was to save it alone goes, once the result is on the

@@ -33,7 +33,7 @@ ALL, 0, 0, 3000, 20, 5, 5
 *STEP, NAME=one
 *DYNAMIC, EXPLICIT, SAFETY={safety}
 {end}
-*OUTPUT, FRAMES=3, HISTORY={rows}
+*OUTPUT, FRAMES={frames}, HISTORY={rows}
 *END STEP
 *STEP, NAME=two
 *DYNAMIC, EXPLICIT, SAFETY={safety}
@@ -53,16 +53,20 @@ FLOOR = """*TOOL, NAME=floor, TYPE=PLANE
 TOO_FAST = "*TOOL MOTION, TOOL=floor\n0, 0, 4e6"
 
 
-def ringing(folder, more, end="5e-4", rows=20, safety=1.05, motion=""):
+def ringing(folder, more, end="5e-4", rows=20, safety=1.05, motion="", frames=3):
     path = folder / "ringing.key"
     path.write_text(RINGING.format(more=more, end=end, rows=rows, safety=safety,
-                                   motion=motion).replace("\n\n", "\n"))
+                                   motion=motion, frames=frames).replace("\n\n", "\n"))
     return path
 
 
 def good_step(said):
     """Step of the state that a failed run says to have saved."""
     return int(said.split("the last good state, of step ")[1].split(",")[0])
+
+
+def tried_from(folder):
+    return int((folder / "b.log").read_text().split("one more try from step")[1].split(",")[0])
 
 
 def last_step(log):
@@ -137,10 +141,59 @@ def the_second_try_is_sound(folder):
         assert len(file["VTKHDF/Steps/Values"]) == 6 and len(file["history/time"]) == 31
         assert (np.diff(file["history/time"][:]) > 0).all()
         dt, step = file["history/dt"][:], file["history/process_step"][:]
-        tried = int(log.split("one more try from step")[1].split(",")[0])
-        late = file["history/step"][:] > tried
+        late = file["history/step"][:] > tried_from(folder)
         assert (dt[late] < 0.55 * dt[0]).all() and (step[late] == 2).sum() == 10, dt
         assert np.abs(file["history/energy_error"][:]).max() < 1e-4
+
+
+def clock_and_signals_change_nothing(folder):
+    """A second try begins at the same state and ends with the same bits whenever the run is saved:
+    at signals that come in every step, by the clock whenever it can be."""
+    path = ringing(folder, "*CHECKPOINT, OFF, RETRY=0.5")
+    igaform(folder, path, "--out", "b.h5", "--threads", 1)
+    reference, tried = datasets(folder / "b.h5"), tried_from(folder)
+    run = begin(folder, path, "--out", "b.h5", "--threads", 1)
+    log = folder / "b.log"
+    log.unlink()
+    wait_for(log.exists)
+    while run.poll() is None:
+        run.send_signal(signal.SIGUSR1)
+    assert run.returncode == 0, log.read_text()
+    assert "checkpoint b.ckpt.h5 at step" in log.read_text()
+    assert tried_from(folder) == tried
+    check_same(folder / "b.h5", reference)
+    path = ringing(folder, "*CHECKPOINT, MINUTES=1e-9, RETRY=0.5")
+    igaform(folder, path, "--out", "b.h5", "--threads", 1)
+    assert log.read_text().count("checkpoint b.ckpt.h5 at step") > 5
+    assert tried_from(folder) == tried
+    check_same(folder / "b.h5", reference)
+
+
+def a_stop_before_the_failure_changes_nothing(folder):
+    """The run that is stopped in a state in which the failure grows goes on to the same end."""
+    path = ringing(folder, "*CHECKPOINT, OFF, RETRY=0.5")
+    igaform(folder, path, "--out", "full.h5", "--threads", 1)
+    reference = datasets(folder / "full.h5")
+    for n in range(4):
+        run = begin(folder, path, "--out", f"{n}.h5", "--threads", 1)
+        wait_for(lambda: n_rows(folder / f"{n}.log") > 2 * n)
+        run.send_signal(signal.SIGTERM)
+        if run.wait(60) == 3:
+            igaform(folder, path, "--restart", f"{n}.ckpt.h5", "--threads", 2)
+        check_same(folder / f"{n}.h5", reference)
+
+
+def frames_close_together_prove_nothing(folder):
+    """A state counts as good behind as many steps when the next frame comes before that."""
+    for n in (23, 46, 92, 230):
+        path = ringing(folder, "*CHECKPOINT, RETRY=0.5", rows=n, frames=n)
+        igaform(folder, path, "--out", "b.h5", "--threads", 1)
+        with h5py.File(folder / "b.h5") as file:
+            assert len(file["VTKHDF/Steps/Values"]) == n + 3
+            assert (np.diff(file["VTKHDF/Steps/Values"][:]) > 0).all()
+            assert not file["frames/is_failed"][:].any()
+        said = igaform(folder, ringing(folder, "", rows=n, frames=n), "--out", "a.h5", code=2)
+        assert good_step(said) <= last_step(folder / "a.log") - 20, said
 
 
 def a_smaller_step_outlives_an_interruption(folder):
@@ -185,5 +238,7 @@ def no_second_try_across_steps_of_the_deck(folder):
 if __name__ == "__main__":
     run_all(the_last_good_state_is_near_the_failure, a_checkpoint_holds_a_good_state,
             the_message_tells_what_cannot_be_saved, a_failure_just_behind_a_frame,
-            a_smaller_step_saves_the_run, a_smaller_step_outlives_an_interruption,
+            a_smaller_step_saves_the_run, clock_and_signals_change_nothing,
+            a_stop_before_the_failure_changes_nothing, frames_close_together_prove_nothing,
+            a_smaller_step_outlives_an_interruption,
             a_second_try_may_fail_too, no_second_try_across_steps_of_the_deck)
