@@ -37,7 +37,8 @@ contains
     call add_option(table, "DELETE", kind_integer, "taken and without effect: no element is "// &
                     "removed", is_required=.false., range=">= 1")
     call add_line(table, "")
-    call add_field(table, "NSTATV", kind_integer, "number of state variables", range=">= 0")
+    call add_field(table, "NSTATV", kind_integer, "number of state variables", &
+                   range=">= 0 and <= 10000")
     call add_line(table, "Names of state variables, if they shall have any.", n_min=0, &
                   n_max=any_number)
     call add_field(table, "number", kind_integer, "which one", range=">= 1")

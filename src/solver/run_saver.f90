@@ -55,6 +55,7 @@ module run_saver
     logical :: is_lasting = .false.           !! the end is saved too, and the file stays
     real(wp) :: wall_seconds = 0.0_wp         !! after which the run stops; 0: never
     real(wp) :: retry = 0.0_wp                !! factor on the step for one more try; 0: none
+    integer(int64) :: began_step = 0          !! of the checkpoint that the run goes on from
     character(:), allocatable :: stopped_by   !! why the run stopped before its end, if it did
     logical :: is_state_lost = .false.        !! where it stopped, since it could not be written
     integer(int64) :: saved_step = -1         !! of the file; negative: there is none of this run
@@ -214,6 +215,10 @@ contains
     call log_line(log, "stopped by "//why//" at step "//to_text(run%n_steps)//", time "// &
                   to_text(run%instant%time)//"; the last good state is that of step "// &
                   to_text(saver%good%step))
+    if (saver%good%step == saver%began_step) &
+      call log_line(log, "warning: no state since the restart is proved good yet, so that the "// &
+                    "next one begins at the same step: let it run for "// &
+                    to_text(steps_between + proof)//" steps or longer")
     call release_frames(model, run, results, n_waiting_frames(run), error)
   end subroutine keep
 
@@ -300,6 +305,7 @@ contains
     saver%good%step = run%n_steps
     saver%good%time = run%instant%time
     saver%good%deck_step = model%i_step
+    saver%began_step = run%n_steps
     saver%saved_time = run%instant%time
     saver%taken_step = run%n_steps
     saver%taken_time = run%instant%time

@@ -95,6 +95,9 @@ def signals_save_and_stop(folder):
     run.wait()
     igaform(folder, path, *words, "--out", "w.h5", "--wall", "0.01", code=3)
     assert "stopped by the limit of 1.000E-02 minutes" in (folder / "w.log").read_text()
+    igaform(folder, path, *words, "--out", "w.h5", "--restart", "w.ckpt.h5", "--wall", "1e-9",
+            code=3)
+    assert "no state since the restart is proved good yet" in (folder / "w.log").read_text()
 
 
 def a_complete_run_leaves_no_checkpoint(folder):
@@ -267,5 +270,6 @@ if __name__ == "__main__":
             goes_on_bit_by_bit(pathlib.Path(place), source, parameters)
         print(f"passed: {getattr(source, 'stem', source)} goes on bit by bit ({state})", flush=True)
     run_all(signals_save_and_stop, a_complete_run_leaves_no_checkpoint, the_clock_saves,
-            states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace, a_result_has_one_writer, strangers_are_refused,
+            states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace,
+            a_result_has_one_writer, strangers_are_refused,
             other_user_subroutines_are_refused, what_may_differ)
