@@ -17,8 +17,7 @@ module contact
   use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, points_before, earliest_test
   use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share, &
                      find_pressed_depth, not_in
-  use contact_statistics, only: contact_statistics_t, count_iterations, count_failure, &
-                                add_counts
+  use contact_statistics, only: contact_statistics_t, count_iterations, count_failure, add_counts
   use friction, only: friction_t, new_friction, find_first_ways, rub
   use contact_damping, only: contact_damping_t, new_contact_damping, damp_points
   use closest_point, only: hit_t, follow, is_beside
@@ -27,8 +26,7 @@ module contact
   implicit none
   private
 
-  public :: contact_t, contact_options_t, new_contact, apply_contact
-  public :: scale_stiffness, set_tile_tests
+  public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness, set_tile_tests
 
   integer, parameter :: parallel_size = 8       !! fewer tiles are not worth waking threads for
   real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
@@ -62,6 +60,7 @@ module contact
     type(contact_options_t) :: options
     real(wp) :: share = 0.0_wp               !! s of the stiffness s m/dt^2, also of a given one
     real(wp), allocatable :: stiffness(:)    !! frozen at the start [force/length]
+    integer :: n_faces = 0                   !! of the tool
     integer, allocatable :: face(:)          !! face of the tool last touched or seen, 0: none
     real(wp), allocatable :: at(:, :)        !! local coordinates s, t there, shape (n_points, 2)
     real(wp), allocatable :: test_at(:)      !! travel of the tile at which it is tested [length]
@@ -107,6 +106,7 @@ contains
     end if
     if (allocated(error)) return
     contact%slave = slave
+    contact%n_faces = tool%n_faces
     associate (n => slave%n_points)
       allocate (contact%stiffness(n), contact%face(n), contact%at(n, 2))
       allocate (contact%test_at(n), contact%search_at(n), contact%force(n, 3), source=0.0_wp)

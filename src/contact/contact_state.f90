@@ -1,7 +1,7 @@
 !> State of a contact for checkpoints: a run taken up again goes on bit by bit the same.
 module contact_state
   use kinds, only: wp
-  use state_store, only: state_store_t, carry, carry_array, carry_flags
+  use state_store, only: state_store_t, carry, carry_array, carry_flags, carry_indices
   use contact, only: contact_t, set_tile_tests
   implicit none
   private
@@ -14,7 +14,6 @@ contains
   pure subroutine carry_contact(contact, store)
     type(contact_t), intent(inout) :: contact
     type(state_store_t), intent(inout) :: store
-    real(wp) :: face(size(contact%face))
 
     call carry_array(store, "travel", size(contact%tiles), contact%tiles%travel)
     call carry_array(store, "tool_displacement", 3, contact%displacement)
@@ -22,9 +21,7 @@ contains
     call carry(store, "share", contact%share)
     call carry_array(store, "stiffness", size(contact%stiffness), contact%stiffness)
     call carry_array(store, "net", size(contact%net), contact%net)
-    face = real(contact%face, wp)
-    call carry_array(store, "face", size(face), face)
-    contact%face = nint(face)
+    call carry_indices(store, "face", size(contact%face), contact%n_faces, contact%face)
     call carry_array(store, "at", size(contact%at), contact%at)
     call carry_array(store, "test_at", size(contact%test_at), contact%test_at)
     call carry_array(store, "search_at", size(contact%search_at), contact%search_at)

@@ -7,7 +7,8 @@ module state_store
   implicit none
   private
 
-  public :: state_store_t, enter_folder, carry, carry_array, carry_flags, has_state, add_entry
+  public :: state_store_t, enter_folder, carry, carry_array, carry_flags, carry_indices, has_state
+  public :: add_entry
   public :: empty_store
 
   !> Numbers under one name.
@@ -135,6 +136,25 @@ contains
     call carry_array(store, name, n, values)
     flags = values > 0.5_wp
   end subroutine carry_flags
+
+  !> The same for places in a list, 0 for none: others are a fault.
+  pure subroutine carry_indices(store, name, n, largest, indices)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+    integer, intent(in) :: largest           !! length of the list
+    integer, intent(inout) :: indices(n)
+    real(wp) :: values(n)
+
+    values = real(indices, wp)
+    call carry_array(store, name, n, values)
+    ! Written so that a NaN counts as outside.
+    if (all(values >= 0.0_wp .and. values <= largest)) then
+      indices = nint(values)
+    else
+      call note(store, full_name(store, name)//" has numbers outside of 0 to "//to_text(largest))
+    end if
+  end subroutine carry_indices
 
   pure subroutine carry_real(store, name, value)
     type(state_store_t), intent(inout) :: store
