@@ -15,8 +15,8 @@ module contact
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, point_position, scatter_forces
   use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, points_before, earliest_test
-  use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share, &
-                     find_pressed_depth, not_in
+  use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share, not_in, &
+                     find_pressed_depth
   use contact_statistics, only: contact_statistics_t, count_iterations, count_failure, add_counts
   use friction, only: friction_t, new_friction, find_first_ways, rub
   use contact_damping, only: contact_damping_t, new_contact_damping, damp_points
@@ -26,7 +26,8 @@ module contact
   implicit none
   private
 
-  public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness, set_tile_tests
+  public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness
+  public :: set_tile_tests
 
   integer, parameter :: parallel_size = 8       !! fewer tiles are not worth waking threads for
   real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
@@ -36,8 +37,7 @@ module contact
   type :: contact_options_t
     real(wp) :: scale = 0.5_wp        !! s of the stiffness s m/dt^2
     real(wp) :: stiffness = 0.0_wp    !! given per area instead, if positive [stress/length]
-    real(wp) :: max_depth = 0.0_wp    !! deeper points are behind the tool, not in it; 0: half the
-                                      !! search distance [length]
+    real(wp) :: max_depth = 0.0_wp    !! deeper is behind it; 0: half its search distance [length]
     real(wp) :: overhang = 0.0_wp     !! how far beyond the border a point still touches [length]
     real(wp) :: friction = 0.0_wp     !! coefficient mu of Coulomb friction, 0: none
     real(wp) :: damping = 0.0_wp      !! normal damping, part of the critical, 0: none
