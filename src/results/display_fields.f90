@@ -1,5 +1,5 @@
-!> The scalar fields at the display points of a frame: one line in `display_fields` and one in
-!! `patch_scalars` each.
+!> The fields at the display points of a frame: one line in `display_fields_of` each, and one in
+!! `patch_scalars` if it is a scalar.
 module display_fields
   use kinds, only: wp
   use nurbs_solid, only: nurbs_solid_t, face_axes
@@ -15,11 +15,12 @@ module display_fields
   public :: display_field_t, patch_view_t, patch_frame_t, face_field_t, tool_frame_t
   public :: display_fields_of, patch_vectors, patch_scalars, add_face_fields, add_tool_fields
 
-  !> Name, quantity (as `unit_of` takes it) and meaning of a scalar field.
+  !> Name, quantity (as `unit_of` takes it) and meaning of a field.
   type :: display_field_t
     character(16) :: name
     character(8) :: quantity
     character(80) :: description
+    integer :: n_components = 1
   end type display_field_t
 
   !> A patch of the blank in the file.
@@ -61,8 +62,8 @@ module display_fields
 
 contains
 
-  !> The fields in the order of `patch_scalars`, then those of contact, of which there are none,
-  !! one or two.
+  !> The vectors, the scalars in the order of `patch_scalars`, then those of contact, of which there
+  !! are none, one or two.
   pure function display_fields_of(n_contact) result(fields)
     integer, intent(in) :: n_contact
     type(display_field_t), allocatable :: fields(:)
@@ -72,6 +73,8 @@ contains
       display_field_t("contact_pressure", "stress", "pressure of contact"), &
       display_field_t("wear", "wear", "contact pressure times slip since the start (NaN on blank)")]
     fields = [ &
+      display_field_t("displacement", "length", "displacement since the start", n_components=3), &
+      display_field_t("velocity", "velocity", "velocity", n_components=3), &
       display_field_t("eqps", "1", "equivalent plastic strain (NaN on tools)"), &
       display_field_t("mises", "stress", "von Mises stress (NaN on tools)"), &
       display_field_t("thickness", "length", "distance between both faces (NaN on tools)"), &

@@ -15,13 +15,13 @@ module frames
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use errors, only: error_t
-  use text, only: joined, to_text
+  use text, only: joined, strings, to_text
   use frame_data, only: display_patch_t, display_tool_t, results_setup_t, frame_t, &
                         mesh_place_t, tool_names, probe_names
   use hdf5_file, only: close_file, give_up_file, open_file, create_file, create_group, &
-                       create_series, append_integers, append_reals, byte_values, &
-                       flush_file, hdf5_file_t, integer_values, real_values, take_error, &
-                       write_reals, write_text_attribute, write_integer_attribute
+                       byte_values, flush_file, hdf5_file_t, integer_values, real_values, &
+                       take_error, write_reals, write_text_attribute, write_integer_attribute
+  use hdf5_series, only: append_integers, append_reals, create_series
   use unit_system, only: new_unit_system, unit_of, unit_system_t
   use provenance, only: text_or_empty
   use provenance_record, only: write_provenance, write_blank_mass, write_width_ratio, &
@@ -300,18 +300,14 @@ contains
     type(display_field_t), allocatable :: fields(:)
     integer :: i
 
-    associate (file => results%file, n => results%n_points, units => results%units)
-      call create_point_data(file, "displacement", 3, n, unit_of(units, "length"), &
-                             "displacement since the start")
-      call create_point_data(file, "velocity", 3, n, unit_of(units, "velocity"), "velocity")
-      fields = display_fields_of(results%n_contact_fields)
-      do i = 1, size(fields)
-        associate (field => fields(i))
-          call create_point_data(file, trim(field%name), 1, n, &
-                                 unit_of(units, trim(field%quantity)), trim(field%description))
-        end associate
-      end do
-    end associate
+    fields = display_fields_of(results%n_contact_fields)
+    do i = 1, size(fields)
+      associate (field => fields(i))
+        call create_point_data(results%file, trim(field%name), field%n_components, &
+                               results%n_points, unit_of(results%units, trim(field%quantity)), &
+                               trim(field%description))
+      end associate
+    end do
   end subroutine create_fields
 
   subroutine write_geometry(results)
@@ -362,44 +358,38 @@ contains
   subroutine write_display(results, frame)
     type(results_t), intent(inout) :: results
     type(frame_t), intent(in) :: frame
-    real(wp), allocatable :: points(:, :), displacement(:, :), velocity(:, :)
-    real(wp), allocatable :: scalars(:, :)
+    real(wp), allocatable :: points(:, :), values(:, :)
     type(display_field_t), allocatable :: fields(:)
-    integer :: p, i, first, last
+    integer :: p, n, first, last
 
     fields = display_fields_of(results%n_contact_fields)
-    allocate (points(results%n_points, 3), scalars(results%n_points, size(fields)))
-    allocate (displacement, velocity, mold=points)
-    scalars = ieee_value(1.0_wp, ieee_quiet_nan)
-    last = 0
-    do p = 1, size(results%patches)
-      first = last + 1
-      last = last + size(results%patches(p)%grid%weights)
-      call patch_vectors(results%patches(p), frame%patches(p), points(first:last, :), &
-                         displacement(first:last, :), velocity(first:last, :))
-      call patch_scalars(results%patches(p), frame%patches(p), points(first:last, :), &
-                         scalars(first:last, :))
-      if (results%n_contact_fields == 0) cycle
-      associate (pressure => scalars(first:last, size(fields) - results%n_contact_fields + 1))
-        pressure = 0.0_wp
-        call add_face_fields(results%patches(p), frame%patches(p), pressure)
-      end associate
-    end do
-    if (results%n_contact_fields > 0) &
-      call fill_tool_fields(results, frame, &
-                            scalars(:, size(fields) - results%n_contact_fields + 1:))
-    displacement(last + 1:, :) = carried(results%tool_points, results%tool_of_point, &
-                                         frame%tool_displacement, frame%tool_turn)
-    points(last + 1:, :) = results%tool_points + displacement(last + 1:, :)
-    velocity(last + 1:, :) = carried(results%tool_points, results%tool_of_point, &
-                                     frame%tool_velocity, frame%tool_turn_rate)
+    n = sum(fields%n_components)
+    allocate (points(results%n_points, 3), values(results%n_points, n))
+    associate (displacement => values(:, :3), velocity => values(:, 4:6), &
+               scalars => values(:, 7:), contact => values(:, n - results%n_contact_fields + 1:))
+      scalars = ieee_value(1.0_wp, ieee_quiet_nan)
+      last = 0
+      do p = 1, size(results%patches)
+        first = last + 1
+        last = last + size(results%patches(p)%grid%weights)
+        call patch_vectors(results%patches(p), frame%patches(p), points(first:last, :), &
+                           displacement(first:last, :), velocity(first:last, :))
+        call patch_scalars(results%patches(p), frame%patches(p), points(first:last, :), &
+                           scalars(first:last, :))
+        if (results%n_contact_fields == 0) cycle
+        contact(first:last, 1) = 0.0_wp
+        call add_face_fields(results%patches(p), frame%patches(p), contact(first:last, 1))
+      end do
+      if (results%n_contact_fields > 0) call fill_tool_fields(results, frame, contact)
+      displacement(last + 1:, :) = carried(results%tool_points, results%tool_of_point, &
+                                           frame%tool_displacement, frame%tool_turn)
+      points(last + 1:, :) = results%tool_points + displacement(last + 1:, :)
+      velocity(last + 1:, :) = carried(results%tool_points, results%tool_of_point, &
+                                       frame%tool_velocity, frame%tool_turn_rate)
+    end associate
     call append_points(results%file, points)
-    call append_point_data(results%file, "displacement", displacement, results%n_frames)
-    call append_point_data(results%file, "velocity", velocity, results%n_frames)
-    do i = 1, size(fields)
-      call append_point_data(results%file, trim(fields(i)%name), scalars(:, i:i), &
-                             results%n_frames)
-    end do
+    call append_point_data(results%file, strings(fields%name), fields%n_components, values, &
+                           results%n_frames)
   end subroutine write_display
 
   ! Pressure and wear at the display points of the tools.

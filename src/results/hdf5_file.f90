@@ -1,4 +1,4 @@
-!> An HDF5 file being written: groups, attributes, fixed and growing datasets.
+!> An HDF5 file being written: groups, attributes, datasets of one size.
 !!
 !! The first failure is kept in the file and every later call does nothing, so a caller writes a
 !! sequence and asks once, with `take_error`.
@@ -12,7 +12,7 @@ module hdf5_file
   use kinds, only: wp
   use errors, only: error_t, fail
   use hdf5_library
-  use hdf5_lists, only: checked_format, chunked, parent_maker, text_type
+  use hdf5_lists, only: c_extents, c_text, checked_format, parent_maker, text_type
   use hdf5_reason, only: failure_reason, is_library_silenced
   use hdf5_reading, only: is_of_others
   use file_identity, only: is_same_file
@@ -25,7 +25,7 @@ module hdf5_file
 
   public :: hdf5_file_t, create_file, open_file, close_file, give_up_file, flush_file, take_error
   public :: has_object, create_group, link_object, write_text_attribute, write_integer_attribute
-  public :: write_text, write_reals, write_integers, create_series, append_reals, append_integers
+  public :: write_text, write_reals, write_integers, create_dataset, note_failure, file_type
 
   integer, parameter, public :: real_values = 1, integer_values = 2, byte_values = 3
 
@@ -74,8 +74,8 @@ contains
     ! At exit the library would touch files again that it could not write, and crash. From the
     ! second call on this answers that it is known.
     status = h5dont_atexit()
-    if (h5open() < 0) call note(file, "open HDF5 for", "")
-    if (.not. is_library_silenced()) call note(file, "silence HDF5 for", "")
+    if (h5open() < 0) call note_failure(file, "open HDF5 for", "")
+    if (.not. is_library_silenced()) call note_failure(file, "silence HDF5 for", "")
     call hold_folder(file%path, lock)
     call open_locked(file, is_new)
     call release_lock(lock)
@@ -103,7 +103,7 @@ contains
       file%id = h5fopen(c_text(file%path), h5_read_write, h5_default)
     end if
     if (file%id < 0) then
-      call note(file, trim(merge("create", "open  ", is_new)), "")
+      call note_failure(file, trim(merge("create", "open  ", is_new)), "")
       if (is_new .and. .not. is_there) call remove_file(file%path)
     else if (h5fget_vfd_handle(file%id, h5_default, descriptor) >= 0) then
       call c_f_pointer(descriptor, unit)
@@ -120,7 +120,7 @@ contains
     if (file%id < 0) return
     status = h5fclose(file%id)
     file%id = -1
-    if (status < 0) call note(file, "close", "")
+    if (status < 0) call note_failure(file, "close", "")
   end subroutine close_file
 
   !> Close a file that could not be created as a whole, and remove what there is of it.
@@ -138,7 +138,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file
 
     if (allocated(file%error)) return
-    if (h5fflush(file%id, h5_scope_global) < 0) call note(file, "write", "")
+    if (h5fflush(file%id, h5_scope_global) < 0) call note_failure(file, "write", "")
     if (.not. is_in_place(file) .and. .not. allocated(file%error)) call fail(file%error, &
       "result file '"//file%path//"': somebody has deleted, moved or replaced it while the run "// &
       "was writing it")
@@ -181,8 +181,8 @@ contains
     if (has_object(file, name)) return
     links = parent_maker()
     group = h5gcreate(file%id, c_text(name), links, h5_default, h5_default)
-    if (group < 0) call note(file, "write", name)
-    if (any([h5pclose(links), h5oclose(group)] < 0)) call note(file, "write", name)
+    if (group < 0) call note_failure(file, "write", name)
+    if (any([h5pclose(links), h5oclose(group)] < 0)) call note_failure(file, "write", name)
   end subroutine create_group
 
   !> A second name for an object, unless it is there.
@@ -195,8 +195,8 @@ contains
     if (has_object(file, second_name)) return
     links = parent_maker()
     if (h5lcreate_hard(file%id, c_text(name), file%id, c_text(second_name), links, h5_default) &
-        < 0) call note(file, "write", second_name)
-    if (h5pclose(links) < 0) call note(file, "write", second_name)
+        < 0) call note_failure(file, "write", second_name)
+    if (h5pclose(links) < 0) call note_failure(file, "write", second_name)
   end subroutine link_object
 
   !> Write a text attribute of an object, replacing an older one.
@@ -217,7 +217,7 @@ contains
     type = text_type(value)
     address = c_loc(buffer)
     call write_attribute(file, object, name, type, [integer(hsize_t) ::], address)
-    if (h5tclose(type) < 0) call note(file, "write", object)
+    if (h5tclose(type) < 0) call note_failure(file, "write", object)
   end subroutine write_text_attribute
 
   !> Write integers as an attribute of an object, replacing an older one; one value as a scalar.
@@ -254,7 +254,7 @@ contains
     type = text_type(value)
     address = c_loc(buffer)   ! in place of the argument gfortran 12 mixes up the lengths of texts
     call write_fixed(file, name, type, type, [integer ::], address, "", description)
-    if (h5tclose(type) < 0) call note(file, "write", name)
+    if (h5tclose(type) < 0) call note_failure(file, "write", name)
   end subroutine write_text
 
   !> Write reals as a dataset of this shape (Fortran order), or overwrite one that is there.
@@ -281,86 +281,6 @@ contains
                      description)
   end subroutine write_integers
 
-  !> Create a dataset that grows by rows, unless it is there. Compress only what grows by whole
-  !! chunks: a compressed chunk that is extended moves to another place, and a writer killed then
-  !! leaves it broken.
-  subroutine create_series(file, name, kind_of_values, row_shape, n_chunk_rows, is_compressed, &
-                           unit, description)
-    type(hdf5_file_t), intent(inout) :: file
-    character(*), intent(in) :: name
-    integer, intent(in) :: kind_of_values   !! `real_values`, `integer_values` or `byte_values`
-    integer, intent(in) :: row_shape(:)     !! of one row (Fortran order), empty for one number
-    integer, intent(in) :: n_chunk_rows     !! rows stored together
-    logical, intent(in) :: is_compressed
-    character(*), intent(in) :: unit, description
-    integer(hsize_t) :: extents(size(row_shape) + 1), limits(size(row_shape) + 1)
-    integer(hid_t) :: space, list
-
-    if (allocated(file%error)) return
-    if (has_object(file, name)) return
-    extents = [0_hsize_t, c_extents(row_shape)]
-    limits = [h5_unlimited, c_extents(row_shape)]
-    space = h5screate_simple(int(size(extents), c_int), extents, limits)
-    list = chunked([int(n_chunk_rows, hsize_t), c_extents(row_shape)], is_compressed)
-    call create_dataset(file, name, file_type(kind_of_values), space, list, unit, description)
-    if (any([h5sclose(space), h5pclose(list)] < 0)) call note(file, "write", name)
-  end subroutine create_series
-
-  !> Append rows of reals to a dataset made by `create_series`.
-  subroutine append_reals(file, name, values, row_shape, n_rows)
-    type(hdf5_file_t), intent(inout) :: file
-    character(*), intent(in) :: name
-    real(wp), target, intent(in) :: values(*)   !! row after row
-    integer, intent(in) :: row_shape(:)         !! as given to `create_series`
-    integer, intent(in) :: n_rows
-
-    call append(file, name, h5_double, c_loc(values), row_shape, n_rows)
-  end subroutine append_reals
-
-  !> Append rows of integers to a dataset made by `create_series`.
-  subroutine append_integers(file, name, values, row_shape, n_rows)
-    type(hdf5_file_t), intent(inout) :: file
-    character(*), intent(in) :: name
-    integer(int64), target, intent(in) :: values(*)   !! row after row
-    integer, intent(in) :: row_shape(:)               !! as given to `create_series`
-    integer, intent(in) :: n_rows
-
-    call append(file, name, h5_int64, c_loc(values), row_shape, n_rows)
-  end subroutine append_integers
-
-  subroutine append(file, name, memory_type, values, row_shape, n_rows)
-    type(hdf5_file_t), intent(inout) :: file
-    character(*), intent(in) :: name
-    integer(hid_t), intent(in) :: memory_type
-    type(c_ptr), intent(in) :: values
-    integer, intent(in) :: row_shape(:), n_rows
-    integer(hsize_t), dimension(size(row_shape) + 1) :: extents, limits, first, counts
-    integer(hid_t) :: dataset, space, memory
-    integer(c_int) :: status(4)
-
-    if (allocated(file%error) .or. n_rows == 0) return
-    dataset = h5dopen(file%id, c_text(name), h5_default)
-    space = h5dget_space(dataset)
-    status(1) = h5sget_extent(space, extents, limits)
-    if (dataset < 0 .or. status(1) < 0) then
-      call note(file, "write", name)
-      return
-    end if
-    status(1) = h5sclose(space)
-    first = 0
-    first(1) = extents(1)
-    counts = [int(n_rows, hsize_t), c_extents(row_shape)]
-    extents(1) = extents(1) + n_rows
-    status(2) = h5dset_extent(dataset, extents)
-    space = h5dget_space(dataset)
-    memory = h5screate_simple(int(size(counts), c_int), counts, counts)
-    status(3) = h5sselect_hyperslab(space, h5_select_set, first, c_null_ptr, counts, c_null_ptr)
-    status(4) = h5dwrite(dataset, memory_type, memory, space, h5_default, values)
-    if (any(status < 0)) call note(file, "write", name)
-    if (any([h5sclose(space), h5sclose(memory), h5dclose(dataset)] < 0)) &
-      call note(file, "write", name)
-  end subroutine append
-
   subroutine write_fixed(file, name, type, memory_type, shape, values, unit, description)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: name
@@ -380,13 +300,13 @@ contains
       space = h5screate_simple(int(size(shape), c_int), extents, extents)
       list = h5pcreate(h5_class_dataset)
       call create_dataset(file, name, type, space, list, unit, description)
-      if (any([h5sclose(space), h5pclose(list)] < 0)) call note(file, "write", name)
+      if (any([h5sclose(space), h5pclose(list)] < 0)) call note_failure(file, "write", name)
     end if
     if (allocated(file%error) .or. any(shape == 0)) return
     dataset = h5dopen(file%id, c_text(name), h5_default)
     status = h5dwrite(dataset, memory_type, h5_default, h5_default, h5_default, values)
-    if (status < 0) call note(file, "write", name)
-    if (h5dclose(dataset) < 0) call note(file, "write", name)
+    if (status < 0) call note_failure(file, "write", name)
+    if (h5dclose(dataset) < 0) call note_failure(file, "write", name)
   end subroutine write_fixed
 
   subroutine create_dataset(file, name, type, space, list, unit, description)
@@ -397,8 +317,8 @@ contains
 
     links = parent_maker()
     dataset = h5dcreate(file%id, c_text(name), type, space, links, list, h5_default)
-    if (dataset < 0) call note(file, "write", name)
-    if (any([h5pclose(links), h5dclose(dataset)] < 0)) call note(file, "write", name)
+    if (dataset < 0) call note_failure(file, "write", name)
+    if (any([h5pclose(links), h5dclose(dataset)] < 0)) call note_failure(file, "write", name)
     if (len(unit) > 0) call write_text_attribute(file, name, "unit", unit)
     call write_text_attribute(file, name, "description", description)
   end subroutine create_dataset
@@ -417,7 +337,7 @@ contains
     owner = h5oopen(file%id, c_text(object), h5_default)
     is_known = h5aexists(owner, c_text(name)) > 0
     if (is_known .and. type /= h5_int64) then   ! a text may have another length than before
-      if (h5adelete(owner, c_text(name)) < 0) call note(file, "write", object)
+      if (h5adelete(owner, c_text(name)) < 0) call note_failure(file, "write", object)
       is_known = .false.
     end if
     if (is_known) then
@@ -425,11 +345,12 @@ contains
     else
       space = h5screate_simple(int(size(extents), c_int), extents, extents)
       attribute = h5acreate(owner, c_text(name), type, space, h5_default, h5_default)
-      if (h5sclose(space) < 0) call note(file, "write", object)
+      if (h5sclose(space) < 0) call note_failure(file, "write", object)
     end if
     status = h5awrite(attribute, type, values)
-    if (status < 0) call note(file, "write", object)
-    if (any([h5aclose(attribute), h5oclose(owner)] < 0)) call note(file, "write", object)
+    if (status < 0) call note_failure(file, "write", object)
+    if (any([h5aclose(attribute), h5oclose(owner)] < 0)) &
+      call note_failure(file, "write", object)
   end subroutine write_attribute
 
   !> Refuse what others use or have made. An empty file may be what a killed run has begun.
@@ -456,8 +377,8 @@ contains
     end if
   end subroutine check_replaceable
 
-  ! Keep the first failure, with the library's reason.
-  subroutine note(file, action, object)
+  !> Keep the first failure, with the library's reason.
+  subroutine note_failure(file, action, object)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: action, object
     character(:), allocatable :: message
@@ -466,8 +387,9 @@ contains
     message = "result file '"//file%path//"': cannot "//action//" it"
     if (len(object) > 0) message = message//" (at "//object//")"
     call fail(file%error, message//": "//failure_reason())
-  end subroutine note
+  end subroutine note_failure
 
+  !> Type in a file of a kind of values.
   integer(hid_t) function file_type(kind_of_values) result(type)
     integer, intent(in) :: kind_of_values
 
@@ -480,20 +402,5 @@ contains
       type = h5_double
     end select
   end function file_type
-
-  ! Extents in C order.
-  pure function c_extents(shape) result(extents)
-    integer, intent(in) :: shape(:)
-    integer(hsize_t) :: extents(size(shape))
-
-    extents = shape(size(shape):1:-1)
-  end function c_extents
-
-  pure function c_text(text)
-    character(*), intent(in) :: text
-    character(len_trim(text) + 1) :: c_text
-
-    c_text = trim(text)//c_null_char
-  end function c_text
 
 end module hdf5_file

@@ -2,7 +2,7 @@
 !! The Fortran modules that HDF5 ships serve only the compiler they were built with; these bindings
 !! serve any. The variables are constants of the C library, set by `h5open`; nobody writes them.
 module hdf5_library
-  use, intrinsic :: iso_c_binding, only: c_char, c_funptr, c_int, c_int64_t, c_ptr, &
+  use, intrinsic :: iso_c_binding, only: c_char, c_funptr, c_int, c_int32_t, c_int64_t, c_ptr, &
                                          c_size_t
   implicit none
   private
@@ -31,7 +31,7 @@ module hdf5_library
   public :: h5fopen, h5dread, h5dget_storage, h5dget_type, h5aread, h5aget_type, h5aget_space
   public :: h5tget_size, h5tget_class, h5tis_variable, h5sget_npoints
   public :: h5acreate, h5aopen, h5aexists, h5awrite, h5adelete, h5aclose
-  public :: h5dcreate, h5dopen, h5dwrite, h5dset_extent, h5dget_space, h5dclose
+  public :: h5dcreate, h5dopen, h5dwrite, h5dwrite_chunk, h5dset_extent, h5dget_space, h5dclose
   public :: h5screate_simple, h5sget_extent, h5sselect_hyperslab, h5sclose
   public :: h5pcreate, h5pset_chunk, h5pset_deflate, h5pset_shuffle, h5pset_intermediate, h5pclose
   public :: h5pset_formats
@@ -198,6 +198,16 @@ module hdf5_library
       integer(hid_t), value :: dataset, type, memory, place, transfer
       type(c_ptr), value :: values
     end function h5dwrite
+
+    integer(c_int) function h5dwrite_chunk(dataset, transfer, left_out, first, n_bytes, bytes) &
+      bind(C, name="H5Dwrite_chunk")
+      import :: c_int, c_int32_t, c_ptr, c_size_t, hid_t, hsize_t
+      integer(hid_t), value :: dataset, transfer
+      integer(c_int32_t), value :: left_out   ! filters that were not applied, as bits
+      integer(hsize_t), intent(in) :: first(*)
+      integer(c_size_t), value :: n_bytes
+      type(c_ptr), value :: bytes
+    end function h5dwrite_chunk
 
     integer(c_int) function h5dread(dataset, type, memory, place, transfer, values) &
       bind(C, name="H5Dread")

@@ -1,13 +1,15 @@
-!> Lists of properties and types of HDF5 that a file is written with. Who gets one closes it.
+!> What a file is written with: lists of properties and types of HDF5 (who gets one closes it),
+!! extents and texts as C wants them.
 module hdf5_lists
-  use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_int, c_null_char, c_size_t
   use hdf5_library
   implicit none
   private
 
-  public :: parent_maker, chunked, checked_format, text_type
+  public :: parent_maker, chunked, checked_format, text_type, c_extents, c_text
 
-  integer, parameter :: deflate_level = 1   ! 4 saves 2 % of the size for half as much time again
+  !> Level 4 saves 2 % of the size for half as much time again.
+  integer, parameter, public :: deflate_level = 1
 
 contains
 
@@ -52,5 +54,21 @@ contains
     if (any([(iachar(value(i:i)) > 127, i=1, len(value))])) status(3) = h5tset_cset(type, h5_utf8)
     if (any(status < 0)) type = -1
   end function text_type
+
+  !> Extents in C order.
+  pure function c_extents(shape) result(extents)
+    integer, intent(in) :: shape(:)
+    integer(hsize_t) :: extents(size(shape))
+
+    extents = shape(size(shape):1:-1)
+  end function c_extents
+
+  !> A text without the blanks at its end, and with the zero that ends it in C.
+  pure function c_text(text)
+    character(*), intent(in) :: text
+    character(len_trim(text) + 1) :: c_text
+
+    c_text = trim(text)//c_null_char
+  end function c_text
 
 end module hdf5_lists

@@ -3,8 +3,9 @@ module history
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use text, only: string_t
-  use hdf5_file, only: append_reals, create_group, create_series, hdf5_file_t, integer_values, &
-                       link_object, real_values, write_integer_attribute
+  use hdf5_file, only: create_group, hdf5_file_t, integer_values, link_object, real_values, &
+                       write_integer_attribute
+  use hdf5_series, only: append_reals, create_series
   use unit_system, only: unit_of, unit_system_t
   implicit none
   private
