@@ -3,7 +3,7 @@ module batch_list
   use text, only: string_t, to_text
   use errors, only: error_t, fail
   use source_file, only: read_source, next_line
-  use system_files, only: true_path, matching_files, is_folder
+  use system_files, only: true_path, matching_files, is_folder, is_no_file, kind_of_file
   use command_line, only: command_t, parse_arguments
   use output_names, only: base_of, result_base, file_name
   implicit none
@@ -148,10 +148,15 @@ contains
         if (run%command%fault /= "") then
           call fail(error, place(path, run%line)//run%command%fault)
         else if (run%command%is_material .or. run%command%is_batch .or. run%command%is_check &
-                 .or. run%command%n_modes > 0 .or. run%command%wants_help &
+                 .or. run%command%is_iges .or. run%command%n_modes > 0 &
+                 .or. run%command%wants_help &
                  .or. run%command%wants_version .or. run%command%wants_keywords &
                  .or. run%command%wants_rules) then
           call fail(error, place(path, run%line)//"'"//run%text//"' is no run of a deck")
+        else if (is_no_file(run%command%deck)) then
+          call fail(error, place(path, run%line)//"the deck '"//run%command%deck//"' is a "// &
+                    kind_of_file(run%command%deck)//"; a batch reads decks more than once, so "// &
+                    "they are plain files")
         end if
         if (allocated(error)) return
         run%result_file = run%command%output

@@ -1,6 +1,6 @@
 !> Names of the files that a run writes beside its result, none of which may be one that it reads.
 module output_names
-  use text, only: string_t
+  use text, only: string_t, lower_case
   use errors, only: error_t, fail
   use file_identity, only: is_same_file, is_any_of_files
   use command_line, only: command_t
@@ -87,15 +87,18 @@ contains
     if (path(n + 1:) == ending) base = path(:n)
   end function result_base
 
-  !> The path of a deck without its last ending.
+  !> The path of a deck or result without its ending: `.h5`, or a point and letters as in
+  !! `strip.key`. Other points belong to the name, as in `mu0.05` or `strip.v2`.
   pure function base_of(path) result(base)
     character(*), intent(in) :: path
     character(:), allocatable :: base
+    character(*), parameter :: letters = "abcdefghijklmnopqrstuvwxyz"
     integer :: dot
 
     dot = index(path, ".", back=.true.)
-    base = path
-    if (dot > index(path, "/", back=.true.) + 1) base = path(:dot - 1)
+    base = result_base(path)
+    if (base /= path .or. dot <= index(path, "/", back=.true.) + 1 .or. dot == len(path)) return
+    if (verify(lower_case(path(dot + 1:)), letters) == 0) base = path(:dot - 1)
   end function base_of
 
   !> The path without its folder.

@@ -23,9 +23,9 @@ contains
     integer :: i
 
     call add_text(digest, file_checksum("/proc/self/exe"))
-    if (allocated(scene%files)) then
-      do i = 1, size(scene%files)
-        call add_text(digest, file_checksum(scene%files(i)%value))
+    if (allocated(scene%sums)) then
+      do i = 1, size(scene%sums)
+        call add_text(digest, scene%sums(i)%value)
       end do
     end if
     do i = 1, size(command%overrides)

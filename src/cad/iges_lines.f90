@@ -4,7 +4,7 @@ module iges_lines
   use errors, only: error_t
   use faults, only: fault_list_t, new_origin, add_fault
   use text, only: read_integer, to_text
-  use source_file, only: read_source, next_line
+  use source_file, only: read_plain_source, next_line
   implicit none
   private
 
@@ -38,7 +38,7 @@ contains
     integer :: place, i, n_lines, n_before
 
     file%path = path
-    call read_source(path, contents, error)
+    call read_plain_source(path, contents, error)
     if (allocated(error)) then
       call add_fault(faults, new_origin(path, 0, "IGES"), error%message, "an IGES file of text")
       return

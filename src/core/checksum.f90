@@ -1,10 +1,11 @@
 !> Checksums of files, to tell a whole file from a damaged one.
 module checksum
   use, intrinsic :: iso_fortran_env, only: int8, int32, int64
+  use system_files, only: is_no_file
   implicit none
   private
 
-  public :: checksum_t, add_words, checksum_text, file_checksum
+  public :: checksum_t, add_words, checksum_text, file_checksum, contents_checksum
 
   integer, parameter, public :: block_words = 32768   !! most words at a time
 
@@ -42,7 +43,8 @@ contains
     write (text, "(2z8.8)") checksum%sums
   end function checksum_text
 
-  !> Checksum of the first bytes of a file, zeros filling the last word; empty if it cannot be read.
+  !> Checksum of the first bytes of a file, zeros filling the last word; empty if it cannot be read
+  !! or is no plain file.
   function file_checksum(path, n_bytes) result(text)
     character(*), intent(in) :: path
     integer(int64), intent(in), optional :: n_bytes   !! absent: all
@@ -54,6 +56,7 @@ contains
     integer :: unit, status, n
 
     text = ""
+    if (is_no_file(path)) return
     open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
           status="old", iostat=status)
     if (status /= 0) return
@@ -70,5 +73,24 @@ contains
     close (unit)
     if (status == 0) text = checksum_text(checksum)
   end function file_checksum
+
+  !> What `file_checksum` gives of a file with these contents.
+  function contents_checksum(contents) result(text)
+    character(*), intent(in) :: contents
+    character(:), allocatable :: text
+    type(checksum_t) :: checksum
+    integer(int32) :: words(block_words)
+    character(4*block_words) :: block
+    integer :: first, n
+
+    do first = 1, len(contents), len(block)
+      n = min(len(block), len(contents) - first + 1)
+      block(:n) = contents(first:first + n - 1)
+      block(n + 1:) = repeat(achar(0), len(block) - n)
+      words = transfer(block, words)
+      call add_words(checksum, words(:(n + 3)/4))
+    end do
+    text = checksum_text(checksum)
+  end function contents_checksum
 
 end module checksum

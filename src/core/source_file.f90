@@ -1,10 +1,11 @@
 !> The bytes of a deck or include file, and its lines whatever ends them.
 module source_file
   use errors, only: error_t, fail
+  use system_files, only: is_no_file, kind_of_file
   implicit none
   private
 
-  public :: read_source, next_line, folder_of, path_beside
+  public :: read_source, read_plain_source, next_line, folder_of, path_beside
 
   character(1), parameter :: tab = achar(9), line_feed = achar(10), carriage_return = achar(13)
 
@@ -47,6 +48,20 @@ contains
     end if
     if (allocated(error)) contents = ""
   end subroutine read_source
+
+  !> The same of a file that another one names, which may keep nobody waiting: a plain file.
+  subroutine read_plain_source(path, contents, error)
+    character(*), intent(in) :: path
+    character(:), allocatable, intent(out) :: contents
+    type(error_t), allocatable, intent(out) :: error
+
+    contents = ""
+    if (is_no_file(path)) then
+      call fail(error, "the "//kind_of_file(path)//" `"//path//"`, which is no plain file")
+    else
+      call read_source(path, contents, error)
+    end if
+  end subroutine read_plain_source
 
   !> All that comes, for a pipe tells no size; up to the first byte that no text has, for some
   !! have no end.

@@ -2,7 +2,6 @@
 module deck_reader
   use faults, only: new_origin, fault_list_t, add_fault, n_errors
   use text, only: string_t
-  use checksum, only: file_checksum
   use scene, only: scene_t
   use lexer, only: lexed_deck_t, lex_deck
   use deck_records, only: parsed_deck_t, find_records
@@ -96,9 +95,10 @@ contains
 
     call lex_deck(path, overrides, lexed, faults)
     scene%file = path
-    allocate (scene%files(lexed%n_files))
+    allocate (scene%files(lexed%n_files), scene%sums(lexed%n_files))
     do i = 1, lexed%n_files
       scene%files(i)%value = lexed%files(i)%value
+      scene%sums(i)%value = lexed%sums(i)%value
     end do
     is_deck = lexed%n_blocks > 0
     if (lexed%n_files > 0) then
@@ -152,8 +152,8 @@ contains
     call read_reduction(deck, scene)
     call read_checkpoints(deck, scene, faults)
     do i = deck%lexed%n_files + 1, size(scene%files)   ! geometry from other programs
-      scene%digest = scene%digest//digest_line(file_checksum(scene%files(i)%value), &
-                                               "the file '"//scene%files(i)%value//"'")
+      scene%digest = scene%digest//digest_line(scene%sums(i)%value, "the file '" &
+                                               //scene%files(i)%value//"'")
     end do
   end subroutine read_scene
 

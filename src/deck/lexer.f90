@@ -4,7 +4,8 @@ module lexer
   use errors, only: error_t
   use faults, only: origin_t, new_origin, fault_list_t, add_fault
   use text, only: string_t, upper_case, squeezed, to_text
-  use source_file, only: read_source, next_line, path_beside
+  use checksum, only: contents_checksum
+  use source_file, only: read_source, read_plain_source, next_line, path_beside
   use line_list, only: line_list_t, append_line, append_text
   use field_split, only: split_fields, field_text
   use parameter_table, only: parameter_table_t, parameter_t, find_parameter, define_parameter, &
@@ -34,6 +35,7 @@ module lexer
   type :: lexed_deck_t
     integer :: n_files = 0, n_blocks = 0, n_characters = 0
     type(string_t), allocatable :: files(:)     !! paths in the order of opening
+    type(string_t), allocatable :: sums(:)      !! checksums of what was read from them
     type(block_t), allocatable :: blocks(:)
     type(line_list_t) :: lines                  !! data lines, parameters already replaced
     character(:), allocatable :: characters     !! the files as they are, for the provenance
@@ -74,7 +76,7 @@ contains
     character(:), allocatable :: name, nearest
 
     nowhere = new_origin(path, 0, "")
-    allocate (deck%files(8), deck%blocks(64))
+    allocate (deck%files(8), deck%sums(8), deck%blocks(64))
     call take_overrides(overrides, state, nowhere, faults)
     call read_deck_file(path, nowhere, deck, state, faults)
     do i = 1, state%overrides%names%n_names
@@ -151,7 +153,7 @@ contains
   end subroutine read_deck_file
 
   !> Read the bytes of a file that is not open already, whatever path leads to it; `cursor%file`
-  !! stays 0 on a fault.
+  !! stays 0 on a fault. The deck itself may come from a pipe, so nothing reads it once more.
   subroutine open_source(path, origin, deck, state, cursor, faults)
     character(*), intent(in) :: path
     type(origin_t), intent(in) :: origin
@@ -167,7 +169,11 @@ contains
                      " files within each other", "fewer levels of *INCLUDE")
       return
     end if
-    call read_source(path, cursor%contents, error)
+    if (deck%n_files == 0) then
+      call read_source(path, cursor%contents, error)
+    else
+      call read_plain_source(path, cursor%contents, error)
+    end if
     if (allocated(error)) then
       call add_fault(faults, origin, error%message, "a readable text file of keywords or data")
       return
@@ -184,7 +190,7 @@ contains
     state%first(state%n_open) = deck%n_characters - len(cursor%contents)
   end subroutine open_source
 
-  pure subroutine add_file(path, deck, cursor)
+  subroutine add_file(path, deck, cursor)
     character(*), intent(in) :: path
     type(lexed_deck_t), intent(inout) :: deck
     type(cursor_t), intent(inout) :: cursor
@@ -194,9 +200,13 @@ contains
       allocate (longer(2*deck%n_files))
       longer(:deck%n_files) = deck%files
       call move_alloc(longer, deck%files)
+      allocate (longer(2*deck%n_files))
+      longer(:deck%n_files) = deck%sums
+      call move_alloc(longer, deck%sums)
     end if
     deck%n_files = deck%n_files + 1
     deck%files(deck%n_files)%value = path
+    deck%sums(deck%n_files)%value = contents_checksum(cursor%contents)
     cursor%file = deck%n_files
     call append_text(deck%characters, deck%n_characters, "** file "//path//new_line("a"))
     call append_text(deck%characters, deck%n_characters, cursor%contents//new_line("a"))

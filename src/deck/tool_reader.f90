@@ -153,9 +153,12 @@ contains
     type(scene_t), intent(inout) :: scene
     type(string_t), intent(in) :: file
 
+    type(string_t) :: sum
+
+    sum%value = file_checksum(file%value)
     scene%files = [scene%files, file]
-    scene%text = scene%text//"** file "//file%value//", checksum "//file_checksum(file%value)// &
-                 new_line("a")
+    scene%sums = [scene%sums, sum]
+    scene%text = scene%text//"** file "//file%value//", checksum "//sum%value//new_line("a")
   end subroutine add_source
 
   subroutine read_surface(deck, record, parts, surface, is_complete, faults)

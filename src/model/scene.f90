@@ -234,6 +234,7 @@ module scene
   type, public :: scene_t
     character(:), allocatable :: file       !! path of the deck
     type(string_t), allocatable :: files(:) !! paths of the deck and of all that it includes
+    type(string_t), allocatable :: sums(:)  !! checksums of what was read from them
     character(:), allocatable :: text       !! the deck as read, for the provenance
     character(:), allocatable :: digest     !! of what a run taken up again may not change
     character(:), allocatable :: heading, units

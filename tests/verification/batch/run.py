@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 PROGRAM, PROJECT = sys.argv[1], pathlib.Path(sys.argv[2])
@@ -130,8 +131,48 @@ def pipes_keep_nobody_waiting(folder):
                         (("--restart", "nix"), "checkpoint 'nix' refused")):
         said = igaform(folder, DECK, *words, code=1)
         assert told in said, said
+    for line, told in (("*INCLUDE, INPUT=pipe", "found the pipe `pipe`, which is no plain file"),
+                       ("*INCLUDE, INPUT=/dev/tty", "found the device `/dev/tty`"),
+                       ("*TOOL, NAME=die, TYPE=IGES, INPUT=pipe", "found the pipe `pipe`")):
+        (folder / "a.key").write_text(f"{line}\n{DECK.read_text()}")
+        said = igaform(folder, "a.key", code=1)
+        assert told in said, said
+    (folder / "a.key").write_text("pipe --out a.h5\n")
+    said = igaform(folder, "batch", "a.key", code=1)
+    assert "a.key:1: the deck 'pipe' is a pipe; a batch reads decks more than once" in said, said
     left = sorted(path.name for path in folder.iterdir())
-    assert left == ["c.log", "d.ckpt.h5", "pipe"], left
+    assert left == ["a.key", "c.log", "d.ckpt.h5", "pipe"], left
+
+
+def a_deck_is_read_but_once(folder):
+    """So it may come from a pipe, and its result is that of the file."""
+    text = DECK.read_text()
+    for name in ("named", "other"):
+        os.mkfifo(folder / name)
+        writer = threading.Thread(target=(folder / name).write_text, daemon=True,
+                                  args=(text if name == "named" else text + "** another\n",))
+        writer.start()
+        igaform(folder, name, *SHORT.split(), "--quiet")
+    subprocess.run([PROGRAM, "/dev/stdin", *SHORT.split(), "--quiet"], input=text, text=True,
+                   cwd=folder, check=True, timeout=100)
+    (folder / "a.key").write_text(text)
+    igaform(folder, "a.key", *SHORT.split(), "--quiet")
+    for name, status in (("a", "completed"), ("named", "completed"), ("stdin", "completed"),
+                         ("other", "due")):
+        write_list(folder, f"a.key {SHORT} --out {name}.h5")
+        said = igaform(folder, "batch", "list.txt", "--summary",
+                       code=0 if status == "completed" else 3)
+        assert f"1 runs: 1 {status}" in said, said
+
+
+def names_of_decks_keep_their_points(folder):
+    for name in ("mu0.05", "mu0.10", "run.1", "run.2", "plain"):
+        (folder / name).write_text(DECK.read_text())
+        igaform(folder, name, *SHORT.split(), "--quiet")
+        assert (folder / f"{name}.h5").exists() and (folder / f"{name}.log").exists(), name
+    write_list(folder, "mu0.05", "mu0.10", "run.1", "run.2", "plain")
+    said = igaform(folder, "batch", "list.txt", "--summary", code=3)
+    assert "5 runs: 5 due" in said, said
 
 
 def a_line_may_be_long(folder):
@@ -310,7 +351,8 @@ def wait_for(condition):
 
 if __name__ == "__main__":
     for test in (runs_once_and_not_again, one_file_has_one_writer, a_name_keeps_its_points,
-                 files_of_others_are_left_alone, pipes_keep_nobody_waiting, a_line_may_be_long,
+                 files_of_others_are_left_alone, pipes_keep_nobody_waiting,
+                 a_deck_is_read_but_once, names_of_decks_keep_their_points, a_line_may_be_long,
                  an_array_of_jobs_shares_a_list, a_batch_passes_its_limits_on,
                  the_scripts_of_the_manual_work,
                  a_folder_is_a_batch, interruption_stops_all, a_wish_to_save_reaches_all,
