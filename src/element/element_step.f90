@@ -10,7 +10,7 @@ module element_step
   use ig_patch, only: ig_patch_t, force_report_t, tile_buffer_t
   use patch_setup, only: element_patch, new_tile_buffers
   use internal_force, only: internal_forces
-  use lumped_mass, only: mass_tables, add_element
+  use lumped_mass, only: mass_tables, add_masses
   use spurious_modes, only: dense_stiffness
   use stable_step, only: damped_step, damping_ratio
   use lapack, only: eigenvalues
@@ -134,7 +134,7 @@ contains
     high = low + patch%axes%degree
     allocate (mass, mold=solid%weights)
     mass = 0.0_wp
-    call add_element(solid, axes, element, law%density, mass)
+    call add_masses(solid, axes, element, element, law%density, mass)
     root = sqrt([mass(low(1):high(1), low(2):high(2), low(3):high(3))])
     root = [root, root, root]
     stiffness = dense_stiffness(element_patch(patch, solid, element), law, &
