@@ -11,6 +11,7 @@ module run_start
   use file_lock, only: lock_t, hold_file
   use system_files, only: kind_of_file
   use frames, only: results_t, results_setup_t, open_results
+  use run_log, only: is_other_file
   use forming_run, only: new_run
   use run_data, only: run_t
   use run_saver, only: saver_t, start_from, least_steps
@@ -67,6 +68,9 @@ contains
     else if (kind_of_file(log_file) == "pipe") then
       call fail(error, "log file '"//log_file//"': there is a pipe of this name; it is left "// &
                 "alone; name another result with --out")
+    else if (is_other_file(log_file)) then
+      call fail(error, "log file '"//log_file//"': there is a file of this name that is no log "// &
+                "of igaform; it is left alone; name another result with --out")
     else if (.not. hold_file(log_file, lock)) then
       call fail(error, "log file '"//log_file//"': another program is using it; choose another "// &
                 "name with --out or wait for it")

@@ -11,11 +11,12 @@ module checkpoint
   use errors, only: error_t, fail
   use checksum, only: file_checksum
   use state_store, only: state_store_t, add_entry
-  use system_files, only: sync_file, replace_file, remove_file, is_no_file, kind_of_file
-  use file_lock, only: lock_t, hold_folder, release_lock, is_locked_by_others
+  use system_files, only: sync_file, replace_file, remove_file, is_no_file, kind_of_file, true_path
+  use file_lock, only: lock_t, hold_folder, release_lock
   use hdf5_library, only: hid_t
   use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_reals, write_text, &
                        write_text_attribute
+  use result_guard, only: check_replaceable, is_checkpoint_state
   use hdf5_reading, only: open_for_reading, close_reading, read_text_attribute, read_text, &
                           read_numbers
   implicit none
@@ -52,9 +53,10 @@ contains
     type(state_store_t), intent(in) :: store
     character(*), intent(in) :: result_file      !! flushed
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: new
+    character(:), allocatable :: place, new   ! where the name leads to, and beside that
 
-    new = path//".new"
+    place = true_path(path)
+    new = place//".new"
     call remove_file(new)
     if (allocated(store%fault)) then
       if (store%fault /= "") call fail(error, "internal error, "//store%fault)
@@ -64,7 +66,7 @@ contains
     if (.not. allocated(error)) then
       if (.not. sync_file(new)) then
         call fail(error, "cannot bring it to the disk")
-      else if (.not. replace_file(new, path)) then
+      else if (.not. replace_file(new, place)) then
         call fail(error, "cannot put it in the place of the one before")
       end if
     end if
@@ -269,27 +271,30 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(last_line_t) :: last
     type(lock_t) :: lock
+    character(:), allocatable :: place, new   ! where the name leads to, and beside that
 
     call check_whole(path, last, error)
     if (allocated(error)) return
     call hold_folder(result_file, lock)
-    if (is_locked_by_others(result_file)) then
+    call check_replaceable(result_file, error)
+    if (allocated(error)) then
       call release_lock(lock)
-      call fail(error, "result file '"//result_file//"': another program is using it")
       return
     end if
-    call remove_file(result_file//".new")
-    call copy_bytes(path, last%n_state, last%n_result, result_file//".new", error)
+    place = true_path(result_file)
+    new = place//".new"
+    call remove_file(new)
+    call copy_bytes(path, last%n_state, last%n_result, new, error)
     if (.not. allocated(error)) then
-      if (.not. sync_file(result_file//".new")) then
+      if (.not. sync_file(new)) then
         call fail(error, "cannot bring it to the disk")
-      else if (.not. replace_file(result_file//".new", result_file)) then
+      else if (.not. replace_file(new, place)) then
         call fail(error, "cannot put it in its place")
       end if
     end if
     call release_lock(lock)
     if (.not. allocated(error)) return
-    call remove_file(result_file//".new")
+    call remove_file(new)
     error%message = "result file '"//result_file//"' cannot be taken from the checkpoint: "// &
                     error%message
   end subroutine restore_result
@@ -299,8 +304,8 @@ contains
   subroutine remove_leftovers(result_file, path)
     character(*), intent(in) :: result_file, path    !! path of the checkpoint
 
-    call remove_file(result_file//".new")
-    call remove_file(path//".new")
+    call remove_file(true_path(result_file)//".new")
+    call remove_file(true_path(path)//".new")
   end subroutine remove_leftovers
 
   !> May a checkpoint be written under this name: is there nothing, nothing in it, or a checkpoint,
@@ -309,7 +314,6 @@ contains
     character(*), intent(in) :: path
     character(len(mark)) :: line
     integer(int64) :: n_bytes
-    integer(hid_t) :: file
     integer :: unit, status
 
     is_replaceable = .not. is_no_file(path)
@@ -322,10 +326,7 @@ contains
     if (n_bytes > last_length) read (unit, pos=n_bytes - last_length + 1, iostat=status) line
     close (unit)
     if (n_bytes == 0 .or. line == mark) return
-    file = open_for_reading(path)
-    is_replaceable = .false.   ! results do not have this attribute
-    if (file >= 0) is_replaceable = read_text_attribute(file, "/", "deck_file") /= ""
-    call close_reading(file)
+    is_replaceable = is_checkpoint_state(path)
   end function is_replaceable
 
   !> Is this a checkpoint, as it was written to the last byte?

@@ -14,12 +14,11 @@ module hdf5_file
   use hdf5_library
   use hdf5_lists, only: c_extents, c_text, checked_format, parent_maker, text_type
   use hdf5_reason, only: failure_reason, is_library_silenced
-  use hdf5_reading, only: is_of_others
+  use result_guard, only: check_replaceable
   use file_identity, only: is_same_file
-  use system_files, only: remove_file, is_no_file, kind_of_file
+  use system_files, only: remove_file
   use text, only: to_text
-  use file_lock, only: is_locked_by_others, is_lock_shared, lock_t, hold_folder, &
-                       release_lock
+  use file_lock, only: is_lock_shared, lock_t, hold_folder, release_lock
   implicit none
   private
 
@@ -92,7 +91,7 @@ contains
     logical :: is_there
 
     inquire (file=file%path, exist=is_there)
-    if (is_there) call check_replaceable(file)
+    if (is_there) call check_replaceable(file%path, file%error)
     if (allocated(file%error)) return
     if (is_new) then
       access = h5_default
@@ -352,30 +351,6 @@ contains
     if (any([h5aclose(attribute), h5oclose(owner)] < 0)) &
       call note_failure(file, "write", object)
   end subroutine write_attribute
-
-  !> Refuse what others use or have made. An empty file may be what a killed run has begun.
-  subroutine check_replaceable(file)
-    type(hdf5_file_t), intent(inout) :: file
-    integer(int64) :: n_bytes
-    logical :: is_result
-
-    if (is_no_file(file%path)) then
-      call fail(file%error, "result file '"//file%path//"': there is a "// &
-                kind_of_file(file%path)//" of this name, which is not a result file; it is "// &
-                "left alone")
-      return
-    end if
-    inquire (file=file%path, size=n_bytes)
-    is_result = h5fis_hdf5(c_text(file%path)) > 0
-    if (is_result) is_result = .not. is_of_others(file%path)
-    if (is_locked_by_others(file%path)) then
-      call fail(file%error, "result file '"//file%path//"': another program is using it; choose " &
-                //"another name or close it there")
-    else if (n_bytes > 0 .and. .not. is_result) then
-      call fail(file%error, "result file '"//file%path//"': there is a file of this " &
-                //"name that is not a result file; it is left alone")
-    end if
-  end subroutine check_replaceable
 
   !> Keep the first failure, with the library's reason.
   subroutine note_failure(file, action, object)

@@ -9,6 +9,9 @@ module provenance
   public :: provenance_t, provenance_lines, host_cores, timestamp, compiler_name, compiler_flags
   public :: text_or_empty
 
+  !> What the head of every log begins with.
+  character(*), parameter, public :: log_mark = "igaform "
+
   !> What the caller knows; parts that are not allocated count as empty.
   type :: provenance_t
     character(:), allocatable :: version        !! of the program
@@ -40,7 +43,7 @@ contains
     character(:), allocatable :: lines   !! separated by new_line
     character(1), parameter :: feed = new_line("a")
 
-    lines = "igaform "//text_or_empty(source%version)
+    lines = log_mark//text_or_empty(source%version)
     if (len(text_or_empty(source%git_commit)) > 0) then
       lines = lines//" ("//source%git_commit//")"
     end if

@@ -4,6 +4,7 @@ Usage: files.py PROGRAM PROJECT
 """
 import ctypes
 import os
+import pathlib
 import resource
 import shutil
 import subprocess
@@ -161,6 +162,68 @@ def what_a_killed_run_began_goes_away(folder):
     assert not (folder / "a.h5.new").exists()
 
 
+def what_others_made_is_left_alone(folder):
+    """By a run that goes on, too: a text, HDF5 of another program, a pipe, a checkpoint, a log."""
+    path = deck(folder, STRIP, "*CHECKPOINT, NUMBER=2")
+    igaform(folder, path, *SMALL, "--out", "a.h5")
+    saved = (folder / "a.ckpt.h5").read_bytes()
+    (folder / "text.h5").write_text("mine")
+    with h5py.File(folder / "other.h5", "w") as file:
+        file["mine"] = 1
+    (folder / "saved.h5").write_bytes(saved)
+    (folder / "diary.log").write_text("mine\n")
+    os.mkfifo(folder / "pipe.h5")
+    before = {file.name: file.read_bytes() for file in folder.iterdir() if file.is_file()}
+    for name, reason in (("text", "not a result"), ("other", "not a result"),
+                         ("saved", "a checkpoint of this name"), ("diary", "no log of igaform"),
+                         ("pipe", "a pipe of this name")):
+        for more in ([], ["--restart", "a.ckpt.h5"]):
+            said = igaform(folder, path, *SMALL, *more, "--out", name + ".h5", code=1)
+            assert reason in said and "left alone" in said, (name, more, said)
+    said = igaform(folder, path, *SMALL, "--restart", "a.ckpt.h5", "--out", "a.ckpt.h5", code=1)
+    assert "a checkpoint of this name" in said, said
+    now = {file.name: file.read_bytes() for file in folder.iterdir() if file.is_file()}
+    assert now == before, set(now) ^ set(before)
+
+
+def a_link_to_the_result_stays(folder):
+    """To a disk with more room, say: result and checkpoint are where the links lead to."""
+    (folder / "far").mkdir()
+    path = deck(folder, STRIP, "*CHECKPOINT, NUMBER=2")
+    igaform(folder, path, *SMALL, "--out", "far/a.h5")
+    reference = datasets(folder / "far" / "a.h5")
+    for name in ("a.h5", "a.ckpt.h5"):
+        (folder / name).symlink_to(pathlib.Path("far") / name)
+    (folder / "far" / "a.h5").write_bytes(b"")
+    igaform(folder, path, *SMALL, "--restart", "a.ckpt.h5")
+    igaform(folder, path, *SMALL, "--out", "a.h5")
+    assert (folder / "a.h5").is_symlink() and (folder / "a.ckpt.h5").is_symlink()
+    check_same(folder / "far" / "a.h5", reference)
+    assert sorted(file.name for file in (folder / "far").iterdir()) == ["a.ckpt.h5", "a.h5",
+                                                                       "a.log"]
+
+
+def a_disk_that_is_full_for_a_while(folder):
+    """Rows that could not be written with a checkpoint are missing: the run ends, for it must not
+    come to its end without them. Later it goes on from the checkpoint before."""
+    source = folder / "rows.key"
+    source.write_text(STRIP.read_text().replace("FRAMES=10, HISTORY=200", "FRAMES=1, HISTORY=2000"))
+    path = deck(folder, source, "*CHECKPOINT, STEPS=500")
+    words = ["--set", "n_x=4", "--set", "n_y=2", "--set", "end_time=4e-3", "--threads", "1"]
+    igaform(folder, path, *words, "--out", "full.h5")
+    run = begin(folder, path, *words, "--out", "a.h5")
+    wait_for((folder / "a.ckpt.h5").exists)
+    room = (folder / "a.h5").stat().st_size
+    resource.prlimit(run.pid, resource.RLIMIT_FSIZE, (room, resource.RLIM_INFINITY))
+    log = folder / "a.log"
+    wait_for(lambda: "cannot write it" in log.read_text() or run.poll() is not None)
+    resource.prlimit(run.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
+    assert run.wait(60) == 4, log.read_text()
+    assert "cannot write it (at /history" in log.read_text(), log.read_text()
+    igaform(folder, path, *words, "--restart", "a.ckpt.h5")
+    check_same(folder / "a.h5", datasets(folder / "full.h5"))
+
+
 def a_deleted_result(folder):
     path = deck(folder, STRIP, "*CHECKPOINT, STEPS=200")
     words = ["--set", "n_x=6", "--set", "end_time=1e-3", "--out", "a.h5"]
@@ -219,5 +282,6 @@ if __name__ == "__main__":
             a_checkpoint_that_finds_no_room_leaves_the_one_before,
             folders_that_cannot_be_written, a_folder_that_is_sealed_under_way,
             an_include_that_vanished, an_empty_file_may_be_replaced,
-            what_a_killed_run_began_goes_away, a_deleted_result, a_replaced_result,
+            what_others_made_is_left_alone, a_link_to_the_result_stays,
+            a_disk_that_is_full_for_a_while, what_a_killed_run_began_goes_away, a_deleted_result, a_replaced_result,
             a_disk_that_is_full_at_the_start, names_do_not_reach_a_shell)
