@@ -145,7 +145,7 @@ contains
     is_frame = is_row
     if (.not. is_row) is_row = is_due(run%control, run%control%history, run%instant%time)
     if (.not. is_frame) is_frame = is_due(run%control, run%control%frames, run%instant%time)
-    call look_after(saver, model, run, results)
+    call look_after(saver, model, run, results, is_end .and. size(model%later_steps) == 0)
     is_balanced = is_row .or. saver%is_checking
     call advance_step_size(run, rate, is_end, dt)
     call update_velocities(model, run, is_balanced)

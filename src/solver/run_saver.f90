@@ -20,7 +20,7 @@ module run_saver
   private
 
   public :: saver_t, look_after, keep, save_last_good, try_again, pack_for_file, start_from
-  public :: drop_checkpoint, is_interval_over, is_end_due, is_clock_due
+  public :: drop_checkpoint, is_interval_over, is_clock_due
 
   !> Steps before the state is kept anew, which costs about as much as one.
   integer, parameter :: steps_between = 200
@@ -63,6 +63,8 @@ module run_saver
     integer(int64) :: tried_ticks = 0         !! of the last try to write the file
     type(kept_t), allocatable :: good         !! proved so, kept last
     type(kept_t), allocatable :: next         !! taken later, not proved yet
+    type(kept_t), allocatable :: entry        !! with which a later step of the deck began, where
+                                              !! it may be tried again
     integer(int64) :: taken_step = 0          !! of the later of both
     real(wp) :: taken_time = 0.0_wp
     logical :: is_waiting = .false.           !! `next`, for `proof_step`
@@ -77,26 +79,55 @@ contains
   !! one that waits has proved good. Whether it is good shows in the step, when its velocities
   !! are known, and in the steps behind it; then `keep`. What the deck begins with and the end of
   !! the run, with nothing before it or behind it, are looked at once.
-  subroutine look_after(saver, model, run, results)
+  subroutine look_after(saver, model, run, results, is_last)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model       !! its timer alone changes
     type(run_t), intent(inout) :: run           !! nothing changes
     type(results_t), intent(in) :: results
-    logical :: is_due, is_over, is_at_once
+    logical, intent(in) :: is_last              !! the run ends with this step
+    logical :: is_due, is_over, is_at_once, is_end
 
     if (.not. allocated(saver%path) .or. run%n_steps == 0) return
     saver%is_checking = saver%is_waiting .and. run%n_steps == saver%proof_step
-    is_at_once = .not. allocated(saver%good) .or. is_end_due(saver, model, run)
+    if (is_entry(saver, model, run)) then
+      saver%is_checking = .true.
+      call take_state(saver%entry, model, run, results)
+    end if
+    is_end = is_last .and. saver%is_lasting .and. run%n_steps > saver%saved_step
+    is_at_once = .not. allocated(saver%good) .or. is_end
     if (run%n_steps <= saver%taken_step + proof .and. .not. is_at_once) return
-    is_over = is_interval_over(saver, model, run) .or. is_end_due(saver, model, run)
+    is_over = is_interval_over(saver, model, run) .or. is_end
     is_due = is_at_once .or. is_over .or. n_waiting_frames(run) > 0 &
              .or. run%n_steps - saver%taken_step >= steps_between
     if (.not. is_due) return
     saver%is_saving = is_over
     saver%is_checking = .true.
     saver%proof_step = run%n_steps + merge(0, proof, is_at_once)
-    call take_state(saver, model, run, results)
+    saver%is_waiting = .true.
+    call take_state(saver%next, model, run, results)
+    saver%taken_step = run%n_steps
+    saver%taken_time = run%instant%time
   end subroutine look_after
+
+  !> Is this the first time step of a later step of the deck, which a second try may begin at until
+  !! there is a good state of that step?
+  pure logical function is_entry(saver, model, run)
+    type(saver_t), intent(in) :: saver
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+
+    is_entry = may_try(saver, run) .and. allocated(saver%good)
+    if (is_entry) is_entry = saver%good%deck_step /= model%i_step
+    if (is_entry .and. allocated(saver%entry)) is_entry = saver%entry%deck_step /= model%i_step
+  end function is_entry
+
+  !> Does the deck allow a second try, and was there none?
+  pure logical function may_try(saver, run)
+    type(saver_t), intent(in) :: saver
+    type(run_t), intent(in) :: run
+
+    may_try = saver%retry > 0.0_wp .and. .not. run%step_factor < 1.0_wp
+  end function may_try
 
   !> Why the run must stop now; empty if it need not.
   function reason_to_stop(saver, run) result(why)
@@ -126,16 +157,6 @@ contains
     end if
   end function is_interval_over
 
-  !> Is this the end of the run, to be saved and not saved yet?
-  pure logical function is_end_due(saver, model, run) result(is_due)
-    type(saver_t), intent(in) :: saver
-    type(model_t), intent(in) :: model
-    type(run_t), intent(in) :: run
-
-    is_due = saver%is_lasting .and. run%n_steps > saver%saved_step
-    if (is_due) is_due = run%instant%time >= final_time(model, run)*(1.0_wp - 1.0e-12_wp)
-  end function is_end_due
-
   !> Is the deck's interval of the clock over, and the last good state not in the file?
   logical function is_clock_due(saver, run, now) result(is_due)
     type(saver_t), intent(in) :: saver
@@ -161,25 +182,20 @@ contains
 
   !> The state of this step, which may turn out to be bad. Frames that are not written yet belong
   !! to it.
-  subroutine take_state(saver, model, run, results)
-    type(saver_t), intent(inout) :: saver
+  subroutine take_state(kept, model, run, results)
+    type(kept_t), allocatable, intent(inout) :: kept
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(in) :: results
 
     call start_watch(model%timer, run%watch_state)
-    saver%is_waiting = .true.
-    if (.not. allocated(saver%next)) allocate (saver%next)
-    associate (next => saver%next)
-      next%n_frames = n_frames_of(results) + n_waiting_frames(run)
-      call pack_for_file(model, run, next%n_frames, next%store)
-      next%step = run%n_steps
-      next%time = run%instant%time
-      next%deck_step = model%i_step
-      next%n_rows = n_rows_of(results)
-    end associate
-    saver%taken_step = run%n_steps
-    saver%taken_time = run%instant%time
+    if (.not. allocated(kept)) allocate (kept)
+    kept%n_frames = n_frames_of(results) + n_waiting_frames(run)
+    call pack_for_file(model, run, kept%n_frames, kept%store)
+    kept%step = run%n_steps
+    kept%time = run%instant%time
+    kept%deck_step = model%i_step
+    kept%n_rows = n_rows_of(results)
     call stop_watch(model%timer, run%watch_state)
   end subroutine take_state
 
@@ -194,7 +210,7 @@ contains
     type(run_log_t), intent(inout) :: log
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: why
-    logical :: is_due
+    logical :: is_due, is_wish
 
     if (.not. allocated(saver%path)) &
       call release_frames(model, run, results, n_waiting_frames(run), error)
@@ -205,11 +221,12 @@ contains
     end if
     if (allocated(error) .or. .not. allocated(saver%good)) return
     why = reason_to_stop(saver, run)
-    if (.not. is_due .and. (why /= "" .or. is_save_wanted())) is_due = .not. is_in_file(saver)
+    is_wish = is_save_wanted()
+    if (is_wish) call forget_save()   ! not one that comes from here on
+    if (.not. is_due .and. (why /= "" .or. is_wish)) is_due = .not. is_in_file(saver)
     if (.not. is_due) is_due = is_clock_due(saver, run, clock_ticks())
-    call forget_save()
-    if (is_due) call save(saver, model, run, results, log, is_going_on=why == "")
-    if (why == "") return
+    if (is_due) call save(saver, model, run, results, log, why == "", error)
+    if (allocated(error) .or. why == "") return
     saver%stopped_by = why
     saver%is_state_lost = saver%saved_step /= saver%good%step
     call log_line(log, "stopped by "//why//" at step "//to_text(run%n_steps)//", time "// &
@@ -248,26 +265,38 @@ contains
     n = saver%good%n_frames - n_frames_of(results)
     if (n == 0) return
     call release_frames(model, run, results, n, error, saver%good%n_rows)
-    saver%good%n_rows = 0
+    call forget_good_rows(saver)
   end subroutine accept_next
 
-  !> Write the checkpoint. If that fails a run goes on: there may be room for the next one.
-  subroutine save(saver, model, run, results, log, is_going_on)
+  !> The rows that belong to the last good state are written: those behind them wait.
+  subroutine forget_good_rows(saver)
+    type(saver_t), intent(inout) :: saver
+
+    if (saver%is_waiting) saver%next%n_rows = saver%next%n_rows - saver%good%n_rows
+    if (allocated(saver%entry)) saver%entry%n_rows = saver%entry%n_rows - saver%good%n_rows
+    saver%good%n_rows = 0
+  end subroutine forget_good_rows
+
+  !> Write the checkpoint. If that fails a run goes on: there may be room for the next one. Not so if
+  !! the result itself cannot be written, of which rows are missing then.
+  subroutine save(saver, model, run, results, log, is_going_on, error)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
-    type(run_t), intent(in) :: run
+    type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
     type(run_log_t), intent(inout) :: log
     logical, intent(in) :: is_going_on
-    type(error_t), allocatable :: error
+    type(error_t), allocatable, intent(out) :: error   !! of the result
 
     call start_watch(model%timer, run%watch_state)
-    call write_good(saver, results, error)
+    call write_good(saver, results, error, run%is_file_lost)
     call stop_watch(model%timer, run%watch_state)
     saver%tried_ticks = clock_ticks()
+    if (run%is_file_lost) return
     if (allocated(error)) then
       if (is_going_on) error%message = error%message//"; the run goes on"
       call log_line(log, "warning: "//error%message)
+      deallocate (error)
     else
       call log_line(log, "checkpoint "//saver%path//" at step "//to_text(saver%saved_step)// &
                     ", time "//to_text(saver%saved_time))
@@ -275,15 +304,16 @@ contains
   end subroutine save
 
   !> The last good state to the disk, with the result as it was then.
-  subroutine write_good(saver, results, error)
+  subroutine write_good(saver, results, error, is_result_lost)
     type(saver_t), intent(inout) :: saver
     type(results_t), intent(inout) :: results
     type(error_t), allocatable, intent(out) :: error
+    logical, intent(out) :: is_result_lost       !! it is the result that could not be written
 
     call flush_results(results, error, saver%good%n_rows)
-    if (allocated(error)) return
-    if (saver%is_waiting) saver%next%n_rows = saver%next%n_rows - saver%good%n_rows
-    saver%good%n_rows = 0
+    is_result_lost = allocated(error)
+    if (is_result_lost) return
+    call forget_good_rows(saver)
     call write_checkpoint(saver%path, saver%header, saver%good%store, saver%result_file, error)
     if (allocated(error)) return
     saver%saved_step = saver%good%step
@@ -356,10 +386,13 @@ contains
     type(results_t), intent(inout) :: results
     character(:), allocatable, intent(out) :: advice
     type(error_t), allocatable :: error
+    logical :: is_there, ignored
 
     advice = ""
     if (.not. allocated(saver%good)) return
-    if (saver%good%step > saver%saved_step) call write_good(saver, results, error)
+    inquire (file=saver%path, exist=is_there)
+    if (.not. is_there) saver%saved_step = -1
+    if (saver%good%step > saver%saved_step) call write_good(saver, results, error, ignored)
     if (allocated(error)) advice = "the last good state, of step "//to_text(saver%good%step)// &
                                    ", cannot be saved: "//error%message//new_line("a")
     if (saver%saved_step < 0) return
@@ -375,7 +408,8 @@ contains
 
   !> One more try with a smaller step, if the deck allows it and there is a state to begin from;
   !! false if not. The smaller step stays, in later steps of the deck too. Where the last good state
-  !! is of an earlier step of the deck, the one that waits must do.
+  !! is of an earlier step of the deck, the one that this step began with must do, if its balances
+  !! were sound.
   logical function try_again(saver, model, run, results, log) result(is_trying)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
@@ -383,11 +417,16 @@ contains
     type(results_t), intent(inout) :: results
     type(run_log_t), intent(inout) :: log
 
+    logical :: is_from_entry
+
     is_trying = .false.
-    if (.not. saver%retry > 0.0_wp .or. run%step_factor < 1.0_wp) return
-    if (.not. allocated(saver%good)) return
-    if (saver%is_waiting .and. saver%good%deck_step /= model%i_step) then
-      call go_back(saver%next)
+    if (.not. (may_try(saver, run) .and. allocated(saver%good))) return
+    is_from_entry = allocated(saver%entry) .and. saver%good%deck_step /= model%i_step
+    if (is_from_entry) is_from_entry = saver%entry%deck_step == model%i_step &
+                                       .and. saver%entry%step < run%n_steps
+    if (is_from_entry) then
+      saver%is_waiting = saver%is_waiting .and. saver%next%deck_step /= model%i_step
+      call go_back(saver%entry)
     else
       saver%is_waiting = .false.
       call go_back(saver%good)

@@ -210,6 +210,38 @@ def a_smaller_step_outlives_an_interruption(folder):
     assert not (folder / "b.ckpt.h5").exists()
 
 
+def a_second_try_from_the_start_of_a_step(folder):
+    """What begins to fail in a later step of the deck, before a state of it has proved good, is
+    tried from the first state of that step; not from one taken when the failure had grown. The bits
+    do not depend on when the run was saved or stopped; without RETRY the last good state is that
+    of the step before."""
+    def two_steps(saving):
+        path = ringing(folder, saving, "1e-5", rows=1, frames=1)
+        before, behind = path.read_text().split("*STEP, NAME=two")
+        path.write_text(before + "*STEP, NAME=two" + behind.replace("1e-4", "2e-4").replace(
+            "HISTORY=10", "HISTORY=8"))
+        return path
+
+    path = two_steps("*CHECKPOINT, OFF, RETRY=0.5")
+    igaform(folder, path, "--out", "b.h5", "--threads", 1)
+    reference = datasets(folder / "b.h5")
+    with h5py.File(folder / "b.h5") as file:
+        step, process_step = file["history/step"][:], file["history/process_step"][:]
+        assert tried_from(folder) == step[process_step == 1].max() + 1, (step, process_step)
+        assert len(step) == 10 and not file["frames/is_failed"][:].any()
+        assert np.abs(file["history/energy_error"][:]).max() < 0.01
+    igaform(folder, path, "--wall", "1e-9", "--out", "c.h5", code=3)
+    igaform(folder, path, "--restart", "c.ckpt.h5", "--threads", 2)
+    check_same(folder / "c.h5", reference)
+    for saving in ("MINUTES=1e-9", "STEPS=1", "STEPS=27"):
+        igaform(folder, two_steps(f"*CHECKPOINT, {saving}, RETRY=0.5"), "--out", "b.h5")
+        with h5py.File(folder / "b.h5") as file:
+            assert np.abs(file["history/energy_error"][:]).max() < 0.01
+        if saving != "STEPS=27":
+            check_same(folder / "b.h5", reference)
+    goes_on_like_the_run_that_failed(folder, two_steps(""))
+
+
 def a_second_try_may_fail_too(folder):
     text = STRIP.read_text().replace("*DYNAMIC, EXPLICIT", "*DYNAMIC, EXPLICIT, SAFETY=0.99")
     text = text.replace("X_MAX, 1, 1, <strain*length/(end_time - rise/2)>",
@@ -241,4 +273,5 @@ if __name__ == "__main__":
             a_smaller_step_saves_the_run, clock_and_signals_change_nothing,
             a_stop_before_the_failure_changes_nothing, frames_close_together_prove_nothing,
             a_smaller_step_outlives_an_interruption,
-            a_second_try_may_fail_too, no_second_try_across_steps_of_the_deck)
+            a_second_try_from_the_start_of_a_step, a_second_try_may_fail_too,
+            no_second_try_across_steps_of_the_deck)

@@ -157,6 +157,17 @@ def steps_apart(folder, asked):
     return said, sorted(after - before for before, after in zip(saved, saved[1:]))
 
 
+def the_end_of_a_relaxation_is_saved(folder):
+    """Which comes before the end time."""
+    path = deck(folder, VERIFICATION / "clamped_plate.key", "*CHECKPOINT, STEPS=5000")
+    igaform(folder, path, *settings("n=2"), "--out", "r.h5", "--threads", 1)
+    log, reference = (folder / "r.log").read_text(), datasets(folder / "r.h5")
+    last = re.findall(r"^step +(\d+)", log, re.MULTILINE)[-1]
+    assert f"checkpoint r.ckpt.h5 at step {last}," in log, log
+    igaform(folder, path, *settings("n=2"), "--restart", "r.ckpt.h5", "--threads", 1)
+    check_same(folder / "r.h5", reference)
+
+
 def states_are_saved_as_far_apart_as_the_log_says(folder):
     for asked in (1, 21):
         said, found = steps_apart(folder, asked)
@@ -270,6 +281,6 @@ if __name__ == "__main__":
             goes_on_bit_by_bit(pathlib.Path(place), source, parameters)
         print(f"passed: {getattr(source, 'stem', source)} goes on bit by bit ({state})", flush=True)
     run_all(signals_save_and_stop, a_complete_run_leaves_no_checkpoint, the_clock_saves,
-            states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace,
+            the_end_of_a_relaxation_is_saved, states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace,
             a_result_has_one_writer, strangers_are_refused,
             other_user_subroutines_are_refused, what_may_differ)
