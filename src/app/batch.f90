@@ -14,9 +14,9 @@ module batch
   use command_line, only: command_t
   use output_names, only: base_of, file_name
   use run_identity, only: identity_of
+  use exit_codes, only: exit_input, exit_interrupted
   use batch_list, only: batch_run_t, read_batch
-  use batch_table, only: outcome_t, outcome_of, is_final, print_table, write_table
-  use deck_run, only: exit_done, exit_input, exit_numerics, exit_interrupted
+  use batch_table, only: outcome_t, outcome_of, is_final, print_table, write_table, worst_code
   implicit none
   private
 
@@ -69,7 +69,8 @@ contains
     else if (.not. command%is_quiet) then
       call print_table(runs(command%only:command%only), outcomes(command%only:command%only))
     end if
-    code = code_of(command, outcomes)
+    code = worst_code(outcomes)
+    if (command%only > 0) code = worst_code(outcomes(command%only:command%only))
     if (allocated(error)) code = exit_input
   end function run_batch
 
@@ -204,25 +205,5 @@ contains
     if (code > 128 .and. outcome%message == "") outcome%message = "ended by signal "// &
                                                                   to_text(code - 128)
   end subroutine look_after
-
-  integer function code_of(command, outcomes) result(code)
-    type(command_t), intent(in) :: command
-    type(outcome_t), intent(in) :: outcomes(:)
-    integer :: i
-
-    code = exit_done
-    do i = 1, size(outcomes)
-      if (command%only > 0 .and. command%only /= i) cycle
-      select case (outcomes(i)%status)
-      case ("completed")
-      case ("refused")
-        code = max(code, exit_input)
-      case ("failed")
-        code = max(code, exit_numerics)
-      case default
-        code = exit_interrupted
-      end select
-    end do
-  end function code_of
 
 end module batch

@@ -8,11 +8,12 @@ module batch_table
   use result_state, only: result_state_t, read_result_state
   use file_lock, only: is_locked_by_others
   use system_files, only: replace_file
+  use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted
   use batch_list, only: batch_run_t
   implicit none
   private
 
-  public :: outcome_t, outcome_of, is_final, print_table, write_table, summary_words
+  public :: outcome_t, outcome_of, is_final, print_table, write_table, summary_words, worst_code
 
   !> How a run stands.
   type :: outcome_t
@@ -54,6 +55,26 @@ contains
 
     is_final = any(outcome%status == [character(9) :: "completed", "failed", "running"])
   end function is_final
+
+  !> The exit code of a batch: that of what is most in need of attention, a run that is not at its
+  !! end before one that failed before one that was refused.
+  pure integer function worst_code(outcomes) result(code)
+    type(outcome_t), intent(in) :: outcomes(:)
+    integer :: i
+
+    code = exit_done
+    do i = 1, size(outcomes)
+      select case (outcomes(i)%status)
+      case ("completed")
+      case ("refused")
+        code = max(code, exit_input)
+      case ("failed")
+        code = max(code, exit_numerics)
+      case default
+        code = max(code, exit_interrupted)
+      end select
+    end do
+  end function worst_code
 
   !> The first line of a file that tells of an error, without the program's name.
   function first_error(path) result(message)

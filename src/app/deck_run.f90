@@ -8,6 +8,8 @@ module deck_run
   use faults, only: fault_list_t, n_errors
   use text, only: string_t, to_text, rounded_text
   use command_line, only: command_t
+  use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted, exit_files, &
+                        status_of
   use run_identity, only: identity_of
   use run_provenance, only: provenance_of
   use output_names, only: files_read, result_path, path_beside_result
@@ -44,9 +46,6 @@ module deck_run
   private
 
   public :: run_deck
-
-  integer, parameter, public :: exit_done = 0, exit_input = 1, exit_numerics = 2, &
-                                exit_interrupted = 3, exit_files = 4
 
   !> A run under way, for `save_open_run`.
   type :: open_run_t
@@ -295,21 +294,6 @@ contains
     end if
     call log_timings(log, timings)
   end subroutine finish
-
-  !> The word for an exit code in the result file.
-  pure function status_of(code) result(status)
-    integer, intent(in) :: code
-    character(:), allocatable :: status
-
-    select case (code)
-    case (exit_done)
-      status = "completed"
-    case (exit_numerics)
-      status = "failed"
-    case default
-      status = "interrupted"
-    end select
-  end function status_of
 
   !> How dynamic relaxation went; empty where there is none.
   function relaxation_outcome(model) result(words)

@@ -24,6 +24,7 @@ module iges_run
   use nurbs_reading, only: shapes_t, read_shapes
   use unit_system, only: unit_system_t, new_unit_system
   use command_line, only: command_t
+  use exit_codes, only: exit_done, exit_input
   use output_names, only: base_of, file_name
   implicit none
   private
@@ -44,7 +45,7 @@ contains
     type(error_t), allocatable :: error
     character(:), allocatable :: path, unit
 
-    code = 1
+    code = exit_input
     call load_shapes(command, shapes, error)
     if (.not. allocated(error) .and. .not. allocated(shapes%solids)) return   ! told already
     if (.not. allocated(error)) call pick_part(command, shapes, surfaces, labels, error)
@@ -56,7 +57,7 @@ contains
       write (error_unit, "(a)") "igaform: "//error%message
       return
     end if
-    code = 0
+    code = exit_done
     if (.not. command%is_quiet) print "(a)", path//": "//to_text(size(surfaces))// &
       " surfaces in "//unit
   end function run_iges

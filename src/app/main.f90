@@ -9,7 +9,8 @@ program main
   use keyword_manual, only: keyword_manual_text
   use rule_manual, only: rule_manual_text
   use batch, only: run_batch
-  use deck_run, only: run_deck, exit_input
+  use exit_codes, only: exit_done, exit_input
+  use deck_run, only: run_deck
   use material_run, only: run_material_tests
   use iges_run, only: run_iges
   implicit none
@@ -27,7 +28,7 @@ program main
   call shorten_waiting()   ! which may begin the program anew
   call watch_saves()
   call read_command_line(command)
-  code = 0
+  code = exit_done
   if (command%fault /= "") then
     write (error_unit, "(a)") "igaform: "//command%fault
     write (error_unit, "(a)") usage_text()

@@ -23,7 +23,7 @@ module material_run
   use run_provenance, only: provenance_of
   use output_names, only: base_of, result_base, file_name, files_read, result_path, &
                           path_beside_result
-  use deck_run, only: exit_done, exit_input, exit_numerics
+  use exit_codes, only: exit_done, exit_input, exit_numerics
   implicit none
   private
 

@@ -18,6 +18,7 @@ import time
 PROGRAM, PROJECT = sys.argv[1], pathlib.Path(sys.argv[2])
 DECK = PROJECT / "input" / "tension_strip.key"
 SHORT = "--set n_x=4 --set end_time=1e-4"
+MIDDLE = "--set n_x=8 --set end_time=1e-3"
 LONG = "--set n_x=40 --set end_time=0.1"
 
 
@@ -233,6 +234,66 @@ def the_scripts_of_the_manual_work(folder):
         igaform(folder, "batch", "sweep.txt", "--summary")
 
 
+def one_run_that_fails_spoils_no_other(folder):
+    """Runs start in the order of the list; what failed is not tried again, what was refused is."""
+    write_list(folder, f"{DECK} {SHORT} --out a.h5", f"{DECK} {SHORT} --set strain=-3 --out b.h5",
+               "nowhere.key --out n.h5", f"{DECK} {SHORT} --set n_y=3 --out c.h5")
+    said = igaform(folder, "batch", "list.txt", code=2)
+    assert "4 runs: 2 completed, 1 failed, 1 refused" in said, said
+    told = [line.rpartition(": ")[2] for line in said.splitlines() if line.startswith("[")]
+    assert told == ["completed", "failed", "refused", "completed"], said
+    rows = table(folder)
+    assert [rows[f"{name}.h5"]["status"] for name in "abnc"] == told, rows
+    assert "turned inside out" in rows["b.h5"]["message"] and int(rows["b.h5"]["steps"]) > 10, rows
+    assert (folder / "b.ckpt.h5").exists() and not (folder / "c.err").exists()
+    failed = (folder / "b.h5").stat().st_mtime_ns
+    said = igaform(folder, "batch", "list.txt", "--jobs", 2, code=2)
+    assert said.count("[1/1]") == 1 and "2 completed, 1 failed, 1 refused" in said, said
+    assert (folder / "b.h5").stat().st_mtime_ns == failed and table(folder)["b.h5"] == rows["b.h5"]
+    igaform(folder, "batch", "list.txt", "--only", 2, code=2)
+    igaform(folder, "batch", "list.txt", "--only", 3, code=1)
+    igaform(folder, "batch", "list.txt", "--only", 4)
+
+
+def is_stepping(log):
+    return log.exists() and log.read_text().count("  dt ") > 2
+
+
+def what_is_killed_goes_on(folder):
+    """First one run of a batch, then the batch with all its runs."""
+    write_list(folder, *(f"{DECK} {MIDDLE} --set n_y={n} --out {n}.h5" for n in (3, 4)))
+    start = {"cwd": folder, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True,
+             "start_new_session": True}
+    batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--jobs", "2"], **start)
+    try:
+        wait_for(lambda: is_stepping(folder / "3.log"))
+        os.kill(next(run for run in runs_of(batch) if is_run_of(run, "3.h5")), signal.SIGKILL)
+        said = batch.communicate(timeout=60)[0]
+    finally:
+        batch.kill()
+    assert batch.returncode == 3 and "1 completed, 1 interrupted" in said, said
+    assert "ended by signal 9" in said and table(folder)["4.h5"]["status"] == "completed", said
+    (folder / "4.h5").rename(folder / "whole.h5")
+    (folder / "4.log").unlink()
+    batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--jobs", "2"], **start)
+    try:
+        wait_for(lambda: is_stepping(folder / "4.log"))
+        batch.send_signal(signal.SIGUSR1)
+        wait_for_files(folder, "4.ckpt.h5")
+    finally:
+        os.killpg(batch.pid, signal.SIGKILL)
+        batch.communicate()
+    said = igaform(folder, "batch", "list.txt", "--jobs", 2)
+    assert "2 runs: 2 completed" in said, said
+    assert "restart    from 4.ckpt.h5" in (folder / "4.log").read_text()
+    assert not list(folder.glob("*.ckpt.h5")) and not list(folder.glob("*.err"))
+    if importlib.util.find_spec("h5py"):
+        import h5py
+        with h5py.File(folder / "4.h5") as mended, h5py.File(folder / "whole.h5") as whole:
+            for name in ("history/time", "history/internal_energy", "nurbs/blank/points"):
+                assert (mended[name][:] == whole[name][:]).all(), name
+
+
 def a_folder_is_a_batch(folder):
     (folder / "decks").mkdir()
     for n in (2, 3):
@@ -260,11 +321,20 @@ def wait_for_files(folder, *names):
     wait_for(lambda: all((folder / name).exists() for name in names))
 
 
+def runs_of(batch):
+    """Numbers of the processes that a batch has started."""
+    children = pathlib.Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text()
+    return [int(number) for number in children.split()]
+
+
+def is_run_of(process, word):
+    return word in pathlib.Path(f"/proc/{process}/cmdline").read_text().split("\0")
+
+
 def open_files(batch):
     """Those of the runs that a batch has started."""
-    runs = pathlib.Path(f"/proc/{batch.pid}/task/{batch.pid}/children").read_text().split()
     try:
-        return {os.readlink(file) for run in runs
+        return {os.readlink(file) for run in runs_of(batch)
                 for file in pathlib.Path(f"/proc/{run}/fd").iterdir()}
     except OSError:      # closed meanwhile
         return set()
@@ -354,6 +424,7 @@ if __name__ == "__main__":
                  files_of_others_are_left_alone, pipes_keep_nobody_waiting,
                  a_deck_is_read_but_once, names_of_decks_keep_their_points, a_line_may_be_long,
                  an_array_of_jobs_shares_a_list, a_batch_passes_its_limits_on,
+                 one_run_that_fails_spoils_no_other, what_is_killed_goes_on,
                  the_scripts_of_the_manual_work,
                  a_folder_is_a_batch, interruption_stops_all, a_wish_to_save_reaches_all,
                  a_signal_to_the_group_saves_all,
