@@ -1,13 +1,14 @@
 !> What `igaform --check` tells of a model without running it.
 module check_report
   use kinds, only: wp
-  use text, only: to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text
   use strain_projection, only: project_nothing, projection_name
   use ig_patch, only: ig_patch_t
   use blank, only: n_elements_of, mass_of
   use kernel_dispatch, only: kernel_name
   use model, only: model_t
   use step_control, only: step_control_t, new_step_control, next_step
+  use step_report, only: effect_names
   use run_forecast, only: forecast_seconds
   implicit none
   private
@@ -20,6 +21,7 @@ contains
   subroutine print_check(model)
     type(model_t), intent(inout) :: model   !! some steps of it are taken
     type(step_control_t) :: control
+    type(string_t), allocatable :: effects(:)
     real(wp) :: n_steps
     integer :: i
 
@@ -40,20 +42,11 @@ contains
       print "(a)", "mass             "//rounded_text(mass_of(blank%parts))
     end associate
     print "(a)", "tools            "//to_text(size(model%bodies%tools))
-    if (model%bodies%blank%parts(1)%patch%viscosity%is_active) then
-      print "(a)", "effect           bulk viscosity"
-    end if
-    if (model%bodies%blank%added_mass > 0.0_wp) then
-      print "(a)", "effect           mass scaling, added mass "// &
-        rounded_text(model%bodies%blank%added_mass)
-    end if
     if (allocated(model%step%name)) print "(a)", "steps of deck    "// &
       to_text(1 + size(model%later_steps))//", of the first these effects"
-    do i = 1, size(model%forces)
-      print "(a)", "effect           "//model%forces(i)%item%name
-    end do
-    do i = 1, size(model%supports)
-      print "(a)", "effect           "//model%supports(i)%item%name
+    effects = effect_names(model)
+    do i = 1, size(effects)
+      print "(a)", "effect           "//effects(i)%value
     end do
     print "(a)", "stable step      "//rounded_text(model%stable_step)
     print "(a)", "steps            about "//rounded_text(n_steps)

@@ -1,14 +1,14 @@
 !> What the log tells of a step of the deck.
 module step_report
   use kinds, only: wp
-  use text, only: to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text
   use run_log, only: run_log_t, log_line
   use rigid_motion, only: rigid_motion_t
   use model, only: model_t
   implicit none
   private
 
-  public :: log_step
+  public :: log_step, effect_names
 
 contains
 
@@ -18,27 +18,50 @@ contains
     type(run_log_t), intent(inout) :: log
     type(model_t), intent(in) :: model
     real(wp), intent(in) :: time
+    type(string_t), allocatable :: names(:)
     integer :: i
 
     if (allocated(model%step%name)) &
       call log_line(log, "step       "//to_text(model%i_step)//" "//model%step%name// &
                     ", from time "//rounded_text(time)//" for "//rounded_text(model%step%end_time))
-    if (model%bodies%blank%parts(1)%patch%viscosity%is_active) &
-      call log_line(log, "effect     bulk viscosity")
-    if (model%bodies%blank%added_mass > 0.0_wp) &
-      call log_line(log, "effect     mass scaling, added mass "// &
-                    rounded_text(model%bodies%blank%added_mass))
-    do i = 1, size(model%forces)
-      call log_line(log, "effect     "//model%forces(i)%item%name)
-    end do
-    do i = 1, size(model%supports)
-      call log_line(log, "effect     "//model%supports(i)%item%name)
+    names = effect_names(model)
+    do i = 1, size(names)
+      call log_line(log, "effect     "//names(i)%value)
     end do
     do i = 1, size(model%motions)
       if (.not. is_moving(model%motions(i))) cycle
       call log_line(log, "motion     "//model%bodies%tools(i)%name)
     end do
   end subroutine log_step
+
+  !> What acts in the step of the deck under way.
+  function effect_names(model) result(names)
+    type(model_t), intent(in) :: model
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    allocate (names(0))
+    if (model%bodies%blank%parts(1)%patch%viscosity%is_active) call add("bulk viscosity")
+    if (model%bodies%blank%added_mass > 0.0_wp) &
+      call add("mass scaling, added mass "//rounded_text(model%bodies%blank%added_mass))
+    do i = 1, size(model%forces)
+      call add(model%forces(i)%item%name)
+    end do
+    do i = 1, size(model%supports)
+      call add(model%supports(i)%item%name)
+    end do
+
+  contains
+
+    subroutine add(name)
+      character(*), intent(in) :: name
+      type(string_t) :: item
+
+      item%value = name
+      names = [names, item]
+    end subroutine add
+
+  end function effect_names
 
   pure logical function is_moving(motion)
     type(rigid_motion_t), intent(in) :: motion

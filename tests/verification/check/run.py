@@ -1,0 +1,175 @@
+"""What the program tells of a model without running it, against the run: counts, mass, step and
+steps of `--check`, frequencies of `--modes`; and how it begins, with short waiting of threads.
+
+usage: run.py IGAFORM SOURCE
+"""
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import h5py
+import numpy as np
+
+PROGRAM, INPUT = sys.argv[1], pathlib.Path(sys.argv[2]) / "input"
+STRIP = INPUT / "tension_strip.key"
+SMALL = ("--set", "n_x=5", "--set", "n_y=3")
+
+
+def igaform(folder, *words, code=0):
+    done = subprocess.run([PROGRAM, *map(str, words)], cwd=folder, capture_output=True, text=True,
+                          timeout=100)
+    assert done.returncode == code, f"{words}: exit code {done.returncode}, not {code}\n" \
+                                    f"{done.stdout}\n{done.stderr}"
+    return done.stdout, done.stderr
+
+
+def check(folder, deck, *words):
+    """What --check tells, label by label; the effects in a list. It leaves no file."""
+    before = sorted(folder.iterdir())
+    out, err = igaform(folder, deck, "--check", *words)
+    assert err == "" and sorted(folder.iterdir()) == before, err
+    told = {"effect": []}
+    for line in out.splitlines():
+        label, words = line[:17].strip(), line[17:]
+        if label == "effect":
+            told[label].append(words)
+        else:
+            told.setdefault(label, words)
+    return told
+
+
+def effects_of(log):
+    return re.findall(r"^effect     (\S.*)$", log.read_text(), re.M)
+
+
+def close(told, expected, tolerance):
+    number = float(re.search(r"[-+.\dE]+", told)[0])
+    assert abs(number / expected - 1) <= tolerance, (told, expected)
+
+
+def counts_are_those_of_the_run(folder):
+    deck = folder / "strip.key"
+    deck.write_text(STRIP.read_text().replace("*OUTPUT", "*BULK VISCOSITY\n0, 0\n*OUTPUT"))
+    words = (*SMALL, "--set", "end_time=1e-4")
+    told = check(folder, deck, *words)
+    igaform(folder, deck, *words, "--quiet", "--out", "a.h5")
+    with h5py.File(folder / "a.h5") as file:
+        nets = file["nurbs/blank/points"].shape[:-1]
+        per_element = np.array(file["points/eqps"].shape[::-1]) // [5, 3, 1]
+        steps, dt = int(file["history/step"][-1]), file["history/dt"][0]
+        mass = file["provenance/blank_mass"][()]
+    assert told["blank"] == "strip" and told["elements"] == "15 (5 x 3 x 1)", told
+    assert told["degrees"] == "2 x 2 x 2", told
+    assert told["control points"] == str(np.prod(nets)) == str(7 * 5 * 3), told
+    assert told["points"].startswith(f"{np.prod(per_element)} an element (3 x 3 x 3)"), told
+    assert told["tools"] == "0" and "patch" not in told and "seams" not in told, told
+    close(told["mass"], mass, 1e-3)
+    close(told["mass"], 7.85e-9 * 40 * 10 * 1, 1e-3)
+    close(told["stable step"], dt / 0.8, 0.2)      # equal shares between outputs round it down
+    close(told["steps"], steps, 0.05)
+    assert told["effect"] == effects_of(folder / "a.log"), told
+    assert told["effect"] == [f"boundary {face}" for face in ("X_MIN", "Y_MIN", "Z_MIN", "X_MAX")]
+
+
+def more_mass_makes_steps_longer(folder):
+    """The share of the mass that is added goes with the square of the step."""
+    plain = check(folder, STRIP, *SMALL)
+    step = float(plain["stable step"])
+    deck = folder / "scaled.key"
+    deck.write_text(STRIP.read_text() + f"*MASS SCALING, STEP={3 * 0.8 * step}\n")
+    told = check(folder, deck, *SMALL)
+    added = [words for words in told["effect"] if words.startswith("mass scaling")]
+    assert len(added) == 1 and added[0].startswith("mass scaling, added mass "), told
+    ratio = float(told["stable step"]) / step
+    assert ratio > 1.5, ratio
+    close(added[0].split()[-1], (ratio**2 - 1) * float(plain["mass"]), 0.01)
+    close(told["steps"], float(plain["steps"].split()[1]) / ratio, 0.05)
+
+
+def steps_of_the_deck_add_up(folder):
+    text = STRIP.read_text()
+    before, dynamic = text.split("*DYNAMIC, EXPLICIT")
+    dynamic = "*DYNAMIC, EXPLICIT" + dynamic
+    deck = folder / "two.key"
+    deck.write_text(f"{before}*STEP, NAME=pull\n{dynamic}*END STEP\n*STEP, NAME=more\n"
+                    f"{dynamic.replace('<end_time>', '<3*end_time>')}*END STEP\n")
+    one, two = check(folder, STRIP, *SMALL), check(folder, deck, *SMALL)
+    assert two["steps of deck"] == "2, of the first these effects" and "steps of deck" not in one
+    close(two["steps"], 4 * float(one["steps"].split()[1]), 0.01)
+    assert two["effect"] == one["effect"], two
+
+
+def patches_are_told_one_by_one(folder):
+    out = igaform(folder, INPUT / "disk_punch.key", "--check")[0]
+    counts = [int(line.split()[1]) for line in out.splitlines() if line.startswith("elements")]
+    names = [line.split()[1] for line in out.splitlines() if line.startswith("patch ")]
+    assert len(counts) == len(names) == 5, out
+    assert f"all patches      {sum(counts)} elements" in out, out
+    assert re.search(r"seams            \d+ control points at \d+ places", out), out
+
+
+def modes_are_listed_as_asked(folder):
+    """As many as asked for or as there are, in order, each with its period."""
+    for asked, there in (("3", 3), ("9999", None)):
+        out, _ = igaform(folder, STRIP, "--set", "n_x=1", "--set", "n_y=1", "--modes", asked)
+        rows = np.array([line.split() for line in out.splitlines()[1:]], dtype=float)
+        held = 3 * 9 + 9               # of 27 points the symmetry planes and the pulled end
+        assert len(rows) == (there or 3 * 27 - held), len(rows)
+        assert (rows[:, 0] == np.arange(1, len(rows) + 1)).all()
+        assert (np.diff(rows[:, 1]) >= 0).all() and (rows[:, 1] > 0).all()
+        assert np.allclose(rows[:, 1] * rows[:, 2], 1, rtol=1e-8)
+    out, err = igaform(folder, STRIP, "--set", "n_x=60", "--set", "n_y=30", "--modes", 1, code=1)
+    assert out == "" and "at most 5000 free components" in err, (out, err)
+
+
+def threads_wait_shortly_unless_told(folder):
+    """Looked at while the program waits for a deck from a pipe."""
+    os.mkfifo(folder / "deck")
+    plain = {name: value for name, value in os.environ.items()
+             if not name.startswith(("OMP_", "GOMP_"))}
+    for own, spins in (({}, "3000"), ({"GOMP_SPINCOUNT": "7"}, "7"),
+                       ({"OMP_WAIT_POLICY": "active"}, None), ({"OMP_PROC_BIND": "true"}, None),
+                       ({"OMP_PLACES": "cores"}, None), ({"GOMP_CPU_AFFINITY": "0"}, None)):
+        run = subprocess.Popen([PROGRAM, "deck", "--set", "a= b'c"], cwd=folder, env=plain | own)
+        try:
+            place = pathlib.Path(f"/proc/{run.pid}")
+            wait_for(lambda: waits_for_a_writer(place))
+            there = dict(word.split("=", 1) for word in
+                         (place / "environ").read_text().split("\0") if "=" in word)
+            assert there.get("GOMP_SPINCOUNT") == spins, (own, there.get("GOMP_SPINCOUNT"))
+            words = (place / "cmdline").read_text().split("\0")
+            assert words[1:] == ["deck", "--set", "a= b'c", ""], words
+            run.send_signal(signal.SIGTERM)
+            assert run.wait(10) == -signal.SIGTERM
+        finally:
+            run.kill()
+            run.wait()
+
+
+def waits_for_a_writer(place):
+    """Sleeping in the opening of a pipe, which happens only after the program has begun anew."""
+    try:
+        return (place / "syscall").read_text().split()[0] in ("2", "257")    # open, openat
+    except OSError:
+        return False
+
+
+def wait_for(condition):
+    end = time.monotonic() + 20
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
+
+
+if __name__ == "__main__":
+    for test in (counts_are_those_of_the_run, more_mass_makes_steps_longer,
+                 steps_of_the_deck_add_up, patches_are_told_one_by_one, modes_are_listed_as_asked,
+                 threads_wait_shortly_unless_told):
+        with tempfile.TemporaryDirectory() as place:
+            test(pathlib.Path(os.path.realpath(place)))
+        print("passed:", test.__name__.replace("_", " "))
