@@ -14,7 +14,7 @@ module solver_cases
   implicit none
   private
 
-  public :: run_to_end, watch_names
+  public :: begin_run, run_to_end, watch_names
 
   !> Elastic until the shear strain 12 of a step exceeds a limit; then it returns no numbers, or
   !! says that it failed.
@@ -34,10 +34,26 @@ contains
     type(run_t), intent(out) :: run
     type(error_t), allocatable, intent(out) :: error
     type(results_t) :: results
-    type(results_setup_t) :: setup
     type(run_log_t) :: log
     type(saver_t) :: saver
     type(timings_t) :: timings
+    type(error_t), allocatable :: file_error
+
+    call begin_run(model, name, run, results)
+    call open_log(log, name//".log", .true., file_error)
+    call run_model(model, run, results, log, saver, error)
+    timings%timer = model%timer
+    call close_results(results, "completed", timings, file_error)
+    call close_log(log)
+  end subroutine run_to_end
+
+  !> Set a run up whose results go to NAME.h5.
+  subroutine begin_run(model, name, run, results)
+    type(model_t), intent(inout) :: model
+    character(*), intent(in) :: name
+    type(run_t), intent(out) :: run
+    type(results_t), intent(out) :: results
+    type(results_setup_t) :: setup
     type(error_t), allocatable :: file_error
     integer :: axis, i
 
@@ -64,12 +80,7 @@ contains
     call new_run(model, run)
     call open_results(results, setup, file_error)
     if (allocated(file_error)) error stop "the results of the test cannot be written"
-    call open_log(log, name//".log", .true., file_error)
-    call run_model(model, run, results, log, saver, error)
-    timings%timer = model%timer
-    call close_results(results, "completed", timings, file_error)
-    call close_log(log)
-  end subroutine run_to_end
+  end subroutine begin_run
 
   !> Names of the stopwatches of a model, with blanks between.
   function watch_names(model) result(names)
