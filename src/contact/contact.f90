@@ -13,8 +13,8 @@ module contact
   use kinds, only: wp
   use errors, only: error_t, fail
   use tool, only: tool_t
-  use slave_surface, only: slave_surface_t, point_position, scatter_forces
-  use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, points_before, earliest_test
+  use slave_surface, only: slave_surface_t, place_of, point_position, gather_forces, add_gathered
+  use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, list_due, earliest_test
   use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share, not_in, &
                      find_pressed_depth
   use contact_statistics, only: contact_statistics_t, count_iterations, count_failure, add_counts
@@ -29,7 +29,7 @@ module contact
   public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness
   public :: set_tile_tests
 
-  integer, parameter :: parallel_size = 8       !! fewer tiles are not worth waking threads for
+  integer, parameter :: parallel_size = 3       !! fewer tiles are not worth waking threads for
   real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
   real(wp), parameter :: shallow = 0.02_wp      !! depth of any first touch, of the largest depth
 
@@ -49,8 +49,6 @@ module contact
   type :: tile_result_t
     real(wp) :: energy = 0.0_wp, depth = 0.0_wp, reaction(3) = 0.0_wp
     real(wp) :: rubbed = 0.0_wp, damped = 0.0_wp   !! energies lost
-    integer :: loaded_first(tile_size) = huge(1)   !! point of each row, from 1, with a force
-    integer :: loaded_last(tile_size) = 0
     type(contact_statistics_t) :: counts
   end type tile_result_t
 
@@ -68,6 +66,8 @@ module contact
     real(wp), allocatable :: start(:)        !! depth from which its spring is loaded [length]
     real(wp), allocatable :: force(:, :)     !! on the point now, shape (n_points, 3) [force]
     type(tile_t), allocatable :: tiles(:)
+    real(wp), allocatable :: tile_force(:, :, :, :)
+      !! of each tile on its control points when it last touched, shape (most, 3, most, n_tiles)
     logical :: is_started = .false.          !! whether `net` holds a state
     real(wp) :: step_travel = 0.0_wp         !! bound of all motion since the last call [length]
     real(wp) :: longest = huge(1.0_wp)       !! way along a normal in that time, amply [length]
@@ -91,6 +91,7 @@ contains
     real(wp), intent(in) :: dt      !! largest step expected; the stiffness is frozen for it [time]
     type(contact_options_t), intent(in) :: options
     type(error_t), allocatable, intent(out) :: error
+    integer :: room(2), i
 
     contact%options = options
     if (options%is_late) contact%longest = 0.0_wp
@@ -119,6 +120,10 @@ contains
     contact%at = 0.5_wp
     contact%net = 0.0_wp
     contact%tiles = cut_tiles(slave)
+    do i = 1, 2
+      room(i) = maxval(contact%tiles%net_last(i) - contact%tiles%net_first(i)) + 1
+    end do
+    allocate (contact%tile_force(room(1), 3, room(2), size(contact%tiles)), source=0.0_wp)
     if (options%friction > 0.0_wp) then
       allocate (contact%friction)
       call new_friction(contact%friction, slave%n_points, options%friction)
@@ -178,7 +183,7 @@ contains
     real(wp), intent(in) :: dt                 !! since the last call, for damping alone [time]
     type(tile_result_t), allocatable :: results(:)
     integer, allocatable :: due(:)   ! tiles
-    integer :: loaded(2, contact%slave%n_along(2)), i, row
+    integer :: i
 
     call advance_travel(contact, tool, net_x)
     contact%statistics%n_calls = contact%statistics%n_calls + 1
@@ -192,24 +197,21 @@ contains
     allocate (results(size(due)))
     !$omp parallel do schedule(dynamic) if (size(due) > parallel_size)
     do i = 1, size(due)
-      call work_tile(contact, tool, net_x, dt, due(i), results(i))
+      call work_tile(contact, tool, dt, due(i), results(i))
     end do
     !$omp end parallel do
 
-    loaded(1, :) = huge(1)
-    loaded(2, :) = 0
     do i = 1, size(due)
-      associate (part => results(i), first => contact%tiles(due(i))%first)
+      associate (part => results(i))
         energy = energy + part%energy
         max_penetration = max(max_penetration, part%depth)
         tool%force = tool%force + part%reaction
-        do row = 1, merge(tile_size, 0, part%counts%n_touching > 0)
-          if (part%loaded_last(row) == 0) cycle
-          associate (range => loaded(:, first(2) + row - 1))
-            range = [min(range(1), first(1) - 1 + part%loaded_first(row)), &
-                     max(range(2), first(1) - 1 + part%loaded_last(row))]
+        if (part%counts%n_touching > 0) then
+          associate (tile => contact%tiles(due(i)), forces => contact%tile_force(:, :, :, due(i)))
+            call add_gathered(contact%slave, tile%net_first, tile%net_last, size(forces, 1), &
+                              size(forces, 3), forces, net_force)
           end associate
-        end do
+        end if
         call add_counts(contact%statistics, part%counts)
       end associate
     end do
@@ -219,7 +221,6 @@ contains
     if (allocated(contact%damping)) then
       contact%damping%energy = contact%damping%energy + sum(results%damped)
     end if
-    call scatter_forces(contact%slave, contact%force, net_force, loaded)
   end subroutine apply_contact
 
   !> Let the travel of the tiles grow by the motion of the control points against the tool.
@@ -229,120 +230,103 @@ contains
     real(wp), intent(in) :: net_x(contact%slave%n_net(1), contact%slave%n_net(2), 3)
 
     if (contact%is_started) then
-      call shift_net(product(contact%slave%n_net), tool%displacement - contact%displacement, &
-                     net_x, contact%net, contact%shift)
-      call carry_tiles(contact%tiles, contact%slave%n_net, contact%shift, contact%step_travel)
+      call carry_tiles(contact%tiles, contact%slave%n_net, &
+                       tool%displacement - contact%displacement, net_x, contact%net, &
+                       contact%shift, contact%step_travel)
       contact%longest = max(2*contact%step_travel, shallow*contact%options%max_depth)
+    else
+      contact%net = net_x
+      contact%shift = 0.0_wp
     end if
-    if (.not. contact%is_started) contact%shift = 0.0_wp
     contact%is_started = .true.
-    contact%net = net_x
     contact%displacement = tool%displacement
   end subroutine advance_travel
 
-  !> Motion of the control points against the tool.
-  pure subroutine shift_net(n, moved, x, before, shift)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: moved(3), x(n, 3), before(n, 3)
-    real(wp), intent(out) :: shift(n, 3)
-    integer :: c
-
-    do c = 1, 3
-      shift(:, c) = x(:, c) - before(:, c) - moved(c)
-    end do
-  end subroutine shift_net
-
-  !> Test the points of a tile that may have come within reach.
-  subroutine work_tile(contact, tool, net_x, dt, index, result)
+  !> Test the points of a tile that may have come within reach; their forces on control points.
+  subroutine work_tile(contact, tool, dt, index, result)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: net_x(contact%slave%n_net(1), contact%slave%n_net(2), 3)
     real(wp), intent(in) :: dt
     integer, intent(in) :: index   !! number of the tile
     type(tile_result_t), intent(out) :: result
-    ! Places in the tool's frame of the points that are due, of all where some rub or are damped.
-    real(wp) :: x(contact%tiles(index)%last(1) - contact%tiles(index)%first(1) + 1, 3, &
-                  contact%tiles(index)%last(2) - contact%tiles(index)%first(2) + 1)
-    integer :: queue(3, tile_size**2), n_queued, before, point, i, j, first, last
-    logical :: is_dragged
+    integer :: due(tile_size**2 + 1), queue(tile_size**2), n_due, n_queued, i, at(2)
+    real(wp) :: x(3, tile_size**2)   ! places in the tool's frame of the points that are due
 
-    is_dragged = allocated(contact%damping) .or. allocated(contact%friction)
     n_queued = 0
     associate (tile => contact%tiles(index))
-      do j = 1, size(x, 3)
-        before = points_before(tile, contact%slave%n_along, j)
-        if (.not. is_dragged .and. all(tile%travel < &
-                                       contact%test_at(before + 1:before + size(x, 1)))) cycle
-        contact%force(before + 1:before + size(x, 1), :) = 0.0_wp
-        do i = 1, size(x, 1)
-          point = before + i
-          if (is_dragged .or. tile%travel >= contact%test_at(point)) &
-            x(i, :, j) = point_position(contact%slave, net_x, tile%first(1) + i - 1, &
-                                        tile%first(2) + j - 1) - tool%displacement
-          if (tile%travel < contact%test_at(point)) cycle
-          result%counts%n_tested = result%counts%n_tested + 1
-          if (contact%face(point) == 0 .or. tile%travel >= contact%search_at(point) &
-              .or. contact%options%is_corner_start) then
-            call search_point(contact, tile, tool, x(i, :, j), point, result)
-          else
-            n_queued = n_queued + 1
-            queue(:, n_queued) = [point, i, j]
-          end if
+      call list_due(tile, contact%slave%n_along, contact%test_at, n_due, due)
+      do i = 1, n_due
+        at = place_of(contact%slave, due(i))
+        x(:, i) = point_position(contact%slave, contact%net, at(1), at(2)) - tool%displacement
+        contact%force(due(i), :) = 0.0_wp
+        if (contact%face(due(i)) == 0 .or. tile%travel >= contact%search_at(due(i)) &
+            .or. contact%options%is_corner_start) then
+          call search_point(contact, tile, tool, x(:, i), due(i), result)
+        else
+          n_queued = n_queued + 1
+          queue(n_queued) = i
+        end if
+      end do
+      result%counts%n_tested = n_due
+      do i = 1, n_queued, n_lanes
+        associate (lanes => queue(i:min(i + n_lanes - 1, n_queued)))
+          call follow_points(contact, tile, tool, due(lanes), x(:, lanes), result)
+        end associate
+      end do
+      if (allocated(contact%damping) .or. allocated(contact%friction)) then
+        do i = 1, n_due
+          call drag_point(contact, dt, due(i), x(:, i), result)
         end do
-      end do
-      do first = 1, n_queued, n_lanes
-        last = min(first + n_lanes - 1, n_queued)
-        call follow_points(contact, tile, tool, x, queue(:, first:last), result)
-      end do
-      if (is_dragged) call drag_points(contact, tile, dt, x, result)
+      end if
+      if (result%counts%n_touching > 0) then
+        associate (forces => contact%tile_force(:, :, :, index))
+          call gather_forces(contact%slave, contact%force, tile%first, tile%last, &
+                             size(forces, 1), size(forces, 3), forces)
+        end associate
+      end if
       tile%test_at = earliest_test(tile, contact%slave%n_along, contact%test_at)
     end associate
   end subroutine work_tile
 
-  !> Damping and friction of a tile.
-  subroutine drag_points(contact, tile, dt, x, result)
+  !> Damping and friction of a point that was tested; one that was not bears no force and did not
+  !! bear any.
+  subroutine drag_point(contact, dt, point, x, result)
     type(contact_t), intent(inout) :: contact
-    type(tile_t), intent(in) :: tile
-    real(wp), intent(in) :: dt, x(:, :, :)       !! as above
+    real(wp), intent(in) :: dt, x(3)       !! place in the tool's frame [length]
+    integer, intent(in) :: point
     type(tile_result_t), intent(inout) :: result
-    real(wp) :: ways(size(x, 1), 3)
-    integer :: j, before, last
+    real(wp) :: way(3)
+    integer :: at(2)
 
-    do j = 1, size(x, 3)
-      before = points_before(tile, contact%slave%n_along, j)
-      last = before + size(x, 1)
-      if (allocated(contact%damping)) then
-        call damp_points(contact%damping, contact%slave%n_points, before + 1, last, dt, &
-                         x(:, :, j), contact%force, result%reaction, result%damped)
-      end if
-      if (allocated(contact%friction)) then
-        call find_first_ways(contact%friction, contact%slave, contact%shift, &
-                             tile%first(2) + j - 1, tile%first(1), tile%last(1), contact%force, &
-                             ways)
-        call rub(contact%friction, contact%slave%n_points, before + 1, last, contact%stiffness, &
-                 x(:, :, j), ways, contact%force, result%reaction, result%energy, result%rubbed)
-      end if
-    end do
-  end subroutine drag_points
+    if (allocated(contact%damping)) then
+      call damp_points(contact%damping, contact%slave%n_points, point, point, dt, x, &
+                       contact%force, result%reaction, result%damped)
+    end if
+    if (allocated(contact%friction)) then
+      at = place_of(contact%slave, point)
+      call find_first_ways(contact%friction, contact%slave, contact%shift, at(2), at(1), at(1), &
+                           contact%force, way)
+      call rub(contact%friction, contact%slave%n_points, point, point, contact%stiffness, x, way, &
+               contact%force, result%reaction, result%energy, result%rubbed)
+    end if
+  end subroutine drag_point
 
   !> Follow up to eight points of a tile from where they were.
-  subroutine follow_points(contact, tile, tool, x, queued, result)
+  subroutine follow_points(contact, tile, tool, points, x, result)
     type(contact_t), intent(inout) :: contact
     type(tile_t), intent(in) :: tile
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: x(:, :, :)       !! places in the tool's frame [length]
-    integer, intent(in) :: queued(:, :)      !! number of each point, and where it is in x
+    integer, intent(in) :: points(:)
+    real(wp), intent(in) :: x(:, :)        !! their places in the tool's frame [length]
     type(tile_result_t), intent(inout) :: result
     type(lanes_t) :: lanes
     real(wp) :: depth(n_lanes), safe(n_lanes)
     integer :: lane, n, point(n_lanes)
 
-    n = size(queued, 2)
+    n = size(points)
     do lane = 1, n_lanes
-      associate (item => queued(:, min(lane, n)))
-        point(lane) = item(1)
-        lanes%x(lane, :) = x(item(2), :, item(3))
-      end associate
+      point(lane) = points(min(lane, n))
+      lanes%x(lane, :) = x(:, min(lane, n))
     end do
     lanes%face = contact%face(point)
     lanes%s = contact%at(point, 1)
@@ -360,7 +344,7 @@ contains
       contact%at(point(lane), 2) = lanes%t(lane)
       contact%test_at(point(lane)) = min(tile%travel + safe(lane), &
                                          contact%search_at(point(lane)))
-      call push_out(contact, tile, point(lane), depth(lane), lanes%normal(lane, :), result)
+      call push_out(contact, point(lane), depth(lane), lanes%normal(lane, :), result)
     end do
   end subroutine follow_points
 
@@ -380,7 +364,7 @@ contains
     if (hit%is_converged) then
       contact%test_at(point) = min(contact%search_at(point), &
                                    tile%travel + safe_distance(contact, tool, x, hit))
-      call push_point(contact, tile, tool, point, hit, result)
+      call push_point(contact, tool, point, hit, result)
     else
       call search_point(contact, tile, tool, x, point, result)
     end if
@@ -406,7 +390,7 @@ contains
     rival = min(hit%rival, hit%distance + 2*step, tool%search_distance)
     contact%search_at(point) = tile%travel + max(safe, min(step, 0.5_wp*(rival - hit%distance)))
     contact%test_at(point) = tile%travel + safe
-    call push_point(contact, tile, tool, point, hit, result)
+    call push_point(contact, tool, point, hit, result)
   end subroutine search_point
 
   !> How far a point may move, at least, before it can touch the tool.
@@ -430,21 +414,20 @@ contains
   end function safe_distance
 
   !> Factor on the force of a point that touches only in a part of the step.
-  pure real(wp) function step_share(contact, along, row, depth, normal) result(share)
+  pure real(wp) function step_share(contact, at, depth, normal) result(share)
     type(contact_t), intent(in) :: contact
-    integer, intent(in) :: along, row           !! place of the point
+    integer, intent(in) :: at(2)                !! place of the point
     real(wp), intent(in) :: depth, normal(3)    !! of the spring, not negative [length]
 
     share = 1.0_wp
     if (depth >= contact%step_travel) return
-    share = touching_share(depth, sum(point_position(contact%slave, contact%shift, along, row) &
+    share = touching_share(depth, sum(point_position(contact%slave, contact%shift, at(1), at(2)) &
                                       *normal))
   end function step_share
 
   !> Keep where a point was found, and push it out if it is in the tool.
-  subroutine push_point(contact, tile, tool, point, hit, result)
+  subroutine push_point(contact, tool, point, hit, result)
     type(contact_t), intent(inout) :: contact
-    type(tile_t), intent(in) :: tile
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: point
     type(hit_t), intent(in) :: hit
@@ -456,31 +439,24 @@ contains
     depth = -hit%gap
     if (hit%face == 0 .or. depth >= contact%options%max_depth &
         .or. is_beside(tool, hit, contact%options%overhang)) depth = 0.0_wp
-    call push_out(contact, tile, point, depth, hit%normal, result)
+    call push_out(contact, point, depth, hit%normal, result)
   end subroutine push_point
 
   !> Push a point out of the tool by its spring.
-  subroutine push_out(contact, tile, point, depth, normal, result)
+  subroutine push_out(contact, point, depth, normal, result)
     type(contact_t), intent(inout) :: contact
-    type(tile_t), intent(in) :: tile
     integer, intent(in) :: point
     real(wp), intent(in) :: depth, normal(3)   !! not touching where the depth is not positive
     type(tile_result_t), intent(inout) :: result
     real(wp) :: pressed, push
-    integer :: along, row
+    integer :: at(2)
 
     call find_pressed_depth(depth, contact%longest, contact%start(point), pressed)
     if (.not. depth > 0.0_wp) return
-    row = (point - 1)/contact%slave%n_along(1) + 1
-    along = point - (row - 1)*contact%slave%n_along(1)
-    associate (first => result%loaded_first(row - tile%first(2) + 1), &
-               last => result%loaded_last(row - tile%first(2) + 1))
-      first = min(first, along - tile%first(1) + 1)
-      last = max(last, along - tile%first(1) + 1)
-    end associate
+    at = place_of(contact%slave, point)
     result%depth = max(result%depth, depth)
     result%counts%n_touching = result%counts%n_touching + 1
-    push = contact%stiffness(point)*pressed*step_share(contact, along, row, pressed, normal)
+    push = contact%stiffness(point)*pressed*step_share(contact, at, pressed, normal)
     contact%force(point, :) = push*normal
     result%reaction = result%reaction - push*normal
     result%energy = result%energy + 0.5_wp*contact%stiffness(point)*pressed**2

@@ -5,7 +5,7 @@ module contact_tiles
   implicit none
   private
 
-  public :: tile_t, cut_tiles, carry_tiles, points_before, earliest_test
+  public :: tile_t, cut_tiles, carry_tiles, list_due, earliest_test
 
   !> Most points of a tile along each direction: few, so that idle ones sleep, and as many across as
   !! along, so that a line of contact fills the lanes whichever way it runs.
@@ -44,19 +44,28 @@ contains
     end do
   end function cut_tiles
 
-  !> Let the travel of each tile grow by the largest motion of its control points; `largest` returns
-  !! that of all.
-  pure subroutine carry_tiles(tiles, n, shift, largest)
+  !> Let the travel of each tile grow by the largest motion of its control points from `before`,
+  !! which becomes `x`, to there; `largest` returns that of all.
+  pure subroutine carry_tiles(tiles, n, moved, x, before, shift, largest)
     type(tile_t), intent(inout) :: tiles(:)
-    integer, intent(in) :: n(2)                  !! control points of the face
-    real(wp), intent(in) :: shift(n(1), n(2), 3) !! motion of each against the tool [length]
-    real(wp), intent(out) :: largest             !! [length]
-    real(wp) :: squares(n(1), n(2)), most(n(1))
+    integer, intent(in) :: n(2)                    !! control points of the face
+    real(wp), intent(in) :: moved(3)               !! motion of the tool [length]
+    real(wp), intent(in) :: x(n(1), n(2), 3)       !! control points [length]
+    real(wp), intent(inout) :: before(n(1), n(2), 3)
+    real(wp), intent(out) :: shift(n(1), n(2), 3)  !! motion of each against the tool [length]
+    real(wp), intent(out) :: largest               !! [length]
+    real(wp) :: squares(n(1), n(2)), most(n(1)), square
     integer :: i, j, t, band
 
     do j = 1, n(2)
       !$omp simd
       do i = 1, n(1)
+        shift(i, j, 1) = x(i, j, 1) - before(i, j, 1) - moved(1)
+        shift(i, j, 2) = x(i, j, 2) - before(i, j, 2) - moved(2)
+        shift(i, j, 3) = x(i, j, 3) - before(i, j, 3) - moved(3)
+        before(i, j, 1) = x(i, j, 1)
+        before(i, j, 2) = x(i, j, 2)
+        before(i, j, 3) = x(i, j, 3)
         squares(i, j) = shift(i, j, 1)**2 + shift(i, j, 2)**2 + shift(i, j, 3)**2
       end do
     end do
@@ -71,35 +80,46 @@ contains
             most = max(most, squares(:, j))
           end do
           band = tiles(t)%first(2)
-          largest = max(largest, maxval(most))
         end if
-        tiles(t)%travel = tiles(t)%travel + sqrt(maxval(most(low(1):high(1))))
+        square = 0.0_wp
+        do i = low(1), high(1)
+          square = max(square, most(i))
+        end do
+        tiles(t)%travel = tiles(t)%travel + sqrt(square)
+        largest = max(largest, square)
       end associate
     end do
     largest = sqrt(largest)
   end subroutine carry_tiles
 
-  !> Points of the grid before the first one in a row of a tile.
-  pure integer function points_before(tile, n_along, row) result(before)
+  !> Points of a tile that must be tested now.
+  pure subroutine list_due(tile, n_along, test_at, n, points)
     type(tile_t), intent(in) :: tile
     integer, intent(in) :: n_along(2)
-    integer, intent(in) :: row   !! of the tile, from 1
+    real(wp), intent(in) :: test_at(:)   !! travel, of all points [length]
+    integer, intent(out) :: n, points(tile_size**2 + 1)   !! in the first n
+    integer :: row, point
 
-    before = (tile%first(2) + row - 2)*n_along(1) + tile%first(1) - 1
-  end function points_before
+    n = 0
+    do row = tile%first(2), tile%last(2)
+      do point = (row - 1)*n_along(1) + tile%first(1), (row - 1)*n_along(1) + tile%last(1)
+        points(n + 1) = point   ! no branch, which would be guessed wrong at each point found
+        n = n + merge(1, 0, tile%travel >= test_at(point))
+      end do
+    end do
+  end subroutine list_due
 
   !> Least travel at which a point of the tile must be tested.
   pure real(wp) function earliest_test(tile, n_along, test_at) result(earliest)
     type(tile_t), intent(in) :: tile
     integer, intent(in) :: n_along(2)
     real(wp), intent(in) :: test_at(:)   !! of all points [length]
-    integer :: row, i, before
+    integer :: row, point
 
     earliest = huge(1.0_wp)
-    do row = 1, tile%last(2) - tile%first(2) + 1
-      before = points_before(tile, n_along, row)
-      do i = before + 1, before + tile%last(1) - tile%first(1) + 1
-        earliest = min(earliest, test_at(i))
+    do row = tile%first(2), tile%last(2)
+      do point = (row - 1)*n_along(1) + tile%first(1), (row - 1)*n_along(1) + tile%last(1)
+        earliest = min(earliest, test_at(point))
       end do
     end do
   end function earliest_test

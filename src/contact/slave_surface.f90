@@ -12,7 +12,7 @@ module slave_surface
   private
 
   public :: slave_surface_t, new_slave_surface, slave_positions, row_positions, point_position
-  public :: scatter_forces
+  public :: place_of, scatter_forces, gather_forces, add_gathered
   public :: points_gauss, points_knot, points_greville
 
   integer, parameter :: parallel_size = 4096   !! fewer points are not worth waking threads for
@@ -111,6 +111,16 @@ contains
     end associate
   end subroutine row_positions
 
+  !> Where a point is in the grid.
+  pure function place_of(slave, point) result(at)
+    type(slave_surface_t), intent(in) :: slave
+    integer, intent(in) :: point
+    integer :: at(2)
+
+    at(2) = (point - 1)/slave%n_along(1) + 1
+    at(1) = point - (at(2) - 1)*slave%n_along(1)
+  end function place_of
+
   !> Position of the point (i, j) alone.
   pure function point_position(slave, net, i, j) result(place)
     type(slave_surface_t), intent(in) :: slave
@@ -145,91 +155,76 @@ contains
     end do
   end function blend_quadratic
 
-  !> Add the forces of slave points to the control points, F_I = sum_p R_I(p) f_p, summed in the
-  !! same order for any number of threads. Points outside `loaded` bear nothing.
-  subroutine scatter_forces(slave, forces, net_forces, loaded)
+  !> Add the forces of all slave points to the control points, F_I = sum_p R_I(p) f_p.
+  pure subroutine scatter_forces(slave, forces, net_forces)
     type(slave_surface_t), intent(in) :: slave
     real(wp), intent(in) :: forces(slave%n_along(1), slave%n_along(2), 3)          !! [force]
     real(wp), intent(inout) :: net_forces(slave%n_net(1), slave%n_net(2), 3)       !! [force]
-    integer, intent(in), optional :: loaded(2, slave%n_along(2))
-      !! first and last point of each row that may bear a force, first > last: none
-    real(wp), allocatable :: rows(:, :, :)
-    integer :: range(2, slave%n_along(2)), row, j
+    real(wp), allocatable :: gathered(:, :, :)
 
-    range(1, :) = 1
-    range(2, :) = slave%n_along(1)
-    if (present(loaded)) range = loaded
-    if (all(range(1, :) > range(2, :))) return
-    allocate (rows(slave%n_net(1), 3, slave%n_along(2)))
-    !$omp parallel if (sum(max(range(2, :) - range(1, :), 0)) > parallel_size)
-    !$omp do schedule(static)
-    do row = 1, slave%n_along(2)
-      call gather_row(slave, forces, row, range(:, row), rows(:, :, row))
-    end do
-    !$omp end do
-    !$omp do schedule(static)
-    do j = 1, slave%n_net(2)
-      call add_rows(slave, rows, range, j, net_forces)
-    end do
-    !$omp end do
-    !$omp end parallel
+    associate (n => slave%n_net)
+      allocate (gathered(n(1), 3, n(2)))
+      call gather_forces(slave, forces, [1, 1], slave%n_along, n(1), n(2), gathered)
+      call add_gathered(slave, [1, 1], n, n(1), n(2), gathered, net_forces)
+    end associate
   end subroutine scatter_forces
 
-  !> Control points along direction 1 that the points `range` of a row reach.
-  pure function reached(line, range) result(net_range)
-    type(slave_line_t), intent(in) :: line
-    integer, intent(in) :: range(2)
-    integer :: net_range(2)
-
-    net_range = [1, 0]
-    if (range(1) > range(2)) return
-    net_range = line%first(range) + [0, line%degree]
-  end function reached
-
-  !> Forces of one row of points, gathered to the control points along direction 1 that they reach.
-  pure subroutine gather_row(slave, forces, row, range, gathered)
+  !> What the forces of a rectangle of points give to the control points that it reaches, for
+  !! `add_gathered`.
+  pure subroutine gather_forces(slave, forces, first, last, n1, n2, gathered)
     type(slave_surface_t), intent(in) :: slave
-    real(wp), intent(in) :: forces(slave%n_along(1), slave%n_along(2), 3)
-    integer, intent(in) :: row, range(2)
-    real(wp), intent(inout) :: gathered(slave%n_net(1), 3)
-    real(wp) :: force(3)
-    integer :: net(2), i, k, at
+    real(wp), intent(in) :: forces(slave%n_along(1), slave%n_along(2), 3)   !! [force]
+    integer, intent(in) :: first(2), last(2)            !! points of the rectangle
+    integer, intent(in) :: n1, n2                       !! room for the control points
+    real(wp), intent(out) :: gathered(3*n1, n2)         !! forces without weights, component by
+                                                        !! component in each row [force]
+    real(wp) :: line(3*n1), force(3)
+    integer :: before(2), i, k, at, row
+    logical :: is_loaded
 
-    associate (line => slave%lines(1))
-      net = reached(line, range)
-      gathered(net(1):net(2), :) = 0.0_wp
-      do i = range(1), range(2)
-        if (all(abs(forces(i, row, :)) <= 0.0_wp)) cycle   ! not for a NaN
-        force = forces(i, row, :)*slave%inverse_w(i, row)
-        do k = 1, line%degree + 1
-          at = line%first(i) + k - 1
-          gathered(at, :) = gathered(at, :) + line%values(i, k)*force
+    before = [slave%lines(1)%first(first(1)), slave%lines(2)%first(first(2))] - 1
+    gathered = 0.0_wp
+    do row = first(2), last(2)
+      is_loaded = .false.
+      do i = first(1), last(1)
+        force = forces(i, row, :)
+        if (all(abs(force) <= 0.0_wp)) cycle   ! not for a NaN
+        if (.not. is_loaded) line = 0.0_wp
+        is_loaded = .true.
+        force = force*slave%inverse_w(i, row)
+        do k = 1, slave%lines(1)%degree + 1
+          at = slave%lines(1)%first(i) - before(1) + k - 1
+          line(at) = line(at) + slave%lines(1)%values(i, k)*force(1)
+          line(at + n1) = line(at + n1) + slave%lines(1)%values(i, k)*force(2)
+          line(at + 2*n1) = line(at + 2*n1) + slave%lines(1)%values(i, k)*force(3)
         end do
       end do
-    end associate
-  end subroutine gather_row
+      if (.not. is_loaded) cycle
+      do k = 1, slave%lines(2)%degree + 1
+        at = slave%lines(2)%first(row) - before(2) + k - 1
+        gathered(:, at) = gathered(:, at) + slave%lines(2)%values(row, k)*line
+      end do
+    end do
+  end subroutine gather_forces
 
-  !> Add what the rows of points give to row `j` of the control net, in rising order of the rows.
-  pure subroutine add_rows(slave, rows, range, j, net_forces)
+  !> Add what was gathered from a rectangle to the control points `low` to `high` that it reaches.
+  pure subroutine add_gathered(slave, low, high, n1, n2, gathered, net_forces)
     type(slave_surface_t), intent(in) :: slave
-    real(wp), intent(in) :: rows(slave%n_net(1), 3, slave%n_along(2))
-    integer, intent(in) :: range(2, slave%n_along(2)), j
-    real(wp), intent(inout) :: net_forces(slave%n_net(1), slave%n_net(2), 3)
-    integer :: row, net(2), c, i
-    real(wp) :: share
+    integer, intent(in) :: low(2), high(2)              !! control points
+    integer, intent(in) :: n1, n2                       !! room
+    real(wp), intent(in) :: gathered(n1, 3, n2)         !! [force]
+    real(wp), intent(inout) :: net_forces(slave%n_net(1), slave%n_net(2), 3)   !! [force]
+    integer :: i, j, c
 
-    associate (across => slave%lines(2))
-      do row = across%lowest(j), across%highest(j)
-        net = reached(slave%lines(1), range(:, row))
-        share = across%values(row, j - across%first(row) + 1)
-        do c = 1, 3
-          do i = net(1), net(2)
-            net_forces(i, j, c) = net_forces(i, j, c) + share*slave%weights(i, j)*rows(i, c, row)
-          end do
+    do c = 1, 3
+      do j = low(2), high(2)
+        do i = low(1), high(1)
+          net_forces(i, j, c) = net_forces(i, j, c) + slave%weights(i, j) &
+                                *gathered(i - low(1) + 1, c, j - low(2) + 1)
         end do
       end do
-    end associate
-  end subroutine add_rows
+    end do
+  end subroutine add_gathered
 
   !> 1/(sum N w) at every point.
   pure subroutine set_inverse_weights(slave)
