@@ -35,7 +35,7 @@ module deck_run
   use forming_run, only: run_model, save_failed
   use check_report, only: print_check
   use tool_display, only: tool_cell_length
-  use saving_report, only: print_savings
+  use saving_report, only: saving_lines
   use source_report, only: source_lines
   use probe_run, only: print_probe
   use modes_report, only: print_modes
@@ -79,8 +79,8 @@ contains
       code = exit_input
     else if (command%is_check) then
       call print_check(model)
-      call print_savings(scene)
-      call print_sources(scene, model)
+      call print_lines(saving_lines(scene))
+      call print_lines(source_lines(scene, model))
       if (command%is_probe) call print_probe(scene, model, library)
       code = exit_done
     else if (command%n_modes > 0) then
@@ -90,19 +90,16 @@ contains
     end if
   end function run_deck
 
-  !> Print where the surfaces of tools come from and where tools were put.
-  subroutine print_sources(scene, model)
-    type(scene_t), intent(in) :: scene
-    type(model_t), intent(in) :: model
-    type(string_t), allocatable :: lines(:)
+  subroutine print_lines(lines)
+    type(string_t), intent(in) :: lines(:)
     integer :: i
 
-    lines = source_lines(scene, model)
     do i = 1, size(lines)
       print "(a)", lines(i)%value
     end do
-  end subroutine print_sources
+  end subroutine print_lines
 
+  !> Log where the surfaces of tools come from and where tools were put.
   subroutine log_sources(log, scene, model)
     type(run_log_t), intent(inout) :: log
     type(scene_t), intent(in) :: scene

@@ -3,7 +3,7 @@
 module probe_run
   use kinds, only: wp
   use errors, only: error_t
-  use text, only: to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text
   use faults, only: fault_list_t, n_errors
   use scene, only: scene_t
   use coarse_scene, only: coarsen_scene
@@ -15,7 +15,7 @@ module probe_run
   implicit none
   private
 
-  public :: print_probe, inertia_t, suggested_factor
+  public :: print_probe, inertia_t, advice_lines
 
   integer, parameter :: coarsening = 3, least_elements = 8
   integer, parameter :: n_samples = 400            !! of the energies
@@ -42,6 +42,8 @@ contains
     type(model_t) :: probe
     type(fault_list_t) :: faults
     type(inertia_t) :: inertia
+    type(string_t), allocatable :: lines(:)
+    integer :: i
 
     coarse = scene
     call coarsen_scene(coarse, coarsening, least_elements)
@@ -56,14 +58,36 @@ contains
     print "(a)", "probe            "//to_text(n_elements_of(probe%bodies%blank%parts))// &
       " elements, kinetic over internal energy "//percent(inertia%mean)//" in the mean, "// &
       percent(inertia%largest)//" at most after "//to_text(nint(100*early))//" % of the time"
-    if (.not. inertia%is_complete) then
-      print "(a)", "advice           none: the run with fewer elements failed"
-    else if (.not. inertia%internal > 0.0_wp) then
-      print "(a)", "advice           none: nothing deforms"
-    else
-      call print_advice(scene, model, suggested_factor(inertia))
-    end if
+    lines = advice_lines(scene, model, inertia)
+    do i = 1, size(lines)
+      print "(a)", "advice           "//lines(i)%value
+    end do
   end subroutine print_probe
+
+  !> What follows from the inertia of a scene: mass scaling that pays, or why none does.
+  function advice_lines(scene, model, inertia) result(lines)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model          !! of the scene as it is
+    type(inertia_t), intent(in) :: inertia      !! without what was added for the probe
+    type(string_t), allocatable :: lines(:)
+    real(wp) :: factor
+
+    allocate (lines(1))
+    if (.not. inertia%is_complete) then
+      lines(1)%value = "none: the run with fewer elements failed"
+      return
+    else if (.not. inertia%internal > 0.0_wp) then
+      lines(1)%value = "none: nothing deforms"
+      return
+    end if
+    factor = suggested_factor(inertia)
+    lines(1)%value = mass_advice(model%stable_step*model%step%safety, factor)
+    if (factor < 1.0_wp .or. .not. can_scale_thickness(scene, model)) return
+    lines = [lines, lines]
+    lines(2)%value = "*MASS SCALING, THICKNESS=4: 0.62 times the cost in the stored study of "// &
+      "the slow strip, where the shape error rose from 0.35 to 0.45 mm of a 3 mm sheet, that "// &
+      "of the plastic strain from 0.24 to 0.47 % (docs/accuracy.md)"
+  end function advice_lines
 
   !> Factor on all masses that lifts the kinetic energy to what a slow process may have. Speeds are
   !! those of the tools, so it grows with the mass.
@@ -73,31 +97,27 @@ contains
     factor = allowed/max(inertia%mean, tiny(1.0_wp))
   end function suggested_factor
 
-  !> Mass scaling that pays, or why none does.
-  subroutine print_advice(scene, model, factor)
-    type(scene_t), intent(in) :: scene
-    type(model_t), intent(in) :: model
-    real(wp), intent(in) :: factor
+  !> On one factor for all masses: the step grows with its root, the kinetic energy with it.
+  function mass_advice(safe_step, factor) result(line)
+    real(wp), intent(in) :: safe_step   !! time step that is taken without it [time]
+    real(wp), intent(in) :: factor      !! that the energies allow
+    character(:), allocatable :: line
     real(wp), parameter :: worth = 1.5_wp, most = 100.0_wp
     real(wp) :: used
 
     if (factor < 1.0_wp) then
-      print "(a)", "advice           no mass scaling: inertia governs already; slower tools "// &
-        "would be nearer to a forming process"
+      line = "no mass scaling: inertia governs already; slower tools would be nearer to a "// &
+             "forming process"
     else if (factor < worth) then
-      print "(a)", "advice           no mass scaling of all masses: it would save little"
+      line = "no mass scaling of all masses: it would save little"
     else
       used = min(factor, most)
-      print "(a)", "advice           *MASS SCALING, STEP="//rounded_text(model%stable_step &
-        *model%step%safety*sqrt(used))//" : "//rounded_text(used)//" times the mass, "// &
-        percent(1.0_wp/sqrt(used))//" of the steps, kinetic energy about "// &
-        percent(allowed*used/factor)//" of the internal"
+      line = "*MASS SCALING, STEP="//rounded_text(safe_step*sqrt(used))//" : "// &
+             rounded_text(used)//" times the mass, "//percent(1.0_wp/sqrt(used))// &
+             " of the steps, kinetic energy about "//percent(allowed*used/factor)// &
+             " of the internal"
     end if
-    if (factor >= 1.0_wp .and. can_scale_thickness(scene, model)) print "(a)", &
-      "advice           *MASS SCALING, THICKNESS=4: 0.62 times the cost in the stored study of "// &
-      "the slow strip, where the shape error rose from 0.35 to 0.45 mm of a 3 mm sheet, that "// &
-      "of the plastic strain from 0.24 to 0.47 % (docs/accuracy.md)"
-  end subroutine print_advice
+  end function mass_advice
 
   pure logical function can_scale_thickness(scene, model)
     type(scene_t), intent(in) :: scene

@@ -20,7 +20,7 @@ module run_forecast
   implicit none
   private
 
-  public :: forecast_seconds
+  public :: forecast_seconds, frame_values
 
   integer, parameter :: warm_up = 3              !! steps that are not timed
   integer, parameter :: least = 3, most = 2000   !! steps that are timed
@@ -50,7 +50,7 @@ contains
       n_frames = now%n_frames + sum(later%n_frames) + 1
     end associate
     seconds = set_up + (growth*n_steps + n_rows)*step_seconds(model) &
-              + n_frames*value_seconds*n_values(model)
+              + n_frames*value_seconds*frame_values(model)
   end function forecast_seconds
 
   !> Mean seconds of a step with all contacts awake.
@@ -93,8 +93,8 @@ contains
     end do
   end subroutine wake
 
-  !> Numbers in a frame.
-  real(wp) function n_values(model) result(n)
+  !> Numbers in a frame of the results.
+  real(wp) function frame_values(model) result(n)
     type(model_t), intent(in) :: model
     real(wp) :: length
     integer :: p, t, s
@@ -116,6 +116,6 @@ contains
         end do
       end associate
     end do
-  end function n_values
+  end function frame_values
 
 end module run_forecast

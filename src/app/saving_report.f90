@@ -1,7 +1,7 @@
 !> What `igaform --check` tells of a smaller scene that would do.
 module saving_report
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: string_t, to_text
   use basis_tables, only: n_lanes
   use knot_vector, only: n_spans
   use scene, only: scene_t
@@ -9,20 +9,22 @@ module saving_report
   implicit none
   private
 
-  public :: print_savings
+  public :: saving_lines
 
 contains
 
-  !> Name the strip and the symmetry planes that a scene qualifies for, with the share of the cost
-  !! that each would save: elements are worked eight at a time along their first axis.
-  subroutine print_savings(scene)
+  !> The strip and the symmetry planes that a scene qualifies for, with the share of the cost that
+  !! each would save: elements are worked eight at a time along their first axis.
+  function saving_lines(scene) result(lines)
     type(scene_t), intent(in) :: scene
+    type(string_t), allocatable :: lines(:)
     character(3), parameter :: letters = "xyz"
     integer :: c, axis, n(3), reduced(3)
 
+    allocate (lines(0))
     if (size(scene%blank%patches) > 1) return
     if (scene%reduction%component >= 0) then
-      print "(a)", "reduction        plane strain, results for the full width"
+      call add("reduction        plane strain, results for the full width")
       return
     end if
     n = elements(scene)
@@ -31,11 +33,12 @@ contains
       if (axis == 0) cycle
       reduced = n
       reduced(axis) = 1
-      if (uniformity_fault(scene, c) == "" .and. n(axis) > 1) print "(a)", "could be         "// &
+      if (.not. cost(reduced) < cost(n)) cycle
+      if (uniformity_fault(scene, c) == "") call add("could be         "// &
         "a strip (*REDUCE, TYPE=PLANE STRAIN, AXIS="//letters(c:c)//"), uniform along "// &
         letters(c:c)//": 1 of "//to_text(n(axis))//" elements, saves "// &
         percent(1.0_wp - cost(reduced)/cost(n))//"; exact where the edges are held, else away "// &
-        "from them"
+        "from them")
     end do
     do c = 1, 3
       if (mirror_fault(scene, c) /= "") cycle
@@ -43,12 +46,24 @@ contains
         if (.not. varies_along(scene, axis, c)) cycle
         reduced = n
         reduced(axis) = (n(axis) + 1)/2
-        print "(a)", "could be         one half (cut the blank, *BOUNDARY "//upper(c)// &
-          "SYMM on the cut), symmetric in "//letters(c:c)//": saves "// &
-          percent(1.0_wp - cost(reduced)/cost(n))
+        if (.not. cost(reduced) < cost(n)) cycle
+        call add("could be         one half (cut the blank, *BOUNDARY "//upper(c)// &
+                 "SYMM on the cut), symmetric in "//letters(c:c)//": saves "// &
+                 percent(1.0_wp - cost(reduced)/cost(n)))
       end do
     end do
-  end subroutine print_savings
+
+  contains
+
+    subroutine add(words)
+      character(*), intent(in) :: words
+      type(string_t) :: line
+
+      line%value = words
+      lines = [lines, line]
+    end subroutine add
+
+  end function saving_lines
 
   pure function elements(scene) result(n)
     type(scene_t), intent(in) :: scene
