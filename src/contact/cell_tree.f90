@@ -7,7 +7,7 @@ module cell_tree
   implicit none
   private
 
-  public :: cell_tree_t, new_cell_tree, nearest_leaf, collect_leaves
+  public :: cell_tree_t, new_cell_tree, nearest_leaf, distance_to_leaves, collect_leaves
 
   integer, parameter :: n_children = 8
   integer, parameter :: max_levels = 12
@@ -65,6 +65,37 @@ contains
       leaf = best
     end do
   end function nearest_leaf
+
+  !> Distance from a point to the nearest box of a cell.
+  pure real(wp) function distance_to_leaves(tree, x) result(distance)
+    type(cell_tree_t), intent(in) :: tree
+    real(wp), intent(in) :: x(3)
+    real(wp) :: least   ! square of it so far
+
+    least = square_to(tree%boxes(:, :, nearest_leaf(tree, x)), x)
+    call look_below(tree, x, tree%n_levels, 1, least)
+    distance = sqrt(least)
+  end function distance_to_leaves
+
+  !> Take the nearest cell of a box, if it is nearer.
+  pure recursive subroutine look_below(tree, x, level, box, least)
+    type(cell_tree_t), intent(in) :: tree
+    real(wp), intent(in) :: x(3)
+    integer, intent(in) :: level, box
+    real(wp), intent(inout) :: least   !! squared distance [length^2]
+    real(wp) :: square
+    integer :: i
+
+    square = square_to(tree%boxes(:, :, tree%first(level) + box), x)
+    if (square >= least) return
+    if (level == 0) then
+      least = square
+      return
+    end if
+    do i = n_children*(box - 1) + 1, min(n_children*box, tree%n(level - 1))
+      call look_below(tree, x, level - 1, i, least)
+    end do
+  end subroutine look_below
 
   !> Cells whose boxes are within a distance of a point.
   pure subroutine collect_leaves(tree, x, distance, leaves)

@@ -22,6 +22,7 @@ module contact
   use contact_damping, only: contact_damping_t, new_contact_damping, damp_points
   use closest_point, only: hit_t, follow, is_beside
   use tool_search, only: search_tool
+  use cell_tree, only: distance_to_leaves
   use closest_point_lanes, only: lanes_t, follow_lanes, n_lanes
   implicit none
   private
@@ -403,8 +404,8 @@ contains
     if (.not. hit%is_converged .and. hit%face == 0) then
       safe = 0.0_wp
     else if (hit%face == 0) then
-      safe = norm2(max(tool%box(:, 1) - x, x - tool%box(:, 2), 0.0_wp))
-      safe = max(safe, tool%search_distance) - contact%options%max_depth
+      safe = max(distance_to_leaves(tool%tree, x), tool%search_distance) &
+             - contact%options%max_depth
     else if (hit%gap >= 0.0_wp) then
       safe = hit%distance
     else

@@ -21,31 +21,35 @@ contains
     real(wp), intent(in) :: external_force(n(1), n(2), n(3), 3)
     real(wp), intent(in) :: internal_force(n(1), n(2), n(3), 3)
     real(wp), intent(inout) :: v(n(1), n(2), n(3), 3)
+    real(wp) :: factor
     integer :: i, j, k
 
-    !$omp parallel do schedule(static) private(i, k) if (product(n) > parallel_size)
+    !$omp parallel do schedule(static) private(i, k, factor) if (product(n) > parallel_size)
     do j = 1, n(2)
       do k = 1, n(3)
         ! Components written out: a loop over them around this one would keep it from vectorising.
-        !$omp simd
+        !$omp simd private(factor)
         do i = 1, n(1)
-          v(i, j, k, 1) = v(i, j, k, 1) + dt_mean &
-                          *(external_force(i, j, k, 1) - internal_force(i, j, k, 1))/mass(i, j, k)
-          v(i, j, k, 2) = v(i, j, k, 2) + dt_mean &
-                          *(external_force(i, j, k, 2) - internal_force(i, j, k, 2))/mass(i, j, k)
-          v(i, j, k, 3) = v(i, j, k, 3) + dt_mean &
-                          *(external_force(i, j, k, 3) - internal_force(i, j, k, 3))/mass(i, j, k)
+          factor = dt_mean/mass(i, j, k)
+          v(i, j, k, 1) = v(i, j, k, 1) &
+                          + factor*(external_force(i, j, k, 1) - internal_force(i, j, k, 1))
+          v(i, j, k, 2) = v(i, j, k, 2) &
+                          + factor*(external_force(i, j, k, 2) - internal_force(i, j, k, 2))
+          v(i, j, k, 3) = v(i, j, k, 3) &
+                          + factor*(external_force(i, j, k, 3) - internal_force(i, j, k, 3))
         end do
       end do
     end do
     !$omp end parallel do
   end subroutine advance_velocities
 
-  !> Positions to the end of the step.
-  subroutine advance_positions(n, dt, v, x)
+  !> Positions to the end of the step. Forces that have acted can be set to zero on the way: those
+  !! of the next step are added to these.
+  subroutine advance_positions(n, dt, v, x, spent)
     integer, intent(in) :: n(3)     !! control points along each axis
     real(wp), intent(in) :: dt, v(n(1), n(2), n(3), 3)
     real(wp), intent(inout) :: x(n(1), n(2), n(3), 3)
+    real(wp), intent(inout), optional :: spent(n(1), n(2), n(3), 3)   !! set to zero
     integer :: i, j, k, c
 
     !$omp parallel do schedule(static) private(i, k, c) if (product(n) > parallel_size)
@@ -58,6 +62,7 @@ contains
           end do
         end do
       end do
+      if (present(spent)) spent(:, j, :, :) = 0.0_wp
     end do
     !$omp end parallel do
   end subroutine advance_positions

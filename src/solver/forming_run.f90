@@ -288,7 +288,12 @@ contains
     run%n_steps = run%n_steps + 1
     do t = 1, size(model%bodies%blank%parts)
       associate (body => model%bodies%blank%parts(t), motion => model%bodies%blank%parts(t)%motion)
-        call advance_positions(shape(body%inertia), run%instant%dt, motion%v, motion%x)
+        if (size(model%forces) == 0) then
+          call advance_positions(shape(body%inertia), run%instant%dt, motion%v, motion%x)
+        else
+          call advance_positions(shape(body%inertia), run%instant%dt, motion%v, motion%x, &
+                                 motion%external_force)
+        end if
       end associate
     end do
     do t = 1, size(model%motions)
@@ -314,16 +319,13 @@ contains
     call stop_watch(model%timer, run%watch_blank)
   end subroutine update_stress
 
-  !> Contact and loads.
+  !> Contact and loads, onto external forces of zero.
   subroutine apply_forces(model, run)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     integer :: i, t
 
     if (size(model%forces) == 0) return
-    do i = 1, size(model%bodies%blank%parts)
-      model%bodies%blank%parts(i)%motion%external_force = 0.0_wp
-    end do
     do t = 1, size(model%bodies%tools)
       model%bodies%tools(t)%force = 0.0_wp
       model%bodies%tools(t)%torque = 0.0_wp
