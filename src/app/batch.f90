@@ -10,7 +10,8 @@ module batch
                        is_save_wanted, forget_save
   use child_process, only: start_program, take_ended, ask_to_stop, ask_to_save, pause_briefly
   use provenance, only: host_cores
-  use system_files, only: remove_file, true_path
+  use system_files, only: remove_file, true_path, is_folder
+  use source_file, only: folder_of
   use command_line, only: command_t
   use output_names, only: base_of, file_name
   use run_identity, only: identity_of
@@ -103,16 +104,7 @@ contains
     do
       do j = 1, size(jobs)
         if (jobs(j)%process /= 0 .or. is_stopping) cycle
-        do while (next <= size(runs))
-          if (is_due(next)) exit
-          next = next + 1
-        end do
-        if (next > size(runs)) exit
-        jobs(j)%run = next
-        inquire (file=runs(next)%base//".ckpt.h5", exist=jobs(j)%is_resumed)
-        jobs(j)%is_resumed = jobs(j)%is_resumed .and. outcomes(next)%status == "interrupted"
-        call start(command, runs(next), jobs(j))
-        next = next + 1
+        call start_next(command, runs, is_due, next, n_done, jobs(j), outcomes)
       end do
       if (all(jobs%process == 0)) exit
       call take_ended(process, code)
@@ -138,22 +130,57 @@ contains
           if (.not. is_stop_wanted()) then
             jobs(j)%is_resumed = .false.
             call start(command, runs(jobs(j)%run), jobs(j))
-            cycle
+            if (jobs(j)%process /= 0) cycle
           end if
           code = exit_interrupted
         end if
         n_done = n_done + 1
         associate (r => jobs(j)%run)
           call look_after(runs(r), identities(r)%value, code, outcomes(r))
-          if (.not. command%is_quiet) then
-            write (output_unit, "(a)") "["//to_text(n_done)//"/"//to_text(count(is_due))//"] "// &
-              runs(r)%text//": "//outcomes(r)%status
-            flush (output_unit)
-          end if
+          call tell(command, n_done, count(is_due), runs(r), outcomes(r))
         end associate
       end do
     end do
   end subroutine carry_out
+
+  !> Start the next run that is due. One that cannot be started is told of and passed over.
+  subroutine start_next(command, runs, is_due, next, n_done, job, outcomes)
+    type(command_t), intent(in) :: command
+    type(batch_run_t), intent(in) :: runs(:)
+    logical, intent(in) :: is_due(:)
+    integer, intent(inout) :: next, n_done   !! place in the list, runs at their end
+    type(job_t), intent(inout) :: job        !! free; without a process behind the end of the list
+    type(outcome_t), intent(inout) :: outcomes(:)
+
+    do while (next <= size(runs) .and. job%process == 0)
+      if (is_due(next)) then
+        job%run = next
+        inquire (file=runs(next)%base//".ckpt.h5", exist=job%is_resumed)
+        job%is_resumed = job%is_resumed .and. outcomes(next)%status == "interrupted"
+        call start(command, runs(next), job)
+        if (job%process == 0) then
+          if (.not. is_folder(result_folder(runs(next)))) outcomes(next)%status = "refused"
+          outcomes(next)%message = why_unstarted(runs(next))
+          n_done = n_done + 1
+          call tell(command, n_done, count(is_due), runs(next), outcomes(next))
+        end if
+      end if
+      next = next + 1
+    end do
+  end subroutine start_next
+
+  !> A line of progress.
+  subroutine tell(command, n_done, n_due, run, outcome)
+    type(command_t), intent(in) :: command
+    integer, intent(in) :: n_done, n_due
+    type(batch_run_t), intent(in) :: run
+    type(outcome_t), intent(in) :: outcome
+
+    if (command%is_quiet) return
+    write (output_unit, "(a)") "["//to_text(n_done)//"/"//to_text(n_due)//"] "//run%text//": "// &
+      outcome%status
+    flush (output_unit)
+  end subroutine tell
 
   !> Start one run. The cores are shared out evenly unless the user says how many threads.
   !! What the line of a run says goes before what is said of the batch.
@@ -179,9 +206,27 @@ contains
     call hold_saves()
     call start_program("/proc/self/exe", words, run%base//".err", job%process)
     call watch_saves()
-    if (job%process == 0) write (error_unit, "(a)") "igaform: cannot start '"//run%text// &
-      "' with '"//run%base//".err' for its messages"
+    if (job%process == 0) write (error_unit, "(a)") "igaform: "//run%text//": "//why_unstarted(run)
   end subroutine start
+
+  function why_unstarted(run) result(words)
+    type(batch_run_t), intent(in) :: run
+    character(:), allocatable :: words
+
+    if (is_folder(result_folder(run))) then
+      words = "cannot be started with '"//run%base//".err' for its messages"
+    else
+      words = "found no folder '"//result_folder(run)//"' for its result; make it first"
+    end if
+  end function why_unstarted
+
+  function result_folder(run) result(folder)
+    type(batch_run_t), intent(in) :: run
+    character(:), allocatable :: folder
+
+    folder = folder_of(run%base)
+    if (folder == "") folder = "."
+  end function result_folder
 
   function words_of(word) result(list)
     character(*), intent(in) :: word

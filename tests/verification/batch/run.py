@@ -253,6 +253,12 @@ def one_run_that_fails_spoils_no_other(folder):
     igaform(folder, "batch", "list.txt", "--only", 2, code=2)
     igaform(folder, "batch", "list.txt", "--only", 3, code=1)
     igaform(folder, "batch", "list.txt", "--only", 4)
+    write_list(folder, f"{DECK} {SHORT} --out nowhere/d.h5",
+               f"{DECK} {SHORT} --set n_y=4 --out e.h5")
+    said = igaform(folder, "batch", "list.txt", code=1)
+    told = [line.rpartition(": ")[2] for line in said.splitlines() if line.startswith("[")]
+    assert told == ["refused", "completed"] and "no folder 'nowhere/'" in said, said
+    assert "no folder" in table(folder)["nowhere/d.h5"]["message"], table(folder)
 
 
 def is_stepping(log):
