@@ -181,7 +181,8 @@ contains
                                       to_text(run%n_steps)//", time "//to_text(run%instant%time))
     open_run = open_run_t(model, run, results, log, saver)
     if (model%bodies%blank%law%needs_context) then
-      call open_message_file(path_beside_result(setup%path, ".msg", read_files))
+      call open_message_file(path_beside_result(setup%path, ".msg", read_files), &
+                             run%is_resumed)
       call watch_user_calls(c_funloc(save_open_run), c_loc(open_run))
     end if
     call run_model(model, run, results, log, saver, error)

@@ -96,13 +96,19 @@ contains
     if (len(name) > 1) name = name(:len(name) - 1)
   end function folder_name
 
-  !> Let what subroutines write to unit 7 go to a file beside the result. Where that file cannot be
-  !! written the unit is left as the language has it.
-  subroutine open_message_file(path)
+  !> Let what subroutines write to unit 7 go to a file beside the result, behind what is there if
+  !! the run is taken up again. Where that file cannot be written the unit is left as the language
+  !! has it.
+  subroutine open_message_file(path, is_going_on)
     character(*), intent(in) :: path
+    logical, intent(in) :: is_going_on
     integer :: status
 
-    open (unit=message_unit, file=path, action="write", status="replace", iostat=status)
+    if (is_going_on) then
+      open (unit=message_unit, file=path, action="write", position="append", iostat=status)
+    else
+      open (unit=message_unit, file=path, action="write", status="replace", iostat=status)
+    end if
   end subroutine open_message_file
 
   !> Close that file, and remove it if nothing was written.

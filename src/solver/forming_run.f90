@@ -465,6 +465,8 @@ contains
     type(results_t), intent(inout) :: results
     type(error_t), allocatable :: ignored
 
+    ! The end of a step of the deck that failed has a frame already.
+    if (run%has_frame .and. run%frame%time >= run%instant%time) run%has_frame = .false.
     call release_frames(model, run, results, n_waiting_frames(run), ignored)
     call fill_frame(model, run%instant%time, run%frame)
     run%frame%is_failed = .true.

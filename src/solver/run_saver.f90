@@ -22,7 +22,7 @@ module run_saver
   public :: saver_t, look_after, keep, save_last_good, try_again, pack_for_file, start_from
   public :: drop_checkpoint, is_interval_over, is_clock_due
 
-  !> Steps before the state is kept anew, which costs about as much as one.
+  !> Steps before the state is kept anew, which costs about as much as half of one.
   integer, parameter :: steps_between = 200
   !> Steps that go well behind a state before it counts as good: what begins to grow in it would
   !! show by then.
@@ -277,8 +277,8 @@ contains
     saver%good%n_rows = 0
   end subroutine forget_good_rows
 
-  !> Write the checkpoint. If that fails a run goes on: there may be room for the next one. Not so if
-  !! the result itself cannot be written, of which rows are missing then.
+  !> Write the checkpoint. If that fails a run goes on: there may be room for the next one. Not so
+  !! if the result itself cannot be written, of which rows are missing then.
   subroutine save(saver, model, run, results, log, is_going_on, error)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model

@@ -210,6 +210,19 @@ def a_smaller_step_outlives_an_interruption(folder):
     assert not (folder / "b.ckpt.h5").exists()
 
 
+def a_step_that_does_not_come_to_rest(folder):
+    """A relaxation that another step follows: its end is the frame marked failed, and but one."""
+    text = (STRIP.parent / "verification" / "clamped_plate.key").read_text()
+    text = text.replace("*DYNAMIC RELAXATION", "*STEP, NAME=rest\n*DYNAMIC RELAXATION")
+    (folder / "rest.key").write_text(text.replace("periods = 12", "periods = 0.2") + "*END STEP\n"
+                                     "*STEP, NAME=next\n*DYNAMIC, EXPLICIT\n1e-5\n*END STEP\n")
+    said = igaform(folder, "rest.key", "--set", "n=2", "--out", "a.h5", code=2)
+    assert "not at rest" in said and "--restart a.ckpt.h5" in said, said
+    with h5py.File(folder / "a.h5") as file:
+        assert file["frames/is_failed"][:].tolist() == [0, 1]
+        assert file["VTKHDF/Steps/Values"][-1] == file["history/time"][-1]
+
+
 def a_second_try_from_the_start_of_a_step(folder):
     """What begins to fail in a later step of the deck, before a state of it has proved good, is
     tried from the first state of that step; not from one taken when the failure had grown. The bits
@@ -273,5 +286,6 @@ if __name__ == "__main__":
             a_smaller_step_saves_the_run, clock_and_signals_change_nothing,
             a_stop_before_the_failure_changes_nothing, frames_close_together_prove_nothing,
             a_smaller_step_outlives_an_interruption,
-            a_second_try_from_the_start_of_a_step, a_second_try_may_fail_too,
+            a_step_that_does_not_come_to_rest, a_second_try_from_the_start_of_a_step,
+            a_second_try_may_fail_too,
             no_second_try_across_steps_of_the_deck)

@@ -209,7 +209,7 @@ def a_disk_that_is_full_for_a_while(folder):
     source = folder / "rows.key"
     source.write_text(STRIP.read_text().replace("FRAMES=10, HISTORY=200", "FRAMES=1, HISTORY=2000"))
     path = deck(folder, source, "*CHECKPOINT, STEPS=500")
-    words = ["--set", "n_x=4", "--set", "n_y=2", "--set", "end_time=4e-3", "--threads", "1"]
+    words = ["--set", "n_x=4", "--set", "n_y=2", "--set", "end_time=2e-3", "--threads", "1"]
     igaform(folder, path, *words, "--out", "full.h5")
     run = begin(folder, path, *words, "--out", "a.h5")
     wait_for((folder / "a.ckpt.h5").exists)
@@ -283,5 +283,5 @@ if __name__ == "__main__":
             folders_that_cannot_be_written, a_folder_that_is_sealed_under_way,
             an_include_that_vanished, an_empty_file_may_be_replaced,
             what_others_made_is_left_alone, a_link_to_the_result_stays,
-            a_disk_that_is_full_for_a_while, what_a_killed_run_began_goes_away, a_deleted_result, a_replaced_result,
-            a_disk_that_is_full_at_the_start, names_do_not_reach_a_shell)
+            a_disk_that_is_full_for_a_while, what_a_killed_run_began_goes_away,
+            a_deleted_result, a_replaced_result, a_disk_that_is_full_at_the_start, names_do_not_reach_a_shell)

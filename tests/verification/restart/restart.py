@@ -221,6 +221,20 @@ def other_user_subroutines_are_refused(folder):
             code=2)
 
 
+def messages_of_user_subroutines_stay(folder):
+    """What they wrote to unit 7 before the restart is there behind it."""
+    stability = PROJECT / "input" / "stability"
+    source = (stability / "fails_beyond.f").read_text()
+    (folder / "law.f").write_text(source.replace(
+        "      RETURN\n", "      IF (NOEL.EQ.1.AND.NPT.EQ.1) WRITE(7,*) TIME(2)\n      RETURN\n"))
+    words = [stability / "user_law.key", "--user", "law.f", "--threads", "1"]
+    igaform(folder, *words, "--out", "m.h5", code=2)
+    before = (folder / "m.msg").read_text()
+    igaform(folder, *words, "--restart", "m.ckpt.h5", code=2)
+    now = (folder / "m.msg").read_text()
+    assert len(before) > 100 and len(now) > len(before) and now.startswith(before)
+
+
 def strangers_are_refused(folder):
     path, words = deck(folder, STRIP, "*CHECKPOINT, NUMBER=2"), settings("n_x=4 end_time=1e-4")
     igaform(folder, path, *words, "--out", "a.h5")
@@ -281,6 +295,6 @@ if __name__ == "__main__":
             goes_on_bit_by_bit(pathlib.Path(place), source, parameters)
         print(f"passed: {getattr(source, 'stem', source)} goes on bit by bit ({state})", flush=True)
     run_all(signals_save_and_stop, a_complete_run_leaves_no_checkpoint, the_clock_saves,
-            the_end_of_a_relaxation_is_saved, states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace,
-            a_result_has_one_writer, strangers_are_refused,
-            other_user_subroutines_are_refused, what_may_differ)
+            the_end_of_a_relaxation_is_saved,
+            states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace, a_result_has_one_writer, strangers_are_refused,
+            other_user_subroutines_are_refused, messages_of_user_subroutines_stay, what_may_differ)
