@@ -228,6 +228,28 @@ def refusals(igaform, folder, _):
     assert "the option INPUT for a tool of TYPE=CYLINDER" in told, told
     assert "the option LENGTH for a tool of TYPE=CYLINDER" in told, told
     deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=CYLINDER\n0, -5, 11, 0, 10, 0\n10"))
+    other = folder / "other.key"
+    text = deck.read_text()
+    for units, words, unit in (("mm, t", (), "MM"), ("mm, t", ("--length", "in"), "IN"),
+                               ("cm, g", (), "CM"), ("", (), "MM"), ("", ("--length", "m"), "M")):
+        other.write_text(text.replace("mm, t", units) if units else text.split("mJ\n")[1])
+        told = call(igaform, "iges", other, "--out", folder / "sheet.igs", *words)
+        assert f"6 surfaces in {unit}\n" in told, told
+        name = unit.replace("IN", "INCH")
+        assert f",{len(name)}H{name}," in "".join(
+            line[:72] for line in (folder / "sheet.igs").read_text().splitlines()
+            if line[72:73] == "G"), unit
+        assert ("warning: the deck names no unit of length" in told) == (not units + "".join(words))
+    (folder / "sheet.igs").unlink()
+    for words, told in ((("--length", "furlong"), "option --length needs MM, CM, M"),
+                        (("--part", "drum", "--face", "XI_MIN"), "--face goes with the blank"),
+                        (("--part", "drun"), "no part 'drun'; there are blank, drum; did you "
+                                             "mean drum?"),
+                        (("--face", "top"), "no face 'TOP'; there are XI_MIN"),
+                        (("--out", deck), "is the file to read")):
+        said = call(igaform, "iges", deck, *words, expect=1)
+        assert told in said and not list(folder.glob("*.igs")), said
+    assert "drum.key" in [path.name for path in folder.iterdir()]
     call(igaform, "iges", deck, "--part", "drum", "--out", folder / "drum.igs", "--length", "CM")
     text = (folder / "drum.igs").read_text()
     (folder / "drum.igs").write_text(text[:len(text) // 2])
