@@ -72,25 +72,28 @@ module deflated_chunk
 
 contains
 
-  !> Pack values. May be called by several threads at once.
+  !> Pack rows of values, the components of a row next to each other. May be called by several
+  !! threads at once.
   function new_deflated_chunk(values) result(chunk)
-    real(wp), intent(in) :: values(:)
+    real(wp), intent(in) :: values(:, :)   !! shape (rows, components)
     type(deflated_chunk_t) :: chunk
-    integer(c_int8_t), allocatable :: planes(:, :)
+    integer(c_int8_t), allocatable :: planes(:, :, :)
 
-    allocate (planes(size(values), n_bytes_of_real))
+    allocate (planes(size(values, 2), size(values, 1), n_bytes_of_real))
     call shuffle(values, planes)
     call pack_bytes(size(planes, kind=c_long), planes, chunk)
   end function new_deflated_chunk
 
   !> First bytes of all values, second bytes of all, ...
   pure subroutine shuffle(values, planes)
-    real(wp), intent(in) :: values(:)
-    integer(c_int8_t), intent(out) :: planes(:, :)
-    integer :: i
+    real(wp), intent(in) :: values(:, :)
+    integer(c_int8_t), intent(out) :: planes(:, :, :)
+    integer :: i, k
 
-    do i = 1, size(values)
-      planes(i, :) = transfer(values(i), planes(i, :))
+    do i = 1, size(values, 1)
+      do k = 1, size(values, 2)
+        planes(k, i, :) = transfer(values(i, k), planes(k, i, :))
+      end do
     end do
   end subroutine shuffle
 

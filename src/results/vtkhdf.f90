@@ -156,7 +156,7 @@ contains
     !$omp parallel do schedule(dynamic) private(last)
     do i = 1, size(names)
       last = sum(n_components(:i))
-      chunks(i) = new_deflated_chunk([transpose(values(:, last - n_components(i) + 1:last))])
+      chunks(i) = new_deflated_chunk(values(:, last - n_components(i) + 1:last))
     end do
     !$omp end parallel do
     do i = 1, size(names)
