@@ -196,7 +196,7 @@ contains
     if (size(due) == 0) return
 
     allocate (results(size(due)))
-    !$omp parallel do schedule(dynamic) if (size(due) > parallel_size)
+    !$omp parallel do schedule(static) if (size(due) > parallel_size)
     do i = 1, size(due)
       call work_tile(contact, tool, dt, due(i), results(i))
     end do
