@@ -200,6 +200,7 @@ contains
     end if
     call finish(model, run, results, log, code)
     if (code == exit_done) call drop_checkpoint(saver, run, log)
+    if (code == exit_interrupted) call log_line(log, "go on with --restart "//saver%path)
     call close_log(log)
     call release_lock(lock)
     if (model%bodies%blank%law%needs_context) call close_message_file()

@@ -403,7 +403,10 @@ contains
     end if
     advice = advice//", of step "//to_text(saver%saved_step)//", time "// &
              to_text(saver%saved_time)//", is in '"//saver%path// &
-             "': go on from it with --restart "//saver%path
+             "'; --restart "//saver%path//" comes to the same end, and shows more of it where "// &
+             "*OUTPUT asks for more frames"
+    if (saver%retry <= 0.0_wp) advice = advice//"; with *CHECKPOINT, RETRY=0.5 in the deck it "// &
+                                        "tries half the time step"
   end subroutine save_last_good
 
   !> One more try with a smaller step, if the deck allows it and there is a state to begin from;

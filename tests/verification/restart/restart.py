@@ -81,6 +81,7 @@ def signals_save_and_stop(folder):
         assert run.wait(60) == 3, run.returncode
         log = (folder / "s.log").read_text()
         assert f"stopped by {number.name} at step" in log and "checkpoint s.ckpt.h5" in log, log
+        assert log.endswith("go on with --restart s.ckpt.h5\n"), log
         with h5py.File(folder / "s.h5") as file:
             assert file["provenance"].attrs["status"] == b"interrupted"
         (folder / "s.log").unlink()
