@@ -56,8 +56,8 @@ def run(arguments):
 
 
 def is_result(path):
-    """Whether it is one, or may become one: a run has just created it, or is writing to it."""
-    if os.path.getsize(path) == 0 or is_being_written(path):
+    """Whether it is one, or becomes one: a run is writing to it."""
+    if is_being_written(path):
         return True
     try:
         with h5py.File(path, "r", locking=False) as file:

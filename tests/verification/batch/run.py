@@ -408,8 +408,9 @@ def a_second_run_leaves_the_file_alone(folder):
             said = subprocess.run(watch, cwd=PROJECT, capture_output=True, text=True, timeout=20,
                                   check=True).stdout
             assert "ended without a word" in said, said
-            for name in ("a.log", "list.h5"):
-                (folder / "list.h5").write_text("a text")
+            (folder / "list.h5").write_text("a text")
+            (folder / "empty.h5").touch()
+            for name in ("a.log", "list.h5", "empty.h5"):
                 looked = subprocess.run([*watch[:-1], folder / name], cwd=PROJECT, timeout=20,
                                         capture_output=True, text=True)
                 assert looked.returncode == 1 and "is no result file" in looked.stderr, looked

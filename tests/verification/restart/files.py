@@ -284,4 +284,5 @@ if __name__ == "__main__":
             an_include_that_vanished, an_empty_file_may_be_replaced,
             what_others_made_is_left_alone, a_link_to_the_result_stays,
             a_disk_that_is_full_for_a_while, what_a_killed_run_began_goes_away,
-            a_deleted_result, a_replaced_result, a_disk_that_is_full_at_the_start, names_do_not_reach_a_shell)
+            a_deleted_result, a_replaced_result, a_disk_that_is_full_at_the_start,
+            names_do_not_reach_a_shell)

@@ -297,5 +297,6 @@ if __name__ == "__main__":
         print(f"passed: {getattr(source, 'stem', source)} goes on bit by bit ({state})", flush=True)
     run_all(signals_save_and_stop, a_complete_run_leaves_no_checkpoint, the_clock_saves,
             the_end_of_a_relaxation_is_saved,
-            states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace, a_result_has_one_writer, strangers_are_refused,
+            states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace,
+            a_result_has_one_writer, strangers_are_refused,
             other_user_subroutines_are_refused, messages_of_user_subroutines_stay, what_may_differ)
