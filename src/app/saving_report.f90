@@ -1,7 +1,7 @@
 !> What `igaform --check` tells of a smaller scene that would do.
 module saving_report
   use kinds, only: wp
-  use text, only: string_t, to_text
+  use text, only: string_t, to_text, append_text
   use basis_tables, only: n_lanes
   use knot_vector, only: n_spans
   use scene, only: scene_t
@@ -24,7 +24,7 @@ contains
     allocate (lines(0))
     if (size(scene%blank%patches) > 1) return
     if (scene%reduction%component >= 0) then
-      call add("reduction        plane strain, results for the full width")
+      call append_text(lines, "reduction        plane strain, results for the full width")
       return
     end if
     n = elements(scene)
@@ -34,7 +34,7 @@ contains
       reduced = n
       reduced(axis) = 1
       if (.not. cost(reduced) < cost(n)) cycle
-      if (uniformity_fault(scene, c) == "") call add("could be         "// &
+      if (uniformity_fault(scene, c) == "") call append_text(lines, "could be         "// &
         "a strip (*REDUCE, TYPE=PLANE STRAIN, AXIS="//letters(c:c)//"), uniform along "// &
         letters(c:c)//": 1 of "//to_text(n(axis))//" elements, saves "// &
         percent(1.0_wp - cost(reduced)/cost(n))//"; exact where the edges are held, else away "// &
@@ -47,22 +47,11 @@ contains
         reduced = n
         reduced(axis) = (n(axis) + 1)/2
         if (.not. cost(reduced) < cost(n)) cycle
-        call add("could be         one half (cut the blank, *BOUNDARY "//upper(c)// &
+        call append_text(lines, "could be         one half (cut the blank, *BOUNDARY "//upper(c)// &
                  "SYMM on the cut), symmetric in "//letters(c:c)//": saves "// &
                  percent(1.0_wp - cost(reduced)/cost(n)))
       end do
     end do
-
-  contains
-
-    subroutine add(words)
-      character(*), intent(in) :: words
-      type(string_t) :: line
-
-      line%value = words
-      lines = [lines, line]
-    end subroutine add
-
   end function saving_lines
 
   pure function elements(scene) result(n)

@@ -4,7 +4,7 @@ module source_report
   use kinds, only: wp
   use scene, only: scene_t
   use model, only: model_t
-  use text, only: string_t, rounded_text, place_text
+  use text, only: string_t, rounded_text, place_text, append_text
   use system_files, only: true_path
   implicit none
   private
@@ -19,27 +19,26 @@ contains
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(string_t), allocatable :: lines(:)
-    type(string_t) :: line
     integer :: t, i
 
     allocate (lines(0))
     do i = 2, size(scene%files)
-      line%value = "reads      "//true_path(scene%files(i)%value)
-      lines = [lines, line]
+      call append_text(lines, "reads      "//true_path(scene%files(i)%value))
     end do
     do t = 1, size(scene%tools)
       if (.not. allocated(scene%tools(t)%notes)) cycle
       do i = 1, size(scene%tools(t)%notes)
-        line%value = "  "//scene%tools(t)%notes(i)%value
-        if (i == 1) line%value = "tool "//scene%tools(t)%name//" from "// &
-                                 scene%tools(t)%notes(i)%value
-        lines = [lines, line]
+        if (i == 1) then
+          call append_text(lines, "tool "//scene%tools(t)%name//" from "// &
+                                  scene%tools(t)%notes(1)%value)
+        else
+          call append_text(lines, "  "//scene%tools(t)%notes(i)%value)
+        end if
       end do
     end do
     do t = 1, size(scene%tools)
       if (.not. any(abs(scene%tools(t)%placing) > 0.0_wp)) cycle
-      line%value = placing_line(scene, model, t)
-      lines = [lines, line]
+      call append_text(lines, placing_line(scene, model, t))
     end do
   end function source_lines
 

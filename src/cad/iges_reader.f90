@@ -6,7 +6,7 @@
 module iges_reader
   use kinds, only: wp
   use faults, only: fault_list_t, new_origin, add_fault, add_warning, n_errors
-  use text, only: string_t, to_text, rounded_text, place_text
+  use text, only: string_t, to_text, rounded_text, place_text, append_text
   use nurbs_surface, only: nurbs_surface_t
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use length_units, only: unit_in_mm
@@ -146,20 +146,21 @@ contains
     integer :: i
 
     box = box_of(surfaces)
-    call add(report, request%path//", lengths in "//model%global%unit//" times "// &
+    call append_text(report, request%path//", lengths in "//model%global%unit//" times "// &
              to_text(length_factor(model, request))//": "//to_text(size(taken))// &
              " surfaces of "//to_text(size(reason))//" entities")
-    call add(report, "box "//place_text(box(:, 1))//" to "//place_text(box(:, 2)))
+    call append_text(report, "box "//place_text(box(:, 1))//" to "//place_text(box(:, 2)))
     do i = 1, min(size(taken), most_listed)
-      call add(report, surface_line(model, taken(i), surfaces(i), seams%is_turned(i)))
+      call append_text(report, surface_line(model, taken(i), surfaces(i), seams%is_turned(i)))
     end do
-    if (size(taken) > most_listed) call add(report, "and "//to_text(size(taken) - most_listed)// &
+    if (size(taken) > most_listed) &
+      call append_text(report, "and "//to_text(size(taken) - most_listed)// &
                                             " surfaces more")
     skipped = skipped_lines(model, reason)
     do i = 1, size(skipped)
-      call add(report, skipped(i)%value)
+      call append_text(report, skipped(i)%value)
     end do
-    call add(report, seam_line(seams))
+    call append_text(report, seam_line(seams))
   end subroutine write_report
 
   function surface_line(model, entry, surface, is_turned) result(line)
@@ -218,14 +219,5 @@ contains
       text = text//", "//lines(i)%value
     end do
   end function listed
-
-  subroutine add(report, line)
-    type(string_t), allocatable, intent(inout) :: report(:)
-    character(*), intent(in) :: line
-    type(string_t) :: added
-
-    added%value = line
-    report = [report, added]
-  end subroutine add
 
 end module iges_reader

@@ -7,7 +7,7 @@ module text
   private
 
   public :: string_t, upper_case, lower_case, squeezed, to_text, rounded_text, place_text
-  public :: read_real, read_integer, edit_distance, nearest_name, strings, joined
+  public :: read_real, read_integer, edit_distance, nearest_name, strings, append_text, joined
 
   !> Text of its own length, for lists of texts.
   type :: string_t
@@ -277,6 +277,16 @@ contains
       list(i)%value = trim(padded(i))
     end do
   end function strings
+
+  !> One more text at the end of a list.
+  pure subroutine append_text(list, words)
+    type(string_t), allocatable, intent(inout) :: list(:)
+    character(*), intent(in) :: words
+    type(string_t) :: last
+
+    last%value = words
+    list = [list, last]
+  end subroutine append_text
 
   !> The texts one after the other with a separator between them.
   pure function joined(list, separator) result(line)

@@ -3,7 +3,7 @@
 module health
   use kinds, only: wp
   use errors, only: error_t, fail
-  use text, only: string_t, to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text, append_text
   use basis_tables, only: n_lanes
   use ig_patch, only: element_of_lane
   use blank, only: blank_t, mass_of
@@ -123,7 +123,8 @@ contains
       type is (contact_effect_t)
         if (pair%pair%statistics%first_failed > 0 .and. .not. pair%has_told_failure) then
           pair%has_told_failure = .true.
-          call add_warning(pair%name//": no closest point was found, "//when(instant)//", for "// &
+          call append_text(warnings, "warning: "//pair%name// &
+                           ": no closest point was found, "//when(instant)//", for "// &
                            contact_place(pair%pair, tools(pair%tool), &
                                          pair%pair%statistics%first_failed)//", which goes "// &
                            "without contact there; the count of failed searches is at the end")
@@ -135,21 +136,11 @@ contains
         else if (warning_limit > 0.0_wp .and. pair%depth > warning_limit*pair%thickness &
                  .and. .not. pair%has_warned) then
           pair%has_warned = .true.
-          call add_warning(depth_message(pair, instant)//", "// &
+          call append_text(warnings, "warning: "//depth_message(pair, instant)//", "// &
                            deepest_place(pair%pair, tools(pair%tool)))
         end if
       end select
     end do
-
-  contains
-
-    subroutine add_warning(words)
-      character(*), intent(in) :: words
-      type(string_t) :: line
-
-      line%value = "warning: "//words
-      warnings = [warnings, line]
-    end subroutine add_warning
   end subroutine check_pairs
 
   function depth_message(pair, instant) result(message)

@@ -1,7 +1,7 @@
 !> What the log tells of a step of the deck.
 module step_report
   use kinds, only: wp
-  use text, only: string_t, to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text, append_text
   use run_log, only: run_log_t, log_line
   use rigid_motion, only: rigid_motion_t
   use model, only: model_t
@@ -41,26 +41,17 @@ contains
     integer :: i
 
     allocate (names(0))
-    if (model%bodies%blank%parts(1)%patch%viscosity%is_active) call add("bulk viscosity")
+    if (model%bodies%blank%parts(1)%patch%viscosity%is_active) &
+      call append_text(names, "bulk viscosity")
     if (model%bodies%blank%added_mass > 0.0_wp) &
-      call add("mass scaling, added mass "//rounded_text(model%bodies%blank%added_mass))
+      call append_text(names, "mass scaling, added mass "// &
+                              rounded_text(model%bodies%blank%added_mass))
     do i = 1, size(model%forces)
-      call add(model%forces(i)%item%name)
+      call append_text(names, model%forces(i)%item%name)
     end do
     do i = 1, size(model%supports)
-      call add(model%supports(i)%item%name)
+      call append_text(names, model%supports(i)%item%name)
     end do
-
-  contains
-
-    subroutine add(name)
-      character(*), intent(in) :: name
-      type(string_t) :: item
-
-      item%value = name
-      names = [names, item]
-    end subroutine add
-
   end function effect_names
 
   pure logical function is_moving(motion)
