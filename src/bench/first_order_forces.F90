@@ -45,15 +45,15 @@ contains
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt
     real(wp), intent(in) :: x(:, :, :, :), v(:, :, :, :)
-    real(wp), intent(out) :: force(:, :, :, :)
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)
     type(force_report_t), intent(out) :: report
     type(force_report_t) :: reports(size(buffers))
     integer :: t
 
     !$omp parallel do schedule(static) default(shared) private(t)
     do t = 1, size(buffers)
-      call work_tile(patch, law, patch%tiles(t), dt, x, v, run_instance, buffers(t)%force, &
-                     reports(t))
+      call work_tile(patch, law, patch%tiles(t), dt, x, v, run_instance, force, &
+                     buffers(t)%force, reports(t))
     end do
     !$omp end parallel do
     call add_tiles(patch, buffers, force)

@@ -20,7 +20,8 @@ contains
 
     n_points = product(patch%axes%n_points*patch%axes%n_elements)
     needed = real(n_points, wp)*(6 + size(patch%state, 3)) + 2.0_wp*n_components
-    held = size(patch%stress) + size(patch%state) + size(patch%push) + size(patch%weights)
+    held = size(patch%stress) + size(patch%state) + size(patch%push)
+    if (allocated(patch%weights)) held = held + size(patch%weights)
     if (allocated(patch%rational)) held = held + size(patch%rational)
     if (allocated(patch%reference)) held = held + size(patch%reference)
     if (allocated(patch%element_size)) held = held + size(patch%element_size)

@@ -76,9 +76,10 @@ contains
   end subroutine weigh_block
 
   !> Add the block back, lane after lane where control points are shared: `lower` and `upper` bound
-  !! the part of axes 1 and 2 that `field` covers.
-  pure subroutine add_block(p, lower, upper, n3, is_contiguous, first, first2, first3, f, field)
-    integer, intent(in) :: p(3), lower(2), upper(2), n3
+  !! the part of axes 1 and 2 that `field` covers, `rows` the functions along axis 2 that are added.
+  pure subroutine add_block(p, lower, upper, n3, rows, is_contiguous, first, first2, first3, f, &
+                            field)
+    integer, intent(in) :: p(3), lower(2), upper(2), n3, rows(2)
     logical, intent(in) :: is_contiguous
     integer, intent(in) :: first(8), first2, first3
     real(wp), intent(in) :: f(8, p(1) + 1, p(2) + 1, p(3) + 1, 3)
@@ -86,7 +87,7 @@ contains
     integer :: a, j, k, c, l, i, m2, m3
 
     if (is_contiguous .and. all(p == 2)) then
-      call add_quadratic(lower, upper, n3, first(1), first2, first3, f, field)
+      call add_quadratic(lower, upper, n3, rows, first(1), first2, first3, f, field)
     else if (is_contiguous) then
       ! Axis 1 outermost: the next function along it would read what has just been stored,
       ! shifted by one, which stalls. So it is below.
@@ -95,7 +96,7 @@ contains
         do c = 1, 3
           do k = 1, p(3) + 1
             m3 = first3 + k - 1
-            do j = 1, p(2) + 1
+            do j = rows(1), rows(2)
               m2 = first2 + j - 1
               !$omp simd
               do l = 1, 8
@@ -109,7 +110,7 @@ contains
       do c = 1, 3
         do k = 1, p(3) + 1
           m3 = first3 + k - 1
-          do j = 1, p(2) + 1
+          do j = rows(1), rows(2)
             m2 = first2 + j - 1
             do a = 1, p(1) + 1
               do l = 1, 8
@@ -124,16 +125,16 @@ contains
   end subroutine add_block
 
   !> The most common case, with counts that the compiler knows.
-  pure subroutine add_quadratic(lower, upper, n3, first1, first2, first3, f, field)
-    integer, intent(in) :: lower(2), upper(2), n3, first1, first2, first3
+  pure subroutine add_quadratic(lower, upper, n3, rows, first1, first2, first3, f, field)
+    integer, intent(in) :: lower(2), upper(2), n3, rows(2), first1, first2, first3
     real(wp), intent(in) :: f(8, 3, 3, 3, 3)
     real(wp), intent(inout) :: field(lower(1):upper(1), lower(2):upper(2), n3, 3)
     integer :: a, j, k, c, l
 
     do a = 0, 2
-      do c = 1, 3
-        do k = 1, 3
-          do j = 1, 3
+      do j = rows(1), rows(2)
+        do c = 1, 3
+          do k = 1, 3
             associate (i => first1 + a - 1, m2 => first2 + j - 1, m3 => first3 + k - 1)
               !$omp simd
               do l = 1, 8

@@ -9,11 +9,13 @@ module ig_patch
 
   public :: element_of_lane
 
-  !> Bulk viscosity, linear and quadratic; the lengths are those of the elements at the start.
+  !> Bulk viscosity, linear and quadratic; the lengths are those of the elements at the start, all
+  !! of them only where it is active.
   type, public :: viscosity_t
     logical :: is_active = .false.
     real(wp) :: linear = 0.0_wp, quadratic = 0.0_wp
     real(wp) :: density = 0.0_wp, wave_speed = 0.0_wp
+    real(wp) :: shortest = 0.0_wp               !! length
     real(wp), allocatable :: length(:, :)       !! shape (8, n_blocks)
   end type viscosity_t
 
@@ -23,9 +25,11 @@ module ig_patch
     integer :: block_first = 1, block_last = 0
     integer :: row_first = 1, row_last = 0
     integer :: control_first(2) = 1, control_last(2) = 0
+    !> Rows of control points from the first to this one take the forces of the tile at once.
+    integer :: own_last = 0
   end type tile_t
 
-  !> Internal forces of one tile on its own control points, before tiles are added up.
+  !> Internal forces of one tile on the other control points it touches, before tiles are added up.
   type, public :: tile_buffer_t
     real(wp), allocatable :: force(:, :, :, :)
   end type tile_buffer_t
@@ -48,7 +52,7 @@ module ig_patch
     type(axis_table_t) :: axes(3)
     type(lane_table_t) :: lanes
     logical :: is_rational = .false.
-    real(wp), allocatable :: weights(:, :, :)      !! NURBS weights of the control points
+    real(wp), allocatable :: weights(:, :, :)      !! of the control points; rational only
     !> 1/W^3, dW/W (3) and W^2 at the points, (8, q3, 5, q1*q2, n_blocks); rational only.
     real(wp), allocatable :: rational(:, :, :, :, :)
     real(wp), allocatable :: stress(:, :, :, :, :) !! (8, q3, 6, q1*q2, n_blocks)

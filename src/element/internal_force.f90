@@ -13,7 +13,8 @@ module internal_force
 contains
 
   !> Stress update and internal forces. The result does not depend on the number of threads:
-  !! every tile has its own buffer, and the buffers are added in the order of the tiles.
+  !! every tile has its own rows of control points and a buffer for the others that it touches,
+  !! and the buffers are added in the order of the tiles.
   subroutine internal_forces(patch, buffers, law, dt, x, v, force, report)
     type(ig_patch_t), intent(inout) :: patch            !! state is carried forward
     type(tile_buffer_t), intent(inout) :: buffers(:)    !! from `new_tile_buffers`
@@ -21,17 +22,19 @@ contains
     real(wp), intent(in) :: dt                          !! [time]
     real(wp), intent(in) :: x(:, :, :, :)               !! control points at the end of the step
     real(wp), intent(in) :: v(:, :, :, :)               !! velocities at its middle
-    real(wp), intent(out) :: force(:, :, :, :)          !! internal force, (n1, n2, n3, 3)
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)   !! set to it, (n1, n2, n3, 3)
     type(force_report_t), intent(out) :: report
     type(force_report_t) :: reports(size(buffers))
     integer :: t
 
-    if (patch%projection%is_smooth) call smooth_tile_forces(patch, buffers, law, dt, x, v, reports)
+    if (patch%projection%is_smooth) &
+      call smooth_tile_forces(patch, buffers, law, dt, x, v, force, reports)
     !$omp parallel default(shared) private(t) if (.not. law%is_serial)
     if (.not. patch%projection%is_smooth) then
       !$omp do schedule(static)
       do t = 1, size(buffers)
-        call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, buffers(t)%force, reports(t))
+        call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, force, buffers(t)%force, &
+                            reports(t))
       end do
       !$omp end do
     end if
@@ -48,20 +51,22 @@ contains
     end do
   end subroutine internal_forces
 
-  !> Add the tile buffers in the order of the tiles: the threads of a region share the rows of
-  !! control points along axis 2, each near the tiles that it has worked.
+  !> Add the tile buffers to what the tiles have put on their own rows, in the order of the tiles:
+  !! the threads of a region share the rows of control points along axis 2, each near the tiles
+  !! that it has worked.
   subroutine add_tiles(patch, buffers, force)
     type(ig_patch_t), intent(in) :: patch
     type(tile_buffer_t), intent(in) :: buffers(:)
-    real(wp), intent(inout) :: force(:, :, :, :)      !! set
+    real(wp), intent(inout) :: force(:, :, :, :)
     integer :: t, j, k, c
 
     !$omp do schedule(static)
     do j = 1, patch%n_control(2)
-      force(:, j, :, :) = 0.0_wp
+      if (.not. any(patch%tiles%own_last >= j .and. patch%tiles%control_first(2) <= j)) &
+        force(:, j, :, :) = 0.0_wp
       do t = 1, size(buffers)
         associate (low => patch%tiles(t)%control_first, high => patch%tiles(t)%control_last)
-          if (j < low(2) .or. j > high(2)) cycle
+          if (j <= patch%tiles(t)%own_last .or. j < low(2) .or. j > high(2)) cycle
           do c = 1, 3
             do k = 1, patch%n_control(3)
               force(low(1):high(1), j, k, c) = force(low(1):high(1), j, k, c) &

@@ -7,7 +7,7 @@ module patch_setup
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes, new_axis_table, new_lane_table
-  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, element_of_lane
+  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, viscosity_t, element_of_lane
   use point_fields, only: new_point_fields
   use point_volumes, only: new_inverse_jacobians, new_element_sizes
   use strain_projection, only: projection_spec_t, new_projection
@@ -44,10 +44,10 @@ contains
     patch%n_control = solid%axes%n_basis
     patch%n_blocks = patch%lanes%n_blocks*patch%axes(2)%n_elements*patch%axes(3)%n_elements
     patch%is_rational = any(abs(solid%weights/solid%weights(1, 1, 1) - 1.0_wp) > 1.0e-14_wp)
-    patch%weights = solid%weights
     q = patch%axes%n_points
     ! The kernel with context is written for weights and takes those that are all one, too.
     patch%is_rational = patch%is_rational .or. law%needs_context
+    if (patch%is_rational) patch%weights = solid%weights
     patch%kernel = kernel_of(patch%axes%degree, q, patch%is_rational, law%needs_context)
     allocate (patch%stress(n_lanes, q(3), 6, q(1)*q(2), patch%n_blocks), source=0.0_wp)
     allocate (patch%state(n_lanes, q(3), max(1, law%n_state), q(1)*q(2), patch%n_blocks), &
@@ -59,8 +59,8 @@ contains
       patch%reference = new_inverse_jacobians(patch, solid)
       patch%element_size = new_element_sizes(patch, solid)
     end if
-    call set_lengths(patch, solid, patch%viscosity%length, error)
     patch%viscosity%is_active = any(viscosity > 0.0_wp)
+    call set_lengths(patch, solid, patch%viscosity, error)
     allocate (patch%push(n_lanes, q(3), q(1)*q(2), &
                          merge(patch%n_blocks, 1, patch%viscosity%is_active)), source=0.0_wp)
     patch%viscosity%linear = viscosity(1)
@@ -97,18 +97,20 @@ contains
     single%n_control = single%axes%n_basis
     single%lanes = new_lane_table(single%axes(1))
     single%n_blocks = 1
-    single%weights = solid%weights(low(1):high(1), low(2):high(2), low(3):high(3))
+    if (single%is_rational) &
+      single%weights = solid%weights(low(1):high(1), low(2):high(2), low(3):high(3))
     q = patch%axes%n_points
     single%kernel = kernel_of(patch%axes%degree, q, single%is_rational, .false.)
     allocate (single%stress(n_lanes, q(3), 6, q(1)*q(2), 1), source=0.0_wp)
     allocate (single%state(n_lanes, q(3), size(patch%state, 3), q(1)*q(2), 1), source=0.0_wp)
     if (single%is_rational) call set_rational(single)
     allocate (single%push(n_lanes, q(3), q(1)*q(2), 1), source=0.0_wp)
-    allocate (single%viscosity%length(n_lanes, 1), source=minval(patch%viscosity%length))
+    single%viscosity%shortest = patch%viscosity%shortest
     single%tiles = new_tiles(single, 1)
   end function element_patch
 
-  !> At most `target_count` tiles: rows of axis 2 first, then shares of axis 1.
+  !> At most `target_count` tiles: rows of axis 2 first, then shares of axis 1. A row of control
+  !! points belongs to the last tile that touches it, if no other tile shares its elements.
   pure function new_tiles(patch, target_count) result(tiles)
     type(ig_patch_t), intent(in) :: patch
     integer, intent(in) :: target_count
@@ -133,12 +135,15 @@ contains
                                  + patch%axes(1)%degree
           tile%control_first(2) = patch%axes(2)%first(tile%row_first)
           tile%control_last(2) = patch%axes(2)%first(tile%row_last) + patch%axes(2)%degree
+          tile%own_last = tile%control_last(2)
+          if (row < n_rows) tile%own_last = patch%axes(2)%first(tile%row_last + 1) - 1
+          if (n_shares > 1) tile%own_last = tile%control_first(2) - 1
         end associate
       end do
     end do
   end function new_tiles
 
-  !> Force buffers of all tiles.
+  !> Force buffers of all tiles, for the rows that they do not own.
   pure function new_tile_buffers(patch) result(buffers)
     type(ig_patch_t), intent(in) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
@@ -148,7 +153,7 @@ contains
     do t = 1, size(buffers)
       associate (tile => patch%tiles(t))
         allocate (buffers(t)%force(tile%control_first(1):tile%control_last(1), &
-                                   tile%control_first(2):tile%control_last(2), &
+                                   tile%own_last + 1:tile%control_last(2), &
                                    patch%n_control(3), 3), source=0.0_wp)
       end associate
     end do
@@ -213,15 +218,16 @@ contains
 
   !> Shortest axis of each element at its centre: 2 over the spectral norm of the inverse
   !! jacobian, which is the edge of a cube and the thickness of a sheet.
-  subroutine set_lengths(patch, solid, length, error)
+  subroutine set_lengths(patch, solid, viscosity, error)
     type(ig_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid
-    real(wp), allocatable, intent(out) :: length(:, :)
+    type(viscosity_t), intent(inout) :: viscosity
     type(error_t), allocatable, intent(out) :: error
     real(wp) :: xi(3), point(3), jacobian(3, 3), metric(3, 3), smallest, det
     integer :: block, lane, axis, element(3), span
 
-    allocate (length(n_lanes, patch%n_blocks))
+    if (viscosity%is_active) allocate (viscosity%length(n_lanes, patch%n_blocks))
+    viscosity%shortest = huge(1.0_wp)
     do block = 1, patch%n_blocks
       do lane = 1, n_lanes
         element = element_of_lane(patch, block, lane)
@@ -245,7 +251,8 @@ contains
                     "not positive); axes 1, 2, 3 must form a right-handed patch")
           return
         end if
-        length(lane, block) = 2.0_wp*sqrt(smallest)
+        viscosity%shortest = min(viscosity%shortest, 2.0_wp*sqrt(smallest))
+        if (viscosity%is_active) viscosity%length(lane, block) = 2.0_wp*sqrt(smallest)
       end do
     end do
   end subroutine set_lengths

@@ -13,7 +13,7 @@ module smooth_forces
   use projected_dispatch, only: run_strain, run_nodal
   use projected_block, only: start_strain, finish_strain, update_stress, start_stress, finish_stress
   use tile_forces, only: gather_motion, gather_weights, add_forces, place_context, &
-                         add_report
+                         clear_rows, add_report
   implicit none
   private
 
@@ -21,28 +21,30 @@ module smooth_forces
 
 contains
 
-  !> Forces of all tiles into their buffers, with a report for each.
-  subroutine smooth_tile_forces(patch, buffers, law, dt, x, v, reports)
+  !> Forces of all tiles, with a report for each; `add_tiles` must follow.
+  subroutine smooth_tile_forces(patch, buffers, law, dt, x, v, force, reports)
     type(ig_patch_t), intent(inout) :: patch
     type(tile_buffer_t), intent(inout) :: buffers(:)
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt                             !! [time]
     real(wp), intent(in) :: x(:, :, :, :), v(:, :, :, :)   !! end of step, middle of step
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)
     type(force_report_t), intent(out) :: reports(size(buffers))
     type(point_fields_t), allocatable :: fields
 
     ! Taken out while it works, so that patch and fields are told apart.
     call move_alloc(patch%fields, fields)
-    call work_tiles(patch, buffers, law, dt, x, v, fields, reports)
+    call work_tiles(patch, buffers, law, dt, x, v, fields, force, reports)
     call move_alloc(fields, patch%fields)
   end subroutine smooth_tile_forces
 
-  subroutine work_tiles(patch, buffers, law, dt, x, v, fields, reports)
+  subroutine work_tiles(patch, buffers, law, dt, x, v, fields, force, reports)
     type(ig_patch_t), intent(inout) :: patch
     type(tile_buffer_t), intent(inout) :: buffers(:)
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
     type(point_fields_t), intent(inout) :: fields
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)
     type(force_report_t), intent(out) :: reports(size(buffers))
     real(wp) :: sums(n_lanes, 4, patch%n_blocks)
     integer :: t
@@ -61,7 +63,7 @@ contains
     call project(patch, .true., fields)
     !$omp parallel do schedule(static) default(shared) private(t) if (.not. law%is_serial)
     do t = 1, size(buffers)
-      call nodal_of_tile(patch, patch%tiles(t), fields, buffers(t)%force)
+      call nodal_of_tile(patch, patch%tiles(t), fields, force, buffers(t)%force)
     end do
     !$omp end parallel do
   end subroutine work_tiles
@@ -119,17 +121,17 @@ contains
   end subroutine stress_of_tile
 
   !> Forces of the blocks of a tile.
-  subroutine nodal_of_tile(patch, tile, fields, force)
+  subroutine nodal_of_tile(patch, tile, fields, force, border)
     type(ig_patch_t), intent(in) :: patch
     type(tile_t), intent(in) :: tile
     type(point_fields_t), intent(inout) :: fields
-    real(wp), intent(out) :: force(:, :, :, :)
+    real(wp), intent(inout), contiguous :: force(:, :, :, :), border(:, :, :, :)
     real(wp), allocatable :: f(:, :), w(:)
     integer :: e2, e3, b, block, n_values
 
     n_values = n_lanes*product(patch%axes%degree + 1)
     allocate (f(n_values, 3), w(merge(n_values, 0, patch%is_rational)))
-    force = 0.0_wp
+    call clear_rows(tile, force, border)
     do e3 = 1, patch%axes(3)%n_elements
       do e2 = tile%row_first, tile%row_last
         do b = tile%block_first, tile%block_last
@@ -137,7 +139,7 @@ contains
           call finish_stress(patch, block, fields)
           call run_nodal(patch, b, e2, e3, block, block, fields, f)
           if (patch%is_rational) call gather_weights(patch, b, e2, e3, w)
-          call add_forces(patch, tile, b, e2, e3, w, f, force)
+          call add_forces(patch, tile, b, e2, e3, w, f, force, border)
         end do
       end do
     end do

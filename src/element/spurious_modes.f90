@@ -131,7 +131,7 @@ contains
 
     trial = patch
     buffers = new_tile_buffers(patch)
-    tiny_motion = 1.0e-6_wp*minval(patch%viscosity%length)
+    tiny_motion = 1.0e-6_wp*patch%viscosity%shortest
     allocate (stiffness(size(x), size(x)))
     do column = 1, size(x)
       unit = 0.0_wp

@@ -165,7 +165,7 @@ contains
           v(:, :, :, c) = now(p)%at(:, :, :, c)/sqrt(bodies(p)%inertia)
         end do
         if (allocated(bodies(p)%column_factor)) call shrink_columns(bodies(p), v)
-        smallest = min(smallest, minval(bodies(p)%patch%viscosity%length))
+        smallest = min(smallest, bodies(p)%patch%viscosity%shortest)
         largest = max(largest, maxval(abs(v)))
         bodies(p)%patch%stress = 0.0_wp
       end associate

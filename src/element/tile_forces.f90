@@ -14,7 +14,7 @@ module tile_forces
   private
 
   public :: forces_of_tile, work_tile, gather_motion, gather_weights, add_forces, place_context
-  public :: add_report, block_kernel
+  public :: clear_rows, add_report, block_kernel
 
   abstract interface
     !> Stress update and forces of block `b` of the row (e2, e3): number `block` of the patch.
@@ -35,35 +35,33 @@ module tile_forces
 
 contains
 
-  !> Internal forces of the blocks of one tile, on the control points of the tile.
-  subroutine forces_of_tile(patch, law, tile, dt, x, v, force, report)
+  !> Internal forces of the blocks of one tile.
+  subroutine forces_of_tile(patch, law, tile, dt, x, v, force, border, report)
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     type(tile_t), intent(in) :: tile
     real(wp), intent(in) :: dt           !! [time]
     real(wp), intent(in) :: x(:, :, :, :), v(:, :, :, :)   !! end of step, middle of step
-    real(wp), intent(out) :: force(tile%control_first(1):tile%control_last(1), &
-                                   tile%control_first(2):tile%control_last(2), &
-                                   patch%n_control(3), 3)
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)   !! of the patch: rows of the tile
+    real(wp), intent(inout), contiguous :: border(:, :, :, :)  !! its other rows, see tile_buffer_t
     type(force_report_t), intent(out) :: report
 
     if (patch%projection%kind == project_nothing) then
-      call work_tile(patch, law, tile, dt, x, v, run_plain, force, report)
+      call work_tile(patch, law, tile, dt, x, v, run_plain, force, border, report)
     else
-      call work_tile(patch, law, tile, dt, x, v, run_projected, force, report)
+      call work_tile(patch, law, tile, dt, x, v, run_projected, force, border, report)
     end if
   end subroutine forces_of_tile
 
   !> The blocks of one tile by a kernel: gather, work, add back; arguments as of `forces_of_tile`.
-  subroutine work_tile(patch, law, tile, dt, x, v, kernel, force, report)
+  subroutine work_tile(patch, law, tile, dt, x, v, kernel, force, border, report)
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     type(tile_t), intent(in) :: tile
     real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
     procedure(block_kernel) :: kernel
-    real(wp), intent(out) :: force(tile%control_first(1):tile%control_last(1), &
-                                   tile%control_first(2):tile%control_last(2), &
-                                   patch%n_control(3), 3)
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)   !! of the patch: rows of the tile
+    real(wp), intent(inout), contiguous :: border(:, :, :, :)  !! its other rows, see tile_buffer_t
     type(force_report_t), intent(out) :: report
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6), f(size(u, 1), 3)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational))
@@ -77,7 +75,7 @@ contains
     if (patch%projection%kind /= project_nothing) &
       fields = new_point_fields(patch%axes%n_points, 1, patch%projection%kind, &
                                 allocated(patch%reference))
-    call clear(size(force), force)
+    call clear_rows(tile, force, border)
     do e3 = 1, patch%axes(3)%n_elements
       do e2 = tile%row_first, tile%row_last
         do b = tile%block_first, tile%block_last
@@ -85,7 +83,7 @@ contains
           call gather_motion(patch, b, e2, e3, x, v, u, w)
           if (allocated(patch%reference)) call place_context(patch, b, e2, e3, block, context)
           call kernel(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
-          call add_forces(patch, tile, b, e2, e3, w, f, force)
+          call add_forces(patch, tile, b, e2, e3, w, f, force, border)
           call add_report(report, sums, ok, block)
         end do
       end do
@@ -107,13 +105,14 @@ contains
     call run_kernel(patch, law, b, e2, e3, block, dt, u, context, f, sums, ok)
   end subroutine run_plain
 
-  !> Nothing, in one go instead of row by row.
-  pure subroutine clear(n, field)
-    integer, intent(in) :: n
-    real(wp), intent(out) :: field(n)
+  !> No forces yet on the rows of a tile and in its buffer.
+  pure subroutine clear_rows(tile, force, border)
+    type(tile_t), intent(in) :: tile
+    real(wp), intent(inout), contiguous :: force(:, :, :, :), border(:, :, :, :)
 
-    field = 0.0_wp
-  end subroutine clear
+    force(:, tile%control_first(2):tile%own_last, :, :) = 0.0_wp
+    border = 0.0_wp
+  end subroutine clear_rows
 
   !> Positions and velocities of a block, multiplied by the weights of a rational patch.
   subroutine gather_motion(patch, b, e2, e3, x, v, u, w)
@@ -150,20 +149,29 @@ contains
   end subroutine gather_weights
 
   !> Add the forces of a block, which come without weights, to those of its tile.
-  subroutine add_forces(patch, tile, b, e2, e3, w, f, force)
+  subroutine add_forces(patch, tile, b, e2, e3, w, f, force, border)
     type(ig_patch_t), intent(in) :: patch
     type(tile_t), intent(in) :: tile
     integer, intent(in) :: b, e2, e3
     real(wp), intent(in) :: w(:)           !! the weights of a rational patch
     real(wp), intent(inout) :: f(:, :)
-    real(wp), intent(inout) :: force(tile%control_first(1):tile%control_last(1), &
-                                     tile%control_first(2):tile%control_last(2), &
-                                     patch%n_control(3), 3)
+    real(wp), intent(inout), contiguous :: force(:, :, :, :), border(:, :, :, :)
+    integer :: p(3), first(n_lanes), i2, i3, n_rows, n_own
 
     if (patch%is_rational) call weigh_block(size(f, 1), 3, w, f)
-    call add_block(patch%axes%degree, tile%control_first, tile%control_last, patch%n_control(3), &
-                   patch%lanes%is_contiguous(b), patch%axes(1)%first(patch%lanes%element(:, b)), &
-                   patch%axes(2)%first(e2), patch%axes(3)%first(e3), f, force)
+    p = patch%axes%degree
+    first = patch%axes(1)%first(patch%lanes%element(:, b))
+    i2 = patch%axes(2)%first(e2)
+    i3 = patch%axes(3)%first(e3)
+    n_rows = p(2) + 1
+    n_own = min(n_rows, tile%own_last - i2 + 1)
+    associate (is_contiguous => patch%lanes%is_contiguous(b), n => patch%n_control)
+      if (n_own > 0) call add_block(p, [1, 1], n(:2), n(3), [1, n_own], is_contiguous, first, i2, &
+                                    i3, f, force)
+      if (n_own < n_rows) &
+        call add_block(p, [tile%control_first(1), tile%own_last + 1], tile%control_last, n(3), &
+                       [max(1, n_own + 1), n_rows], is_contiguous, first, i2, i3, f, border)
+    end associate
   end subroutine add_forces
 
   !> Time, elements and their sizes of a block; the kernel adds what differs from row to row.

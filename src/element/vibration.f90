@@ -49,7 +49,7 @@ contains
     rigidity%density = law%density
     rigidity%bulk = law%bulk
     rigidity%shear = law%shear
-    tiny_motion = 1.0e-6_wp*minval([(minval(bodies(i)%patch%viscosity%length), i=1, size(bodies))])
+    tiny_motion = 1.0e-6_wp*minval([(bodies(i)%patch%viscosity%shortest, i=1, size(bodies))])
     root = sqrt([(inertia_of(bodies(free(i)%patch), free(i)%place), i=1, size(free))])
     allocate (matrix(size(free), size(free)), plus(size(free)), minus(size(free)))
     do i = 1, size(free)

@@ -157,7 +157,8 @@ contains
         f = 0.0_wp
         call block_face_forces(rule, b, e, p(1), p(2), is_on, u, traction, push, f)
         if (allocated(rule%rational)) call weigh_block(size(f, 1), 3, w, f)
-        call add_block(p, [1, 1], [n(1), p(2) + 1], 1, lanes%is_contiguous(b), first, 1, 1, f, row)
+        call add_block(p, [1, 1], [n(1), p(2) + 1], 1, [1, p(2) + 1], lanes%is_contiguous(b), &
+                       first, 1, 1, f, row)
       end do
     end associate
   end subroutine add_row
