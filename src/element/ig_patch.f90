@@ -3,7 +3,7 @@ module ig_patch
   use kinds, only: wp
   use basis_tables, only: axis_table_t, lane_table_t
   use strain_projection, only: projection_t
-  use point_fields, only: point_fields_t
+  use smooth_fields, only: smooth_fields_t
   implicit none
   private
 
@@ -69,7 +69,7 @@ module ig_patch
     integer :: n_before = 0                        !! elements of the patches before, in numbers
     type(viscosity_t) :: viscosity
     type(tile_t), allocatable :: tiles(:)
-    type(point_fields_t), allocatable :: fields    !! of smooth projections alone
+    type(smooth_fields_t), allocatable :: fields   !! of smooth projections alone
     type(projection_t) :: projection               !! against locking; of kind nothing: plain
   end type ig_patch_t
 

@@ -8,7 +8,7 @@ module patch_setup
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes, new_axis_table, new_lane_table
   use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, viscosity_t, element_of_lane
-  use point_fields, only: new_point_fields
+  use smooth_fields, only: new_smooth_fields
   use point_volumes, only: new_inverse_jacobians, new_element_sizes
   use strain_projection, only: projection_spec_t, new_projection
   use kernel_dispatch, only: kernel_of
@@ -54,7 +54,8 @@ contains
               source=0.0_wp)
     if (patch%is_rational) call set_rational(patch)
     if (patch%projection%is_smooth) &
-      patch%fields = new_point_fields(q, patch%n_blocks, patch%projection%kind, law%needs_context)
+      patch%fields = new_smooth_fields(patch%projection, patch%axes, patch%lanes, &
+                                       law%needs_context)
     if (law%needs_context) then
       patch%reference = new_inverse_jacobians(patch, solid)
       patch%element_size = new_element_sizes(patch, solid)

@@ -59,10 +59,6 @@ contains
     q3 = patch%axes(3)%n_points
     rows = size(fields%mean, 2)
     call volume_strain(q3, rows, fields%dstrain(:, :, :, slot), fields%mean(:, :, slot))
-    if (patch%projection%kind == project_sheet) then
-      fields%along1(:, :, :, slot) = fields%dstrain(:, :, :, slot)
-      fields%along2(:, :, :, slot) = fields%dstrain(:, :, :, slot)
-    end if
     if (allocated(patch%reference)) &
       call logarithmic_volumes([n_lanes*q3, rows], fields%gradients(:, :, :, slot), &
                                fields%growth(:, :, :, slot))
@@ -77,6 +73,8 @@ contains
     q = patch%axes%n_points
     call project_along(patch%projection, all_axes, .false., q, 1, fields%mean)
     if (patch%projection%kind == project_sheet) then
+      fields%along1 = fields%dstrain
+      fields%along2 = fields%dstrain
       call project_along(patch%projection, first_axis, .false., q, 6, fields%along1)
       call project_along(patch%projection, second_axis, .false., q, 6, fields%along2)
     end if

@@ -10,7 +10,7 @@ module smooth_axis
   implicit none
   private
 
-  public :: new_smooth_axis, project_lines
+  public :: new_smooth_axis, point_factors, solve_columns, solve_rows
 
   !> Splines at the quadrature points and the factor of their mass matrix.
   type, public :: smooth_axis_t
@@ -18,7 +18,7 @@ module smooth_axis
     integer, allocatable :: first(:)          !! first function of an element
     real(wp), allocatable :: values(:, :, :)  !! shape (degree, n_points, n_elements)
     real(wp), allocatable :: measure(:, :)    !! weight times length, (n_points, n_elements)
-    real(wp), allocatable :: factor(:, :)     !! lower band of the Cholesky factor
+    real(wp), allocatable :: factor(:, :)     !! of the mass L D L^T: 1/D, then the lower band of L
   end type smooth_axis_t
 
 contains
@@ -60,67 +60,75 @@ contains
     end do
     is_solved = axis%n_points >= p
     if (is_solved) call band_cholesky(smooth%factor, is_solved)
+    do a = 1, merge(smooth%n_functions, 0, is_solved)
+      smooth%factor(2:, a) = smooth%factor(2:, a)/smooth%factor(1, a)
+      smooth%factor(1, a) = 1.0_wp/smooth%factor(1, a)**2
+    end do
     if (.not. is_solved) call fail(error, "projection: too few quadrature points in a "// &
                                    "direction for splines of one degree less")
   end subroutine new_smooth_axis
 
-  !> Project along the middle index, in place; `is_transposed` for forces.
-  pure subroutine project_lines(smooth, is_transposed, before, n, after, field)
+  !> Values of the splines of an element at its points, times weight and length where `is_measured`:
+  !! what takes points to loads of splines, and the other way round the splines to points.
+  pure function point_factors(smooth, element, is_measured) result(factors)
     type(smooth_axis_t), intent(in) :: smooth
-    logical, intent(in) :: is_transposed
-    integer, intent(in) :: before, n, after
-    real(wp), intent(inout) :: field(before, n, after)   !! n: points of all elements of a line
-    integer :: k
+    integer, intent(in) :: element
+    logical, intent(in) :: is_measured
+    real(wp) :: factors(size(smooth%values, 1), size(smooth%values, 2))   !! (degree, n_points)
+    integer :: q
 
-    do k = 1, after
-      call project_side_by_side(smooth, is_transposed, before, n, field(:, :, k))
+    factors = smooth%values(:, :, element)
+    if (.not. is_measured) return
+    do q = 1, size(factors, 2)
+      factors(:, q) = factors(:, q)*smooth%measure(q, element)
     end do
-  end subroutine project_lines
+  end function point_factors
 
-  !> Sum up the loads of the splines, solve for them, and take them at the points.
-  pure subroutine project_side_by_side(smooth, is_transposed, m, n, field)
+  !> From loads of the splines to their coefficients, m directions side by side.
+  pure subroutine solve_columns(smooth, m, c)
     type(smooth_axis_t), intent(in) :: smooth
-    logical, intent(in) :: is_transposed
-    integer, intent(in) :: m, n
-    real(wp), intent(inout) :: field(m, n)
-    real(wp), allocatable :: c(:, :)       ! on the heap: thread stacks are small
-    real(wp) :: factors(size(smooth%values, 1))
-    integer :: e, q, a, i, j, n_points
+    integer, intent(in) :: m
+    real(wp), intent(inout) :: c(m, smooth%n_functions)
+    integer :: i, j
 
-    n_points = size(smooth%measure, 1)
-    allocate (c(m, smooth%n_functions), source=0.0_wp)
-    do e = 1, size(smooth%first)
-      do q = 1, n_points
-        factors = merge(1.0_wp, smooth%measure(q, e), is_transposed)*smooth%values(:, q, e)
-        do a = 1, size(factors)
-          i = smooth%first(e) + a - 1
-          call add_line(m, factors(a), field(:, q + n_points*(e - 1)), c(:, i))
-        end do
-      end do
-    end do
     do j = 1, smooth%n_functions
-      c(:, j) = c(:, j)*(1.0_wp/smooth%factor(1, j))
       do i = j + 1, min(j + size(smooth%factor, 1) - 1, smooth%n_functions)
         call add_line(m, -smooth%factor(i - j + 1, j), c(:, j), c(:, i))
       end do
     end do
     do j = smooth%n_functions, 1, -1
+      c(:, j) = c(:, j)*smooth%factor(1, j)
       do i = j + 1, min(j + size(smooth%factor, 1) - 1, smooth%n_functions)
         call add_line(m, -smooth%factor(i - j + 1, j), c(:, i), c(:, j))
       end do
-      c(:, j) = c(:, j)*(1.0_wp/smooth%factor(1, j))
     end do
-    field = 0.0_wp
-    do e = 1, size(smooth%first)
-      do q = 1, n_points
-        factors = merge(smooth%measure(q, e), 1.0_wp, is_transposed)*smooth%values(:, q, e)
-        do a = 1, size(factors)
-          i = smooth%first(e) + a - 1
-          call add_line(m, factors(a), c(:, i), field(:, q + n_points*(e - 1)))
+  end subroutine solve_columns
+
+  !> The same with the splines along the first index: some lines at a time are turned for it.
+  pure subroutine solve_rows(smooth, m, c)
+    type(smooth_axis_t), intent(in) :: smooth
+    integer, intent(in) :: m
+    real(wp), intent(inout) :: c(smooth%n_functions, m)
+    integer, parameter :: n_side_by_side = 32
+    real(wp), allocatable :: lines(:, :)       ! on the heap: thread stacks are small
+    integer :: first, n, i, j
+
+    allocate (lines(n_side_by_side, smooth%n_functions), source=0.0_wp)
+    do first = 0, m - 1, n_side_by_side
+      n = min(n_side_by_side, m - first)
+      do i = 1, n
+        do j = 1, smooth%n_functions
+          lines(i, j) = c(j, first + i)
+        end do
+      end do
+      call solve_columns(smooth, n_side_by_side, lines)
+      do i = 1, n
+        do j = 1, smooth%n_functions
+          c(j, first + i) = lines(i, j)
         end do
       end do
     end do
-  end subroutine project_side_by_side
+  end subroutine solve_rows
 
   !> Add a multiple of a line.
   pure subroutine add_line(m, factor, x, y)

@@ -1,140 +1,148 @@
-!> Projection of point fields along the lines of a patch: the blocks of a line are copied side by
-!! side, projected and copied back. Lines are worked in parallel; none knows of another.
+!> From the loads of the splines of each element to the coefficients of those of the patch: elements
+!! that share a spline are added in fixed order, lines of splines solved for. Lines are worked in
+!! parallel; none knows of another.
 module smooth_lines
   use kinds, only: wp
   use basis_tables, only: n_lanes
   use ig_patch, only: ig_patch_t
-  use smooth_axis, only: project_lines
+  use smooth_fields, only: smooth_fields_t
+  use smooth_axis, only: solve_columns, solve_rows
+  use strain_projection, only: project_sheet
   implicit none
   private
 
-  public :: project_field
+  public :: solve_for_splines
 
 contains
 
-  !> Project a field of the points of all blocks along the axes given, in place.
-  subroutine project_field(patch, along, is_transposed, n_fields, field)
+  !> Coefficients of all that is projected, the first `n_means` of what all axes project.
+  subroutine solve_for_splines(patch, n_means, fields)
     type(ig_patch_t), intent(in) :: patch
-    integer, intent(in) :: along(:), n_fields
-    logical, intent(in) :: is_transposed              !! for forces
-    real(wp), intent(inout) :: field(n_lanes*product(patch%axes%n_points)*n_fields, &
-                                     patch%lanes%n_blocks, patch%axes(2)%n_elements, &
-                                     patch%axes(3)%n_elements)
-    integer :: i, b, e2, e3
+    integer, intent(in) :: n_means
+    type(smooth_fields_t), intent(inout) :: fields
+    integer :: row, i, k, b, n_rows, first
 
-    do i = 1, size(along)
-      select case (along(i))
-      case (1)
-        !$omp parallel do collapse(2) schedule(static) default(shared) private(e2, e3)
-        do e3 = 1, size(field, 4)
-          do e2 = 1, size(field, 3)
-            call project_row(patch, is_transposed, patch%axes%n_points, n_fields, &
-                             size(field, 2), field(:, :, e2, e3))
-          end do
-        end do
-        !$omp end parallel do
-      case (2)
-        !$omp parallel do collapse(2) schedule(static) default(shared) private(b, e3)
-        do e3 = 1, size(field, 4)
-          do b = 1, size(field, 2)
-            call project_across(patch, is_transposed, patch%axes%n_points, n_fields, &
-                                size(field, 3), field(:, b, :, e3))
-          end do
-        end do
-        !$omp end parallel do
-      case default
-        !$omp parallel do collapse(2) schedule(static) default(shared) private(b, e2)
-        do e2 = 1, size(field, 3)
-          do b = 1, size(field, 2)
-            call project_through(patch, is_transposed, patch%axes%n_points, n_fields, &
-                                 size(field, 4), field(:, b, e2, :))
-          end do
-        end do
-        !$omp end parallel do
-      end select
+    do k = 1, n_means
+      call solve_all(patch, fields%loads(:, :, :, :, k, :), fields%all(:, :, :, k))
     end do
-  end subroutine project_field
-
-  !> Along axis 1. Lanes that repeat an element get its strains too, but no stress.
-  pure subroutine project_row(patch, is_transposed, q, n_fields, n_blocks, field)
-    type(ig_patch_t), intent(in) :: patch
-    logical, intent(in) :: is_transposed
-    integer, intent(in) :: q(3), n_fields, n_blocks
-    real(wp), intent(inout) :: field(n_lanes, q(3)*n_fields*q(2), q(1), n_blocks)
-    real(wp), allocatable :: lines(:, :, :)    ! on the heap: thread stacks are small
-    integer :: b, i, lane
-
-    allocate (lines(size(field, 2), q(1), patch%axes(1)%n_elements))
-    associate (element => patch%lanes%element, is_owner => patch%lanes%is_owner)
-      do b = 1, n_blocks
-        do i = 1, q(1)
-          do lane = 1, n_lanes
-            if (is_owner(lane, b)) lines(:, i, element(lane, b)) = field(lane, :, i, b)
-          end do
+    if (patch%projection%kind /= project_sheet) return
+    n_rows = patch%axes(2)%n_elements
+    associate (n_blocks => patch%lanes%n_blocks, n3 => patch%axes(3)%n_elements)
+      !$omp parallel default(shared) private(row, first, i, b, k)
+      !$omp do schedule(static)
+      do row = 1, n_rows*n3
+        first = n_blocks*(row - 1) + 1
+        call solve_row(patch, size(fields%along1, 2), &
+                       fields%loads1(:, :, first:first + n_blocks - 1), fields%along1(:, :, row))
+      end do
+      !$omp end do nowait
+      !$omp do collapse(2) schedule(static)
+      do k = 1, n_blocks*n3
+        do i = 1, patch%axes(1)%n_points
+          first = mod(k - 1, n_blocks) + 1 + n_blocks*n_rows*((k - 1)/n_blocks)
+          call solve_across(patch, first, i, size(fields%along2, 1), fields%loads2, &
+                            fields%along2(:, :, i, k))
         end do
       end do
-      call project_lines(patch%projection%smooth(1), is_transposed, size(lines, 1), &
-                         size(lines)/size(lines, 1), 1, lines)
-      do b = 1, n_blocks
-        do i = 1, q(1)
-          do lane = 1, n_lanes
-            if (is_transposed .and. .not. is_owner(lane, b)) then
-              field(lane, :, i, b) = 0.0_wp
-            else
-              field(lane, :, i, b) = lines(:, i, element(lane, b))
-            end if
-          end do
-        end do
-      end do
+      !$omp end do
+      !$omp end parallel
     end associate
-  end subroutine project_row
+  end subroutine solve_for_splines
 
-  !> Along axis 2.
-  pure subroutine project_across(patch, is_transposed, q, n_fields, n_elements, field)
+  !> Along axis 1, from all blocks of a row of elements.
+  pure subroutine solve_row(patch, m, loads, coefficients)
     type(ig_patch_t), intent(in) :: patch
-    logical, intent(in) :: is_transposed
-    integer, intent(in) :: q(3), n_fields, n_elements
-    real(wp), intent(inout) :: field(n_lanes*q(3)*n_fields, q(2), q(1), n_elements)
-    real(wp), allocatable :: lines(:, :, :, :)
-    integer :: e, i
+    integer, intent(in) :: m
+    real(wp), intent(in) :: loads(n_lanes, m, patch%axes(1)%degree, patch%lanes%n_blocks)
+    real(wp), intent(inout) :: coefficients(patch%projection%smooth(1)%n_functions, m)
+    integer :: b, a
 
-    allocate (lines(size(field, 1), q(1), q(2), n_elements))
-    do e = 1, n_elements
-      do i = 1, q(1)
-        lines(:, i, :, e) = field(:, :, i, e)
+    coefficients = 0.0_wp
+    do b = 1, patch%lanes%n_blocks
+      do a = 1, size(loads, 3)
+        call add_lanes(patch, b, a, m, loads(:, :, a, b), coefficients)
       end do
     end do
-    call project_lines(patch%projection%smooth(2), is_transposed, size(lines, 1)*q(1), &
-                       q(2)*n_elements, 1, lines)
-    do e = 1, n_elements
-      do i = 1, q(1)
-        field(:, :, i, e) = lines(:, i, :, e)
-      end do
-    end do
-  end subroutine project_across
+    call solve_rows(patch%projection%smooth(1), m, coefficients)
+  end subroutine solve_row
 
-  !> Along axis 3.
-  pure subroutine project_through(patch, is_transposed, q, n_fields, n_elements, field)
+  !> Along axis 2, from all blocks of which `first` is the first.
+  pure subroutine solve_across(patch, first, point, m, loads, coefficients)
     type(ig_patch_t), intent(in) :: patch
-    logical, intent(in) :: is_transposed
-    integer, intent(in) :: q(3), n_fields, n_elements
-    real(wp), intent(inout) :: field(n_lanes, q(3), n_fields*q(2)*q(1), n_elements)
-    real(wp), allocatable :: lines(:, :, :, :)
-    integer :: e, i
+    integer, intent(in) :: first, point, m       !! point along axis 1
+    real(wp), intent(in) :: loads(:, :, :, :)
+    real(wp), intent(inout) :: coefficients(m, patch%projection%smooth(2)%n_functions)
+    integer :: e, a, j, block, l
 
-    allocate (lines(n_lanes, size(field, 3), q(3), n_elements))
-    do e = 1, n_elements
-      do i = 1, q(3)
-        lines(:, :, i, e) = field(:, i, :, e)
+    coefficients = 0.0_wp
+    do e = 1, patch%axes(2)%n_elements
+      block = first + patch%lanes%n_blocks*(e - 1)
+      do a = 1, size(loads, 2)
+        j = patch%axes(2)%first(e) + a - 1
+        !$omp simd
+        do l = 1, m
+          coefficients(l, j) = coefficients(l, j) + loads(l, a, point, block)
+        end do
       end do
     end do
-    call project_lines(patch%projection%smooth(3), is_transposed, n_lanes*size(field, 3), &
-                       q(3)*n_elements, 1, lines)
-    do e = 1, n_elements
-      do i = 1, q(3)
-        field(:, i, :, e) = lines(:, :, i, e)
+    call solve_columns(patch%projection%smooth(2), m, coefficients)
+  end subroutine solve_across
+
+  !> Along all axes.
+  pure subroutine solve_all(patch, loads, coefficients)
+    type(ig_patch_t), intent(in) :: patch
+    real(wp), intent(in) :: loads(:, :, :, :, :)        !! (8, p3, p2, p1, n_blocks)
+    real(wp), intent(inout) :: coefficients(:, :, :)
+    integer :: b, e2, e3, j, k, a, block
+
+    coefficients = 0.0_wp
+    block = 0
+    do e3 = 1, patch%axes(3)%n_elements
+      do e2 = 1, patch%axes(2)%n_elements
+        do b = 1, patch%lanes%n_blocks
+          block = block + 1
+          do a = 1, size(loads, 4)
+            do j = 1, size(loads, 3)
+              do k = 1, size(loads, 2)
+                call add_lanes(patch, b, a, 1, loads(:, k, j, a, block), &
+                               coefficients(:, patch%axes(2)%first(e2) + j - 1, &
+                                            patch%axes(3)%first(e3) + k - 1))
+              end do
+            end do
+          end do
+        end do
       end do
     end do
-  end subroutine project_through
+    associate (n => shape(coefficients), smooth => patch%projection%smooth)
+      call solve_rows(smooth(1), n(2)*n(3), coefficients)
+      do k = 1, n(3)
+        call solve_columns(smooth(2), n(1), coefficients(:, :, k))
+      end do
+      call solve_columns(smooth(3), n(1)*n(2), coefficients)
+    end associate
+  end subroutine solve_all
+
+  !> Add the loads of spline `a` of each lane.
+  pure subroutine add_lanes(patch, b, a, m, loads, coefficients)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, a, m
+    real(wp), intent(in) :: loads(n_lanes, m)
+    real(wp), intent(inout) :: coefficients(patch%projection%smooth(1)%n_functions, m)
+    integer :: first(n_lanes), i, l
+
+    first = patch%axes(1)%first(patch%lanes%element(:, b)) + a - 1
+    do i = 1, m
+      if (patch%lanes%is_contiguous(b)) then
+        !$omp simd
+        do l = 1, n_lanes
+          coefficients(first(1) + l - 1, i) = coefficients(first(1) + l - 1, i) + loads(l, i)
+        end do
+      else
+        do l = 1, n_lanes
+          coefficients(first(l), i) = coefficients(first(l), i) + loads(l, i)
+        end do
+      end if
+    end do
+  end subroutine add_lanes
 
 end module smooth_lines

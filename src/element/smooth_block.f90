@@ -1,0 +1,227 @@
+!> Between the points of a block and the splines of a smooth projection, with the elements side by
+!! side: from points to loads of the splines of each element, and from coefficients to points.
+module smooth_block
+  use kinds, only: wp
+  use basis_tables, only: n_lanes
+  use ig_patch, only: ig_patch_t
+  use point_fields, only: point_fields_t
+  use smooth_fields, only: smooth_fields_t, smooth_table_t
+  use strain_projection, only: project_sheet
+  implicit none
+  private
+
+  public :: collect_strain, collect_stress, spread_strain, spread_stress
+
+contains
+
+  !> Loads of the strains of a slot: block `b` of the row (e2, e3), number `block` of the patch.
+  pure subroutine collect_strain(patch, b, e2, e3, block, slot, fields)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, e2, e3, block
+    type(point_fields_t), intent(in) :: slot          !! with one slot
+    type(smooth_fields_t), intent(inout) :: fields
+    integer :: k
+
+    call collect_all(patch, 1, b, e2, e3, fields%tables, slot%mean, &
+                     fields%loads(:, :, :, :, 1, block))
+    do k = 2, size(fields%loads, 5)
+      call collect_all(patch, 1, b, e2, e3, fields%tables, slot%growth(:, k - 1, :, 1), &
+                       fields%loads(:, :, :, :, k, block))
+    end do
+    if (patch%projection%kind == project_sheet) &
+      call collect_sheet(patch, 1, b, e2, fields%tables, slot%dstrain, slot%dstrain, &
+                         fields%loads1(:, :, block), fields%loads2(:, :, :, block))
+  end subroutine collect_strain
+
+  !> The same of its stresses, with the transposed operators.
+  pure subroutine collect_stress(patch, b, e2, e3, block, slot, fields)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, e2, e3, block
+    type(point_fields_t), intent(in) :: slot
+    type(smooth_fields_t), intent(inout) :: fields
+
+    call collect_all(patch, 2, b, e2, e3, fields%tables, slot%mean, &
+                     fields%loads(:, :, :, :, 1, block))
+    if (patch%projection%kind == project_sheet) &
+      call collect_sheet(patch, 2, b, e2, fields%tables, slot%along1, slot%along2, &
+                         fields%loads1(:, :, block), fields%loads2(:, :, :, block))
+  end subroutine collect_stress
+
+  !> Put the projected strains into a slot.
+  pure subroutine spread_strain(patch, b, e2, e3, fields, slot)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, e2, e3
+    type(smooth_fields_t), intent(in) :: fields
+    type(point_fields_t), intent(inout) :: slot
+    integer :: n(3), k
+
+    n = patch%projection%smooth%n_functions
+    call spread_all(patch, 1, b, e2, e3, fields%tables, n, fields%all(:, :, :, 1), slot%mean)
+    do k = 2, size(fields%all, 4)
+      call spread_all(patch, 1, b, e2, e3, fields%tables, n, fields%all(:, :, :, k), &
+                      slot%growth(:, k - 1, :, 1))
+    end do
+    if (patch%projection%kind == project_sheet) &
+      call spread_sheet(patch, 1, b, e2, e3, fields, slot%along1, slot%along2)
+  end subroutine spread_strain
+
+  !> Put the projected stresses into a slot.
+  pure subroutine spread_stress(patch, b, e2, e3, fields, slot)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, e2, e3
+    type(smooth_fields_t), intent(in) :: fields
+    type(point_fields_t), intent(inout) :: slot
+
+    call spread_all(patch, 2, b, e2, e3, fields%tables, patch%projection%smooth%n_functions, &
+                    fields%all(:, :, :, 1), slot%mean)
+    if (patch%projection%kind == project_sheet) &
+      call spread_sheet(patch, 2, b, e2, e3, fields, slot%along1, slot%along2)
+  end subroutine spread_stress
+
+  pure subroutine collect_sheet(patch, way, b, e2, tables, field1, field2, loads1, loads2)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: way, b, e2                !! strains 1, stresses 2
+    type(smooth_table_t), intent(in) :: tables(3)
+    real(wp), intent(in) :: field1(*), field2(*)     !! (8, q3, 6, q2, q1), for axes 1 and 2
+    real(wp), intent(inout) :: loads1(*), loads2(*)
+
+    associate (q => patch%axes%n_points, p => patch%axes%degree)
+      call combine(6*q(3)*q(2), q(1), p(1), 1, tables(1)%to_loads(:, :, :, b, way), field1, loads1)
+      call combine(6*q(3), q(2), p(2), q(1), tables(2)%to_loads(:, :, :, e2, way), field2, loads2)
+    end associate
+  end subroutine collect_sheet
+
+  pure subroutine collect_all(patch, way, b, e2, e3, tables, field, loads)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: way, b, e2, e3
+    type(smooth_table_t), intent(in) :: tables(3)
+    real(wp), intent(in) :: field(*)                 !! (8, q3, q2, q1)
+    real(wp), intent(inout) :: loads(*)              !! (8, p3, p2, p1)
+    real(wp) :: half(n_lanes*product(patch%axes%n_points)), whole(size(half))
+
+    associate (q => patch%axes%n_points, p => patch%axes%degree)
+      call combine(1, q(3), p(3), q(2)*q(1), tables(3)%to_loads(:, :, :, e3, way), field, half)
+      call combine(p(3), q(2), p(2), q(1), tables(2)%to_loads(:, :, :, e2, way), half, whole)
+      call combine(p(3)*p(2), q(1), p(1), 1, tables(1)%to_loads(:, :, :, b, way), whole, loads)
+    end associate
+  end subroutine collect_all
+
+  pure subroutine spread_sheet(patch, way, b, e2, e3, fields, along1, along2)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: way, b, e2, e3
+    type(smooth_fields_t), intent(in) :: fields
+    real(wp), intent(inout) :: along1(*)
+    real(wp), intent(inout) :: along2(n_lanes*6*patch%axes(3)%n_points*patch%axes(2)%n_points, &
+                                      patch%axes(1)%n_points)
+    real(wp) :: lanes(n_lanes, size(fields%along1, 2), patch%axes(1)%degree)
+    integer :: i, k
+
+    associate (q => patch%axes%n_points, p => patch%axes%degree, first => patch%axes(2)%first(e2))
+      k = e2 + patch%axes(2)%n_elements*(e3 - 1)
+      do i = 1, p(1)
+        call gather_lanes(patch, b, i, size(fields%along1, 1), size(lanes, 2), &
+                          fields%along1(:, :, k), lanes(:, :, i))
+      end do
+      call combine(6*q(3)*q(2), p(1), q(1), 1, fields%tables(1)%to_points(:, :, :, b, way), lanes, &
+                   along1)
+      k = b + patch%lanes%n_blocks*(e3 - 1)
+      do i = 1, q(1)
+        call combine(6*q(3), p(2), q(2), 1, fields%tables(2)%to_points(:, :, :, e2, way), &
+                     fields%along2(:, first:first + p(2) - 1, i, k), along2(:, i))
+      end do
+    end associate
+  end subroutine spread_sheet
+
+  pure subroutine spread_all(patch, way, b, e2, e3, tables, n, coefficients, field)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: way, b, e2, e3
+    type(smooth_table_t), intent(in) :: tables(3)
+    integer, intent(in) :: n(3)                      !! splines along the axes
+    real(wp), intent(in) :: coefficients(n(1), n(2), n(3))
+    real(wp), intent(inout) :: field(*)              !! (8, q3, q2, q1)
+    real(wp) :: half(n_lanes*product(patch%axes%n_points)), whole(size(half))
+    real(wp) :: lanes(n_lanes, patch%axes(3)%degree, patch%axes(2)%degree, patch%axes(1)%degree)
+    integer :: i, j, k
+
+    associate (q => patch%axes%n_points, p => patch%axes%degree, &
+               first2 => patch%axes(2)%first(e2), first3 => patch%axes(3)%first(e3))
+      do i = 1, p(1)
+        do j = 1, p(2)
+          do k = 1, p(3)
+            call gather_lanes(patch, b, i, n(1), 1, &
+                              coefficients(:, first2 + j - 1, first3 + k - 1), lanes(:, k, j, i))
+          end do
+        end do
+      end do
+      call combine(p(3)*p(2), p(1), q(1), 1, tables(1)%to_points(:, :, :, b, way), lanes, half)
+      call combine(p(3), p(2), q(2), q(1), tables(2)%to_points(:, :, :, e2, way), half, whole)
+      call combine(1, p(3), q(3), q(2)*q(1), tables(3)%to_points(:, :, :, e3, way), whole, field)
+    end associate
+  end subroutine spread_all
+
+  !> Coefficients of spline `a` of the eight elements.
+  pure subroutine gather_lanes(patch, b, a, n, m, coefficients, lanes)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, a, n, m
+    real(wp), intent(in) :: coefficients(n, m)
+    real(wp), intent(out) :: lanes(n_lanes, m)
+    integer :: first(n_lanes), i, l
+
+    first = patch%axes(1)%first(patch%lanes%element(:, b)) + a - 1
+    do i = 1, m
+      if (patch%lanes%is_contiguous(b)) then
+        !$omp simd
+        do l = 1, n_lanes
+          lanes(l, i) = coefficients(first(1) + l - 1, i)
+        end do
+      else
+        do l = 1, n_lanes
+          lanes(l, i) = coefficients(first(l), i)
+        end do
+      end if
+    end do
+  end subroutine gather_lanes
+
+  !> Sums along the middle index, lane by lane. Two and three terms, of quadratic splines, are
+  !! written out: no sum goes to memory and back.
+  pure subroutine combine(m, n_in, n_out, n, factors, from, to)
+    integer, intent(in) :: m, n_in, n_out, n
+    real(wp), intent(in) :: factors(8, n_in, n_out), from(8, m, n_in, n)
+    real(wp), intent(inout) :: to(8, m, n_out, n)      !! set
+    integer :: l, i, j, k, a
+
+    do k = 1, n
+      do j = 1, n_out
+        select case (n_in)
+        case (2)
+          do i = 1, m
+            !$omp simd
+            do l = 1, 8
+              to(l, i, j, k) = factors(l, 1, j)*from(l, i, 1, k) + factors(l, 2, j)*from(l, i, 2, k)
+            end do
+          end do
+        case (3)
+          do i = 1, m
+            !$omp simd
+            do l = 1, 8
+              to(l, i, j, k) = factors(l, 1, j)*from(l, i, 1, k) &
+                               + factors(l, 2, j)*from(l, i, 2, k) &
+                               + factors(l, 3, j)*from(l, i, 3, k)
+            end do
+          end do
+        case default
+          to(:, :, j, k) = 0.0_wp
+          do a = 1, n_in
+            do i = 1, m
+              !$omp simd
+              do l = 1, 8
+                to(l, i, j, k) = to(l, i, j, k) + factors(l, a, j)*from(l, i, a, k)
+              end do
+            end do
+          end do
+        end select
+      end do
+    end do
+  end subroutine combine
+
+end module smooth_block
