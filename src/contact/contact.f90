@@ -14,7 +14,8 @@ module contact
   use errors, only: error_t, fail
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, place_of, point_position, gather_forces, add_gathered
-  use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, list_due, earliest_test
+  use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, list_due_tiles, list_due, &
+                           earliest_test
   use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share, not_in, &
                      find_pressed_depth
   use contact_statistics, only: contact_statistics_t, count_iterations, count_failure, add_counts
@@ -28,9 +29,8 @@ module contact
   private
 
   public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness
-  public :: set_tile_tests
 
-  integer, parameter :: parallel_size = 3       !! fewer tiles are not worth waking threads for
+  integer, parameter :: parallel_size = 15      !! fewer tiles are not worth waking threads for
   real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
   real(wp), parameter :: shallow = 0.02_wp      !! depth of any first touch, of the largest depth
 
@@ -46,8 +46,10 @@ module contact
     logical :: is_corner_start = .false.   !! search anew each time from face corners, as [CA]
   end type contact_options_t
 
-  !> What one tile adds to the whole.
+  !> How far things move in a step at most, and what one tile adds to the whole.
   type :: tile_result_t
+    real(wp) :: travel = 0.0_wp    !! points against the tool [length]
+    real(wp) :: longest = 0.0_wp   !! along a normal, amply [length]
     real(wp) :: energy = 0.0_wp, depth = 0.0_wp, reaction(3) = 0.0_wp
     real(wp) :: rubbed = 0.0_wp, damped = 0.0_wp   !! energies lost
     type(contact_statistics_t) :: counts
@@ -69,12 +71,13 @@ module contact
     type(tile_t), allocatable :: tiles(:)
     real(wp), allocatable :: tile_force(:, :, :, :)
       !! of each tile on its control points when it last touched, shape (most, 3, most, n_tiles)
+    type(tile_result_t), allocatable :: results(:)   !! of each tile when it was last due
     logical :: is_started = .false.          !! whether `net` holds a state
-    real(wp) :: step_travel = 0.0_wp         !! bound of all motion since the last call [length]
-    real(wp) :: longest = huge(1.0_wp)       !! way along a normal in that time, amply [length]
     real(wp) :: displacement(3) = 0.0_wp     !! of the tool at the last call [length]
     real(wp), allocatable :: net(:, :, :)    !! control points at the last call [length]
     real(wp), allocatable :: shift(:, :, :)  !! their motion since then against the tool [length]
+    real(wp), allocatable :: squares(:, :), highest(:)   !! of these motions, of each row [length^2]
+    logical, allocatable :: is_due(:)        !! tiles that were tested at the last call
     type(contact_statistics_t) :: statistics
     type(friction_t), allocatable :: friction            !! only where there is some
     type(contact_damping_t), allocatable :: damping      !! likewise
@@ -95,7 +98,6 @@ contains
     integer :: room(2), i
 
     contact%options = options
-    if (options%is_late) contact%longest = 0.0_wp
     if (options%max_depth <= 0.0_wp) contact%options%max_depth = 0.5_wp*tool%search_distance
     if (min(options%scale, options%stiffness, options%max_depth, options%overhang, &
             options%friction, options%damping) < 0.0_wp) then
@@ -113,18 +115,19 @@ contains
       allocate (contact%stiffness(n), contact%face(n), contact%at(n, 2))
       allocate (contact%test_at(n), contact%search_at(n), contact%force(n, 3), source=0.0_wp)
       allocate (contact%start(n), source=not_in)
-      allocate (contact%net(slave%n_net(1), slave%n_net(2), 3))
-      allocate (contact%shift, mold=contact%net)
+      allocate (contact%net(slave%n_net(1), slave%n_net(2), 3), source=0.0_wp)
+      allocate (contact%shift, source=contact%net)
+      allocate (contact%squares(slave%n_net(1), slave%n_net(2)), contact%highest(slave%n_net(2)))
     end associate
     call set_stiffness(contact, mass, dt)
     contact%face = 0
     contact%at = 0.5_wp
-    contact%net = 0.0_wp
     contact%tiles = cut_tiles(slave)
     do i = 1, 2
       room(i) = maxval(contact%tiles%net_last(i) - contact%tiles%net_first(i)) + 1
     end do
     allocate (contact%tile_force(room(1), 3, room(2), size(contact%tiles)), source=0.0_wp)
+    allocate (contact%results(size(contact%tiles)), contact%is_due(size(contact%tiles)))
     if (options%friction > 0.0_wp) then
       allocate (contact%friction)
       call new_friction(contact%friction, slave%n_points, options%friction)
@@ -167,93 +170,113 @@ contains
     end if
   end subroutine scale_stiffness
 
-  !> Contact forces of the present positions: `net_force` and `tool%force` are added to, energy and
-  !! deepest penetration are set. Bitwise the same for any number of threads.
+  !> Contact forces of the present positions: `force` and `tool%force` are added to, energy and
+  !! deepest penetration are set. Bitwise the same for any number of threads; these share the rows
+  !! of control points as they do when they move them.
   !!
   !! Every call is one state after the other: a state left out costs no accuracy, the motion since
   !! the last call is what counts.
-  subroutine apply_contact(contact, tool, net_x, net_force, energy, max_penetration, dt)
+  subroutine apply_contact(contact, tool, x, force, energy, max_penetration, dt)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(inout) :: tool
-    real(wp), intent(in) :: net_x(contact%slave%n_net(1), contact%slave%n_net(2), 3)
-      !! control points of the face now [length]
-    real(wp), intent(inout) :: net_force(contact%slave%n_net(1), contact%slave%n_net(2), 3)
-      !! [force]
-    real(wp), intent(out) :: energy            !! of the springs of touching points [energy]
-    real(wp), intent(out) :: max_penetration   !! deepest -g of touching points, 0: none [length]
-    real(wp), intent(in) :: dt                 !! since the last call, for damping alone [time]
-    type(tile_result_t), allocatable :: results(:)
-    integer, allocatable :: due(:)   ! tiles
-    integer :: i
+    real(wp), intent(in) :: x(:, :, :)          !! control points of the face now, (n_net, 3)
+    real(wp), intent(inout) :: force(:, :, :)   !! on them, shape (n_net, 3) [force]
+    real(wp), intent(out) :: energy             !! of the springs of touching points [energy]
+    real(wp), intent(out) :: max_penetration    !! deepest -g of touching points, 0: none [length]
+    real(wp), intent(in) :: dt                  !! since the last call, for damping alone [time]
+    integer :: due(size(contact%tiles)), n_due, i
+    real(wp) :: moved(3), largest
 
-    call advance_travel(contact, tool, net_x)
+    moved = 0.0_wp
+    if (contact%is_started) moved = tool%displacement - contact%displacement
+    if (.not. contact%is_started) contact%net = x
+    contact%displacement = tool%displacement
+    !$omp parallel private(i, largest, due, n_due) if (size(contact%tiles) > parallel_size)
+    call carry_tiles(contact%tiles, contact%slave%n_net, moved, x, contact%net, contact%shift, &
+                     contact%squares, contact%highest, contact%is_due, largest)
+    call list_due_tiles(size(contact%tiles), contact%is_due, n_due, due)
+    if (n_due > 0) then
+      !$omp do schedule(static)
+      do i = 1, n_due
+        call work_tile(contact, tool, dt, largest, due(i), contact%results(due(i)))
+      end do
+      !$omp end do
+      call add_tile_forces(contact, n_due, due, force)
+    end if
+    !$omp end parallel
+    contact%is_started = .true.
+    call sum_up(contact, tool, energy, max_penetration)
+  end subroutine apply_contact
+
+  !> Add the forces of tiles that touch to the control points; the threads of a region share their
+  !! rows.
+  subroutine add_tile_forces(contact, n_due, due, force)
+    type(contact_t), intent(in) :: contact
+    integer, intent(in) :: n_due, due(n_due)    !! tiles that were tested
+    real(wp), intent(inout) :: force(:, :, :)   !! shape (n_net, 3) [force]
+    integer :: i, j
+
+    !$omp do schedule(static)
+    do j = 1, contact%slave%n_net(2)
+      do i = 1, n_due
+        if (contact%results(due(i))%counts%n_touching == 0) cycle
+        associate (tile => contact%tiles(due(i)))
+          if (j < tile%net_first(2) .or. j > tile%net_last(2)) cycle
+          call add_gathered(contact%slave, [tile%net_first(1), j], [tile%net_last(1), j], &
+                            size(contact%tile_force, 1), 1, &
+                            contact%tile_force(:, :, j - tile%net_first(2) + 1, due(i)), force)
+        end associate
+      end do
+    end do
+    !$omp end do nowait
+  end subroutine add_tile_forces
+
+  !> What the tiles that were due found, in their order.
+  pure subroutine sum_up(contact, tool, energy, max_penetration)
+    type(contact_t), intent(inout) :: contact
+    type(tool_t), intent(inout) :: tool
+    real(wp), intent(out) :: energy, max_penetration
+    real(wp) :: rubbed, damped
+    integer :: t
+
     contact%statistics%n_calls = contact%statistics%n_calls + 1
     contact%statistics%n_points = contact%statistics%n_points + contact%slave%n_points
     contact%statistics%n_touching = 0
     energy = 0.0_wp
     max_penetration = 0.0_wp
-    due = pack([(i, i=1, size(contact%tiles))], contact%tiles%travel >= contact%tiles%test_at)
-    if (size(due) == 0) return
-
-    allocate (results(size(due)))
-    !$omp parallel do schedule(static) if (size(due) > parallel_size)
-    do i = 1, size(due)
-      call work_tile(contact, tool, dt, due(i), results(i))
-    end do
-    !$omp end parallel do
-
-    do i = 1, size(due)
-      associate (part => results(i))
+    rubbed = 0.0_wp
+    damped = 0.0_wp
+    do t = 1, size(contact%tiles)
+      if (.not. contact%is_due(t)) cycle
+      associate (part => contact%results(t))
         energy = energy + part%energy
         max_penetration = max(max_penetration, part%depth)
         tool%force = tool%force + part%reaction
-        if (part%counts%n_touching > 0) then
-          associate (tile => contact%tiles(due(i)), forces => contact%tile_force(:, :, :, due(i)))
-            call add_gathered(contact%slave, tile%net_first, tile%net_last, size(forces, 1), &
-                              size(forces, 3), forces, net_force)
-          end associate
-        end if
+        rubbed = rubbed + part%rubbed
+        damped = damped + part%damped
         call add_counts(contact%statistics, part%counts)
       end associate
     end do
-    if (allocated(contact%friction)) then
-      contact%friction%energy = contact%friction%energy + sum(results%rubbed)
-    end if
-    if (allocated(contact%damping)) then
-      contact%damping%energy = contact%damping%energy + sum(results%damped)
-    end if
-  end subroutine apply_contact
-
-  !> Let the travel of the tiles grow by the motion of the control points against the tool.
-  pure subroutine advance_travel(contact, tool, net_x)
-    type(contact_t), intent(inout) :: contact
-    type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: net_x(contact%slave%n_net(1), contact%slave%n_net(2), 3)
-
-    if (contact%is_started) then
-      call carry_tiles(contact%tiles, contact%slave%n_net, &
-                       tool%displacement - contact%displacement, net_x, contact%net, &
-                       contact%shift, contact%step_travel)
-      contact%longest = max(2*contact%step_travel, shallow*contact%options%max_depth)
-    else
-      contact%net = net_x
-      contact%shift = 0.0_wp
-    end if
-    contact%is_started = .true.
-    contact%displacement = tool%displacement
-  end subroutine advance_travel
+    if (allocated(contact%friction)) contact%friction%energy = contact%friction%energy + rubbed
+    if (allocated(contact%damping)) contact%damping%energy = contact%damping%energy + damped
+  end subroutine sum_up
 
   !> Test the points of a tile that may have come within reach; their forces on control points.
-  subroutine work_tile(contact, tool, dt, index, result)
+  subroutine work_tile(contact, tool, dt, largest, index, result)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: dt
+    real(wp), intent(in) :: largest   !! motion of any control point since the last call [length]
     integer, intent(in) :: index   !! number of the tile
     type(tile_result_t), intent(out) :: result
     integer :: due(tile_size**2 + 1), queue(tile_size**2), n_due, n_queued, i, at(2)
     real(wp) :: x(3, tile_size**2)   ! places in the tool's frame of the points that are due
 
     n_queued = 0
+    result%travel = largest
+    result%longest = max(2*largest, shallow*contact%options%max_depth)
+    if (.not. contact%is_started) result%longest = merge(0.0_wp, huge(1.0_wp), &
+                                                         contact%options%is_late)
     associate (tile => contact%tiles(index))
       call list_due(tile, contact%slave%n_along, contact%test_at, n_due, due)
       do i = 1, n_due
@@ -415,13 +438,14 @@ contains
   end function safe_distance
 
   !> Factor on the force of a point that touches only in a part of the step.
-  pure real(wp) function step_share(contact, at, depth, normal) result(share)
+  pure real(wp) function step_share(contact, travel, at, depth, normal) result(share)
     type(contact_t), intent(in) :: contact
+    real(wp), intent(in) :: travel              !! largest in the step [length]
     integer, intent(in) :: at(2)                !! place of the point
     real(wp), intent(in) :: depth, normal(3)    !! of the spring, not negative [length]
 
     share = 1.0_wp
-    if (depth >= contact%step_travel) return
+    if (depth >= travel) return
     share = touching_share(depth, sum(point_position(contact%slave, contact%shift, at(1), at(2)) &
                                       *normal))
   end function step_share
@@ -452,26 +476,15 @@ contains
     real(wp) :: pressed, push
     integer :: at(2)
 
-    call find_pressed_depth(depth, contact%longest, contact%start(point), pressed)
+    call find_pressed_depth(depth, result%longest, contact%start(point), pressed)
     if (.not. depth > 0.0_wp) return
     at = place_of(contact%slave, point)
     result%depth = max(result%depth, depth)
     result%counts%n_touching = result%counts%n_touching + 1
-    push = contact%stiffness(point)*pressed*step_share(contact, at, pressed, normal)
+    push = contact%stiffness(point)*pressed*step_share(contact, result%travel, at, pressed, normal)
     contact%force(point, :) = push*normal
     result%reaction = result%reaction - push*normal
     result%energy = result%energy + 0.5_wp*contact%stiffness(point)*pressed**2
   end subroutine push_out
-
-  !> Let each tile be tested again when the first of its points must be.
-  pure subroutine set_tile_tests(contact)
-    type(contact_t), intent(inout) :: contact
-    integer :: i
-
-    do i = 1, size(contact%tiles)
-      contact%tiles(i)%test_at = earliest_test(contact%tiles(i), contact%slave%n_along, &
-                                               contact%test_at)
-    end do
-  end subroutine set_tile_tests
 
 end module contact

@@ -2,7 +2,8 @@
 module contact_state
   use kinds, only: wp
   use state_store, only: state_store_t, carry, carry_array, carry_flags, carry_indices
-  use contact, only: contact_t, set_tile_tests
+  use contact, only: contact_t
+  use contact_tiles, only: set_tile_tests
   implicit none
   private
 
@@ -49,7 +50,7 @@ contains
         call carry_array(store, "damping_constant", size(state%constant), state%constant)
       end associate
     end if
-    if (store%is_taking) call set_tile_tests(contact)
+    if (store%is_taking) call set_tile_tests(contact%tiles, contact%slave%n_along, contact%test_at)
   end subroutine carry_contact
 
   !> Energy, flags and two vectors of each point.

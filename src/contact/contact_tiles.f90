@@ -5,7 +5,8 @@ module contact_tiles
   implicit none
   private
 
-  public :: tile_t, cut_tiles, carry_tiles, list_due, earliest_test
+  public :: tile_t, cut_tiles, carry_tiles, list_due_tiles, list_due, &
+            earliest_test, set_tile_tests
 
   !> Most points of a tile along each direction: few, so that idle ones sleep, and as many across as
   !! along, so that a line of contact fills the lanes whichever way it runs.
@@ -45,18 +46,23 @@ contains
   end function cut_tiles
 
   !> Let the travel of each tile grow by the largest motion of its control points from `before`,
-  !! which becomes `x`, to there; `largest` returns that of all.
-  pure subroutine carry_tiles(tiles, n, moved, x, before, shift, largest)
+  !! which becomes `x`, to there; `largest` returns that of all. The threads of a region share the
+  !! rows of control points, then the tiles; each reads little of what another has written.
+  subroutine carry_tiles(tiles, n, moved, x, before, shift, squares, highest, is_due, largest)
     type(tile_t), intent(inout) :: tiles(:)
     integer, intent(in) :: n(2)                    !! control points of the face
     real(wp), intent(in) :: moved(3)               !! motion of the tool [length]
-    real(wp), intent(in) :: x(n(1), n(2), 3)       !! control points [length]
+    real(wp), intent(in) :: x(:, :, :)             !! control points, shape (n, 3) [length]
     real(wp), intent(inout) :: before(n(1), n(2), 3)
-    real(wp), intent(out) :: shift(n(1), n(2), 3)  !! motion of each against the tool [length]
-    real(wp), intent(out) :: largest               !! [length]
-    real(wp) :: squares(n(1), n(2)), most(n(1)), square
+    real(wp), intent(inout) :: shift(n(1), n(2), 3)   !! set: motion of each against the tool
+    real(wp), intent(inout) :: squares(n(1), n(2))    !! set: of that motion [length^2]
+    real(wp), intent(inout) :: highest(n(2))       !! set: largest of these of each row
+    logical, intent(inout) :: is_due(size(tiles))  !! set: must a point be tested now?
+    real(wp), intent(out) :: largest               !! to each thread [length]
+    real(wp) :: most(n(1)), square
     integer :: i, j, t, band
 
+    !$omp do schedule(static)
     do j = 1, n(2)
       !$omp simd
       do i = 1, n(1)
@@ -68,29 +74,47 @@ contains
         before(i, j, 3) = x(i, j, 3)
         squares(i, j) = shift(i, j, 1)**2 + shift(i, j, 2)**2 + shift(i, j, 3)**2
       end do
+      highest(j) = maxval(squares(:, j))
     end do
+    !$omp end do
     band = 0
-    largest = 0.0_wp
+    !$omp do schedule(static)
     do t = 1, size(tiles)
-      associate (low => tiles(t)%net_first, high => tiles(t)%net_last)
+      associate (tile => tiles(t), low => tiles(t)%net_first, high => tiles(t)%net_last)
         ! Tiles of a band across have one maximum along it.
-        if (tiles(t)%first(2) /= band) then
+        if (tile%first(2) /= band) then
           most = squares(:, low(2))
           do j = low(2) + 1, high(2)
             most = max(most, squares(:, j))
           end do
-          band = tiles(t)%first(2)
+          band = tile%first(2)
         end if
         square = 0.0_wp
         do i = low(1), high(1)
           square = max(square, most(i))
         end do
-        tiles(t)%travel = tiles(t)%travel + sqrt(square)
-        largest = max(largest, square)
+        tile%travel = tile%travel + sqrt(square)
+        is_due(t) = tile%travel >= tile%test_at
       end associate
     end do
-    largest = sqrt(largest)
+    !$omp end do
+    largest = sqrt(maxval(highest))
   end subroutine carry_tiles
+
+  !> Tiles that must be tested now.
+  pure subroutine list_due_tiles(n_tiles, is_due, n, due)
+    integer, intent(in) :: n_tiles
+    logical, intent(in) :: is_due(n_tiles)
+    integer, intent(out) :: n, due(n_tiles)   !! in the first n
+    integer :: t
+
+    n = 0
+    do t = 1, n_tiles
+      if (.not. is_due(t)) cycle
+      n = n + 1
+      due(n) = t
+    end do
+  end subroutine list_due_tiles
 
   !> Points of a tile that must be tested now.
   pure subroutine list_due(tile, n_along, test_at, n, points)
@@ -123,5 +147,17 @@ contains
       end do
     end do
   end function earliest_test
+
+  !> Let each tile be tested again when the first of its points must be.
+  pure subroutine set_tile_tests(tiles, n_along, test_at)
+    type(tile_t), intent(inout) :: tiles(:)
+    integer, intent(in) :: n_along(2)
+    real(wp), intent(in) :: test_at(:)   !! of all points [length]
+    integer :: t
+
+    do t = 1, size(tiles)
+      tiles(t)%test_at = earliest_test(tiles(t), n_along, test_at)
+    end do
+  end subroutine set_tile_tests
 
 end module contact_tiles

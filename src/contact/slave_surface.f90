@@ -207,13 +207,14 @@ contains
     end do
   end subroutine gather_forces
 
-  !> Add what was gathered from a rectangle to the control points `low` to `high` that it reaches.
+  !> Add what was gathered from a rectangle to the control points `low` to `high`, which may be a
+  !! part of the rows that it reaches.
   pure subroutine add_gathered(slave, low, high, n1, n2, gathered, net_forces)
     type(slave_surface_t), intent(in) :: slave
     integer, intent(in) :: low(2), high(2)              !! control points
     integer, intent(in) :: n1, n2                       !! room
-    real(wp), intent(in) :: gathered(n1, 3, n2)         !! [force]
-    real(wp), intent(inout) :: net_forces(slave%n_net(1), slave%n_net(2), 3)   !! [force]
+    real(wp), intent(in) :: gathered(n1, 3, n2)         !! of row low(2) on [force]
+    real(wp), intent(inout) :: net_forces(:, :, :)      !! shape (n_net, 3) [force]
     integer :: i, j, c
 
     do c = 1, 3

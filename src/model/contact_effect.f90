@@ -72,48 +72,66 @@ contains
     class(contact_effect_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
-    real(wp), allocatable :: net_x(:, :, :, :), net_force(:, :, :, :)
     real(wp) :: before(3), on_blank(3), couple(3, 3)
 
     couple = 0.0_wp
-    associate (low => self%lower, high => self%upper, &
+    if (self%is_awake) call wake_contact(self%pair)
+    associate (low => self%lower, high => self%upper, tool => bodies%tools(self%tool), &
                motion => bodies%blank%parts(self%part)%motion)
-      net_x = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
-      allocate (net_force, mold=net_x)
-      net_force = 0.0_wp
-      before = bodies%tools(self%tool)%force
-      if (bodies%tools(self%tool)%is_turning) &
-        call into_frame(bodies%tools(self%tool), size(net_x)/3, net_x)
-      if (self%is_awake) call wake_contact(self%pair)
-      call apply_contact(self%pair, bodies%tools(self%tool), net_x, net_force, self%energy, &
-                         self%depth, instant%dt)
+      before = tool%force
+      select case (findloc(low == high, .true., dim=1))
+      case (1)
+        call press(self, tool, instant%dt, motion%x(low(1), low(2):high(2), low(3):high(3), :), &
+                   motion%external_force(low(1), low(2):high(2), low(3):high(3), :), couple)
+      case (2)
+        call press(self, tool, instant%dt, motion%x(low(1):high(1), low(2), low(3):high(3), :), &
+                   motion%external_force(low(1):high(1), low(2), low(3):high(3), :), couple)
+      case (3)
+        call press(self, tool, instant%dt, motion%x(low(1):high(1), low(2):high(2), low(3), :), &
+                   motion%external_force(low(1):high(1), low(2):high(2), low(3), :), couple)
+      end select
       self%max_penetration = max(self%max_penetration, self%depth)
       if (allocated(self%fields)) then
-        if (self%fields%has_wear) call add_wear(self%fields, self%pair, &
-                                                bodies%tools(self%tool), net_x)
+        if (self%fields%has_wear) call add_wear(self%fields, self%pair, tool)
       end if
-      on_blank = before - bodies%tools(self%tool)%force
-      if (bodies%tools(self%tool)%is_turning) then
-        call turn_forces(bodies%tools(self%tool), size(net_x)/3, net_force)
-        couple = couple_of(bodies%tools(self%tool), size(net_x)/3, net_x, net_force)
-        on_blank = matmul(bodies%tools(self%tool)%rotation, on_blank)
-        bodies%tools(self%tool)%force = before - on_blank
-        bodies%tools(self%tool)%torque = bodies%tools(self%tool)%torque &
-                                         - torque_of(bodies%tools(self%tool), on_blank, couple)
+      on_blank = before - tool%force
+      if (tool%is_turning) then
+        on_blank = matmul(tool%rotation, on_blank)
+        tool%force = before - on_blank
+        tool%torque = tool%torque - torque_of(tool, on_blank, couple)
       end if
-      ! Forces that add up to nothing act all the same.
-      if (self%pair%statistics%n_touching > 0) then
-        motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
-          motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) + net_force
-      end if
+      ! The tool's own motion does the external work of this pair.
+      self%external_work = self%external_work + 0.5_wp*instant%dt &
+                           *(sum((self%force + on_blank)*tool%velocity) &
+                             + sum((self%couple + couple)*tool%rotation_rate))
     end associate
-    ! The tool's own motion does the external work of this pair.
-    self%external_work = self%external_work + 0.5_wp*instant%dt &
-                         *(sum((self%force + on_blank)*bodies%tools(self%tool)%velocity) &
-                           + sum((self%couple + couple)*bodies%tools(self%tool)%rotation_rate))
     self%force = on_blank
     self%couple = couple
   end subroutine apply
+
+  !> Contact forces of a face, seen from its tool where that turns, and their couple.
+  subroutine press(self, tool, dt, x, force, couple)
+    class(contact_effect_t), intent(inout) :: self
+    type(tool_t), intent(inout) :: tool
+    real(wp), intent(in) :: dt, x(:, :, :)      !! control points of the face, shape (n, m, 3)
+    real(wp), intent(inout) :: force(:, :, :)   !! on them [force]
+    real(wp), intent(out) :: couple(3, 3)       !! of a tool that turns
+    real(wp), allocatable :: seen(:, :, :), push(:, :, :)
+
+    couple = 0.0_wp
+    if (.not. tool%is_turning) then
+      call apply_contact(self%pair, tool, x, force, self%energy, self%depth, dt)
+      return
+    end if
+    seen = x
+    allocate (push, mold=seen)
+    push = 0.0_wp
+    call into_frame(tool, size(seen)/3, seen)
+    call apply_contact(self%pair, tool, seen, push, self%energy, self%depth, dt)
+    call turn_forces(tool, size(seen)/3, push)
+    couple = couple_of(tool, size(seen)/3, seen, push)
+    force = force + push
+  end subroutine press
 
   !> Forces from the frame of a tool into space.
   pure subroutine turn_forces(tool, n, force)

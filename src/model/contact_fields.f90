@@ -80,11 +80,10 @@ contains
 
   !> Add the wear of the step that led to the present forces: the mean of the normal force is that
   !! of its end, the slip is the motion along the tool but for what the spring of friction took up.
-  subroutine add_wear(fields, pair, tool, net_x)
+  subroutine add_wear(fields, pair, tool)
     type(contact_fields_t), intent(inout) :: fields
     type(contact_t), intent(in) :: pair
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: net_x(pair%slave%n_net(1), pair%slave%n_net(2), 3)   !! [length]
     real(wp) :: x(pair%slave%n_points, 3), moved(3), normal(3), pushed
     integer :: p
 
@@ -92,7 +91,7 @@ contains
       fields%is_touching = .false.
       return
     end if
-    call slave_positions(pair%slave, net_x, x)
+    call slave_positions(pair%slave, pair%net, x)
     do p = 1, pair%slave%n_points
       call push_of(pair, tool, p, pushed, normal)
       if (pushed > 0.0_wp) then
