@@ -9,15 +9,18 @@ module energy_balance
   use block_law, only: block_law_t
   use ig_patch, only: force_report_t
   use column_scaling, only: column_directions, column_differences
+  use motion_sums, only: motion_sums_t, sums_of_motion
   use effect, only: effect_slot_t, tally_t
   use patch_body, only: patch_body_t, field_t
-  use blank, only: blank_t, mass_of
+  use blank, only: blank_t
   use tool_turn, only: pace_of
   use assembly, only: assembly_t
   implicit none
   private
 
   public :: energy_balance_t, start_balance, add_step, add_impulse, take_balance, elastic_energy
+
+  integer, parameter :: parallel_size = 4000   !! fewer points are not worth waking threads
 
   !> Running sums and the last balance.
   type :: energy_balance_t
@@ -37,16 +40,16 @@ module energy_balance
 contains
 
   !> Energy and momentum of the initial velocities.
-  pure subroutine start_balance(balance, blank)
+  subroutine start_balance(balance, blank)
     type(energy_balance_t), intent(out) :: balance
     type(blank_t), intent(in) :: blank
+    type(motion_sums_t) :: sums
     integer :: p
 
     do p = 1, size(blank%parts)
-      associate (body => blank%parts(p), v => blank%parts(p)%motion%v)
-        balance%kinetic_at_start = balance%kinetic_at_start + kinetic_energy(body, v, v)
-        balance%momentum_at_start = balance%momentum_at_start + momentum_of(body%mass, v)
-      end associate
+      sums = sums_of(blank%parts(p), blank%parts(p)%motion%v)
+      balance%kinetic_at_start = balance%kinetic_at_start + sums%kinetic
+      balance%momentum_at_start = balance%momentum_at_start + sums%momentum
     end do
   end subroutine start_balance
 
@@ -84,8 +87,9 @@ contains
     type(field_t), intent(in) :: v_before(:)   !! by patch
     type(effect_slot_t), intent(in) :: forces(:), supports(:)
     type(effect_slot_t), intent(in), optional :: retired(:)     !! effects of earlier steps
-    real(wp) :: scaling, lack, momentum_scale, lost(3)
-    integer :: i, c, p
+    type(motion_sums_t) :: sums
+    real(wp) :: scaling, lack, momentum_scale, lost(3), mass
+    integer :: i, p
 
     balance%tally = tally_t()
     do i = 1, size(forces)
@@ -103,21 +107,19 @@ contains
     balance%momentum = 0.0_wp
     balance%angular_momentum = 0.0_wp
     momentum_scale = tiny(1.0_wp)
+    mass = 0.0_wp
     do p = 1, size(bodies%blank%parts)
-      associate (body => bodies%blank%parts(p), v => bodies%blank%parts(p)%motion%v)
-        balance%kinetic = balance%kinetic + kinetic_energy(body, v_before(p)%values, v)
-        balance%momentum = balance%momentum + momentum_of(body%mass, v)
-        balance%angular_momentum = balance%angular_momentum &
-          + 0.5_wp*(moment_of(body, v_before(p)%values) + moment_of(body, v))
-        do c = 1, 3
-          momentum_scale = momentum_scale + sum(body%mass*abs(v(:, :, :, c)))
-        end do
-      end associate
+      sums = sums_of(bodies%blank%parts(p), v_before(p)%values)
+      balance%kinetic = balance%kinetic + sums%kinetic
+      balance%momentum = balance%momentum + sums%momentum
+      balance%angular_momentum = balance%angular_momentum + sums%angular_momentum
+      momentum_scale = momentum_scale + sums%magnitude
+      mass = mass + sums%mass
     end do
     associate (work => balance%tally%external_work)
       scaling = max(balance%kinetic_at_start, abs(work), balance%kinetic + balance%internal, &
                     tiny(1.0_wp))
-      balance%reference = max(balance%reference, scaling, energy_of_pace(bodies))
+      balance%reference = max(balance%reference, scaling, energy_of_pace(bodies, mass))
       lack = balance%kinetic + balance%tally%tool_energy + balance%internal + balance%viscous &
              + balance%tally%contact_energy + balance%tally%friction_energy &
              + balance%tally%damping_energy - work - balance%kinetic_at_start
@@ -131,28 +133,38 @@ contains
   end subroutine take_balance
 
   !> Kinetic energy of the blank at the speed of the fastest tool.
-  pure real(wp) function energy_of_pace(bodies) result(energy)
+  pure real(wp) function energy_of_pace(bodies, mass) result(energy)
     type(assembly_t), intent(in) :: bodies
+    real(wp), intent(in) :: mass              !! of the blank
     integer :: t
 
     energy = 0.0_wp
     do t = 1, size(bodies%tools)
-      energy = max(energy, 0.5_wp*mass_of(bodies%blank%parts)*pace_of(bodies%tools(t))**2)
+      energy = max(energy, 0.5_wp*mass*pace_of(bodies%tools(t))**2)
     end do
   end function energy_of_pace
 
-  !> Kinetic energy of the mass that moves: lumped, and what scaling adds to columns.
-  pure real(wp) function kinetic_energy(body, v1, v2) result(energy)
+  !> Sums over the control points of a patch, with the kinetic energy of all mass that moves: the
+  !! lumped one, and what scaling adds to columns. The angular momentum is that of the lumped masses
+  !! with the mean of both velocities: inner forces change it with neither.
+  function sums_of(body, v_before) result(sums)
+    type(patch_body_t), intent(in) :: body
+    real(wp), intent(in) :: v_before(:, :, :, :)
+    type(motion_sums_t) :: sums
+
+    sums = sums_of_motion(shape(body%mass), body%mass, body%motion%x, v_before, body%motion%v)
+    if (allocated(body%column_factor)) &
+      sums%kinetic = sums%kinetic + column_energy(body, v_before, body%motion%v)
+  end function sums_of
+
+  !> Kinetic energy of the mass that scaling adds to columns.
+  pure real(wp) function column_energy(body, v1, v2) result(energy)
     type(patch_body_t), intent(in) :: body
     real(wp), intent(in) :: v1(:, :, :, :), v2(:, :, :, :)
     real(wp), allocatable :: directions(:, :, :), difference1(:, :, :), difference2(:, :, :)
-    integer :: c, k
+    integer :: k
 
     energy = 0.0_wp
-    do c = 1, 3
-      energy = energy + 0.5_wp*sum(body%mass*v1(:, :, :, c)*v2(:, :, :, c))
-    end do
-    if (.not. allocated(body%column_factor)) return
     directions = column_directions(body%motion%x)
     difference1 = column_differences(body%inertia, directions, v1)
     difference2 = column_differences(body%inertia, directions, v2)
@@ -160,53 +172,45 @@ contains
       energy = energy + 0.5_wp*sum((body%column_factor - 1.0_wp)*body%mass(:, :, k) &
                                    *difference1(:, :, k)*difference2(:, :, k))
     end do
-  end function kinetic_energy
-
-  pure function momentum_of(mass, v) result(momentum)
-    real(wp), intent(in) :: mass(:, :, :), v(:, :, :, :)
-    real(wp) :: momentum(3)
-    integer :: c
-
-    do c = 1, 3
-      momentum(c) = sum(mass*v(:, :, :, c))
-    end do
-  end function momentum_of
-
-  !> Angular momentum about the origin of the lumped masses with velocities v. Inner forces change
-  !! it neither with the velocities before nor with those behind the present positions.
-  pure function moment_of(body, v) result(moment)
-    type(patch_body_t), intent(in) :: body
-    real(wp), intent(in) :: v(:, :, :, :)
-    real(wp) :: moment(3)
-    integer :: c, a, b
-
-    do c = 1, 3
-      a = mod(c, 3) + 1
-      b = mod(c + 1, 3) + 1
-      moment(c) = sum(body%mass*(body%motion%x(:, :, :, a)*v(:, :, :, b) &
-                                 - body%motion%x(:, :, :, b)*v(:, :, :, a)))
-    end do
-  end function moment_of
+  end function column_energy
 
   !> Elastic energy stored at the points, sum of s:C^-1:s/2 times their volume; what internal
-  !! energy exceeds it by is plastic work. `volumes` has the layout of the stress.
-  pure real(wp) function elastic_energy(law, n, m, stress, volumes) result(energy)
+  !! energy exceeds it by is plastic work. `volumes` has the layout of the stress. Threads share
+  !! the rows as they do the elements; the sum goes row by row.
+  real(wp) function elastic_energy(law, n, m, stress, volumes) result(energy)
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: n, m                      !! points of a row, rows
     real(wp), intent(in) :: stress(n, 6, m), volumes(n, m)
+    real(wp), allocatable :: energies(:)
+    real(wp) :: by_bulk, by_shear
+    integer :: row
+
+    allocate (energies(m))
+    by_bulk = 0.5_wp/law%bulk
+    by_shear = 0.5_wp/law%shear
+    !$omp parallel do schedule(static) if (n*m > parallel_size)
+    do row = 1, m
+      energies(row) = energy_of_row(n, by_bulk, by_shear, stress(:, :, row), volumes(:, row))
+    end do
+    !$omp end parallel do
+    energy = sum(energies)
+  end function elastic_energy
+
+  pure real(wp) function energy_of_row(n, by_bulk, by_shear, s, volumes) result(energy)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: by_bulk, by_shear        !! halves of their inverses
+    real(wp), intent(in) :: s(n, 6), volumes(n)
     real(wp) :: mean, shear_part
-    integer :: l, row
+    integer :: l
 
     energy = 0.0_wp
-    do row = 1, m
-      do l = 1, n
-        associate (s => stress(l, :, row))
-          mean = (s(1) + s(2) + s(3))/3.0_wp
-          shear_part = 0.5_wp*sum((s(1:3) - mean)**2) + sum(s(4:6)**2)
-          energy = energy + volumes(l, row)*0.5_wp*(mean**2/law%bulk + shear_part/law%shear)
-        end associate
-      end do
+    !$omp simd private(mean, shear_part) reduction(+: energy)
+    do l = 1, n
+      mean = (s(l, 1) + s(l, 2) + s(l, 3))*(1.0_wp/3)
+      shear_part = 0.5_wp*((s(l, 1) - mean)**2 + (s(l, 2) - mean)**2 + (s(l, 3) - mean)**2) &
+                   + s(l, 4)**2 + s(l, 5)**2 + s(l, 6)**2
+      energy = energy + volumes(l)*(mean**2*by_bulk + shear_part*by_shear)
     end do
-  end function elastic_energy
+  end function energy_of_row
 
 end module energy_balance

@@ -260,7 +260,7 @@ contains
     call start_watch(model%timer, run%watch_motion)
     do i = 1, size(model%bodies%blank%parts)
       associate (body => model%bodies%blank%parts(i), motion => model%bodies%blank%parts(i)%motion)
-        if (is_balanced) run%v_before(i)%values = motion%v
+        if (is_balanced) call copy_rows(shape(motion%v), motion%v, run%v_before(i)%values)
         call advance_velocities(shape(body%inertia), run%instant%dt_mean, body%inertia, &
                                 motion%external_force, motion%internal_force, motion%v)
       end associate
@@ -276,6 +276,20 @@ contains
     end do
     call add_impulse(run%balance, model%supports, run%instant%dt_mean)
   end subroutine update_velocities
+
+  !> A copy by the threads that share the rows along axis 2 where the points move.
+  subroutine copy_rows(n, field, copy)
+    integer, intent(in) :: n(4)
+    real(wp), intent(in) :: field(n(1), n(2), n(3), n(4))
+    real(wp), intent(out) :: copy(n(1), n(2), n(3), n(4))
+    integer :: j
+
+    !$omp parallel do schedule(static) if (product(n) > 4500)
+    do j = 1, n(2)
+      copy(:, j, :, :) = field(:, j, :, :)
+    end do
+    !$omp end parallel do
+  end subroutine copy_rows
 
   !> Control points and tools to the end of the step.
   subroutine update_positions(model, run)
@@ -444,12 +458,17 @@ contains
   end subroutine take_frame
 
   !> Velocities at the time of the positions: the mean of both half steps, or those of the start.
+  !! Of no patch where no probe asks for them.
   function velocity_now(model, run) result(v)
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
     type(field_t), allocatable :: v(:)   !! by patch
     integer :: p
 
+    if (size(model%probes) == 0) then
+      allocate (v(0))
+      return
+    end if
     allocate (v, source=run%v_before)
     if (run%n_steps == 0) return
     do p = 1, size(v)

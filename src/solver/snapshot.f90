@@ -176,7 +176,8 @@ contains
     type(model_t), intent(in) :: model
     type(energy_balance_t), intent(in) :: balance
     real(wp), intent(in) :: elastic           !! elastic energy now
-    type(field_t), intent(in) :: v(:)         !! velocities now, not those half a step on
+    type(field_t), intent(in) :: v(:)         !! velocities now, not those half a step on;
+                                              !! may be none without probes
     type(history_row_t), intent(inout) :: row
     real(wp) :: start(3)
     integer :: t, p
