@@ -1,5 +1,5 @@
-!> The fields at the display points of a frame: one line in `display_fields_of` each, and one in
-!! `patch_scalars` if it is a scalar.
+!> The fields at the display points of a frame: one line in `display_fields_of` and one in
+!! `fill_share` each.
 module display_fields
   use kinds, only: wp
   use nurbs_solid, only: nurbs_solid_t, face_axes
@@ -8,12 +8,15 @@ module display_fields
   use bezier_operator, only: equal_places
   use display_grid, only: display_grid_t, display_scalars, display_thickness, display_vectors, &
                           mises_stress, point_grid
-  use point_geometry, only: point_geometry_t
+  use point_geometry, only: plane_strains, point_geometry_t
   implicit none
   private
 
   public :: display_field_t, patch_view_t, patch_frame_t, face_field_t, tool_frame_t
-  public :: display_fields_of, patch_vectors, patch_scalars, add_face_fields, add_tool_fields
+  public :: display_fields_of, fill_share, add_face_fields, add_tool_fields
+
+  !> Parts of the fields of a patch that do not need each other.
+  integer, parameter, public :: n_shares = 6
 
   !> Name, quantity (as `unit_of` takes it) and meaning of a field.
   type :: display_field_t
@@ -31,7 +34,8 @@ module display_fields
     type(point_geometry_t) :: geometry
     integer :: rule_size(3) = 0
     real(wp), allocatable :: thickness(:)               !! at the display points at the start
-    real(wp), allocatable :: strains(:, :)              !! `plane_strains` of the frame at hand
+    !> Fields of the frame at hand at the integration points as `point_grid` orders them.
+    real(wp), allocatable :: eqps(:), stress(:, :), strains(:, :)
   end type patch_view_t
 
   !> Contact pressure on a face of a patch, on the grid of its contact points.
@@ -62,8 +66,7 @@ module display_fields
 
 contains
 
-  !> The vectors, the scalars in the order of `patch_scalars`, then those of contact, of which there
-  !! are none, one or two.
+  !> The vectors, the scalars, then those of contact, of which there are none, one or two.
   pure function display_fields_of(n_contact) result(fields)
     integer, intent(in) :: n_contact
     type(display_field_t), allocatable :: fields(:)
@@ -86,38 +89,40 @@ contains
       contact(:n_contact)]
   end function display_fields_of
 
-  !> Places, displacements and velocities at the display points of a patch.
-  pure subroutine patch_vectors(view, fields, points, displacement, velocity)
-    type(patch_view_t), intent(in) :: view
+  !> One share of the fields at the display points of a patch, in the order of `display_fields_of`
+  !! but for contact. Threads may work different shares at once; the longest come first.
+  subroutine fill_share(share, view, fields, points, values)
+    integer, intent(in) :: share              !! 1 ... `n_shares`
+    type(patch_view_t), intent(inout) :: view
     type(patch_frame_t), intent(in) :: fields
-    real(wp), intent(out) :: points(:, :), displacement(:, :), velocity(:, :)   !! (n, 3)
+    real(wp), intent(inout) :: points(:, :)   !! places of the display points, (n, 3)
+    real(wp), intent(inout) :: values(:, :)   !! (n, components of all fields)
     integer :: n_controls
 
     n_controls = size(view%solid%weights)
-    points = display_vectors(view%grid, reshape(fields%points, [n_controls, 3]))
-    displacement = display_vectors(view%grid, reshape(fields%points - view%solid%points, &
-                                                      [n_controls, 3]))
-    velocity = display_vectors(view%grid, reshape(fields%velocity, [n_controls, 3]))
-  end subroutine patch_vectors
-
-  !> The scalar fields at the display points of a patch, one a column.
-  pure subroutine patch_scalars(view, fields, points, values)
-    type(patch_view_t), intent(in) :: view
-    type(patch_frame_t), intent(in) :: fields
-    real(wp), intent(in) :: points(:, :)      !! display points now, (n, 3)
-    real(wp), intent(inout) :: values(:, :)   !! (n, number of fields), those of contact are left
-    real(wp), allocatable :: state(:)
-
-    state = [point_grid(1, view%rule_size, view%grid%n_elements, fields%eqps)]
-    values(:, 1) = display_scalars(view%grid, state)
-    state = [point_grid(6, view%rule_size, view%grid%n_elements, fields%stress)]
-    state = mises_stress(reshape(state, [6, size(state)/6]))
-    values(:, 2) = display_scalars(view%grid, state)
-    values(:, 3) = [display_thickness(view%grid, points)]
-    values(:, 4) = 1.0_wp - values(:, 3)/view%thickness
-    values(:, 5) = display_scalars(view%grid, view%strains(1, :))
-    values(:, 6) = display_scalars(view%grid, view%strains(2, :))
-  end subroutine patch_scalars
+    select case (share)
+    case (1)
+      view%strains = plane_strains(view%geometry, reshape(fields%points, [n_controls, 3]))
+      values(:, 11) = display_scalars(view%grid, view%strains(1, :))
+      values(:, 12) = display_scalars(view%grid, view%strains(2, :))
+    case (2)
+      view%stress = reshape(point_grid(6, view%rule_size, view%grid%n_elements, fields%stress), &
+                            [6, size(fields%eqps)])
+      values(:, 8) = display_scalars(view%grid, mises_stress(view%stress))
+    case (3)
+      points = display_vectors(view%grid, reshape(fields%points, [n_controls, 3]))
+      values(:, 9) = [display_thickness(view%grid, points)]
+      values(:, 10) = 1.0_wp - values(:, 9)/view%thickness
+    case (4)
+      values(:, 1:3) = display_vectors(view%grid, reshape(fields%points - view%solid%points, &
+                                                          [n_controls, 3]))
+    case (5)
+      values(:, 4:6) = display_vectors(view%grid, reshape(fields%velocity, [n_controls, 3]))
+    case (6)
+      view%eqps = [point_grid(1, view%rule_size, view%grid%n_elements, fields%eqps)]
+      values(:, 7) = display_scalars(view%grid, view%eqps)
+    end select
+  end subroutine fill_share
 
   !> Add the pressures on the faces of a patch to a field that is zero elsewhere.
   pure subroutine add_face_fields(view, fields, values)

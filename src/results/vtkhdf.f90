@@ -7,7 +7,7 @@ module vtkhdf
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use text, only: string_t
-  use deflated_chunk, only: deflated_chunk_t, new_deflated_chunk
+  use deflated_chunk, only: deflated_chunk_t
   use hdf5_file, only: byte_values, create_group, hdf5_file_t, integer_values, real_values, &
                        write_integer_attribute, write_integers, write_reals, write_text_attribute
   use hdf5_series, only: append_chunk, append_integers, append_reals, create_series
@@ -142,28 +142,21 @@ contains
     call append_reals(file, root//"/Points", transpose(points), [3], size(points, 1))
   end subroutine append_points
 
-  !> Append the fields of a step, as `create_point_data` has made them. They are packed by all
-  !! threads and written in their order.
-  subroutine append_point_data(file, names, n_components, values, i_step)
+  !> Append the packed fields of a step, as `create_point_data` has made them.
+  subroutine append_point_data(file, names, n_components, chunks, n_points, i_step)
     type(hdf5_file_t), intent(inout) :: file
     type(string_t), intent(in) :: names(:)
     integer, intent(in) :: n_components(size(names))
-    real(wp), intent(in) :: values(:, :)   !! components of all fields, (n, sum(n_components))
+    type(deflated_chunk_t), intent(in) :: chunks(size(names))
+    integer, intent(in) :: n_points
     integer, intent(in) :: i_step          !! steps before this one
-    type(deflated_chunk_t) :: chunks(size(names))
-    integer :: i, last
+    integer :: i
 
-    !$omp parallel do schedule(dynamic) private(last)
-    do i = 1, size(names)
-      last = sum(n_components(:i))
-      chunks(i) = new_deflated_chunk(values(:, last - n_components(i) + 1:last))
-    end do
-    !$omp end parallel do
     do i = 1, size(names)
       call append_chunk(file, root//"/PointData/"//names(i)%value, chunks(i), &
-                        row_shape(n_components(i)), size(values, 1))
+                        row_shape(n_components(i)), n_points)
       call append_integers(file, root//"/Steps/PointDataOffsets/"//names(i)%value, &
-                           [i_step*size(values, 1, kind=int64)], [integer ::], 1)
+                           [i_step*int(n_points, int64)], [integer ::], 1)
     end do
   end subroutine append_point_data
 
