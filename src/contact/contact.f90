@@ -14,6 +14,7 @@ module contact
   use errors, only: error_t, fail
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, place_of, point_position, gather_forces, add_gathered
+  use face_motion, only: face_motion_t, new_face_motion, take_turn, point_motion
   use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, list_due_tiles, list_due, &
                            earliest_test
   use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share, not_in, &
@@ -72,11 +73,7 @@ module contact
     real(wp), allocatable :: tile_force(:, :, :, :)
       !! of each tile on its control points when it last touched, shape (most, 3, most, n_tiles)
     type(tile_result_t), allocatable :: results(:)   !! of each tile when it was last due
-    logical :: is_started = .false.          !! whether `net` holds a state
-    real(wp) :: displacement(3) = 0.0_wp     !! of the tool at the last call [length]
-    real(wp), allocatable :: net(:, :, :)    !! control points at the last call [length]
-    real(wp), allocatable :: shift(:, :, :)  !! their motion since then against the tool [length]
-    real(wp), allocatable :: squares(:, :), highest(:)   !! of these motions, of each row [length^2]
+    type(face_motion_t) :: motion
     logical, allocatable :: is_due(:)        !! tiles that were tested at the last call
     type(contact_statistics_t) :: statistics
     type(friction_t), allocatable :: friction            !! only where there is some
@@ -115,10 +112,8 @@ contains
       allocate (contact%stiffness(n), contact%face(n), contact%at(n, 2))
       allocate (contact%test_at(n), contact%search_at(n), contact%force(n, 3), source=0.0_wp)
       allocate (contact%start(n), source=not_in)
-      allocate (contact%net(slave%n_net(1), slave%n_net(2), 3), source=0.0_wp)
-      allocate (contact%shift, source=contact%net)
-      allocate (contact%squares(slave%n_net(1), slave%n_net(2)), contact%highest(slave%n_net(2)))
     end associate
+    call new_face_motion(contact%motion, slave%n_net)
     call set_stiffness(contact, mass, dt)
     contact%face = 0
     contact%at = 0.5_wp
@@ -185,15 +180,11 @@ contains
     real(wp), intent(out) :: max_penetration    !! deepest -g of touching points, 0: none [length]
     real(wp), intent(in) :: dt                  !! since the last call, for damping alone [time]
     integer :: due(size(contact%tiles)), n_due, i
-    real(wp) :: moved(3), largest
+    real(wp) :: largest
 
-    moved = 0.0_wp
-    if (contact%is_started) moved = tool%displacement - contact%displacement
-    if (.not. contact%is_started) contact%net = x
-    contact%displacement = tool%displacement
+    call take_turn(contact%motion, tool%displacement, x)
     !$omp parallel private(i, largest, due, n_due) if (size(contact%tiles) > parallel_size)
-    call carry_tiles(contact%tiles, contact%slave%n_net, moved, x, contact%net, contact%shift, &
-                     contact%squares, contact%highest, contact%is_due, largest)
+    call carry_tiles(contact%tiles, contact%motion, x, contact%is_due, largest)
     call list_due_tiles(size(contact%tiles), contact%is_due, n_due, due)
     if (n_due > 0) then
       !$omp do schedule(static)
@@ -204,7 +195,7 @@ contains
       call add_tile_forces(contact, n_due, due, force)
     end if
     !$omp end parallel
-    contact%is_started = .true.
+    contact%motion%is_started = .true.
     call sum_up(contact, tool, energy, max_penetration)
   end subroutine apply_contact
 
@@ -275,13 +266,15 @@ contains
     n_queued = 0
     result%travel = largest
     result%longest = max(2*largest, shallow*contact%options%max_depth)
-    if (.not. contact%is_started) result%longest = merge(0.0_wp, huge(1.0_wp), &
-                                                         contact%options%is_late)
+    if (.not. contact%motion%is_started) then
+      result%longest = merge(0.0_wp, huge(1.0_wp), contact%options%is_late)
+    end if
     associate (tile => contact%tiles(index))
       call list_due(tile, contact%slave%n_along, contact%test_at, n_due, due)
       do i = 1, n_due
         at = place_of(contact%slave, due(i))
-        x(:, i) = point_position(contact%slave, contact%net, at(1), at(2)) - tool%displacement
+        x(:, i) = point_position(contact%slave, contact%motion%now, at(1), at(2)) &
+                  - tool%displacement
         contact%force(due(i), :) = 0.0_wp
         if (contact%face(due(i)) == 0 .or. tile%travel >= contact%search_at(due(i)) &
             .or. contact%options%is_corner_start) then
@@ -328,8 +321,8 @@ contains
     end if
     if (allocated(contact%friction)) then
       at = place_of(contact%slave, point)
-      call find_first_ways(contact%friction, contact%slave, contact%shift, at(2), at(1), at(1), &
-                           contact%force, way)
+      call find_first_ways(contact%friction, contact%slave, contact%motion, at(2), at(1), &
+                           at(1), contact%force, way)
       call rub(contact%friction, contact%slave%n_points, point, point, contact%stiffness, x, way, &
                contact%force, result%reaction, result%energy, result%rubbed)
     end if
@@ -446,8 +439,8 @@ contains
 
     share = 1.0_wp
     if (depth >= travel) return
-    share = touching_share(depth, sum(point_position(contact%slave, contact%shift, at(1), at(2)) &
-                                      *normal))
+    share = touching_share(depth, sum(normal*point_motion(contact%motion, contact%slave, at(1), &
+                                                          at(2))))
   end function step_share
 
   !> Keep where a point was found, and push it out if it is in the tool.

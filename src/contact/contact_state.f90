@@ -17,11 +17,11 @@ contains
     type(state_store_t), intent(inout) :: store
 
     call carry_array(store, "travel", size(contact%tiles), contact%tiles%travel)
-    call carry_array(store, "tool_displacement", 3, contact%displacement)
-    call carry(store, "is_started", contact%is_started)
+    call carry_array(store, "tool_displacement", 3, contact%motion%displacement)
+    call carry(store, "is_started", contact%motion%is_started)
     call carry(store, "share", contact%share)
     call carry_array(store, "stiffness", size(contact%stiffness), contact%stiffness)
-    call carry_array(store, "net", size(contact%net), contact%net)
+    call carry_array(store, "net", size(contact%motion%now), contact%motion%now)
     call carry_indices(store, "face", size(contact%face), contact%n_faces, contact%face)
     call carry_array(store, "at", size(contact%at), contact%at)
     call carry_array(store, "test_at", size(contact%test_at), contact%test_at)

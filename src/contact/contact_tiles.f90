@@ -2,6 +2,7 @@
 module contact_tiles
   use kinds, only: wp
   use slave_surface, only: slave_surface_t
+  use face_motion, only: face_motion_t, carry_rows
   implicit none
   private
 
@@ -45,47 +46,28 @@ contains
     end do
   end function cut_tiles
 
-  !> Let the travel of each tile grow by the largest motion of its control points from `before`,
-  !! which becomes `x`, to there; `largest` returns that of all. The threads of a region share the
-  !! rows of control points, then the tiles; each reads little of what another has written.
-  subroutine carry_tiles(tiles, n, moved, x, before, shift, squares, highest, is_due, largest)
+  !> Take the control points of the present, and let the travel of each tile grow by their largest
+  !! motion; `largest` returns that of all. The threads of a region share the rows of control
+  !! points, then the tiles; each reads little of what another has written.
+  subroutine carry_tiles(tiles, motion, x, is_due, largest)
     type(tile_t), intent(inout) :: tiles(:)
-    integer, intent(in) :: n(2)                    !! control points of the face
-    real(wp), intent(in) :: moved(3)               !! motion of the tool [length]
-    real(wp), intent(in) :: x(:, :, :)             !! control points, shape (n, 3) [length]
-    real(wp), intent(inout) :: before(n(1), n(2), 3)
-    real(wp), intent(inout) :: shift(n(1), n(2), 3)   !! set: motion of each against the tool
-    real(wp), intent(inout) :: squares(n(1), n(2))    !! set: of that motion [length^2]
-    real(wp), intent(inout) :: highest(n(2))       !! set: largest of these of each row
+    type(face_motion_t), intent(inout) :: motion   !! that has taken its turn
+    real(wp), intent(in) :: x(:, :, :)             !! control points now [length]
     logical, intent(inout) :: is_due(size(tiles))  !! set: must a point be tested now?
     real(wp), intent(out) :: largest               !! to each thread [length]
-    real(wp) :: most(n(1)), square
+    real(wp) :: most(size(motion%squares, 1)), square
     integer :: i, j, t, band
 
-    !$omp do schedule(static)
-    do j = 1, n(2)
-      !$omp simd
-      do i = 1, n(1)
-        shift(i, j, 1) = x(i, j, 1) - before(i, j, 1) - moved(1)
-        shift(i, j, 2) = x(i, j, 2) - before(i, j, 2) - moved(2)
-        shift(i, j, 3) = x(i, j, 3) - before(i, j, 3) - moved(3)
-        before(i, j, 1) = x(i, j, 1)
-        before(i, j, 2) = x(i, j, 2)
-        before(i, j, 3) = x(i, j, 3)
-        squares(i, j) = shift(i, j, 1)**2 + shift(i, j, 2)**2 + shift(i, j, 3)**2
-      end do
-      highest(j) = maxval(squares(:, j))
-    end do
-    !$omp end do
+    call carry_rows(motion, x)
     band = 0
     !$omp do schedule(static)
     do t = 1, size(tiles)
       associate (tile => tiles(t), low => tiles(t)%net_first, high => tiles(t)%net_last)
         ! Tiles of a band across have one maximum along it.
         if (tile%first(2) /= band) then
-          most = squares(:, low(2))
+          most = motion%squares(:, low(2))
           do j = low(2) + 1, high(2)
-            most = max(most, squares(:, j))
+            most = max(most, motion%squares(:, j))
           end do
           band = tile%first(2)
         end if
@@ -98,7 +80,7 @@ contains
       end associate
     end do
     !$omp end do
-    largest = sqrt(maxval(highest))
+    largest = sqrt(maxval(motion%highest))
   end subroutine carry_tiles
 
   !> Tiles that must be tested now.

@@ -13,7 +13,8 @@
 !! counts the work of all forces.
 module friction
   use kinds, only: wp
-  use slave_surface, only: slave_surface_t, point_position
+  use slave_surface, only: slave_surface_t
+  use face_motion, only: face_motion_t, point_motion
   implicit none
   private
 
@@ -42,10 +43,10 @@ contains
   end subroutine new_friction
 
   !> Motion in the last step of those points of a tile that have just come to touch.
-  pure subroutine find_first_ways(friction, slave, shift, row, first, last, force, ways)
+  pure subroutine find_first_ways(friction, slave, motion, row, first, last, force, ways)
     type(friction_t), intent(in) :: friction
     type(slave_surface_t), intent(in) :: slave
-    real(wp), intent(in) :: shift(slave%n_net(1), slave%n_net(2), 3)   !! of control points [length]
+    type(face_motion_t), intent(in) :: motion
     integer, intent(in) :: row, first, last              !! of the points, in their row
     real(wp), intent(in) :: force(slave%n_points, 3)     !! normal, on all slave points [force]
     real(wp), intent(out) :: ways(first:last, 3)         !! zero for all others [length]
@@ -55,7 +56,7 @@ contains
     do i = first, last
       p = i + (row - 1)*slave%n_along(1)
       if (friction%is_touching(p) .or. sum(force(p, :)**2) <= 0.0_wp) cycle
-      ways(i, :) = point_position(slave, shift, i, row)
+      ways(i, :) = point_motion(motion, slave, i, row)
     end do
   end subroutine find_first_ways
 

@@ -91,7 +91,7 @@ contains
       fields%is_touching = .false.
       return
     end if
-    call slave_positions(pair%slave, pair%net, x)
+    call slave_positions(pair%slave, pair%motion%now, x)
     do p = 1, pair%slave%n_points
       call push_of(pair, tool, p, pushed, normal)
       if (pushed > 0.0_wp) then

@@ -225,7 +225,7 @@ contains
     depths = 0.0_wp
     do n = 1, contact%slave%n_points
       if (contact%start(n) < 0.0_wp) cycle   ! it does not touch
-      depths(n) = norm2(place_now(contact, n) - contact%displacement &
+      depths(n) = norm2(place_now(contact, n) - contact%motion%displacement &
                         - face_position(tool%orders, tool%coefficients(:, :, :, contact%face(n)), &
                                         contact%at(n, :)))
     end do
@@ -241,7 +241,7 @@ contains
 
     j = (n - 1)/contact%slave%n_along(1) + 1
     i = n - contact%slave%n_along(1)*(j - 1)
-    x = point_position(contact%slave, contact%net, i, j)
+    x = point_position(contact%slave, contact%motion%now, i, j)
   end function place_now
 
   !> A slave point and where it is. The contact of a tool that turns keeps places in its frame.
