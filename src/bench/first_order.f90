@@ -12,10 +12,10 @@ contains
 
   !> Strain increment (engineering shear), spin increment (12, 13, 23), cofactors and
   !! volume of one point of eight elements; arrays as in `point_kinematics`.
-  pure subroutine first_increment(n, q, dt, g, weight, dstrain, spin, cofactor, volume, rate, &
+  pure subroutine first_increment(n, q, g, weight, dstrain, spin, cofactor, volume, rate, &
                                   smallest_det)
     integer, intent(in) :: n, q                         !! points of the row, this one
-    real(wp), intent(in) :: dt, g(8, 18), weight(8)     !! g: d/dxi of x, then of v
+    real(wp), intent(in) :: g(8, 18), weight(8)
     real(wp), intent(inout) :: dstrain(8, n, 6), spin(8, n, 3), cofactor(8, n, 9)
     real(wp), intent(out) :: volume(8), rate(8)         !! rate: squared norm of inverse jacobian
     real(wp), intent(inout) :: smallest_det(8)

@@ -20,14 +20,16 @@ contains
     integer :: contractions, expansions, per_point, n(3)
 
     n = p + 1
-    contractions = q(1)*6*n(2)*n(3)*(5*p(1) - 1) + q(1)*q(2)*6*(n(3)*(8*p(2) - 1) + 3*p(3))
+    ! Differences count once, as the tuned kernels take them for all points of an axis.
+    contractions = 6*n(2)*n(3)*(p(1) + q(1)*(4*p(1) - 1)) &
+                   + q(1)*6*(n(3)*(2*p(2) + q(2)*(6*p(2) - 1)) + q(2)*3*p(3))
     expansions = q(1)*q(2)*3*(q(3)*(2 + 6*p(3)) + 3*p(3)) &
                  + q(1)*3*n(3)*(q(2)*(2 + 6*p(2)) + 2*p(2)) &
                  + 3*n(2)*n(3)*(q(1)*(1 + 4*p(1)) + p(1))
     ! Gradients, cofactors, strain increment, rotation, work, and weighted stress times cofactors.
-    per_point = 6*(6*p(3) - 1) + 33 + 133 + 39 + 91 + 26 + 51
+    per_point = 6*(6*p(3) - 1) + 33 + 123 + 39 + 91 + 26 + 51
     ! The cofactors serve the strains as well, and the rotation is a sum.
-    if (is_first_order) per_point = per_point - (18 + 27 + 5) - (39 + 91) + 36
+    if (is_first_order) per_point = per_point - (9 + 27 + 5) - (39 + 91) + 36
     if (is_viscous) per_point = per_point + 16
     if (is_rational) then
       per_point = per_point + 6*(2*p(3) + 6) + 2

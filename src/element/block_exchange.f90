@@ -8,18 +8,19 @@ module block_exchange
 
 contains
 
-  !> Control values of eight elements; `first` holds the first control point of each lane along
-  !! axis 1, `first2` and `first3` those of the row.
-  pure subroutine gather_block(p, n, n_fields, is_contiguous, first, first2, first3, field, u)
+  !> Control values of eight elements, times a factor; `first` holds the first control point of each
+  !! lane along axis 1, `first2` and `first3` those of the row.
+  pure subroutine gather_block(p, n, n_fields, is_contiguous, first, first2, first3, factor, &
+                               field, u)
     integer, intent(in) :: p(3), n(3), n_fields
     logical, intent(in) :: is_contiguous
     integer, intent(in) :: first(8), first2, first3
-    real(wp), intent(in) :: field(n(1), n(2), n(3), n_fields)
+    real(wp), intent(in) :: factor, field(n(1), n(2), n(3), n_fields)
     real(wp), intent(out) :: u(8, p(1) + 1, p(2) + 1, p(3) + 1, n_fields)
     integer :: a, j, k, c, l
 
     if (is_contiguous .and. all(p == 2)) then
-      call gather_quadratic(n, n_fields, first(1), first2, first3, field, u)
+      call gather_quadratic(n, n_fields, first(1), first2, first3, factor, field, u)
       return
     end if
     do c = 1, n_fields
@@ -29,11 +30,13 @@ contains
             if (is_contiguous) then
               !$omp simd
               do l = 1, 8
-                u(l, a, j, k, c) = field(first(1) + a + l - 2, first2 + j - 1, first3 + k - 1, c)
+                u(l, a, j, k, c) = factor*field(first(1) + a + l - 2, first2 + j - 1, &
+                                                first3 + k - 1, c)
               end do
             else
               do l = 1, 8
-                u(l, a, j, k, c) = field(first(l) + a - 1, first2 + j - 1, first3 + k - 1, c)
+                u(l, a, j, k, c) = factor*field(first(l) + a - 1, first2 + j - 1, &
+                                                first3 + k - 1, c)
               end do
             end if
           end do
@@ -43,9 +46,9 @@ contains
   end subroutine gather_block
 
   !> The most common case, with counts that the compiler knows.
-  pure subroutine gather_quadratic(n, n_fields, first1, first2, first3, field, u)
+  pure subroutine gather_quadratic(n, n_fields, first1, first2, first3, factor, field, u)
     integer, intent(in) :: n(3), n_fields, first1, first2, first3
-    real(wp), intent(in) :: field(n(1), n(2), n(3), n_fields)
+    real(wp), intent(in) :: factor, field(n(1), n(2), n(3), n_fields)
     real(wp), intent(out) :: u(8, 3, 3, 3, n_fields)
     integer :: j, k, c, l
 
@@ -54,9 +57,9 @@ contains
         do j = 1, 3
           !$omp simd
           do l = 1, 8
-            u(l, 1, j, k, c) = field(first1 + l - 1, first2 + j - 1, first3 + k - 1, c)
-            u(l, 2, j, k, c) = field(first1 + l, first2 + j - 1, first3 + k - 1, c)
-            u(l, 3, j, k, c) = field(first1 + l + 1, first2 + j - 1, first3 + k - 1, c)
+            u(l, 1, j, k, c) = factor*field(first1 + l - 1, first2 + j - 1, first3 + k - 1, c)
+            u(l, 2, j, k, c) = factor*field(first1 + l, first2 + j - 1, first3 + k - 1, c)
+            u(l, 3, j, k, c) = factor*field(first1 + l + 1, first2 + j - 1, first3 + k - 1, c)
           end do
         end do
       end do

@@ -1,7 +1,7 @@
 !> Kinematics of one point of eight elements side by side: what does not depend on degree or rule.
 !!
-!! A gradient holds d/dxi_j of x_i at (j + 3 (i - 1)) and of v_i nine places further. Positions
-!! are those of the end of the step, velocities those of its middle.
+!! A gradient holds d/dxi_j of x_i at (j + 3 (i - 1)), the positions at the end of the step, and of
+!! half of the motion of the step nine places further.
 module point_kinematics
   use kinds, only: wp
   implicit none
@@ -14,9 +14,9 @@ contains
 #include "point_kinematics.inc"
   !> Deformation gradients at the start and the end of the step: the jacobians there times the
   !! inverse jacobian of the shape at the start of all, row by row.
-  pure subroutine deformation_gradients(dt, g, scaling, reference, f0, f1)
-    real(wp), intent(in) :: dt, g(8, 18)
-    real(wp), intent(in) :: scaling(8)           !! that turns g into gradients of x and v
+  pure subroutine deformation_gradients(g, scaling, reference, f0, f1)
+    real(wp), intent(in) :: g(8, 18)
+    real(wp), intent(in) :: scaling(8)           !! that turns g into gradients of x and motion
     real(wp), intent(in) :: reference(8, 9)      !! inverse jacobian, row by row
     real(wp), intent(out) :: f0(8, 9), f1(8, 9)
     integer :: i, j, k
@@ -26,10 +26,10 @@ contains
     do i = 1, 3
       do k = 1, 3
         do j = 1, 3
-          associate (x => g(:, j + 3*(i - 1)), v => g(:, 9 + j + 3*(i - 1)), &
+          associate (x => g(:, j + 3*(i - 1)), half => g(:, 9 + j + 3*(i - 1)), &
                      inverse => scaling*reference(:, k + 3*(j - 1)))
             f1(:, k + 3*(i - 1)) = f1(:, k + 3*(i - 1)) + x*inverse
-            f0(:, k + 3*(i - 1)) = f0(:, k + 3*(i - 1)) + (x - dt*v)*inverse
+            f0(:, k + 3*(i - 1)) = f0(:, k + 3*(i - 1)) + (x - 2.0_wp*half)*inverse
           end associate
         end do
       end do

@@ -31,14 +31,14 @@ contains
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: b, e2, e3, block
     real(wp), intent(in) :: dt
-    real(wp), intent(in) :: u(*)                        !! gathered positions and velocities
+    real(wp), intent(in) :: u(*)                        !! from gather_motion
     type(point_context_t), intent(inout) :: context
     type(point_fields_t), intent(inout) :: fields       !! with one slot
     real(wp), intent(inout) :: f(*)                     !! internal forces of the block
     real(wp), intent(out) :: sums(n_lanes, 4)           !! see block_forces
     logical, intent(out) :: ok
 
-    call run_strain(patch, b, e2, e3, block, 1, dt, u, fields, sums)
+    call run_strain(patch, b, e2, e3, block, 1, u, fields, sums)
     call start_strain(patch, 1, fields)
     call project_strain(patch, fields)
     call finish_strain(patch, 1, fields)

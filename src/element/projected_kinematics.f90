@@ -1,6 +1,7 @@
 !> What a projected element asks of a point beside `point_kinematics`: eight elements side by side.
 !!
-!! A gradient holds d/dxi_j of x_i at (j + 3 (i - 1)) and of v_i nine places further.
+!! A gradient holds d/dxi_j of x_i at (j + 3 (i - 1)) and of half of the motion of
+!! the step nine places further.
 module projected_kinematics
   use kinds, only: wp
   implicit none
@@ -41,9 +42,9 @@ contains
   end subroutine end_inverse
 
   !> Tangents along axes 1 and 2 at the middle (1 to 6) and at the end of the step (7 to 12).
-  pure subroutine point_tangents(n, q, dt, g, tangents)
+  pure subroutine point_tangents(n, q, g, tangents)
     integer, intent(in) :: n, q
-    real(wp), intent(in) :: dt, g(8, 18)
+    real(wp), intent(in) :: g(8, 18)
     real(wp), intent(inout) :: tangents(8, n, 12)
     integer :: l, i, j
 
@@ -51,7 +52,7 @@ contains
       do i = 1, 3
         !$omp simd
         do l = 1, 8
-          tangents(l, q, i + 3*(j - 1)) = g(l, j + 3*(i - 1)) - 0.5_wp*dt*g(l, 9 + j + 3*(i - 1))
+          tangents(l, q, i + 3*(j - 1)) = g(l, j + 3*(i - 1)) - g(l, 9 + j + 3*(i - 1))
           tangents(l, q, 6 + i + 3*(j - 1)) = g(l, j + 3*(i - 1))
         end do
       end do

@@ -85,8 +85,8 @@ contains
       do e2 = tile%row_first, tile%row_last
         do b = tile%block_first, tile%block_last
           block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
-          call gather_motion(patch, b, e2, e3, x, v, u, w)
-          call run_strain(patch, b, e2, e3, block, 1, dt, u, slot, sums)
+          call gather_motion(patch, b, e2, e3, dt, x, v, u, w)
+          call run_strain(patch, b, e2, e3, block, 1, u, slot, sums)
           call start_strain(patch, 1, slot)
           call collect_strain(patch, b, e2, e3, block, slot, fields)
         end do
@@ -116,8 +116,8 @@ contains
       do e2 = tile%row_first, tile%row_last
         do b = tile%block_first, tile%block_last
           block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
-          call gather_motion(patch, b, e2, e3, x, v, u, w)
-          call run_strain(patch, b, e2, e3, block, 1, dt, u, slot, sums)
+          call gather_motion(patch, b, e2, e3, dt, x, v, u, w)
+          call run_strain(patch, b, e2, e3, block, 1, u, slot, sums)
           call spread_strain(patch, b, e2, e3, fields, slot)
           call finish_strain(patch, 1, slot)
           if (allocated(patch%reference)) call place_context(patch, b, e2, e3, block, context)

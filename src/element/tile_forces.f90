@@ -24,7 +24,7 @@ module tile_forces
       class(block_law_t), intent(in) :: law
       integer, intent(in) :: b, e2, e3, block
       real(wp), intent(in) :: dt
-      real(wp), intent(in) :: u(*)                       !! gathered positions and velocities
+      real(wp), intent(in) :: u(*)                       !! from gather_motion
       type(point_context_t), intent(inout) :: context    !! where the law asks for it
       type(point_fields_t), intent(inout) :: fields      !! of a block, where strains are projected
       real(wp), intent(inout) :: f(*)                    !! internal forces of the block
@@ -80,7 +80,7 @@ contains
       do e2 = tile%row_first, tile%row_last
         do b = tile%block_first, tile%block_last
           block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
-          call gather_motion(patch, b, e2, e3, x, v, u, w)
+          call gather_motion(patch, b, e2, e3, dt, x, v, u, w)
           if (allocated(patch%reference)) call place_context(patch, b, e2, e3, block, context)
           call kernel(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
           call add_forces(patch, tile, b, e2, e3, w, f, force, border)
@@ -114,11 +114,12 @@ contains
     border = 0.0_wp
   end subroutine clear_rows
 
-  !> Positions and velocities of a block, multiplied by the weights of a rational patch.
-  subroutine gather_motion(patch, b, e2, e3, x, v, u, w)
+  !> Positions of a block and half of its motion in the step, multiplied by the weights of a
+  !! rational patch.
+  subroutine gather_motion(patch, b, e2, e3, dt, x, v, u, w)
     type(ig_patch_t), intent(in) :: patch
     integer, intent(in) :: b, e2, e3
-    real(wp), intent(in) :: x(:, :, :, :), v(:, :, :, :)
+    real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
     real(wp), intent(inout) :: u(:, :)
     real(wp), intent(inout) :: w(:)        !! the weights, where there are any
     integer :: p(3), first(n_lanes), i2, i3
@@ -129,8 +130,10 @@ contains
     i2 = patch%axes(2)%first(e2)
     i3 = patch%axes(3)%first(e3)
     is_contiguous = patch%lanes%is_contiguous(b)
-    call gather_block(p, patch%n_control, 3, is_contiguous, first, i2, i3, x, u(:, 1:3))
-    call gather_block(p, patch%n_control, 3, is_contiguous, first, i2, i3, v, u(:, 4:6))
+    call gather_block(p, patch%n_control, 3, is_contiguous, first, i2, i3, 1.0_wp, x, &
+                      u(:, 1:3))
+    call gather_block(p, patch%n_control, 3, is_contiguous, first, i2, i3, 0.5_wp*dt, v, &
+                      u(:, 4:6))
     if (patch%is_rational) then
       call gather_weights(patch, b, e2, e3, w)
       call weigh_block(size(u, 1), 6, w, u)
@@ -145,7 +148,7 @@ contains
 
     call gather_block(patch%axes%degree, patch%n_control, 1, patch%lanes%is_contiguous(b), &
                       patch%axes(1)%first(patch%lanes%element(:, b)), patch%axes(2)%first(e2), &
-                      patch%axes(3)%first(e3), patch%weights, w)
+                      patch%axes(3)%first(e3), 1.0_wp, patch%weights, w)
   end subroutine gather_weights
 
   !> Add the forces of a block, which come without weights, to those of its tile.

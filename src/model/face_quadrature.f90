@@ -148,10 +148,11 @@ contains
         is_on = merge(1.0_wp, 0.0_wp, rule%is_loaded(lanes%element(:, b), e))
         if (.not. any(is_on > 0.0_wp)) cycle
         first = rule%axes(1)%first(lanes%element(:, b))
-        call gather_block(p, [n, 1], 3, lanes%is_contiguous(b), first, two%first(e), 1, net, u)
+        call gather_block(p, [n, 1], 3, lanes%is_contiguous(b), first, two%first(e), 1, &
+                          1.0_wp, net, u)
         if (allocated(rule%rational)) then
           call gather_block(p, [n, 1], 1, lanes%is_contiguous(b), first, two%first(e), 1, &
-                            rule%weights, w)
+                            1.0_wp, rule%weights, w)
           call weigh_block(size(u, 1), 3, w, u)
         end if
         f = 0.0_wp
