@@ -16,7 +16,7 @@ module channel_case
   use run_log, only: run_log_t, timings_t, open_log, close_log
   use snapshot, only: fill_frame
   use internal_force, only: add_tiles
-  use central_difference, only: advance_velocities, advance_positions
+  use central_difference, only: advance
   use run_data, only: run_t
   use energy_balance, only: energy_balance_t
   use run_saver, only: saver_t
@@ -214,9 +214,8 @@ contains
     type(model_t), intent(inout) :: model
 
     associate (body => model%bodies%blank%parts(1), motion => model%bodies%blank%parts(1)%motion)
-      call advance_velocities(shape(body%inertia), 1.0e-7_wp, body%inertia, &
-                              motion%external_force, motion%internal_force, motion%v)
-      call advance_positions(shape(body%inertia), 1.0e-7_wp, motion%v, motion%x)
+      call advance(shape(body%inertia), 1.0e-7_wp, 1.0e-7_wp, body%inertia, .true., &
+                   motion%external_force, motion%internal_force, motion%v, motion%x)
     end associate
   end subroutine update
 

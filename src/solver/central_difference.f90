@@ -1,70 +1,112 @@
 !> Central differences with half-step velocities on a lumped mass.
 !!
 !! Threads share the rows along axis 2, as they do the tiles of elements: what one has in its cache
-!! it needs again.
+!! it needs again. Where nothing looks at the velocities between, both go on in one pass.
 module central_difference
   use kinds, only: wp
   implicit none
   private
 
-  public :: advance_velocities, advance_positions
+  public :: advance, advance_velocities, advance_positions
 
   integer, parameter :: parallel_size = 1500   !! fewer control points are not worth waking threads
 
 contains
 
+  !> Velocities to the next half step, positions to the end of the step. Forces from outside, where
+  !! there are any, are set to zero when they have acted: those of the next step are added to them.
+  subroutine advance(n, dt_mean, dt, mass, is_loaded, external_force, internal_force, v, x)
+    integer, intent(in) :: n(3)                   !! control points along each axis
+    real(wp), intent(in) :: dt_mean               !! mean of the steps before and after
+    real(wp), intent(in) :: dt                    !! step
+    real(wp), intent(in) :: mass(n(1), n(2), n(3))
+    logical, intent(in) :: is_loaded              !! are there forces from outside?
+    real(wp), intent(inout) :: external_force(n(1), n(2), n(3), 3)
+    real(wp), intent(in) :: internal_force(n(1), n(2), n(3), 3)
+    real(wp), intent(inout) :: v(n(1), n(2), n(3), 3), x(n(1), n(2), n(3), 3)
+    integer :: j
+
+    !$omp parallel do schedule(static) if (product(n) > parallel_size)
+    do j = 1, n(2)
+      call push_row(n, j, dt_mean, mass, external_force, internal_force, v)
+      call move_row(n, j, dt, v, x)
+      if (is_loaded) external_force(:, j, :, :) = 0.0_wp
+    end do
+    !$omp end parallel do
+  end subroutine advance
+
   !> Velocities to the next half step: v + dt_mean (f_ext - f_int)/m.
   subroutine advance_velocities(n, dt_mean, mass, external_force, internal_force, v)
-    integer, intent(in) :: n(3)                           !! control points along each axis
-    real(wp), intent(in) :: dt_mean                       !! mean of the steps before and after
+    integer, intent(in) :: n(3)                   !! control points along each axis
+    real(wp), intent(in) :: dt_mean               !! mean of the steps before and after
     real(wp), intent(in) :: mass(n(1), n(2), n(3))
     real(wp), intent(in) :: external_force(n(1), n(2), n(3), 3)
     real(wp), intent(in) :: internal_force(n(1), n(2), n(3), 3)
     real(wp), intent(inout) :: v(n(1), n(2), n(3), 3)
-    real(wp) :: factor
-    integer :: i, j, k
+    integer :: j
 
-    !$omp parallel do schedule(static) private(i, k, factor) if (product(n) > parallel_size)
+    !$omp parallel do schedule(static) if (product(n) > parallel_size)
     do j = 1, n(2)
-      do k = 1, n(3)
-        ! Components written out: a loop over them around this one would keep it from vectorising.
-        !$omp simd private(factor)
-        do i = 1, n(1)
-          factor = dt_mean/mass(i, j, k)
-          v(i, j, k, 1) = v(i, j, k, 1) &
-                          + factor*(external_force(i, j, k, 1) - internal_force(i, j, k, 1))
-          v(i, j, k, 2) = v(i, j, k, 2) &
-                          + factor*(external_force(i, j, k, 2) - internal_force(i, j, k, 2))
-          v(i, j, k, 3) = v(i, j, k, 3) &
-                          + factor*(external_force(i, j, k, 3) - internal_force(i, j, k, 3))
-        end do
-      end do
+      call push_row(n, j, dt_mean, mass, external_force, internal_force, v)
     end do
     !$omp end parallel do
   end subroutine advance_velocities
 
-  !> Positions to the end of the step. Forces that have acted can be set to zero on the way: those
-  !! of the next step are added to these.
-  subroutine advance_positions(n, dt, v, x, spent)
+  !> Positions to the end of the step; forces from outside as in `advance`.
+  subroutine advance_positions(n, dt, v, is_loaded, x, external_force)
     integer, intent(in) :: n(3)     !! control points along each axis
     real(wp), intent(in) :: dt, v(n(1), n(2), n(3), 3)
-    real(wp), intent(inout) :: x(n(1), n(2), n(3), 3)
-    real(wp), intent(inout), optional :: spent(n(1), n(2), n(3), 3)   !! set to zero
-    integer :: i, j, k, c
+    logical, intent(in) :: is_loaded
+    real(wp), intent(inout) :: x(n(1), n(2), n(3), 3), external_force(n(1), n(2), n(3), 3)
+    integer :: j
 
-    !$omp parallel do schedule(static) private(i, k, c) if (product(n) > parallel_size)
+    !$omp parallel do schedule(static) if (product(n) > parallel_size)
     do j = 1, n(2)
-      do c = 1, 3
-        do k = 1, n(3)
-          !$omp simd
-          do i = 1, n(1)
-            x(i, j, k, c) = x(i, j, k, c) + dt*v(i, j, k, c)
-          end do
-        end do
-      end do
-      if (present(spent)) spent(:, j, :, :) = 0.0_wp
+      call move_row(n, j, dt, v, x)
+      if (is_loaded) external_force(:, j, :, :) = 0.0_wp
     end do
     !$omp end parallel do
   end subroutine advance_positions
+
+  !> Velocities of a row.
+  pure subroutine push_row(n, j, dt_mean, mass, external_force, internal_force, v)
+    integer, intent(in) :: n(3), j
+    real(wp), intent(in) :: dt_mean, mass(n(1), n(2), n(3))
+    real(wp), intent(in), dimension(n(1), n(2), n(3), 3) :: external_force, internal_force
+    real(wp), intent(inout) :: v(n(1), n(2), n(3), 3)
+    real(wp) :: factor
+    integer :: i, k
+
+    do k = 1, n(3)
+      ! Components written out: a loop over them around this one would keep it from vectorising.
+      !$omp simd private(factor)
+      do i = 1, n(1)
+        factor = dt_mean/mass(i, j, k)
+        v(i, j, k, 1) = v(i, j, k, 1) &
+                        + factor*(external_force(i, j, k, 1) - internal_force(i, j, k, 1))
+        v(i, j, k, 2) = v(i, j, k, 2) &
+                        + factor*(external_force(i, j, k, 2) - internal_force(i, j, k, 2))
+        v(i, j, k, 3) = v(i, j, k, 3) &
+                        + factor*(external_force(i, j, k, 3) - internal_force(i, j, k, 3))
+      end do
+    end do
+  end subroutine push_row
+
+  !> Positions of a row.
+  pure subroutine move_row(n, j, dt, v, x)
+    integer, intent(in) :: n(3), j
+    real(wp), intent(in) :: dt, v(n(1), n(2), n(3), 3)
+    real(wp), intent(inout) :: x(n(1), n(2), n(3), 3)
+    integer :: i, k, c
+
+    do c = 1, 3
+      do k = 1, n(3)
+        !$omp simd
+        do i = 1, n(1)
+          x(i, j, k, c) = x(i, j, k, c) + dt*v(i, j, k, c)
+        end do
+      end do
+    end do
+  end subroutine move_row
 
 end module central_difference

@@ -7,16 +7,15 @@ module forming_run
   use patch_body, only: field_t, share_external_forces
   use body_forces, only: forces_of_bodies
   use point_volumes, only: new_point_volumes
-  use rigid_motion, only: move_tool
   use relaxation, only: relaxation_t
   use contact_effect, only: forget_depths
   use model, only: model_t
   use frames, only: results_t, write_frame, record_history
   use run_log, only: run_log_t, log_line, log_progress
   use step_control, only: new_step_control, next_step, is_due, count_output
-  use central_difference, only: advance_velocities, advance_positions
-  use energy_balance, only: energy_balance_t, start_balance, add_step, add_impulse, &
-                            take_balance, elastic_energy
+  use motion_update, only: update_velocities, update_positions
+  use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance, &
+                            elastic_energy
   use snapshot, only: new_frame, fill_frame, new_history_row, fill_history_row
   use waiting_frames, only: n_waiting_frames, add_frame, release_frames
   use run_data, only: run_t, wall_seconds
@@ -135,7 +134,7 @@ contains
     logical, intent(out) :: is_end
     type(error_t), allocatable, intent(out) :: error
     real(wp) :: dt, rate
-    logical :: is_row, is_frame, is_balanced
+    logical :: is_row, is_frame, is_balanced, is_through
 
     dt = run%instant%dt
     rate = model%rate
@@ -148,7 +147,8 @@ contains
     call look_after(saver, model, run, results, is_end .and. size(model%later_steps) == 0)
     is_balanced = is_row .or. saver%is_checking
     call advance_step_size(run, rate, is_end, dt)
-    call update_velocities(model, run, is_balanced)
+    is_through = size(model%supports) == 0 .and. .not. (is_balanced .or. is_frame)
+    call update_velocities(model, run, is_balanced, is_through)
     if (is_balanced) call check_state(model, run, is_row, error)
     if (.not. allocated(error)) call keep(saver, model, run, results, log, error)
     if (run%is_file_lost .or. allocated(saver%stopped_by)) return
@@ -164,7 +164,7 @@ contains
       call go_to_next_step(model, run, log, error)
       if (allocated(error)) return
     end if
-    call finish_step(model, run, rate, error)
+    call finish_step(model, run, is_through, rate, error)
     if (.not. allocated(error)) call watch_pairs(model, run, log, error)
   end subroutine go_one_step
 
@@ -219,18 +219,19 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call advance_step_size(run, rate, .false., dt)
-    call update_velocities(model, run, .false.)
-    call finish_step(model, run, rate, error)
+    call update_velocities(model, run, .false., size(model%supports) == 0)
+    call finish_step(model, run, size(model%supports) == 0, rate, error)
   end subroutine take_step
 
   !> From the velocities to the forces at the end of the step.
-  subroutine finish_step(model, run, rate, error)
+  subroutine finish_step(model, run, is_through, rate, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
+    logical, intent(in) :: is_through    !! the control points have gone on already
     real(wp), intent(out) :: rate
     type(error_t), allocatable, intent(out) :: error
 
-    call update_positions(model, run)
+    call update_positions(model, run, is_through)
     call update_stress(model, run, rate, error)
     if (allocated(error)) return
     call apply_forces(model, run)
@@ -249,72 +250,6 @@ contains
     run%instant%dt = dt
     run%instant%dt_mean = 0.5_wp*(before + dt)
   end subroutine advance_step_size
-
-  !> Half-step velocities, then the components that supports own.
-  subroutine update_velocities(model, run, is_balanced)
-    type(model_t), intent(inout) :: model
-    type(run_t), intent(inout) :: run
-    logical, intent(in) :: is_balanced    ! a balance needs the velocities before as well
-    integer :: i
-
-    call start_watch(model%timer, run%watch_motion)
-    do i = 1, size(model%bodies%blank%parts)
-      associate (body => model%bodies%blank%parts(i), motion => model%bodies%blank%parts(i)%motion)
-        if (is_balanced) call copy_rows(shape(motion%v), motion%v, run%v_before(i)%values)
-        call advance_velocities(shape(body%inertia), run%instant%dt_mean, body%inertia, &
-                                motion%external_force, motion%internal_force, motion%v)
-      end associate
-    end do
-    call add_impulse(run%balance, model%forces, run%instant%dt_mean)
-    call stop_watch(model%timer, run%watch_motion)
-    do i = 1, size(model%supports)
-      associate (item => model%supports(i)%item)
-        call start_watch(model%timer, item%watch)
-        call item%apply(model%bodies, run%instant)
-        call stop_watch(model%timer, item%watch)
-      end associate
-    end do
-    call add_impulse(run%balance, model%supports, run%instant%dt_mean)
-  end subroutine update_velocities
-
-  !> A copy by the threads that share the rows along axis 2 where the points move.
-  subroutine copy_rows(n, field, copy)
-    integer, intent(in) :: n(4)
-    real(wp), intent(in) :: field(n(1), n(2), n(3), n(4))
-    real(wp), intent(out) :: copy(n(1), n(2), n(3), n(4))
-    integer :: j
-
-    !$omp parallel do schedule(static) if (product(n) > 4500)
-    do j = 1, n(2)
-      copy(:, j, :, :) = field(:, j, :, :)
-    end do
-    !$omp end parallel do
-  end subroutine copy_rows
-
-  !> Control points and tools to the end of the step.
-  subroutine update_positions(model, run)
-    type(model_t), intent(inout) :: model
-    type(run_t), intent(inout) :: run
-    integer :: t
-
-    call start_watch(model%timer, run%watch_motion)
-    run%instant%time = run%instant%time + run%instant%dt
-    run%n_steps = run%n_steps + 1
-    do t = 1, size(model%bodies%blank%parts)
-      associate (body => model%bodies%blank%parts(t), motion => model%bodies%blank%parts(t)%motion)
-        if (size(model%forces) == 0) then
-          call advance_positions(shape(body%inertia), run%instant%dt, motion%v, motion%x)
-        else
-          call advance_positions(shape(body%inertia), run%instant%dt, motion%v, motion%x, &
-                                 motion%external_force)
-        end if
-      end associate
-    end do
-    do t = 1, size(model%motions)
-      call move_tool(model%motions(t), run%instant%time, run%instant%dt, model%bodies%tools(t))
-    end do
-    call stop_watch(model%timer, run%watch_motion)
-  end subroutine update_positions
 
   !> Stress and internal forces of the blank.
   subroutine update_stress(model, run, rate, error)
