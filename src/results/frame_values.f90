@@ -3,7 +3,7 @@ module frame_values
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use frame_data, only: display_tool_t, results_setup_t, frame_t, mesh_place_t
+  use frame_data, only: display_patch_t, display_tool_t, results_setup_t, frame_t, mesh_place_t
   use display_grid, only: display_thickness, display_vectors, new_display_grid
   use display_fields, only: add_face_fields, add_tool_fields, fill_share, n_shares, patch_view_t
   use point_geometry, only: new_point_geometry
@@ -39,34 +39,55 @@ contains
     type(display_t), intent(out) :: display
     type(cells_t), intent(out) :: cells
     real(wp), allocatable, intent(out) :: weights(:)   !! of the display points
-    integer :: p
+    type(surface_mesh_t), allocatable :: meshes(:)
+    integer, allocatable :: tools(:), surfaces(:)      ! of each mesh
+    integer :: i, s, job, n_patches
 
     display%tools = setup%tools
     display%is_bezier = setup%is_bezier
     display%n_contact_fields = setup%n_contact_fields
-    allocate (display%patches(size(setup%patches)))
-    do p = 1, size(display%patches)
-      associate (view => display%patches(p), patch => setup%patches(p))
-        view%name = patch%name
-        view%solid = patch%solid
-        view%rule_size = patch%rule%n
-        view%grid = new_display_grid(patch%solid, patch%rule, setup%is_bezier)
-        view%geometry = new_point_geometry(patch%solid, patch%rule)
-        view%thickness = [display_thickness(view%grid, display_vectors(view%grid, reshape( &
-          patch%solid%points, [size(patch%solid%weights), 3])))]
-      end associate
+    n_patches = size(setup%patches)
+    allocate (display%patches(n_patches))
+    tools = [((i, s=1, size(setup%tools(i)%surfaces)), i=1, size(setup%tools))]
+    surfaces = [((s, s=1, size(setup%tools(i)%surfaces)), i=1, size(setup%tools))]
+    allocate (meshes(size(tools)))
+    !$omp parallel do schedule(dynamic)
+    do job = 1, n_patches + size(meshes)
+      if (job <= n_patches) then
+        call start_view(setup%patches(job), setup%is_bezier, display%patches(job))
+      else
+        associate (tool => setup%tools(tools(job - n_patches)))
+          meshes(job - n_patches) = new_surface_mesh(tool%surfaces(surfaces(job - n_patches)), &
+                                                     setup%is_bezier, tool%cell_length)
+        end associate
+      end if
     end do
-    call mesh_blank_and_tools(display, cells, weights)
+    !$omp end parallel do
+    call place_patches(display, cells, weights)
+    call place_tools(display, meshes, tools, surfaces, cells, weights)
+    display%n_points = size(weights)
   end subroutine new_display
 
-  !> Cells and weights of everything, and the tools' display points.
-  subroutine mesh_blank_and_tools(display, cells, weights)
+  subroutine start_view(patch, is_bezier, view)
+    type(display_patch_t), intent(in) :: patch
+    logical, intent(in) :: is_bezier
+    type(patch_view_t), intent(inout) :: view
+
+    view%name = patch%name
+    view%solid = patch%solid
+    view%rule_size = patch%rule%n
+    view%grid = new_display_grid(patch%solid, patch%rule, is_bezier)
+    view%geometry = new_point_geometry(patch%solid, patch%rule)
+    view%thickness = [display_thickness(view%grid, display_vectors(view%grid, reshape( &
+      patch%solid%points, [size(patch%solid%weights), 3])))]
+  end subroutine start_view
+
+  !> Cells and weights of the blank.
+  subroutine place_patches(display, cells, weights)
     type(display_t), intent(inout) :: display
     type(cells_t), intent(out) :: cells
     real(wp), allocatable, intent(out) :: weights(:)
-    type(surface_mesh_t) :: mesh
-    type(mesh_place_t) :: place
-    integer :: i, s, j, p, n_blank
+    integer :: p
 
     allocate (weights(0), display%last(size(display%patches)))
     do p = 1, size(display%patches)
@@ -78,29 +99,36 @@ contains
       end associate
       display%last(p) = size(weights)
     end do
+  end subroutine place_patches
+
+  !> Cells and weights of the tools behind those of the blank, and their display points.
+  subroutine place_tools(display, meshes, tools, surfaces, cells, weights)
+    type(display_t), intent(inout) :: display
+    type(surface_mesh_t), intent(in) :: meshes(:)
+    integer, intent(in) :: tools(size(meshes)), surfaces(size(meshes))
+    type(cells_t), intent(inout) :: cells
+    real(wp), allocatable, intent(inout) :: weights(:)
+    integer :: m, j, n_blank
+
     n_blank = size(weights)
-    allocate (display%tool_points(0, 3), display%tool_of_point(0), display%meshes(0))
-    do i = 1, size(display%tools)
-      do s = 1, size(display%tools(i)%surfaces)
-        mesh = new_surface_mesh(display%tools(i)%surfaces(s), display%is_bezier, &
-                                display%tools(i)%cell_length)
-        place%tool = i
-        place%surface = s
+    allocate (display%tool_points(0, 3), display%tool_of_point(0), display%meshes(size(meshes)))
+    do m = 1, size(meshes)
+      associate (mesh => meshes(m), place => display%meshes(m))
+        place%tool = tools(m)
+        place%surface = surfaces(m)
         place%first = size(weights) + 1
         place%xi = mesh%xi
         place%eta = mesh%eta
-        display%meshes = [display%meshes, place]
         call add_cells(cells, mesh%connectivity + size(weights), &
                        merge(vtk_bezier_quadrilateral, vtk_lagrange_quadrilateral, &
-                             display%is_bezier), i)
+                             display%is_bezier), tools(m))
         weights = [weights, mesh%weights]
         display%tool_points = transpose(reshape( &
           [transpose(display%tool_points), transpose(mesh%points)], [3, size(weights) - n_blank]))
-        display%tool_of_point = [display%tool_of_point, (i, j=1, size(mesh%weights))]
-      end do
+        display%tool_of_point = [display%tool_of_point, (tools(m), j=1, size(mesh%weights))]
+      end associate
     end do
-    display%n_points = size(weights)
-  end subroutine mesh_blank_and_tools
+  end subroutine place_tools
 
   !> Places and fields of a frame. All threads of a region call this and share the work, of which
   !! the parts are long: they take them one by one.

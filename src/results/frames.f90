@@ -191,8 +191,7 @@ contains
     !$omp end parallel
     call append_values(results, strings(fields%name), fields%n_components, chunks)
     call flush_file(results%file)
-    call append_step(results%file, frame%time, results%display%n_points, results%n_frames, &
-                     results%display%is_bezier)
+    call append_step(results%file, frame%time, results%display%n_points, results%n_frames)
     call flush_file(results%file)
     results%n_frames = results%n_frames + 1
     call take_error(results%file, error)
@@ -246,7 +245,7 @@ contains
     integer :: p
 
     call append_point_data(results%file, names, n_components, chunks(:size(names)), &
-                           results%display%n_points, results%n_frames)
+                           results%display%n_points)
     do p = 1, size(results%display%patches)
       associate (view => results%display%patches(p))
         call append_chunk(results%file, patch_folder(results, "/frames", p)//"/eqps", &

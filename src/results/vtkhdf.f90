@@ -8,7 +8,8 @@ module vtkhdf
   use kinds, only: wp
   use text, only: string_t
   use deflated_chunk, only: deflated_chunk_t
-  use hdf5_file, only: byte_values, create_group, hdf5_file_t, integer_values, real_values, &
+  use hdf5_file, only: byte_values, create_group, hdf5_file_t, integer_values, link_object, &
+                       real_values, &
                        write_integer_attribute, write_integers, write_reals, write_text_attribute
   use hdf5_series, only: append_chunk, append_integers, append_reals, create_series
   implicit none
@@ -81,6 +82,8 @@ contains
     call create_steps(file, time_unit)
   end subroutine create_grid
 
+  ! Offsets that are always the same are one dataset with several names: each dataset more takes its
+  ! time in every step.
   subroutine create_steps(file, time_unit)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: time_unit
@@ -94,10 +97,11 @@ contains
                        time_unit, "time of each step")
     call create_offsets(file, "NumberOfParts", [integer ::], "always 1")
     call create_offsets(file, "PartOffsets", [integer ::], "always 0: the mesh is written once")
-    call create_offsets(file, "PointOffsets", [integer ::], "first row of each step in Points")
-    call create_offsets(file, "CellOffsets", [1], "always 0")
-    call create_offsets(file, "ConnectivityIdOffsets", [1], "always 0")
-    call create_offsets(file, "CellDataOffsets/part", [integer ::], "always 0")
+    call create_offsets(file, "PointOffsets", [integer ::], &
+                        "first row of each step in Points and in the fields on points")
+    call create_offsets(file, "CellOffsets", [1], "always 0: the mesh is written once")
+    call link_object(file, steps//"/CellOffsets", steps//"/ConnectivityIdOffsets")
+    call link_object(file, steps//"/PartOffsets", steps//"/CellDataOffsets/part")
   end subroutine create_steps
 
   subroutine create_offsets(file, name, row_shape, description)
@@ -119,8 +123,7 @@ contains
 
     call create_series(file, root//"/PointData/"//name, real_values, row_shape(n_components), &
                        n_points, .true., unit, description)
-    call create_offsets(file, "PointDataOffsets/"//name, [integer ::], &
-                        "first row of each step in "//name)
+    call link_object(file, root//"/Steps/PointOffsets", root//"/Steps/PointDataOffsets/"//name)
   end subroutine create_point_data
 
   !> Weights of Bezier cells, the same in all steps; for readers that know them (VTK 9.7).
@@ -131,7 +134,8 @@ contains
 
     call write_reals(file, name, weights, shape(weights), "1", "weights of the Bezier points")
     call write_text_attribute(file, name, "Attribute", "RationalWeights")
-    call create_offsets(file, "PointDataOffsets/RationalWeights", [integer ::], "always 0")
+    call link_object(file, root//"/Steps/PartOffsets", &
+                     root//"/Steps/PointDataOffsets/RationalWeights")
   end subroutine write_rational_weights
 
   !> Append the points of a step.
@@ -143,30 +147,26 @@ contains
   end subroutine append_points
 
   !> Append the packed fields of a step, as `create_point_data` has made them.
-  subroutine append_point_data(file, names, n_components, chunks, n_points, i_step)
+  subroutine append_point_data(file, names, n_components, chunks, n_points)
     type(hdf5_file_t), intent(inout) :: file
     type(string_t), intent(in) :: names(:)
     integer, intent(in) :: n_components(size(names))
     type(deflated_chunk_t), intent(in) :: chunks(size(names))
     integer, intent(in) :: n_points
-    integer, intent(in) :: i_step          !! steps before this one
     integer :: i
 
     do i = 1, size(names)
       call append_chunk(file, root//"/PointData/"//names(i)%value, chunks(i), &
                         row_shape(n_components(i)), n_points)
-      call append_integers(file, root//"/Steps/PointDataOffsets/"//names(i)%value, &
-                           [i_step*int(n_points, int64)], [integer ::], 1)
     end do
   end subroutine append_point_data
 
   !> Complete a step whose points and fields are appended; only now readers see it.
-  subroutine append_step(file, time, n_points, i_step, has_weights)
+  subroutine append_step(file, time, n_points, i_step)
     type(hdf5_file_t), intent(inout) :: file
     real(wp), intent(in) :: time
     integer, intent(in) :: n_points
     integer, intent(in) :: i_step          !! steps before this one
-    logical, intent(in) :: has_weights     !! `write_rational_weights` was called
     character(*), parameter :: steps = root//"/Steps"
     integer(int64), parameter :: zero(1) = 0_int64
 
@@ -176,11 +176,6 @@ contains
     call append_integers(file, steps//"/PointOffsets", [int(i_step, int64)*n_points], &
                          [integer ::], 1)
     call append_integers(file, steps//"/CellOffsets", zero, [1], 1)
-    call append_integers(file, steps//"/ConnectivityIdOffsets", zero, [1], 1)
-    call append_integers(file, steps//"/CellDataOffsets/part", zero, [integer ::], 1)
-    if (has_weights) then
-      call append_integers(file, steps//"/PointDataOffsets/RationalWeights", zero, [integer ::], 1)
-    end if
     call write_integer_attribute(file, steps, "NSteps", [i_step + 1])
   end subroutine append_step
 
