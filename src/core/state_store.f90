@@ -7,7 +7,8 @@ module state_store
   implicit none
   private
 
-  public :: state_store_t, enter_folder, carry, carry_array, carry_flags, carry_indices, has_state
+  public :: state_store_t, enter_folder, carry, carry_array, carry_field, carry_flags
+  public :: carry_indices, has_state
   public :: add_entry
   public :: empty_store
 
@@ -70,9 +71,22 @@ contains
     character(*), intent(in) :: name
     integer, intent(in) :: n
     real(wp), intent(in) :: values(n)
+    integer :: place
+
+    call add_room(store, name, n, place)
+    if (place > 0) store%entries(place)%values = values
+  end subroutine add_entry
+
+  !> Room for numbers under a name with its folder; no place if the name is there already.
+  pure subroutine add_room(store, name, n, place)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+    integer, intent(out) :: place
     type(state_entry_t), allocatable :: wider(:)
     integer :: i
 
+    place = 0
     if (.not. allocated(store%entries)) allocate (store%entries(64))
     if (find(store, name) > 0) then
       call note(store, name//" is put twice")
@@ -87,9 +101,15 @@ contains
       call move_alloc(wider, store%entries)
     end if
     store%n_entries = store%n_entries + 1
-    store%entries(store%n_entries)%name = name
-    store%entries(store%n_entries)%values = values
-  end subroutine add_entry
+    place = store%n_entries
+    associate (entry => store%entries(place))
+      entry%name = name
+      if (allocated(entry%values)) then
+        if (size(entry%values) /= n) deallocate (entry%values)
+      end if
+      if (.not. allocated(entry%values)) allocate (entry%values(n))
+    end associate
+  end subroutine add_room
 
   !> Take an array of the shape that was put.
   pure subroutine take_array(store, name, n, values)
@@ -123,6 +143,30 @@ contains
       call put_array(store, name, n, values)
     end if
   end subroutine carry_array
+
+  !> The same for a field of many points. All threads share the copy: each has most of its part in
+  !! its cache.
+  subroutine carry_field(store, name, n, values)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+    real(wp), intent(inout) :: values(n)
+    integer :: place, i
+
+    if (store%is_taking) then
+      call take_array(store, name, n, values)
+      return
+    end if
+    call add_room(store, full_name(store, name), n, place)
+    if (place == 0) return
+    associate (copy => store%entries(place)%values)
+      !$omp parallel do simd schedule(static) if (n > 8192)
+      do i = 1, n
+        copy(i) = values(i)
+      end do
+      !$omp end parallel do simd
+    end associate
+  end subroutine carry_field
 
   !> The same for answers of yes and no.
   pure subroutine carry_flags(store, name, n, flags)

@@ -203,21 +203,32 @@ contains
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: object   !! path of the group or dataset
     character(*), intent(in) :: name, value
+    integer(hid_t) :: owner
+
+    if (allocated(file%error)) return
+    owner = h5oopen(file%id, c_text(object), h5_default)
+    call put_text_attribute(file, owner, object, name, value)
+    if (h5oclose(owner) < 0) call note_failure(file, "write", object)
+  end subroutine write_text_attribute
+
+  subroutine put_text_attribute(file, owner, object, name, value)
+    type(hdf5_file_t), intent(inout) :: file
+    integer(hid_t), intent(in) :: owner
+    character(*), intent(in) :: object, name, value
     character(kind=c_char), target :: buffer(max(len(value), 1))
     type(c_ptr) :: address
     integer(hid_t) :: type
     integer :: i
 
-    if (allocated(file%error)) return
     buffer = c_null_char
     do i = 1, len(value)
       buffer(i) = value(i:i)
     end do
     type = text_type(value)
     address = c_loc(buffer)
-    call write_attribute(file, object, name, type, [integer(hsize_t) ::], address)
+    call put_attribute(file, owner, object, name, type, [integer(hsize_t) ::], address)
     if (h5tclose(type) < 0) call note_failure(file, "write", object)
-  end subroutine write_text_attribute
+  end subroutine put_text_attribute
 
   !> Write integers as an attribute of an object, replacing an older one; one value as a scalar.
   subroutine write_integer_attribute(file, object, name, values)
@@ -226,14 +237,18 @@ contains
     character(*), intent(in) :: name
     integer, intent(in) :: values(:)
     integer(c_int64_t), target :: buffer(size(values))
+    integer(hid_t) :: owner
 
+    if (allocated(file%error)) return
     buffer = values
+    owner = h5oopen(file%id, c_text(object), h5_default)
     if (size(values) == 1) then
-      call write_attribute(file, object, name, h5_int64, [integer(hsize_t) ::], c_loc(buffer))
+      call put_attribute(file, owner, object, name, h5_int64, [integer(hsize_t) ::], c_loc(buffer))
     else
-      call write_attribute(file, object, name, h5_int64, [size(values, kind=hsize_t)], &
-                           c_loc(buffer))
+      call put_attribute(file, owner, object, name, h5_int64, [size(values, kind=hsize_t)], &
+                         c_loc(buffer))
     end if
+    if (h5oclose(owner) < 0) call note_failure(file, "write", object)
   end subroutine write_integer_attribute
 
   !> Write a text as a scalar dataset.
@@ -317,23 +332,24 @@ contains
     links = parent_maker()
     dataset = h5dcreate(file%id, c_text(name), type, space, links, list, h5_default)
     if (dataset < 0) call note_failure(file, "write", name)
+    if (len(unit) > 0) call put_text_attribute(file, dataset, name, "unit", unit)
+    call put_text_attribute(file, dataset, name, "description", description)
     if (any([h5pclose(links), h5dclose(dataset)] < 0)) call note_failure(file, "write", name)
-    if (len(unit) > 0) call write_text_attribute(file, name, "unit", unit)
-    call write_text_attribute(file, name, "description", description)
   end subroutine create_dataset
 
-  subroutine write_attribute(file, object, name, type, extents, values)
+  !> Write an attribute of an open object, replacing an older one.
+  subroutine put_attribute(file, owner, object, name, type, extents, values)
     type(hdf5_file_t), intent(inout) :: file
-    character(*), intent(in) :: object, name
+    integer(hid_t), intent(in) :: owner
+    character(*), intent(in) :: object, name    !! path of the owner, for messages
     integer(hid_t), intent(in) :: type
     integer(hsize_t), intent(in) :: extents(:)
     type(c_ptr), intent(in) :: values
-    integer(hid_t) :: owner, attribute, space
+    integer(hid_t) :: attribute, space
     integer(c_int) :: status
     logical :: is_known
 
     if (allocated(file%error)) return
-    owner = h5oopen(file%id, c_text(object), h5_default)
     is_known = h5aexists(owner, c_text(name)) > 0
     if (is_known .and. type /= h5_int64) then   ! a text may have another length than before
       if (h5adelete(owner, c_text(name)) < 0) call note_failure(file, "write", object)
@@ -348,9 +364,8 @@ contains
     end if
     status = h5awrite(attribute, type, values)
     if (status < 0) call note_failure(file, "write", object)
-    if (any([h5aclose(attribute), h5oclose(owner)] < 0)) &
-      call note_failure(file, "write", object)
-  end subroutine write_attribute
+    if (h5aclose(attribute) < 0) call note_failure(file, "write", object)
+  end subroutine put_attribute
 
   !> Keep the first failure, with the library's reason.
   subroutine note_failure(file, action, object)

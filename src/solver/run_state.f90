@@ -2,7 +2,7 @@
 module run_state
   use kinds, only: wp
   use text, only: to_text
-  use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array
+  use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array, carry_field
   use patch_body, only: patch_body_t
   use effect, only: carry_effects
   use tool, only: tool_t
@@ -126,13 +126,13 @@ contains
     type(state_store_t), intent(inout) :: store
 
     associate (motion => body%motion, patch => body%patch)
-      call carry_array(store, "x", size(motion%x), motion%x)
-      call carry_array(store, "v", size(motion%v), motion%v)
-      call carry_array(store, "internal_force", size(motion%internal_force), motion%internal_force)
-      call carry_array(store, "external_force", size(motion%external_force), motion%external_force)
-      call carry_array(store, "stress", size(patch%stress), patch%stress)
-      call carry_array(store, "state", size(patch%state), patch%state)
-      call carry_array(store, "push", size(patch%push), patch%push)
+      call carry_field(store, "x", size(motion%x), motion%x)
+      call carry_field(store, "v", size(motion%v), motion%v)
+      call carry_field(store, "internal_force", size(motion%internal_force), motion%internal_force)
+      call carry_field(store, "external_force", size(motion%external_force), motion%external_force)
+      call carry_field(store, "stress", size(patch%stress), patch%stress)
+      call carry_field(store, "state", size(patch%state), patch%state)
+      call carry_field(store, "push", size(patch%push), patch%push)
       call carry(store, "patch_time", patch%time)
       call carry(store, "increment", patch%increment)
     end associate

@@ -120,13 +120,14 @@ contains
     end do
   end subroutine add_contact_fields
 
-  !> Stress and state at the integration points of a patch.
-  pure subroutine fill_points(patch, eqps_state, fields)
+  !> Stress and state at the integration points of a patch, by the threads that work its elements.
+  subroutine fill_points(patch, eqps_state, fields)
     type(ig_patch_t), intent(in) :: patch
     integer, intent(in) :: eqps_state
     type(patch_frame_t), intent(inout) :: fields
     integer :: block, lane, e(3)
 
+    !$omp parallel do schedule(static) private(lane, e)
     do block = 1, patch%n_blocks
       do lane = 1, n_lanes
         if (.not. patch%lanes%is_owner(lane, mod(block - 1, patch%lanes%n_blocks) + 1)) cycle
@@ -137,6 +138,7 @@ contains
                           fields%state(:, :, :, :, e(1), e(2), e(3)))
       end do
     end do
+    !$omp end parallel do
   end subroutine fill_points
 
   pure subroutine fill_element(patch, block, lane, eqps_state, eqps, stress, state)
