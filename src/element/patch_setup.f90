@@ -53,9 +53,6 @@ contains
     allocate (patch%state(n_lanes, q(3), max(1, law%n_state), q(1)*q(2), patch%n_blocks), &
               source=0.0_wp)
     if (patch%is_rational) call set_rational(patch)
-    if (patch%projection%is_smooth) &
-      patch%fields = new_smooth_fields(patch%projection, patch%axes, patch%lanes, &
-                                       law%needs_context)
     if (law%needs_context) then
       patch%reference = new_inverse_jacobians(patch, solid)
       patch%element_size = new_element_sizes(patch, solid)
@@ -70,6 +67,9 @@ contains
     patch%viscosity%wave_speed = sqrt((law%bulk + 4.0_wp/3.0_wp*law%shear)/law%density)
     ! A law that must run on one thread gets the elements in their order: one tile for all.
     patch%tiles = new_tiles(patch, merge(1, 16, law%is_serial))
+    if (patch%projection%is_smooth) &
+      patch%fields = new_smooth_fields(patch%projection, patch%axes, patch%lanes, &
+                                       any(patch%tiles%block_first > 1), law%needs_context)
   end subroutine new_patch
 
   !> One element of a patch as a patch of its own, without stress and viscosity.

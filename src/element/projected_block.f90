@@ -38,7 +38,7 @@ contains
     real(wp), intent(out) :: sums(n_lanes, 4)           !! see block_forces
     logical, intent(out) :: ok
 
-    call run_strain(patch, b, e2, e3, block, 1, u, fields, sums)
+    call run_strain(patch, b, e2, e3, block, 1, .true., u, fields, sums)
     call start_strain(patch, 1, fields)
     call project_strain(patch, fields)
     call finish_strain(patch, 1, fields)

@@ -15,11 +15,12 @@ module smooth_block
 contains
 
   !> Loads of the strains of a slot: block `b` of the row (e2, e3), number `block` of the patch.
-  pure subroutine collect_strain(patch, b, e2, e3, block, slot, fields)
+  pure subroutine collect_strain(patch, b, e2, e3, block, slot, fields, loads1)
     type(ig_patch_t), intent(in) :: patch
     integer, intent(in) :: b, e2, e3, block
     type(point_fields_t), intent(in) :: slot          !! with one slot
     type(smooth_fields_t), intent(inout) :: fields
+    real(wp), intent(inout) :: loads1(*)              !! of axis 1: (8*q3*6*q2, p1), sheets alone
     integer :: k
 
     call collect_all(patch, 1, b, e2, e3, fields%tables, slot%mean, &
@@ -30,21 +31,22 @@ contains
     end do
     if (patch%projection%kind == project_sheet) &
       call collect_sheet(patch, 1, b, e2, fields%tables, slot%dstrain, slot%dstrain, &
-                         fields%loads1(:, :, block), fields%loads2(:, :, :, block))
+                         loads1, fields%loads2(:, :, :, block))
   end subroutine collect_strain
 
   !> The same of its stresses, with the transposed operators.
-  pure subroutine collect_stress(patch, b, e2, e3, block, slot, fields)
+  pure subroutine collect_stress(patch, b, e2, e3, block, slot, fields, loads1)
     type(ig_patch_t), intent(in) :: patch
     integer, intent(in) :: b, e2, e3, block
     type(point_fields_t), intent(in) :: slot
     type(smooth_fields_t), intent(inout) :: fields
+    real(wp), intent(inout) :: loads1(*)              !! of axis 1: (8*q3*6*q2, p1), sheets alone
 
     call collect_all(patch, 2, b, e2, e3, fields%tables, slot%mean, &
                      fields%loads(:, :, :, :, 1, block))
     if (patch%projection%kind == project_sheet) &
       call collect_sheet(patch, 2, b, e2, fields%tables, slot%along1, slot%along2, &
-                         fields%loads1(:, :, block), fields%loads2(:, :, :, block))
+                         loads1, fields%loads2(:, :, :, block))
   end subroutine collect_stress
 
   !> Put the projected strains into a slot.

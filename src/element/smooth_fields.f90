@@ -22,7 +22,7 @@ module smooth_fields
   !! context of their points two volumes more.
   type, public :: smooth_fields_t
     type(smooth_table_t) :: tables(3)                 !! by lane block for axis 1, by element else
-    real(wp), allocatable :: loads1(:, :, :)          !! (8*q3*6*q2, p1, n_blocks)
+    real(wp), allocatable :: loads1(:, :, :)          !! (8*q3*6*q2, p1, n_blocks), see smooth_lines
     real(wp), allocatable :: loads2(:, :, :, :)       !! (8*q3*6, p2, q1, n_blocks)
     real(wp), allocatable :: loads(:, :, :, :, :, :)  !! (8, p3, p2, p1, n, n_blocks)
     real(wp), allocatable :: along1(:, :, :)          !! (n_functions, q3*6*q2, rows of elements)
@@ -36,10 +36,12 @@ module smooth_fields
 contains
 
   !> Tables and room for a patch.
-  pure function new_smooth_fields(projection, axes, lanes, has_context) result(fields)
+  pure function new_smooth_fields(projection, axes, lanes, has_parts, has_context) &
+    result(fields)
     type(projection_t), intent(in) :: projection
     type(axis_table_t), intent(in) :: axes(3)
     type(lane_table_t), intent(in) :: lanes
+    logical, intent(in) :: has_parts               !! tiles have parts of rows of elements
     logical, intent(in) :: has_context
     type(smooth_fields_t) :: fields
     integer, allocatable :: elements(:, :)
@@ -56,7 +58,7 @@ contains
     associate (n_functions => projection%smooth%n_functions)
       allocate (fields%all(n_functions(1), n_functions(2), n_functions(3), n_means))
       if (projection%kind == project_sheet) then
-        allocate (fields%loads1(n_lanes*m*q(2), p(1), n_blocks))
+        if (has_parts) allocate (fields%loads1(n_lanes*m*q(2), p(1), n_blocks))
         allocate (fields%loads2(n_lanes*m, p(2), q(1), n_blocks))
         allocate (fields%along1(n_functions(1), m*q(2), n_rows))
         allocate (fields%along2(n_lanes*m, n_functions(2), q(1), lanes%n_blocks*axes(3)%n_elements))

@@ -1,6 +1,7 @@
 !> From the loads of the splines of each element to the coefficients of those of the patch: elements
 !! that share a spline are added in fixed order, lines of splines solved for. Lines are worked in
-!! parallel; none knows of another.
+!! parallel; none knows of another. Those along axis 1 are solved for by the tiles, if each has
+!! whole rows of elements: their loads need not be kept.
 module smooth_lines
   use kinds, only: wp
   use basis_tables, only: n_lanes
@@ -11,7 +12,7 @@ module smooth_lines
   implicit none
   private
 
-  public :: solve_for_splines
+  public :: solve_for_splines, solve_row
 
 contains
 
@@ -30,7 +31,7 @@ contains
     associate (n_blocks => patch%lanes%n_blocks, n3 => patch%axes(3)%n_elements)
       !$omp parallel default(shared) private(row, first, i, b, k)
       !$omp do schedule(static)
-      do row = 1, n_rows*n3
+      do row = 1, merge(n_rows*n3, 0, allocated(fields%loads1))
         first = n_blocks*(row - 1) + 1
         call solve_row(patch, size(fields%along1, 2), &
                        fields%loads1(:, :, first:first + n_blocks - 1), fields%along1(:, :, row))
