@@ -98,8 +98,7 @@ contains
     end do
   end subroutine strain_of_tile
 
-  !> Stresses of a tile and their loads. Kinematics are worked out once more: to store them takes
-  !! longer.
+  !> Stresses of a tile and their loads. Kinematics are worked out once more instead of being kept.
   subroutine stress_of_tile(patch, law, tile, dt, x, v, fields, report)
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
