@@ -31,7 +31,7 @@ module contact
 
   public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness
 
-  integer, parameter :: parallel_size = 15      !! fewer tiles are not worth waking threads for
+  integer, parameter :: parallel_size = 60      !! fewer tiles are not worth waking threads for
   real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
   real(wp), parameter :: shallow = 0.02_wp      !! depth of any first touch, of the largest depth
 
