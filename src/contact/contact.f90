@@ -189,7 +189,7 @@ contains
     if (n_due > 0) then
       !$omp do schedule(static)
       do i = 1, n_due
-        call work_tile(contact, tool, dt, largest, due(i), contact%results(due(i)))
+        call work_tile(contact, tool, dt, largest, due(i))
       end do
       !$omp end do
       call add_tile_forces(contact, n_due, due, force)
@@ -253,13 +253,13 @@ contains
   end subroutine sum_up
 
   !> Test the points of a tile that may have come within reach; their forces on control points.
-  subroutine work_tile(contact, tool, dt, largest, index, result)
+  subroutine work_tile(contact, tool, dt, largest, index)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: dt
     real(wp), intent(in) :: largest   !! motion of any control point since the last call [length]
     integer, intent(in) :: index   !! number of the tile
-    type(tile_result_t), intent(out) :: result
+    type(tile_result_t) :: result
     integer :: due(tile_size**2 + 1), queue(tile_size**2), n_due, n_queued, i, at(2)
     real(wp) :: x(3, tile_size**2)   ! places in the tool's frame of the points that are due
 
@@ -303,6 +303,7 @@ contains
       end if
       tile%test_at = earliest_test(tile, contact%slave%n_along, contact%test_at)
     end associate
+    contact%results(index) = result
   end subroutine work_tile
 
   !> Damping and friction of a point that was tested; one that was not bears no force and did not
