@@ -2,7 +2,8 @@
 import h5py
 import numpy as np
 
-COMPUTED = ("history", "tools", "points", "nurbs", "VTKHDF")   # groups of what a run computes
+# Groups of what a run computes.
+COMPUTED = ("history", "tools", "points", "frames", "nurbs", "VTKHDF")
 
 
 class Run:
