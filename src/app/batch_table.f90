@@ -40,14 +40,23 @@ contains
       outcome%status = outcome%state%status
       if (outcome%status == "running" .or. outcome%status == "") then
         outcome%status = "interrupted"
-        if (is_locked_by_others(run%result_file)) outcome%status = "running"
+        if (is_under_way(run)) outcome%status = "running"
       end if
     else
       outcome%state%status = ""
       if (outcome%message /= "") outcome%status = "refused"
+      if (is_under_way(run)) outcome%status = "running"
     end if
     if (outcome%status == "completed") outcome%message = ""
   end function outcome_of
+
+  !> Is another program at it? A run holds its log first and its result a little later.
+  logical function is_under_way(run)
+    type(batch_run_t), intent(in) :: run
+
+    is_under_way = is_locked_by_others(run%base//".log")
+    if (.not. is_under_way) is_under_way = is_locked_by_others(run%result_file)
+  end function is_under_way
 
   !> Would the run, once more, end the same, or be in the way of one that is under way?
   pure logical function is_final(outcome)

@@ -4,6 +4,7 @@ Usage: run.py PROGRAM PROJECT
 """
 import contextlib
 import csv
+import fcntl
 import importlib.util
 import os
 import pathlib
@@ -388,6 +389,18 @@ def a_signal_to_the_group_saves_all(folder):
     assert {row["status"] for row in table(folder).values()} == {"interrupted"}, table(folder)
 
 
+def what_has_just_begun_is_under_way(folder):
+    """A run holds its log before it has a result."""
+    (folder / "list.txt").write_text(f"{DECK} {SHORT} --out a.h5\n")
+    with open(folder / "a.log", "w") as log:
+        fcntl.flock(log, fcntl.LOCK_SH)
+        said = igaform(folder, "batch", "list.txt", code=3)
+    assert "1 running" in said, said
+    assert not (folder / "a.h5").exists()
+    (folder / "a.log").unlink()
+    igaform(folder, "batch", "list.txt")
+
+
 def a_second_run_leaves_the_file_alone(folder):
     first = subprocess.Popen([PROGRAM, DECK, *LONG.split(), "--out", "a.h5", "--quiet"],
                              cwd=folder)
@@ -434,7 +447,7 @@ if __name__ == "__main__":
                  one_run_that_fails_spoils_no_other, what_is_killed_goes_on,
                  the_scripts_of_the_manual_work,
                  a_folder_is_a_batch, interruption_stops_all, a_wish_to_save_reaches_all,
-                 a_signal_to_the_group_saves_all,
+                 a_signal_to_the_group_saves_all, what_has_just_begun_is_under_way,
                  a_second_run_leaves_the_file_alone):
         with tempfile.TemporaryDirectory() as place:
             test(pathlib.Path(os.path.realpath(place)))
