@@ -55,16 +55,13 @@ contains
     integer, intent(in) :: b, e2, e3
     type(smooth_fields_t), intent(in) :: fields
     type(point_fields_t), intent(inout) :: slot
-    integer :: n(3), k
+    integer :: k
 
-    n = patch%projection%smooth%n_functions
-    call spread_all(patch, 1, b, e2, e3, fields%tables, n, fields%all(:, :, :, 1), slot%mean)
+    call spread_fields(patch, 1, b, e2, e3, fields, slot)
     do k = 2, size(fields%all, 4)
-      call spread_all(patch, 1, b, e2, e3, fields%tables, n, fields%all(:, :, :, k), &
-                      slot%growth(:, k - 1, :, 1))
+      call spread_all(patch, 1, b, e2, e3, fields%tables, patch%projection%smooth%n_functions, &
+                      fields%all(:, :, :, k), slot%growth(:, k - 1, :, 1))
     end do
-    if (patch%projection%kind == project_sheet) &
-      call spread_sheet(patch, 1, b, e2, e3, fields, slot%along1, slot%along2)
   end subroutine spread_strain
 
   !> Put the projected stresses into a slot.
@@ -74,11 +71,20 @@ contains
     type(smooth_fields_t), intent(in) :: fields
     type(point_fields_t), intent(inout) :: slot
 
-    call spread_all(patch, 2, b, e2, e3, fields%tables, patch%projection%smooth%n_functions, &
+    call spread_fields(patch, 2, b, e2, e3, fields, slot)
+  end subroutine spread_stress
+
+  pure subroutine spread_fields(patch, way, b, e2, e3, fields, slot)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: way, b, e2, e3            !! strains 1, stresses 2
+    type(smooth_fields_t), intent(in) :: fields
+    type(point_fields_t), intent(inout) :: slot
+
+    call spread_all(patch, way, b, e2, e3, fields%tables, patch%projection%smooth%n_functions, &
                     fields%all(:, :, :, 1), slot%mean)
     if (patch%projection%kind == project_sheet) &
-      call spread_sheet(patch, 2, b, e2, e3, fields, slot%along1, slot%along2)
-  end subroutine spread_stress
+      call spread_sheet(patch, way, b, e2, e3, fields, slot%along1, slot%along2)
+  end subroutine spread_fields
 
   pure subroutine collect_sheet(patch, way, b, e2, tables, field1, field2, loads1, loads2)
     type(ig_patch_t), intent(in) :: patch
