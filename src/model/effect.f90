@@ -4,11 +4,12 @@ module effect
   use kinds, only: wp
   use state_store, only: state_store_t, enter_folder, carry, carry_array
   use text, only: to_text
+  use timer, only: timer_t, start_watch, stop_watch
   use assembly, only: assembly_t
   implicit none
   private
 
-  public :: carry_effects
+  public :: apply_effects, carry_effects
 
   !> Where the step stands.
   type, public :: instant_t
@@ -69,6 +70,23 @@ module effect
   end interface
 
 contains
+
+  !> Let the effects of a list act in their order, each timed by its own watch.
+  subroutine apply_effects(effects, timer, bodies, instant)
+    type(effect_slot_t), intent(inout) :: effects(:)
+    type(timer_t), intent(inout) :: timer
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant
+    integer :: i
+
+    do i = 1, size(effects)
+      associate (item => effects(i)%item)
+        call start_watch(timer, item%watch)
+        call item%apply(bodies, instant)
+        call stop_watch(timer, item%watch)
+      end associate
+    end do
+  end subroutine apply_effects
 
   !> State of a list of effects, each in a folder of its own.
   subroutine carry_effects(effects, folder, store)

@@ -9,6 +9,7 @@ module forming_run
   use point_volumes, only: new_point_volumes
   use relaxation, only: relaxation_t
   use contact_effect, only: forget_depths
+  use effect, only: apply_effects
   use model, only: model_t
   use frames, only: results_t, write_frame, record_history
   use run_log, only: run_log_t, log_line, log_progress
@@ -272,20 +273,14 @@ contains
   subroutine apply_forces(model, run)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
-    integer :: i, t
+    integer :: t
 
     if (size(model%forces) == 0) return
     do t = 1, size(model%bodies%tools)
       model%bodies%tools(t)%force = 0.0_wp
       model%bodies%tools(t)%torque = 0.0_wp
     end do
-    do i = 1, size(model%forces)
-      associate (item => model%forces(i)%item)
-        call start_watch(model%timer, item%watch)
-        call item%apply(model%bodies, run%instant)
-        call stop_watch(model%timer, item%watch)
-      end associate
-    end do
+    call apply_effects(model%forces, model%timer, model%bodies, run%instant)
     call share_external_forces(model%bodies%blank%parts, model%bodies%blank%seams)
   end subroutine apply_forces
 

@@ -2,6 +2,7 @@
 module motion_update
   use kinds, only: wp
   use timer, only: start_watch, stop_watch
+  use effect, only: apply_effects
   use model, only: model_t
   use rigid_motion, only: move_tool
   use energy_balance, only: add_impulse
@@ -40,13 +41,7 @@ contains
     end do
     call add_impulse(run%balance, model%forces, run%instant%dt_mean)
     call stop_watch(model%timer, run%watch_motion)
-    do i = 1, size(model%supports)
-      associate (item => model%supports(i)%item)
-        call start_watch(model%timer, item%watch)
-        call item%apply(model%bodies, run%instant)
-        call stop_watch(model%timer, item%watch)
-      end associate
-    end do
+    call apply_effects(model%supports, model%timer, model%bodies, run%instant)
     call add_impulse(run%balance, model%supports, run%instant%dt_mean)
   end subroutine update_velocities
 
