@@ -6,12 +6,15 @@ module bench_options
 
   public :: options_t, read_options, parse_options, usage_text, is_chosen
 
+  integer, parameter :: rounds_of_targets = 3   !! a host may be slow for the time of one
+
   !> What the user asked for.
   type :: options_t
     type(string_t), allocatable :: only(:)   !! parts of names, none: all
     character(:), allocatable :: json        !! file to write, or empty
     character(:), allocatable :: compare     !! file to compare with, or empty
     integer :: n_threads = 0                 !! most threads, 0: as many as OpenMP gives
+    integer :: n_rounds = 0                  !! times that all is measured; the least counts
     logical :: is_quick = .false., wants_list = .false., wants_help = .false.
     logical :: wants_vectors = .false.
     character(:), allocatable :: fault       !! why the command cannot be carried out; else empty
@@ -38,8 +41,9 @@ contains
   subroutine parse_options(arguments, options)
     type(string_t), intent(in) :: arguments(:)
     type(options_t), intent(out) :: options
-    integer :: i
+    integer :: i, least_rounds
 
+    least_rounds = 1
     allocate (options%only(0))
     options%json = ""
     options%compare = ""
@@ -56,14 +60,16 @@ contains
         options%wants_vectors = .true.
       case ("--targets")
         options%only = [options%only, with_targets()]
+        least_rounds = rounds_of_targets
       case ("--help", "-h")
         options%wants_help = .true.
-      case ("--only", "--json", "--compare", "--threads")
+      case ("--only", "--json", "--compare", "--threads", "--rounds")
         call take_value(arguments, options, i)
       case default
         options%fault = unknown(arguments(i)%value)
       end select
     end do
+    if (options%n_rounds == 0) options%n_rounds = least_rounds
   end subroutine parse_options
 
   subroutine take_value(arguments, options, i)
@@ -86,11 +92,22 @@ contains
       case ("--compare")
         options%compare = value
       case ("--threads")
-        call read_integer(value, options%n_threads, is_number)
-        if (.not. is_number .or. options%n_threads < 1) &
-          options%fault = "option --threads needs a whole number of at least 1, not '"//value//"'"
+        call take_number(options%n_threads)
+      case ("--rounds")
+        call take_number(options%n_rounds)
       end select
     end associate
+
+  contains
+
+    subroutine take_number(number)
+      integer, intent(inout) :: number
+
+      call read_integer(arguments(i)%value, number, is_number)
+      if (.not. is_number .or. number < 1) &
+        options%fault = "option "//arguments(i - 1)%value// &
+                        " needs a whole number of at least 1, not '"//arguments(i)%value//"'"
+    end subroutine take_number
   end subroutine take_value
 
   function unknown(word) result(fault)
@@ -99,7 +116,7 @@ contains
 
     nearest = nearest_name(word, strings([character(9) :: "--quick", "--list", "--vectors", &
                                           "--help", "--only", "--json", "--compare", "--threads", &
-                                          "--targets"]))
+                                          "--targets", "--rounds"]))
     fault = "unknown option '"//word//"'"
     if (nearest /= "") fault = fault//"; nearest is "//nearest
   end function unknown
@@ -139,6 +156,7 @@ contains
            //"  --quick            shorter samples, no long cases"//feed &
            //"  --only TEXT        names that hold this text; may come several times"//feed &
            //"  --targets          only what has a target, with the table of targets behind"//feed &
+           //"  --rounds N         measure all N times, the least counts (1; --targets: 3)"//feed &
            //"  --threads N        measure 1 to N threads (default: all cores)"//feed &
            //"  --json FILE        store the records"//feed &
            //"  --compare OLD.json ratios to the records of an earlier run"//feed &

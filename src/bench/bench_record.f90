@@ -4,7 +4,7 @@ module bench_record
   implicit none
   private
 
-  public :: add_record, find_record
+  public :: add_record, keep_least, find_record
 
   !> One measurement. Negative numbers stand for what is not known.
   type, public :: record_t
@@ -50,6 +50,30 @@ contains
     list%n = list%n + 1
     list%items(list%n) = record
   end subroutine add_record
+
+  !> Append a record, or merge it with the one of its name and threads: the least of both times, the
+  !! mean of both medians, weighted by the repetitions.
+  subroutine keep_least(list, record)
+    type(record_list_t), intent(inout) :: list
+    type(record_t), intent(in) :: record
+    type(record_t) :: merged
+    integer :: i, n
+
+    i = find_record(list, record%name, record%threads)
+    if (i == 0) then
+      call add_record(list, record)
+      return
+    end if
+    merged = record
+    associate (before => list%items(i))
+      n = before%repetitions + record%repetitions
+      if (before%ns < record%ns) merged = before
+      merged%median = (before%median*before%repetitions + record%median*record%repetitions)/n
+      merged%repetitions = n
+      merged%spread = merged%median/merged%ns - 1.0_wp
+    end associate
+    list%items(i) = merged
+  end subroutine keep_least
 
   !> Index of the record of this name and number of threads, 0: there is none.
   pure integer function find_record(list, name, threads) result(found)

@@ -6,7 +6,7 @@ module bench_run
   use errors, only: error_t
   use text, only: to_text
   use bench_case, only: case_slot_t
-  use bench_record, only: record_t, record_list_t, add_record
+  use bench_record, only: record_t, record_list_t, keep_least, find_record
   use bench_options, only: options_t, is_chosen
   use bench_report, only: heading, record_line, comparison_lines
   use bench_targets, only: set_targets, target_lines
@@ -28,7 +28,6 @@ contains
   !> Measure what the options choose; the exit code tells how it went.
   integer function run_benchmark(options) result(code)
     type(options_t), intent(in) :: options
-    type(case_slot_t), allocatable :: cases(:)
     type(record_list_t) :: records, old
     type(machine_bound_t), allocatable :: bounds(:)
     type(sampling_t) :: plan
@@ -45,17 +44,12 @@ contains
     n_threads = omp_get_max_threads()
     if (options%n_threads > 0) n_threads = options%n_threads
     if (options%is_quick) plan = sampling_t(seconds=0.1_wp, least=4)
+    plan%n_rounds = options%n_rounds
     allocate (bounds(n_threads))
-    print "(a)", heading()
-    do i = 1, n_threads
-      call measure_machine(i, merge(4, 15, options%is_quick), bounds(i), records)
-    end do
-    call print_records(records, 1)
-    call all_cases(options%is_quick, cases)
-    do i = 1, size(cases)
-      if (.not. is_chosen(options, cases(i)%item%name)) cycle
-      if (options%is_quick .and. cases(i)%item%is_long) cycle
-      call measure_case(plan, bounds, cases(i), records, code)
+    do i = 1, options%n_rounds
+      if (options%n_rounds > 1) &
+        print "(a)", "round "//to_text(i)//" of "//to_text(options%n_rounds)
+      call measure_all(options, plan, bounds, records, code)
     end do
     call set_targets(records)
     print "(/, a)", target_lines(records)
@@ -63,6 +57,30 @@ contains
     if (allocated(error)) code = say(error, bad_command)
     if (options%compare /= "") print "(a)", comparison_lines(records, old)
   end function run_benchmark
+
+  !> One round: the machine, then all that is chosen. Rounds lie minutes apart, for the host of a
+  !! virtual machine may be slow while one record is measured and fast for the next.
+  subroutine measure_all(options, plan, bounds, records, code)
+    type(options_t), intent(in) :: options
+    type(sampling_t), intent(in) :: plan
+    type(machine_bound_t), intent(inout) :: bounds(:)
+    type(record_list_t), intent(inout) :: records
+    integer, intent(inout) :: code
+    type(case_slot_t), allocatable :: cases(:)
+    integer :: i
+
+    print "(a)", heading()
+    do i = 1, size(bounds)
+      call measure_machine(i, merge(4, 15, options%is_quick), bounds(i), records)
+    end do
+    call print_records(records, "machine")
+    call all_cases(options%is_quick, cases)
+    do i = 1, size(cases)
+      if (.not. is_chosen(options, cases(i)%item%name)) cycle
+      if (options%is_quick .and. cases(i)%item%is_long) cycle
+      call measure_case(plan, bounds, cases(i), records, code)
+    end do
+  end subroutine measure_all
 
   !> One case on 1 to all threads; what it holds is freed in the end.
   subroutine measure_case(plan, bounds, slot, records, code)
@@ -73,7 +91,7 @@ contains
     integer, intent(inout) :: code
     type(record_t) :: record
     type(error_t), allocatable :: error
-    integer :: threads, first
+    integer :: threads, i
 
     call slot%item%prepare(error)
     if (allocated(error)) then
@@ -82,30 +100,38 @@ contains
       return
     end if
     do threads = 1, merge(1, size(bounds), slot%item%is_serial)
-      first = records%n + 1
       call measure(plan, slot%item, threads, record, error)
       if (allocated(error)) then
         code = say(error, bad_result)
         exit
       end if
-      record%share_of_bound = share_of_bound(bounds(threads), record)
-      call add_record(records, record)
+      call keep_least(records, record)
       select type (item => slot%item)
       type is (channel_case_t)
         call add_parts(item, record, records)
       end select
-      call print_records(records, first)
+      i = find_record(records, slot%item%name, threads)
+      records%items(i)%share_of_bound = share_of_bound(bounds(threads), records%items(i))
+      call print_records(records, slot%item%name, threads)
     end do
     deallocate (slot%item)
   end subroutine measure_case
 
-  subroutine print_records(records, first)
+  !> The records of this name, or below it, on this or any number of threads.
+  subroutine print_records(records, name, threads)
     type(record_list_t), intent(in) :: records
-    integer, intent(in) :: first
+    character(*), intent(in) :: name
+    integer, intent(in), optional :: threads
     integer :: i
 
-    do i = first, records%n
-      print "(a)", record_line(records%items(i))
+    do i = 1, records%n
+      associate (record => records%items(i))
+        if (present(threads)) then
+          if (record%threads /= threads) cycle
+        end if
+        if (record%name == name .or. index(record%name, name//"/") == 1) &
+          print "(a)", record_line(record)
+      end associate
     end do
     flush (output_unit)
   end subroutine print_records

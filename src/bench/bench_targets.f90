@@ -77,7 +77,8 @@ contains
       associate (record => records%items(i))
         if (record%target < 0.0_wp) cycle
         lines = lines//verdict(record%name//", "//to_text(record%threads)//" threads, ns", &
-                               record%ns, record%target, record%ns <= record%target)
+                               record%ns, record%target, record%ns <= record%target, &
+                               reason(record))
       end associate
     end do
     do i = 1, records%n
@@ -244,16 +245,31 @@ contains
     line = verdict("step/channel, contact over elements", share, 1.0_wp, share <= 1.0_wp)
   end function contact_line
 
-  pure function verdict(what, value, limit, is_met) result(line)
+  !> What a missed time would ask of this processor: the absolute ones were set on another.
+  function reason(record) result(words)
+    type(record_t), intent(in) :: record
+    character(:), allocatable :: words
+
+    words = ""
+    if (record%ns <= record%target .or. record%share_of_bound < 0.0_wp) return
+    words = ", which would take "// &
+            to_text(nint(100.0_wp*record%share_of_bound*record%ns/record%target))// &
+            " % of this processor's bound"
+  end function reason
+
+  pure function verdict(what, value, limit, is_met, why) result(line)
     character(*), intent(in) :: what
     real(wp), intent(in) :: value, limit
     logical, intent(in) :: is_met
+    character(*), intent(in), optional :: why    !! behind the target
     character(:), allocatable :: line
     character(120) :: buffer
 
     write (buffer, "(a6, 2x, a62, f10.2, a, f8.2)") merge("met   ", "missed", is_met), &
       what//repeat(" ", 62), value, "  target", limit
-    line = trim(buffer)//feed
+    line = trim(buffer)
+    if (present(why)) line = line//why
+    line = line//feed
   end function verdict
 
 end module bench_targets

@@ -22,7 +22,7 @@ module channel_case
   use run_saver, only: saver_t
   use forming_run, only: new_run, run_model, take_balances, record_row
   use bench_case, only: bench_case_t
-  use bench_record, only: record_t, record_list_t, add_record
+  use bench_record, only: record_t, record_list_t, keep_least
   use user_build, only: make_folder, remove_file
   use bench_paths, only: project_folder, scratch_folder
   implicit none
@@ -250,7 +250,7 @@ contains
         record%ns = 1.0e9_wp*self%seconds(i)/self%n_units
         record%median = record%ns
         record%ns_per_point = -1.0_wp
-        call add_record(records, record)
+        call keep_least(records, record)
       end do
     end if
     self%least = huge(1.0_wp)

@@ -13,9 +13,10 @@ module sampling
 
   integer, parameter :: most = 400   !! repetitions
 
-  !> How long to measure.
+  !> How long to measure, in each of several rounds.
   type :: sampling_t
-    real(wp) :: seconds = 1.0_wp     !! of timed work for one case
+    integer :: n_rounds = 1
+    real(wp) :: seconds = 1.0_wp     !! of timed work for one case, all rounds
     integer :: least = 7             !! repetitions, even if that takes longer
   end type sampling_t
 
@@ -31,24 +32,25 @@ contains
     type(error_t), allocatable, intent(out) :: error
     real(wp) :: times(most), total, started
     logical :: is_processor
-    integer :: n
+    integer :: n, n_most
 
+    n_most = min(most, (item%most_repetitions - 1)/plan%n_rounds + 1)
     is_processor = threads == 1 .and. .not. item%is_by_the_wall
     call omp_set_num_threads(threads)
     call item%restore()
     call item%run()
     total = 0.0_wp
-    do n = 1, min(most, item%most_repetitions)
+    do n = 1, n_most
       call item%restore()
       started = seconds_now(is_processor)
       call item%run()
       times(n) = seconds_now(is_processor) - started
       total = total + times(n)
-      if (n >= plan%least .and. total >= plan%seconds) exit
+      if (n >= plan%least .and. total >= plan%seconds/plan%n_rounds) exit
     end do
     call item%check(error)
     if (allocated(error)) return
-    call summarise(times(:min(n, most, item%most_repetitions)), item, threads, record)
+    call summarise(times(:min(n, n_most)), item, threads, record)
   end subroutine measure
 
   !> Nanoseconds a unit from the seconds of all repetitions.
