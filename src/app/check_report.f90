@@ -25,7 +25,7 @@ contains
     real(wp) :: n_steps
     integer :: i
 
-    control = new_step_control(model%step, model%output, model%stable_step, model%rate)
+    control = new_step_control(model)
     n_steps = (model%step%end_time + sum(model%later_steps%step%end_time)) &
               /next_step(control, 0.0_wp, model%rate)
     associate (blank => model%bodies%blank)

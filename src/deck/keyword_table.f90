@@ -404,7 +404,9 @@ contains
     call add_keyword(table, "DYNAMIC", "The explicit step.", is_unique=.true.)
     call add_option(table, "EXPLICIT", kind_flag, "may be given; no other procedure is there")
     call add_option(table, "SAFETY", kind_real, "fraction of the stable step; above 1, for "// &
-                    "trials, runs are unstable but where that step is too cautious", &
+                    "trials, runs are unstable but where that step is too cautious; steps "// &
+                    "that deformation has made shorter may be up to 3 % longer again, to hit "// &
+                    "output times in whole steps", &
                     default="0.8", range="> 0 and <= 2")
     call add_option(table, "STABLE STEP", kind_choice, "from the largest frequency of the "// &
                     "whole blank, or from that of its elements, which lies above it", &

@@ -26,6 +26,7 @@ module model
     type(later_step_t), allocatable :: later_steps(:)   !! that have not begun
     real(wp) :: stable_step = 0.0_wp    !! limit at the start, viscosity included [time]
     real(wp) :: rate = 0.0_wp           !! geometric rate |J^-1|^2 that belongs to it
+    real(wp) :: penalty = 0.0_wp        !! greatest sum of s of stiffnesses s m/dt^2 on a face
     real(wp) :: width_ratio = 1.0_wp    !! of what the results tell to what is computed
     type(timer_t) :: timer
   end type model_t

@@ -15,7 +15,8 @@ contains
 
   !> Let the penalties of all tools on a face together stay within what the step leaves: a penalty
   !! s m/dt^2 beside the blank's own frequency w is stable for (w dt)^2 + s <= 4, and w dt is twice
-  !! the safety factor. A single tool is left as the deck wants it, with a warning.
+  !! the safety factor. A single tool is left as the deck wants it, with a warning. The greatest
+  !! sum of a face is kept in the model.
   subroutine share_penalties(origin, model, faults)
     type(origin_t), intent(in) :: origin   !! of the pairs, for a warning
     type(model_t), intent(inout) :: model
@@ -63,6 +64,7 @@ contains
       total = sum(shares, mask=is_there)
       n_tools = count(shares > 0.0_wp .and. is_there)
     end do
+    model%penalty = max(model%penalty, min(total, limit))
     if (total <= limit) return
     do i = 1, size(model%forces)
       select type (pair => model%forces(i)%item)

@@ -41,7 +41,7 @@ contains
     type(run_t), intent(out) :: run
     integer :: i
 
-    run%control = new_step_control(model%step, model%output, model%stable_step, model%rate)
+    run%control = new_step_control(model)
     call add_watch(model%timer, "blank", run%watch_blank)
     do i = 1, size(model%forces)
       call add_watch(model%timer, model%forces(i)%item%name, model%forces(i)%item%watch)
@@ -117,8 +117,7 @@ contains
     call check_relaxation(model, error)
     if (allocated(error)) return
     call begin_next_step(model, run%instant%time, run%instant%dt)
-    run%control = new_step_control(model%step, model%output, model%stable_step, model%rate, &
-                                   run%instant%time)
+    run%control = new_step_control(model, run%instant%time)
     run%control%largest = run%step_factor*run%control%largest
     call log_step(log, model, run%instant%time)
   end subroutine go_to_next_step

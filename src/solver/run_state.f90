@@ -115,8 +115,7 @@ contains
     call carry_array(store, "deck_step_starts", i_step, starts)
     do while (model%i_step < i_step)
       call begin_next_step(model, starts(model%i_step + 1), 0.0_wp)
-      run%control = new_step_control(model%step, model%output, model%stable_step, model%rate, &
-                                     starts(model%i_step))
+      run%control = new_step_control(model, starts(model%i_step))
     end do
   end subroutine go_to_deck_step
 

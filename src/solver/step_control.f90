@@ -1,14 +1,18 @@
 !> Size of the next time step: stable for the present shape, and in equal shares between the times
-!! of the output that is due most often. The other output is made with the first step at or after
-!! its time: to hit both would make steps long and short by turns, which feeds energy to vibrations.
+!! of the output that is due most often. Their number is the nearest one, so that hitting these
+!! times costs no steps on average; what steps may grow by for it is small and leaves room below the
+!! limit of stability. The other output is made with the first step at or after its time: to hit
+!! both would make steps long and short by turns, which feeds energy to vibrations.
 module step_control
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use scene, only: step_spec_t, output_spec_t
+  use model, only: model_t
   implicit none
   private
 
   public :: step_control_t, new_step_control, next_step, is_due, count_output
+
+  real(wp), parameter :: notch = 0.99_wp    !! see `coarse`
 
   !> Regular times of one kind of output.
   type, public :: schedule_t
@@ -22,29 +26,42 @@ module step_control
     real(wp) :: duration = 0.0_wp
     real(wp) :: largest = 0.0_wp       !! safe step of the shape at the start; never exceeded
     real(wp) :: safety = 0.0_wp        !! part of the stable step that is used
+    real(wp) :: stretch = 0.0_wp       !! share that shortened steps may grow by to hit a time
     real(wp) :: rate_at_start = 0.0_wp !! |J^-1|^2 that belongs to it
     type(schedule_t) :: frames, history
   end type step_control_t
 
 contains
 
-  !> Control from the deck's step and the stable step of the shape at the start.
-  pure function new_step_control(step, output, stable_step, rate, start_time) result(control)
-    type(step_spec_t), intent(in) :: step
-    type(output_spec_t), intent(in) :: output
-    real(wp), intent(in) :: stable_step, rate
+  !> Control of the model's present step of the deck.
+  pure function new_step_control(model, start_time) result(control)
+    type(model_t), intent(in) :: model
     real(wp), intent(in), optional :: start_time     !! of this step of the deck, if not 0
     type(step_control_t) :: control
 
     if (present(start_time)) control%start_time = start_time
-    control%duration = step%end_time
-    control%end_time = control%start_time + step%end_time
-    control%largest = step%safety*stable_step
-    control%safety = step%safety
-    control%rate_at_start = rate
-    control%frames%n = output%n_frames
-    control%history%n = output%n_history
+    control%duration = model%step%end_time
+    control%end_time = control%start_time + model%step%end_time
+    control%largest = model%step%safety*model%stable_step
+    control%safety = model%step%safety
+    control%stretch = stretch_for(model%step%safety, model%penalty)
+    control%rate_at_start = model%rate
+    control%frames%n = model%output%n_frames
+    control%history%n = model%output%n_history
   end function new_step_control
+
+  !> Share that a step may grow by: small, and half of the room that is left. A penalty s m/dt^2
+  !! beside the blank's own frequency w is stable for (w dt)^2 + s <= 4, and w dt is twice the
+  !! safety factor, times what `coarse` adds to it.
+  pure real(wp) function stretch_for(safety, penalty) result(stretch)
+    real(wp), intent(in) :: safety, penalty
+    real(wp), parameter :: most = 0.02_wp, part = 0.5_wp
+    real(wp) :: room
+
+    room = sqrt(max(0.0_wp, 1.0_wp - 0.25_wp*penalty))/safety - 1.0_wp
+    if (is_coarse(safety)) room = notch*(room + 1.0_wp) - 1.0_wp
+    stretch = min(most, part*max(0.0_wp, room))
+  end function stretch_for
 
   !> Step from `time`, which may itself be an output time not counted yet. The highest frequency
   !! is taken to grow with the norm of the inverse jacobian; a step above the first one would undo
@@ -54,7 +71,8 @@ contains
     real(wp), intent(in) :: time     !! now
     real(wp), intent(in) :: rate     !! largest |J^-1|^2 now
     real(wp), parameter :: countless = 1.0e15_wp   ! so many steps need no equal shares
-    real(wp) :: left, n_steps
+    real(wp), parameter :: whole = 1.0_wp - 1.0e-12_wp   ! round-off asks for no further step
+    real(wp) :: left, longest
 
     dt = control%largest*coarse(control, min(1.0_wp, sqrt(control%rate_at_start &
                                                         /max(rate, tiny(rate)))))
@@ -63,21 +81,27 @@ contains
     else
       left = due_after(control, control%frames, time) - time
     end if
-    n_steps = left/dt*(1.0_wp - 1.0e-12_wp)
-    if (n_steps > 0.0_wp .and. n_steps < countless) dt = left/ceiling(n_steps, int64)
+    if (.not. (left > 0.0_wp .and. left < countless*dt)) return
+    longest = min((1.0_wp + control%stretch)*dt, control%largest)
+    dt = left/max(nint(left/dt*whole, int64), ceiling(left/longest*whole, int64))
   end function next_step
 
   !> A factor on the step, rounded up by up to a hundredth in steps of that size: a step that
-  !! followed each vibration would take energy from it or feed it. Close to the stable step, where
-  !! there is no hundredth to spare, as it is.
+  !! followed each vibration would take energy from it or feed it.
   pure real(wp) function coarse(control, factor)
     type(step_control_t), intent(in) :: control
     real(wp), intent(in) :: factor      !! at most 1
-    real(wp), parameter :: notch = 0.99_wp
 
     coarse = factor
-    if (control%safety <= 0.95_wp) coarse = notch**floor(log(factor)/log(notch) + 1.0e-12_wp)
+    if (is_coarse(control%safety)) coarse = notch**floor(log(factor)/log(notch) + 1.0e-12_wp)
   end function coarse
+
+  !> Close to the stable step there is no hundredth to spare, and factors stay as they are.
+  pure logical function is_coarse(safety)
+    real(wp), intent(in) :: safety
+
+    is_coarse = safety <= 0.95_wp
+  end function is_coarse
 
   !> Is output of this kind due at `time`? Times that are hit are hit but for round-off.
   pure logical function is_due(control, schedule, time)

@@ -174,7 +174,8 @@ def states_are_saved_as_far_apart_as_the_log_says(folder):
         said, found = steps_apart(folder, asked)
         assert said == 21 and set(found) == {21} and len(found) > 5, (asked, said, found)
     said, found = steps_apart(folder, 30)     # some are put off by states that go with a frame
-    assert said == 30 and found[0] >= 21 and found[len(found)//2] == 30, (said, found)
+    assert said == 30 and found[0] >= 21 and found[-1] < 30 + 21, (said, found)
+    assert abs(sum(found)/len(found) - 30) < 1.5, found
 
 
 def saving_leaves_no_trace(folder):
