@@ -91,16 +91,22 @@ contains
     real(wp), intent(inout) :: c(m, smooth%n_functions)
     integer :: i, j
 
-    do j = 1, smooth%n_functions
-      do i = j + 1, min(j + size(smooth%factor, 1) - 1, smooth%n_functions)
-        call add_line(m, -smooth%factor(i - j + 1, j), c(:, j), c(:, i))
+    do j = 2, smooth%n_functions
+      do i = max(1, j - size(smooth%factor, 1) + 1), j - 1
+        call add_line(m, 1.0_wp, -smooth%factor(j - i + 1, i), c(:, i), c(:, j))
       end do
     end do
     do j = smooth%n_functions, 1, -1
-      c(:, j) = c(:, j)*smooth%factor(1, j)
-      do i = j + 1, min(j + size(smooth%factor, 1) - 1, smooth%n_functions)
-        call add_line(m, -smooth%factor(i - j + 1, j), c(:, i), c(:, j))
-      end do
+      associate (next => min(j + 1, smooth%n_functions), factor => smooth%factor(:, j))
+        if (size(factor) == 1 .or. next == j) then
+          c(:, j) = factor(1)*c(:, j)
+        else
+          call add_line(m, factor(1), -factor(2), c(:, next), c(:, j))
+        end if
+        do i = j + 2, min(j + size(factor) - 1, smooth%n_functions)
+          call add_line(m, 1.0_wp, -factor(i - j + 1), c(:, i), c(:, j))
+        end do
+      end associate
     end do
   end subroutine solve_columns
 
@@ -130,16 +136,16 @@ contains
     end do
   end subroutine solve_rows
 
-  !> Add a multiple of a line.
-  pure subroutine add_line(m, factor, x, y)
+  !> Add a multiple of a line to a multiple of another.
+  pure subroutine add_line(m, own, factor, x, y)
     integer, intent(in) :: m
-    real(wp), intent(in) :: factor, x(m)
+    real(wp), intent(in) :: own, factor, x(m)
     real(wp), intent(inout) :: y(m)
     integer :: l
 
     !$omp simd
     do l = 1, m
-      y(l) = y(l) + factor*x(l)
+      y(l) = own*y(l) + factor*x(l)
     end do
   end subroutine add_line
 

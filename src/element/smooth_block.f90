@@ -121,14 +121,13 @@ contains
     real(wp), intent(inout) :: along1(*)
     real(wp), intent(inout) :: along2(n_lanes*6*patch%axes(3)%n_points*patch%axes(2)%n_points, &
                                       patch%axes(1)%n_points)
-    real(wp) :: lanes(n_lanes, size(fields%along1, 2), patch%axes(1)%degree)
+    real(wp) :: lanes(n_lanes, size(fields%along1, 1), patch%axes(1)%degree)
     integer :: i, k
 
     associate (q => patch%axes%n_points, p => patch%axes%degree, first => patch%axes(2)%first(e2))
       k = e2 + patch%axes(2)%n_elements*(e3 - 1)
       do i = 1, p(1)
-        call gather_lanes(patch, b, i, size(fields%along1, 1), size(lanes, 2), &
-                          fields%along1(:, :, k), lanes(:, :, i))
+        call turn_lanes(patch, b, i, size(lanes, 2), fields%along1(:, :, k), lanes(:, :, i))
       end do
       call combine(6*q(3)*q(2), p(1), q(1), 1, fields%tables(1)%to_points(:, :, :, b, way), lanes, &
                    along1)
@@ -156,8 +155,8 @@ contains
       do i = 1, p(1)
         do j = 1, p(2)
           do k = 1, p(3)
-            call gather_lanes(patch, b, i, n(1), 1, &
-                              coefficients(:, first2 + j - 1, first3 + k - 1), lanes(:, k, j, i))
+            call gather_lanes(patch, b, i, coefficients(:, first2 + j - 1, first3 + k - 1), &
+                              lanes(:, k, j, i))
           end do
         end do
       end do
@@ -168,30 +167,58 @@ contains
   end subroutine spread_all
 
   !> Coefficients of spline `a` of the eight elements.
-  pure subroutine gather_lanes(patch, b, a, n, m, coefficients, lanes)
+  pure subroutine gather_lanes(patch, b, a, coefficients, lanes)
     type(ig_patch_t), intent(in) :: patch
-    integer, intent(in) :: b, a, n, m
-    real(wp), intent(in) :: coefficients(n, m)
-    real(wp), intent(out) :: lanes(n_lanes, m)
-    integer :: first(n_lanes), i, l
+    integer, intent(in) :: b, a
+    real(wp), intent(in) :: coefficients(*)
+    real(wp), intent(out) :: lanes(n_lanes)
+    integer :: first(n_lanes), l
 
     first = patch%axes(1)%first(patch%lanes%element(:, b)) + a - 1
-    do i = 1, m
-      if (patch%lanes%is_contiguous(b)) then
-        !$omp simd
-        do l = 1, n_lanes
-          lanes(l, i) = coefficients(first(1) + l - 1, i)
-        end do
-      else
-        do l = 1, n_lanes
-          lanes(l, i) = coefficients(first(l), i)
-        end do
-      end if
-    end do
+    if (patch%lanes%is_contiguous(b)) then
+      lanes = coefficients(first(1):first(1) + n_lanes - 1)
+    else
+      do l = 1, n_lanes
+        lanes(l) = coefficients(first(l))
+      end do
+    end if
   end subroutine gather_lanes
 
-  !> Sums along the middle index, lane by lane. Two and three terms, of quadratic splines, are
-  !! written out: no sum goes to memory and back.
+  !> The same of m lines of coefficients side by side.
+  pure subroutine turn_lanes(patch, b, a, m, coefficients, lanes)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, a, m
+    real(wp), intent(in) :: coefficients(m, *)
+    real(wp), intent(out) :: lanes(n_lanes, m)
+    integer :: first(n_lanes), l
+
+    first = patch%axes(1)%first(patch%lanes%element(:, b)) + a - 1
+    if (patch%lanes%is_contiguous(b)) then
+      call turn(m, coefficients(:, first(1):first(1) + n_lanes - 1), lanes)
+    else
+      do l = 1, n_lanes
+        lanes(l, :) = coefficients(:, first(l))
+      end do
+    end if
+  end subroutine turn_lanes
+
+  !> Columns become lanes, eight by eight in registers.
+  pure subroutine turn(m, columns, lanes)
+    integer, intent(in) :: m
+    real(wp), intent(in) :: columns(m, n_lanes)
+    real(wp), intent(out) :: lanes(n_lanes, m)
+    integer :: i, l
+
+    do i = 1, m
+      !GCC$ unroll 8
+      do l = 1, n_lanes
+        lanes(l, i) = columns(i, l)
+      end do
+    end do
+  end subroutine turn
+
+  !> Sums along the middle index, lane by lane. Those of quadratic splines with three points are
+  !! written out: each term is read once, no sum goes to memory and back.
   pure subroutine combine(m, n_in, n_out, n, factors, from, to)
     integer, intent(in) :: m, n_in, n_out, n
     real(wp), intent(in) :: factors(8, n_in, n_out), from(8, m, n_in, n)
@@ -199,25 +226,29 @@ contains
     integer :: l, i, j, k, a
 
     do k = 1, n
-      do j = 1, n_out
-        select case (n_in)
-        case (2)
-          do i = 1, m
-            !$omp simd
-            do l = 1, 8
-              to(l, i, j, k) = factors(l, 1, j)*from(l, i, 1, k) + factors(l, 2, j)*from(l, i, 2, k)
-            end do
+      if (n_in == 2 .and. n_out == 3) then
+        do i = 1, m
+          !$omp simd
+          do l = 1, 8
+            to(l, i, 1, k) = factors(l, 1, 1)*from(l, i, 1, k) + factors(l, 2, 1)*from(l, i, 2, k)
+            to(l, i, 2, k) = factors(l, 1, 2)*from(l, i, 1, k) + factors(l, 2, 2)*from(l, i, 2, k)
+            to(l, i, 3, k) = factors(l, 1, 3)*from(l, i, 1, k) + factors(l, 2, 3)*from(l, i, 2, k)
           end do
-        case (3)
-          do i = 1, m
-            !$omp simd
-            do l = 1, 8
-              to(l, i, j, k) = factors(l, 1, j)*from(l, i, 1, k) &
-                               + factors(l, 2, j)*from(l, i, 2, k) &
-                               + factors(l, 3, j)*from(l, i, 3, k)
-            end do
+        end do
+      else if (n_in == 3 .and. n_out == 2) then
+        do i = 1, m
+          !$omp simd
+          do l = 1, 8
+            to(l, i, 1, k) = factors(l, 1, 1)*from(l, i, 1, k) &
+                             + factors(l, 2, 1)*from(l, i, 2, k) &
+                             + factors(l, 3, 1)*from(l, i, 3, k)
+            to(l, i, 2, k) = factors(l, 1, 2)*from(l, i, 1, k) &
+                             + factors(l, 2, 2)*from(l, i, 2, k) &
+                             + factors(l, 3, 2)*from(l, i, 3, k)
           end do
-        case default
+        end do
+      else
+        do j = 1, n_out
           to(:, :, j, k) = 0.0_wp
           do a = 1, n_in
             do i = 1, m
@@ -227,8 +258,8 @@ contains
               end do
             end do
           end do
-        end select
-      end do
+        end do
+      end if
     end do
   end subroutine combine
 

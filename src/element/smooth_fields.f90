@@ -25,7 +25,7 @@ module smooth_fields
     real(wp), allocatable :: loads1(:, :, :)          !! (8*q3*6*q2, p1, n_blocks), see smooth_lines
     real(wp), allocatable :: loads2(:, :, :, :)       !! (8*q3*6, p2, q1, n_blocks)
     real(wp), allocatable :: loads(:, :, :, :, :, :)  !! (8, p3, p2, p1, n, n_blocks)
-    real(wp), allocatable :: along1(:, :, :)          !! (n_functions, q3*6*q2, rows of elements)
+    real(wp), allocatable :: along1(:, :, :)          !! (q3*6*q2, n_functions, rows of elements)
     !> Shape (8*q3*6, n_functions, q1, lane blocks times elements along axis 3).
     real(wp), allocatable :: along2(:, :, :, :)
     real(wp), allocatable :: all(:, :, :, :)          !! n_functions of the axes 1, 2, 3, n
@@ -60,7 +60,7 @@ contains
       if (projection%kind == project_sheet) then
         if (has_parts) allocate (fields%loads1(n_lanes*m*q(2), p(1), n_blocks))
         allocate (fields%loads2(n_lanes*m, p(2), q(1), n_blocks))
-        allocate (fields%along1(n_functions(1), m*q(2), n_rows))
+        allocate (fields%along1(m*q(2), n_functions(1), n_rows))
         allocate (fields%along2(n_lanes*m, n_functions(2), q(1), lanes%n_blocks*axes(3)%n_elements))
       end if
     end associate

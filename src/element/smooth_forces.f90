@@ -192,7 +192,7 @@ contains
     if (patch%projection%kind /= project_sheet) return
     row = e2 + patch%axes(2)%n_elements*(e3 - 1)
     if (.not. allocated(fields%loads1)) then
-      call solve_row(patch, size(fields%along1, 2), loads, fields%along1(:, :, row))
+      call solve_row(patch, size(fields%along1, 1), loads, fields%along1(:, :, row))
       return
     end if
     p = patch%axes(1)%degree

@@ -33,7 +33,7 @@ contains
       !$omp do schedule(static)
       do row = 1, merge(n_rows*n3, 0, allocated(fields%loads1))
         first = n_blocks*(row - 1) + 1
-        call solve_row(patch, size(fields%along1, 2), &
+        call solve_row(patch, size(fields%along1, 1), &
                        fields%loads1(:, :, first:first + n_blocks - 1), fields%along1(:, :, row))
       end do
       !$omp end do nowait
@@ -55,17 +55,42 @@ contains
     type(ig_patch_t), intent(in) :: patch
     integer, intent(in) :: m
     real(wp), intent(in) :: loads(n_lanes, m, patch%axes(1)%degree, patch%lanes%n_blocks)
-    real(wp), intent(inout) :: coefficients(patch%projection%smooth(1)%n_functions, m)
-    integer :: b, a
+    real(wp), intent(inout) :: coefficients(m, patch%projection%smooth(1)%n_functions)
+    integer :: first(n_lanes), b, a, l
 
     coefficients = 0.0_wp
     do b = 1, patch%lanes%n_blocks
+      first = patch%axes(1)%first(patch%lanes%element(:, b))
       do a = 1, size(loads, 3)
-        call add_lanes(patch, b, a, m, loads(:, :, a, b), coefficients)
+        if (patch%lanes%is_contiguous(b)) then
+          call add_turned(m, loads(:, :, a, b), coefficients(:, first(1) + a - 1:))
+        else
+          do l = 1, n_lanes
+            coefficients(:, first(l) + a - 1) = coefficients(:, first(l) + a - 1) &
+                                                + loads(l, :, a, b)
+          end do
+        end if
       end do
     end do
-    call solve_rows(patch%projection%smooth(1), m, coefficients)
+    call solve_columns(patch%projection%smooth(1), m, coefficients)
   end subroutine solve_row
+
+  !> Add the lanes of a spline to columns: rows and columns change places eight by eight, in
+  !! registers.
+  pure subroutine add_turned(m, lanes, columns)
+    integer, intent(in) :: m
+    real(wp), intent(in) :: lanes(n_lanes, m)
+    real(wp), intent(inout) :: columns(m, n_lanes)
+    integer :: i, l
+
+    !$omp simd private(l)
+    do i = 1, m
+      !GCC$ unroll 8
+      do l = 1, n_lanes
+        columns(i, l) = columns(i, l) + lanes(l, i)
+      end do
+    end do
+  end subroutine add_turned
 
   !> Along axis 2, from all blocks of which `first` is the first.
   pure subroutine solve_across(patch, first, point, m, loads, coefficients)
@@ -105,7 +130,7 @@ contains
           do a = 1, size(loads, 4)
             do j = 1, size(loads, 3)
               do k = 1, size(loads, 2)
-                call add_lanes(patch, b, a, 1, loads(:, k, j, a, block), &
+                call add_lanes(patch, b, a, loads(:, k, j, a, block), &
                                coefficients(:, patch%axes(2)%first(e2) + j - 1, &
                                             patch%axes(3)%first(e3) + k - 1))
               end do
@@ -124,26 +149,23 @@ contains
   end subroutine solve_all
 
   !> Add the loads of spline `a` of each lane.
-  pure subroutine add_lanes(patch, b, a, m, loads, coefficients)
+  pure subroutine add_lanes(patch, b, a, loads, coefficients)
     type(ig_patch_t), intent(in) :: patch
-    integer, intent(in) :: b, a, m
-    real(wp), intent(in) :: loads(n_lanes, m)
-    real(wp), intent(inout) :: coefficients(patch%projection%smooth(1)%n_functions, m)
-    integer :: first(n_lanes), i, l
+    integer, intent(in) :: b, a
+    real(wp), intent(in) :: loads(n_lanes)
+    real(wp), intent(inout) :: coefficients(*)
+    integer :: first(n_lanes), l
 
     first = patch%axes(1)%first(patch%lanes%element(:, b)) + a - 1
-    do i = 1, m
-      if (patch%lanes%is_contiguous(b)) then
-        !$omp simd
-        do l = 1, n_lanes
-          coefficients(first(1) + l - 1, i) = coefficients(first(1) + l - 1, i) + loads(l, i)
-        end do
-      else
-        do l = 1, n_lanes
-          coefficients(first(l), i) = coefficients(first(l), i) + loads(l, i)
-        end do
-      end if
-    end do
+    if (patch%lanes%is_contiguous(b)) then
+      associate (line => coefficients(first(1):first(1) + n_lanes - 1))
+        line = line + loads
+      end associate
+    else
+      do l = 1, n_lanes
+        coefficients(first(l)) = coefficients(first(l)) + loads(l)
+      end do
+    end if
   end subroutine add_lanes
 
 end module smooth_lines
