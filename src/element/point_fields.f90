@@ -1,7 +1,7 @@
 !> What a projected element keeps of its points between kinematics and forces.
 module point_fields
   use kinds, only: wp
-  use strain_projection, only: project_sheet
+  use strain_projection, only: projection_t, project_sheet
   use basis_tables, only: n_lanes
   implicit none
   private
@@ -14,8 +14,9 @@ module point_fields
     real(wp), allocatable :: spin(:, :, :, :)        !! (8*q3, 3, q1*q2, n)
     real(wp), allocatable :: volume(:, :, :)         !! middle of the step, (8*q3, q1*q2, n)
     real(wp), allocatable :: end_volume(:, :, :)     !! end of the step
-    real(wp), allocatable :: inverse(:, :, :, :)     !! jacobian's, end, (8*q3, 9, q1*q2, n)
+    real(wp), allocatable :: jacobian(:, :, :, :)    !! end, (8*q3, 9, q1*q2, n); not smooth
     real(wp), allocatable :: weighted(:, :, :, :)    !! stress times volume, (8*q3, 6, q1*q2, n)
+    real(wp), allocatable :: plane(:, :, :, :)       !! its share within a sheet, see split_sheet
     real(wp), allocatable :: mean(:, :, :)           !! volume strain or its stress
     real(wp), allocatable :: along1(:, :, :, :)      !! what axis 1 alone projects; sheet only
     real(wp), allocatable :: along2(:, :, :, :)      !! what axis 2 alone projects; sheet only
@@ -28,21 +29,23 @@ module point_fields
 contains
 
   !> Room for the points of n blocks.
-  pure function new_point_fields(q, n, kind, has_context) result(fields)
+  pure function new_point_fields(q, n, projection, has_context) result(fields)
     integer, intent(in) :: q(3), n
-    integer, intent(in) :: kind               !! of the projection
+    type(projection_t), intent(in) :: projection
     logical, intent(in) :: has_context
     type(point_fields_t) :: fields
-    integer :: points, rows, n_sheet, n_context
+    integer :: points, rows, n_sheet, n_whole, n_context
 
     points = n_lanes*q(3)
     rows = q(1)*q(2)
-    n_sheet = merge(n, 0, kind == project_sheet)
+    n_sheet = merge(n, 0, projection%kind == project_sheet)
+    n_whole = merge(0, n, projection%is_smooth)
     n_context = merge(n, 0, has_context)
     allocate (fields%dstrain(points, 6, rows, n), fields%spin(points, 3, rows, n))
     allocate (fields%volume(points, rows, n), fields%end_volume(points, rows, n))
     allocate (fields%mean(points, rows, n))
-    allocate (fields%inverse(points, 9, rows, n), fields%weighted(points, 6, rows, n))
+    allocate (fields%jacobian(points, 9, rows, n_whole))
+    allocate (fields%weighted(points, 6, rows, n), fields%plane(points, 3, rows, n_sheet))
     allocate (fields%along1(points, 6, rows, n_sheet), fields%along2(points, 6, rows, n_sheet))
     allocate (fields%tangents(points, 12, rows, max(n_sheet, 1)))
     allocate (fields%gradients(points, 18, rows, n_context))

@@ -9,7 +9,7 @@ module projected_block
   use point_fields, only: point_fields_t
   use strain_projection, only: project_sheet, project_along
   use projected_points, only: volume_strain, correct_volume, split_volume, join_volume, &
-                              correct_sheet, split_sheet
+                              correct_sheet, split_sheet, join_sheet
   use projected_stress, only: stress_of_block, logarithmic_volumes, set_volumes, scale_volumes
   use projected_dispatch, only: run_strain, run_nodal
   use kernel_dispatch, only: viscous_factors
@@ -46,7 +46,7 @@ contains
     call start_stress(patch, 1, fields)
     call project_stress(patch, fields)
     call finish_stress(patch, 1, fields)
-    call run_nodal(patch, b, e2, e3, block, 1, fields, f)
+    call run_nodal(patch, b, e2, e3, block, 1, u, fields, fields%plane, f)
   end subroutine run_projected
 
   !> Fill what is to be projected of the strains of a slot.
@@ -143,7 +143,8 @@ contains
     if (patch%projection%kind == project_sheet) then
       call split_sheet(q3, rows, fields%tangents(:, :, :, slot), &
                        fields%weighted(:, :, :, slot), fields%mean(:, :, slot), &
-                       fields%along1(:, :, :, slot), fields%along2(:, :, :, slot))
+                       fields%along1(:, :, :, slot), fields%along2(:, :, :, slot), &
+                       fields%plane(:, :, :, slot))
     else
       call split_volume(q3, rows, fields%weighted(:, :, :, slot), fields%mean(:, :, slot))
     end if
@@ -163,18 +164,21 @@ contains
     end if
   end subroutine project_stress
 
-  !> Join the projected stresses of a slot with the rest.
+  !> Join the projected stresses of a slot; with the rest, but for that of sheets.
   pure subroutine finish_stress(patch, slot, fields)
     type(ig_patch_t), intent(in) :: patch
     integer, intent(in) :: slot
     type(point_fields_t), intent(inout) :: fields
+    integer :: q3, rows
 
-    associate (weighted => fields%weighted(:, :, :, slot))
-      call join_volume(patch%axes(3)%n_points, size(weighted, 3), fields%mean(:, :, slot), &
-                       weighted)
-      if (patch%projection%kind == project_sheet) &
-        weighted = weighted + fields%along1(:, :, :, slot) + fields%along2(:, :, :, slot)
-    end associate
+    q3 = patch%axes(3)%n_points
+    rows = size(fields%mean, 2)
+    if (patch%projection%kind == project_sheet) then
+      call join_sheet(q3, rows, fields%mean(:, :, slot), fields%along1(:, :, :, slot), &
+                      fields%along2(:, :, :, slot), fields%weighted(:, :, :, slot))
+    else
+      call join_volume(q3, rows, fields%mean(:, :, slot), fields%weighted(:, :, :, slot))
+    end if
   end subroutine finish_stress
 
 end module projected_block

@@ -12,7 +12,7 @@ module projected_points
   private
 
   public :: volume_strain, correct_volume, split_volume, join_volume
-  public :: correct_sheet, split_sheet
+  public :: correct_sheet, split_sheet, join_sheet
 
 contains
 
@@ -124,39 +124,57 @@ contains
     end do
   end subroutine added_shear
 
-  !> Split stresses into what works on the projected strains of `correct_sheet` and the rest.
-  pure subroutine split_sheet(q, n, tangents, weighted, mean, along1, along2)
+  !> Split stresses into what works on the projected strains of `correct_sheet` and the rest, which
+  !! lies within the sheet: R_ab = g^a.S.g^b - mean g^a.g^b by the dual tangents g^1, g^2.
+  pure subroutine split_sheet(q, n, tangents, weighted, mean, along1, along2, plane)
     integer, intent(in) :: q, n
     real(wp), intent(in) :: tangents(8*q, 12, n)    !! those of the end of the step are used
-    real(wp), intent(inout) :: weighted(8*q, 6, n)
+    real(wp), intent(in) :: weighted(8*q, 6, n)
     real(wp), intent(out) :: mean(8*q, n), along1(8*q, 6, n), along2(8*q, 6, n)
-    real(wp) :: normal(8*q, 3), dual(8*q, 3, 2), shear(8*q, 2), n1, n2, n3, f1, f2, f3
-    integer :: l, row, c
+    real(wp), intent(out) :: plane(8*q, 3, n)       !! R_11, R_12, R_22
+    real(wp) :: normal(8*q, 3), dual(8*q, 3, 2), shear(8*q, 2)
+    real(wp) :: n1, n2, n3, a1, a2, a3, b1, b2, b3, f1, f2, f3
+    integer :: l, row
 
     do row = 1, n
       associate (s => weighted(:, :, row))
         call sheet_frames(8*q, tangents(:, 7:12, row), normal, dual)
-        !$omp simd private(n1, n2, n3, f1, f2, f3)
+        !$omp simd private(n1, n2, n3, a1, a2, a3, b1, b2, b3, f1, f2, f3)
         do l = 1, 8*q
           n1 = normal(l, 1); n2 = normal(l, 2); n3 = normal(l, 3)
+          a1 = dual(l, 1, 1); a2 = dual(l, 2, 1); a3 = dual(l, 3, 1)
+          b1 = dual(l, 1, 2); b2 = dual(l, 2, 2); b3 = dual(l, 3, 2)
           f1 = s(l, 1)*n1 + s(l, 4)*n2 + s(l, 5)*n3
           f2 = s(l, 4)*n1 + s(l, 2)*n2 + s(l, 6)*n3
           f3 = s(l, 5)*n1 + s(l, 6)*n2 + s(l, 3)*n3
           mean(l, row) = f1*n1 + f2*n2 + f3*n3
-          shear(l, 1) = 2.0_wp*(f1*dual(l, 1, 1) + f2*dual(l, 2, 1) + f3*dual(l, 3, 1))
-          shear(l, 2) = 2.0_wp*(f1*dual(l, 1, 2) + f2*dual(l, 2, 2) + f3*dual(l, 3, 2))
+          shear(l, 1) = 2.0_wp*(f1*a1 + f2*a2 + f3*a3)
+          shear(l, 2) = 2.0_wp*(f1*b1 + f2*b2 + f3*b3)
+          f1 = (s(l, 1) - mean(l, row))*a1 + s(l, 4)*a2 + s(l, 5)*a3
+          f2 = s(l, 4)*a1 + (s(l, 2) - mean(l, row))*a2 + s(l, 6)*a3
+          f3 = s(l, 5)*a1 + s(l, 6)*a2 + (s(l, 3) - mean(l, row))*a3
+          plane(l, 1, row) = f1*a1 + f2*a2 + f3*a3
+          plane(l, 2, row) = f1*b1 + f2*b2 + f3*b3
+          f1 = (s(l, 1) - mean(l, row))*b1 + s(l, 4)*b2 + s(l, 5)*b3
+          f2 = s(l, 4)*b1 + (s(l, 2) - mean(l, row))*b2 + s(l, 6)*b3
+          f3 = s(l, 5)*b1 + s(l, 6)*b2 + (s(l, 3) - mean(l, row))*b3
+          plane(l, 3, row) = f1*b1 + f2*b2 + f3*b3
         end do
         call shear_stress(8*q, tangents(:, 7:9, row), normal, shear(:, 1), along1(:, :, row))
         call shear_stress(8*q, tangents(:, 10:12, row), normal, shear(:, 2), along2(:, :, row))
-        do c = 1, 6
-          s(:, c) = s(:, c) - along1(:, c, row) - along2(:, c, row)
-        end do
-        do c = 1, 3
-          s(:, c) = s(:, c) - mean(:, row)
-        end do
       end associate
     end do
   end subroutine split_sheet
+
+  !> Join what `split_sheet` has split and has been projected since, without the rest.
+  pure subroutine join_sheet(q, n, mean, along1, along2, weighted)
+    integer, intent(in) :: q, n
+    real(wp), intent(in) :: mean(8*q, n), along1(8*q, 6, n), along2(8*q, 6, n)
+    real(wp), intent(out) :: weighted(8*q, 6, n)
+
+    weighted = along1 + along2
+    call join_volume(q, n, mean, weighted)
+  end subroutine join_sheet
 
   !> Stress that works on t.D.n alone: the symmetric part of t n, times a shear.
   pure subroutine shear_stress(m, t, n, shear, stress)

@@ -29,8 +29,8 @@ module smooth_fields
     !> Shape (8*q3*6, n_functions, q1, lane blocks times elements along axis 3).
     real(wp), allocatable :: along2(:, :, :, :)
     real(wp), allocatable :: all(:, :, :, :)          !! n_functions of the axes 1, 2, 3, n
-    real(wp), allocatable :: weighted(:, :, :, :)     !! rest of stress times volume
-    real(wp), allocatable :: inverse(:, :, :, :)      !! jacobian's, end, (8*q3, 9, q1*q2, n_blocks)
+    !> Rest of stress times volume, (8*q3, 6, q1*q2, n_blocks); of sheets 3, see split_sheet.
+    real(wp), allocatable :: rest(:, :, :, :)
   end type smooth_fields_t
 
 contains
@@ -64,8 +64,8 @@ contains
         allocate (fields%along2(n_lanes*m, n_functions(2), q(1), lanes%n_blocks*axes(3)%n_elements))
       end if
     end associate
-    allocate (fields%weighted(n_lanes*q(3), 6, q(1)*q(2), n_blocks))
-    allocate (fields%inverse(n_lanes*q(3), 9, q(1)*q(2), n_blocks))
+    allocate (fields%rest(n_lanes*q(3), merge(3, 6, projection%kind == project_sheet), q(1)*q(2), &
+                          n_blocks))
     fields%tables(1) = new_smooth_table(projection%smooth(1), lanes%element, lanes%is_owner)
     do axis = 2, 3
       elements = spread([(e, e=1, axes(axis)%n_elements)], 1, n_lanes)

@@ -15,7 +15,7 @@ module smooth_forces
   use point_fields, only: point_fields_t, new_point_fields
   use projected_dispatch, only: run_strain, run_nodal
   use projected_block, only: start_strain, finish_strain, update_stress, start_stress, finish_stress
-  use tile_forces, only: gather_motion, gather_weights, add_forces, place_context, &
+  use tile_forces, only: gather_motion, gather_positions, add_forces, place_context, &
                          clear_rows, add_report
   implicit none
   private
@@ -65,7 +65,7 @@ contains
     call solve_for_splines(patch, 1, fields)
     !$omp parallel do schedule(static) default(shared) private(t) if (.not. law%is_serial)
     do t = 1, size(buffers)
-      call nodal_of_tile(patch, patch%tiles(t), fields, force, buffers(t)%force)
+      call nodal_of_tile(patch, patch%tiles(t), x, fields, force, buffers(t)%force)
     end do
     !$omp end parallel do
   end subroutine work_tiles
@@ -129,8 +129,11 @@ contains
           call update_stress(patch, law, block, 1, dt, context, slot, sums, ok)
           call start_stress(patch, 1, slot)
           call collect_stress(patch, b, e2, e3, block, slot, fields, loads1(:, b))
-          fields%weighted(:, :, :, block) = slot%weighted(:, :, :, 1)
-          fields%inverse(:, :, :, block) = slot%inverse(:, :, :, 1)
+          if (patch%projection%kind == project_sheet) then
+            fields%rest(:, :, :, block) = slot%plane(:, :, :, 1)
+          else
+            fields%rest(:, :, :, block) = slot%weighted(:, :, :, 1)
+          end if
           call add_report(report, sums, ok, block)
         end do
         call keep_row(patch, tile, e2, e3, loads1, fields)
@@ -139,12 +142,13 @@ contains
   end subroutine stress_of_tile
 
   !> Forces of the blocks of a tile.
-  subroutine nodal_of_tile(patch, tile, fields, force, border)
+  subroutine nodal_of_tile(patch, tile, x, fields, force, border)
     type(ig_patch_t), intent(in) :: patch
     type(tile_t), intent(in) :: tile
+    real(wp), intent(in) :: x(:, :, :, :)
     type(smooth_fields_t), intent(in) :: fields
     real(wp), intent(inout), contiguous :: force(:, :, :, :), border(:, :, :, :)
-    real(wp) :: f(n_lanes*product(patch%axes%degree + 1), 3)
+    real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 3), f(size(u, 1), 3)
     real(wp) :: w(merge(size(f, 1), 0, patch%is_rational))
     type(point_fields_t) :: slot
     integer :: e2, e3, b, block
@@ -155,12 +159,12 @@ contains
       do e2 = tile%row_first, tile%row_last
         do b = tile%block_first, tile%block_last
           block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
-          slot%weighted(:, :, :, 1) = fields%weighted(:, :, :, block)
-          slot%inverse(:, :, :, 1) = fields%inverse(:, :, :, block)
+          if (patch%projection%kind /= project_sheet) &
+            slot%weighted(:, :, :, 1) = fields%rest(:, :, :, block)
           call spread_stress(patch, b, e2, e3, fields, slot)
           call finish_stress(patch, 1, slot)
-          call run_nodal(patch, b, e2, e3, block, 1, slot, f)
-          if (patch%is_rational) call gather_weights(patch, b, e2, e3, w)
+          call gather_positions(patch, b, e2, e3, x, u, w)
+          call run_nodal(patch, b, e2, e3, block, 1, u, slot, fields%rest(:, :, :, block), f)
           call add_forces(patch, tile, b, e2, e3, w, f, force, border)
         end do
       end do
@@ -207,7 +211,7 @@ contains
     type(ig_patch_t), intent(in) :: patch
     type(point_fields_t) :: slot
 
-    slot = new_point_fields(patch%axes%n_points, 1, patch%projection%kind, &
+    slot = new_point_fields(patch%axes%n_points, 1, patch%projection, &
                             allocated(patch%reference))
   end function new_slot
 

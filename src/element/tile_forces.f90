@@ -13,7 +13,7 @@ module tile_forces
   implicit none
   private
 
-  public :: forces_of_tile, work_tile, gather_motion, gather_weights, add_forces, place_context
+  public :: forces_of_tile, work_tile, gather_motion, gather_positions, add_forces, place_context
   public :: clear_rows, add_report, block_kernel
 
   abstract interface
@@ -73,7 +73,7 @@ contains
 
     if (allocated(patch%reference)) context = new_point_context(n_lanes*patch%axes(3)%n_points)
     if (patch%projection%kind /= project_nothing) &
-      fields = new_point_fields(patch%axes%n_points, 1, patch%projection%kind, &
+      fields = new_point_fields(patch%axes%n_points, 1, patch%projection, &
                                 allocated(patch%reference))
     call clear_rows(tile, force, border)
     do e3 = 1, patch%axes(3)%n_elements
@@ -122,23 +122,40 @@ contains
     real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
     real(wp), intent(inout) :: u(:, :)
     real(wp), intent(inout) :: w(:)        !! the weights, where there are any
-    integer :: p(3), first(n_lanes), i2, i3
-    logical :: is_contiguous
 
-    p = patch%axes%degree
-    first = patch%axes(1)%first(patch%lanes%element(:, b))
-    i2 = patch%axes(2)%first(e2)
-    i3 = patch%axes(3)%first(e3)
-    is_contiguous = patch%lanes%is_contiguous(b)
-    call gather_block(p, patch%n_control, 3, is_contiguous, first, i2, i3, 1.0_wp, x, &
-                      u(:, 1:3))
-    call gather_block(p, patch%n_control, 3, is_contiguous, first, i2, i3, 0.5_wp*dt, v, &
-                      u(:, 4:6))
+    call gather_field(patch, b, e2, e3, 1.0_wp, x, u(:, 1:3))
+    call gather_field(patch, b, e2, e3, 0.5_wp*dt, v, u(:, 4:6))
     if (patch%is_rational) then
       call gather_weights(patch, b, e2, e3, w)
       call weigh_block(size(u, 1), 6, w, u)
     end if
   end subroutine gather_motion
+
+  !> The same of the positions alone.
+  subroutine gather_positions(patch, b, e2, e3, x, u, w)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, e2, e3
+    real(wp), intent(in) :: x(:, :, :, :)
+    real(wp), intent(inout) :: u(:, :), w(:)
+
+    call gather_field(patch, b, e2, e3, 1.0_wp, x, u)
+    if (patch%is_rational) then
+      call gather_weights(patch, b, e2, e3, w)
+      call weigh_block(size(u, 1), 3, w, u)
+    end if
+  end subroutine gather_positions
+
+  !> A vector at the control points of a block, times a factor.
+  subroutine gather_field(patch, b, e2, e3, factor, field, u)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, e2, e3
+    real(wp), intent(in) :: factor, field(:, :, :, :)
+    real(wp), intent(inout) :: u(:, :)
+
+    call gather_block(patch%axes%degree, patch%n_control, 3, patch%lanes%is_contiguous(b), &
+                      patch%axes(1)%first(patch%lanes%element(:, b)), patch%axes(2)%first(e2), &
+                      patch%axes(3)%first(e3), factor, field, u)
+  end subroutine gather_field
 
   !> Weights of the control points of a block.
   subroutine gather_weights(patch, b, e2, e3, w)
