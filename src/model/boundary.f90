@@ -14,7 +14,7 @@ module boundary
   type, extends(effect_t), public :: boundary_t
     integer :: component = 1
     integer, allocatable :: part(:)             !! patch of each control point, shape (n)
-    integer, allocatable :: points(:, :)        !! control indices, shape (3, n)
+    integer, allocatable :: points(:, :)        !! control indices, shape (3, n), as arrays run
     real(wp) :: velocity = 0.0_wp               !! times the curve
     type(curve_t) :: curve
     real(wp) :: moved = 0.0_wp                  !! displacement of the last step
@@ -34,17 +34,19 @@ contains
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
     real(wp) :: velocity, total
-    integer :: p
+    integer :: p, n
 
     if (self%is_catching) call count_catch(self, bodies, instant)
     velocity = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)
     total = 0.0_wp
-    do p = 1, size(self%points, 2)
+    p = 1
+    do while (p <= size(self%points, 2))
       associate (i => self%points(1, p), j => self%points(2, p), k => self%points(3, p), &
                  c => self%component, body => bodies%blank%parts(self%part(p)))
-        total = total + body%mass(i, j, k)*(velocity - body%motion%v(i, j, k, c))
-        body%motion%v(i, j, k, c) = velocity
+        n = row_length(self, p, size(body%mass, 1))
+        call hold_row(n, velocity, body%mass(i, j, k), body%motion%v(i, j, k, c), total)
       end associate
+      p = p + n
     end do
     total = total/instant%dt_mean
     self%external_work = self%external_work &
@@ -52,6 +54,36 @@ contains
     self%force(self%component) = total
     self%moved = velocity*instant%dt
   end subroutine apply
+
+  !> How many points from point `p` of the list on follow each other in the arrays: all to the end of
+  !! the row along axis 1, or else this one alone.
+  pure integer function row_length(self, p, n) result(length)
+    class(boundary_t), intent(in) :: self
+    integer, intent(in) :: p
+    integer, intent(in) :: n       !! control points of its patch along axis 1
+
+    length = n - self%points(1, p) + 1
+    if (p + length - 1 > size(self%part)) then
+      length = 1
+    else if (self%part(p + length - 1) /= self%part(p) .or. &
+             any(self%points(:, p + length - 1) /= [n, self%points(2:, p)])) then
+      length = 1
+    end if
+  end function row_length
+
+  !> Points that follow each other take the velocity; add the momentum that they lack.
+  pure subroutine hold_row(n, velocity, mass, v, lack)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: velocity, mass(n)
+    real(wp), intent(inout) :: v(n), lack
+    integer :: i
+
+    !$omp simd reduction(+:lack)
+    do i = 1, n
+      lack = lack + mass(i)*(velocity - v(i))
+      v(i) = velocity
+    end do
+  end subroutine hold_row
 
   !> What the effect carries from step to step.
   subroutine carry_boundary(self, store)
