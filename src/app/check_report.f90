@@ -6,6 +6,7 @@ module check_report
   use ig_patch, only: ig_patch_t
   use blank, only: n_elements_of, mass_of
   use kernel_dispatch, only: kernel_name
+  use plane_dispatch, only: plane_kernel_name
   use model, only: model_t
   use step_control, only: step_control_t, new_step_control, next_step
   use step_report, only: effect_names
@@ -56,13 +57,16 @@ contains
 
   subroutine print_patch(patch)
     type(ig_patch_t), intent(in) :: patch
+    character(:), allocatable :: kernel
 
     print "(a)", "elements         "//to_text(product(patch%axes%n_elements))//" ("// &
       triple(patch%axes%n_elements)//")"
     print "(a)", "degrees          "//triple(patch%axes%degree)
     print "(a)", "control points   "//to_text(product(patch%n_control))
+    kernel = kernel_name(patch%kernel)
+    if (patch%plane%kernel > 0) kernel = plane_kernel_name(patch%plane%kernel)
     print "(a)", "points           "//to_text(product(patch%axes%n_points))//" an element ("// &
-      triple(patch%axes%n_points)//"), kernel "//kernel_name(patch%kernel)
+      triple(patch%axes%n_points)//"), kernel "//kernel
     associate (projection => patch%projection)
       if (projection%is_smooth) then
         print "(a)", "projection       "//projection_name(projection%kind)//", smooth"

@@ -33,6 +33,7 @@ module deck_run
   use run_saver, only: saver_t, save_last_good, drop_checkpoint
   use run_start, only: new_saver, claim_files, start_run, saving_words
   use forming_run, only: run_model, save_failed
+  use plane_dispatch, only: plane_kernel_name
   use check_report, only: print_check
   use tool_display, only: tool_cell_length
   use saving_report, only: saving_lines
@@ -326,6 +327,8 @@ contains
         call log_line(log, "reduction  plane strain: a strip of 1/"// &
                       rounded_text(model%width_ratio)//" of the width; forces, energies and "// &
                       "masses are those of all of it")
+      if (blank%parts(1)%patch%plane%kernel > 0) &
+        call log_line(log, "kernel     "//plane_kernel_name(blank%parts(1)%patch%plane%kernel))
     end associate
   end subroutine log_model
 

@@ -34,6 +34,18 @@ module ig_patch
     real(wp), allocatable :: force(:, :, :, :)
   end type tile_buffer_t
 
+  !> What a patch in plane strain has beside: one element wide along axis 2, linear across with one
+  !! point there, and held so that its two sides move alike.
+  type, public :: plane_strain_t
+    integer :: kernel = 0           !! instance, see plane_dispatch; 0: the patch is none of these
+    !> Components of the plane, that across, and the place of the plane's shear in a tensor.
+    integer :: places(4) = 0
+    real(wp) :: across = 0.0_wp     !! d/dxi_2 of the coordinate across [length]
+    real(wp) :: half = 0.0_wp       !! the same with the sign that makes determinants positive
+    !> Forces of each tile on the upper side, all components, rows along axis 2 being that one.
+    type(tile_buffer_t), allocatable :: sides(:)
+  end type plane_strain_t
+
   !> What one force evaluation tells beside the forces, per tile and summed in fixed order.
   type, public :: force_report_t
     real(wp) :: internal_work = 0.0_wp      !! stress power times dt
@@ -49,6 +61,7 @@ module ig_patch
     integer :: n_control(3) = 0
     integer :: n_blocks = 0
     integer :: kernel = 0                          !! instance, see tile_forces
+    type(plane_strain_t) :: plane
     type(axis_table_t) :: axes(3)
     type(lane_table_t) :: lanes
     logical :: is_rational = .false.

@@ -4,6 +4,7 @@ module internal_force
   use block_law, only: block_law_t
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
   use tile_forces, only: forces_of_tile
+  use plane_forces, only: forces_in_plane
   use smooth_forces, only: smooth_tile_forces
   implicit none
   private
@@ -20,26 +21,30 @@ contains
     type(tile_buffer_t), intent(inout) :: buffers(:)    !! from `new_tile_buffers`
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt                          !! [time]
-    real(wp), intent(in) :: x(:, :, :, :)               !! control points at the end of the step
-    real(wp), intent(in) :: v(:, :, :, :)               !! velocities at its middle
+    real(wp), intent(in), contiguous :: x(:, :, :, :)   !! control points at the end of the step
+    real(wp), intent(in), contiguous :: v(:, :, :, :)   !! velocities at its middle
     real(wp), intent(inout), contiguous :: force(:, :, :, :)   !! set to it, (n1, n2, n3, 3)
     type(force_report_t), intent(out) :: report
     type(force_report_t) :: reports(size(buffers))
     integer :: t
 
-    if (patch%projection%is_smooth) &
-      call smooth_tile_forces(patch, buffers, law, dt, x, v, force, reports)
-    !$omp parallel default(shared) private(t) if (.not. law%is_serial)
-    if (.not. patch%projection%is_smooth) then
-      !$omp do schedule(static)
-      do t = 1, size(buffers)
-        call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, force, buffers(t)%force, &
-                            reports(t))
-      end do
-      !$omp end do
+    if (patch%plane%kernel > 0) then
+      call forces_in_plane(patch, law, dt, x, v, force, reports)
+    else
+      if (patch%projection%is_smooth) &
+        call smooth_tile_forces(patch, buffers, law, dt, x, v, force, reports)
+      !$omp parallel default(shared) private(t) if (.not. law%is_serial)
+      if (.not. patch%projection%is_smooth) then
+        !$omp do schedule(static)
+        do t = 1, size(buffers)
+          call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, force, buffers(t)%force, &
+                              reports(t))
+        end do
+        !$omp end do
+      end if
+      call add_tiles(patch, buffers, force)
+      !$omp end parallel
     end if
-    call add_tiles(patch, buffers, force)
-    !$omp end parallel
     patch%time = patch%time + dt
     patch%increment = patch%increment + 1
     do t = 1, size(buffers)

@@ -7,7 +7,7 @@ module patch_body
   use nurbs_solid, only: nurbs_solid_t
   use seams, only: seams_t, collect, sum_groups, hand_out
   use block_law, only: block_law_t
-  use ig_patch, only: ig_patch_t, tile_buffer_t
+  use ig_patch, only: ig_patch_t, tile_buffer_t, plane_strain_t
   use strain_projection, only: projection_spec_t
   use patch_setup, only: new_patch, new_tile_buffers
   use shape_check, only: check_shape
@@ -90,7 +90,8 @@ contains
     end do
   end subroutine carry_fields
 
-  !> Copies of bodies for trial motions of an elastic law: no viscosity, one empty state variable.
+  !> Copies of bodies for trial motions of an elastic law, of any kind also in plane strain: no
+  !! viscosity, one empty state variable.
   function without_state(bodies) result(trial)
     type(patch_body_t), intent(in) :: bodies(:)
     type(patch_body_t), allocatable :: trial(:)
@@ -100,6 +101,7 @@ contains
     do p = 1, size(trial)
       associate (patch => trial(p)%patch)
         patch%viscosity%is_active = .false.
+        patch%plane = plane_strain_t()
         deallocate (patch%state)
         allocate (patch%state(8, patch%axes(3)%n_points, 1, &
                               patch%axes(1)%n_points*patch%axes(2)%n_points, patch%n_blocks), &

@@ -29,6 +29,7 @@ module anisotropic_plastic
     integer :: n_stages = 0           !! of the multi-stage return, 0: backward Euler
   contains
     procedure :: update
+    procedure :: keeps_plane
   end type anisotropic_plastic_t
 
 contains
@@ -56,6 +57,14 @@ contains
     law%bound = mises_bound(yield)
     law%n_stages = n_stages
   end function new_anisotropic_plastic
+
+  !> It does where an axis of the material lies across the plane.
+  pure logical function keeps_plane(self, component)
+    class(anisotropic_plastic_t), intent(in) :: self
+    integer, intent(in) :: component
+
+    keeps_plane = any(abs(self%axes(component, :)) > 1.0_wp - 1.0e-15_wp)
+  end function keeps_plane
 
   !> Elastic trial, then the return of the points that may yield, in the axes of the material.
   subroutine update(self, n, dt, dstrain, stress, state, ok, spin)

@@ -23,6 +23,7 @@ module block_law
   contains
     procedure(update_row), deferred :: update
     procedure :: update_in_context
+    procedure :: keeps_plane
   end type block_law_t
 
   abstract interface
@@ -52,6 +53,15 @@ contains
     law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
     law%shear = young/(2.0_wp*(1.0_wp + poisson))
   end subroutine set_elastic
+
+  !> Does a state that is its own picture on the other side of the plane across a coordinate stay so
+  !! in a motion that does? True where no direction of the material says otherwise.
+  pure logical function keeps_plane(self, component)
+    class(block_law_t), intent(in) :: self
+    integer, intent(in) :: component     !! 1 x, 2 y, 3 z
+
+    keeps_plane = component >= 1 .and. component <= 3 .and. .not. self%needs_context
+  end function keeps_plane
 
   !> Update of a law that asks for kinematics and places; others need none of it.
   subroutine update_in_context(self, context, dt, dstrain, stress, state, ok, spin)

@@ -22,6 +22,7 @@ module model_setup
   use blank, only: blank_t, new_blank, patch_spec_t, columns_of
   use rigid_motion, only: move_tool, rigid_motion_t, motion_term_t
   use set_range, only: members_t, find_members
+  use plane_setup, only: set_plane_strain
   use support_setup, only: add_supports, curve_of
   use drive_setup, only: add_drives
   use step_change, only: hold_back_forces
@@ -62,6 +63,12 @@ contains
     call set_initial_velocities(scene, model)
     call add_supports(scene, model)
     call set_stable_step(model)
+    if (scene%reduction%component > 0) then
+      associate (blank => model%bodies%blank)
+        call set_plane_strain(blank%parts(1)%patch, blank%law, scene%reduction%component, &
+                              blank%parts(1)%motion%x)
+      end associate
+    end if
     call check_step(scene, model, faults)
     if (n_errors(faults) > before) return
     do i = 1, size(scene%contacts)

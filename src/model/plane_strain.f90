@@ -43,6 +43,7 @@ contains
       return
     end if
     call cut_strip(scene, component, axis_along(scene, component), faults)
+    scene%reduction%component = component
     if (scene%width_ratio > 0.0_wp) call hold_width(scene, component)
   end subroutine reduce_scene
 
@@ -85,8 +86,10 @@ contains
         associate (x => low + width*merge(2 - i, i - 1, is_falling))
           select case (axis)
           case (1)
+            points(i, :, :, :) = solid%points(1, :n(2), :n(3), :)
             points(i, :, :, component) = x
           case default
+            points(:, i, :, :) = solid%points(:n(1), 1, :n(3), :)
             points(:, i, :, component) = x
           end select
         end associate
