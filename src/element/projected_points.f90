@@ -76,93 +76,103 @@ contains
   end subroutine join_volume
 
   !> Volume strain along the normal, transverse shear along its own axis: all that is added has
-  !! the form h n + n h.
+  !! the form r n + n r.
   pure subroutine correct_sheet(q, n, tangents, theta, along1, along2, dstrain)
     integer, intent(in) :: q, n
     real(wp), intent(in) :: tangents(8*q, 12, n)    !! those of the middle of the step are used
     real(wp), intent(in) :: theta(8*q, n), along1(8*q, 6, n), along2(8*q, 6, n)
     real(wp), intent(inout) :: dstrain(8*q, 6, n)
-    real(wp) :: normal(8*q, 3), dual(8*q, 3, 2), shear(8*q, 2), growth, h1, h2, h3
+    real(wp) :: t1, t2, t3, u1, u2, u3, n1, n2, n3, m1, m2, m3, g1, g2, g3, h1, h2, h3, scaling
+    real(wp) :: growth, shear1, shear2, r1, r2, r3
     integer :: l, row
 
     do row = 1, n
-      associate (d => dstrain(:, :, row))
-        call sheet_frames(8*q, tangents(:, 1:6, row), normal, dual)
-        call added_shear(8*q, tangents(:, 1:3, row), normal, along1(:, :, row), d, shear(:, 1))
-        call added_shear(8*q, tangents(:, 4:6, row), normal, along2(:, :, row), d, shear(:, 2))
-        !$omp simd private(growth, h1, h2, h3)
-        do l = 1, 8*q
+      !$omp simd private(t1, t2, t3, u1, u2, u3, n1, n2, n3, m1, m2, m3, g1, g2, g3, h1, h2, h3, &
+      !$omp scaling, growth, shear1, shear2, r1, r2, r3)
+      do l = 1, 8*q
+        t1 = tangents(l, 1, row); t2 = tangents(l, 2, row); t3 = tangents(l, 3, row)
+        u1 = tangents(l, 4, row); u2 = tangents(l, 5, row); u3 = tangents(l, 6, row)
+        include 'sheet_frame.inc'
+        associate (d => dstrain(:, :, row), a => along1(:, :, row), b => along2(:, :, row))
+          ! t.(A - D).m and u.(B - D).m of engineering strains
+          shear1 = (a(l, 1) - d(l, 1))*t1*m1 + (a(l, 2) - d(l, 2))*t2*m2 &
+                   + (a(l, 3) - d(l, 3))*t3*m3 &
+                   + 0.5_wp*((a(l, 4) - d(l, 4))*(t1*m2 + t2*m1) &
+                             + (a(l, 5) - d(l, 5))*(t1*m3 + t3*m1) &
+                             + (a(l, 6) - d(l, 6))*(t2*m3 + t3*m2))
+          shear2 = (b(l, 1) - d(l, 1))*u1*m1 + (b(l, 2) - d(l, 2))*u2*m2 &
+                   + (b(l, 3) - d(l, 3))*u3*m3 &
+                   + 0.5_wp*((b(l, 4) - d(l, 4))*(u1*m2 + u2*m1) &
+                             + (b(l, 5) - d(l, 5))*(u1*m3 + u3*m1) &
+                             + (b(l, 6) - d(l, 6))*(u2*m3 + u3*m2))
           growth = 0.5_wp*(theta(l, row) - d(l, 1) - d(l, 2) - d(l, 3))
-          h1 = growth*normal(l, 1) + shear(l, 1)*dual(l, 1, 1) + shear(l, 2)*dual(l, 1, 2)
-          h2 = growth*normal(l, 2) + shear(l, 1)*dual(l, 2, 1) + shear(l, 2)*dual(l, 2, 2)
-          h3 = growth*normal(l, 3) + shear(l, 1)*dual(l, 3, 1) + shear(l, 2)*dual(l, 3, 2)
-          d(l, 1) = d(l, 1) + 2.0_wp*h1*normal(l, 1)
-          d(l, 2) = d(l, 2) + 2.0_wp*h2*normal(l, 2)
-          d(l, 3) = d(l, 3) + 2.0_wp*h3*normal(l, 3)
-          d(l, 4) = d(l, 4) + 2.0_wp*(h1*normal(l, 2) + h2*normal(l, 1))
-          d(l, 5) = d(l, 5) + 2.0_wp*(h1*normal(l, 3) + h3*normal(l, 1))
-          d(l, 6) = d(l, 6) + 2.0_wp*(h2*normal(l, 3) + h3*normal(l, 2))
-        end do
-      end associate
+          r1 = 2.0_wp*(growth*m1 + shear1*g1 + shear2*h1)
+          r2 = 2.0_wp*(growth*m2 + shear1*g2 + shear2*h2)
+          r3 = 2.0_wp*(growth*m3 + shear1*g3 + shear2*h3)
+          d(l, 1) = d(l, 1) + r1*n1
+          d(l, 2) = d(l, 2) + r2*n2
+          d(l, 3) = d(l, 3) + r3*n3
+          d(l, 4) = d(l, 4) + (r1*n2 + r2*n1)
+          d(l, 5) = d(l, 5) + (r1*n3 + r3*n1)
+          d(l, 6) = d(l, 6) + (r2*n3 + r3*n2)
+        end associate
+      end do
     end do
   end subroutine correct_sheet
 
-  !> t.(A - D).n of engineering strains A and D.
-  pure subroutine added_shear(m, t, n, a, d, shear)
-    integer, intent(in) :: m
-    real(wp), intent(in) :: t(m, 3), n(m, 3), a(m, 6), d(m, 6)
-    real(wp), intent(out) :: shear(m)
-    integer :: l
-
-    !$omp simd
-    do l = 1, m
-      shear(l) = (a(l, 1) - d(l, 1))*t(l, 1)*n(l, 1) + (a(l, 2) - d(l, 2))*t(l, 2)*n(l, 2) &
-                 + (a(l, 3) - d(l, 3))*t(l, 3)*n(l, 3) &
-                 + 0.5_wp*((a(l, 4) - d(l, 4))*(t(l, 1)*n(l, 2) + t(l, 2)*n(l, 1)) &
-                           + (a(l, 5) - d(l, 5))*(t(l, 1)*n(l, 3) + t(l, 3)*n(l, 1)) &
-                           + (a(l, 6) - d(l, 6))*(t(l, 2)*n(l, 3) + t(l, 3)*n(l, 2)))
-    end do
-  end subroutine added_shear
-
   !> Split stresses into what works on the projected strains of `correct_sheet` and the rest, which
-  !! lies within the sheet: R_ab = g^a.S.g^b - mean g^a.g^b by the dual tangents g^1, g^2.
+  !! lies within the sheet: R_ab = g^a.S.g^b - mean g^a.g^b by the dual tangents g^1, g^2. What is
+  !! projected along an axis works on t.D.n alone: the symmetric part of t n, times a shear.
   pure subroutine split_sheet(q, n, tangents, weighted, mean, along1, along2, plane)
     integer, intent(in) :: q, n
     real(wp), intent(in) :: tangents(8*q, 12, n)    !! those of the end of the step are used
     real(wp), intent(in) :: weighted(8*q, 6, n)
     real(wp), intent(out) :: mean(8*q, n), along1(8*q, 6, n), along2(8*q, 6, n)
     real(wp), intent(out) :: plane(8*q, 3, n)       !! R_11, R_12, R_22
-    real(wp) :: normal(8*q, 3), dual(8*q, 3, 2), shear(8*q, 2)
-    real(wp) :: n1, n2, n3, a1, a2, a3, b1, b2, b3, f1, f2, f3
+    real(wp) :: t1, t2, t3, u1, u2, u3, n1, n2, n3, m1, m2, m3, g1, g2, g3, h1, h2, h3, scaling
+    real(wp) :: s11, s22, s33, s12, s13, s23, r1, r2, r3, shear1, shear2
     integer :: l, row
 
     do row = 1, n
-      associate (s => weighted(:, :, row))
-        call sheet_frames(8*q, tangents(:, 7:12, row), normal, dual)
-        !$omp simd private(n1, n2, n3, a1, a2, a3, b1, b2, b3, f1, f2, f3)
-        do l = 1, 8*q
-          n1 = normal(l, 1); n2 = normal(l, 2); n3 = normal(l, 3)
-          a1 = dual(l, 1, 1); a2 = dual(l, 2, 1); a3 = dual(l, 3, 1)
-          b1 = dual(l, 1, 2); b2 = dual(l, 2, 2); b3 = dual(l, 3, 2)
-          f1 = s(l, 1)*n1 + s(l, 4)*n2 + s(l, 5)*n3
-          f2 = s(l, 4)*n1 + s(l, 2)*n2 + s(l, 6)*n3
-          f3 = s(l, 5)*n1 + s(l, 6)*n2 + s(l, 3)*n3
-          mean(l, row) = f1*n1 + f2*n2 + f3*n3
-          shear(l, 1) = 2.0_wp*(f1*a1 + f2*a2 + f3*a3)
-          shear(l, 2) = 2.0_wp*(f1*b1 + f2*b2 + f3*b3)
-          f1 = (s(l, 1) - mean(l, row))*a1 + s(l, 4)*a2 + s(l, 5)*a3
-          f2 = s(l, 4)*a1 + (s(l, 2) - mean(l, row))*a2 + s(l, 6)*a3
-          f3 = s(l, 5)*a1 + s(l, 6)*a2 + (s(l, 3) - mean(l, row))*a3
-          plane(l, 1, row) = f1*a1 + f2*a2 + f3*a3
-          plane(l, 2, row) = f1*b1 + f2*b2 + f3*b3
-          f1 = (s(l, 1) - mean(l, row))*b1 + s(l, 4)*b2 + s(l, 5)*b3
-          f2 = s(l, 4)*b1 + (s(l, 2) - mean(l, row))*b2 + s(l, 6)*b3
-          f3 = s(l, 5)*b1 + s(l, 6)*b2 + (s(l, 3) - mean(l, row))*b3
-          plane(l, 3, row) = f1*b1 + f2*b2 + f3*b3
-        end do
-        call shear_stress(8*q, tangents(:, 7:9, row), normal, shear(:, 1), along1(:, :, row))
-        call shear_stress(8*q, tangents(:, 10:12, row), normal, shear(:, 2), along2(:, :, row))
-      end associate
+      !$omp simd private(t1, t2, t3, u1, u2, u3, n1, n2, n3, m1, m2, m3, g1, g2, g3, h1, h2, h3, &
+      !$omp scaling, s11, s22, s33, s12, s13, s23, r1, r2, r3, shear1, shear2)
+      do l = 1, 8*q
+        t1 = tangents(l, 7, row); t2 = tangents(l, 8, row); t3 = tangents(l, 9, row)
+        u1 = tangents(l, 10, row); u2 = tangents(l, 11, row); u3 = tangents(l, 12, row)
+        include 'sheet_frame.inc'
+        s11 = weighted(l, 1, row); s22 = weighted(l, 2, row); s33 = weighted(l, 3, row)
+        s12 = weighted(l, 4, row); s13 = weighted(l, 5, row); s23 = weighted(l, 6, row)
+        r1 = s11*m1 + s12*m2 + s13*m3
+        r2 = s12*m1 + s22*m2 + s23*m3
+        r3 = s13*m1 + s23*m2 + s33*m3
+        mean(l, row) = r1*n1 + r2*n2 + r3*n3
+        shear1 = r1*g1 + r2*g2 + r3*g3
+        shear2 = r1*h1 + r2*h2 + r3*h3
+        along1(l, 1, row) = 2.0_wp*shear1*t1*n1
+        along1(l, 2, row) = 2.0_wp*shear1*t2*n2
+        along1(l, 3, row) = 2.0_wp*shear1*t3*n3
+        along1(l, 4, row) = shear1*(t1*n2 + t2*n1)
+        along1(l, 5, row) = shear1*(t1*n3 + t3*n1)
+        along1(l, 6, row) = shear1*(t2*n3 + t3*n2)
+        along2(l, 1, row) = 2.0_wp*shear2*u1*n1
+        along2(l, 2, row) = 2.0_wp*shear2*u2*n2
+        along2(l, 3, row) = 2.0_wp*shear2*u3*n3
+        along2(l, 4, row) = shear2*(u1*n2 + u2*n1)
+        along2(l, 5, row) = shear2*(u1*n3 + u3*n1)
+        along2(l, 6, row) = shear2*(u2*n3 + u3*n2)
+        s11 = s11 - mean(l, row)
+        s22 = s22 - mean(l, row)
+        s33 = s33 - mean(l, row)
+        r1 = s11*g1 + s12*g2 + s13*g3
+        r2 = s12*g1 + s22*g2 + s23*g3
+        r3 = s13*g1 + s23*g2 + s33*g3
+        plane(l, 1, row) = r1*g1 + r2*g2 + r3*g3
+        plane(l, 2, row) = r1*h1 + r2*h2 + r3*h3
+        r1 = s11*h1 + s12*h2 + s13*h3
+        r2 = s12*h1 + s22*h2 + s23*h3
+        r3 = s13*h1 + s23*h2 + s33*h3
+        plane(l, 3, row) = r1*h1 + r2*h2 + r3*h3
+      end do
     end do
   end subroutine split_sheet
 
@@ -175,50 +185,5 @@ contains
     weighted = along1 + along2
     call join_volume(q, n, mean, weighted)
   end subroutine join_sheet
-
-  !> Stress that works on t.D.n alone: the symmetric part of t n, times a shear.
-  pure subroutine shear_stress(m, t, n, shear, stress)
-    integer, intent(in) :: m
-    real(wp), intent(in) :: t(m, 3), n(m, 3), shear(m)
-    real(wp), intent(out) :: stress(m, 6)
-    integer :: l
-
-    !$omp simd
-    do l = 1, m
-      stress(l, 1) = shear(l)*t(l, 1)*n(l, 1)
-      stress(l, 2) = shear(l)*t(l, 2)*n(l, 2)
-      stress(l, 3) = shear(l)*t(l, 3)*n(l, 3)
-      stress(l, 4) = 0.5_wp*shear(l)*(t(l, 1)*n(l, 2) + t(l, 2)*n(l, 1))
-      stress(l, 5) = 0.5_wp*shear(l)*(t(l, 1)*n(l, 3) + t(l, 3)*n(l, 1))
-      stress(l, 6) = 0.5_wp*shear(l)*(t(l, 2)*n(l, 3) + t(l, 3)*n(l, 2))
-    end do
-  end subroutine shear_stress
-
-  !> Unit normals of two tangents and their dual pairs in their plane.
-  pure subroutine sheet_frames(m, t, normal, dual)
-    integer, intent(in) :: m
-    real(wp), intent(in) :: t(m, 3, 2)
-    real(wp), intent(out) :: normal(m, 3), dual(m, 3, 2)
-    real(wp) :: n1, n2, n3, scaling
-    integer :: l
-
-    !$omp simd private(n1, n2, n3, scaling)
-    do l = 1, m
-      n1 = t(l, 2, 1)*t(l, 3, 2) - t(l, 3, 1)*t(l, 2, 2)
-      n2 = t(l, 3, 1)*t(l, 1, 2) - t(l, 1, 1)*t(l, 3, 2)
-      n3 = t(l, 1, 1)*t(l, 2, 2) - t(l, 2, 1)*t(l, 1, 2)
-      scaling = 1.0_wp/(n1*n1 + n2*n2 + n3*n3)
-      dual(l, 1, 1) = scaling*(t(l, 2, 2)*n3 - t(l, 3, 2)*n2)
-      dual(l, 2, 1) = scaling*(t(l, 3, 2)*n1 - t(l, 1, 2)*n3)
-      dual(l, 3, 1) = scaling*(t(l, 1, 2)*n2 - t(l, 2, 2)*n1)
-      dual(l, 1, 2) = scaling*(n2*t(l, 3, 1) - n3*t(l, 2, 1))
-      dual(l, 2, 2) = scaling*(n3*t(l, 1, 1) - n1*t(l, 3, 1))
-      dual(l, 3, 2) = scaling*(n1*t(l, 2, 1) - n2*t(l, 1, 1))
-      scaling = sqrt(scaling)
-      normal(l, 1) = scaling*n1
-      normal(l, 2) = scaling*n2
-      normal(l, 3) = scaling*n3
-    end do
-  end subroutine sheet_frames
 
 end module projected_points
