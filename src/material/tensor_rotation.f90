@@ -65,9 +65,9 @@ contains
       strain(l, 1) = t1 + p1
       strain(l, 2) = t2 - p2
       strain(l, 3) = t3 - p3
-      strain(l, 4) = 2.0_wp*t4 + p4
-      strain(l, 5) = 2.0_wp*t5 + p5
-      strain(l, 6) = 2.0_wp*t6 + p6
+      strain(l, 4) = strain(l, 4) + p4
+      strain(l, 5) = strain(l, 5) + p5
+      strain(l, 6) = strain(l, 6) + p6
     end do
   end subroutine turn_to_end
 
