@@ -7,7 +7,7 @@ module first_order_forces
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
-  use kernel_dispatch, only: kernel_name
+  use kernel_dispatch, only: kernel_name, takes_fields
   use internal_force, only: add_tiles
   use tile_forces, only: work_tile
   use point_context, only: point_context_t
@@ -44,7 +44,7 @@ contains
     type(tile_buffer_t), intent(inout) :: buffers(:)
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt
-    real(wp), intent(in) :: x(:, :, :, :), v(:, :, :, :)
+    real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)
     real(wp), intent(inout), contiguous :: force(:, :, :, :)
     type(force_report_t), intent(out) :: report
     type(force_report_t) :: reports(size(buffers))
@@ -64,7 +64,9 @@ contains
   end subroutine forces_of_first_order
 
 ! Arrays go by their first elements, as in kernel_dispatch.
-#define HEAD law, dt, .false., viscous, u, patch%lanes%values(1, 1, 1, b), \
+#define HEAD law, dt, .false., viscous, u, AXES
+#define DIRECT_HEAD law, dt, .false., viscous, takes_fields(patch, b), patch%n_control, first, x, v, u, AXES
+#define AXES patch%lanes%values(1, 1, 1, b), \
   patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), \
   patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, \
   patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights
@@ -72,26 +74,29 @@ contains
   f, sums, ok
 #define WEIGHTS patch%rational(1, 1, 1, 1, block)
 
-  subroutine run_instance(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
+  subroutine run_instance(patch, law, b, e2, e3, block, dt, x, v, u, context, fields, f, sums, ok)
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: b, e2, e3, block
-    real(wp), intent(in) :: dt, u(*)
+    real(wp), intent(in) :: dt, x(*), v(*), u(*)
     type(point_context_t), intent(inout) :: context
     type(point_fields_t), intent(inout) :: fields
     real(wp), intent(inout) :: f(*)
     real(wp), intent(out) :: sums(n_lanes, 4)
     logical, intent(out) :: ok
     real(wp), parameter :: viscous(n_lanes, 2) = 0.0_wp
+    integer :: first(3)
 
+    first = [patch%axes(1)%first(patch%lanes%element(1, b)), patch%axes(2)%first(e2), &
+             patch%axes(3)%first(e3)]
     associate (points => dot_product(patch%axes%n_points, [100, 10, 1]))
       select case (merge(-points, points, patch%is_rational))
       case (222)
-        call p222_q222(HEAD, TAIL)
+        call p222_q222(DIRECT_HEAD, TAIL)
       case (223)
-        call p222_q223(HEAD, TAIL)
+        call p222_q223(DIRECT_HEAD, TAIL)
       case (333)
-        call p222_q333(HEAD, TAIL)
+        call p222_q333(DIRECT_HEAD, TAIL)
       case (-222)
         call p222_q222_rational(HEAD, WEIGHTS, TAIL)
       case (-223)

@@ -6,7 +6,7 @@ module tile_forces
   use point_context, only: point_context_t, new_point_context
   use ig_patch, only: ig_patch_t, tile_t, force_report_t
   use block_exchange, only: gather_block, weigh_block, add_block
-  use kernel_dispatch, only: run_kernel
+  use kernel_dispatch, only: run_kernel, takes_fields
   use strain_projection, only: project_nothing
   use point_fields, only: point_fields_t, new_point_fields
   use projected_block, only: run_projected
@@ -18,12 +18,14 @@ module tile_forces
 
   abstract interface
     !> Stress update and forces of block `b` of the row (e2, e3): number `block` of the patch.
-    subroutine block_kernel(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
+    subroutine block_kernel(patch, law, b, e2, e3, block, dt, x, v, u, context, fields, f, &
+                            sums, ok)
       import :: ig_patch_t, block_law_t, wp, point_context_t, point_fields_t, n_lanes
       type(ig_patch_t), intent(inout) :: patch
       class(block_law_t), intent(in) :: law
       integer, intent(in) :: b, e2, e3, block
       real(wp), intent(in) :: dt
+      real(wp), intent(in) :: x(*), v(*)                 !! fields of the patch, see takes_fields
       real(wp), intent(in) :: u(*)                       !! from gather_motion
       type(point_context_t), intent(inout) :: context    !! where the law asks for it
       type(point_fields_t), intent(inout) :: fields      !! of a block, where strains are projected
@@ -41,7 +43,7 @@ contains
     class(block_law_t), intent(in) :: law
     type(tile_t), intent(in) :: tile
     real(wp), intent(in) :: dt           !! [time]
-    real(wp), intent(in) :: x(:, :, :, :), v(:, :, :, :)   !! end of step, middle of step
+    real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)   !! end, middle of the step
     real(wp), intent(inout), contiguous :: force(:, :, :, :)   !! of the patch: rows of the tile
     real(wp), intent(inout), contiguous :: border(:, :, :, :)  !! its other rows, see tile_buffer_t
     type(force_report_t), intent(out) :: report
@@ -49,7 +51,7 @@ contains
     if (patch%projection%kind == project_nothing) then
       call work_tile(patch, law, tile, dt, x, v, run_plain, force, border, report)
     else
-      call work_tile(patch, law, tile, dt, x, v, run_projected, force, border, report)
+      call work_tile(patch, law, tile, dt, x, v, run_joined, force, border, report)
     end if
   end subroutine forces_of_tile
 
@@ -58,7 +60,8 @@ contains
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     type(tile_t), intent(in) :: tile
-    real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
+    real(wp), intent(in) :: dt
+    real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)
     procedure(block_kernel) :: kernel
     real(wp), intent(inout), contiguous :: force(:, :, :, :)   !! of the patch: rows of the tile
     real(wp), intent(inout), contiguous :: border(:, :, :, :)  !! its other rows, see tile_buffer_t
@@ -69,8 +72,9 @@ contains
     real(wp) :: sums(n_lanes, 4)
     integer :: e2, e3, b, block
     type(point_fields_t) :: fields
-    logical :: ok
+    logical :: ok, is_plain
 
+    is_plain = patch%projection%kind == project_nothing
     if (allocated(patch%reference)) context = new_point_context(n_lanes*patch%axes(3)%n_points)
     if (patch%projection%kind /= project_nothing) &
       fields = new_point_fields(patch%axes%n_points, 1, patch%projection, &
@@ -80,9 +84,10 @@ contains
       do e2 = tile%row_first, tile%row_last
         do b = tile%block_first, tile%block_last
           block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
-          call gather_motion(patch, b, e2, e3, dt, x, v, u, w)
+          if (.not. (is_plain .and. takes_fields(patch, b))) &
+            call gather_motion(patch, b, e2, e3, dt, x, v, u, w)
           if (allocated(patch%reference)) call place_context(patch, b, e2, e3, block, context)
-          call kernel(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
+          call kernel(patch, law, b, e2, e3, block, dt, x, v, u, context, fields, f, sums, ok)
           call add_forces(patch, tile, b, e2, e3, w, f, force, border)
           call add_report(report, sums, ok, block)
         end do
@@ -91,19 +96,34 @@ contains
   end subroutine work_tile
 
   !> The kernel of a patch without projection, which has no fields.
-  subroutine run_plain(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
+  subroutine run_plain(patch, law, b, e2, e3, block, dt, x, v, u, context, fields, f, sums, ok)
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: b, e2, e3, block
-    real(wp), intent(in) :: dt, u(*)
+    real(wp), intent(in) :: dt, x(*), v(*), u(*)
     type(point_context_t), intent(inout) :: context
     type(point_fields_t), intent(inout) :: fields
     real(wp), intent(inout) :: f(*)
     real(wp), intent(out) :: sums(n_lanes, 4)
     logical, intent(out) :: ok
 
-    call run_kernel(patch, law, b, e2, e3, block, dt, u, context, f, sums, ok)
+    call run_kernel(patch, law, b, e2, e3, block, dt, x, v, u, context, f, sums, ok)
   end subroutine run_plain
+
+  !> The kernels of a projected patch, which take all from `u`.
+  subroutine run_joined(patch, law, b, e2, e3, block, dt, x, v, u, context, fields, f, sums, ok)
+    type(ig_patch_t), intent(inout) :: patch
+    class(block_law_t), intent(in) :: law
+    integer, intent(in) :: b, e2, e3, block
+    real(wp), intent(in) :: dt, x(*), v(*), u(*)
+    type(point_context_t), intent(inout) :: context
+    type(point_fields_t), intent(inout) :: fields
+    real(wp), intent(inout) :: f(*)
+    real(wp), intent(out) :: sums(n_lanes, 4)
+    logical, intent(out) :: ok
+
+    call run_projected(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
+  end subroutine run_joined
 
   !> No forces yet on the rows of a tile and in its buffer.
   pure subroutine clear_rows(tile, force, border)
