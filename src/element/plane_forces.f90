@@ -43,15 +43,16 @@ contains
     real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)
     real(wp), intent(inout), contiguous :: side(:, :, :, :)
     type(force_report_t), intent(inout) :: report
-    real(wp) :: sums(n_lanes, 4)
+    real(wp) :: motion(n_lanes, patch%axes(3)%n_points, 9), sums(n_lanes, 4)
     integer :: e3, b, block
     logical :: ok
 
     side = 0.0_wp
+    motion = 0.0_wp
     do e3 = 1, patch%axes(3)%n_elements
       do b = tile%block_first, tile%block_last
         block = b + patch%lanes%n_blocks*(e3 - 1)
-        call run_plane(patch, law, b, e3, block, dt, x, v, tile%control_first(1), &
+        call run_plane(patch, law, b, e3, block, dt, x, v, motion, tile%control_first(1), &
                        tile%control_last(1), side, sums, ok)
         call add_report(report, sums, ok, block)
       end do
