@@ -24,6 +24,7 @@ contains
     call add_rules(cases)
     call add_first_order(cases)
     call add_laws(cases)
+    call add_strips(cases)
     call add_sizes(cases)
     call add_contacts(cases)
     call add_faces(cases)
@@ -142,6 +143,30 @@ contains
     item%is_rational = is_rational
     call add(cases, item)
   end subroutine add_force
+
+  !> The force routine on a strip of 2560 elements, by the kernels of the solid and of the plane.
+  subroutine add_strips(cases)
+    type(case_slot_t), allocatable, intent(inout) :: cases(:)
+    character(12), parameter :: laws(3) = [character(12) :: "voce", "voce_elastic", "chaboche"]
+    type(force_case_t) :: item
+    integer :: i
+
+    item%per = "element-step"
+    item%degrees = [2, 1, 2]
+    item%points = [2, 1, 2]
+    item%parts = [1, 1, 2]
+    item%n_elements = [2560, 1, 1]
+    item%is_strip = .true.
+    do i = 1, size(laws)
+      item%law_name = laws(i)
+      item%is_plane = .false.
+      item%name = "strip/2x1x4/"//trim(laws(i))//"/solid"
+      call add(cases, item)
+      item%is_plane = .true.
+      item%name = "strip/2x1x4/"//trim(laws(i))//"/plane"
+      call add(cases, item)
+    end do
+  end subroutine add_strips
 
   !> The force routine on blanks of 1e2 to 1e5 elements.
   subroutine add_sizes(cases)

@@ -8,6 +8,7 @@ module force_case
   use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
   use strain_projection, only: projection_spec_t, project_nothing
   use patch_setup, only: new_patch, new_tile_buffers
+  use plane_setup, only: set_plane_strain
   use internal_force, only: internal_forces
   use first_order_forces, only: forces_of_first_order, check_instance
   use bench_case, only: bench_case_t
@@ -24,6 +25,8 @@ module force_case
     integer :: n_elements(3) = [80, 32, 1]
     character(16) :: law_name = "voce"
     logical :: is_rational = .false., is_viscous = .true.
+    logical :: is_strip = .false.              !! uniform along y, which nothing moves along
+    logical :: is_plane = .false.              !! that by the kernel of plane strain
     logical :: is_first_order = .false.        !! Jaumann rotation and strains of first order
     type(projection_spec_t) :: projection
     type(ig_patch_t) :: patch
@@ -62,6 +65,11 @@ contains
     if (allocated(error)) return
     if (self%is_first_order) call check_instance(self%patch, error)
     if (allocated(error)) return
+    if (self%is_plane) call set_plane_strain(self%patch, self%law, 2, solid%points)
+    if (self%is_plane .and. self%patch%plane%kernel == 0) then
+      call fail(error, self%name//": no kernel of plane strain")
+      return
+    end if
     self%buffers = new_tile_buffers(self%patch)
     allocate (self%x, source=solid%points)
     allocate (self%force, mold=self%x)
@@ -88,7 +96,8 @@ contains
     if (allocated(error)) return
     do j = 1, size(solid%weights, 2)
       do i = 1, size(solid%weights, 1)
-        solid%points(i, j, :, 3) = solid%points(i, j, :, 3) + 0.3_wp*sin(0.7_wp*i + 1.1_wp*j)
+        solid%points(i, j, :, 3) = solid%points(i, j, :, 3) &
+                                   + 0.3_wp*sin(0.7_wp*i + merge(0.0_wp, 1.1_wp, self%is_strip)*j)
         if (self%is_rational) solid%weights(i, j, :) = 1.0_wp + 0.1_wp*sin(1.3_wp*i + 0.6_wp*j)
       end do
     end do
@@ -97,12 +106,16 @@ contains
   !> A velocity gradient without change of volume, so that the pressure does not grow.
   subroutine set_velocities(self)
     class(force_case_t), intent(inout) :: self
-    real(wp), parameter :: shape(3, 3) = reshape([1.0_wp, -0.1_wp, 0.0_wp, &
+    real(wp), parameter :: whole(3, 3) = reshape([1.0_wp, -0.1_wp, 0.0_wp, &
                                                   0.3_wp, -0.5_wp, 0.1_wp, &
                                                   0.0_wp, 0.2_wp, -0.5_wp], [3, 3])
-    real(wp) :: rate
+    real(wp), parameter :: plane(3, 3) = reshape([1.0_wp, 0.0_wp, 0.3_wp, &
+                                                  0.0_wp, 0.0_wp, 0.0_wp, &
+                                                  0.0_wp, 0.0_wp, -1.0_wp], [3, 3])
+    real(wp) :: rate, shape(3, 3)
     integer :: c
 
+    shape = merge(plane, whole, self%is_strip)
     rate = 1.0e-4_wp/dt
     if (self%law_name == "voce_elastic") rate = 1.0e-9_wp/dt
     allocate (self%v, mold=self%x)
@@ -126,7 +139,7 @@ contains
     self%bytes = force_bytes(self%n_points, self%law%n_state, controls, self%is_rational)
     self%working_set = n_elements*(8.0_wp*self%n_points*(6 + self%law%n_state) + 72.0_wp*controls)
     if (self%is_rational) self%working_set = self%working_set + 40.0_wp*self%n_points*n_elements
-    if (self%projection%kind /= project_nothing) return
+    if (self%projection%kind /= project_nothing .or. self%is_plane) return
     if (.not. law_flops(trim(self%law_name)) > 0.0_wp) return
     self%flops = kernel_flops(self%degrees, q, self%is_rational, self%is_viscous, &
                               self%is_first_order) &

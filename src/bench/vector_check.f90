@@ -87,7 +87,7 @@ contains
   !> Is it the label of a hot procedure?
   pure logical function is_hot(line)
     character(*), intent(in) :: line
-    character(40), parameter :: stems(10) = [character(40) :: "__ig_solid_p", &
+    character(40), parameter :: stems(11) = [character(40) :: "__ig_solid_p", "__plane_strain_p", &
       "__first_order_p", "__first_order_MOD_first_increment", "__first_order_MOD_jaumann_turn", &
       "__tensor_rotation_MOD_rotate_by_spin", "__tensor_rotation_MOD_turn_to_end", &
       "__voce_MOD_elastic_trial", "__voce_MOD_radial_return", &
