@@ -96,7 +96,8 @@ contains
     integer :: i
 
     is_hot = .false.
-    if (index(line, ">:") == 0) return
+    ! What gathers is no arithmetic.
+    if (index(line, ">:") == 0 .or. index(line, "_MOD_gather") > 0) return
     do i = 1, size(stems)
       is_hot = is_hot .or. index(line, "<"//trim(stems(i))) > 0
     end do
