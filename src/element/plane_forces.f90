@@ -13,8 +13,8 @@ module plane_forces
 
 contains
 
-  !> Stress update and internal forces; arguments as of `internal_forces`. Tiles are added up in their
-  !! order, whatever the number of threads.
+  !> Stress update and internal forces; arguments as of `internal_forces`. Tiles are added up in
+  !! their order, whatever the number of threads.
   subroutine forces_in_plane(patch, law, dt, x, v, force, reports)
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
@@ -59,8 +59,8 @@ contains
     end do
   end subroutine work_tile
 
-  !> Add up the tiles, a row of control points along axis 1 by one thread. The sides pull at each other
-  !! across, and are else alike.
+  !> Add up the tiles, a row of control points along axis 1 by one thread. The sides pull at each
+  !! other across, and are else alike.
   subroutine add_sides(patch, force)
     type(ig_patch_t), intent(in) :: patch
     real(wp), intent(inout), contiguous :: force(:, :, :, :)

@@ -55,8 +55,8 @@ contains
     self%moved = velocity*instant%dt
   end subroutine apply
 
-  !> How many points from point `p` of the list on follow each other in the arrays: all to the end of
-  !! the row along axis 1, or else this one alone.
+  !> How many points from point `p` of the list on follow each other in the arrays: all to the end
+  !! of the row along axis 1, or else this one alone.
   pure integer function row_length(self, p, n) result(length)
     class(boundary_t), intent(in) :: self
     integer, intent(in) :: p

@@ -76,7 +76,7 @@ def variant(folder, source, lines):
 
 
 def work_in_the_plane(igaform, source):
-    """The strip that *REDUCE makes has a kernel of its own, that which a deck spells out has not."""
+    """The strip that *REDUCE makes has a kernel of its own, one that a deck spells out has not."""
     deck = os.path.join(source, "input/channel_reduced.key")
     done = run(igaform, deck, "--check", "--set", "rule=2,2,2x2")
     assert "kernel p212_q214_plane_strain" in done.stdout, done.stdout
