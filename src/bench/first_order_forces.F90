@@ -65,7 +65,8 @@ contains
 
 ! Arrays go by their first elements, as in kernel_dispatch.
 #define HEAD law, dt, .false., viscous, u, AXES
-#define DIRECT_HEAD law, dt, .false., viscous, takes_fields(patch, b), patch%n_control, first, x, v, u, AXES
+#define DIRECT_HEAD law, dt, .false., viscous, takes_fields(patch, b), patch%n_control, first, \
+  x, v, u, AXES
 #define AXES patch%lanes%values(1, 1, 1, b), \
   patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), \
   patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, \
