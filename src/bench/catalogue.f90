@@ -144,7 +144,7 @@ contains
     call add(cases, item)
   end subroutine add_force
 
-  !> The force routine on a strip of 2560 elements, by the kernels of the solid and of the plane.
+  !> The force routine on a strip of 2560 elements, by the kernel of plane strain.
   subroutine add_strips(cases)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
     character(12), parameter :: laws(3) = [character(12) :: "voce", "voce_elastic", "chaboche"]
@@ -159,11 +159,7 @@ contains
     item%is_strip = .true.
     do i = 1, size(laws)
       item%law_name = laws(i)
-      item%is_plane = .false.
-      item%name = "strip/2x1x4/"//trim(laws(i))//"/solid"
-      call add(cases, item)
-      item%is_plane = .true.
-      item%name = "strip/2x1x4/"//trim(laws(i))//"/plane"
+      item%name = "strip/2x1x4/"//trim(laws(i))
       call add(cases, item)
     end do
   end subroutine add_strips

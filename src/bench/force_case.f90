@@ -25,8 +25,7 @@ module force_case
     integer :: n_elements(3) = [80, 32, 1]
     character(16) :: law_name = "voce"
     logical :: is_rational = .false., is_viscous = .true.
-    logical :: is_strip = .false.              !! uniform along y, which nothing moves along
-    logical :: is_plane = .false.              !! that by the kernel of plane strain
+    logical :: is_strip = .false.              !! in plane strain: uniform and held along y
     logical :: is_first_order = .false.        !! Jaumann rotation and strains of first order
     type(projection_spec_t) :: projection
     type(ig_patch_t) :: patch
@@ -65,8 +64,8 @@ contains
     if (allocated(error)) return
     if (self%is_first_order) call check_instance(self%patch, error)
     if (allocated(error)) return
-    if (self%is_plane) call set_plane_strain(self%patch, self%law, 2, solid%points)
-    if (self%is_plane .and. self%patch%plane%kernel == 0) then
+    if (self%is_strip) call set_plane_strain(self%patch, self%law, 2, solid%points)
+    if (self%is_strip .and. self%patch%plane%kernel == 0) then
       call fail(error, self%name//": no kernel of plane strain")
       return
     end if
@@ -139,7 +138,7 @@ contains
     self%bytes = force_bytes(self%n_points, self%law%n_state, controls, self%is_rational)
     self%working_set = n_elements*(8.0_wp*self%n_points*(6 + self%law%n_state) + 72.0_wp*controls)
     if (self%is_rational) self%working_set = self%working_set + 40.0_wp*self%n_points*n_elements
-    if (self%projection%kind /= project_nothing .or. self%is_plane) return
+    if (self%projection%kind /= project_nothing .or. self%is_strip) return
     if (.not. law_flops(trim(self%law_name)) > 0.0_wp) return
     self%flops = kernel_flops(self%degrees, q, self%is_rational, self%is_viscous, &
                               self%is_first_order) &

@@ -179,11 +179,30 @@ contains
     real(wp), intent(out) :: energy             !! of the springs of touching points [energy]
     real(wp), intent(out) :: max_penetration    !! deepest -g of touching points, 0: none [length]
     real(wp), intent(in) :: dt                  !! since the last call, for damping alone [time]
+
+    call take_turn(contact%motion, tool%displacement, x)
+    if (size(contact%tiles) > parallel_size) then
+      !$omp parallel
+      call work_tiles(contact, tool, x, force, dt)
+      !$omp end parallel
+    else
+      call work_tiles(contact, tool, x, force, dt)   ! a region of one thread costs time, too
+    end if
+    contact%motion%is_started = .true.
+    call sum_up(contact, tool, energy, max_penetration)
+  end subroutine apply_contact
+
+  !> Test the tiles that are due and add their forces to the control points; the threads of a
+  !! region share the work.
+  subroutine work_tiles(contact, tool, x, force, dt)
+    type(contact_t), intent(inout) :: contact
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: x(:, :, :)
+    real(wp), intent(inout) :: force(:, :, :)
+    real(wp), intent(in) :: dt
     integer :: due(size(contact%tiles)), n_due, i
     real(wp) :: largest
 
-    call take_turn(contact%motion, tool%displacement, x)
-    !$omp parallel private(i, largest, due, n_due) if (size(contact%tiles) > parallel_size)
     call carry_tiles(contact%tiles, contact%motion, x, contact%is_due, largest)
     call list_due_tiles(size(contact%tiles), contact%is_due, n_due, due)
     if (n_due > 0) then
@@ -194,10 +213,7 @@ contains
       !$omp end do
       call add_tile_forces(contact, n_due, due, force)
     end if
-    !$omp end parallel
-    contact%motion%is_started = .true.
-    call sum_up(contact, tool, energy, max_penetration)
-  end subroutine apply_contact
+  end subroutine work_tiles
 
   !> Add the forces of tiles that touch to the control points; the threads of a region share their
   !! rows.

@@ -126,18 +126,29 @@ contains
     type(slave_surface_t), intent(in) :: slave
     real(wp), intent(in) :: net(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
     integer, intent(in) :: i, j
-    real(wp) :: place(3), v(3), w(3), row(1, 3)
+    real(wp) :: place(3), v(3), w(3), column
+    integer :: c, k, l, at(2)
 
     associate (line => slave%lines(1), across => slave%lines(2))
-      if (slave%is_rational .or. line%degree /= 2 .or. across%degree /= 2) then
-        call row_positions(slave, net, j, i, i, row)
-        place = row(1, :)
-      else
+      at = [line%first(i), across%first(j)]
+      if (.not. slave%is_rational .and. line%degree == 2 .and. across%degree == 2) then
         v = line%values(i, 1:3)
         w = across%values(j, 1:3)
-        place = blend_quadratic(v, w, slave%n_net(1), slave%n_net(2), line%first(i), &
-                                across%first(j), net)
+        place = blend_quadratic(v, w, slave%n_net(1), slave%n_net(2), at(1), at(2), net)
+        return
       end if
+      do c = 1, 3
+        place(c) = 0.0_wp
+        do k = 0, line%degree
+          column = 0.0_wp
+          do l = 0, across%degree
+            column = column + across%values(j, l + 1)*slave%weights(at(1) + k, at(2) + l) &
+                              *net(at(1) + k, at(2) + l, c)
+          end do
+          place(c) = place(c) + line%values(i, k + 1)*column
+        end do
+        place(c) = place(c)*slave%inverse_w(i, j)
+      end do
     end associate
   end function point_position
 
@@ -252,13 +263,13 @@ contains
     integer, intent(in) :: kind, n_gauss(2)
     type(area_rule_t) :: rules(2)
     real(wp) :: point(3), d1(3, 2), normal(3), part
-    real(wp) :: area(slave%n_along(1), slave%n_along(2))
+    real(wp), allocatable :: area(:, :)
     integer :: g, h, i, k, l, direction
 
+    allocate (area(slave%n_along(1), slave%n_along(2)), source=0.0_wp)
     do direction = 1, 2
       call new_area_rule(rules(direction), surface%axes(direction), kind, n_gauss(direction))
     end do
-    area = 0.0_wp
     do h = 1, rules(2)%n
       do g = 1, rules(1)%n
         call evaluate_surface(surface, [rules(1)%xi(g), rules(2)%xi(h)], point, d1)
@@ -285,10 +296,9 @@ contains
   pure subroutine set_exact_areas(slave, area)
     type(slave_surface_t), intent(in) :: slave
     real(wp), intent(inout) :: area(slave%n_along(1), slave%n_along(2))
-    real(wp) :: along(slave%n_along(1), slave%n_along(2))
-    real(wp) :: across(slave%n_along(2), slave%n_along(1))
+    real(wp), allocatable :: along(:, :), across(:, :)
 
-    along = area
+    allocate (along, source=area)
     call solve_moments(slave%lines(1), along)
     across = transpose(along)
     call solve_moments(slave%lines(2), across)

@@ -27,6 +27,7 @@ module basis_tables
   type :: lane_table_t
     integer :: n_blocks = 0
     integer, allocatable :: element(:, :)        !! element of a lane, shape (8, n_blocks)
+    integer, allocatable :: first(:, :)          !! its first control point
     logical, allocatable :: is_owner(:, :)       !! this lane is the one that counts
     logical, allocatable :: is_contiguous(:)     !! control points of the lanes follow each other
     real(wp), allocatable :: values(:, :, :, :)  !! shape (8, degree + 1, n_points, n_blocks)
@@ -74,7 +75,7 @@ contains
     n = axis%n_elements
     lanes%n_blocks = (n + n_lanes - 1)/n_lanes
     allocate (lanes%element(n_lanes, lanes%n_blocks), lanes%is_owner(n_lanes, lanes%n_blocks))
-    allocate (lanes%is_contiguous(lanes%n_blocks))
+    allocate (lanes%first(n_lanes, lanes%n_blocks), lanes%is_contiguous(lanes%n_blocks))
     allocate (lanes%values(n_lanes, axis%degree + 1, axis%n_points, lanes%n_blocks))
     allocate (lanes%slopes, mold=lanes%values)
     allocate (lanes%weights(n_lanes, axis%n_points, lanes%n_blocks))
@@ -83,14 +84,13 @@ contains
       do l = 1, n_lanes
         e = min(start + l - 1, n)
         lanes%element(l, b) = e
+        lanes%first(l, b) = axis%first(e)
         lanes%is_owner(l, b) = e > (b - 1)*n_lanes .and. start + l - 1 <= n
         lanes%values(l, :, :, b) = axis%values(:, :, e)
         lanes%slopes(l, :, :, b) = axis%slopes(:, :, e)
         lanes%weights(l, :, b) = merge(1.0_wp, 0.0_wp, lanes%is_owner(l, b))*axis%weights
       end do
-      associate (first => axis%first(lanes%element(:, b)))
-        lanes%is_contiguous(b) = all(first(2:) == first(:n_lanes - 1) + 1)
-      end associate
+      lanes%is_contiguous(b) = all(lanes%first(2:, b) == lanes%first(:n_lanes - 1, b) + 1)
     end do
   end function new_lane_table
 

@@ -22,12 +22,15 @@ contains
     real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)
     real(wp), intent(inout), contiguous :: force(:, :, :, :)
     type(force_report_t), intent(inout) :: reports(:)      !! of the tiles
+    real(wp) :: motion(n_lanes, patch%axes(3)%n_points, 9)   ! zero out of the plane, always
     integer :: t
 
-    !$omp parallel default(shared) private(t)
+    !$omp parallel default(shared) private(t, motion)
+    motion = 0.0_wp
     !$omp do schedule(static)
     do t = 1, size(reports)
-      call work_tile(patch, law, patch%tiles(t), dt, x, v, patch%plane%sides(t)%force, reports(t))
+      call work_tile(patch, law, patch%tiles(t), dt, x, v, motion, patch%plane%sides(t)%force, &
+                     reports(t))
     end do
     !$omp end do
     call add_sides(patch, force)
@@ -35,20 +38,20 @@ contains
   end subroutine forces_in_plane
 
   !> The blocks of one tile.
-  subroutine work_tile(patch, law, tile, dt, x, v, side, report)
+  subroutine work_tile(patch, law, tile, dt, x, v, motion, side, report)
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     type(tile_t), intent(in) :: tile
     real(wp), intent(in) :: dt
     real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)
+    real(wp), intent(inout) :: motion(n_lanes, patch%axes(3)%n_points, 9)
     real(wp), intent(inout), contiguous :: side(:, :, :, :)
     type(force_report_t), intent(inout) :: report
-    real(wp) :: motion(n_lanes, patch%axes(3)%n_points, 9), sums(n_lanes, 4)
+    real(wp) :: sums(n_lanes, 4)
     integer :: e3, b, block
     logical :: ok
 
     side = 0.0_wp
-    motion = 0.0_wp
     do e3 = 1, patch%axes(3)%n_elements
       do b = tile%block_first, tile%block_last
         block = b + patch%lanes%n_blocks*(e3 - 1)

@@ -174,7 +174,7 @@ contains
     real(wp), intent(out) :: lanes(n_lanes)
     integer :: first(n_lanes), l
 
-    first = patch%axes(1)%first(patch%lanes%element(:, b)) + a - 1
+    first = patch%lanes%first(:, b) + a - 1
     if (patch%lanes%is_contiguous(b)) then
       lanes = coefficients(first(1):first(1) + n_lanes - 1)
     else
@@ -192,7 +192,7 @@ contains
     real(wp), intent(out) :: lanes(n_lanes, m)
     integer :: first(n_lanes), l
 
-    first = patch%axes(1)%first(patch%lanes%element(:, b)) + a - 1
+    first = patch%lanes%first(:, b) + a - 1
     if (patch%lanes%is_contiguous(b)) then
       call turn(m, coefficients(:, first(1):first(1) + n_lanes - 1), lanes)
     else

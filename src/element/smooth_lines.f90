@@ -60,7 +60,7 @@ contains
 
     coefficients = 0.0_wp
     do b = 1, patch%lanes%n_blocks
-      first = patch%axes(1)%first(patch%lanes%element(:, b))
+      first = patch%lanes%first(:, b)
       do a = 1, size(loads, 3)
         if (patch%lanes%is_contiguous(b)) then
           call add_turned(m, loads(:, :, a, b), coefficients(:, first(1) + a - 1:))
@@ -156,7 +156,7 @@ contains
     real(wp), intent(inout) :: coefficients(*)
     integer :: first(n_lanes), l
 
-    first = patch%axes(1)%first(patch%lanes%element(:, b)) + a - 1
+    first = patch%lanes%first(:, b) + a - 1
     if (patch%lanes%is_contiguous(b)) then
       associate (line => coefficients(first(1):first(1) + n_lanes - 1))
         line = line + loads

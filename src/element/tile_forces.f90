@@ -173,7 +173,7 @@ contains
     real(wp), intent(inout) :: u(:, :)
 
     call gather_block(patch%axes%degree, patch%n_control, 3, patch%lanes%is_contiguous(b), &
-                      patch%axes(1)%first(patch%lanes%element(:, b)), patch%axes(2)%first(e2), &
+                      patch%lanes%first(:, b), patch%axes(2)%first(e2), &
                       patch%axes(3)%first(e3), factor, field, u)
   end subroutine gather_field
 
@@ -184,7 +184,7 @@ contains
     real(wp), intent(inout) :: w(:)
 
     call gather_block(patch%axes%degree, patch%n_control, 1, patch%lanes%is_contiguous(b), &
-                      patch%axes(1)%first(patch%lanes%element(:, b)), patch%axes(2)%first(e2), &
+                      patch%lanes%first(:, b), patch%axes(2)%first(e2), &
                       patch%axes(3)%first(e3), 1.0_wp, patch%weights, w)
   end subroutine gather_weights
 
@@ -200,7 +200,7 @@ contains
 
     if (patch%is_rational) call weigh_block(size(f, 1), 3, w, f)
     p = patch%axes%degree
-    first = patch%axes(1)%first(patch%lanes%element(:, b))
+    first = patch%lanes%first(:, b)
     i2 = patch%axes(2)%first(e2)
     i3 = patch%axes(3)%first(e3)
     n_rows = p(2) + 1

@@ -66,7 +66,7 @@ contains
     if (p + length - 1 > size(self%part)) then
       length = 1
     else if (self%part(p + length - 1) /= self%part(p) .or. &
-             any(self%points(:, p + length - 1) /= [n, self%points(2:, p)])) then
+             any(self%points(:, p + length - 1) /= [n, self%points(2, p), self%points(3, p)])) then
       length = 1
     end if
   end function row_length

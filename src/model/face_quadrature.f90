@@ -140,26 +140,25 @@ contains
     real(wp), intent(inout) :: row(n(1), rule%axes(2)%degree + 1, 3)
     real(wp), dimension(n_lanes*product(rule%axes%degree + 1), 3) :: u, f
     real(wp) :: w(size(u, 1)), is_on(n_lanes)
-    integer :: b, p(3), first(n_lanes)
+    integer :: b, p(3)
 
     p = [rule%axes%degree, 0]
     associate (lanes => rule%lanes, two => rule%axes(2))
       do b = 1, lanes%n_blocks
         is_on = merge(1.0_wp, 0.0_wp, rule%is_loaded(lanes%element(:, b), e))
         if (.not. any(is_on > 0.0_wp)) cycle
-        first = rule%axes(1)%first(lanes%element(:, b))
-        call gather_block(p, [n, 1], 3, lanes%is_contiguous(b), first, two%first(e), 1, &
-                          1.0_wp, net, u)
+        call gather_block(p, [n, 1], 3, lanes%is_contiguous(b), lanes%first(:, b), &
+                          two%first(e), 1, 1.0_wp, net, u)
         if (allocated(rule%rational)) then
-          call gather_block(p, [n, 1], 1, lanes%is_contiguous(b), first, two%first(e), 1, &
-                            1.0_wp, rule%weights, w)
+          call gather_block(p, [n, 1], 1, lanes%is_contiguous(b), lanes%first(:, b), &
+                            two%first(e), 1, 1.0_wp, rule%weights, w)
           call weigh_block(size(u, 1), 3, w, u)
         end if
         f = 0.0_wp
         call block_face_forces(rule, b, e, p(1), p(2), is_on, u, traction, push, f)
         if (allocated(rule%rational)) call weigh_block(size(f, 1), 3, w, f)
         call add_block(p, [1, 1], [n(1), p(2) + 1], 1, [1, p(2) + 1], lanes%is_contiguous(b), &
-                       first, 1, 1, f, row)
+                       lanes%first(:, b), 1, 1, f, row)
       end do
     end associate
   end subroutine add_row
