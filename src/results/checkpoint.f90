@@ -51,7 +51,7 @@ contains
     character(*), intent(in) :: path
     type(checkpoint_header_t), intent(in) :: header
     type(state_store_t), intent(in) :: store
-    character(*), intent(in) :: result_file      !! flushed
+    character(*), intent(in) :: result_file      !! flushed; a path to the open file itself
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: place, new   ! where the name leads to, and beside that
 
@@ -115,7 +115,7 @@ contains
     inquire (file=path, size=n_state)
     inquire (file=result_file, size=n_result)
     if (n_result < 0) then
-      call fail(error, "the result file '"//result_file//"' is gone")
+      call fail(error, "the result file is gone")
       return
     end if
     call copy_bytes(result_file, 0_int64, n_result, path, error)

@@ -18,8 +18,9 @@ module frames
   use frame_data, only: display_patch_t, display_tool_t, results_setup_t, frame_t, tool_names, &
                         probe_names
   use hdf5_file, only: close_file, give_up_file, open_file, create_file, create_group, &
-                       byte_values, flush_file, hdf5_file_t, integer_values, real_values, &
-                       take_error, write_reals, write_text_attribute, write_integer_attribute
+                       byte_values, flush_file, hdf5_file_t, integer_values, path_of_open, &
+                       real_values, take_error, write_reals, write_text_attribute, &
+                       write_integer_attribute
   use hdf5_series, only: append_chunk, append_integers, create_series
   use deflated_chunk, only: deflated_chunk_t, new_deflated_chunk
   use unit_system, only: new_unit_system, unit_of, unit_system_t
@@ -43,7 +44,7 @@ module frames
   public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
   public :: face_field_t, tool_frame_t
   public :: open_results, write_frame, record_history, close_results
-  public :: flush_results, forget_history, n_frames_of, n_rows_of
+  public :: flush_results, forget_history, n_frames_of, n_rows_of, path_of_results
 
   !> An open results file.
   type :: results_t
@@ -140,6 +141,14 @@ contains
     call flush_file(results%file)
     call take_error(results%file, error)
   end subroutine flush_results
+
+  !> A path to the file that the results are written to, whatever its name may lead to meanwhile.
+  function path_of_results(results) result(path)
+    type(results_t), intent(in) :: results
+    character(:), allocatable :: path
+
+    path = path_of_open(results%file)
+  end function path_of_results
 
   !> Let go of the history since the last frame or flush but for its first rows.
   subroutine forget_history(results, n_rows)

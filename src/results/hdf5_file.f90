@@ -25,6 +25,7 @@ module hdf5_file
   public :: hdf5_file_t, create_file, open_file, close_file, give_up_file, flush_file, take_error
   public :: has_object, create_group, link_object, write_text_attribute, write_integer_attribute
   public :: write_text, write_reals, write_integers, create_dataset, note_failure, file_type
+  public :: path_of_open
 
   integer, parameter, public :: real_values = 1, integer_values = 2, byte_values = 3
 
@@ -146,13 +147,23 @@ contains
   !> Does the name still lead to the open file? Where the system has no link to open files, to any.
   logical function is_in_place(file)
     type(hdf5_file_t), intent(in) :: file
-    logical :: has_link
 
     inquire (file=file%path, exist=is_in_place)
-    if (.not. (is_in_place .and. allocated(file%link))) return
-    inquire (file=file%link, exist=has_link)
-    if (has_link) is_in_place = is_same_file(file%path, file%link)
+    if (is_in_place) is_in_place = is_same_file(file%path, path_of_open(file))
   end function is_in_place
+
+  !> A path to the open file itself, whatever its name may lead to meanwhile; where the system has
+  !! no link to open files, its name.
+  function path_of_open(file) result(path)
+    type(hdf5_file_t), intent(in) :: file
+    character(:), allocatable :: path
+    logical :: has_link
+
+    path = file%path
+    if (.not. allocated(file%link)) return
+    inquire (file=file%link, exist=has_link)
+    if (has_link) path = file%link
+  end function path_of_open
 
   !> The first failure since the last call, not allocated if there was none.
   subroutine take_error(file, error)

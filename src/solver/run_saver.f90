@@ -10,7 +10,8 @@ module run_saver
   use state_store, only: state_store_t, enter_folder, carry, carry_array
   use model, only: model_t
   use system_files, only: remove_file, sync_file
-  use frames, only: results_t, flush_results, forget_history, n_frames_of, n_rows_of
+  use frames, only: results_t, flush_results, forget_history, n_frames_of, n_rows_of, &
+                    path_of_results
   use run_log, only: run_log_t, log_line
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint
   use run_data, only: run_t, wall_seconds
@@ -314,7 +315,8 @@ contains
     is_result_lost = allocated(error)
     if (is_result_lost) return
     call forget_good_rows(saver)
-    call write_checkpoint(saver%path, saver%header, saver%good%store, saver%result_file, error)
+    call write_checkpoint(saver%path, saver%header, saver%good%store, path_of_results(results), &
+                          error)
     if (allocated(error)) return
     saver%saved_step = saver%good%step
     saver%saved_time = saver%good%time
