@@ -50,12 +50,13 @@ class Style:
     def __init__(self, study, rows):
         self.of_colour, self.of_marker = study.plot.get("colour"), study.plot.get("marker")
         self.colours = values(rows, self.of_colour)
+        self.palette = palette(len(self.colours))
         self.markers = values(rows, self.of_marker)
         self.labels = study.plot.get("label", [])
 
     def colour(self, row):
         value = row.get(f"set_{self.of_colour}")
-        return COLOURS[self.colours.index(value) % 10] if value in self.colours else BLANK
+        return self.palette[self.colours.index(value)] if value in self.colours else BLANK
 
     def marker(self, row):
         value = row.get(f"set_{self.of_marker}")
@@ -63,11 +64,17 @@ class Style:
 
     def legend(self):
         line = matplotlib.lines.Line2D
-        return ([line([], [], color=COLOURS[i % 10], marker="o", linestyle="",
+        return ([line([], [], color=self.palette[i], marker="o", linestyle="",
                       label=f"{self.of_colour}={value}") for i, value in enumerate(self.colours)]
                 + [line([], [], color="#444444", marker=MARKERS[i % len(MARKERS)], linestyle="",
                         label=f"{self.of_marker}={value}")
                    for i, value in enumerate(self.markers)])
+
+
+def palette(n):
+    """As many colours: those of the pages, or shades of one scale where these are too few."""
+    return COLOURS[:n] if n <= len(COLOURS) else [matplotlib.colormaps["turbo"](i / (n - 1))
+                                                  for i in range(n)]
 
 
 def values(rows, name):
@@ -164,9 +171,10 @@ def draw_shares(panel, study, rows):
     # What all bars have in common would only fill their names.
     differing = [name for name in study.parameters
                  if len({row.get(f"set_{name}") for row in shown}) > 1]
-    panel.set_yticks(range(len(shown)),
-                     [textwrap.fill(setting_text(row, differing).replace(", ", " "), LABEL)
-                      for row in shown], fontsize=6)
+    labels = [textwrap.fill(setting_text(row, differing).replace(", ", " "), LABEL)
+              for row in shown]
+    is_long = any(label.count("\n") > 1 for label in labels)
+    panel.set_yticks(range(len(shown)), labels, fontsize=4.8 if is_long else 6)
     panel.invert_yaxis()
     panel.grid(False, axis="y")
     panel.set(xlabel="share of the time of all steps [%]", xlim=(0, 100),
