@@ -88,8 +88,7 @@ contains
     real(wp), parameter :: viscous(n_lanes, 2) = 0.0_wp
     integer :: first(3)
 
-    first = [patch%axes(1)%first(patch%lanes%element(1, b)), patch%axes(2)%first(e2), &
-             patch%axes(3)%first(e3)]
+    first = [patch%lanes%first(1, b), patch%axes(2)%first(e2), patch%axes(3)%first(e3)]
     associate (points => dot_product(patch%axes%n_points, [100, 10, 1]))
       select case (merge(-points, points, patch%is_rational))
       case (222)

@@ -128,14 +128,13 @@ contains
       do share = 1, n_shares
         t = t + 1
         associate (tile => tiles(t), rows => patch%axes(2)%n_elements, &
-                   blocks => patch%lanes%n_blocks, first => patch%axes(1)%first)
+                   blocks => patch%lanes%n_blocks, first => patch%lanes%first)
           tile%row_first = (row - 1)*rows/n_rows + 1
           tile%row_last = row*rows/n_rows
           tile%block_first = (share - 1)*blocks/n_shares + 1
           tile%block_last = share*blocks/n_shares
-          tile%control_first(1) = first(patch%lanes%element(1, tile%block_first))
-          tile%control_last(1) = first(patch%lanes%element(n_lanes, tile%block_last)) &
-                                 + patch%axes(1)%degree
+          tile%control_first(1) = first(1, tile%block_first)
+          tile%control_last(1) = first(n_lanes, tile%block_last) + patch%axes(1)%degree
           tile%control_first(2) = patch%axes(2)%first(tile%row_first)
           tile%control_last(2) = patch%axes(2)%first(tile%row_last) + patch%axes(2)%degree
           tile%own_last = tile%control_last(2)

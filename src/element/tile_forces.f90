@@ -48,11 +48,7 @@ contains
     real(wp), intent(inout), contiguous :: border(:, :, :, :)  !! its other rows, see tile_buffer_t
     type(force_report_t), intent(out) :: report
 
-    if (patch%projection%kind == project_nothing) then
-      call work_tile(patch, law, tile, dt, x, v, run_plain, force, border, report)
-    else
-      call work_tile(patch, law, tile, dt, x, v, run_joined, force, border, report)
-    end if
+    call work_tile(patch, law, tile, dt, x, v, run_block, force, border, report)
   end subroutine forces_of_tile
 
   !> The blocks of one tile by a kernel: gather, work, add back; arguments as of `forces_of_tile`.
@@ -76,7 +72,7 @@ contains
 
     is_plain = patch%projection%kind == project_nothing
     if (allocated(patch%reference)) context = new_point_context(n_lanes*patch%axes(3)%n_points)
-    if (patch%projection%kind /= project_nothing) &
+    if (.not. is_plain) &
       fields = new_point_fields(patch%axes%n_points, 1, patch%projection, &
                                 allocated(patch%reference))
     call clear_rows(tile, force, border)
@@ -95,8 +91,8 @@ contains
     end do
   end subroutine work_tile
 
-  !> The kernel of a patch without projection, which has no fields.
-  subroutine run_plain(patch, law, b, e2, e3, block, dt, x, v, u, context, fields, f, sums, ok)
+  !> The kernels of the solver; projected ones take all from `u`, others have no fields.
+  subroutine run_block(patch, law, b, e2, e3, block, dt, x, v, u, context, fields, f, sums, ok)
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: b, e2, e3, block
@@ -107,23 +103,12 @@ contains
     real(wp), intent(out) :: sums(n_lanes, 4)
     logical, intent(out) :: ok
 
-    call run_kernel(patch, law, b, e2, e3, block, dt, x, v, u, context, f, sums, ok)
-  end subroutine run_plain
-
-  !> The kernels of a projected patch, which take all from `u`.
-  subroutine run_joined(patch, law, b, e2, e3, block, dt, x, v, u, context, fields, f, sums, ok)
-    type(ig_patch_t), intent(inout) :: patch
-    class(block_law_t), intent(in) :: law
-    integer, intent(in) :: b, e2, e3, block
-    real(wp), intent(in) :: dt, x(*), v(*), u(*)
-    type(point_context_t), intent(inout) :: context
-    type(point_fields_t), intent(inout) :: fields
-    real(wp), intent(inout) :: f(*)
-    real(wp), intent(out) :: sums(n_lanes, 4)
-    logical, intent(out) :: ok
-
-    call run_projected(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
-  end subroutine run_joined
+    if (patch%projection%kind == project_nothing) then
+      call run_kernel(patch, law, b, e2, e3, block, dt, x, v, u, context, f, sums, ok)
+    else
+      call run_projected(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
+    end if
+  end subroutine run_block
 
   !> No forces yet on the rows of a tile and in its buffer.
   pure subroutine clear_rows(tile, force, border)
