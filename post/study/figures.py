@@ -78,8 +78,17 @@ def palette(n):
 
 
 def values(rows, name):
-    """The values of a parameter in the order of the runs."""
-    return list(dict.fromkeys(row[f"set_{name}"] for row in rows if f"set_{name}" in row))
+    """The values of a parameter: numbers by size, others in the order of the runs."""
+    found = list(dict.fromkeys(row[f"set_{name}"] for row in rows if f"set_{name}" in row))
+    return sorted(found, key=float) if all(map(is_number, found)) else found
+
+
+def is_number(value):
+    try:
+        float(value)
+    except ValueError:
+        return False
+    return True
 
 
 def axis_label(name):
@@ -128,7 +137,7 @@ def draw_peers(panel, study, measure):
     for name, seconds, errors in study.peers:
         if measure in errors:
             panel.plot(seconds, errors[measure], "x", color="black", markersize=7)
-            panel.annotate(name, (seconds, errors[measure]), xytext=(-4, 5), ha="right",
+            panel.annotate(name, (seconds, errors[measure]), xytext=(0, 6), ha="center",
                            textcoords="offset points", fontsize=7)
             drawn.append((seconds, errors[measure]))
     return drawn
