@@ -15,7 +15,7 @@ module vector_check
 
   !> Share of the arithmetic that must be wide. Loops over rows of any length have a scalar end
   !! beside the wide body, so that less than all of their code is wide.
-  real(wp), parameter :: least_share = 0.8_wp, least_share_of_rows = 0.2_wp
+  real(wp), parameter :: least_share = 0.8_wp, least_share_of_rows = 0.15_wp
   integer, parameter :: fewest = 10   !! operations of a procedure worth counting
 
   !> Instructions of arithmetic on doubles in one procedure.
