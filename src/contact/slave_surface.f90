@@ -37,9 +37,11 @@ contains
     type(slave_surface_t), intent(out) :: slave
     type(nurbs_surface_t), intent(in) :: surface   !! the face at the start
     integer, intent(in) :: kind          !! points_gauss, points_knot or points_greville
-    integer, intent(in) :: n_gauss(2)    !! Gauss points per element and direction, 0: p + 1
+    !> Gauss points per element and direction, whatever the kind; 0: those of the kind, p + 1 Gauss
+    !! points.
+    integer, intent(in) :: n_gauss(2)
     type(error_t), allocatable, intent(out) :: error
-    integer :: direction, counts(2)
+    integer :: direction, kinds(2), counts(2)
 
     if (all(kind /= [points_gauss, points_knot, points_greville])) then
       call fail(error, "contact: slave points must be GAUSS, KNOT or GREVILLE")
@@ -48,9 +50,11 @@ contains
       call fail(error, "contact: the number of Gauss points must not be negative")
       return
     end if
+    kinds = merge(points_gauss, kind, n_gauss > 0)
     counts = merge(n_gauss, surface%axes%degree + 1, n_gauss > 0)
     do direction = 1, 2
-      call new_slave_line(slave%lines(direction), surface%axes(direction), kind, counts(direction))
+      call new_slave_line(slave%lines(direction), surface%axes(direction), kinds(direction), &
+                          counts(direction))
     end do
     slave%n_along = slave%lines%n_points
     slave%n_net = slave%lines%n_net
@@ -58,7 +62,7 @@ contains
     slave%weights = surface%weights
     slave%is_rational = any(abs(surface%weights - 1.0_wp) > 0.0_wp)
     call set_inverse_weights(slave)
-    call set_areas(slave, surface, kind, counts)
+    call set_areas(slave, surface, kinds, counts)
   end subroutine new_slave_surface
 
   !> Positions of all slave points, the same for any number of threads.
@@ -257,10 +261,10 @@ contains
   end subroutine set_inverse_weights
 
   !> Share the area of the face out to its points; the sum is the quadrature's area of the face.
-  subroutine set_areas(slave, surface, kind, n_gauss)
+  subroutine set_areas(slave, surface, kinds, n_gauss)
     type(slave_surface_t), intent(inout) :: slave
     type(nurbs_surface_t), intent(in) :: surface
-    integer, intent(in) :: kind, n_gauss(2)
+    integer, intent(in) :: kinds(2), n_gauss(2)
     type(area_rule_t) :: rules(2)
     real(wp) :: point(3), d1(3, 2), normal(3), part
     real(wp), allocatable :: area(:, :)
@@ -268,7 +272,8 @@ contains
 
     allocate (area(slave%n_along(1), slave%n_along(2)), source=0.0_wp)
     do direction = 1, 2
-      call new_area_rule(rules(direction), surface%axes(direction), kind, n_gauss(direction))
+      call new_area_rule(rules(direction), surface%axes(direction), kinds(direction), &
+                         n_gauss(direction))
     end do
     do h = 1, rules(2)%n
       do g = 1, rules(1)%n
@@ -286,22 +291,23 @@ contains
         end do
       end do
     end do
-    if (kind == points_greville) call set_exact_areas(slave, area)
+    if (any(kinds == points_greville)) call set_exact_areas(slave, kinds, area)
     slave%area = reshape(area, [slave%n_points])
   end subroutine set_areas
 
   !> From the moments of the basis functions to weights of Greville points that integrate all of
   !! them, so that a uniform pressure is one on the control points too. Strong grading may make such
   !! weights negative; then the moments stay, which share the area out but not its moments.
-  pure subroutine set_exact_areas(slave, area)
+  pure subroutine set_exact_areas(slave, kinds, area)
     type(slave_surface_t), intent(in) :: slave
+    integer, intent(in) :: kinds(2)              !! of the directions
     real(wp), intent(inout) :: area(slave%n_along(1), slave%n_along(2))
     real(wp), allocatable :: along(:, :), across(:, :)
 
     allocate (along, source=area)
-    call solve_moments(slave%lines(1), along)
+    if (kinds(1) == points_greville) call solve_moments(slave%lines(1), along)
     across = transpose(along)
-    call solve_moments(slave%lines(2), across)
+    if (kinds(2) == points_greville) call solve_moments(slave%lines(2), across)
     if (minval(across) > 0.0_wp) area = transpose(across)
   end subroutine set_exact_areas
 

@@ -51,6 +51,8 @@ contains
       return
     end if
     pair = spec
+    if (point_kind(spec%points) /= points_gauss) pair%n_points = 0
+    ! Points on either side of a strip would part its sides, which no strain holds together.
     where (face_axes(face) == scene%reduction%axis) pair%n_points = 1
     before = n_errors(faults)
     do p = 1, size(scene%blank%patches)

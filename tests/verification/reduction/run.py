@@ -12,8 +12,8 @@ import h5py
 import numpy as np
 
 # The stiffness given: that of PENALTY hangs on the mass a point sees, so on how many there are.
-SETTINGS = ["n_x=40", "closing=12", "frames=1", "history=100",
-            "touch=POINTS=GAUSS, STIFFNESS=2000"]
+SETTINGS = {"n_x": 40, "closing": 12, "frames": 1, "history": 100,
+            "touch": "POINTS=GAUSS, STIFFNESS=2000"}
 RATIO = 40.0     # 400 mm over the 10 mm of the strip
 WIDE = ("kinetic_energy", "internal_energy", "plastic_work", "contact_energy", "external_work",
         "viscous_energy", "momentum")
@@ -23,8 +23,9 @@ def run(igaform, deck, *options):
     return subprocess.run([igaform, deck, *options], capture_output=True, text=True, timeout=300)
 
 
-def strip(igaform, deck, path):
-    settings = [word for setting in SETTINGS for word in ("--set", setting)]
+def strip(igaform, deck, path, **changes):
+    settings = [word for name, value in {**SETTINGS, **changes}.items()
+                for word in ("--set", f"{name}={value}")]
     done = run(igaform, deck, *settings, "--out", path, "--quiet", "--threads", "1")
     assert done.returncode == 0, done.stdout + done.stderr
     return h5py.File(path)
@@ -65,6 +66,14 @@ def sides_move_alike(result):
     assert behind.sum() >= count//4 and np.abs(moved).max() > 1, "nothing to compare"
     apart = np.abs(moved[order[1:]] - moved[order[:-1]])[behind]
     assert apart.max() < 1e-9, "the sides of the strip move apart"
+
+
+def any_points_do(igaform, source, folder):
+    """Sides that touch by points of their own are parted by round-off once they bounce: 0.06 mm."""
+    deck = os.path.join(source, "input/channel_reduced.key")
+    for points in ("KNOT", "GREVILLE"):
+        sides_move_alike(strip(igaform, deck, os.path.join(folder, f"{points}.h5"),
+                               touch=f"POINTS={points}", closing=40))
 
 
 def variant(folder, source, lines):
@@ -109,6 +118,7 @@ def advise(igaform, source, folder):
 def main(igaform, source):
     with tempfile.TemporaryDirectory() as folder:
         compare(igaform, source, folder)
+        any_points_do(igaform, source, folder)
         work_in_the_plane(igaform, source)
         refuse(igaform, source, folder)
         advise(igaform, source, folder)
