@@ -3,7 +3,7 @@
     check_failures.py PROGRAM TEST.pf
 
 Every test of TEST.pf has one assertion that does not hold. Each must be reported once, at its line
-and by its name; some messages are compared in full.
+and by its name; some messages are compared in full, but for how a compiler writes reals.
 """
 import re
 import subprocess
@@ -11,14 +11,12 @@ import sys
 from pathlib import Path
 
 MESSAGES = {
-    "real_scalar": "how far: expected 1.0000000000000000 but found 1.1000000000000001, "
-                   "difference 0.10000000000000009 (tolerance 0.50000000000000003E-1)",
-    "real_array": "expected 3.0000000000000000 but found 3.5000000000000000, "
-                  "difference 0.50000000000000000 (tolerance 0.10000000000000001) "
-                  "at element [1, 2]",
+    "real_scalar": "how far: expected 1.0 but found 1.1, difference 0.10000000000000009 "
+                   "(tolerance 0.05)",
+    "real_array": "expected 3.0 but found 3.5, difference 0.5 (tolerance 0.1) at element [1, 2]",
     "other_shape": "expected shape [2] but found shape [3]",
     "integer_array": "expected 3 but found 4, difference 1 at element [3]",
-    "real_less": "expected 1.0000000000000000 < 1.0000000000000000, which is not so",
+    "real_less": "expected 1.0 < 1.0, which is not so",
     "text": 'expected "one, two" but found "one, three"',
     "failed_on_purpose": "on purpose",
 }
@@ -37,6 +35,11 @@ def expected_lines(path):
     return lines
 
 
+def with_short_reals(message):
+    """Reals with as few digits as tell them apart: 1., 1.0000000000000000 and 1.0 are one."""
+    return re.sub(r"\d*\.\d*(E[+-]?\d+)?", lambda real: repr(float(real.group())), message)
+
+
 def run(*command):
     return subprocess.run(command, capture_output=True, text=True, timeout=60)
 
@@ -53,7 +56,7 @@ def main(program, source):
         reports = by_name.pop(name, [])
         if [report[:2] for report in reports] != [(Path(source).name, line)]:
             faults.append(f"{name}: expected one failure at line {line}, found {reports}")
-        elif name in MESSAGES and reports[0][2] != MESSAGES[name]:
+        elif name in MESSAGES and with_short_reals(reports[0][2]) != MESSAGES[name]:
             faults.append(f"{name}: expected {MESSAGES[name]!r}, found {reports[0][2]!r}")
     faults += [f"unexpected failure of {name}" for name in by_name]
     summary = f"0 passed, {len(lines)} failed, 1 disabled"
