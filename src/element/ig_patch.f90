@@ -60,7 +60,7 @@ module ig_patch
   type, public :: ig_patch_t
     integer :: n_control(3) = 0
     integer :: n_blocks = 0
-    integer :: kernel = 0                          !! instance, see tile_forces
+    integer :: kernel = 0                          !! instance, see kernel_dispatch
     type(plane_strain_t) :: plane
     type(axis_table_t) :: axes(3)
     type(lane_table_t) :: lanes

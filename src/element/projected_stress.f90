@@ -64,7 +64,7 @@ contains
     end do
   end subroutine stress_of_block
 
-  !> Half of the stress power of a row, see `work_point` of the kernel.
+  !> Half of the stress power of a row, see `flux_row` of the kernel.
   pure subroutine add_work(n, stress, dstrain, volume, sums)
     integer, intent(in) :: n
     real(wp), intent(in) :: stress(8, n, 6), dstrain(8, n, 6), volume(8, n)
@@ -93,7 +93,7 @@ contains
     end do
   end subroutine weigh
 
-  !> Viscous stress, see `viscous_row` of the kernel.
+  !> Viscous stress, see `add_viscous` of the kernel.
   pure subroutine add_viscous(n, dstrain, viscous, volume, end_volume, push, weighted, sums)
     integer, intent(in) :: n
     real(wp), intent(in) :: dstrain(8, n, 6), viscous(8, 2), volume(8, n), end_volume(8, n)
