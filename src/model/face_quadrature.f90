@@ -28,20 +28,24 @@ module face_quadrature
 contains
 
   !> Gauss rule on the elements whose middle lies in the parametric range of a set. Pressure is
-  !! integrated exactly, with weights to 1e-8 on arcs of up to 90 degrees an element.
-  pure function new_face_rule(face, lower, upper, side) result(rule)
+  !! integrated exactly, with weights to 1e-8 on arcs of up to 90 degrees an element. One point does
+  !! across a strip: with more, each side would be pushed by where it is itself, and lose the other.
+  pure function new_face_rule(face, lower, upper, side, across) result(rule)
     type(nurbs_surface_t), intent(in) :: face
     real(wp), intent(in) :: lower(2), upper(2)
     integer, intent(in) :: side                   !! +1 where xi x eta points outward, else -1
+    integer, intent(in), optional :: across       !! direction across a strip, 0: the face has none
     type(face_rule_t) :: rule
     type(gauss_rule_t) :: gauss
-    integer :: axis, e1, e2, n_more
+    integer :: axis, e1, e2, n_more, n_points(2)
     logical, allocatable :: is_in(:)
 
     n_more = merge(4, 0, maxval(face%weights) > minval(face%weights))
+    ! A basis function times two tangents has degree 3p - 1.
+    n_points = (3*face%axes%degree + 1)/2 + n_more
+    if (present(across)) n_points = merge(1, n_points, [1, 2] == across)
     do axis = 1, 2
-      ! A basis function times two tangents has degree 3p - 1.
-      gauss = new_gauss_rule((3*face%axes(axis)%degree + 1)/2 + n_more, 1)
+      gauss = new_gauss_rule(n_points(axis), 1)
       rule%axes(axis) = new_axis_table(face%axes(axis), gauss%points, gauss%weights)
     end do
     rule%lanes = new_lane_table(rule%axes(1))

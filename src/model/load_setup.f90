@@ -45,7 +45,7 @@ contains
           if (face == 0) cycle
           has_face = .true.
           if (patch%is_joined(face)) cycle
-          call new_face_load(spec, patch%solid, set, p, face, curve, slot)
+          call new_face_load(spec, patch%solid, set, p, face, scene%reduction%axis, curve, slot)
         end associate
         if (.not. allocated(slot%item)) cycle
       end if
@@ -71,11 +71,12 @@ contains
   end subroutine add_load
 
   !> Pressure or traction on the part of a face that lies in a set; nothing if that is no element.
-  subroutine new_face_load(spec, solid, set, part, face, curve, slot)
+  subroutine new_face_load(spec, solid, set, part, face, across, curve, slot)
     type(load_spec_t), intent(in) :: spec
     type(nurbs_solid_t), intent(in) :: solid
     type(set_spec_t), intent(in) :: set
     integer, intent(in) :: part, face
+    integer, intent(in) :: across            !! axis of plane strain, 0: none
     type(curve_t), intent(in) :: curve
     type(effect_slot_t), intent(out) :: slot
     type(nurbs_surface_t) :: surface
@@ -85,7 +86,8 @@ contains
     surface = solid_face(solid, face)
     bounds = face_slice(solid%axes%n_basis, face)
     axes = face_axes(face)
-    rule = new_face_rule(surface, set%lower(axes, part), set%upper(axes, part), face_side(face))
+    rule = new_face_rule(surface, set%lower(axes, part), set%upper(axes, part), face_side(face), &
+                         findloc(axes, across, 1))
     if (.not. any(rule%is_loaded)) return
     if (spec%kind == "PRESSURE") then
       allocate (slot%item, source=new_pressure(part, rule, bounds, spec%value(1), curve))

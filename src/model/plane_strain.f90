@@ -1,7 +1,8 @@
 !> A uniform scene as a strip of it: one element wide, without motion across the width.
 !!
-!! The strip is linear across, with one integration point and one contact point there: its two
-!! sides then move alike, and nothing that is uniform across is lost.
+!! The strip is linear across, with one point of integration, contact and pressure there: its two
+!! sides then move alike, and nothing that is uniform across is lost. A kernel of its own sees one
+!! side (plane_setup): no strain holds both together, so nothing may tell them apart.
 module plane_strain
   use kinds, only: wp
   use faults, only: fault_list_t, add_fault
