@@ -246,18 +246,22 @@ def a_replaced_result(folder):
     words = ["--set", "n_x=6", "--set", "end_time=3e-4", "--threads", "1"]
     igaform(folder, path, *words, "--out", "full.h5")
     reference = datasets(folder / "full.h5")
+    n_seen = 0
     for wait in range(10):
         run = begin(folder, path, *words, "--out", "a.h5")
         wait_for((folder / "a.ckpt.h5").exists)
         shutil.copy(folder / "a.h5", folder / "copy.h5")
         time.sleep(0.003*wait)
         (folder / "copy.h5").rename(folder / "a.h5")
-        assert run.wait(60) == 4, (wait, run.returncode)
-        assert "deleted, moved or replaced it" in (folder / "a.log").read_text()
-        igaform(folder, path, *words, "--restart", "a.ckpt.h5")
-        check_same(folder / "a.h5", reference)
+        if run.wait(60) != 0:   # on a busy machine it may have come to its end before
+            n_seen += 1
+            assert run.returncode == 4, (wait, run.returncode)
+            assert "deleted, moved or replaced it" in (folder / "a.log").read_text()
+            igaform(folder, path, *words, "--restart", "a.ckpt.h5")
+            check_same(folder / "a.h5", reference)
         for name in ("a.h5", "a.ckpt.h5", "a.log"):
             (folder / name).unlink()
+    assert n_seen > 2, n_seen
 
 
 def names_do_not_reach_a_shell(folder):
