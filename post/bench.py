@@ -52,6 +52,8 @@ def draw(records):
                                 squeeze=False, layout="constrained")
     for axis, panel in zip(axes.flat, panels):
         panel(axis, records)
+        if axis.get_yscale() == "linear":   # at last: from then on new lines move no limit
+            axis.set_ylim(bottom=0)
     for axis in axes.flat[len(panels):]:
         axis.set_axis_off()
     return figure
@@ -131,7 +133,6 @@ def draw_series(axis, records, stem, style, prefix=""):
         axis.semilogx(n, ns, style, marker=MARKS.get(threads, "^"), markersize=4, color=colour,
                     label=prefix + label_of(threads))
         axis.fill_between(n, ns, ns * (1 + spread), color=colour, alpha=0.12, linewidth=0)
-    axis.set_ylim(bottom=0)
     axis.legend(fontsize=8)
 
 
