@@ -16,7 +16,7 @@ module contact
   use slave_surface, only: slave_surface_t, place_of, point_position, gather_forces, add_gathered
   use face_motion, only: face_motion_t, new_face_motion, take_turn, point_motion
   use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, list_due_tiles, list_due, &
-                           earliest_test
+                           earliest_test, is_worth_threads
   use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share, not_in, &
                      find_pressed_depth
   use contact_statistics, only: contact_statistics_t, count_iterations, count_failure, add_counts
@@ -31,7 +31,6 @@ module contact
 
   public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness
 
-  integer, parameter :: parallel_size = 60      !! fewer tiles are not worth waking threads for
   real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
   real(wp), parameter :: shallow = 0.02_wp      !! depth of any first touch, of the largest depth
 
@@ -122,7 +121,8 @@ contains
       room(i) = maxval(contact%tiles%net_last(i) - contact%tiles%net_first(i)) + 1
     end do
     allocate (contact%tile_force(room(1), 3, room(2), size(contact%tiles)), source=0.0_wp)
-    allocate (contact%results(size(contact%tiles)), contact%is_due(size(contact%tiles)))
+    allocate (contact%results(size(contact%tiles)))
+    allocate (contact%is_due(size(contact%tiles)), source=.true.)
     if (options%friction > 0.0_wp) then
       allocate (contact%friction)
       call new_friction(contact%friction, slave%n_points, options%friction)
@@ -181,7 +181,7 @@ contains
     real(wp), intent(in) :: dt                  !! since the last call, for damping alone [time]
 
     call take_turn(contact%motion, tool%displacement, x)
-    if (size(contact%tiles) > parallel_size) then
+    if (is_worth_threads(contact%slave%n_points, contact%is_due)) then
       !$omp parallel
       call work_tiles(contact, tool, x, force, dt)
       !$omp end parallel

@@ -1,17 +1,21 @@
 !> Rectangles of slave points: the units of work of a contact, the same for any number of threads.
 module contact_tiles
   use kinds, only: wp
+  use omp_lib, only: omp_get_max_threads
   use slave_surface, only: slave_surface_t
   use face_motion, only: face_motion_t, carry_rows
   implicit none
   private
 
   public :: tile_t, cut_tiles, carry_tiles, list_due_tiles, list_due, &
-            earliest_test, set_tile_tests
+            earliest_test, set_tile_tests, is_worth_threads
 
   !> Most points of a tile along each direction: few, so that idle ones sleep, and as many across as
   !! along, so that a line of contact fills the lanes whichever way it runs.
   integer, parameter, public :: tile_size = 8
+
+  !> What is worth waking threads for: more tiles to look at, or more points to test.
+  integer, parameter :: parallel_tiles = 60, parallel_points = 500
 
   !> Points first ... last along each direction of the grid of slave points.
   type :: tile_t
@@ -45,6 +49,17 @@ contains
       end do
     end do
   end function cut_tiles
+
+  !> Is there more than one thread, and enough for it to do if about as many points are due as last
+  !! time?
+  logical function is_worth_threads(n_points, is_due)
+    integer, intent(in) :: n_points
+    logical, intent(in) :: is_due(:)    !! tiles that were due at the last call
+
+    is_worth_threads = omp_get_max_threads() > 1
+    if (is_worth_threads .and. size(is_due) <= parallel_tiles) &
+      is_worth_threads = count(is_due)*n_points > parallel_points*size(is_due)
+  end function is_worth_threads
 
   !> Take the control points of the present, and let the travel of each tile grow by their largest
   !! motion; `largest` returns that of all. The threads of a region share the rows of control
