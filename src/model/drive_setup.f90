@@ -105,10 +105,12 @@ contains
         return
       end if
       if (drive%mass < 0.5_wp*least) then
-        call add_warning(faults, spec%origin, "a mass of "//rounded_text(drive%mass)//", for "// &
-                         "which the time step may be too large", "at least "//rounded_text(least))
+        call add_warning(faults, spec%origin, "a mass of "// &
+                         rounded_text(model%width_ratio*drive%mass)//", for which the time "// &
+                         "step may be too large", &
+                         "at least "//rounded_text(model%width_ratio*least))
       else if (.not. spec%mass > 0.0_wp) then
-        drive%name = drive%name//", mass "//rounded_text(drive%mass)//" chosen"
+        drive%name = drive%name//", mass "//rounded_text(model%width_ratio*drive%mass)//" chosen"
       end if
       drive%alpha = 2.0_wp*spec%damping*sqrt(stiffness/drive%mass)
       drive%first_step = spec%step

@@ -45,7 +45,9 @@ contains
     end if
     call cut_strip(scene, component, axis_along(scene, component), faults)
     scene%reduction%component = component
-    if (scene%width_ratio > 0.0_wp) call hold_width(scene, component)
+    if (.not. scene%width_ratio > 0.0_wp) return
+    call hold_width(scene, component)
+    call share_tool_forces(scene)
   end subroutine reduce_scene
 
   !> Leave one element of the blank; the deck's forces become those of all the width by
@@ -104,6 +106,18 @@ contains
     scene%reduction%axis = axis
     scene%width_ratio = full/width
   end subroutine cut_strip
+
+  !> Forces on tools, and masses that they move: the deck gives those of all the width.
+  pure subroutine share_tool_forces(scene)
+    type(scene_t), intent(inout) :: scene
+    integer :: i
+
+    do i = 1, size(scene%motions)
+      if (.not. scene%motions(i)%is_force) cycle
+      scene%motions(i)%vector = scene%motions(i)%vector/scene%width_ratio
+      scene%motions(i)%mass = scene%motions(i)%mass/scene%width_ratio
+    end do
+  end subroutine share_tool_forces
 
   !> No motion across the strip, in no control point. It comes last, so it holds all of them.
   subroutine hold_width(scene, component)

@@ -230,6 +230,7 @@ contains
     row%external_work = ratio*row%external_work
     row%added_mass = ratio*row%added_mass
     row%momentum = ratio*row%momentum
+    row%angular_momentum = ratio*row%angular_momentum
     row%tool_force = ratio*row%tool_force
     row%tool_torque = ratio*row%tool_torque
   end subroutine widen_row

@@ -108,6 +108,62 @@ def pressure_does_not_part_sides(igaform, folder):
     sides_move_alike(h5py.File(path), across=1)
 
 
+HELD = """*PARAMETER
+width = 20
+n_y = 4
+share = 1
+*MATERIAL, NAME=steel
+*DENSITY
+7.85e-9
+*ELASTIC
+210000, 0.3
+*BLANK, NAME=sheet, MATERIAL=steel, TYPE=BOX, RULE="2,2,2x2"
+x, 0, 40, 2, 8
+y, 0, <width>, 2, <n_y>
+z, 0, 1, 2, 1
+*TOOL, NAME=die, TYPE=PLANE, SIDE=POSITIVE
+-10, -10, 0
+80, 0, 0
+0, 40, 0
+*TOOL, NAME=holder, TYPE=PLANE, SIDE=NEGATIVE
+-10, -10, 1
+80, 0, 0
+0, 40, 0
+*AMPLITUDE, NAME=ramp
+0, 0, 2e-4, 1
+*CONTACT PAIR, TOOL=die, STIFFNESS=2000, FRICTION=0.1
+*CONTACT PAIR, TOOL=holder, STIFFNESS=2000, FRICTION=0.1
+*TOOL FORCE, TOOL=holder, AMPLITUDE=ramp, MASS=<4e-6*share>, DAMPING=0.1
+0, 0, <-4000*share>
+*BOUNDARY, AMPLITUDE=ramp
+X_MAX, 1, 1, 2000
+"""
+HELD_END = "*DYNAMIC, EXPLICIT\n2e-4\n*OUTPUT, FRAMES=1, HISTORY=20\n"
+
+
+def forces_on_tools_are_shared(igaform, folder):
+    """A holder presses a strip with the share of its force, and of its mass, that is the strip's."""
+    results = []
+    for name, lines, settings in (
+            ("strip", "*REDUCE, TYPE=PLANE STRAIN\n", ()),
+            ("spelt", "*BOUNDARY\nALL, 2, 2, 0\n", ("width=5", "n_y=1", "share=0.25"))):
+        deck, path = (os.path.join(folder, f"{name}.{end}") for end in ("key", "h5"))
+        with open(deck, "w") as file:
+            file.write(HELD + lines + HELD_END)
+        done = run(igaform, deck, "--out", path, "--quiet", "--threads", "1",
+                   *(word for setting in settings for word in ("--set", setting)))
+        assert done.returncode == 0, done.stdout + done.stderr
+        results.append(h5py.File(path))
+    assert abs(results[0]["provenance/width_ratio"][()] - 4) < 1e-12, "width of the whole"
+    for name, ratio in (("history/external_work", 4), ("history/friction_energy", 4),
+                        ("tools/holder/force", 4), ("tools/holder/displacement", 1)):
+        one, two = results[0][name][()], ratio*results[1][name][()]
+        assert np.abs(two).max() > 1e-4, f"{name} says nothing"
+        assert np.abs(one - two).max() <= 1e-8*np.abs(two).max(), f"{name} differs"
+    turn = [np.abs(result["history/angular_momentum"][()][:, 1]) for result in results]
+    assert np.abs(turn[0] - 4*turn[1]).max() <= 1e-8*turn[0].max() > 0, "angular momentum"
+
+
 def variant(folder, source, lines):
     """The channel with *REDUCE and some more lines."""
     path = os.path.join(folder, "variant.key")
@@ -152,6 +208,7 @@ def main(igaform, source):
         compare(igaform, source, folder)
         any_points_do(igaform, source, folder)
         pressure_does_not_part_sides(igaform, folder)
+        forces_on_tools_are_shared(igaform, folder)
         work_in_the_plane(igaform, source)
         refuse(igaform, source, folder)
         advise(igaform, source, folder)
