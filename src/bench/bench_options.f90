@@ -11,6 +11,7 @@ module bench_options
   !> What the user asked for.
   type :: options_t
     type(string_t), allocatable :: only(:)   !! parts of names, none: all
+    type(string_t), allocatable :: targets(:) !! the same of what has a target; none: all
     character(:), allocatable :: json        !! file to write, or empty
     character(:), allocatable :: compare     !! file to compare with, or empty
     integer :: n_threads = 0                 !! most threads, 0: as many as OpenMP gives
@@ -44,7 +45,7 @@ contains
     integer :: i, least_rounds
 
     least_rounds = 1
-    allocate (options%only(0))
+    allocate (options%only(0), options%targets(0))
     options%json = ""
     options%compare = ""
     options%fault = ""
@@ -59,7 +60,7 @@ contains
       case ("--vectors")
         options%wants_vectors = .true.
       case ("--targets")
-        options%only = [options%only, with_targets()]
+        options%targets = with_targets()
         least_rounds = rounds_of_targets
       case ("--help", "-h")
         options%wants_help = .true.
@@ -135,17 +136,25 @@ contains
                      "elements/8000", "/faces/", "/refined/", "step/channel"])
   end function with_targets
 
-  !> Does the name hold one of the texts of --only?
+  !> Does the name hold one of the texts of --only, and has it a target if --targets is there?
   pure logical function is_chosen(options, name)
     type(options_t), intent(in) :: options
     character(*), intent(in) :: name
+
+    is_chosen = holds_one(name, options%only) .and. holds_one(name, options%targets)
+  end function is_chosen
+
+  !> Does the name hold one of the parts, if there are any?
+  pure logical function holds_one(name, parts)
+    character(*), intent(in) :: name
+    type(string_t), intent(in) :: parts(:)
     integer :: i
 
-    is_chosen = size(options%only) == 0
-    do i = 1, size(options%only)
-      is_chosen = is_chosen .or. index(name, options%only(i)%value) > 0
+    holds_one = size(parts) == 0
+    do i = 1, size(parts)
+      holds_one = holds_one .or. index(name, parts(i)%value) > 0
     end do
-  end function is_chosen
+  end function holds_one
 
   !> The text of --help.
   function usage_text() result(text)

@@ -3,14 +3,14 @@ module bench_run
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use omp_lib, only: omp_get_max_threads, omp_set_dynamic
   use kinds, only: wp
-  use errors, only: error_t
+  use errors, only: error_t, fail
   use text, only: to_text
   use bench_case, only: case_slot_t
   use bench_record, only: record_t, record_list_t, keep_least, find_record
   use bench_options, only: options_t, is_chosen
   use bench_report, only: heading, record_line, comparison_lines
   use bench_targets, only: set_targets, target_lines
-  use json_records, only: write_records, read_records
+  use json_records, only: check_writable, write_records, read_records
   use machine_bound, only: machine_bound_t, measure_machine, share_of_bound
   use sampling, only: sampling_t, measure
   use catalogue, only: all_cases
@@ -36,7 +36,10 @@ contains
 
     call omp_set_dynamic(.false.)
     code = done
-    if (options%compare /= "") call read_records(options%compare, old, error)
+    call check_choice(options, error)
+    if (.not. allocated(error) .and. options%compare /= "") &
+      call read_records(options%compare, old, error)
+    if (.not. allocated(error) .and. options%json /= "") call check_writable(options%json, error)
     if (allocated(error)) then
       code = say(error, bad_command)
       return
@@ -57,6 +60,22 @@ contains
     if (allocated(error)) code = say(error, bad_command)
     if (options%compare /= "") print "(a)", comparison_lines(records, old)
   end function run_benchmark
+
+  !> An error where the options choose no record but those of the machine.
+  subroutine check_choice(options, error)
+    type(options_t), intent(in) :: options
+    type(error_t), allocatable, intent(out) :: error
+    type(case_slot_t), allocatable :: cases(:)
+    integer :: i
+
+    if (is_chosen(options, "machine/multiply_add") .or. is_chosen(options, "machine/triad")) return
+    call all_cases(options%is_quick, cases)
+    do i = 1, size(cases)
+      if (options%is_quick .and. cases(i)%item%is_long) cycle
+      if (is_chosen(options, cases(i)%item%name)) return
+    end do
+    call fail(error, "the options choose no record; --list prints the names of all")
+  end subroutine check_choice
 
   !> One round: the machine, then all that is chosen. Rounds lie minutes apart, for the host of a
   !! virtual machine may be slow while one record is measured and fast for the next.

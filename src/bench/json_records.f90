@@ -9,7 +9,7 @@ module json_records
   implicit none
   private
 
-  public :: json_text, write_records, read_records, records_of
+  public :: json_text, check_writable, write_records, read_records, records_of
 
   character(*), parameter :: blanks = " "//achar(9)//achar(10)//achar(13)
 
@@ -89,6 +89,26 @@ contains
     end if
     if (status /= 0) call fail(error, "cannot write '"//path//"': "//trim(message))
   end subroutine write_records
+
+  !> Try whether a file can be written, before it takes minutes to find out. Leaves it as it is.
+  subroutine check_writable(path, error)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    integer :: unit, status
+    logical :: was_there
+    character(256) :: message
+
+    inquire (file=path, exist=was_there)
+    open (newunit=unit, file=path, action="write", position="append", access="stream", &
+          form="unformatted", iostat=status, iomsg=message)
+    if (status /= 0) then
+      call fail(error, "cannot write '"//path//"': "//trim(message))
+    else if (was_there) then
+      close (unit)
+    else
+      close (unit, status="delete")
+    end if
+  end subroutine check_writable
 
   !> Read a list from a file; an error names the file and the line.
   subroutine read_records(path, records, error)

@@ -6,7 +6,7 @@ module deck_steps
   implicit none
   private
 
-  public :: number_steps, check_steps, n_deck_steps, first_in_step, step_of
+  public :: number_steps, check_steps, may_stand_in_step, n_deck_steps, first_in_step, step_of
 
   character(*), parameter :: of_step(20) = [character(18) :: "STEP", "END STEP", "DYNAMIC", &
     "TOOL FORCE", "BOUNDARY", "TOOL MOTION", "PRESSURE", "TRACTION", "GRAVITY", "CONTACT PAIR", &
@@ -98,6 +98,13 @@ contains
     end do
   end subroutine check_steps
 
+  !> Is it a keyword of a step, of the first one at least?
+  pure logical function may_stand_in_step(name)
+    character(*), intent(in) :: name
+
+    may_stand_in_step = any(of_step == name) .or. any(of_first_step == name)
+  end function may_stand_in_step
+
   !> One keyword of a deck with steps.
   subroutine check_place(name, i, is_open, deck, faults)
     character(*), intent(in) :: name
@@ -115,11 +122,12 @@ contains
         return
       else if (.not. is_open) then
         call add_fault(faults, record%origin, "a place behind *END STEP", &
-                       "a place in a step, or before the first")
+          trim(merge("a place in a step, or before the first", &
+                     "a place before the first *STEP        ", may_stand_in_step(name))))
       else if (any(of_first_step == name)) then
         if (record%step > 1) call add_fault(faults, record%origin, "it in a later step", &
           "it before the first *STEP or in the first step; it holds in all")
-      else if (.not. any(of_step == name)) then
+      else if (.not. may_stand_in_step(name)) then
         call add_fault(faults, record%origin, "it in a step", "a place before the first *STEP")
       end if
     end associate

@@ -5,6 +5,7 @@ module keyword_manual
                           kind_name, kind_words, any_number, selects_lines, may_be_left_out
   use keyword_table, only: new_keyword_table
   use field_check, only: expectation
+  use deck_steps, only: may_stand_in_step
   use line_list, only: append_text
   implicit none
   private
@@ -82,7 +83,11 @@ contains
     call put(page, "")
     call put(page, trim(keyword%text))
     if (keyword%parent /= "") call put(page, "Belongs to *"//trim(keyword%parent)//".")
-    if (keyword%is_unique) call put(page, "Once in a deck, or in a step of it.")
+    if (keyword%is_unique .and. may_stand_in_step(trim(keyword%name))) then
+      call put(page, "Once in a deck, or in a step of it.")
+    else if (keyword%is_unique) then
+      call put(page, "Once in a deck.")
+    end if
     if (keyword%n_options > 0) then
       call put(page, "")
       call put(page, "| Option | Value | Default | Unit | Meaning |")

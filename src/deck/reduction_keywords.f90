@@ -17,8 +17,8 @@ contains
 
     call add_keyword(table, "REDUCE", "Runs a scene that is the same all along its width "// &
                      "(extruded tools, uniform blank and loads) as a strip one element wide "// &
-                     "without motion across it. Forces, energies and masses in the results are "// &
-                     "those of the full width. `--check` tells which scenes qualify.", &
+                     "without motion across it. Forces, energies and masses in deck and "// &
+                     "results are those of the full width. `--check` tells which scenes qualify.", &
                      is_unique=.true.)
     call add_option(table, "TYPE", kind_choice, "kind of the reduction", choices="PLANE STRAIN")
     call add_option(table, "AXIS", kind_choice, "coordinate across the width; without it, that "// &

@@ -85,6 +85,8 @@ class Bench(unittest.TestCase):
                 (("--qiuck",), "unknown option '--qiuck'; nearest is --quick"),
                 (("--only",), "option --only needs a value"),
                 (("--threads", "0"), "needs a whole number of at least 1"),
+                (("--only", "histroy"), "the options choose no record"),
+                (("--only", "history", "--json", "none/a.json"), "cannot write 'none/a.json'"),
                 (("--compare", "none.json"), "cannot read 'none.json'"),
                 (("--compare", __file__), "expected '['")):
             result = self.bench(*arguments)
@@ -102,6 +104,8 @@ class Bench(unittest.TestCase):
         self.assertIn("step/channel", names)
         self.assertIn("force/p2/3x3x3/voce/plain/ans_smooth", names)
         self.assertNotIn("force/p2/2x2x3/swift/plain/default", names)
+        some = self.bench("--list", "--targets", "--only", "step/", "--only", "history")
+        self.assertEqual(some.stdout.split(), ["step/channel"])
 
     def test_nothing_is_left_behind(self):
         left = os.path.join(self.folder.name, "igaform_cache")

@@ -191,6 +191,22 @@ def refuse(igaform, source, folder):
         assert done.returncode == 1 and words in done.stderr, (lines, done.stdout, done.stderr)
 
 
+def steps_do_not_reduce(igaform, source, folder):
+    """*REDUCE is for all steps: wherever it stands in or behind one, the place before is named."""
+    path = os.path.join(folder, "steps.key")
+    with open(os.path.join(source, "input/u_bend.key"), encoding="ascii") as deck:
+        text = deck.read()
+    reduce = "*REDUCE, TYPE=PLANE STRAIN\n"
+    for changed in (text + reduce, text.replace("*END STEP", reduce + "*END STEP", 1)):
+        with open(path, "w", encoding="ascii") as deck:
+            deck.write(changed)
+        done = run(igaform, path, "--check")
+        assert done.returncode == 1, done.stdout
+        assert "expected a place before the first *STEP" in done.stderr, done.stderr
+    manual = run(igaform, "--keywords").stdout.split("## *REDUCE")[1].split("##")[0]
+    assert "Once in a deck.\n" in manual and "in a step of it" not in manual, manual
+
+
 def advise(igaform, source, folder):
     done = run(igaform, variant(folder, source, ""), "--check", "--set", "n_x=40")
     assert "*REDUCE, TYPE=PLANE STRAIN, AXIS=z" in done.stdout, done.stdout
@@ -211,6 +227,7 @@ def main(igaform, source):
         forces_on_tools_are_shared(igaform, folder)
         work_in_the_plane(igaform, source)
         refuse(igaform, source, folder)
+        steps_do_not_reduce(igaform, source, folder)
         advise(igaform, source, folder)
     print("the strip that *REDUCE makes is that of the deck that spells it out")
 
