@@ -40,7 +40,7 @@ contains
       if (blank%seams%n_groups > 0) print "(a)", "seams            "// &
         to_text(size(blank%seams%point))//" control points at "// &
         to_text(blank%seams%n_groups)//" places"
-      print "(a)", "mass             "//rounded_text(mass_of(blank%parts))
+      print "(a)", "mass             "//rounded_text(model%width_ratio*mass_of(blank%parts))
     end associate
     print "(a)", "tools            "//to_text(size(model%bodies%tools))
     if (allocated(model%step%name)) print "(a)", "steps of deck    "// &

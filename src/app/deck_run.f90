@@ -319,7 +319,7 @@ contains
       call log_line(log, "blank      "//blank%name//", "// &
                     to_text(n_elements_of(blank%parts))//" elements, "// &
                     to_text(n_controls_of(blank%parts))//" control points, mass "// &
-                    rounded_text(mass_of(blank%parts)))
+                    rounded_text(model%width_ratio*mass_of(blank%parts)))
       if (size(blank%parts) > 1 .or. blank%seams%n_groups > 0) &
         call log_line(log, "patches    "//to_text(size(blank%parts))//", joined in "// &
                       to_text(blank%seams%n_groups)//" control points")

@@ -4,6 +4,7 @@ such advice.
 
 usage: run.py IGAFORM SOURCE
 """
+import csv
 import os
 import re
 import subprocess
@@ -47,6 +48,20 @@ def energies(path):
                 float(history["external_work"][-1]), steps)
 
 
+def told_of_the_study(said, source):
+    """Cost and errors that the advice on the thickness names are those of the stored table."""
+    told = found(r"THICKNESS=4: (\S+) times the cost.* from (\S+) to (\S+) mm of .* from (\S+) to "
+                 r"(\S+) %", said)
+    table = os.path.join(source, "input/studies/results/time_step.csv")
+    with open(table, encoding="utf-8") as file:
+        runs = {float(row["set_mass_factor"]): row for row in csv.DictReader(file)
+                if row["set_safety"] == "0.8"}
+    stored = [float(runs[4]["cpu_seconds"])/float(runs[1]["cpu_seconds"])]
+    for name in ("shape_error", "mean_plastic_strain_error"):
+        stored += [float(runs[factor][name]) for factor in (1, 4)]
+    assert np.abs(np.subtract(told, stored)).max() <= 0.0051, (told, stored)
+
+
 def main(igaform, source):
     deck = os.path.join(source, "tests/verification/probe/pulled.key")
     said = run(igaform, deck, "--check", "--probe")
@@ -67,6 +82,7 @@ def main(igaform, source):
     print(f"ratio {mean} %, expected {expected:.4g} %; {factor} times the mass: ratio "
           f"{100*ratio:.3g} %, {scaled_steps} steps instead of {steps}, work "
           f"{100*(scaled_work/work - 1):+.2g} %")
+    told_of_the_study(said, source)
     fast = run(igaform, deck, "--check", "--probe", "--set", "speed=400000")
     assert "no mass scaling: inertia governs" in fast, fast
 

@@ -4,6 +4,7 @@ that spells it out with the degree of the sheet, and what is refused.
 usage: run.py IGAFORM SOURCE
 """
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -142,7 +143,7 @@ HELD_END = "*DYNAMIC, EXPLICIT\n2e-4\n*OUTPUT, FRAMES=1, HISTORY=20\n"
 
 
 def forces_on_tools_are_shared(igaform, folder):
-    """A holder presses a strip with the share of its force, and of its mass, that is the strip's."""
+    """A holder presses a strip with the share of its force and of its mass that is the strip's."""
     results = []
     for name, lines, settings in (
             ("strip", "*REDUCE, TYPE=PLANE STRAIN\n", ()),
@@ -177,6 +178,9 @@ def work_in_the_plane(igaform, source):
     deck = os.path.join(source, "input/channel_reduced.key")
     done = run(igaform, deck, "--check", "--set", "rule=2,2,2x2")
     assert "kernel p212_q214_plane_strain" in done.stdout, done.stdout
+    whole = run(igaform, os.path.join(source, "input/channel_forming.key"), "--check")
+    masses = [re.search(r"mass +(\S+)", text).group(1) for text in (done.stdout, whole.stdout)]
+    assert masses[0] == masses[1], masses
     done = run(igaform, os.path.join(source, "input/channel_strip.key"), "--check")
     assert "plane_strain" not in done.stdout, done.stdout
 
