@@ -37,8 +37,8 @@ contains
       if (uniformity_fault(scene, c) == "") call append_text(lines, "could be         "// &
         "a strip (*REDUCE, TYPE=PLANE STRAIN, AXIS="//letters(c:c)//"), uniform along "// &
         letters(c:c)//": 1 of "//to_text(n(axis))//" elements, saves "// &
-        percent(1.0_wp - cost(reduced)/cost(n))//"; exact where the edges are held; free "// &
-        "ones do not narrow, as those of a pulled sheet would")
+        percent(1.0_wp - cost(reduced)/cost(n))//"; exact where the edges are held; with "// &
+        "free edges for bending, not for pulling, in which a sheet narrows")
     end do
     do c = 1, 3
       if (mirror_fault(scene, c) /= "") cycle

@@ -215,6 +215,7 @@ def advise(igaform, source, folder):
     done = run(igaform, variant(folder, source, ""), "--check", "--set", "n_x=40")
     assert "*REDUCE, TYPE=PLANE STRAIN, AXIS=z" in done.stdout, done.stdout
     assert "1 of 8 elements, saves 88 %" in done.stdout, done.stdout
+    assert "not for pulling, in which a sheet narrows" in done.stdout, done.stdout
     assert "*BOUNDARY ZSYMM" in done.stdout and "XSYMM" not in done.stdout, done.stdout
     held = variant(folder, source, "*BOUNDARY\nZ_MIN, 1")
     done = run(igaform, held, "--check", "--set", "n_x=40")
