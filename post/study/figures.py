@@ -182,8 +182,8 @@ def draw_shares(panel, study, rows):
                  if len({row.get(f"set_{name}") for row in shown}) > 1]
     labels = [textwrap.fill(setting_text(row, differing).replace(", ", " "), LABEL)
               for row in shown]
-    is_long = any(label.count("\n") > 1 for label in labels)
-    panel.set_yticks(range(len(shown)), labels, fontsize=4.8 if is_long else 6)
+    n_lines = len(shown) * max((label.count("\n") + 1 for label in labels), default=1)
+    panel.set_yticks(range(len(shown)), labels, fontsize=min(6, 144 / max(n_lines, 1)))
     panel.invert_yaxis()
     panel.grid(False, axis="y")
     panel.set(xlabel="share of the time of all steps [%]", xlim=(0, 100),
