@@ -121,6 +121,7 @@ contains
     type(blank_spec_t), intent(inout) :: blank
     type(fault_list_t), intent(inout) :: faults
     type(nurbs_solid_t) :: solids(size(blank%patches))
+    type(seams_t) :: seams
     type(joints_t) :: joints
     real(wp) :: tolerance
     integer :: p, i
@@ -131,9 +132,9 @@ contains
     end do
     tolerance = option_real(deck, record, "TOLERANCE")
     if (tolerance <= 0.0_wp) tolerance = default_tolerance(solids)
-    allocate (blank%seams)
-    call find_seams(solids, tolerance, blank%seams)
-    joints = find_joints(solids, blank%seams)
+    blank%merge_distance = tolerance
+    call find_seams(solids, tolerance, seams)
+    joints = find_joints(solids, seams)
     do p = 1, size(solids)
       blank%patches(p)%solid = solids(p)
       blank%patches(p)%is_joined = joints%is_joined(:, p)

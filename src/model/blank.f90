@@ -3,7 +3,7 @@ module blank
   use kinds, only: wp
   use errors, only: error_t
   use nurbs_solid, only: nurbs_solid_t
-  use seams, only: seams_t, no_seams
+  use seams, only: seams_t, no_seams, find_seams
   use seam_columns, only: column_mask_t, whole_columns
   use block_law, only: block_law_t
   use strain_projection, only: projection_spec_t
@@ -37,25 +37,32 @@ module blank
 
 contains
 
-  !> A blank at rest and without stress. `law` is taken over.
-  subroutine new_blank(blank, name, patches, law, viscosity, error, seams, projection)
+  !> A blank at rest and without stress. `law` is taken over. Seams are found here, on the grids
+  !! that the run has, so that nothing done to a scene before leaves them behind.
+  subroutine new_blank(blank, name, patches, law, viscosity, error, merge_distance, projection)
     type(blank_t), intent(out) :: blank
     character(*), intent(in) :: name
     type(patch_spec_t), intent(in) :: patches(:)
     class(block_law_t), allocatable, intent(inout) :: law
     real(wp), intent(in) :: viscosity(2)                !! linear and quadratic factor
     type(error_t), allocatable, intent(out) :: error
-    type(seams_t), intent(in), optional :: seams        !! none if not given
+    real(wp), intent(in), optional :: merge_distance    !! of `find_seams`; absent or < 0: none
     type(projection_spec_t), intent(in), optional :: projection   !! absent: none
+    type(nurbs_solid_t) :: solids(size(patches))
     integer :: p
 
     blank%name = name
     blank%seams = no_seams(size(patches))
-    if (present(seams)) blank%seams = seams
+    do p = 1, size(patches)
+      solids(p) = patches(p)%solid
+    end do
+    if (present(merge_distance)) then
+      if (merge_distance >= 0.0_wp) call find_seams(solids, merge_distance, blank%seams)
+    end if
     allocate (blank%parts(size(patches)))
     do p = 1, size(patches)
       associate (spec => patches(p))
-        call new_patch_body(blank%parts(p), spec%name, spec%solid, spec%n_points, spec%n_parts, &
+        call new_patch_body(blank%parts(p), spec%name, solids(p), spec%n_points, spec%n_parts, &
                             law, viscosity, error, projection)
         if (allocated(error)) return
       end associate

@@ -168,7 +168,7 @@ contains
                        "follows from the deformation gradient", "BBAR or NONE")
       call new_blank(model%bodies%blank, spec%name, spec%patches, law, &
                      [scene%step%viscosity_linear, scene%step%viscosity_quadratic], error, &
-                     spec%seams, projection_of(spec))
+                     spec%merge_distance, projection_of(spec))
       if (allocated(error)) then
         call add_fault(faults, spec%origin, error%message, "a right-handed patch "// &
                        "with positive volume everywhere")

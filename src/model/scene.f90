@@ -5,7 +5,6 @@ module scene
   use faults, only: origin_t
   use text, only: string_t
   use nurbs_surface, only: nurbs_surface_t
-  use seams, only: seams_t
   use blank, only: patch_spec_t
   use law_spec, only: plasticity_spec_t
   implicit none
@@ -39,7 +38,7 @@ module scene
     type(origin_t) :: origin
     character(:), allocatable :: name
     type(patch_spec_t), allocatable :: patches(:)
-    type(seams_t), allocatable :: seams     !! none if not allocated
+    real(wp) :: merge_distance = -1.0_wp    !! at which control points are one [length]; < 0: never
     integer :: material = 0                 !! index into `materials`
     character(4) :: projection = "NONE"     !! against locking: NONE, BBAR or ANS
     logical :: is_smooth = .false.          !! it projects onto the splines of the patch

@@ -165,6 +165,43 @@ def forces_on_tools_are_shared(igaform, folder):
     assert np.abs(turn[0] - 4*turn[1]).max() <= 1e-8*turn[0].max() > 0, "angular momentum"
 
 
+TUBE = """*MATERIAL, NAME=steel
+*DENSITY
+7e-9
+*ELASTIC
+210000, 0.3
+*BLANK, NAME=tube, MATERIAL=steel, TYPE=TUBE
+0, 0, 0, 10, 12, 5
+0, 360, 2, {}, 2, 2, {}
+{}
+*DYNAMIC, EXPLICIT
+1e-7
+"""
+
+
+def closed_tubes_stay_closed(igaform, folder):
+    """A tube of 360 degrees keeps its seams on the grid that a reduction or the run of --probe with
+    fewer elements gives it. Its mass is that of the closed form, its step that of one element."""
+    path = os.path.join(folder, "tube.key")
+
+    def told(n_around, n_radial, lines, *options):
+        with open(path, "w", encoding="ascii") as deck:
+            deck.write(TUBE.format(n_around, n_radial, lines))
+        done = run(igaform, path, "--check", *options)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
+
+    for n_around, n_radial in ((2, 1), (2, 3), (4, 2)):
+        facts = told(n_around, n_radial, "*REDUCE, TYPE=PLANE STRAIN")
+        n_places = 2*(n_radial + 2)
+        assert facts["seams"] == f"{2*n_places} control points at {n_places} places", facts
+        assert abs(float(facts["mass"])/(np.pi*(12**2 - 10**2)*5*7e-9) - 1) < 1e-3, facts
+        assert 0 < float(facts["stable"].split()[1]) < 1e-6, facts
+    facts = told(24, 1, "", "--probe")
+    assert facts["probe"].startswith("64 elements"), facts
+    assert facts["advice"] == "none: nothing deforms", facts
+
+
 def variant(folder, source, lines):
     """The channel with *REDUCE and some more lines."""
     path = os.path.join(folder, "variant.key")
@@ -231,6 +268,7 @@ def main(igaform, source):
         pressure_does_not_part_sides(igaform, folder)
         forces_on_tools_are_shared(igaform, folder)
         work_in_the_plane(igaform, source)
+        closed_tubes_stay_closed(igaform, folder)
         refuse(igaform, source, folder)
         steps_do_not_reduce(igaform, source, folder)
         advise(igaform, source, folder)
