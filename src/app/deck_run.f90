@@ -32,7 +32,7 @@ module deck_run
   use run_data, only: run_t, wall_seconds
   use run_saver, only: saver_t, save_last_good, drop_checkpoint
   use run_start, only: new_saver, claim_files, start_run, saving_words
-  use forming_run, only: run_model, save_failed
+  use forming_run, only: run_model, save_failed, first_steps
   use plane_dispatch, only: plane_kernel_name
   use check_report, only: print_check
   use tool_display, only: tool_cell_length
@@ -339,9 +339,15 @@ contains
     type(run_t), intent(in) :: run
     real(wp), parameter :: small = 0.1_wp
 
-    call log_line(log, "energy     largest balance error "//percent(run%largest_error))
+    call log_line(log, "energy     largest balance error in the history "// &
+                  rounded_text(100*run%row_error)//" % of the energies at that time, step "// &
+                  to_text(run%row_error_step)//", time "//rounded_text(run%row_error_time))
+    call log_line(log, "energy     largest balance error "// &
+                  rounded_text(100*run%largest_error)//" % of the largest energy up to its "// &
+                  "time, or of the blank's at the speed of a tool; *ENERGY LIMIT takes this "// &
+                  "one, after the first "//to_text(first_steps)//" steps")
     call log_line(log, "momentum   balance error "//rounded_text(run%balance%momentum_error)// &
-                  ", relative")
+                  " at the end, relative")
     if (has_contact(model%forces) .or. has_contact(model%retired)) &
       call log_line(log, "contact    deepest penetration "//rounded_text(run%largest_penetration))
     call log_searches(log, model%retired)

@@ -31,7 +31,7 @@ module forming_run
 
   !> Steps before the energy balance may end a run: of a motion that rises from rest the n-th step
   !! misses the share 1/(4 n^2).
-  integer, parameter :: first_steps = 20
+  integer, parameter, public :: first_steps = 20
 
 contains
 
@@ -369,11 +369,24 @@ contains
     run%row%dt = run%instant%dt
     call fill_history_row(model, run%balance, elastic, velocity_now(model, run), run%row)
     call record_history(results, run%row)
-    if (run%n_steps > 0) run%largest_error = max(run%largest_error, abs(run%balance%alarm))
+    call note_errors(run)
     run%largest_penetration = max(run%largest_penetration, run%balance%tally%max_penetration)
     call forget_depths(model%forces)
     call forget_depths(model%retired)
   end subroutine record_row
+
+  !> The largest errors of the energy balance up to now; one that is no number counts as largest.
+  pure subroutine note_errors(run)
+    type(run_t), intent(inout) :: run
+
+    if (run%n_steps == 0) return
+    if (.not. abs(run%balance%alarm) <= run%largest_error) &
+      run%largest_error = abs(run%balance%alarm)
+    if (abs(run%balance%error) <= abs(run%row_error)) return
+    run%row_error = run%balance%error
+    run%row_error_time = run%instant%time
+    run%row_error_step = run%n_steps
+  end subroutine note_errors
 
   !> Fill a frame, to be written when the state behind it has proved good.
   subroutine take_frame(model, run)

@@ -28,6 +28,9 @@ module run_data
     integer :: n_earlier = 0                 !! frames before that one that are not either
     logical :: has_warned_of_mass = .false.  !! that scaled masses show
     real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
+    real(wp) :: row_error = 0.0_wp           !! largest in the history, by the energies of its time
+    real(wp) :: row_error_time = 0.0_wp
+    integer(int64) :: row_error_step = 0
     real(wp) :: largest_penetration = 0.0_wp
     real(wp) :: step_factor = 1.0_wp         !! on the time step; below 1 after a second try
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0, watch_state = 0

@@ -1,4 +1,5 @@
-"""A tool that acts from a later step on and is in the sheet by then brings no energy.
+"""A tool that acts from a later step on and is in the sheet by then brings no energy. The log tells
+the largest energy error of the history, also where hardly any energy is there yet.
 
 Usage: late.py IGAFORM FOLDER_OF_DECK
 """
@@ -26,7 +27,22 @@ def run(folder, **parameters):
                     "external_work", "energy_error", "max_penetration")}
         assert "torque" not in file["tools/plate"]   # it does not turn
         history["force"] = file["tools/plate/force"][:, 2]
+        check_log(path.replace(".h5", ".log"), file["history"])
     return history
+
+
+def check_log(log, history):
+    """The log names the largest error of the history, its step and its time."""
+    errors = history["energy_error"][:]
+    worst = np.abs(errors).argmax()
+    with open(log) as file:
+        line = next(line for line in file if "balance error in the history" in line)
+    said, step, time = (float(line.split(word)[1].split()[0].rstrip(","))
+                        for word in ("history", "step", ", time"))
+    assert abs(said / 100 - errors[worst]) <= 1e-3 * abs(errors[worst]), (line, errors[worst])
+    if errors[worst] != 0:
+        assert step == history["step"][worst], line
+        assert abs(time / history["time"][worst] - 1) < 1e-3, line
 
 
 def main():
