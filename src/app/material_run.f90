@@ -106,6 +106,10 @@ contains
         if (.not. allocated(slots(i)%law)) cycle
         fault = test_fault(test, slots(i)%law)
         if (fault /= "") call add_fault(faults, test%origin, fault, "a law with plasticity")
+        associate (n => slots(i)%law%n_state - slots(i)%law%n_hidden)
+          if (size(test%state) > n) call add_fault(faults, test%origin, to_text(size(test%state)) &
+            //" state variables at the start", to_text(n)//" at most, as the material has")
+        end associate
       end associate
     end do
   end subroutine make_laws

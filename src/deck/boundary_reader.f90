@@ -2,7 +2,7 @@
 module boundary_reader
   use kinds, only: wp
   use faults, only: fault_list_t, add_fault, add_warning
-  use text, only: upper_case, read_integer, read_real
+  use text, only: upper_case, to_text, read_integer, read_real
   use scene, only: scene_t, boundary_spec_t, initial_state_spec_t
   use deck_names, only: deck_names_t
   use deck_steps, only: step_of
@@ -16,6 +16,8 @@ module boundary_reader
 
   public :: read_boundaries, read_initial_velocities, read_initial_states, read_test_states, &
             n_data_lines, check_lines, end_before
+
+  integer, parameter :: on_a_line = 8   ! entries of *INITIAL CONDITIONS, TYPE=SOLUTION
 
 contains
 
@@ -162,7 +164,7 @@ contains
     type(fault_list_t), intent(inout) :: faults
     integer :: i
 
-    call list_states(deck, scene%initial_states)
+    call list_states(deck, scene%initial_states, faults)
     do i = 1, size(scene%initial_states)
       associate (start => scene%initial_states(i))
         call find_set(names, frame, start%name, start%origin, scene, start%set, faults)
@@ -178,7 +180,7 @@ contains
     type(initial_state_spec_t), allocatable :: starts(:)
     integer :: i, k
 
-    call list_states(deck, starts)
+    call list_states(deck, starts, faults)
     do i = 1, size(starts)
       if (upper_case(starts(i)%name) == "ALL") cycle
       call add_warning(faults, starts(i)%origin, "the set "//starts(i)%name//", in which the "// &
@@ -197,16 +199,18 @@ contains
     end do
   end subroutine read_test_states
 
-  !> Names of sets with their state variables. A line that begins with a number goes on with the
-  !! values of the line before.
-  subroutine list_states(deck, starts)
+  !> Names of sets with their state variables, as Abaqus places them: eight entries on a line, the
+  !! name of the set being the first. A line that begins with a number goes on with the values of
+  !! the line before, which counts as filled up with zeros.
+  subroutine list_states(deck, starts, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(initial_state_spec_t), allocatable, intent(out) :: starts(:)
+    type(fault_list_t), intent(inout) :: faults
     type(initial_state_spec_t) :: start
     integer, allocatable :: found(:)
     real(wp) :: number
     logical :: is_number
-    integer :: i, j, line
+    integer :: i, line, n_full
 
     allocate (starts(0))
     found = find_records(deck, "INITIAL CONDITIONS")
@@ -214,23 +218,46 @@ contains
       associate (record => deck%records(found(i)))
         if (.not. record%is_valid) cycle
         if (option_text(deck, record, "TYPE") /= "SOLUTION") cycle
+        n_full = 0
         do line = 1, record%n_lines
           start%name = field_word(record, line, 1)
+          start%values = line_values(deck, record, line, faults)
           call read_real(start%name, number, is_number)
-          start%values = [(field_real(record, line, j), j=2, n_fields(record, line))]
-          if (.not. is_filled(record, line, n_fields(record, line))) &
-            start%values = start%values(:size(start%values) - 1)
           if (is_number .and. line > 1) then
             associate (last => starts(size(starts)))
-              last%values = [last%values, number, start%values]
+              if (size(last%values) < n_full) call add_warning(faults, line_origin(deck, record, &
+                line - 1), "a line with less than eight entries, which goes on", "eight, the "// &
+                "set among them: what is missing counts as state variables that are zero")
+              last%values = [last%values, spread(0.0_wp, 1, max(0, n_full - size(last%values))), &
+                             number, start%values]
+              n_full = n_full + on_a_line
             end associate
             cycle
           end if
+          n_full = on_a_line - 1
           start%origin = line_origin(deck, record, line)
           starts = [starts, start]
         end do
       end associate
     end do
   end subroutine list_states
+
+  !> The numbers behind the first entry of a line.
+  function line_values(deck, record, line, faults) result(values)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line
+    type(fault_list_t), intent(inout) :: faults
+    real(wp), allocatable :: values(:)
+    integer :: j
+
+    values = [(field_real(record, line, j), j=2, n_fields(record, line))]
+    if (.not. is_filled(record, line, n_fields(record, line))) values = values(:size(values) - 1)
+    if (size(values) >= on_a_line) then
+      call add_fault(faults, line_origin(deck, record, line), to_text(size(values) + 1)// &
+                     " entries on a line", "eight at most: the set and seven state variables, "// &
+                     "or eight of these")
+    end if
+  end function line_values
 
 end module boundary_reader

@@ -5,7 +5,7 @@ module foreign_keywords
   implicit none
   private
 
-  public :: foreign_note, counterpart
+  public :: foreign_note, counterpart, lost_option
 
   character(*), parameter :: of_mesh(16) = [character(14) :: "NODE", "ELEMENT", "NSET", "ELSET", &
     "NGEN", "NFILL", "NCOPY", "ELGEN", "ELCOPY", "PART", "END PART", "ASSEMBLY", "END ASSEMBLY", &
@@ -43,10 +43,24 @@ contains
       note = "none, for all steps are *DYNAMIC, EXPLICIT"//passed_over
     else if (any(block%keyword == of_output) .or. is_other_output(block)) then
       note = "none, for *OUTPUT, FRAMES=n, HISTORY=n says what is written"//passed_over
+    else if (block%keyword == "PHYSICAL CONSTANTS") then
+      note = "none, for nothing here needs absolute zero, radiation or the gas constant"// &
+             passed_over
     else if (any(block%keyword == of_heat)) then
       note = "none, for there is no field of temperature"//passed_over
     end if
   end function foreign_note
+
+  !> An option of a keyword that would be passed over, but asks for what the result depends on;
+  !! empty if there is none.
+  pure function lost_option(block) result(option)
+    type(block_t), intent(in) :: block
+    character(:), allocatable :: option
+
+    option = ""
+    if (.not. any(block%keyword == of_section)) return
+    if (option_place(block, "ORIENTATION") > 0) option = "ORIENTATION"
+  end function lost_option
 
   !> What does here what a keyword of Abaqus does there; empty where nothing is known.
   pure function counterpart(keyword) result(hint)

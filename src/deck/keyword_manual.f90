@@ -94,7 +94,7 @@ contains
       call put(page, "|---|---|---|---|---|")
     end if
     do i = 1, keyword%n_options
-      call put_field(page, keyword%options(i), trim(keyword%options(i)%name))
+      call put_field(page, keyword%options(i), option_names(keyword%options(i)))
     end do
     do i = 1, keyword%n_lines
       call put_line(page, keyword, keyword%lines(i))
@@ -106,6 +106,15 @@ contains
     end do
     call put(page, "```")
   end subroutine put_keyword
+
+  !> The names of an option.
+  pure function option_names(option) result(names)
+    type(field_spec_t), intent(in) :: option
+    character(:), allocatable :: names
+
+    names = trim(option%name)
+    if (option%alias /= "") names = names//" or "//trim(option%alias)
+  end function option_names
 
   pure subroutine put_line(page, keyword, line)
     type(page_t), intent(inout) :: page

@@ -5,7 +5,7 @@ module keyword_spec
   private
 
   public :: field_spec_t, line_spec_t, keyword_spec_t, keyword_table_t
-  public :: add_keyword, add_option, add_line, add_field, add_example, selects_lines
+  public :: add_keyword, add_option, add_alias, add_line, add_field, add_example, selects_lines
   public :: may_be_left_out
 
   integer, parameter, public :: kind_real = 1      !! a number
@@ -20,6 +20,7 @@ module keyword_spec
   !> An option of a keyword line or a field of a data line.
   type :: field_spec_t
     character(20) :: name = ""
+    character(20) :: alias = ""      !! another name of an option, "": none
     integer :: kind = kind_real
     logical :: is_required = .true.
     character(16) :: default = ""    !! value where the deck gives none, as it would write it
@@ -97,6 +98,16 @@ contains
                                                      choices, is_required)
     end associate
   end subroutine add_option
+
+  !> Another name for the option added last.
+  pure subroutine add_alias(table, alias)
+    type(keyword_table_t), intent(inout) :: table
+    character(*), intent(in) :: alias
+
+    associate (keyword => table%items(table%n_keywords))
+      keyword%options(keyword%n_options)%alias = alias
+    end associate
+  end subroutine add_alias
 
   !> Begin data lines of one form; one line unless said otherwise.
   pure subroutine add_line(table, text, when, n_min, n_max, is_repeated)

@@ -356,8 +356,10 @@ contains
     call add_field(table, "set", kind_name, "name of a set or face, or ALL")
     call add_vector(table, "omega_", "angular velocity", unit="1/time")
     call add_vector(table, "", "a point of the axis of rotation")
-    call add_line(table, "The state variables of the elements whose middle lies in a set, any "// &
-                  "number on a line; lines that begin with a number go on with the values.", &
+    call add_line(table, "The state variables of the elements whose middle lies in a set, as "// &
+                  "Abaqus places them: eight entries on a line, the set among them. Lines that "// &
+                  "begin with a number go on with the values; what a shorter line before them "// &
+                  "lacks counts as zeros.", &
                   when="SOLUTION", n_min=0, n_max=any_number, is_repeated=.true.)
     call add_field(table, "set", kind_name, "name of a set or face, or ALL; or a value")
     call add_field(table, "value", kind_real, "a state variable", is_required=.false.)

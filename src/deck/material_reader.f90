@@ -5,7 +5,8 @@ module material_reader
   use text, only: to_text
   use scene, only: scene_t, material_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
-                          field_real, field_integer, field_word, all_numbers, is_option_given
+                          field_real, field_integer, field_word, all_numbers, &
+                          is_option_given, n_fields, line_origin
   implicit none
   private
 
@@ -17,6 +18,7 @@ module material_reader
                                          "ORIENTATION", "ADIABATIC HEATING"]
   integer, parameter :: plastic_part = 3, user_part = 4, hyperelastic_part = 6
   integer, parameter :: first_of_plastic = 7
+  integer, parameter :: on_a_line = 8   ! constants of *USER MATERIAL
 
 contains
 
@@ -172,6 +174,12 @@ contains
     material%law = option_text(deck, record, "TYPE")
     if (material%law /= "UMAT" .and. material%law /= "VUMAT") material%law = "USER"
     material%thread_safe = option_text(deck, record, "THREADSAFE")
+    if (is_option_given(deck, record, "HYBRID FORMULATION")) then
+      call add_warning(faults, record%origin, "HYBRID FORMULATION="//option_text(deck, record, &
+                       "HYBRID FORMULATION")//", an option without effect here", "none, for "// &
+                       "there are no hybrid elements; PROJECTION of *BLANK says how locking "// &
+                       "is avoided")
+    end if
     call read_constants(deck, record, material, faults)
   end subroutine read_user_material
 
@@ -224,19 +232,39 @@ contains
     end if
   end subroutine read_plastic
 
+  !> The constants as Abaqus places them: eight on a line, blank places and the ends of shorter
+  !! lines count as zeros.
   subroutine read_constants(deck, record, material, faults)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(material_spec_t), intent(inout) :: material
     type(fault_list_t), intent(inout) :: faults
-    integer :: n
+    integer :: n, line, n_wanted, n_given
 
     n = option_integer(deck, record, "CONSTANTS")
-    material%constants = all_numbers(record)
-    if (size(material%constants) /= n) then
-      call add_fault(faults, record%origin, to_text(size(material%constants))//" constants", &
-                     to_text(n)//" as CONSTANTS says")
+    n_wanted = (n + on_a_line - 1)/on_a_line
+    if (record%n_lines /= n_wanted) then
+      call add_fault(faults, record%origin, to_text(record%n_lines)//" data lines", &
+                     to_text(n_wanted)//" for CONSTANTS="//to_text(n)//": eight constants on "// &
+                     "each, of which a shorter one is filled up with zeros")
+      return
     end if
+    material%constants = spread(0.0_wp, 1, n)
+    do line = 1, n_wanted
+      n_given = n_fields(record, line)
+      associate (before => on_a_line*(line - 1))
+        if (n_given > min(on_a_line, n - before)) then
+          call add_fault(faults, line_origin(deck, record, line), to_text(n_given)// &
+                         " constants on a line", to_text(min(on_a_line, n - before))// &
+                         " at most: eight on each line, "//to_text(n)//" in all")
+          cycle
+        end if
+        associate (first => record%first(line))
+          material%constants(before + 1:before + n_given) = &
+            record%numbers(first:first + n_given - 1)
+        end associate
+      end associate
+    end do
   end subroutine read_constants
 
 end module material_reader

@@ -8,7 +8,7 @@ module record_check
   use keyword_table, only: new_keyword_table
   use lexer, only: lexed_deck_t, block_t, option_place
   use line_list, only: line_text
-  use foreign_keywords, only: foreign_note, counterpart
+  use foreign_keywords, only: foreign_note, counterpart, lost_option
   use field_split, only: split_fields, field_text
   use field_check, only: check_field, expectation, did_you_mean
   use deck_steps, only: number_steps, n_deck_steps
@@ -46,6 +46,7 @@ contains
         n_before = faults%n_items
         call find_keyword(block, deck%table, record, faults)
         if (record%spec > 0) then
+          call rename_options(deck%table%items(record%spec), record%origin, block, faults)
           call find_owner(deck, i, owner, faults)
           call check_options(block, deck%table%items(record%spec), record, faults)
         end if
@@ -76,7 +77,15 @@ contains
     end do
     if (foreign_note(block) /= "") then
       record%spec = 0
-      call add_warning(faults, record%origin, "a keyword without effect here", foreign_note(block))
+      if (lost_option(block) == "") then
+        call add_warning(faults, record%origin, "a keyword without effect here", &
+                         foreign_note(block))
+      else
+        call add_fault(faults, record%origin, "the option "//lost_option(block)//", which "// &
+                       "is not honoured here", "none, and axes of the "// &
+                       "material by *ORIENTATION in *MATERIAL with *PLASTIC; a user's law "// &
+                       "works in x, y, z (see docs/user-materials.md)")
+      end if
     end if
     if (record%spec > 0 .or. foreign_note(block) /= "") return
     if (counterpart(block%keyword) /= "") then
@@ -89,6 +98,26 @@ contains
     call add_fault(faults, record%origin, "an unknown keyword", &
                    "a keyword of input/KEYWORDS.md"//did_you_mean("*"//block%keyword, names))
   end subroutine find_keyword
+
+  !> Give options that go by another name the one of the table.
+  pure subroutine rename_options(spec, origin, block, faults)
+    type(keyword_spec_t), intent(in) :: spec
+    type(origin_t), intent(in) :: origin
+    type(block_t), intent(inout) :: block
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i, place
+
+    do i = 1, spec%n_options
+      if (spec%options(i)%alias == "") cycle
+      place = option_place(block, trim(spec%options(i)%alias))
+      if (place == 0) cycle
+      if (option_place(block, trim(spec%options(i)%name)) > 0) then
+        call add_fault(faults, origin, "both "//trim(spec%options(i)%name)//" and "// &
+                       trim(spec%options(i)%alias), "the option once")
+      end if
+      block%options(place)%name = trim(spec%options(i)%name)
+    end do
+  end subroutine rename_options
 
   !> Keep track of the keyword that others such as *DENSITY belong to.
   pure subroutine find_owner(deck, i, owner, faults)

@@ -1,7 +1,7 @@
 !> The entries of the keyword table for laws of users.
 module user_keywords
-  use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                          add_example, kind_real, kind_integer, kind_name, kind_choice, &
+  use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_alias, add_line, &
+                          add_field, add_example, kind_real, kind_integer, kind_name, kind_choice, &
                           kind_flag, any_number
   implicit none
   private
@@ -19,14 +19,19 @@ contains
                      "positive at the start, *ELASTIC is needed beside it, for the stable step.", &
                      parent="MATERIAL")
     call add_option(table, "CONSTANTS", kind_integer, "number of constants, NPROPS", range=">= 0")
+    call add_alias(table, "CONST")
     call add_option(table, "TYPE", kind_choice, "interface of the subroutine; without it, that "// &
                     "which the file has, a UMAT before a VUMAT. MECHANICAL says nothing more", &
                     choices="UMAT|VUMAT|MECHANICAL", is_required=.false.)
     call add_option(table, "THREADSAFE", kind_choice, "NO: one thread, in the order of the "// &
                     "elements. Without it NO where the compiled files keep data of their own "// &
                     "(COMMON, SAVE, DATA), else YES", choices="YES|NO", is_required=.false.)
-    call add_option(table, "UNSYMM", kind_flag, "taken and without effect: no equations are solved")
-    call add_line(table, "The constants PROPS, any number on a line.", n_min=0, n_max=any_number, &
+    call add_option(table, "UNSYMM", kind_flag, "taken and without effect: no equations are "// &
+                    "solved")
+    call add_option(table, "HYBRID FORMULATION", kind_name, "taken and without effect, with a "// &
+                    "warning: there are no hybrid elements", is_required=.false.)
+    call add_line(table, "The constants PROPS, eight on a line. Blank places and the ends of "// &
+                  "shorter lines count as zeros, as in Abaqus.", n_min=0, n_max=any_number, &
                   is_repeated=.true.)
     call add_field(table, "constant", kind_real, "one constant", default="0")
     call add_example(table, "*USER MATERIAL, CONSTANTS=5")

@@ -173,10 +173,29 @@ contains
         call add_fault(faults, spec%origin, error%message, "a right-handed patch "// &
                        "with positive volume everywhere")
       else
+        call check_initial_states(scene, model%bodies%blank%law, faults)
         call set_initial_states(scene, model%bodies%blank)
       end if
     end associate
   end subroutine build_blank
+
+  !> State variables at the start that the law does not have are faults.
+  subroutine check_initial_states(scene, law, faults)
+    type(scene_t), intent(in) :: scene
+    class(block_law_t), intent(in) :: law
+    type(fault_list_t), intent(inout) :: faults
+    integer :: i
+
+    if (.not. allocated(scene%initial_states)) return
+    do i = 1, size(scene%initial_states)
+      associate (start => scene%initial_states(i), n => law%n_state - law%n_hidden)
+        if (size(start%values) <= n) cycle
+        call add_fault(faults, start%origin, to_text(size(start%values))// &
+                       " state variables for "//start%name, to_text(n)//" at most, as the "// &
+                       "material has")
+      end associate
+    end do
+  end subroutine check_initial_states
 
   !> A rule that leaves deformations without energy is refused, and one that serves is named.
   subroutine check_rule(spec, patch, across, faults)

@@ -147,7 +147,7 @@ def shared_data_run_in_order(bench):
 
 
 def states_start_as_told(bench):
-    conditions = ("*INITIAL CONDITIONS, TYPE=SOLUTION\nALL, 5, 6, 7,\n8\n"
+    conditions = ("*INITIAL CONDITIONS, TYPE=SOLUTION\nALL, 5, 6, 7, 8\n"
                   "right, 100\n*SET, NAME=right\nXI, 0.6, 1\n")
     points, _, state = bench.values(deck(user(STEEL, 5), speed=0.0) + conditions,
                                     FILES / "sdvini.f")
@@ -160,6 +160,9 @@ def states_start_as_told(bench):
     assert np.array_equal(state[~right, 2:], np.tile([7.0, 8.0, 0.0], ((~right).sum(), 1)))
     assert np.array_equal(np.unique(np.floor(state[:, 1])), np.arange(1, 7))
     assert points.shape[-1] == 3
+    long = conditions.replace("7, 8", "7\n8")   # filled up to the seventh: the eighth of five
+    bench.run(deck(user(STEEL, 5), speed=0.0) + long, FILES / "sdvini.f", code=1)
+    bench.says("less than eight entries", "8 state variables for ALL", "5 at most")
 
 
 def failures_name_element_and_point(bench):
@@ -268,7 +271,7 @@ def files_from_elsewhere(bench):
 def material_tests_know_names_and_starts(bench):
     test = "*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=4\n0.001\n"
     text = deck(user(STEEL, 3, "", "\n1, damage\n3, EQPS"), body="") + test
-    text += "*INITIAL CONDITIONS, TYPE=SOLUTION\nALL, 0.25, 7,\n 0.125\nleft, 3\n"
+    text += "*INITIAL CONDITIONS, TYPE=SOLUTION\nALL, 0.25, 7, 0.125\nleft, 3\n"
     path = bench.run(text, FILES / "linear_fixed.for", command=["material"])
     bench.says("left", "ALL for a start")
     with h5py.File(path) as file:
@@ -279,6 +282,9 @@ def material_tests_know_names_and_starts(bench):
         assert (group["eqps"][...] == 0.125).all()
     header = (bench.folder / "a-pull.csv").read_text().splitlines()[0]
     assert "state_damage" in header and "state_EQPS" in header, header
+    bench.run(text.replace("0.125", "0.125, 1"), FILES / "linear_fixed.for", command=["material"],
+              code=1)
+    bench.says("4 state variables at the start", "3 at most")
 
 
 def laws_that_never_yield_have_no_r_values(bench):
