@@ -7,7 +7,10 @@ module run_start
   use scene, only: scene_t
   use model, only: model_t
   use state_store, only: state_store_t
-  use checkpoint, only: read_checkpoint, restore_result, remove_leftovers, is_replaceable
+  use checkpoint, only: read_checkpoint, draft_t, draw_result, place_result, drop_result, &
+                        remove_leftovers, is_replaceable
+  use result_layout, only: layout_fault
+  use kinds, only: wp
   use file_lock, only: lock_t, hold_file
   use system_files, only: kind_of_file
   use frames, only: results_t, results_setup_t, open_results
@@ -105,6 +108,7 @@ contains
     type(results_t), intent(out) :: results
     type(error_t), allocatable, intent(out) :: error
     type(state_store_t) :: store
+    type(draft_t) :: draft
     character(:), allocatable :: why
 
     call new_run(model, run)
@@ -116,21 +120,39 @@ contains
     end if
     call read_checkpoint(command%restart, saver%header, store, error)
     if (allocated(error)) return
-    call start_from(saver, model, run, store)
-    why = ""
-    if (store%fault /= "") why = "its state does not fit this deck: "//store%fault
-    if (why == "" .and. run%instant%time > run%control%end_time*(1 + 1.0e-12)) then
-      why = "it is of time "//to_text(run%instant%time)//", which is later than the end time "// &
-            to_text(run%control%end_time)
+    call draw_result(command%restart, setup%path, draft, error)
+    if (allocated(error)) return
+    why = layout_fault(draft%path, setup)
+    if (why /= "") then
+      why = "its result cannot be gone on with: "//why
+    else
+      call start_from(saver, model, run, store)
+      why = state_fault(store, run)
     end if
     if (why /= "") then
+      call drop_result(draft)
       call fail(error, "checkpoint '"//command%restart//"' refused: "//why)
       return
     end if
-    call restore_result(command%restart, setup%path, error)
+    call place_result(draft, error)
     if (.not. allocated(error)) call open_results(results, setup, error, saver%good%n_frames)
     if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
     if (is_same_file(command%restart, saver%path)) saver%saved_step = run%n_steps
   end subroutine start_run
+
+  !> Why the state that was taken from a checkpoint cannot be gone on from; empty if it can.
+  function state_fault(store, run) result(why)
+    type(state_store_t), intent(in) :: store
+    type(run_t), intent(in) :: run
+    character(:), allocatable :: why
+
+    why = ""
+    if (store%fault /= "") then
+      why = "its state does not fit this deck: "//store%fault
+    else if (run%instant%time > run%control%end_time*(1 + 1.0e-12_wp)) then
+      why = "it is of time "//to_text(run%instant%time)//", which is later than the end time "// &
+            to_text(run%control%end_time)
+    end if
+  end function state_fault
 
 end module run_start

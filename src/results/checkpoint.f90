@@ -22,8 +22,8 @@ module checkpoint
   implicit none
   private
 
-  public :: checkpoint_header_t, write_checkpoint, read_checkpoint, restore_result
-  public :: remove_leftovers, is_replaceable
+  public :: checkpoint_header_t, write_checkpoint, read_checkpoint
+  public :: draft_t, draw_result, place_result, drop_result, remove_leftovers, is_replaceable
 
   !> What a checkpoint belongs to.
   type :: checkpoint_header_t
@@ -33,6 +33,13 @@ module checkpoint
     character(:), allocatable :: user        !! digest of the user's subroutines; empty: none
     character(:), allocatable :: deck_file   !! for messages
   end type checkpoint_header_t
+
+  !> A result that is taken out of a checkpoint and not in its place yet.
+  type :: draft_t
+    character(:), allocatable :: path                   !! where it is now
+    character(:), allocatable, private :: result_file, place   ! its name, and where that leads to
+    type(lock_t), private :: lock
+  end type draft_t
 
   character(*), parameter :: mark = "igaform checkpoint 1 "
   integer, parameter :: last_length = len(mark) + 2*20 + 16 + 1
@@ -198,8 +205,9 @@ contains
       call refuse(path, "it belongs to another deck or to other parameters than '"// &
                   header%deck_file//"' now (it was '"// &
                   read_text_attribute(file, "/", "deck_file")//"'): "//difference// &
-                  "; only *OUTPUT, *CHECKPOINT, *HEADING and the data of the last *DYNAMIC may "// &
-                  "differ, and a parameter counts wherever the deck has it", error)
+                  "; only FRAMES and HISTORY of *OUTPUT, *CHECKPOINT, *HEADING and the "// &
+                  "data of the last *DYNAMIC may differ, and a parameter counts wherever the "// &
+                  "deck has it", error)
     else if (read_text_attribute(file, "/", "user") /= header%user) then
       call refuse(path, "it was written with other user subroutines than those of --user now", &
                   error)
@@ -265,39 +273,63 @@ contains
     end do
   end subroutine read_entries
 
-  !> Put the result as it was at the checkpoint in the place of what is there.
-  subroutine restore_result(path, result_file, error)
+  !> Take the result as it was at the checkpoint out of it, beside its place; `place_result` puts
+  !! it there, `drop_result` lets go of it. Up to then nobody else creates a file in the folder.
+  subroutine draw_result(path, result_file, draft, error)
     character(*), intent(in) :: path, result_file
+    type(draft_t), intent(out) :: draft
     type(error_t), allocatable, intent(out) :: error
     type(last_line_t) :: last
-    type(lock_t) :: lock
-    character(:), allocatable :: place, new   ! where the name leads to, and beside that
 
+    draft%result_file = result_file
+    draft%place = true_path(result_file)
+    draft%path = draft%place//".new"
     call check_whole(path, last, error)
     if (allocated(error)) return
-    call hold_folder(result_file, lock)
+    call hold_folder(result_file, draft%lock)
     call check_replaceable(result_file, error)
     if (allocated(error)) then
-      call release_lock(lock)
+      call release_lock(draft%lock)
       return
     end if
-    place = true_path(result_file)
-    new = place//".new"
-    call remove_file(new)
-    call copy_bytes(path, last%n_state, last%n_result, new, error)
-    if (.not. allocated(error)) then
-      if (.not. sync_file(new)) then
-        call fail(error, "cannot bring it to the disk")
-      else if (.not. replace_file(new, place)) then
-        call fail(error, "cannot put it in its place")
-      end if
+    call remove_file(draft%path)
+    call copy_bytes(path, last%n_state, last%n_result, draft%path, error)
+    if (allocated(error)) call give_up_draft(draft, error)
+  end subroutine draw_result
+
+  !> Put it in the place of what is there.
+  subroutine place_result(draft, error)
+    type(draft_t), intent(inout) :: draft
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. sync_file(draft%path)) then
+      call fail(error, "cannot bring it to the disk")
+    else if (.not. replace_file(draft%path, draft%place)) then
+      call fail(error, "cannot put it in its place")
     end if
-    call release_lock(lock)
-    if (.not. allocated(error)) return
-    call remove_file(new)
-    error%message = "result file '"//result_file//"' cannot be taken from the checkpoint: "// &
-                    error%message
-  end subroutine restore_result
+    if (allocated(error)) then
+      call give_up_draft(draft, error)
+    else
+      call release_lock(draft%lock)
+    end if
+  end subroutine place_result
+
+  subroutine give_up_draft(draft, error)
+    type(draft_t), intent(inout) :: draft
+    type(error_t), allocatable, intent(inout) :: error
+
+    call drop_result(draft)
+    error%message = "result file '"//draft%result_file//"' cannot be taken from the "// &
+                    "checkpoint: "//error%message
+  end subroutine give_up_draft
+
+  !> Remove it; what is in its place stays.
+  subroutine drop_result(draft)
+    type(draft_t), intent(inout) :: draft
+
+    call remove_file(draft%path)
+    call release_lock(draft%lock)
+  end subroutine drop_result
 
   !> Remove what a killed run may have begun to write beside its result. Only for who has the result
   !! open: nobody else writes these files then.

@@ -12,7 +12,8 @@ program fuzz_checkpoint
   use deck_reader, only: read_deck
   use model, only: model_t
   use model_setup, only: build_model
-  use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint, restore_result
+  use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint, &
+                        draft_t, draw_result, place_result
   use run_data, only: run_t
   use run_saver, only: saver_t, pack_for_file, start_from
   use forming_run, only: new_run, take_step
@@ -81,6 +82,7 @@ contains
   subroutine read_one(path)
     character(*), intent(in) :: path
     type(state_store_t) :: store
+    type(draft_t) :: draft
     type(error_t), allocatable :: error
     character(:), allocatable :: answer
 
@@ -95,7 +97,8 @@ contains
       else
         call go_on()
       end if
-      call restore_result(path, path//".result", error)
+      call draw_result(path, path//".result", draft, error)
+      if (.not. allocated(error)) call place_result(draft, error)
       if (allocated(error)) answer = error%message
     end if
     call answer_with(answer)

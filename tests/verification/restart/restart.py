@@ -291,6 +291,32 @@ def what_may_differ(folder):
         assert file["provenance"].attrs["status"] == b"completed"
 
 
+def other_fields_are_refused(folder):
+    """Frames of one file have the same fields and cells: nothing is touched, both values told."""
+    text = STRIP.read_text().replace("n_x = 16", "n_x = 4").replace("n_y = 4", "n_y = 1")
+    text = text.replace("<end_time>\n", "2e-5\n") + "*CHECKPOINT, NUMBER=1\n"
+    kinds = {"NONE": "", "CONTACT": ", FIELDS=CONTACT", "WEAR": ", FIELDS=WEAR",
+             "BEZIER": ", CELLS=BEZIER"}
+    for kind, options in kinds.items():
+        (folder / f"{kind}.key").write_text(text.replace("HISTORY=200", "HISTORY=20" + options))
+        igaform(folder, f"{kind}.key", "--threads", 1)
+    before = {file.name: file.read_bytes() for file in folder.iterdir()}
+    for was in kinds:
+        for now in kinds:
+            words = [f"{now}.key", "--restart", f"{was}.ckpt.h5", "--out", f"{now}.h5"]
+            if was == now:
+                continue
+            said = igaform(folder, *words, code=1)
+            fields = [("NONE" if kind == "BEZIER" else kind) for kind in (was, now)]
+            cells = [("BEZIER" if kind == "BEZIER" else "LAGRANGE") for kind in (was, now)]
+            for option, (then, here) in (("FIELDS", fields), ("CELLS", cells)):
+                told = f"*OUTPUT, {option}={then}, and the deck now has {option}={here}" in said
+                assert told == (then != here), (was, now, said)
+    now = {file.name: file.read_bytes() for file in folder.iterdir()}
+    assert now == before, set(now) ^ set(before)
+    igaform(folder, "WEAR.key", "--restart", "WEAR.ckpt.h5")
+
+
 if __name__ == "__main__":
     for source, parameters, state in DECKS:
         with tempfile.TemporaryDirectory() as place:
@@ -300,4 +326,5 @@ if __name__ == "__main__":
             the_end_of_a_relaxation_is_saved,
             states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace,
             a_result_has_one_writer, strangers_are_refused,
-            other_user_subroutines_are_refused, messages_of_user_subroutines_stay, what_may_differ)
+            other_user_subroutines_are_refused, messages_of_user_subroutines_stay, what_may_differ,
+            other_fields_are_refused)

@@ -1,0 +1,108 @@
+!> Whether a result that is to be gone on with has the datasets that the run would add to.
+module result_layout
+  use kinds, only: wp
+  use text, only: string_t, to_text
+  use display_fields, only: display_field_t, display_fields_of
+  use frame_data, only: results_setup_t
+  use frame_values, only: display_t, new_display
+  use hdf5_library, only: hid_t
+  use hdf5_reading, only: open_for_reading, close_reading, names_in, read_numbers
+  use vtkhdf, only: cells_t
+  implicit none
+  private
+
+  public :: layout_fault
+
+  character(*), parameter :: weights_name = "RationalWeights"   ! that Bezier cells have
+
+contains
+
+  !> What of *OUTPUT is not what the result was begun with, option by option with both values; empty
+  !! if the frames of this set-up fit behind those of the file.
+  function layout_fault(path, setup) result(fault)
+    character(*), intent(in) :: path             !! of a result that is whole
+    type(results_setup_t), intent(in) :: setup
+    character(:), allocatable :: fault
+    type(string_t), allocatable :: names(:)
+    real(wp), allocatable :: n_points(:)
+    integer :: n_contact_fields
+    integer(hid_t) :: file
+
+    fault = "it cannot be opened"
+    file = open_for_reading(path)
+    if (file < 0) return
+    names = names_in(file, "/VTKHDF/PointData")
+    call read_numbers(file, "/VTKHDF/NumberOfPoints", n_points)
+    call close_reading(file)
+    fault = ""
+    n_contact_fields = count([has(names, "contact_pressure"), has(names, "wear")])
+    call compare("FIELDS", fields_word(n_contact_fields), fields_word(setup%n_contact_fields), &
+                 fault)
+    call compare("CELLS", cells_word(has(names, weights_name)), cells_word(setup%is_bezier), fault)
+    if (fault == "") fault = other_fault(names, n_points, setup)
+  end function layout_fault
+
+  !> What no option tells: a result of another version of the program.
+  function other_fault(names, n_points, setup) result(fault)
+    type(string_t), intent(in) :: names(:)                 !! of the fields in the file
+    real(wp), allocatable, intent(in) :: n_points(:)       !! points of its grid, as it tells
+    type(results_setup_t), intent(in) :: setup
+    character(:), allocatable :: fault
+    type(display_field_t), allocatable :: fields(:)
+    type(display_t) :: display
+    type(cells_t) :: cells
+    real(wp), allocatable :: weights(:)
+    integer :: i, n
+
+    fault = ""
+    fields = display_fields_of(setup%n_contact_fields)
+    do i = 1, size(fields)
+      if (.not. has(names, trim(fields(i)%name))) fault = "it has no field "//trim(fields(i)%name)
+    end do
+    if (size(names) /= size(fields) + merge(1, 0, setup%is_bezier) .and. fault == "") &
+      fault = "it has "//to_text(size(names))//" fields, not those of this program"
+    if (fault /= "") return
+    call new_display(setup, display, cells, weights)
+    n = 0
+    if (allocated(n_points)) n = nint(sum(n_points))
+    if (n /= display%n_points) fault = "its frames have "//to_text(n)//" points, those of the "// &
+                                       "run now "//to_text(display%n_points)
+  end function other_fault
+
+  pure subroutine compare(option, was, now, fault)
+    character(*), intent(in) :: option, was, now
+    character(:), allocatable, intent(inout) :: fault
+
+    if (was == now) return
+    if (fault /= "") fault = fault//", and "
+    fault = fault//"it was begun with *OUTPUT, "//option//"="//was//", and the deck now has "// &
+            option//"="//now
+  end subroutine compare
+
+  pure function fields_word(n_contact_fields) result(word)
+    integer, intent(in) :: n_contact_fields
+    character(:), allocatable :: word
+    character(7), parameter :: words(0:2) = [character(7) :: "NONE", "CONTACT", "WEAR"]
+
+    word = trim(words(n_contact_fields))
+  end function fields_word
+
+  pure function cells_word(is_bezier) result(word)
+    logical, intent(in) :: is_bezier
+    character(:), allocatable :: word
+
+    word = trim(merge("BEZIER  ", "LAGRANGE", is_bezier))
+  end function cells_word
+
+  pure logical function has(names, name)
+    type(string_t), intent(in) :: names(:)
+    character(*), intent(in) :: name
+    integer :: i
+
+    has = .false.
+    do i = 1, size(names)
+      has = has .or. names(i)%value == name
+    end do
+  end function has
+
+end module result_layout
