@@ -180,9 +180,12 @@ contains
     integer, intent(inout) :: code         !! set where something fails
     type(result_table_t) :: table
     type(error_t), allocatable :: error, failure
+    character(:), allocatable :: warning
 
     associate (test => scene%tests(i))
-      call run_test(test, law, table, failure)
+      call run_test(test, law, table, failure, warning)
+      if (warning /= "") &
+        write (error_unit, "(a)") "igaform: warning: test "//test%name//": "//warning
       call record(scene, i, file, table, units, .not. allocated(failure))
       call write_csv(table, path, units, error)
       if (.not. is_quiet) then

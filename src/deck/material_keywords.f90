@@ -128,7 +128,8 @@ contains
                      "they are kept in the axes of the material. C and gamma are "// &
                      "those of HARDENING=COMBINED, DATA TYPE=PARAMETERS in Abaqus, with the "// &
                      "three numbers of its *CYCLIC HARDENING, PARAMETERS behind *PLASTIC, "// &
-                     "HARDENING=VOCE.", parent="MATERIAL")
+                     "HARDENING=VOCE. In shear beyond 1 a back stress with small gamma brings "// &
+                     "too little shear stress (Jaumann rate); runs warn.", parent="MATERIAL")
     call add_line(table, "One line for each back stress.", n_max=any_number)
     call add_field(table, "C", kind_real, "slope at the start", unit="stress", range="> 0")
     call add_field(table, "gamma", kind_real, "rate of saturation; 0: linear", range=">= 0")

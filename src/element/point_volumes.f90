@@ -8,7 +8,8 @@ module point_volumes
   implicit none
   private
 
-  public :: new_point_volumes, new_inverse_jacobians, new_element_sizes, jacobian_at, determinant
+  public :: new_point_volumes, new_inverse_jacobians, new_element_sizes, jacobian_at, determinant, &
+            inverse_rows
 
 contains
 
@@ -135,7 +136,7 @@ contains
 
   !> Inverse of a 3 x 3 matrix by its cofactors, listed row by row.
   pure function inverse_rows(j) result(rows)
-    real(wp), intent(in) :: j(3, 3)
+    real(wp), intent(in) :: j(3, 3)   !! not singular
     real(wp) :: rows(9)
 
     rows = [j(2, 2)*j(3, 3) - j(2, 3)*j(3, 2), j(1, 3)*j(3, 2) - j(1, 2)*j(3, 3), &

@@ -21,7 +21,8 @@ module forming_run
   use waiting_frames, only: n_waiting_frames, add_frame, release_frames
   use run_data, only: run_t, wall_seconds
   use run_saver, only: saver_t, look_after, keep, save_last_good, try_again
-  use health, only: check_health, check_balance, check_pairs, added_mass_warning
+  use health, only: check_health, check_balance, check_pairs, added_mass_warning, &
+                    shear_warning
   use step_change, only: begin_next_step
   use step_report, only: log_step
   implicit none
@@ -329,6 +330,19 @@ contains
     if (warning /= "") call log_line(log, warning)
   end subroutine warn_of_mass
 
+  !> Warn once where a point has sheared more than the law bears.
+  subroutine warn_of_shear(model, run, log)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(inout) :: run
+    type(run_log_t), intent(inout) :: log
+    character(:), allocatable :: warning
+
+    if (run%has_warned_of_shear) return
+    warning = shear_warning(model%bodies%blank, run%instant)
+    run%has_warned_of_shear = warning /= ""
+    if (warning /= "") call log_line(log, warning)
+  end subroutine warn_of_shear
+
   !> History row of this instant, from its balances, and a line in the log.
   subroutine take_row(model, run, results, log)
     type(model_t), intent(inout) :: model
@@ -344,6 +358,7 @@ contains
                       run%instant%dt, run%balance%error, &
                       wall_seconds(run))
     call warn_of_mass(model, run, log)
+    call warn_of_shear(model, run, log)
     call stop_watch(model%timer, run%watch_output)
   end subroutine take_row
 

@@ -14,13 +14,14 @@ module health
   use step_control, only: step_control_t
   use energy_balance, only: energy_balance_t
   use trouble_spot, only: spot_t, spot_of_failure, spot_of_smallest, words_of, fastest_place, &
-                          deepest_place, contact_place
+                          deepest_place, contact_place, most_sheared
+  use large_shear, only: shear_limit, shear_words
   use likely_causes, only: facts_t, causes_of, turned_over, no_numbers, step_collapsed, &
                            energy_lost, too_deep
   implicit none
   private
 
-  public :: check_health, check_balance, check_pairs, added_mass_warning
+  public :: check_health, check_balance, check_pairs, added_mass_warning, shear_warning
 
   real(wp), parameter :: collapse = 1.0e-3_wp   ! of the step at the start
   real(wp), parameter :: alternation = 0.01_wp  ! of the largest energy so far
@@ -97,6 +98,23 @@ contains
               rounded_text(balance%internal)//", "//when(instant)// &
               ": less scaling, or a slower process"
   end function added_mass_warning
+
+  !> Words of warning where a law keeps a tensor that turns over in large shear, and a point has
+  !! sheared so; empty otherwise.
+  function shear_warning(blank, instant) result(warning)
+    type(blank_t), intent(in) :: blank
+    type(instant_t), intent(in) :: instant
+    character(:), allocatable :: warning
+    type(spot_t) :: spot
+    real(wp) :: shear
+
+    warning = ""
+    if (shear_words(blank%law) == "") return
+    call most_sheared(blank, spot, shear)
+    if (shear > shear_limit) warning = "warning: the blank has sheared by "//rounded_text(shear)// &
+                                       ", "//when(instant)//", in "//words_of(blank, spot)//": "// &
+                                       shear_words(blank%law)
+  end function shear_warning
 
   !> Added mass by the real one.
   pure real(wp) function added_part(blank)

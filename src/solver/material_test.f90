@@ -3,9 +3,10 @@
 module material_test
   use kinds, only: wp
   use errors, only: error_t, fail
-  use text, only: strings, string_t, to_text
+  use text, only: strings, string_t, to_text, rounded_text
   use scene, only: material_test_spec_t
   use block_law, only: block_law_t
+  use large_shear, only: simple_shear_of, shear_limit, shear_words
   use material_point, only: material_point_t, control_t, new_point, new_control, advance, &
                             strain_to_frame, stress_to_frame, plastic_strain
   use result_table, only: result_table_t, add_column, tensor_components
@@ -29,6 +30,7 @@ module material_test
   type :: history_t
     integer :: n = 0
     real(wp), allocatable :: time(:), strain(:, :), stress(:, :), state(:, :)
+    real(wp) :: shear = 0.0_wp    !! the largest, as simple shear
   end type history_t
 
 contains
@@ -45,12 +47,14 @@ contains
     end if
   end function test_fault
 
-  !> Carry out a test. Fails where the point cannot be led on; the table then ends there.
-  subroutine run_test(spec, law, table, error)
+  !> Carry out a test. Fails where the point cannot be led on; the table then ends there. Warns of
+  !! shear that the law does not bear.
+  subroutine run_test(spec, law, table, error, warning)
     type(material_test_spec_t), intent(in) :: spec
     class(block_law_t), intent(in) :: law
     type(result_table_t), intent(out) :: table
     type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable, intent(out), optional :: warning   !! empty: none
     type(material_point_t) :: point
     type(history_t) :: history
 
@@ -63,6 +67,10 @@ contains
       call follow(new_program(spec), law, spec, point, history, error)
       call fill_table(history, law, spec, table)
     end select
+    if (.not. present(warning)) return
+    warning = ""
+    if (history%shear > shear_limit .and. shear_words(law) /= "") &
+      warning = "the point sheared by "//rounded_text(history%shear)//": "//shear_words(law)
   end subroutine run_test
 
   !> Conditions and corners of a test.
@@ -153,6 +161,7 @@ contains
     history%strain(:, history%n) = point%strain
     history%stress(:, history%n) = point%stress
     history%state(:, history%n) = point%state(:size(history%state, 1))
+    history%shear = max(history%shear, simple_shear_of(point%gradient))
   end subroutine note
 
   !> The history as columns, stress and strain in the frame of the test.

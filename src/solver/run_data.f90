@@ -27,6 +27,7 @@ module run_data
     logical :: has_frame = .false.           !! `frame` is filled and not written yet
     integer :: n_earlier = 0                 !! frames before that one that are not either
     logical :: has_warned_of_mass = .false.  !! that scaled masses show
+    logical :: has_warned_of_shear = .false. !! where a law does not bear it
     real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
     real(wp) :: row_error = 0.0_wp           !! largest in the history, by the energies of its time
     real(wp) :: row_error_time = 0.0_wp

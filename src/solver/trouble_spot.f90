@@ -6,17 +6,18 @@ module trouble_spot
   use basis_tables, only: n_lanes
   use nurbs_solid, only: nurbs_solid_t
   use slave_surface, only: point_position
-  use point_volumes, only: jacobian_at, determinant
+  use point_volumes, only: jacobian_at, determinant, inverse_rows
   use ig_patch, only: element_of_lane
   use patch_body, only: patch_body_t
   use blank, only: blank_t
+  use large_shear, only: simple_shear_of, equivalent_strain
   use contact, only: contact_t
   use tool, only: tool_t
   use tool_face, only: face_position
   implicit none
   private
 
-  public :: spot_t, spot_of_failure, spot_of_smallest, words_of, fastest_place
+  public :: spot_t, spot_of_failure, spot_of_smallest, most_sheared, words_of, fastest_place
   public :: deepest_place, contact_place
 
   !> A point of the rule in an element of a patch.
@@ -87,7 +88,7 @@ contains
               do qb = 1, q(2)
                 do qa = 1, q(1)
                   call jacobian_at(body%patch, solid, e, [qa, qb, qc], j)
-                  rate = inverse_square(j)
+                  rate = sum(inverse_rows(j)**2)
                   if (.not. rate > largest) cycle
                   largest = rate
                   spot = new_spot(p, e, [qa, qb, qc])
@@ -101,20 +102,73 @@ contains
     end do
   end function spot_of_smallest
 
-  !> Squared Frobenius norm of the inverse of a matrix, by its cofactors.
-  pure real(wp) function inverse_square(j) result(square)
-    real(wp), intent(in) :: j(3, 3)
-    integer :: a, b, c
+  !> The point with the largest simple shear, see `simple_shear_of`, among those most strained of
+  !! their elements; no spot where none can have sheared by one.
+  subroutine most_sheared(blank, spot, shear)
+    type(blank_t), intent(in) :: blank
+    type(spot_t), intent(out) :: spot
+    real(wp), intent(out) :: shear
+    type(nurbs_solid_t) :: solid
+    real(wp) :: here
+    integer :: p, block, lane, q(3), row_point(2), e(3), point(3)
 
-    square = 0.0_wp
-    do c = 1, 3
-      a = mod(c, 3) + 1
-      b = mod(c + 1, 3) + 1
-      square = square + (j(2, a)*j(3, b) - j(3, a)*j(2, b))**2 &
-               + (j(3, a)*j(1, b) - j(1, a)*j(3, b))**2 + (j(1, a)*j(2, b) - j(2, a)*j(1, b))**2
+    shear = 0.0_wp
+    do p = 1, size(blank%parts)
+      associate (body => blank%parts(p))
+        solid = solid_now(body)
+        q = body%patch%axes%n_points
+        do block = 1, body%patch%n_blocks
+          do lane = 1, n_lanes
+            row_point = most_strained(blank, p, block, lane)
+            if (row_point(1) == 0) cycle
+            e = element_of_lane(body%patch, block, lane)
+            point = [(row_point(1) - 1)/q(2) + 1, mod(row_point(1) - 1, q(2)) + 1, row_point(2)]
+            here = shear_at(body, solid, e, point)
+            if (.not. here > shear) cycle
+            shear = here
+            spot = new_spot(p, e, point)
+          end do
+        end do
+        if (spot%part == p) call set_place(body, solid, spot)
+      end associate
     end do
-    square = square/determinant(j)**2
-  end function inverse_square
+  end subroutine most_sheared
+
+  !> Row and number in it of the point of an element that is strained most, zeros where it is
+  !! strained less than a simple shear of one would.
+  pure function most_strained(blank, part, block, lane) result(row_point)
+    type(blank_t), intent(in) :: blank
+    integer, intent(in) :: part, block, lane
+    integer :: row_point(2), row, qc
+    real(wp), parameter :: least = 0.5_wp
+    real(wp) :: strain, largest
+
+    row_point = 0
+    largest = least
+    associate (patch => blank%parts(part)%patch)
+      do row = 1, size(patch%stress, 4)
+        do qc = 1, size(patch%stress, 2)
+          strain = equivalent_strain(blank%law, patch%stress(lane, qc, :, row, block), &
+                                     patch%state(lane, qc, :, row, block))
+          if (.not. strain > largest) cycle
+          largest = strain
+          row_point = [row, qc]
+        end do
+      end do
+    end associate
+  end function most_strained
+
+  !> Simple shear of a point since the start.
+  pure real(wp) function shear_at(body, now, element, point) result(shear)
+    type(patch_body_t), intent(in) :: body
+    type(nurbs_solid_t), intent(in) :: now
+    integer, intent(in) :: element(3), point(3)
+    real(wp) :: start(3, 3), j(3, 3)
+
+    call jacobian_at(body%patch, body%solid, element, point, start)
+    call jacobian_at(body%patch, now, element, point, j)
+    shear = simple_shear_of(matmul(j, transpose(reshape(inverse_rows(start), [3, 3]))))
+  end function shear_at
 
   !> The patch in its present shape.
   pure function solid_now(body) result(solid)

@@ -217,6 +217,56 @@ class TestRuns(Folder):
                                    atol=1e-7)
 
 
+BACK = """*MATERIAL, NAME=steel
+*DENSITY
+7.85e-9
+*ELASTIC
+210000, 0.3
+*PLASTIC, HARDENING=PERFECT
+250
+*BACK STRESS
+300, 0
+"""
+SHEARED = """*BLANK, MATERIAL=steel, TYPE=BOX
+x, 0, 1, 2, 1
+y, 0, 1, 2, 1
+z, 0, 1, 2, 1
+*BOUNDARY
+ALL, 2, 3
+ETA_MIN, 1
+*BOUNDARY
+ETA_MAX, 1, 1, 1e4
+*DYNAMIC, EXPLICIT
+{end}
+*OUTPUT, HISTORY=20
+"""
+
+
+class TestLargeShear(Folder):
+    """Under the Jaumann rate s12 = 250/sqrt(3) + 100 sin(gamma) but for the elastic strain."""
+
+    def test_a_test_tells_that_its_stress_falls(self):
+        path = self.write(BACK + "".join(
+            f"*MATERIAL TEST, NAME={name}, MATERIAL=steel, TYPE={kind}, INCREMENTS=400\n{strain}\n"
+            for name, kind, strain in (("a", "SIMPLE SHEAR", 4.5), ("b", "SIMPLE SHEAR", 0.99),
+                                       ("c", "UNIAXIAL", 1.5))))
+        done = self.run_program("material", path)
+        self.assertEqual(done.stderr.count("warning"), 1, done.stderr)
+        self.assertIn("test a: the point sheared by 4.500", done.stderr)
+        self.assertIn("gamma 0.000E+00 simple shear that goes on leaves 0 %", done.stderr)
+        stress = columns(self.path("deck-a.csv"))["stress_12 [stress]"]
+        gamma = np.array([1.5, 4.5])
+        np.testing.assert_allclose(stress[[133, 400]], 250/3**0.5 + 100*np.sin(gamma), atol=1.5)
+
+    def test_a_run_tells_it_once(self):
+        for end, times in ((0.95e-4, 0), (1.5e-4, 1)):
+            path = self.write(BACK + SHEARED.format(end=end))
+            done = self.run_program(path, "--threads", "1")
+            self.assertEqual(done.stdout.count("the blank has sheared by"), times, done.stdout)
+        with open(self.path("deck.log"), encoding="utf-8") as log:
+            self.assertIn("in element (1, 1, 1)", log.read())
+
+
 class TestUserRoutine(Folder):
     def test_a_umat_is_led_as_the_built_in_law(self):
         tests = (TENSION.format(name="a", strain=0.3) + "*MATERIAL TEST, NAME=b, MATERIAL=steel, "

@@ -1,0 +1,89 @@
+!> Laws whose stress goes astray in large shear, and the measure of it.
+!!
+!! Tensors that a law keeps turn with the spin (Jaumann rate). In simple shear the spin never ends
+!! while the material's own axes come to rest, so a tensor that remembers where it began turns over:
+!! the shear stress of a linear back stress is C/3 sin(gamma), that of Hooke's law in rates
+!! G sin(gamma) (J. K. Dienes, Acta Mechanica 32 (1979); J. C. Nagtegaal and J. E. de Jong, in
+!! Plasticity of metals at finite strain, Stanford 1982).
+module large_shear
+  use kinds, only: wp
+  use text, only: to_text, rounded_text
+  use block_law, only: block_law_t
+  use elastic, only: elastic_t
+  use combined_hardening, only: combined_hardening_t
+  use anisotropic_plastic, only: anisotropic_plastic_t
+  use symmetric_eigen, only: principal_values
+  implicit none
+  private
+
+  public :: shear_words, simple_shear_of, equivalent_strain
+
+  real(wp), parameter, public :: shear_limit = 1.0_wp   !! beyond it a warning is due
+
+contains
+
+  !> Why the stress of a law is wrong in large shear; empty where it is not. Laws of users do what
+  !! they like. In simple shear that lasts, a back stress keeps 1/(1 + 3/gamma^2) of its shear.
+  pure function shear_words(law) result(words)
+    class(block_law_t), intent(in) :: law
+    character(:), allocatable :: words
+    real(wp), allocatable :: recall(:)
+
+    words = ""
+    allocate (recall(0))
+    select type (law)
+    type is (elastic_t)
+      words = "the stress of *ELASTIC turns with the spin (Jaumann rate) and falls in large "// &
+              "shear; *HYPERELASTIC does not"
+    type is (combined_hardening_t)
+      if (law%back%n > 0) recall = law%back%recall
+    type is (anisotropic_plastic_t)
+      if (law%back%n > 0) recall = law%back%recall
+    end select
+    if (size(recall) > 0) &
+      words = "back stresses turn with the spin (Jaumann rate), so the shear stress is too low "// &
+              "and may fall: of a back stress with gamma "//rounded_text(minval(recall))// &
+              " simple shear that goes on leaves "// &
+              to_text(nint(100*minval(recall)**2/(minval(recall)**2 + 3.0_wp)))//" %"
+  end function shear_words
+
+  !> The simple shear that a deformation gradient amounts to: that of its stretches,
+  !! sqrt(a/c) - sqrt(c/a) with the largest a and the smallest c, or that of its rotation, two
+  !! tangents of the angle, whichever is less. So neither a pure stretch nor a rotation of the whole
+  !! counts as shear. Endless where the gradient is none.
+  pure real(wp) function simple_shear_of(gradient) result(shear)
+    real(wp), intent(in) :: gradient(3, 3)
+    real(wp) :: c(3, 3), squares(3), directions(3, 3), inverse(3, 3), ratio, cosine
+    integer :: i
+
+    c = matmul(transpose(gradient), gradient)
+    call principal_values([c(1, 1), c(2, 2), c(3, 3), c(1, 2), c(1, 3), c(2, 3)], squares, &
+                          directions)
+    shear = huge(shear)
+    if (.not. minval(squares) > 0.0_wp) return
+    ratio = sqrt(sqrt(maxval(squares)/minval(squares)))
+    inverse = 0.0_wp
+    do i = 1, 3
+      inverse = inverse + spread(directions(:, i), 2, 3)*spread(directions(:, i), 1, 3) &
+                /sqrt(squares(i))
+    end do
+    cosine = 0.5_wp*(sum(gradient*inverse) - 1.0_wp)   ! the inverse stretch is symmetric
+    shear = ratio - 1.0_wp/ratio
+    if (cosine > 0.0_wp) shear = min(shear, 2.0_wp*sqrt(max(1.0_wp - cosine**2, 0.0_wp))/cosine)
+  end function simple_shear_of
+
+  !> Plastic strain and elastic equivalent strain of a point: at least 0.55 after a simple shear of
+  !! one, so a look at it spares most points the gradient.
+  pure real(wp) function equivalent_strain(law, stress, state) result(strain)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: stress(6)                   !! 11 22 33 12 13 23
+    real(wp), intent(in) :: state(:)
+    real(wp) :: mises
+
+    mises = sqrt(0.5_wp*((stress(1) - stress(2))**2 + (stress(2) - stress(3))**2 &
+                         + (stress(3) - stress(1))**2) + 3.0_wp*sum(stress(4:)**2))
+    strain = mises/(3.0_wp*law%shear)
+    if (law%eqps_state > 0) strain = strain + state(law%eqps_state)
+  end function equivalent_strain
+
+end module large_shear
