@@ -4,7 +4,7 @@ module return_study
   use, intrinsic :: iso_fortran_env, only: error_unit
   use kinds, only: wp
   use errors, only: error_t
-  use faults, only: fault_list_t, add_fault, new_origin, n_errors
+  use faults, only: fault_list_t, origin_t, add_fault, new_origin, n_errors
   use text, only: to_text, rounded_text
   use scene, only: scene_t, material_spec_t
   use block_law, only: block_law_t
@@ -30,11 +30,14 @@ contains
     type(scene_t), intent(in) :: scene
     character(*), intent(in) :: base
     type(fault_list_t) :: faults
+    type(origin_t) :: origin
     type(error_t), allocatable :: error
     integer :: i, n
 
     n = 0
     is_done = .true.
+    origin = new_origin(scene%file, 0, "")
+    if (size(scene%materials) > 0) origin = scene%materials(1)%origin
     do i = 1, size(scene%materials)
       if (scene%materials(i)%law /= "PLASTIC") cycle
       n = n + 1
@@ -43,7 +46,7 @@ contains
         scene%materials(i)%name//": "//error%message
       is_done = is_done .and. .not. allocated(error)
     end do
-    if (n == 0) call add_fault(faults, new_origin(scene%file, 0, ""), &
+    if (n == 0) call add_fault(faults, origin, &
                                "no material with *PLASTIC to study the return of", &
                                "at least one *PLASTIC")
     call report_faults(faults, error_unit)

@@ -1,11 +1,11 @@
 !> Checks that need more than one keyword: what is missing, what is empty, what never happens.
 module deck_check
   use kinds, only: wp
-  use faults, only: new_origin, fault_list_t, add_fault, add_warning
+  use faults, only: fault_list_t, add_fault, add_warning
   use nurbs_solid, only: nurbs_solid_t
   use scene, only: scene_t
   use set_range, only: is_held
-  use deck_records, only: parsed_deck_t, find_records
+  use deck_records, only: parsed_deck_t, find_records, deck_end
   implicit none
   private
 
@@ -19,9 +19,8 @@ module deck_check
 contains
 
   !> Faults for what every deck must have.
-  subroutine check_presence(deck, path, faults)
+  subroutine check_presence(deck, faults)
     type(parsed_deck_t), intent(in) :: deck
-    character(*), intent(in) :: path
     type(fault_list_t), intent(inout) :: faults
     character(*), parameter :: needed(2) = [character(7) :: "BLANK", "DYNAMIC"]
     character(:), allocatable :: hint
@@ -34,8 +33,8 @@ contains
 
     do i = 1, size(needed)
       if (size(find_records(deck, trim(needed(i)))) == 0) then
-        call add_fault(faults, new_origin(path, 0, ""), "no *"//trim(needed(i))//" in the deck", &
-                       "one *"//trim(needed(i))//hint)
+        call add_fault(faults, deck_end(deck%lexed), "no *"//trim(needed(i))// &
+                       " in the deck, which ends here", "one *"//trim(needed(i))//hint)
       end if
     end do
   end subroutine check_presence

@@ -1,10 +1,10 @@
 !> From a deck file to a scene: the road from lexer over records to the readers of the keywords.
 module deck_reader
-  use faults, only: new_origin, fault_list_t, add_fault, n_errors
+  use faults, only: fault_list_t, add_fault, n_errors
   use text, only: string_t
   use scene, only: scene_t
   use lexer, only: lexed_deck_t, lex_deck
-  use deck_records, only: parsed_deck_t, find_records
+  use deck_records, only: parsed_deck_t, find_records, deck_end
   use record_check, only: check_records
   use deck_names, only: deck_names_t, enter_names
   use patch_reader, only: patch_parts_t, collect_parts
@@ -48,7 +48,7 @@ contains
 
     call read_records(path, overrides, deck, scene, faults, is_deck)
     if (.not. is_deck) return
-    call check_presence(deck, path, faults)
+    call check_presence(deck, faults)
     call check_steps(deck, faults)
     call read_scene(deck, scene, faults)
     if (n_errors(faults) == 0) call check_scene(scene, faults)
@@ -71,7 +71,8 @@ contains
     call read_records(path, overrides, deck, scene, faults, is_deck)
     if (.not. is_deck) return
     if (needs_tests .and. size(find_records(deck, "MATERIAL TEST")) == 0) then
-      call add_fault(faults, new_origin(path, 0, ""), "no *MATERIAL TEST in the deck", &
+      call add_fault(faults, deck_end(deck%lexed), &
+                     "no *MATERIAL TEST in the deck, which ends here", &
                      "at least one *MATERIAL TEST")
     end if
     call enter_names(deck, "MATERIAL", names%materials, faults)
@@ -104,7 +105,8 @@ contains
     if (lexed%n_files > 0) then
       scene%text = lexed%characters(:lexed%n_characters)
       if (.not. is_deck .and. faults%n_items == 0) then
-        call add_fault(faults, new_origin(path, 0, ""), "no keyword", "a deck of keywords")
+        call add_fault(faults, deck_end(lexed), "no keyword in the deck, which ends here", &
+                       "a deck of keywords")
       end if
     end if
     if (is_deck) scene%digest = digest_of_deck(lexed)

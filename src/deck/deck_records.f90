@@ -9,8 +9,8 @@ module deck_records
   private
 
   public :: record_t, parsed_deck_t, find_records, is_option_given, option_text, option_real
-  public :: option_integer, line_origin, n_fields, field_real, field_integer, field_word, is_filled
-  public :: all_numbers
+  public :: option_integer, line_origin, line_place, deck_end, n_fields, field_real, field_integer
+  public :: field_word, is_filled, all_numbers
 
   !> One keyword block. Field `j` of line `i` is entry `first(i) + j - 1` of the last three lists.
   type :: record_t
@@ -23,6 +23,7 @@ module deck_records
     logical, allocatable :: is_given(:)        !! which options the deck gives or have a default
     integer :: n_lines = 0
     integer :: first_line = 1                  !! of the data lines in the deck's list
+    integer :: joined = 0                      !! line that has the next one at its end, 0: none
     integer, allocatable :: first(:)           !! shape (n_lines + 1)
     real(wp), allocatable :: numbers(:)        !! of number fields
     type(string_t), allocatable :: words(:)    !! of other fields
@@ -113,10 +114,27 @@ contains
     type(origin_t) :: origin
     integer :: place
 
-    place = record%first_line + line - 1
+    place = line_place(record, line)
     origin = new_origin(deck%lexed%files(deck%lexed%lines%file(place))%value, &
                       deck%lexed%lines%number(place), record%origin%keyword)
   end function line_origin
+
+  !> Place of a data line in the deck's list.
+  pure integer function line_place(record, line) result(place)
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line   !! from 1 to `record%n_lines`
+
+    place = record%first_line + line - 1
+    if (record%joined > 0 .and. line > record%joined) place = place - 1
+  end function line_place
+
+  !> The last line of the deck, for what it does not have.
+  pure function deck_end(deck) result(origin)
+    type(lexed_deck_t), intent(in) :: deck
+    type(origin_t) :: origin
+
+    origin = new_origin(deck%files(1)%value, deck%end_line, "")
+  end function deck_end
 
   !> Number of fields of a data line.
   pure integer function n_fields(record, line)

@@ -125,6 +125,7 @@ contains
 
     title = "One data line"
     if (line%n_min == 0 .or. may_be_left_out(line)) title = "Data line, may be missing"
+    if (line%is_joinable) title = "One data line, or the end of the line before"
     if (line%n_min > 1) title = to_text(line%n_min)//" data lines"
     if (line%n_max == any_number) then
       title = "Data lines"

@@ -35,6 +35,7 @@ module keyword_spec
     character(80) :: when = ""       !! values of TYPE or HARDENING, by |; "": always
     integer :: n_min = 1, n_max = 1  !! how many lines of this form
     logical :: is_repeated = .false. !! the last field may come any number of times
+    logical :: is_joinable = .false. !! may stand at the end of the line before, which is one line
     character(300) :: text = ""      !! meaning
     integer :: n_fields = 0
     type(field_spec_t) :: fields(10)
@@ -110,12 +111,12 @@ contains
   end subroutine add_alias
 
   !> Begin data lines of one form; one line unless said otherwise.
-  pure subroutine add_line(table, text, when, n_min, n_max, is_repeated)
+  pure subroutine add_line(table, text, when, n_min, n_max, is_repeated, is_joinable)
     type(keyword_table_t), intent(inout) :: table
     character(*), intent(in) :: text
     character(*), intent(in), optional :: when
     integer, intent(in), optional :: n_min, n_max
-    logical, intent(in), optional :: is_repeated
+    logical, intent(in), optional :: is_repeated, is_joinable
     type(line_spec_t) :: line
 
     line%text = text
@@ -123,6 +124,7 @@ contains
     if (present(n_min)) line%n_min = n_min
     if (present(n_max)) line%n_max = n_max
     if (present(is_repeated)) line%is_repeated = is_repeated
+    if (present(is_joinable)) line%is_joinable = is_joinable
     associate (keyword => table%items(table%n_keywords))
       keyword%n_lines = keyword%n_lines + 1
       keyword%lines(keyword%n_lines) = line

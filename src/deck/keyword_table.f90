@@ -187,14 +187,16 @@ contains
     call add_vector(table, "", "point")
     call add_vector(table, "a", "axis")
     call add_line(table, "Radius and arc. Angle 0 is the x direction (y if the axis is along "// &
-                  "x), angles turn right-handed about the axis, along xi.", when="CYLINDER")
+                  "x), angles turn right-handed about the axis, along xi.", when="CYLINDER", &
+                  is_joinable=.true.)
     call add_field(table, "radius", kind_real, "radius", unit="length", range="> 0")
     call add_field(table, "start", kind_real, "angle where the arc starts", unit="degrees", &
                    default="0")
     call add_field(table, "angle", kind_real, "angle of the arc", unit="degrees", default="360", &
                    range="> 0 and <= 360")
-    call add_line(table, "Centre and radius; the normal points outwards.", when="SPHERE")
+    call add_line(table, "The centre; the normal points outwards.", when="SPHERE")
     call add_vector(table, "", "centre")
+    call add_line(table, "The radius.", when="SPHERE", is_joinable=.true.)
     call add_field(table, "radius", kind_real, "radius", unit="length", range="> 0")
     call add_offset_lines(table)
     call add_example(table, "*TOOL, NAME=punch, TYPE=CYLINDER, SIDE=POSITIVE")

@@ -34,6 +34,7 @@ module lexer
   !> A deck with all its includes; lists are longer than their `n_` says.
   type :: lexed_deck_t
     integer :: n_files = 0, n_blocks = 0, n_characters = 0
+    integer :: end_line = 1                     !! where the deck itself ends
     type(string_t), allocatable :: files(:)     !! paths in the order of opening
     type(string_t), allocatable :: sums(:)      !! checksums of what was read from them
     type(block_t), allocatable :: blocks(:)
@@ -150,6 +151,7 @@ contains
       end if
     end do
     state%n_open = state%n_open - 1
+    if (state%n_open == 0) deck%end_line = max(1, cursor%number)
   end subroutine read_deck_file
 
   !> Read the bytes of a file that is not open already, whatever path leads to it; `cursor%file`

@@ -4,15 +4,16 @@ module record_check
   use faults, only: origin_t, new_origin, fault_list_t, add_fault, add_warning
   use text, only: string_t, to_text, squeezed
   use keyword_spec, only: keyword_table_t, keyword_spec_t, line_spec_t, field_spec_t, kind_flag, &
-                          kind_words, any_number, selects_lines, may_be_left_out
+                          kind_words, selects_lines, may_be_left_out
   use keyword_table, only: new_keyword_table
+  use form_words, only: wanted, lines_in_words, field_names
   use lexer, only: lexed_deck_t, block_t, option_place
   use line_list, only: line_text
   use foreign_keywords, only: foreign_note, counterpart, lost_option
   use field_split, only: split_fields, field_text
   use field_check, only: check_field, expectation, did_you_mean
   use deck_steps, only: number_steps, n_deck_steps
-  use deck_records, only: record_t, parsed_deck_t, find_records, line_origin
+  use deck_records, only: record_t, parsed_deck_t, find_records, line_origin, line_place
   implicit none
   private
 
@@ -35,6 +36,7 @@ contains
     deck%lexed%n_files = lexed%n_files
     deck%lexed%n_blocks = lexed%n_blocks
     deck%lexed%n_characters = lexed%n_characters
+    deck%lexed%end_line = lexed%end_line
     deck%lexed%lines = lexed%lines
     call new_keyword_table(deck%table)
     allocate (deck%records(deck%lexed%n_blocks))
@@ -296,6 +298,7 @@ contains
         if (record%n_lines > 0 .or. .not. is_asked_for(record, spec, spec%lines(form))) cycle
         if (may_be_left_out(spec%lines(form))) record%n_lines = 1   ! an empty one in its place
       end do
+      call find_joined(deck, record, spec)
       allocate (record%first(record%n_lines + 1), record%words(4*record%n_lines))
       allocate (record%numbers(4*record%n_lines), source=0.0_wp)
       allocate (record%is_filled(4*record%n_lines), source=.false.)
@@ -328,6 +331,32 @@ contains
     end associate
   end subroutine check_lines
 
+  !> Does the end of a data line stand for the line behind it? Both forms are one line each, and so
+  !! are those before.
+  subroutine find_joined(deck, record, spec)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(inout) :: record
+    type(keyword_spec_t), intent(in) :: spec
+    integer, allocatable :: first(:), last(:)
+    integer :: form, line, n_before
+
+    line = 0
+    do form = 1, spec%n_lines
+      if (.not. is_asked_for(record, spec, spec%lines(form))) cycle
+      if (spec%lines(form)%is_joinable) then
+        call split_fields(line_text(deck%lexed%lines, line_place(record, line)), first, last)
+        if (size(first) > n_before) then
+          record%joined = line
+          record%n_lines = record%n_lines + 1
+          exit
+        end if
+      end if
+      line = line + 1
+      if (line > record%n_lines) exit
+      n_before = spec%lines(form)%n_fields
+    end do
+  end subroutine find_joined
+
   !> Is this form of data lines there for the TYPE (or HARDENING) of the record?
   pure logical function is_asked_for(record, spec, line)
     type(record_t), intent(in) :: record
@@ -345,34 +374,6 @@ contains
     end do
   end function is_asked_for
 
-  !> Such as `3 data lines of axis, from, to`.
-  pure function wanted(line) result(expected)
-    type(line_spec_t), intent(in) :: line
-    character(:), allocatable :: expected
-
-    expected = lines_in_words(line%n_min)//" of "//field_names(line)
-    if (line%n_max == any_number) expected = "at least "//expected
-  end function wanted
-
-  pure function lines_in_words(n) result(words)
-    integer, intent(in) :: n
-    character(:), allocatable :: words
-
-    words = to_text(n)//" data line"
-    if (n /= 1) words = words//"s"
-  end function lines_in_words
-
-  pure function field_names(line) result(names)
-    type(line_spec_t), intent(in) :: line
-    character(:), allocatable :: names
-    integer :: i
-
-    names = trim(line%fields(1)%name)
-    do i = 2, line%n_fields
-      names = names//", "//trim(line%fields(i)%name)
-    end do
-  end function field_names
-
   subroutine check_line(deck, i, line, form, faults)
     type(parsed_deck_t), intent(inout) :: deck
     integer, intent(in) :: i, line
@@ -383,13 +384,14 @@ contains
     integer :: j, n, place
 
     given = ""
-    place = deck%records(i)%first_line + line - 1
+    place = line_place(deck%records(i), line)
     if (place <= deck%lexed%blocks(i)%last) given = line_text(deck%lexed%lines, place)
     if (form%fields(1)%kind == kind_words) then
       first = [1]
       last = [len(given)]
     else
       call split_fields(given, first, last)
+      call take_part(deck%records(i), line, form%n_fields, first, last)
     end if
     n = size(first)
     if (n > form%n_fields .and. .not. form%is_repeated) then
@@ -407,6 +409,24 @@ contains
                       faults)
     end do
   end subroutine check_line
+
+  !> Of the fields of a line that has the next one at its end, those of the line in hand.
+  pure subroutine take_part(record, line, n_fields, first, last)
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line, n_fields
+    integer, allocatable, intent(inout) :: first(:), last(:)
+    integer :: n_before
+
+    if (record%joined == 0) return
+    if (line == record%joined) then
+      first = first(:n_fields)
+      last = last(:n_fields)
+    else if (line == record%joined + 1) then
+      n_before = record%first(line) - record%first(line - 1)
+      first = first(n_before + 1:)
+      last = last(n_before + 1:)
+    end if
+  end subroutine take_part
 
   subroutine take_field(deck, i, line, spec, place, given, faults)
     type(parsed_deck_t), intent(inout) :: deck

@@ -192,7 +192,7 @@ contains
       end if
     case ("SPHERE")
       if (is_complete) call sphere_surface(surface, vector(record, 1, 1), &
-                                           field_real(record, 1, 4), error)
+                                           field_real(record, 2, 1), error)
     end select
     is_complete = is_complete .and. .not. allocated(error)
     if (allocated(error)) then
