@@ -12,6 +12,7 @@ module command_line
     character(:), allocatable :: deck      !! path, empty where none is needed
     character(:), allocatable :: output    !! path of the result file, empty: from the deck's name
     character(:), allocatable :: restart   !! checkpoint to go on from, empty: none
+    logical :: is_any_build = .false.      !! which another build of the program may have written
     real(wp) :: wall_minutes = 0.0_wp      !! of --wall; 0: no limit
     integer :: n_threads = 0               !! 0: as many as OpenMP gives
     type(string_t), allocatable :: overrides(:)   !! name=value of --set
@@ -96,6 +97,7 @@ contains
            //"                     come several times"//feed &
            //"  --set NAME=VALUE   replace the value of a *PARAMETER of the deck"//feed &
            //"  --restart FILE     go on from a checkpoint NAME.ckpt.h5 of this deck"//feed &
+           //"  --restart-any-build  also if another build of igaform wrote it"//feed &
            //"  --wall MINUTES     save the state and stop after so long"//feed &
            //"  --check            read, report counts, mass, step and cost; do not run"//feed &
            //"  --probe            with --check: a quick run with fewer elements, and what"//feed &
@@ -137,6 +139,8 @@ contains
       command%is_probe = .true.
     case ("--awake")
       command%is_awake = .true.
+    case ("--restart-any-build")
+      command%is_any_build = .true.
     case ("--return-study")
       command%is_return_study = .true.
       if (.not. command%is_material) command%fault = "option --return-study goes with "// &
@@ -182,7 +186,7 @@ contains
     character(:), allocatable :: fault
 
     select case (word)
-    case ("--out", "--set", "--user", "--awake")
+    case ("--out", "--set", "--user", "--awake", "--restart-any-build")
       fault = "give it in the lines of the list, behind the decks"
     case ("--restart")
       fault = "a batch goes on from its checkpoints by itself; for another one give it in the "// &
@@ -267,8 +271,8 @@ contains
     character(:), allocatable :: nearest
     type(string_t), allocatable :: options(:)
 
-    options = strings([character(14) :: "--out", "--threads", "--set", "--user", "--check", &
-                       "--restart", "--wall", &
+    options = strings([character(19) :: "--out", "--threads", "--set", "--user", "--check", &
+                       "--restart", "--restart-any-build", "--wall", &
                        "--modes", "--probe", "--awake", "--return-study", "--jobs", "--only", &
                        "--summary", "--quiet", "--part", "--face", "--length", &
                         "--keywords", "--rules", "--version", "--help"])

@@ -180,6 +180,10 @@ contains
     call log_line(log, saving_words(saver))
     if (run%is_resumed) call log_line(log, "restart    from "//command%restart//", step "// &
                                       to_text(run%n_steps)//", time "//to_text(run%instant%time))
+    if (allocated(saver%other_build)) then
+      if (saver%other_build /= "") call log_line(log, "restart    of a run that another build "// &
+                                                 "began: "//saver%other_build)
+    end if
     open_run = open_run_t(model, run, results, log, saver)
     if (model%bodies%blank%law%needs_context) then
       call open_message_file(path_beside_result(setup%path, ".msg", read_files), &

@@ -1,12 +1,13 @@
 !> What a result file tells of where it comes from.
 module run_provenance
-  use build_info, only: version, git_commit, build_flags
+  use build_info, only: version, git_commit, build_flags, kernels
+  use build_fingerprint, only: fingerprint
   use provenance, only: provenance_t
   use scene, only: scene_t
   implicit none
   private
 
-  public :: provenance_of
+  public :: provenance_of, build_of_program
 
 contains
 
@@ -20,6 +21,7 @@ contains
     source%version = version
     source%git_commit = git_commit
     source%build_flags = build_flags
+    source%build = build_of_program()
     call get_command(length=length)
     allocate (character(length) :: source%command_line)
     call get_command(source%command_line)
@@ -28,5 +30,12 @@ contains
     source%heading = scene%heading
     source%units = scene%units
   end function provenance_of
+
+  !> How this program was built, as `fingerprint` has it.
+  function build_of_program() result(build)
+    character(:), allocatable :: build
+
+    build = fingerprint(version//" ("//git_commit//")", kernels)
+  end function build_of_program
 
 end module run_provenance

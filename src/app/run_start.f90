@@ -19,6 +19,7 @@ module run_start
   use run_data, only: run_t
   use run_saver, only: saver_t, start_from, least_steps
   use command_line, only: command_t
+  use run_provenance, only: build_of_program
   use run_identity, only: key_of_user_files
   use output_names, only: path_beside_result
   use file_identity, only: is_same_file
@@ -41,6 +42,8 @@ contains
     saver%result_file = result_file
     saver%path = path_beside_result(result_file, ".ckpt.h5", read_files)
     saver%header%program = version//" ("//git_commit//")"
+    saver%header%build = build_of_program()
+    saver%header%is_any_build = command%is_any_build
     saver%header%deck = scene%digest
     saver%header%deck_file = scene%file
     saver%header%user = key_of_user_files(command, scene)
@@ -118,7 +121,7 @@ contains
       if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
       return
     end if
-    call read_checkpoint(command%restart, saver%header, store, error)
+    call read_checkpoint(command%restart, saver%header, store, error, saver%other_build)
     if (allocated(error)) return
     call draw_result(command%restart, setup%path, draft, error)
     if (allocated(error)) return

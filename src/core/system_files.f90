@@ -8,7 +8,7 @@ module system_files
 
   public :: true_path, matching_files, is_folder, kind_of_file, is_no_file
   public :: sync_file, replace_file, remove_file
-  public :: c_fopen, c_fileno, c_fclose
+  public :: c_fopen, c_fileno, c_fclose, fortran_text
 
   !> The result of glob; the tail is room for what the C library keeps there.
   type, bind(C) :: glob_t
@@ -129,6 +129,7 @@ contains
     call c_free(found)
   end function resolve
 
+  !> A text of the C library.
   function fortran_text(address) result(text)
     type(c_ptr), intent(in) :: address
     character(:), allocatable :: text

@@ -13,6 +13,7 @@ module checkpoint
   use state_store, only: state_store_t, add_entry
   use system_files, only: sync_file, replace_file, remove_file, is_no_file, kind_of_file, true_path
   use file_lock, only: lock_t, hold_folder, release_lock
+  use build_fingerprint, only: fingerprint_difference
   use hdf5_library, only: hid_t
   use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_reals, write_text, &
                        write_text_attribute
@@ -28,6 +29,8 @@ module checkpoint
   !> What a checkpoint belongs to.
   type :: checkpoint_header_t
     character(:), allocatable :: program     !! version and commit
+    character(:), allocatable :: build       !! lines of `fingerprint`
+    logical :: is_any_build = .false.        !! that of the file may be another
     character(:), allocatable :: deck        !! what may not change: a line for each keyword, with
                                              !! its digest, its name and its place
     character(:), allocatable :: user        !! digest of the user's subroutines; empty: none
@@ -93,6 +96,8 @@ contains
 
     call create_file(file, path, is_checked=.true.)
     call write_text_attribute(file, "/", "program", header%program)
+    call write_text(file, "/build", header%build, &
+                    "what the bits of results depend on beside the deck, one a line")
     call write_text(file, "/deck", header%deck, "keywords of the deck with their digests")
     call write_text_attribute(file, "/", "user", header%user)
     call write_text_attribute(file, "/", "deck_file", header%deck_file)
@@ -178,16 +183,17 @@ contains
     if (status /= 0) call fail(error, trim(message))
   end subroutine copy_bytes
 
-  !> Read a checkpoint. Refused: a file that is none, one that is damaged, one of another program
-  !! or of another deck.
-  subroutine read_checkpoint(path, header, store, error)
+  !> Read a checkpoint. Refused: a file that is none, one that is damaged, one of another build of
+  !! the program, unless the header allows it, or of another deck.
+  subroutine read_checkpoint(path, header, store, error, other_build)
     character(*), intent(in) :: path
     type(checkpoint_header_t), intent(in) :: header    !! what it must belong to
     type(state_store_t), intent(out) :: store
     type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable, intent(out), optional :: other_build   !! how it differs; or empty
     type(last_line_t) :: last
     integer(hid_t) :: file
-    character(:), allocatable :: program, difference
+    character(:), allocatable :: build, difference
 
     call check_whole(path, last, error)
     if (allocated(error)) return
@@ -196,11 +202,12 @@ contains
       call refuse(path, "HDF5 cannot open it", error)
       return
     end if
-    program = read_text_attribute(file, "/", "program")
+    build = build_difference(file, header)
+    if (present(other_build)) other_build = build
     difference = first_difference(read_text(file, "/deck"), header%deck)
-    if (program /= header%program) then
-      call refuse(path, "it was written by igaform "//program//", this is "//header%program// &
-                  "; only the same program goes on bit by bit the same", error)
+    if (build /= "" .and. .not. header%is_any_build) then
+      call refuse(path, "it was written by another build of igaform ("//build// &
+                  "), which rounds differently; --restart-any-build goes on all the same", error)
     else if (difference /= "") then
       call refuse(path, "it belongs to another deck or to other parameters than '"// &
                   header%deck_file//"' now (it was '"// &
@@ -216,6 +223,23 @@ contains
     end if
     call close_reading(file)
   end subroutine read_checkpoint
+
+  !> How the build that wrote a checkpoint differs from this one; empty if it does not. An older
+  !! file tells its program alone.
+  function build_difference(file, header) result(words)
+    integer(hid_t), intent(in) :: file
+    type(checkpoint_header_t), intent(in) :: header
+    character(:), allocatable :: words
+    character(:), allocatable :: build
+
+    build = read_text(file, "/build")
+    if (build == "") then
+      words = "program then "//read_text_attribute(file, "/", "program")//", now "// &
+              header%program//"; the file does not tell how that was built"
+    else
+      words = fingerprint_difference(build, header%build)
+    end if
+  end function build_difference
 
   !> Where two decks differ first, in words; empty if they do not.
   pure function first_difference(was, now) result(words)

@@ -17,6 +17,7 @@ module provenance
     character(:), allocatable :: version        !! of the program
     character(:), allocatable :: git_commit
     character(:), allocatable :: build_flags    !! empty: those this layer was compiled with
+    character(:), allocatable :: build          !! lines of `fingerprint`
     character(:), allocatable :: command_line
     character(:), allocatable :: identity       !! digest of deck and program; empty: not known
     character(:), allocatable :: deck_file

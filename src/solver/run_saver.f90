@@ -50,6 +50,7 @@ module run_saver
   type :: saver_t
     character(:), allocatable :: path, result_file
     type(checkpoint_header_t) :: header
+    character(:), allocatable :: other_build  !! that the run goes on from, how it differs
     integer :: every_steps = 0                !! 0: not by steps
     real(wp) :: every_seconds = 0.0_wp        !! of the clock; 0: not by the clock
     integer :: number = 0                     !! over the run; 0: not by its time

@@ -26,6 +26,7 @@ program fuzz_checkpoint
   type(saver_t) :: saver
 
   header%program = "any"
+  header%build = "any"
   header%deck = "any"
   header%deck_file = argument(1)
   header%user = ""

@@ -2,6 +2,7 @@
 
 Usage: restart.py PROGRAM PROJECT
 """
+import io
 import pathlib
 import re
 import signal
@@ -291,6 +292,39 @@ def what_may_differ(folder):
         assert file["provenance"].attrs["status"] == b"completed"
 
 
+def another_build_is_refused(folder):
+    """By what it was built with, of the same commit too; older files do not tell. With the option
+    the run goes on, and the log says so."""
+    path, words = deck(folder, STRIP, "*CHECKPOINT, NUMBER=2"), settings("n_x=4 end_time=2e-5")
+    igaform(folder, path, *words, "--out", "a.h5")
+    with h5py.File(folder / "a.h5") as file:
+        told = file["provenance/build"][()].decode()
+    for line in ("program    0.", "compiler   ", "options    -", "lapack     ", "kernels    222"):
+        assert f"\n{line}" in f"\n{told}", told
+    assert "native" not in told, told
+    state, result = parts((folder / "a.ckpt.h5").read_bytes())
+    option = re.search(r"-O\S+", told)[0].encode()
+    cases = {f"options then -O9, now {option.decode()}": state.replace(option, b"-O9"),
+             "kernels then 333": state.replace(b"kernels    222", b"kernels    333")}
+    with h5py.File(io.BytesIO(state), "r+") as file:
+        del file["build"]
+        file.flush()
+        cases["does not tell how that was built"] = file.id.get_file_image()
+    before = (folder / "a.h5").read_bytes()
+    for reason, changed in cases.items():
+        (folder / "b.ckpt.h5").write_bytes(sealed(changed, result))
+        more = ["--restart", "b.ckpt.h5", "--out", "a.h5"]
+        said = igaform(folder, path, *words, *more, code=1)
+        assert said.count("\n") == 1 and reason in said and "--restart-any-build" in said, said
+        assert (folder / "a.h5").read_bytes() == before and not list(folder.glob("*.new"))
+        igaform(folder, path, *words, *more, "--restart-any-build")
+        log = (folder / "a.log").read_text()
+        assert f"restart    of a run that another build began: " in log and reason in log, log
+        before = (folder / "a.h5").read_bytes()
+    igaform(folder, path, *words, "--restart", "a.ckpt.h5", "--restart-any-build")
+    assert (folder / "a.log").read_text().count("another build") == len(cases)
+
+
 def other_fields_are_refused(folder):
     """Frames of one file have the same fields and cells: nothing is touched, both values told."""
     text = STRIP.read_text().replace("n_x = 16", "n_x = 4").replace("n_y = 4", "n_y = 1")
@@ -327,4 +361,4 @@ if __name__ == "__main__":
             states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace,
             a_result_has_one_writer, strangers_are_refused,
             other_user_subroutines_are_refused, messages_of_user_subroutines_stay, what_may_differ,
-            other_fields_are_refused)
+            another_build_is_refused, other_fields_are_refused)
