@@ -64,7 +64,8 @@ contains
     call add_option(table, "MERGE", kind_choice, "whether control points on the outsides of "// &
                     "patches that lie in one place move as one", default="YES", choices="YES|NO")
     call add_option(table, "TOLERANCE", kind_real, "largest distance of such points; 0: a "// &
-                    "millionth of the size of the blank", default="0", unit="length", range=">= 0")
+                    "millionth of the size of the blank. Neighbours in the grid of a patch "// &
+                    "must be farther apart, or one", default="0", unit="length", range=">= 0")
     call add_box_lines(table)
     call add_round_lines(table)
     call add_example(table, "*BLANK, NAME=sheet, MATERIAL=steel, TYPE=BOX, RULE=""2,2,2x3""")

@@ -3,11 +3,11 @@ module shape_reader
   use kinds, only: wp
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault, add_warning
-  use text, only: to_text
+  use text, only: to_text, rounded_text
   use nurbs_solid, only: nurbs_solid_t
   use round_solids, only: round_shape_t, disk_solids, bar_solids, ring_solids, tube_solids, &
                           cup_solids
-  use seams, only: seams_t, find_seams
+  use seams, only: seams_t, find_seams, group_table
   use patch_joints, only: joints_t, find_joints, face_names
   use tee_joints, only: find_tee_joints
   use scene, only: blank_spec_t
@@ -124,6 +124,7 @@ contains
     type(seams_t) :: seams
     type(joints_t) :: joints
     real(wp) :: tolerance
+    logical :: is_whole
     integer :: p, i
 
     if (option_text(deck, record, "MERGE") == "NO") return
@@ -134,6 +135,8 @@ contains
     if (tolerance <= 0.0_wp) tolerance = default_tolerance(solids)
     blank%merge_distance = tolerance
     call find_seams(solids, tolerance, seams)
+    call check_neighbours(record, blank, seams, tolerance, is_whole, faults)
+    if (.not. is_whole) return
     joints = find_joints(solids, seams)
     do p = 1, size(solids)
       blank%patches(p)%solid = solids(p)
@@ -151,6 +154,55 @@ contains
                             faults)
     call check_whole(record, blank, joints, faults)
   end subroutine join_patches
+
+  !> Refuse a tolerance that makes neighbours in the grid of a patch one point, unless they were one
+  !! before but for round-off: the blank would lose volume.
+  subroutine check_neighbours(record, blank, seams, tolerance, is_whole, faults)
+    type(record_t), intent(in) :: record
+    type(blank_spec_t), intent(in) :: blank     !! as it was before the seams were found
+    type(seams_t), intent(in) :: seams
+    real(wp), intent(in) :: tolerance
+    logical, intent(out) :: is_whole            !! no neighbours were lost
+    type(fault_list_t), intent(inout) :: faults
+    real(wp) :: apart
+    integer :: p
+
+    is_whole = .true.
+    do p = 1, size(blank%patches)
+      associate (solid => blank%patches(p)%solid)
+        apart = widest_loss(solid, reshape(group_table(seams, p, size(solid%weights)), &
+                                           shape(solid%weights)))
+        if (apart <= default_tolerance([solid])) cycle
+        is_whole = .false.
+        call add_fault(faults, record%origin, "TOLERANCE="//to_text(tolerance)//", which makes "// &
+                       "neighbouring control points of the patch '"//blank%patches(p)%name// &
+                       "' one that are "//rounded_text(apart)//" apart", "less than that")
+      end associate
+    end do
+  end subroutine check_neighbours
+
+  !> Largest distance of neighbours in a grid that are of one group.
+  pure real(wp) function widest_loss(solid, group) result(distance)
+    type(nurbs_solid_t), intent(in) :: solid
+    integer, intent(in) :: group(:, :, :)       !! 0: none
+    integer :: i, j, k, axis, at(3)
+
+    distance = 0.0_wp
+    do axis = 1, 3
+      do k = 1, size(group, 3)
+        do j = 1, size(group, 2)
+          do i = 1, size(group, 1)
+            at = [i, j, k]
+            at(axis) = at(axis) + 1
+            if (at(axis) > size(group, axis) .or. group(i, j, k) == 0) cycle
+            if (group(at(1), at(2), at(3)) /= group(i, j, k)) cycle
+            distance = max(distance, norm2(solid%points(at(1), at(2), at(3), :) &
+                                           - solid%points(i, j, k, :)))
+          end do
+        end do
+      end do
+    end do
+  end function widest_loss
 
   !> Warn of faces that lie on each other without being joined.
   subroutine warn_of_tee_joints(record, blank, pairs, faults)
