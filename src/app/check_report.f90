@@ -23,7 +23,7 @@ contains
     type(model_t), intent(inout) :: model   !! some steps of it are taken
     type(step_control_t) :: control
     type(string_t), allocatable :: effects(:)
-    real(wp) :: n_steps
+    real(wp) :: n_steps, seconds
     integer :: i
 
     control = new_step_control(model)
@@ -51,8 +51,8 @@ contains
     end do
     print "(a)", "stable step      "//rounded_text(model%stable_step)
     print "(a)", "steps            about "//rounded_text(n_steps)
-    print "(a)", "run time         about "//rounded_text(forecast_seconds(model, n_steps))// &
-      " s where nothing else runs"
+    seconds = forecast_seconds(model, n_steps)   ! not in a PRINT: a user's law may write as well
+    print "(a)", "run time         about "//rounded_text(seconds)//" s where nothing else runs"
   end subroutine print_check
 
   subroutine print_patch(patch)

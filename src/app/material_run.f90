@@ -6,10 +6,12 @@ module material_run
   use faults, only: fault_list_t, add_fault, n_errors
   use text, only: string_t, to_text
   use command_line, only: command_t
-  use scene, only: scene_t, material_spec_t
+  use scene, only: scene_t, material_spec_t, material_test_spec_t
   use block_law, only: block_law_t
   use user_library, only: user_library_t
   use law_setup, only: build_law
+  use user_law, only: lacks_moduli, find_moduli, first_point_t
+  use material_point, only: material_point_t, new_point
   use user_setup, only: load_user_files
   use deck_reader, only: read_material_deck
   use fault_report, only: report_faults
@@ -99,7 +101,8 @@ contains
         if (first == i) then
           material = scene%materials(test%material)
           if (material%plasticity%potential /= "") material%plasticity%orientation = aligned
-          call build_law(material, short, slots(i)%law, faults, library)
+          call build_law(material, slots(i)%law, faults, library)
+          if (allocated(slots(i)%law)) call ask_law(test, material, short, slots(i)%law, faults)
         else if (allocated(slots(first)%law)) then
           allocate (slots(i)%law, source=slots(first)%law)
         end if
@@ -113,6 +116,28 @@ contains
       end associate
     end do
   end subroutine make_laws
+
+  !> Let a user's law that brings no elastic moduli with it tell them, at the start of a test.
+  subroutine ask_law(test, material, dt, law, faults)
+    type(material_test_spec_t), intent(in) :: test
+    type(material_spec_t), intent(in) :: material
+    real(wp), intent(in) :: dt
+    class(block_law_t), allocatable, intent(inout) :: law   !! freed where it has none
+    type(fault_list_t), intent(inout) :: faults
+    type(first_point_t) :: first
+    type(material_point_t) :: point
+    type(error_t), allocatable :: error
+    real(wp) :: bulk, shear
+
+    if (.not. lacks_moduli(law)) return
+    point = new_point(law, test%state)
+    call find_moduli(law, dt, first, point%state, bulk, shear, error)
+    law%bulk = bulk
+    law%shear = shear
+    if (.not. allocated(error)) return
+    call add_fault(faults, material%origin, error%message, "a law that can be called")
+    deallocate (law)
+  end subroutine ask_law
 
   !> What --check tells.
   subroutine print_tests(scene)

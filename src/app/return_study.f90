@@ -71,7 +71,7 @@ contains
     if (material%plasticity%potential /= "") material%plasticity%orientation = aligned
     do k = 1, size(stages)
       material%plasticity%n_stages = stages(k)
-      call build_law(material, finest, law, faults)
+      call build_law(material, law, faults)
       if (.not. allocated(law)) return
       if (stages(k) == 0) call reference_stresses(law, reference, error)
       do i = 1, size(increments)

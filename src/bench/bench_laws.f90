@@ -94,7 +94,7 @@ contains
     material%poisson = poisson
     material%props = [young, poisson, flow]
     material%n_statv = 1
-    call new_user_law(library, material, 1.0e-7_wp, law, note, error)
+    call new_user_law(library, material, law, note, error)
     if (.not. allocated(error)) law%eqps_state = 1
   end subroutine new_user
 

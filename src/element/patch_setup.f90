@@ -16,7 +16,7 @@ module patch_setup
   implicit none
   private
 
-  public :: new_patch, new_tile_buffers, element_patch
+  public :: new_patch, new_tile_buffers, element_patch, set_wave_speed
 
 contains
 
@@ -64,13 +64,21 @@ contains
     patch%viscosity%linear = viscosity(1)
     patch%viscosity%quadratic = viscosity(2)
     patch%viscosity%density = law%density
-    patch%viscosity%wave_speed = sqrt((law%bulk + 4.0_wp/3.0_wp*law%shear)/law%density)
+    call set_wave_speed(patch, law)
     ! A law that must run on one thread gets the elements in their order: one tile for all.
     patch%tiles = new_tiles(patch, merge(1, 16, law%is_serial))
     if (patch%projection%is_smooth) &
       patch%fields = new_smooth_fields(patch%projection, patch%axes, patch%lanes, &
                                        any(patch%tiles%block_first > 1), law%needs_context)
   end subroutine new_patch
+
+  !> Speed of pressure waves for the viscosity, from the moduli of the law.
+  pure subroutine set_wave_speed(patch, law)
+    type(ig_patch_t), intent(inout) :: patch
+    class(block_law_t), intent(in) :: law
+
+    patch%viscosity%wave_speed = sqrt((law%bulk + 4.0_wp/3.0_wp*law%shear)/law%density)
+  end subroutine set_wave_speed
 
   !> One element of a patch as a patch of its own, without stress and viscosity.
   function element_patch(patch, solid, element) result(single)

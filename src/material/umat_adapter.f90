@@ -9,8 +9,8 @@ module umat_adapter
   use block_law, only: block_law_t
   use point_context, only: point_context_t, new_point_context
   use umat_interface, only: umat_procedure, name_length
-  use user_call, only: user_law_t, set_user_law, slack, enter_user_call, leave_user_call, &
-                       note_failure
+  use user_call, only: user_law_t, first_point_t, set_user_law, slack, enter_user_call, &
+                       leave_user_call, note_failure
   use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity
   implicit none
   private
@@ -196,9 +196,10 @@ contains
   !> Elastic moduli for the stable step from one call without strain: the largest diagonal values
   !! of DDSDDE bound the speeds of waves along the axes. Both are 0 where DDSDDE does not come back
   !! positive.
-  subroutine umat_moduli(law, dt, state, bulk, shear, is_stiff)
+  subroutine umat_moduli(law, dt, point, state, bulk, shear, is_stiff)
     type(umat_adapter_t), intent(in) :: law
     real(wp), intent(in) :: dt                       !! a short increment
+    type(first_point_t), intent(in) :: point
     real(wp), intent(in) :: state(:)                 !! STATEV at the start
     real(wp), intent(out) :: bulk, shear
     logical, intent(out), optional :: is_stiff(6)    !! DDSDDE is positive for 11, 22, 33, 12 ...
@@ -207,15 +208,16 @@ contains
     logical :: is_refused, ok
     integer :: i
 
-    increment%element = 1
-    increment%point = 1
+    increment%element = point%element
+    increment%point = point%point
+    increment%place = point%place
+    increment%length = point%length
     increment%number = 1
     increment%dt = dt
-    increment%length = 1.0_wp
     stress = 0.0_wp
     values = 0.0_wp
     values(:law%n_statv) = state
-    call enter_user_call(1_c_int, 1_c_int)
+    call enter_user_call(int(point%element, c_int), int(point%point, c_int))
     call call_umat(law, increment, stress, values, tangent, is_refused, ok)
     call leave_user_call()
     bulk = 0.0_wp

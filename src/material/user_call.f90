@@ -24,6 +24,13 @@ module user_call
     procedure(sdvini_procedure), pointer, nopass :: sdvini => null()
   end type user_law_t
 
+  !> The point for which a user's subroutine is asked for its stiffness before the run.
+  type, public :: first_point_t
+    integer :: element = 1, point = 1     !! NOEL, NPT
+    real(wp) :: place(3) = 0.0_wp         !! COORDS
+    real(wp) :: length = 1.0_wp           !! CELENT
+  end type first_point_t
+
   interface
     !> A call of the user's subroutine begins for this element and point.
     subroutine enter_user_call(noel, npt) bind(C, name="igaform_enter_user_call")

@@ -4,16 +4,17 @@ module user_law
   use kinds, only: wp
   use errors, only: error_t, fail
   use text, only: joined, strings
-  use block_law, only: block_law_t
+  use block_law, only: block_law_t, set_elastic
   use umat_interface, only: umat_procedure, vumat_procedure, sdvini_procedure
   use user_library, only: user_library_t
-  use user_call, only: user_law_t, call_sdvini, watch_user_calls
+  use user_call, only: user_law_t, first_point_t, call_sdvini, watch_user_calls
   use umat_adapter, only: umat_adapter_t, new_umat_adapter, umat_moduli
   use vumat_adapter, only: vumat_adapter_t, new_vumat_adapter, vumat_moduli
   implicit none
   private
 
-  public :: user_material_t, new_user_law, set_initial_state
+  public :: user_material_t, new_user_law, lacks_moduli, find_moduli, set_initial_state
+  public :: first_point_t
 
   !> What the deck says of a material whose law is a user's.
   type :: user_material_t
@@ -28,12 +29,12 @@ module user_law
 
 contains
 
-  !> A law that calls the user's UMAT or VUMAT. Fails where there is none of that kind, where the
-  !! density is not positive, or where no elastic moduli are to be had for the stable step.
-  subroutine new_user_law(library, material, dt, law, note, error)
+  !> A law that calls the user's UMAT or VUMAT. Its moduli for the stable step are those of the deck
+  !! or, where the deck has none, zero until `find_moduli` asks the law itself. Fails where there is
+  !! none of that kind, or where density or moduli are out of range.
+  subroutine new_user_law(library, material, law, note, error)
     type(user_library_t), intent(in) :: library
     type(user_material_t), intent(in) :: material
-    real(wp), intent(in) :: dt                    !! a short increment, for a first call
     class(block_law_t), allocatable, intent(out) :: law
     character(:), allocatable, intent(out) :: note   !! worth telling the user, or empty
     type(error_t), allocatable, intent(out) :: error
@@ -55,11 +56,18 @@ contains
     if (allocated(error)) return
     call watch_user_calls(c_null_funptr, c_null_ptr)
     if (is_vumat) then
-      call make_vumat_law(library, material, dt, law, error)
+      call make_vumat_law(library, material, law)
     else
-      call make_umat_law(library, material, dt, law, error)
+      call make_umat_law(library, material, law)
     end if
-    if (allocated(error)) return
+    if (material%young > 0.0_wp) then
+      if (material%poisson > -1.0_wp .and. material%poisson < 0.5_wp) then
+        call set_elastic(law, material%density, material%young, material%poisson)
+      else
+        call fail(error, "material: Poisson's ratio must lie between -1 and 0.5, both excluded")
+        return
+      end if
+    end if
     law%is_serial = material%thread_safe == "NO"
     if (material%thread_safe == "" .and. library%writable /= "") then
       law%is_serial = .true.
@@ -68,49 +76,32 @@ contains
     end if
   end subroutine new_user_law
 
-  subroutine make_umat_law(library, material, dt, law, error)
+  subroutine make_umat_law(library, material, law)
     type(user_library_t), intent(in) :: library
     type(user_material_t), intent(in) :: material
-    real(wp), intent(in) :: dt
     class(block_law_t), allocatable, intent(out) :: law
-    type(error_t), allocatable, intent(out) :: error
     procedure(umat_procedure), pointer :: umat
     type(umat_adapter_t) :: adapter
-    logical :: is_stiff(6)
-    real(wp) :: state(material%n_statv)
 
     call c_f_procpointer(library%umat, umat)
     adapter = new_umat_adapter(umat, material%name, material%density, 0.0_wp, 0.0_wp, &
                                material%props, material%n_statv)
     call take_sdvini(library, adapter)
-    state = 0.0_wp
-    call call_sdvini(adapter, 1, 1, [0.0_wp, 0.0_wp, 0.0_wp], state)
-    call umat_moduli(adapter, dt, state, adapter%bulk, adapter%shear, is_stiff)
-    call check_moduli(material, "DDSDDE at the start", is_stiff, adapter, error)
-    if (.not. allocated(error)) allocate (law, source=adapter)
+    allocate (law, source=adapter)
   end subroutine make_umat_law
 
-  subroutine make_vumat_law(library, material, dt, law, error)
+  subroutine make_vumat_law(library, material, law)
     type(user_library_t), intent(in) :: library
     type(user_material_t), intent(in) :: material
-    real(wp), intent(in) :: dt
     class(block_law_t), allocatable, intent(out) :: law
-    type(error_t), allocatable, intent(out) :: error
     procedure(vumat_procedure), pointer :: vumat
     type(vumat_adapter_t) :: adapter
-    logical :: is_stiff(6)
-    real(wp) :: state(material%n_statv)
 
     call c_f_procpointer(library%vumat, vumat)
     adapter = new_vumat_adapter(vumat, material%name, material%density, 0.0_wp, 0.0_wp, &
                                 material%props, material%n_statv)
     call take_sdvini(library, adapter)
-    state = 0.0_wp
-    call call_sdvini(adapter, 1, 1, [0.0_wp, 0.0_wp, 0.0_wp], state)
-    call vumat_moduli(adapter, dt, state, adapter%bulk, adapter%shear, is_stiff)
-    call check_moduli(material, "the stress of small strains at time 0", is_stiff, adapter, &
-                      error)
-    if (.not. allocated(error)) allocate (law, source=adapter)
+    allocate (law, source=adapter)
   end subroutine make_vumat_law
 
   subroutine take_sdvini(library, adapter)
@@ -123,13 +114,47 @@ contains
     adapter%sdvini => sdvini
   end subroutine take_sdvini
 
-  !> The moduli that came from the law, or else those of the deck. A law that leaves out components
-  !! is one for shells or for plane problems.
-  subroutine check_moduli(material, source, is_stiff, law, error)
-    type(user_material_t), intent(in) :: material
+  !> Must this law be asked for its moduli by `find_moduli`?
+  pure logical function lacks_moduli(law)
+    class(block_law_t), intent(in) :: law
+
+    lacks_moduli = .not. (law%bulk > 0.0_wp .and. law%shear > 0.0_wp)
+    select type (law)
+    class is (user_law_t)
+    class default
+      lacks_moduli = .false.
+    end select
+  end function lacks_moduli
+
+  !> Elastic moduli for the stable step from one call of the user's subroutine for a point as it is
+  !! at the start. Fails where they are not to be had.
+  subroutine find_moduli(law, dt, point, state, bulk, shear, error)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt               !! a short increment
+    type(first_point_t), intent(in) :: point
+    real(wp), intent(in) :: state(:)         !! all that the law keeps for the point
+    real(wp), intent(out) :: bulk, shear
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_stiff(6)
+
+    select type (law)
+    type is (umat_adapter_t)
+      call umat_moduli(law, dt, point, state(:law%n_statv), bulk, shear, is_stiff)
+      call check_moduli("DDSDDE at the start", is_stiff, bulk, shear, error)
+    type is (vumat_adapter_t)
+      call vumat_moduli(law, dt, point, state(:law%n_statv), bulk, shear, is_stiff)
+      call check_moduli("the stress of small strains at time 0", is_stiff, bulk, shear, error)
+    class default
+      bulk = law%bulk
+      shear = law%shear
+    end select
+  end subroutine find_moduli
+
+  !> A law that leaves out components is one for shells or for plane problems.
+  subroutine check_moduli(source, is_stiff, bulk, shear, error)
     character(*), intent(in) :: source
     logical, intent(in) :: is_stiff(6)
-    class(user_law_t), intent(inout) :: law
+    real(wp), intent(in) :: bulk, shear
     type(error_t), allocatable, intent(out) :: error
     character(2), parameter :: names(6) = ["11", "22", "33", "12", "13", "23"]
 
@@ -138,17 +163,9 @@ contains
                 joined(strings(pack(names, is_stiff)), ", ")//" but not for "// &
                 joined(strings(pack(names, .not. is_stiff)), ", ")//", as in a law for shells, "// &
                 "plane stress or plane strain; sheets are solids here, with NTENS = 6")
-      return
-    end if
-    if (law%bulk > 0.0_wp .and. law%shear > 0.0_wp) return
-    if (.not. material%young > 0.0_wp) then
+    else if (.not. (bulk > 0.0_wp .and. shear > 0.0_wp)) then
       call fail(error, "material: "//source//" is not positive, so the stable step is not "// &
                 "known; an *ELASTIC beside *USER MATERIAL gives it")
-    else if (.not. (material%poisson > -1.0_wp .and. material%poisson < 0.5_wp)) then
-      call fail(error, "material: Poisson's ratio must lie between -1 and 0.5, both excluded")
-    else
-      law%bulk = material%young/(3.0_wp*(1.0_wp - 2.0_wp*material%poisson))
-      law%shear = material%young/(2.0_wp*(1.0_wp + material%poisson))
     end if
   end subroutine check_moduli
 

@@ -9,8 +9,8 @@ module vumat_adapter
   use kinds, only: wp
   use point_context, only: point_context_t, new_point_context
   use umat_interface, only: vumat_procedure, name_length
-  use user_call, only: user_law_t, set_user_law, slack, enter_user_call, leave_user_call, &
-                       note_failure
+  use user_call, only: user_law_t, first_point_t, set_user_law, slack, enter_user_call, &
+                       leave_user_call, note_failure
   use user_kinematics, only: polar_rotation, full_stress, packed_stress, identity, determinant
   implicit none
   private
@@ -226,9 +226,10 @@ contains
 
   !> The call before the run that Abaqus makes, too: time 0, one small strain for each component.
   !! Its stress gives the elastic moduli for the stable step; both are 0 if it makes no sense.
-  subroutine vumat_moduli(law, dt, state, bulk, shear, is_stiff)
+  subroutine vumat_moduli(law, dt, point, state, bulk, shear, is_stiff)
     type(vumat_adapter_t), intent(in) :: law
     real(wp), intent(in) :: dt                       !! a short increment
+    type(first_point_t), intent(in) :: point
     real(wp), intent(in) :: state(:)                 !! STATEV at the start
     real(wp), intent(out) :: bulk, shear
     logical, intent(out), optional :: is_stiff(6)    !! the stress is positive, 11, 22, 33, 12 ...
@@ -238,12 +239,13 @@ contains
     logical :: ok
     integer :: i
 
-    block = new_block(law, 6, [(i, i=1, 6)], 1)
+    block = new_block(law, 6, spread(point%element, 1, 6), point%point)
     block%dt = dt
     block%dt_array = dt
     block%density = law%density
-    block%length = 1.0_wp
+    block%length = point%length
     do i = 1, 6
+      block%place(i, :) = point%place
       block%strain(i, i) = strain
       f = identity + full_stress([block%strain(i, :4), block%strain(i, 6), block%strain(i, 5)])
       block%stretch_old(i, :) = explicit_order(identity)

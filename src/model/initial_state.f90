@@ -1,17 +1,20 @@
-!> State variables at the start: what the deck gives to sets of elements, then the user's SDVINI.
+!> State variables at the start: what the deck gives to sets of elements, then the user's SDVINI;
+!! and the moduli that a user's law has with them.
 module initial_state
   use kinds, only: wp
+  use errors, only: error_t
   use scene, only: scene_t, set_spec_t
   use basis_tables, only: n_lanes
-  use ig_patch, only: element_of_lane
+  use ig_patch, only: ig_patch_t, element_of_lane
+  use patch_setup, only: set_wave_speed
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use block_law, only: block_law_t
-  use user_law, only: set_initial_state
+  use user_law, only: set_initial_state, lacks_moduli, find_moduli, first_point_t
   use blank, only: blank_t, patch_body_t
   implicit none
   private
 
-  public :: set_initial_states
+  public :: set_initial_states, find_initial_moduli
 
 contains
 
@@ -19,8 +22,7 @@ contains
   subroutine set_initial_states(scene, blank)
     type(scene_t), intent(in) :: scene
     type(blank_t), intent(inout) :: blank
-    real(wp) :: given(blank%law%n_state), centre(3)
-    integer :: p, block, lane, e(3), i, n
+    integer :: p, block, lane, e(3)
 
     if (blank%law%n_state == 0) return
     if (.not. allocated(scene%initial_states)) return
@@ -29,20 +31,107 @@ contains
       do block = 1, blank%parts(p)%patch%n_blocks
         do lane = 1, n_lanes
           e = element_of_lane(blank%parts(p)%patch, block, lane)
-          given = 0.0_wp
-          centre = place_in(blank%parts(p), e, [0.0_wp, 0.0_wp, 0.0_wp])
-          do i = 1, size(scene%initial_states)
-            associate (start => scene%initial_states(i))
-              if (.not. holds(scene%sets(start%set), p, blank%parts(p)%solid, centre)) cycle
-              n = min(size(start%values), size(given) - blank%law%n_hidden)
-              given(:n) = start%values(:n)
-            end associate
-          end do
-          call fill_element(blank%law, blank%parts(p), block, lane, e, given)
+          call fill_element(blank%law, blank%parts(p), block, lane, e, &
+                            given_state(scene, blank, p, e))
         end do
       end do
     end do
   end subroutine set_initial_states
+
+  !> What the deck gives to an element. Entries of the deck that come later replace the first values
+  !! of earlier ones.
+  function given_state(scene, blank, part, e) result(given)
+    type(scene_t), intent(in) :: scene
+    type(blank_t), intent(in) :: blank
+    integer, intent(in) :: part, e(3)
+    real(wp) :: given(blank%law%n_state), centre(3)
+    integer :: i, n
+
+    given = 0.0_wp
+    if (.not. allocated(scene%initial_states)) return
+    centre = place_in(blank%parts(part), e, [0.0_wp, 0.0_wp, 0.0_wp])
+    do i = 1, size(scene%initial_states)
+      associate (start => scene%initial_states(i))
+        if (.not. holds(scene%sets(start%set), part, blank%parts(part)%solid, centre)) cycle
+        n = min(size(start%values), size(given) - blank%law%n_hidden)
+        given(:n) = start%values(:n)
+      end associate
+    end do
+  end function given_state
+
+  !> Let a user's law that brings no elastic moduli with it tell them, by one call for the first
+  !! element of each state that the deck gives, with the state as it then is. The largest count.
+  !! Fails where they are not to be had; a law whose moduli are known is not called.
+  subroutine find_initial_moduli(scene, dt, blank, error)
+    type(scene_t), intent(in) :: scene
+    real(wp), intent(in) :: dt                !! a short increment
+    type(blank_t), intent(inout) :: blank     !! with its states at the start
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: seen(:, :)       ! states of the deck that were met, (n_state, :)
+    real(wp) :: given(blank%law%n_state), moduli(2), largest(2)
+    integer :: p, e1, e2, e3, i
+
+    if (.not. lacks_moduli(blank%law)) return
+    allocate (seen(size(given), 0))
+    largest = 0.0_wp
+    do p = 1, size(blank%parts)
+      associate (axes => blank%parts(p)%patch%axes)
+        do e3 = 1, axes(3)%n_elements
+          do e2 = 1, axes(2)%n_elements
+            do e1 = 1, axes(1)%n_elements
+              given = given_state(scene, blank, p, [e1, e2, e3])
+              if (any([(all(.not. abs(seen(:, i) - given) > 0.0_wp), i=1, size(seen, 2))])) cycle
+              seen = reshape([seen, given], [size(given), size(seen, 2) + 1])
+              call ask_element(blank, p, [e1, e2, e3], dt, moduli, error)
+              if (allocated(error)) return
+              largest = max(largest, moduli)
+            end do
+          end do
+        end do
+      end associate
+    end do
+    blank%law%bulk = largest(1)
+    blank%law%shear = largest(2)
+    do p = 1, size(blank%parts)
+      call set_wave_speed(blank%parts(p)%patch, blank%law)
+    end do
+  end subroutine find_initial_moduli
+
+  !> The moduli of an element's first point.
+  subroutine ask_element(blank, part, e, dt, moduli, error)
+    type(blank_t), intent(in) :: blank
+    integer, intent(in) :: part, e(3)
+    real(wp), intent(in) :: dt
+    real(wp), intent(out) :: moduli(2)
+    type(error_t), allocatable, intent(out) :: error
+    type(first_point_t) :: point
+    integer :: block, lane, axis
+
+    moduli = 0.0_wp
+    associate (body => blank%parts(part))
+      find: do block = 1, body%patch%n_blocks
+        do lane = 1, n_lanes
+          if (all(element_of_lane(body%patch, block, lane) == e)) exit find
+        end do
+      end do find
+      point%element = element_number(body%patch, e)
+      call evaluate_solid(body%solid, place_in(body, e, [(body%patch%axes(axis)%abscissae(1), &
+                                                          axis=1, 3)]), point%place)
+      point%length = body%patch%element_size(lane, block)
+      call find_moduli(blank%law, dt, point, &
+                       body%patch%state(lane, 1, :blank%law%n_state, 1, block), &
+                       moduli(1), moduli(2), error)
+    end associate
+  end subroutine ask_element
+
+  !> Number of an element of the blank, from 1.
+  pure integer function element_number(patch, e)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: e(3)
+
+    element_number = patch%n_before + e(1) + patch%axes(1)%n_elements &
+                     *((e(2) - 1) + patch%axes(2)%n_elements*(e(3) - 1))
+  end function element_number
 
   !> The points of one element.
   subroutine fill_element(law, body, block, lane, e, given)
@@ -53,10 +142,9 @@ contains
     real(wp) :: values(size(given)), place(3)
     integer :: q(3), qa, qb, qc, element
 
+    element = element_number(body%patch, e)
     associate (axes => body%patch%axes)
       q = axes%n_points
-      element = body%patch%n_before + e(1) + axes(1)%n_elements &
-                *((e(2) - 1) + axes(2)%n_elements*(e(3) - 1))
       do qc = 1, q(3)
         do qb = 1, q(2)
           do qa = 1, q(1)

@@ -1,6 +1,5 @@
 !> The law of a material: one of the table, or a user's.
 module law_setup
-  use kinds, only: wp
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault, add_warning
   use text, only: upper_case
@@ -25,16 +24,15 @@ contains
   end function is_user_material
 
   !> The law with its constants checked; not allocated where a fault was added.
-  subroutine build_law(material, dt, law, faults, library)
+  subroutine build_law(material, law, faults, library)
     type(material_spec_t), intent(in) :: material
-    real(wp), intent(in) :: dt                          !! short increment for a user's first call
     class(block_law_t), allocatable, intent(out) :: law
     type(fault_list_t), intent(inout) :: faults
     type(user_library_t), intent(in), optional :: library   !! subroutines of the user
     type(error_t), allocatable :: error
 
     if (is_user_material(material)) then
-      call build_user_law(material, dt, law, faults, library)
+      call build_user_law(material, law, faults, library)
     else
       call new_material_law(material, law, error)
       if (allocated(error)) call add_fault(faults, material%origin, error%message, &
@@ -42,9 +40,8 @@ contains
     end if
   end subroutine build_law
 
-  subroutine build_user_law(material, dt, law, faults, library)
+  subroutine build_user_law(material, law, faults, library)
     type(material_spec_t), intent(in) :: material
-    real(wp), intent(in) :: dt
     class(block_law_t), allocatable, intent(out) :: law
     type(fault_list_t), intent(inout) :: faults
     type(user_library_t), intent(in), optional :: library
@@ -67,7 +64,7 @@ contains
     user%poisson = material%poisson
     user%props = material%constants
     user%n_statv = material%n_state
-    call new_user_law(library, user, dt, law, note, error)
+    call new_user_law(library, user, law, note, error)
     if (allocated(error)) then
       call add_fault(faults, material%origin, error%message, "a law that can be called")
       return

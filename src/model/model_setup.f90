@@ -14,7 +14,7 @@ module model_setup
   use block_law, only: block_law_t
   use user_library, only: user_library_t
   use law_setup, only: build_law
-  use initial_state, only: set_initial_states
+  use initial_state, only: set_initial_states, find_initial_moduli
   use tool_setup, only: start_tools
   use spurious_modes, only: n_spurious_modes, serving_rule
   use step_setup, only: set_stable_step, add_thickness_scaling, add_damping
@@ -161,7 +161,7 @@ contains
       do p = 1, size(spec%patches)
         call check_rule(spec, spec%patches(p), scene%reduction%axis, faults)
       end do
-      call build_law(material, short*scene%step%end_time, law, faults, library)
+      call build_law(material, law, faults, library)
       if (.not. allocated(law)) return
       if (law%uses_gradient .and. spec%projection == "ANS") &
         call add_fault(faults, spec%origin, "PROJECTION=ANS with a material whose stress "// &
@@ -175,6 +175,9 @@ contains
       else
         call check_initial_states(scene, model%bodies%blank%law, faults)
         call set_initial_states(scene, model%bodies%blank)
+        call find_initial_moduli(scene, short*scene%step%end_time, model%bodies%blank, error)
+        if (allocated(error)) call add_fault(faults, material%origin, error%message, &
+                                             "a law that can be called")
       end if
     end associate
   end subroutine build_blank
