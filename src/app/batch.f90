@@ -10,7 +10,8 @@ module batch
                        is_save_wanted, forget_save
   use child_process, only: start_program, take_ended, ask_to_stop, ask_to_save, pause_briefly
   use provenance, only: host_cores
-  use system_files, only: remove_file, true_path, is_folder
+  use system_files, only: true_path, is_folder
+  use message_files, only: error_file_fault, begin_error_file, end_error_file
   use source_file, only: folder_of
   use command_line, only: command_t
   use output_names, only: base_of, file_name
@@ -160,6 +161,7 @@ contains
         call start(command, runs(next), job)
         if (job%process == 0) then
           if (.not. is_folder(result_folder(runs(next)))) outcomes(next)%status = "refused"
+          if (error_file_fault(runs(next)%base//".err") /= "") outcomes(next)%status = "refused"
           outcomes(next)%message = why_unstarted(runs(next))
           n_done = n_done + 1
           call tell(command, n_done, count(is_due), runs(next), outcomes(next))
@@ -203,9 +205,13 @@ contains
     if (job%is_resumed) then
       words = [words, words_of("--restart"), words_of(run%base//".ckpt.h5")]
     end if
-    call hold_saves()
-    call start_program("/proc/self/exe", words, run%base//".err", job%process)
-    call watch_saves()
+    job%process = 0
+    if (error_file_fault(run%base//".err") == "") then
+      call begin_error_file(run%base//".err", run%text)
+      call hold_saves()
+      call start_program("/proc/self/exe", words, run%base//".err", job%process)
+      call watch_saves()
+    end if
     if (job%process == 0) write (error_unit, "(a)") "igaform: "//run%text//": "//why_unstarted(run)
   end subroutine start
 
@@ -214,7 +220,9 @@ contains
     character(:), allocatable :: words
 
     if (is_folder(result_folder(run))) then
-      words = "cannot be started with '"//run%base//".err' for its messages"
+      words = error_file_fault(run%base//".err")
+      if (words == "") words = "'"//run%base//".err' for its messages"
+      words = "cannot be started with "//words
     else
       words = "found no folder '"//result_folder(run)//"' for its result; make it first"
     end if
@@ -241,10 +249,8 @@ contains
     character(*), intent(in) :: identity
     integer, intent(in) :: code
     type(outcome_t), intent(out) :: outcome
-    integer :: length
 
-    inquire (file=run%base//".err", size=length)
-    if (length <= 0) call remove_file(run%base//".err")
+    call end_error_file(run%base//".err", run%text)
     outcome = outcome_of(run, identity)
     if (code == exit_input) outcome%status = "refused"
     if (code > 128 .and. outcome%message == "") outcome%message = "ended by signal "// &

@@ -7,7 +7,9 @@ module batch_table
   use errors, only: error_t, fail
   use result_state, only: result_state_t, read_result_state
   use file_lock, only: is_locked_by_others
-  use system_files, only: replace_file
+  use system_files, only: replace_file, remove_file, true_path
+  use output_guard, only: why_left_alone
+  use message_files, only: first_error
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted
   use batch_list, only: batch_run_t
   implicit none
@@ -85,29 +87,6 @@ contains
     end do
   end function worst_code
 
-  !> The first line of a file that tells of an error, without the program's name.
-  function first_error(path) result(message)
-    character(*), intent(in) :: path
-    character(:), allocatable :: message
-    character(1024) :: line
-    integer :: unit, status, place
-
-    message = ""
-    open (newunit=unit, file=path, action="read", status="old", iostat=status)
-    if (status /= 0) return
-    do
-      read (unit, "(a)", iostat=status) line
-      if (status /= 0) exit
-      if (message == "" .and. index(line, "warning:") == 0) message = trim(line)
-      place = index(line, "error: ")
-      if (place == 0) cycle
-      message = trim(line)
-      if (index(line, "igaform: error: ") == 1) message = trim(line(place + 7:))
-      exit
-    end do
-    close (unit)
-  end function first_error
-
   !> The table for people.
   subroutine print_table(runs, outcomes)
     type(batch_run_t), intent(in) :: runs(:)
@@ -159,13 +138,16 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: unit, status, i
     character(256) :: message
+    character(:), allocatable :: new    ! beside where the name leads to
 
-    if (.not. is_ours(path)) then
-      call fail(error, "summary '"//path//"': there is a file of this name that is no summary "// &
-                "of a batch; it is left alone")
+    new = why_left_alone(path, header, "summary")
+    if (new /= "") then
+      call fail(error, "summary '"//path//"': "//new)
       return
     end if
-    open (newunit=unit, file=path//".new", action="write", status="replace", iostat=status, &
+    new = true_path(path)//".new"
+    call remove_file(new)
+    open (newunit=unit, file=new, action="write", status="replace", iostat=status, &
           iomsg=message)
     if (status == 0) write (unit, "(a)", iostat=status, iomsg=message) header
     do i = 1, size(runs)
@@ -174,24 +156,11 @@ contains
     end do
     if (status == 0) close (unit, iostat=status, iomsg=message)
     if (status == 0) then
-      if (replace_file(path//".new", path)) return
+      if (replace_file(new, true_path(path))) return
       message = "cannot put it in its place"
     end if
     call fail(error, "summary '"//path//"': "//trim(message))
   end subroutine write_table
-
-  logical function is_ours(path)
-    character(*), intent(in) :: path
-    character(len(header) + 1) :: line
-    integer :: unit, status
-
-    open (newunit=unit, file=path, action="read", status="old", iostat=status)
-    is_ours = status /= 0
-    if (is_ours) return
-    read (unit, "(a)", iostat=status) line
-    is_ours = status == 0 .and. line == header
-    close (unit)
-  end function is_ours
 
   function csv_line(run, outcome) result(line)
     type(batch_run_t), intent(in) :: run

@@ -42,7 +42,8 @@ module deck_run
   use modes_report, only: print_modes
   use user_call, only: watch_user_calls, user_failure_text
   use user_library, only: user_library_t
-  use user_setup, only: load_user_files, open_message_file, close_message_file
+  use user_setup, only: load_user_files
+  use message_files, only: open_message_file, close_message_file
   implicit none
   private
 
@@ -152,7 +153,7 @@ contains
     type(open_run_t), target :: open_run
     type(string_t), allocatable :: read_files(:)
     type(lock_t) :: lock
-    character(:), allocatable :: log_file
+    character(:), allocatable :: log_file, message_file
     type(error_t), allocatable :: error
 
     call watch_signals()   ! before the first file: what exists has then an end that says so
@@ -163,7 +164,10 @@ contains
     if (.not. allocated(error)) then
       call new_saver(command, scene, setup%path, read_files, saver)
       log_file = path_beside_result(setup%path, ".log", read_files)
-      call begin(command, setup, log_file, saver, model, run, results, lock, error)
+      message_file = ""
+      if (model%bodies%blank%law%needs_context) &
+        message_file = path_beside_result(setup%path, ".msg", read_files)
+      call begin(command, setup, log_file, message_file, saver, model, run, results, lock, error)
     end if
     if (allocated(error)) then
       write (error_unit, "(a)") "igaform: "//error%message
@@ -185,9 +189,8 @@ contains
                                                  "began: "//saver%other_build)
     end if
     open_run = open_run_t(model, run, results, log, saver)
-    if (model%bodies%blank%law%needs_context) then
-      call open_message_file(path_beside_result(setup%path, ".msg", read_files), &
-                             run%is_resumed)
+    if (message_file /= "") then
+      call open_message_file(message_file, run%is_resumed)
       call watch_user_calls(c_funloc(save_open_run), c_loc(open_run))
     end if
     call run_model(model, run, results, log, saver, error)
@@ -208,14 +211,14 @@ contains
     if (code == exit_interrupted) call log_line(log, "go on with --restart "//saver%path)
     call close_log(log)
     call release_lock(lock)
-    if (model%bodies%blank%law%needs_context) call close_message_file()
+    if (message_file /= "") call close_message_file()
   end function run_accepted
 
   !> Claim the files that the run writes and start it; if that fails, no new file is left.
-  subroutine begin(command, setup, log_file, saver, model, run, results, lock, error)
+  subroutine begin(command, setup, log_file, message_file, saver, model, run, results, lock, error)
     type(command_t), intent(in) :: command
     type(results_setup_t), intent(in) :: setup
-    character(*), intent(in) :: log_file
+    character(*), intent(in) :: log_file, message_file
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
     type(run_t), intent(out) :: run
@@ -225,7 +228,7 @@ contains
     logical :: is_new
 
     is_new = kind_of_file(log_file) == ""
-    call claim_files(log_file, saver, lock, error)
+    call claim_files(log_file, message_file, saver, lock, error)
     if (allocated(error)) return
     call start_run(command, setup, saver, model, run, results, error)
     if (.not. allocated(error)) return

@@ -14,7 +14,9 @@ module run_start
   use file_lock, only: lock_t, hold_file
   use system_files, only: kind_of_file
   use frames, only: results_t, results_setup_t, open_results
-  use run_log, only: is_other_file
+  use provenance, only: log_mark
+  use output_guard, only: why_left_alone
+  use message_files, only: check_message_file
   use forming_run, only: new_run
   use run_data, only: run_t
   use run_saver, only: saver_t, start_from, least_steps
@@ -58,25 +60,28 @@ contains
     if (command%wall_minutes > 0) saver%wall_seconds = 60*command%wall_minutes
   end subroutine new_saver
 
-  !> Make sure that log and checkpoint may be written: they are nobody else's, whatever the result
-  !! is called. The log stays held by `lock`; one that was not there is created. Fails with nothing
-  !! left behind.
-  subroutine claim_files(log_file, saver, lock, error)
+  !> Make sure that log, checkpoint and messages may be written: they are nobody else's, whatever
+  !! the result is called. The log stays held by `lock`; one that was not there is created. Fails
+  !! with nothing left behind.
+  subroutine claim_files(log_file, message_file, saver, lock, error)
     character(*), intent(in) :: log_file
+    character(*), intent(in) :: message_file    !! of a user's subroutines; empty: none
     type(saver_t), intent(in) :: saver
     type(lock_t), intent(out) :: lock
     type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: why
 
+    why = why_left_alone(log_file, log_mark, "log")
     if (.not. is_replaceable(saver%path)) then
       call fail(error, "checkpoint '"//saver%path//"': there is a "//kind_of_file(saver%path)// &
-                " of this name that is no checkpoint of igaform; it is left alone; name "// &
-                "another result with --out")
-    else if (kind_of_file(log_file) == "pipe") then
-      call fail(error, "log file '"//log_file//"': there is a pipe of this name; it is left "// &
-                "alone; name another result with --out")
-    else if (is_other_file(log_file)) then
-      call fail(error, "log file '"//log_file//"': there is a file of this name that is no log "// &
-                "of igaform; it is left alone; name another result with --out")
+                " of this name that is no checkpoint of igaform; it is left alone")
+    else if (why /= "") then
+      call fail(error, "log file '"//log_file//"': "//why)
+    else if (message_file /= "") then
+      call check_message_file(message_file, error)
+    end if
+    if (allocated(error)) then
+      error%message = error%message//"; name another result with --out"
     else if (.not. hold_file(log_file, lock)) then
       call fail(error, "log file '"//log_file//"': another program is using it; choose another "// &
                 "name with --out or wait for it")

@@ -13,9 +13,7 @@ module user_setup
   implicit none
   private
 
-  public :: load_user_files, open_message_file, close_message_file
-
-  integer, parameter :: message_unit = 7   ! where subroutines of users write messages
+  public :: load_user_files
 
 contains
 
@@ -95,36 +93,5 @@ contains
     if (name == "") name = "."
     if (len(name) > 1) name = name(:len(name) - 1)
   end function folder_name
-
-  !> Let what subroutines write to unit 7 go to a file beside the result, behind what is there if
-  !! the run is taken up again. Where that file cannot be written the unit is left as the language
-  !! has it.
-  subroutine open_message_file(path, is_going_on)
-    character(*), intent(in) :: path
-    logical, intent(in) :: is_going_on
-    integer :: status
-
-    if (is_going_on) then
-      open (unit=message_unit, file=path, action="write", position="append", iostat=status)
-    else
-      open (unit=message_unit, file=path, action="write", status="replace", iostat=status)
-    end if
-  end subroutine open_message_file
-
-  !> Close that file, and remove it if nothing was written.
-  subroutine close_message_file()
-    logical :: is_open
-    integer :: size
-
-    inquire (unit=message_unit, opened=is_open)
-    if (.not. is_open) return
-    flush (message_unit)
-    inquire (unit=message_unit, size=size)
-    if (size == 0) then
-      close (message_unit, status="delete")
-    else
-      close (message_unit)
-    end if
-  end subroutine close_message_file
 
 end module user_setup

@@ -4,6 +4,7 @@ module iges_writer
   use kinds, only: wp
   use errors, only: error_t, fail
   use text, only: string_t, to_text
+  use output_guard, only: why_left_alone
   use nurbs_surface, only: nurbs_surface_t
   use length_units, only: unit_flag
   implicit none
@@ -11,6 +12,7 @@ module iges_writer
 
   public :: write_iges
 
+  character(*), parameter :: mark = "NURBS surfaces as rational B-spline surfaces (entity 128)."
   integer, parameter :: n_columns = 72, n_value_columns = 64
 
   !> Lines of a section.
@@ -34,7 +36,12 @@ contains
     integer :: i, n_before, file, status
     character(200) :: message
 
-    call add_line(sections(1), "NURBS surfaces as rational B-spline surfaces (entity 128).")
+    message = why_left_alone(path, mark, "IGES file")
+    if (message /= "") then
+      call fail(error, "cannot write '"//path//"': "//trim(message)//"; name another with --out")
+      return
+    end if
+    call add_line(sections(1), mark)
     call add_text(sections(2), global_text(path, surfaces, unit, author), n_columns)
     do i = 1, size(surfaces)
       values = surface_text(surfaces(i))

@@ -10,6 +10,8 @@ module child_process
   public :: c_text, program_missing
 
   integer, parameter :: program_missing = -1   !! code of a program that cannot be started
+  ! Of Linux: create a file and write it anew, or behind what is there.
+  integer(c_int), parameter :: to_write = 577_c_int, to_append = 1089_c_int
 
   interface
     integer(c_int) function c_spawn(pid, file, actions, attributes, words, environment) &
@@ -96,12 +98,13 @@ contains
 
     code = program_missing
     call list_settings(settings, setting_list)
-    call spawn(words(1)%value, words, output, setting_list, pid)
+    call spawn(words(1)%value, words, output, to_write, setting_list, pid)
     if (pid == 0) return
     if (c_waitpid(pid, status, 0_c_int) == pid) code = exit_code(status)
   end subroutine run_program
 
-  !> Start a program and go on; its environment is that of this one. `process` is its number, 0
+  !> Start a program and go on; its environment is that of this one, and what it writes goes behind
+  !! what is in the file. `process` is its number, 0
   !! where it cannot be started.
   subroutine start_program(program, words, output, process)
     character(*), intent(in) :: program      !! its file
@@ -114,7 +117,7 @@ contains
     ! Declared with bind(C) it would be a variable of this program for some compilers.
     call c_f_pointer(c_dlsym(c_null_ptr, "environ"//c_null_char), environ)
     call c_f_pointer(environ, settings, [1])
-    call spawn(program, words, output, settings, pid)
+    call spawn(program, words, output, to_append, settings, pid)
     process = int(pid)
   end subroutine start_program
 
@@ -156,12 +159,13 @@ contains
   end subroutine pause_briefly
 
   !> Start a program that reads nothing and writes to a file; pid 0 if it cannot be started.
-  subroutine spawn(program, words, output, environment, pid)
+  subroutine spawn(program, words, output, how, environment, pid)
     character(*), intent(in) :: program, output
+    integer(c_int), intent(in) :: how      !! `to_write` or `to_append`
     type(string_t), intent(in) :: words(:)
     type(c_ptr), intent(in) :: environment(*)
     integer(c_int), intent(out) :: pid
-    integer(c_int), parameter :: to_read = 0_c_int, to_write = 577_c_int, mode = 420_c_int
+    integer(c_int), parameter :: to_read = 0_c_int, mode = 420_c_int
     integer(c_int64_t) :: actions(64)        ! room enough for the type that C hides
     type(c_text_t), allocatable, target :: arguments(:)
     type(c_ptr) :: argument_list(size(words) + 1)
@@ -178,7 +182,7 @@ contains
     actions = 0_c_int64_t
     if (c_actions_init(actions) /= 0) return
     failed = c_add_open(actions, 0_c_int, c_text("/dev/null"), to_read, mode)
-    if (failed == 0) failed = c_add_open(actions, 1_c_int, c_text(output), to_write, mode)
+    if (failed == 0) failed = c_add_open(actions, 1_c_int, c_text(output), how, mode)
     if (failed == 0) failed = c_add_dup(actions, 1_c_int, 2_c_int)
     if (failed == 0) failed = c_spawn(pid, c_text(program), actions, c_null_ptr, argument_list, &
                                       environment)

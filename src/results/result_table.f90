@@ -3,6 +3,7 @@ module result_table
   use kinds, only: wp
   use errors, only: error_t, fail
   use text, only: string_t, strings, to_text, joined
+  use output_guard, only: why_left_alone
   use hdf5_file, only: hdf5_file_t, create_group, write_reals, write_text_attribute
   use unit_system, only: unit_system_t, unit_of
   implicit none
@@ -60,14 +61,20 @@ contains
   end function n_rows
 
   !> Write the table as text: names with units, then a line a row. Fails if the file cannot be
-  !! written; an older file is replaced.
+  !! written; an older table of the same columns is replaced.
   subroutine write_csv(table, path, units, error)
     type(result_table_t), intent(in) :: table
     character(*), intent(in) :: path
     type(unit_system_t), intent(in) :: units
     type(error_t), allocatable, intent(out) :: error
     integer :: unit, status, closing, row
+    character(:), allocatable :: why
 
+    why = why_left_alone(path, head_line(table, units), "table of these columns")
+    if (why /= "") then
+      call fail(error, "result file '"//path//"': "//why)
+      return
+    end if
     open (newunit=unit, file=path, status="replace", action="write", iostat=status)
     if (status == 0) then
       write (unit, "(a)", iostat=status) head_line(table, units)

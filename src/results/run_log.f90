@@ -5,12 +5,11 @@ module run_log
   use kinds, only: wp
   use errors, only: error_t, fail
   use timer, only: timer_t, watch_seconds
-  use system_files, only: kind_of_file
-  use provenance, only: provenance_lines, provenance_t, log_mark
+  use provenance, only: provenance_lines, provenance_t
   implicit none
   private
 
-  public :: run_log_t, timings_t, is_other_file, open_log, close_log, log_line, log_header
+  public :: run_log_t, timings_t, open_log, close_log, log_line, log_header
   public :: log_progress, log_timings, ns_per_element_step
 
   !> What a run cost. The stopwatches must not overlap: they are the effects of the step.
@@ -39,22 +38,6 @@ module run_log
   end interface
 
 contains
-
-  !> Is there a file of this name that is no log of this program? Told by its first line; not of one
-  !! that is empty or cannot be read.
-  logical function is_other_file(path)
-    character(*), intent(in) :: path
-    character(len(log_mark)) :: line
-    integer :: unit, status
-
-    is_other_file = .false.
-    if (kind_of_file(path) /= "file") return
-    open (newunit=unit, file=path, action="read", status="old", iostat=status)
-    if (status /= 0) return
-    read (unit, "(a)", iostat=status) line
-    is_other_file = status == 0 .and. line /= log_mark
-    close (unit)
-  end function is_other_file
 
   !> Create the log file; its lines also go to standard output unless `is_quiet`.
   subroutine open_log(log, path, is_quiet, error, is_going_on)

@@ -12,10 +12,10 @@ STRIP = PROJECT / "input" / "tension_strip.key"
 UNLIKE = ("provenance", "timings")     # what two runs of the same may differ in
 
 
-def igaform(folder, *words, code=0, **options):
+def igaform(folder, *words, code=0, limit=300, **options):
     """What a run says; its exit code must be as expected."""
     done = subprocess.run([PROGRAM, *map(str, words), "--quiet"], cwd=folder, text=True,
-                          capture_output=True, timeout=300, **options)
+                          capture_output=True, timeout=limit, **options)
     assert done.returncode == code, f"{words}: exit code {done.returncode}, not {code}\n" \
                                     f"{done.stdout}{done.stderr}"
     assert "Backtrace" not in done.stderr, done.stderr

@@ -16,6 +16,7 @@ import h5py
 from common import (PROJECT, STRIP, begin, check_same, datasets, deck, igaform, n_rows, opens,
                     run_all, wait_for)
 
+STABILITY = PROJECT / "input" / "stability"
 SMALL = ["--set", "n_x=4", "--set", "n_y=2", "--set", "end_time=2e-4", "--threads", "1"]
 
 
@@ -187,6 +188,59 @@ def what_others_made_is_left_alone(folder):
     assert now == before, set(now) ^ set(before)
 
 
+PULL = """*MATERIAL, NAME=steel
+*DENSITY
+7.85e-9
+*ELASTIC
+210000, 0.3
+*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=2
+0.01
+"""
+
+
+def texts_of_others_are_left_alone(folder):
+    """One rule for each text that is written: a file of somebody, a link to it, a pipe, a folder
+    stay as they are; what igaform has written, or an empty file, is replaced."""
+    (folder / "law.f").write_text((STABILITY / "fails_beyond.f").read_text())
+    (folder / "list.txt").write_text("nowhere.key --out n.h5\n")
+    (folder / "pull.key").write_text(PULL)
+    user_law = [STABILITY / "user_law.key", "--user", "law.f", "--threads", 1, "--out", "u.h5"]
+    words = {"u.msg": user_law,
+             "u.log": [STRIP, *SMALL, "--out", "u.h5"],
+             "n.err": ["batch", "list.txt"], "list_summary.csv": ["batch", "list.txt"],
+             "m-pull.csv": ["material", "pull.key", "--out", "m.h5"],
+             "b.igs": ["iges", STRIP, "--out", "b.igs"]}
+    for name, command in words.items():
+        place, mine = folder / name, folder / "mine.txt"
+        mine.write_text("mine\n")
+        for kind in ("file", "link", "pipe", "folder"):
+            {"file": lambda: place.write_text("mine\n"), "folder": place.mkdir,
+             "link": lambda: place.symlink_to("mine.txt"), "pipe": lambda: os.mkfifo(place)}[kind]()
+            before = place.lstat().st_ino
+            said = igaform(folder, *command, code=2 if name == "m-pull.csv" else 1, limit=20)
+            assert "left alone" in said and name in said, (name, kind, said)
+            assert mine.read_text() == "mine\n" and place.lstat().st_ino == before, (name, kind)
+            assert kind != "file" or place.read_text() == "mine\n", name
+            assert name[0] != "u" or not (folder / "u.h5").exists(), (name, kind)
+            place.rmdir() if kind == "folder" else place.unlink()
+        code = {"u.msg": 2, "n.err": 1, "list_summary.csv": 1}.get(name, 0)
+        place.touch()
+        mine.unlink()
+        igaform(folder, *command, code=code)
+        if name == "u.msg":       # nothing was written to unit 7
+            assert not place.exists()
+            place.write_text("igaform: messages of the user's subroutines (unit 7)\nold\n")
+        else:                     # by another name, and by a link that stays one
+            mine.write_bytes(place.read_bytes())
+            place.unlink()
+            place.symlink_to("mine.txt")
+        igaform(folder, *command, code=code)
+        assert name == "u.msg" or place.is_symlink() and mine.stat().st_size > 10, name
+        place.unlink(missing_ok=True)
+        for left in ("u.h5", "u.ckpt.h5"):
+            (folder / left).unlink(missing_ok=True)
+
+
 def a_link_to_the_result_stays(folder):
     """To a disk with more room, say: result and checkpoint are where the links lead to."""
     (folder / "far").mkdir()
@@ -293,7 +347,8 @@ if __name__ == "__main__":
             a_checkpoint_that_finds_no_room_leaves_the_one_before,
             folders_that_cannot_be_written, a_folder_that_is_sealed_under_way,
             an_include_that_vanished, an_empty_file_may_be_replaced,
-            what_others_made_is_left_alone, a_link_to_the_result_stays,
+            what_others_made_is_left_alone, texts_of_others_are_left_alone,
+            a_link_to_the_result_stays,
             a_disk_that_is_full_for_a_while, what_a_killed_run_began_goes_away,
             a_deleted_result, a_replaced_result, a_disk_that_is_full_at_the_start,
             names_do_not_reach_a_shell)

@@ -1,0 +1,127 @@
+!> The files with messages beside a result: NAME.msg of a user's subroutines, NAME.err of a run in
+!! a batch. Their first line tells who wrote them; one with nothing behind it goes at the end.
+module message_files
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use errors, only: error_t, fail
+  use output_guard, only: why_left_alone
+  use system_files, only: remove_file, true_path
+  implicit none
+  private
+
+  public :: check_message_file, open_message_file, close_message_file
+  public :: error_file_fault, begin_error_file, end_error_file, first_error
+
+  integer, parameter :: message_unit = 7   ! where subroutines of users write messages
+  character(*), parameter :: message_mark = "igaform: messages of the user's subroutines (unit 7)"
+  character(*), parameter :: error_mark = "igaform batch: messages of "
+
+contains
+
+  !> Fails if a file is there that is no such file of this program.
+  subroutine check_message_file(path, error)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: why
+
+    why = why_left_alone(path, message_mark, "file with messages")
+    if (why /= "") call fail(error, "message file '"//path//"': "//why)
+  end subroutine check_message_file
+
+  !> Let what subroutines write to unit 7 go to a file beside the result, behind what is there if
+  !! the run is taken up again. Where that file cannot be written the messages are lost, and a
+  !! warning says so. To be called behind `check_message_file`.
+  subroutine open_message_file(path, is_going_on)
+    character(*), intent(in) :: path
+    logical, intent(in) :: is_going_on
+    character(256) :: message
+    integer :: status, n_bytes
+
+    if (is_going_on) then
+      open (unit=message_unit, file=path, action="write", position="append", iostat=status, &
+            iomsg=message)
+    else
+      open (unit=message_unit, file=path, action="write", status="replace", iostat=status, &
+            iomsg=message)
+    end if
+    if (status == 0) then
+      inquire (unit=message_unit, size=n_bytes)
+      if (n_bytes == 0) write (message_unit, "(a)") message_mark
+      return
+    end if
+    write (error_unit, "(a)") "igaform: warning: message file '"//path//"': "//trim(message)// &
+      "; what is written to unit 7 is lost"
+    open (unit=message_unit, status="scratch", iostat=status)
+  end subroutine open_message_file
+
+  !> Close that file, and remove it if nothing was written.
+  subroutine close_message_file()
+    logical :: is_open, has_name
+    character(4096) :: path
+    integer :: n_bytes
+
+    inquire (unit=message_unit, opened=is_open, named=has_name, name=path)
+    if (.not. is_open) return
+    flush (message_unit)
+    inquire (unit=message_unit, size=n_bytes)
+    close (message_unit)
+    if (has_name .and. n_bytes <= len(message_mark) + 1) call remove_file(true_path(trim(path)))
+  end subroutine close_message_file
+
+  !> Why the file for what a run of a batch has to say cannot be written; empty if nothing is known
+  !! against it.
+  function error_file_fault(path) result(why)
+    character(*), intent(in) :: path
+    character(:), allocatable :: why
+
+    why = why_left_alone(path, error_mark, "file with messages")
+    if (why /= "") why = "'"//path//"' for its messages: "//why
+  end function error_file_fault
+
+  !> Begin the file for what a run of a batch has to say; nothing is done where that is not
+  !! possible, which shows when the run is started.
+  subroutine begin_error_file(path, command)
+    character(*), intent(in) :: path
+    character(*), intent(in) :: command     !! line of the run
+    integer :: unit, status
+
+    open (newunit=unit, file=path, action="write", status="replace", iostat=status)
+    if (status /= 0) return
+    write (unit, "(a)", iostat=status) error_mark//command
+    close (unit, iostat=status)
+  end subroutine begin_error_file
+
+  !> Remove the file if the run had nothing to say.
+  subroutine end_error_file(path, command)
+    character(*), intent(in) :: path, command
+    integer :: n_bytes
+
+    inquire (file=path, size=n_bytes)
+    if (n_bytes <= len(error_mark//command) + 1) call remove_file(true_path(path))
+  end subroutine end_error_file
+
+  !> The first line of such a file that tells of an error, without the program's name.
+  function first_error(path) result(message)
+    character(*), intent(in) :: path
+    character(:), allocatable :: message
+    character(1024) :: line
+    integer :: unit, status, place
+
+    message = ""
+    if (why_left_alone(path, error_mark, "") /= "") return
+    open (newunit=unit, file=path, action="read", status="old", iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, "(a)", iostat=status) line
+      if (status /= 0) exit
+      if (index(line, error_mark) == 1) cycle
+      if (message == "" .and. index(line, "warning:") == 0) message = trim(line)
+      place = index(line, "error: ")
+      if (place == 0) cycle
+      message = trim(line)
+      if (index(line, "igaform: error: ") == 1) message = trim(line(place + 7:))
+      exit
+    end do
+    close (unit)
+  end function first_error
+
+end module message_files
