@@ -11,6 +11,7 @@ module check_report
   use step_control, only: step_control_t, new_step_control, next_step
   use step_report, only: effect_names
   use run_forecast, only: forecast_seconds
+  use bar_torsion, only: torsion_warning
   implicit none
   private
 
@@ -23,9 +24,11 @@ contains
     type(model_t), intent(inout) :: model   !! some steps of it are taken
     type(step_control_t) :: control
     type(string_t), allocatable :: effects(:)
+    character(:), allocatable :: warning
     real(wp) :: n_steps, seconds
     integer :: i
 
+    warning = torsion_warning(model)
     control = new_step_control(model)
     n_steps = (model%step%end_time + sum(model%later_steps%step%end_time)) &
               /next_step(control, 0.0_wp, model%rate)
@@ -53,6 +56,7 @@ contains
     print "(a)", "steps            about "//rounded_text(n_steps)
     seconds = forecast_seconds(model, n_steps)   ! not in a PRINT: a user's law may write as well
     print "(a)", "run time         about "//rounded_text(seconds)//" s where nothing else runs"
+    if (warning /= "") print "(a)", warning
   end subroutine print_check
 
   subroutine print_patch(patch)

@@ -9,7 +9,7 @@ module modes_report
   implicit none
   private
 
-  public :: print_modes
+  public :: print_modes, prescribed_components
 
   !> Free components that one may ask for: the matrix of so many takes 0.2 GB, its eigenvalues
   !! minutes.

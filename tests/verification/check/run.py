@@ -127,6 +127,45 @@ def modes_are_listed_as_asked(folder):
     assert out == "" and "at most 5000 free components" in err, (out, err)
 
 
+BAR = """*PARAMETER
+n = 1
+*MATERIAL, NAME=steel
+*DENSITY
+7.85e-9
+*ELASTIC
+210000, 0.3
+*BLANK, MATERIAL=steel, TYPE=BOX, RULE=FULL
+x, 0, 100, 2, 12
+y, 0, 10, 2, <n>
+z, 0, 10, 2, <n>
+*BOUNDARY
+X_MIN, ENCASTRE
+*DYNAMIC, EXPLICIT
+1e-6
+"""
+
+
+def bars_of_few_elements_are_told(folder):
+    """The loss that --check tells, and the frequency of torsion, which is the fifth, behind two
+    pairs of bending; no word where a plane of symmetry holds the bar."""
+    exact = np.sqrt(210000 / 2.6 / 7.85e-9 * 0.1406 * 6) / 400
+    deck = folder / "bar.key"
+    for n, told in (1, 29), (3, 11), (4, None):
+        deck.write_text(BAR)
+        out = igaform(folder, deck, "--check", "--set", f"n={n}")[0]
+        losses = re.findall(r"^warning: .*torsion are about (\d+) % too low", out, re.M)
+        assert losses == ([str(told)] if told else []), out
+        if n == 3:
+            rows = igaform(folder, deck, "--modes", 5, "--set", f"n={n}")[0].splitlines()[1:]
+            torsion = float(rows[4].split()[1])
+            assert 0.02 < 1 - torsion / exact < 0.13, torsion / exact
+    for held in "Y_MIN, YSYMM\n", "ALL, ZSYMM\n":
+        deck.write_text(BAR.replace("*DYNAMIC", "*BOUNDARY\n" + held + "*DYNAMIC"))
+        assert "warning" not in igaform(folder, deck, "--check")[0], held
+    deck.write_text(BAR.replace("*DYNAMIC", "*BOUNDARY\nX_MAX, ENCASTRE\n*DYNAMIC"))
+    assert "torsion" in igaform(folder, deck, "--check")[0]
+
+
 def threads_wait_shortly_unless_told(folder):
     """Looked at while the program waits for a deck from a pipe."""
     os.mkfifo(folder / "deck")
@@ -169,6 +208,7 @@ def wait_for(condition):
 if __name__ == "__main__":
     for test in (counts_are_those_of_the_run, more_mass_makes_steps_longer,
                  steps_of_the_deck_add_up, patches_are_told_one_by_one, modes_are_listed_as_asked,
+                 bars_of_few_elements_are_told,
                  threads_wait_shortly_unless_told):
         with tempfile.TemporaryDirectory() as place:
             test(pathlib.Path(os.path.realpath(place)))

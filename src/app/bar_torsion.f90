@@ -1,0 +1,203 @@
+!> Is the blank a bar whose masses make its torsion slow? Told by `igaform --check`.
+!!
+!! A row-sum mass puts the mass of an element's inside onto its faces: the second moments of a
+!! section of few elements are too large (by 1 + (p + 1)/n^2 or so with n elements of degree p), and
+!! with them the polar inertia that torsion has to turn.
+module bar_torsion
+  use kinds, only: wp
+  use text, only: to_text
+  use symmetric_eigen, only: principal_values
+  use vector_product, only: cross
+  use ig_patch, only: ig_patch_t
+  use point_volumes, only: jacobian_at, determinant
+  use nurbs_solid, only: nurbs_solid_t
+  use vibration, only: fixed_t
+  use blank, only: blank_t
+  use model, only: model_t
+  use modes_report, only: prescribed_components
+  implicit none
+  private
+
+  public :: torsion_warning
+
+  real(wp), parameter :: slender = 4.0_wp    !! length over the larger width of a bar
+  real(wp), parameter :: allowed = 0.1_wp    !! of the frequency of torsion that the masses may take
+
+  !> Second moments of the mass about its centre.
+  type :: moments_t
+    real(wp) :: mass = 0.0_wp
+    real(wp) :: centre(3) = 0.0_wp
+    real(wp) :: second(6) = 0.0_wp    !! 11 22 33 12 13 23
+  end type moments_t
+
+contains
+
+  !> What to say of a bar that can twist and whose frequencies of torsion the masses lower by more
+  !! than a tenth; empty otherwise.
+  function torsion_warning(model) result(warning)
+    type(model_t), intent(in) :: model
+    character(:), allocatable :: warning
+    type(moments_t) :: lumped, exact
+    real(wp) :: axis(3), length, loss
+
+    warning = ""
+    associate (blank => model%bodies%blank)
+      if (any(blank%parts%patch%plane%kernel > 0)) return
+      lumped = lumped_moments(blank)
+      call find_axis(lumped, axis, length)
+      if (length <= 0.0_wp) return
+      exact = exact_moments(blank)
+      loss = 1.0_wp - sqrt(polar_moment(exact, axis)/polar_moment(lumped, axis))
+      if (loss <= allowed) return
+      if (is_held(blank, prescribed_components(model), lumped%centre, axis, length)) return
+      warning = "warning: blank '"//blank%name//"' is a bar with few elements across: its "// &
+                "lumped masses lie so far out that its frequencies of torsion are about "// &
+                to_text(nint(100*loss))//" % too low; more elements across cure it"
+    end associate
+  end function torsion_warning
+
+  !> Of the masses of the control points.
+  pure function lumped_moments(blank) result(moments)
+    type(blank_t), intent(in) :: blank
+    type(moments_t) :: moments
+    integer :: p, i, j, k
+
+    do p = 1, size(blank%parts)
+      associate (body => blank%parts(p))
+        do k = 1, size(body%mass, 3)
+          do j = 1, size(body%mass, 2)
+            do i = 1, size(body%mass, 1)
+              call add_point(body%mass(i, j, k), body%motion%x(i, j, k, :), moments)
+            end do
+          end do
+        end do
+      end associate
+    end do
+    call finish(moments)
+  end function lumped_moments
+
+  !> Of the volume, of unit density, by the points of the elements.
+  function exact_moments(blank) result(moments)
+    type(blank_t), intent(in) :: blank
+    type(moments_t) :: moments
+    integer :: p
+
+    do p = 1, size(blank%parts)
+      call add_patch(blank%parts(p)%patch, blank%parts(p)%solid, moments)
+    end do
+    call finish(moments)
+  end function exact_moments
+
+  !> A sum for each layer of elements, for threads; then over them in one order.
+  subroutine add_patch(patch, solid, moments)
+    type(ig_patch_t), intent(in) :: patch
+    type(nurbs_solid_t), intent(in) :: solid
+    type(moments_t), intent(inout) :: moments
+    type(moments_t) :: slices(patch%axes(1)%n_elements)
+    real(wp) :: j(3, 3), x(3), weight
+    integer :: e1, e2, e3, q1, q2, q3, n
+
+    !$omp parallel do schedule(static) private(e2, e3, q1, q2, q3, j, x, weight)
+    do e1 = 1, patch%axes(1)%n_elements
+      do e3 = 1, patch%axes(3)%n_elements
+        do e2 = 1, patch%axes(2)%n_elements
+          do q3 = 1, patch%axes(3)%n_points
+            do q2 = 1, patch%axes(2)%n_points
+              do q1 = 1, patch%axes(1)%n_points
+                call jacobian_at(patch, solid, [e1, e2, e3], [q1, q2, q3], j, x)
+                weight = patch%axes(1)%weights(q1)*patch%axes(2)%weights(q2) &
+                         *patch%axes(3)%weights(q3)
+                call add_point(determinant(j)*weight, x, slices(e1))
+              end do
+            end do
+          end do
+        end do
+      end do
+    end do
+    !$omp end parallel do
+    do n = 1, size(slices)
+      moments%mass = moments%mass + slices(n)%mass
+      moments%centre = moments%centre + slices(n)%centre
+      moments%second = moments%second + slices(n)%second
+    end do
+  end subroutine add_patch
+
+  !> Add moments about the origin.
+  pure subroutine add_point(mass, x, moments)
+    real(wp), intent(in) :: mass, x(3)
+    type(moments_t), intent(inout) :: moments
+
+    moments%mass = moments%mass + mass
+    moments%centre = moments%centre + mass*x
+    moments%second = moments%second + mass*[x**2, x(1)*x(2), x(1)*x(3), x(2)*x(3)]
+  end subroutine add_point
+
+  !> From sums about the origin to means about the centre.
+  pure subroutine finish(moments)
+    type(moments_t), intent(inout) :: moments
+
+    moments%centre = moments%centre/moments%mass
+    associate (x => moments%centre)
+      moments%second = moments%second/moments%mass - [x**2, x(1)*x(2), x(1)*x(3), x(2)*x(3)]
+    end associate
+  end subroutine finish
+
+  !> The axis of a bar and its length, as that of a box; no length where it is no bar.
+  pure subroutine find_axis(moments, axis, length)
+    type(moments_t), intent(in) :: moments
+    real(wp), intent(out) :: axis(3), length
+    real(wp) :: values(3), directions(3, 3)
+    integer :: long
+
+    call principal_values(moments%second, values, directions)
+    long = maxloc(values, 1)
+    axis = directions(:, long)
+    values = sqrt(12.0_wp*max(values, 0.0_wp))
+    length = values(long)
+    if (length < slender*maxval(values, [1, 2, 3] /= long)) length = 0.0_wp
+  end subroutine find_axis
+
+  !> Second moment about an axis through the centre, over the mass.
+  pure real(wp) function polar_moment(moments, axis)
+    type(moments_t), intent(in) :: moments
+    real(wp), intent(in) :: axis(3)
+
+    associate (s => moments%second, a => axis)
+      polar_moment = sum(s(:3)) - sum(s(:3)*a**2) - 2.0_wp*(s(4)*a(1)*a(2) + s(5)*a(1)*a(3) &
+                                                            + s(6)*a(2)*a(3))
+    end associate
+  end function polar_moment
+
+  !> Do supports keep the bar from twisting all along, in each quarter of its length? Those of a
+  !! plane of symmetry do, clamps at its ends do not.
+  pure logical function is_held(blank, fixed, centre, axis, length)
+    type(blank_t), intent(in) :: blank
+    type(fixed_t), intent(in) :: fixed(:)      !! prescribed components, by patch
+    real(wp), intent(in) :: centre(3), axis(3), length
+    integer, parameter :: n_pieces = 4
+    real(wp), parameter :: round_off = 1.0e-6_wp
+    logical :: is_piece_held(n_pieces)
+    real(wp) :: turn(3), along
+    integer :: p, i, j, k, piece
+
+    is_piece_held = .false.
+    do p = 1, size(blank%parts)
+      associate (x => blank%parts(p)%motion%x)
+        do k = 1, size(x, 3)
+          do j = 1, size(x, 2)
+            do i = 1, size(x, 1)
+              turn = cross(axis, x(i, j, k, :) - centre)
+              if (.not. any(fixed(p)%is_fixed(i, j, k, :) &
+                            .and. abs(turn) > round_off*length)) cycle
+              along = 0.5_wp + dot_product(axis, x(i, j, k, :) - centre)/length
+              piece = max(1, min(n_pieces, 1 + floor(n_pieces*along)))
+              is_piece_held(piece) = .true.
+            end do
+          end do
+        end do
+      end associate
+    end do
+    is_held = all(is_piece_held)
+  end function is_held
+
+end module bar_torsion
