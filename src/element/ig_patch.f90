@@ -79,6 +79,9 @@ module ig_patch
     real(wp), allocatable :: element_size(:, :)
     real(wp) :: time = 0.0_wp                      !! of the last force evaluation
     integer :: increment = 0                       !! force evaluations so far
+    integer :: step = 1                            !! of the deck, under way
+    real(wp) :: step_start = 0.0_wp                !! time at which it began
+    integer :: before_step = 0                     !! force evaluations before it
     integer :: n_before = 0                        !! elements of the patches before, in numbers
     type(viscosity_t) :: viscosity
     type(tile_t), allocatable :: tiles(:)

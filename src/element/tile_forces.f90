@@ -207,7 +207,9 @@ contains
     integer :: q, lanes(2)
 
     context%time = patch%time
-    context%increment = patch%increment + 1
+    context%step_time = patch%time - patch%step_start
+    context%step = patch%step
+    context%increment = patch%increment - patch%before_step + 1
     do q = 1, patch%axes(3)%n_points
       lanes = n_lanes*(q - 1) + [1, n_lanes]
       context%element(lanes(1):lanes(2)) = patch%n_before + patch%lanes%element(:, b) &

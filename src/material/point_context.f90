@@ -11,7 +11,9 @@ module point_context
   type :: point_context_t
     integer :: n = 0                             !! points of the row
     real(wp) :: time = 0.0_wp                    !! total time at the start of the increment
-    integer :: increment = 0                     !! number of the increment, from 1
+    real(wp) :: step_time = 0.0_wp               !! the same since the step of the deck began
+    integer :: step = 1                          !! number of the step of the deck
+    integer :: increment = 0                     !! number of the increment in it, from 1
     integer, allocatable :: element(:)           !! element number, from 1, shape (n)
     integer, allocatable :: point(:)             !! integration point number, from 1, shape (n)
     logical, allocatable :: is_owner(:)          !! false: a lane that repeats an element

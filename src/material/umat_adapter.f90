@@ -30,8 +30,8 @@ module umat_adapter
 
   !> One increment of one point.
   type :: increment_t
-    integer :: element = 0, point = 0, number = 0
-    real(wp) :: time = 0.0_wp, dt = 0.0_wp, length = 0.0_wp
+    integer :: element = 0, point = 0, step = 1, number = 0
+    real(wp) :: step_time = 0.0_wp, time = 0.0_wp, dt = 0.0_wp, length = 0.0_wp
     real(wp) :: dstrain(6) = 0.0_wp, place(3) = 0.0_wp
     real(wp), dimension(3, 3) :: rotation = identity, f0 = identity, f1 = identity
   end type increment_t
@@ -69,6 +69,7 @@ contains
     if (present(spin)) turn = spin
     context = new_point_context(n)
     context%time = unknown
+    context%step_time = unknown
     context%f0 = unknown
     context%f1 = unknown
     context%place = unknown
@@ -92,6 +93,8 @@ contains
 
     ok = .true.
     increment%time = context%time
+    increment%step_time = context%step_time
+    increment%step = context%step
     increment%dt = dt
     increment%number = context%increment
     do l = 1, context%n
@@ -141,6 +144,7 @@ contains
       do i = 1, n_parts
         if (n_parts > 1) then
           part%time = increment%time + (i - 1)*part%dt
+          part%step_time = increment%step_time + (i - 1)*part%dt
           part%f0 = increment%f0 + (increment%f1 - increment%f0)*(i - 1)/n_parts
           part%f1 = increment%f0 + (increment%f1 - increment%f0)*i/n_parts
           stress = rotated_stress(part%rotation, stress)
@@ -179,12 +183,12 @@ contains
     pnewdt = 1.0_wp
     call self%umat(stress, statev, tangent, energies(1), energies(2), energies(3), heat(1), &
                    stress_by_temperature, heat_by_strain, heat(2), strain, increment%dstrain, &
-                   [increment%time, increment%time], increment%dt, 0.0_wp, 0.0_wp, zeros, &
+                   [increment%step_time, increment%time], increment%dt, 0.0_wp, 0.0_wp, zeros, &
                    zeros, self%name, 3_c_int, 3_c_int, 6_c_int, int(self%n_statv, c_int), &
                    self%props, int(self%n_props, c_int), increment%place, increment%rotation, &
                    pnewdt, increment%length, increment%f0, increment%f1, &
                    int(increment%element, c_int), int(increment%point, c_int), 1_c_int, 1_c_int, &
-                   [1_c_int, 0_c_int, 0_c_int, 0_c_int], int(increment%number, c_int), &
+                   int([increment%step, 0, 0, 0], c_int), int(increment%number, c_int), &
                    int(name_length, c_size_t))
     is_refused = pnewdt < 1.0_wp
     state(:self%n_statv) = statev(:self%n_statv)
@@ -196,13 +200,14 @@ contains
   !> Elastic moduli for the stable step from one call without strain: the largest diagonal values
   !! of DDSDDE bound the speeds of waves along the axes. Both are 0 where DDSDDE does not come back
   !! positive.
-  subroutine umat_moduli(law, dt, point, state, bulk, shear, is_stiff)
+  subroutine umat_moduli(law, dt, point, state, bulk, shear, is_stiff, is_finite)
     type(umat_adapter_t), intent(in) :: law
     real(wp), intent(in) :: dt                       !! a short increment
     type(first_point_t), intent(in) :: point
     real(wp), intent(in) :: state(:)                 !! STATEV at the start
     real(wp), intent(out) :: bulk, shear
     logical, intent(out), optional :: is_stiff(6)    !! DDSDDE is positive for 11, 22, 33, 12 ...
+    logical, intent(out), optional :: is_finite      !! all that came back is
     type(increment_t) :: increment
     real(wp) :: stress(6), values(law%n_state), tangent(6, 6)
     logical :: is_refused, ok
@@ -222,6 +227,7 @@ contains
     call leave_user_call()
     bulk = 0.0_wp
     shear = 0.0_wp
+    if (present(is_finite)) is_finite = ok .and. all(ieee_is_finite(tangent))
     if (present(is_stiff)) is_stiff = [(tangent(i, i) > 0.0_wp, i=1, 6)]
     if (.not. all([(tangent(i, i) > 0.0_wp, i=1, 6)])) return
     if (.not. all(abs(tangent) <= huge(1.0_wp))) return

@@ -135,15 +135,16 @@ contains
     real(wp), intent(in) :: state(:)         !! all that the law keeps for the point
     real(wp), intent(out) :: bulk, shear
     type(error_t), allocatable, intent(out) :: error
-    logical :: is_stiff(6)
+    logical :: is_stiff(6), is_finite
 
     select type (law)
     type is (umat_adapter_t)
-      call umat_moduli(law, dt, point, state(:law%n_statv), bulk, shear, is_stiff)
-      call check_moduli("DDSDDE at the start", is_stiff, bulk, shear, error)
+      call umat_moduli(law, dt, point, state(:law%n_statv), bulk, shear, is_stiff, is_finite)
+      call check_moduli("DDSDDE at the start", is_stiff, is_finite, bulk, shear, error)
     type is (vumat_adapter_t)
-      call vumat_moduli(law, dt, point, state(:law%n_statv), bulk, shear, is_stiff)
-      call check_moduli("the stress of small strains at time 0", is_stiff, bulk, shear, error)
+      call vumat_moduli(law, dt, point, state(:law%n_statv), bulk, shear, is_stiff, is_finite)
+      call check_moduli("the stress of small strains at time 0", is_stiff, is_finite, bulk, &
+                        shear, error)
     class default
       bulk = law%bulk
       shear = law%shear
@@ -151,14 +152,17 @@ contains
   end subroutine find_moduli
 
   !> A law that leaves out components is one for shells or for plane problems.
-  subroutine check_moduli(source, is_stiff, bulk, shear, error)
+  subroutine check_moduli(source, is_stiff, is_finite, bulk, shear, error)
     character(*), intent(in) :: source
-    logical, intent(in) :: is_stiff(6)
+    logical, intent(in) :: is_stiff(6), is_finite
     real(wp), intent(in) :: bulk, shear
     type(error_t), allocatable, intent(out) :: error
     character(2), parameter :: names(6) = ["11", "22", "33", "12", "13", "23"]
 
-    if (any(is_stiff) .and. .not. all(is_stiff)) then
+    if (.not. is_finite) then
+      call fail(error, "material: the first call of the user's subroutine returns values that "// &
+                "are no finite numbers (NaN or infinity), looking for "//source)
+    else if (any(is_stiff) .and. .not. all(is_stiff)) then
       call fail(error, "material: "//source//" is positive for the components "// &
                 joined(strings(pack(names, is_stiff)), ", ")//" but not for "// &
                 joined(strings(pack(names, .not. is_stiff)), ", ")//", as in a law for shells, "// &

@@ -31,7 +31,7 @@ module vumat_adapter
   !! 11, 22, 33, 12, 23, 31, 21, 32, 13. There are zeros behind the state variables.
   type :: block_t
     integer :: n = 0
-    real(wp) :: step_time = 0.0_wp, dt = 0.0_wp
+    real(wp) :: step_time = 0.0_wp, total_time = 0.0_wp, dt = 0.0_wp
     integer, allocatable :: jblock(:), jinfo(:)
     real(wp), allocatable, dimension(:) :: density, length, dt_array
     real(wp), allocatable, dimension(:, :) :: place, strain, spin, stretch_old, stretch_new, &
@@ -118,7 +118,8 @@ contains
     lanes = pack([(l, l=first, last)], context%is_owner(first:last))
     if (size(lanes) == 0) return
     block = new_block(self, size(lanes), context%element(lanes), context%point(first))
-    block%step_time = context%time + dt
+    block%step_time = context%step_time + dt
+    block%total_time = context%time + dt
     block%dt = dt
     block%dt_array = dt
     do i = 1, size(lanes)
@@ -213,7 +214,7 @@ contains
     call enter_user_call(int(block%jblock(5), c_int), int(block%jblock(2), c_int))
     call self%vumat(int(block%jblock, c_int), 3_c_int, 3_c_int, int(self%n_statv, c_int), 0_c_int, &
                     int(self%n_props, c_int), int(block%jinfo, c_int), block%step_time, &
-                    block%step_time, block%dt_array, self%name, block%place, block%length, &
+                    block%total_time, block%dt_array, self%name, block%place, block%length, &
                     self%props, block%density, block%strain, block%spin, temperature_old, &
                     block%stretch_old, block%gradient_old, field_old, block%stress_old, &
                     block%state_old, block%energy_old(1, 1), block%energy_old(1, 2), &
@@ -226,13 +227,14 @@ contains
 
   !> The call before the run that Abaqus makes, too: time 0, one small strain for each component.
   !! Its stress gives the elastic moduli for the stable step; both are 0 if it makes no sense.
-  subroutine vumat_moduli(law, dt, point, state, bulk, shear, is_stiff)
+  subroutine vumat_moduli(law, dt, point, state, bulk, shear, is_stiff, is_finite)
     type(vumat_adapter_t), intent(in) :: law
     real(wp), intent(in) :: dt                       !! a short increment
     type(first_point_t), intent(in) :: point
     real(wp), intent(in) :: state(:)                 !! STATEV at the start
     real(wp), intent(out) :: bulk, shear
     logical, intent(out), optional :: is_stiff(6)    !! the stress is positive, 11, 22, 33, 12 ...
+    logical, intent(out), optional :: is_finite      !! all that came back is
     real(wp), parameter :: strain = 1.0e-8_wp
     type(block_t) :: block
     real(wp) :: f(3, 3), stiffness(6)
@@ -256,6 +258,7 @@ contains
     end do
     call call_vumat(law, block, ok)
     call leave_user_call()
+    if (present(is_finite)) is_finite = ok
     bulk = 0.0_wp
     shear = 0.0_wp
     stiffness = [(block%stress_new(i, i)/strain, i=1, 6)]

@@ -41,6 +41,13 @@ contains
     model%step = model%later_steps(1)%step
     model%output = model%later_steps(1)%output
     model%later_steps = model%later_steps(2:)
+    do i = 1, size(model%bodies%blank%parts)
+      associate (patch => model%bodies%blank%parts(i)%patch)
+        patch%step = model%i_step
+        patch%step_start = time
+        patch%before_step = patch%increment
+      end associate
+    end do
     call change_effects(model%i_step, model%step_starts, dt, model%bodies, model%timer, &
                         model%forces, model%later_forces, model%retired)
     call put_scaling_last(model%forces)

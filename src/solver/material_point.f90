@@ -5,17 +5,22 @@
 !! the law with slightly changed increments, so any law will do. Stress turns with the spin as in a
 !! forming run: T. J. R. Hughes and J. Winget, IJNME 15 (1980).
 module material_point
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
   use errors, only: error_t, fail
+  use text, only: to_text
   use block_law, only: block_law_t
   use point_context, only: point_context_t, new_point_context
   use tensor_rotation, only: rotate_by_spin
   use lapack, only: solve
   use user_law, only: set_initial_state
+  use user_call, only: user_law_t
   implicit none
   private
 
   public :: new_point, new_control, strain_to_frame, stress_to_frame, advance, plastic_strain
+
+  character(2), parameter :: components(6) = ["11", "22", "33", "12", "13", "23"]
 
   !> Where the point has come to. Components 11, 22, 33, 12, 13, 23, engineering shear strains.
   type, public :: material_point_t
@@ -168,8 +173,34 @@ contains
       trial = try(law, control, increment, point, full/2**cut)
       if (trial%is_good) return
     end do
-    call fail(error, "the law finds no stress")
+    call fail(error, why_refused(law, trial))
   end subroutine predict
+
+  !> Why the law has no answer that can be used.
+  function why_refused(law, trial) result(reason)
+    class(block_law_t), intent(in) :: law
+    type(trial_t), intent(in) :: trial    !! that is not good
+    character(:), allocatable :: reason
+    integer :: bad
+
+    reason = "the law finds no stress"
+    bad = findloc(ieee_is_finite(trial%stress), .false., 1)
+    if (bad > 0) then
+      reason = "the law returns no finite number (NaN or infinity) as stress "//components(bad)
+      return
+    end if
+    bad = findloc(ieee_is_finite(trial%state), .false., 1)
+    if (bad > law%n_state - law%n_hidden) then
+      reason = "the law returns no finite number (NaN or infinity) as an energy"
+    else if (bad > 0) then
+      reason = "the law returns no finite number (NaN or infinity) as state variable "//to_text(bad)
+    else
+      select type (law)
+      class is (user_law_t)
+        reason = reason//": it asks for a smaller increment (PNEWDT) even in 64 parts"
+      end select
+    end if
+  end function why_refused
 
   !> Newton's method with steps cut until they help.
   subroutine iterate(law, control, increment, point, trial, error)
@@ -203,7 +234,10 @@ contains
       if (cut > max_cuts) exit
       trial = next
     end do
-    if (before > loose*scale) call fail(error, "no strain increment meets the conditions")
+    if (before <= loose*scale) return
+    call fail(error, "no strain increment meets the conditions")
+    if (.not. is_solved) return
+    if (.not. next%is_good) error%message = error%message//": "//why_refused(law, next)
   end subroutine iterate
 
   !> Change of the conditions with the strain increment, by differences.
@@ -251,6 +285,7 @@ contains
       context%element = 1
       context%point = 1
       context%time = point%time
+      context%step_time = point%time
       context%increment = point%increment + 1
       context%f0(1, :) = pack(transpose(point%gradient), .true.)
       context%f1(1, :) = pack(transpose(end_gradient(point, dstrain, increment%spin)), .true.)

@@ -137,6 +137,7 @@ contains
       call carry_field(store, "push", size(patch%push), patch%push)
       call carry(store, "patch_time", patch%time)
       call carry(store, "increment", patch%increment)
+      call carry(store, "before_step", patch%before_step)
     end associate
   end subroutine carry_body
 

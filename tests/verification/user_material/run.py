@@ -193,6 +193,45 @@ def step_of(said):
     return float(re.search(r"stable step\D*([0-9.E+-]+)", said)[1])
 
 
+def steps(first, second, output="*OUTPUT, FRAMES=4, HISTORY=8\n", more=""):
+    """The body with two steps of the deck."""
+    start, _ = BODY.split("*DYNAMIC")
+    return start + "".join(f"*STEP\n*DYNAMIC, EXPLICIT\n{time}\n{output}{extra}*END STEP\n"
+                           for time, extra in ((first, ""), (second, more)))
+
+
+def times_know_the_steps_of_the_deck(bench):
+    body = "*CHECKPOINT, STEPS=21\n" + steps(1e-5, 6e-5)
+    _, stress, last = bench.values(deck(user("10000", 8), body), FILES / "given.f")
+    total, step, dt, number, increment = (last[..., k].ravel() for k in (1, 0, 2, 3, 4))
+    assert abs(total + dt - 7e-5).max() < 1e-15 and abs(total - step - 1e-5).max() < 1e-15
+    assert (number == 2).all() and abs(increment * dt / 6e-5 - 1).max() < 0.1, (increment, dt)
+    _, _, v = bench.values(deck(user("10000", 8, ", TYPE=VUMAT"), body), FILES / "given.f")
+    assert abs(v[..., 1] - 7e-5).max() < 1e-15 and abs(v[..., 0] - 6e-5).max() < 1e-15
+    (bench.folder / "stop_here").touch()
+    bench.run(deck(user("10000", 8), body), FILES / "given.f", result="cut.h5", code=2)
+    bench.says("XIT")
+    (bench.folder / "stop_here").unlink()
+    path = bench.folder / "cut.h5"
+    bench.run(deck(user("10000", 8), body), FILES / "given.f", result="cut.h5",
+              options=["--restart", "cut.ckpt.h5"])
+    with h5py.File(path) as file:
+        assert np.array_equal(file["points/statev"][...], last)
+        assert np.array_equal(file["points/stress"][...], stress)
+
+
+def values_that_are_no_numbers_are_named(bench):
+    test = "*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=4\n0.001\n"
+    for kind, words in ((3, "as stress 22"), (4, "PNEWDT"), (8, "as state variable 1"),
+                        (9, "as an energy")):
+        text = deck(user(f"210000, 0, 1, 3, {kind}, 1", 1), body="") + test
+        bench.run(text, FILES / "misbehaves.F", command=["material"], code=2)
+        bench.says("test pull: the law", words, "increment 3 of 4")
+    for kind in (10, 11):
+        bench.run(deck(user(f"210000, 0, 1, 0, {kind}", 1)), FILES / "misbehaves.F", code=1)
+        bench.says("the first call", "no finite numbers")
+
+
 def failures_name_element_and_point(bench):
     for kind, words in ((1, ["XIT"]), (2, ["STOP"]), (3, ["no finite number"]),
                         (4, ["PNEWDT", "64 parts"]), (5, ["crashed"]),
@@ -356,7 +395,8 @@ def libraries_are_kept_and_renewed(bench):
 def main(igaform):
     checks = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
               vumats_of_both_signatures, shared_data_run_in_order, states_start_as_told,
-              first_call_sees_the_state,
+              first_call_sees_the_state, times_know_the_steps_of_the_deck,
+              values_that_are_no_numbers_are_named,
               failures_name_element_and_point, faults_are_told, files_from_elsewhere,
               files_read_are_never_written,
               material_tests_know_names_and_starts,
