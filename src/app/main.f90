@@ -1,6 +1,5 @@
 !> igaform: explicit isogeometric analysis of sheet-metal forming, from a keyword deck.
 program main
-  use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use interrupt, only: watch_saves
   use thread_waiting, only: shorten_waiting
@@ -10,22 +9,17 @@ program main
   use rule_manual, only: rule_manual_text
   use batch, only: run_batch
   use exit_codes, only: exit_done, exit_input
+  use memory_end, only: watch_memory, leave
   use deck_run, only: run_deck
   use material_run, only: run_material_tests
   use iges_run, only: run_iges
   implicit none
 
-  interface
-    subroutine c_exit(code) bind(C, name="exit")
-      import :: c_int
-      integer(c_int), value :: code
-    end subroutine c_exit
-  end interface
-
   type(command_t) :: command
   integer :: code
 
   call shorten_waiting()   ! which may begin the program anew
+  call watch_memory()
   call watch_saves()
   call read_command_line(command)
   code = exit_done
@@ -52,6 +46,5 @@ program main
   end if
   flush (output_unit)
   flush (error_unit)
-  ! STOP would print its code; the C library's exit does not.
-  call c_exit(int(code, c_int))
+  call leave(code)
 end program main

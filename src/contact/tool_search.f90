@@ -37,6 +37,7 @@ contains
     call find_candidates(tool%codes, x, first, last)
     block
       integer :: near(last - first + 1)   ! not on the heap: searches are many
+      real(wp) :: bounds(last - first + 1)
 
       n = 0
       do i = first, last
@@ -47,7 +48,7 @@ contains
           near(n) = cell
         end associate
       end do
-      call search_cells(tool, x, near(:n), margin, is_corner_start, hit)
+      call search_cells(tool, x, margin, is_corner_start, near(:n), bounds(:n), hit)
     end block
     if (n == 0) hit%is_converged = .true.
     if (hit%face == 0 .or. hit%distance <= tool%search_distance) return
@@ -61,32 +62,34 @@ contains
     type(hit_t), intent(out) :: hit
     real(wp), parameter :: slack = 1.0_wp + 1.0e-12_wp   ! for round-off of bounds
     integer, allocatable :: near(:)
+    real(wp), allocatable :: bounds(:)   ! cells may be too many for a stack
     real(wp) :: enough
 
     associate (cell => tool%cells(nearest_leaf(tool%tree, x)))
       enough = norm2(x - place_on(tool, cell%face, 0.5_wp*(cell%low + cell%high)))
     end associate
     call collect_leaves(tool%tree, x, slack*enough + round_off*tool%scale, near)
-    call search_cells(tool, x, near, 0.0_wp, .false., hit)
+    allocate (bounds(size(near)))
+    call search_cells(tool, x, 0.0_wp, .false., near, bounds, hit)
   end subroutine search_all_faces
 
   !> Nearest of the local searches from some cells, in rising order of their bounds, until no other
   !! cell can matter.
-  pure subroutine search_cells(tool, x, cells, margin, is_corner_start, hit)
+  pure subroutine search_cells(tool, x, margin, is_corner_start, order, bounds, hit)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
-    integer, intent(in) :: cells(:)
     real(wp), intent(in) :: margin
     logical, intent(in) :: is_corner_start
+    integer, intent(inout), contiguous :: order(:)     !! the cells; disordered at the end
+    real(wp), intent(inout), contiguous :: bounds(:)   !! room for as many
     type(hit_t), intent(out) :: hit
     type(hit_t) :: way_out
-    real(wp) :: bounds(size(cells)), at(2)
-    integer :: i, n, n_left, order(size(cells)), n_iterations, face
+    real(wp) :: at(2)
+    integer :: i, n, n_left, n_iterations, face
 
-    n_left = size(cells)
-    order = cells
+    n_left = size(order)
     do i = 1, n_left
-      bounds(i) = distance_bound(tool%cells(cells(i))%territory, x)
+      bounds(i) = distance_bound(tool%cells(order(i))%territory, x)
     end do
     n_iterations = 0
     do while (n_left > 0)

@@ -50,8 +50,8 @@ contains
     integer(int64), intent(in), optional :: n_bytes   !! absent: all
     character(:), allocatable :: text
     type(checksum_t) :: checksum
-    integer(int32) :: words(block_words)
-    integer(int8) :: bytes(4*block_words)
+    integer(int32), allocatable :: words(:)   ! not on the stack, which may be small
+    integer(int8), allocatable :: bytes(:)
     integer(int64) :: left
     integer :: unit, status, n
 
@@ -62,6 +62,7 @@ contains
     if (status /= 0) return
     inquire (unit=unit, size=left)
     if (present(n_bytes)) left = n_bytes
+    allocate (words(block_words), bytes(4*block_words))
     do while (left > 0 .and. status == 0)
       n = int(min(left, int(size(bytes), int64)))
       bytes = 0_int8
@@ -79,10 +80,12 @@ contains
     character(*), intent(in) :: contents
     character(:), allocatable :: text
     type(checksum_t) :: checksum
-    integer(int32) :: words(block_words)
-    character(4*block_words) :: block
+    integer(int32), allocatable :: words(:)   ! not on the stack, which may be small
+    character(:), allocatable :: block
     integer :: first, n
 
+    allocate (words(block_words))
+    allocate (character(4*block_words) :: block)
     do first = 1, len(contents), len(block)
       n = min(len(block), len(contents) - first + 1)
       block(:n) = contents(first:first + n - 1)

@@ -38,7 +38,7 @@ module keyword_spec
     logical :: is_joinable = .false. !! may stand at the end of the line before, which is one line
     character(300) :: text = ""      !! meaning
     integer :: n_fields = 0
-    type(field_spec_t) :: fields(10)
+    type(field_spec_t), allocatable :: fields(:)
   end type line_spec_t
 
   !> One keyword.
@@ -48,8 +48,8 @@ module keyword_spec
     logical :: is_unique = .false.   !! may stand only once in a deck
     character(800) :: text = ""      !! meaning
     integer :: n_options = 0, n_lines = 0
-    type(field_spec_t) :: options(16)
-    type(line_spec_t) :: lines(12)
+    type(field_spec_t), allocatable :: options(:)
+    type(line_spec_t), allocatable :: lines(:)
     type(string_t), allocatable :: example(:)
   end type keyword_spec_t
 
@@ -67,14 +67,8 @@ contains
     character(*), intent(in) :: name, text
     character(*), intent(in), optional :: parent
     logical, intent(in), optional :: is_unique
-    type(keyword_spec_t) :: keyword
     type(keyword_spec_t), allocatable :: longer(:)
 
-    keyword%name = name
-    keyword%text = text
-    if (present(parent)) keyword%parent = parent
-    if (present(is_unique)) keyword%is_unique = is_unique
-    allocate (keyword%example(0))
     if (.not. allocated(table%items)) allocate (table%items(64))
     if (table%n_keywords == size(table%items)) then
       allocate (longer(2*table%n_keywords))
@@ -82,7 +76,13 @@ contains
       call move_alloc(longer, table%items)
     end if
     table%n_keywords = table%n_keywords + 1
-    table%items(table%n_keywords) = keyword
+    associate (keyword => table%items(table%n_keywords))
+      keyword%name = name
+      keyword%text = text
+      if (present(parent)) keyword%parent = parent
+      if (present(is_unique)) keyword%is_unique = is_unique
+      allocate (keyword%example(0), keyword%options(0), keyword%lines(0))
+    end associate
   end subroutine add_keyword
 
   !> Add an option; without a default it must be given unless `is_required` is false.
@@ -94,9 +94,9 @@ contains
     logical, intent(in), optional :: is_required
 
     associate (keyword => table%items(table%n_keywords))
-      keyword%n_options = keyword%n_options + 1
-      keyword%options(keyword%n_options) = new_field(name, kind, text, default, unit, range, &
-                                                     choices, is_required)
+      call append_field(keyword%options, new_field(name, kind, text, default, unit, range, &
+                                                   choices, is_required))
+      keyword%n_options = size(keyword%options)
     end associate
   end subroutine add_option
 
@@ -118,7 +118,9 @@ contains
     integer, intent(in), optional :: n_min, n_max
     logical, intent(in), optional :: is_repeated, is_joinable
     type(line_spec_t) :: line
+    type(line_spec_t), allocatable :: longer(:)
 
+    allocate (line%fields(0))
     line%text = text
     if (present(when)) line%when = when
     if (present(n_min)) line%n_min = n_min
@@ -127,7 +129,10 @@ contains
     if (present(is_joinable)) line%is_joinable = is_joinable
     associate (keyword => table%items(table%n_keywords))
       keyword%n_lines = keyword%n_lines + 1
-      keyword%lines(keyword%n_lines) = line
+      allocate (longer(keyword%n_lines))
+      longer(:keyword%n_lines - 1) = keyword%lines
+      longer(keyword%n_lines) = line
+      call move_alloc(longer, keyword%lines)
     end associate
   end subroutine add_line
 
@@ -141,12 +146,23 @@ contains
 
     associate (keyword => table%items(table%n_keywords))
       associate (line => keyword%lines(keyword%n_lines))
-        line%n_fields = line%n_fields + 1
-        line%fields(line%n_fields) = new_field(name, kind, text, default, unit, range, choices, &
-                                               is_required)
+        call append_field(line%fields, new_field(name, kind, text, default, unit, range, &
+                                                 choices, is_required))
+        line%n_fields = size(line%fields)
       end associate
     end associate
   end subroutine add_field
+
+  pure subroutine append_field(fields, field)
+    type(field_spec_t), allocatable, intent(inout) :: fields(:)
+    type(field_spec_t), intent(in) :: field
+    type(field_spec_t), allocatable :: longer(:)
+
+    allocate (longer(size(fields) + 1))
+    longer(:size(fields)) = fields
+    longer(size(longer)) = field
+    call move_alloc(longer, fields)
+  end subroutine append_field
 
   !> Add a line to the example of the keyword.
   pure subroutine add_example(table, line)

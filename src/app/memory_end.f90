@@ -1,0 +1,204 @@
+!> The end of the program where the system refuses memory.
+!!
+!! Fortran ends a program that gets no memory with words of its runtime and exit code 1, wherever
+!! no STAT= asks for a status: in ALLOCATE, but also in assignments, temporaries and automatic
+!! arrays, which have none. The linker leads the calls by which compiled Fortran asks for memory,
+!! and those by which it gives up, to this module (`--wrap` of GNU ld), so all of them are covered.
+!! Only a call that gives up ends the program: with STAT=, and in HDF5, which tells its errors
+!! itself, a refusal is what it always was. Of the runtime's own requests the exit code tells.
+module memory_end
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funloc, c_funptr, c_int, &
+                                         c_null_ptr, c_ptr, c_size_t
+  use exit_codes, only: exit_files
+  implicit none
+  private
+
+  public :: watch_memory, leave
+
+  integer(c_int), parameter :: standard_error = 2_c_int
+  integer(c_size_t), parameter :: reserve_bytes = 1048576_c_size_t   ! for closing what is open
+  character(*), parameter :: what_is_left = "; files written before are whole, and where there "// &
+    "is a checkpoint --restart goes on from it"//new_line("a")
+
+  ! What kernels of degree 5 take of a stack, with a margin; a stack that runs out tells nothing.
+  integer(c_size_t), parameter :: least_stack = 1048576_c_size_t
+
+  logical, volatile :: is_leaving = .false.   ! the end that comes is the program's own
+  type(c_ptr), volatile :: reserve = c_null_ptr
+  integer(c_size_t) :: n_refused = 0          ! bytes that this thread was refused last
+  logical :: is_ending = .false.              ! this thread ends the program for want of memory
+  !$omp threadprivate(n_refused, is_ending)
+
+  interface
+    type(c_ptr) function real_malloc(n_bytes) bind(C, name="__real_malloc")
+      import :: c_ptr, c_size_t
+      integer(c_size_t), value :: n_bytes
+    end function real_malloc
+
+    type(c_ptr) function real_calloc(n, n_bytes) bind(C, name="__real_calloc")
+      import :: c_ptr, c_size_t
+      integer(c_size_t), value :: n, n_bytes
+    end function real_calloc
+
+    type(c_ptr) function real_realloc(old, n_bytes) bind(C, name="__real_realloc")
+      import :: c_ptr, c_size_t
+      type(c_ptr), value :: old
+      integer(c_size_t), value :: n_bytes
+    end function real_realloc
+
+    subroutine c_free(memory) bind(C, name="free")
+      import :: c_ptr
+      type(c_ptr), value :: memory
+    end subroutine c_free
+
+    integer(c_size_t) function c_write(file, text, n) bind(C, name="write")
+      import :: c_char, c_int, c_size_t
+      integer(c_int), value :: file
+      character(kind=c_char), intent(in) :: text(*)
+      integer(c_size_t), value :: n
+    end function c_write
+
+    integer(c_int) function c_getrlimit(kind, limits) bind(C, name="getrlimit")
+      import :: c_int, c_size_t
+      integer(c_int), value :: kind
+      integer(c_size_t), intent(out) :: limits(2)
+    end function c_getrlimit
+
+    integer(c_int) function c_on_exit(action, argument) bind(C, name="on_exit")
+      import :: c_funptr, c_int, c_ptr
+      type(c_funptr), value :: action
+      type(c_ptr), value :: argument
+    end function c_on_exit
+
+    subroutine c_exit(code) bind(C, name="exit")
+      import :: c_int
+      integer(c_int), value :: code
+    end subroutine c_exit
+
+    subroutine c_exit_now(code) bind(C, name="_exit")
+      import :: c_int
+      integer(c_int), value :: code
+    end subroutine c_exit_now
+  end interface
+
+contains
+
+  !> Look whether the stack is large enough, keep something in reserve, and look at how the program
+  !! ends from now on.
+  subroutine watch_memory()
+    integer(c_int), parameter :: stack_limit = 3_c_int   ! of Linux
+    integer(c_size_t) :: limits(2)                       ! -1: none
+    integer(c_int) :: status
+
+    if (c_getrlimit(stack_limit, limits) /= 0) limits = -1
+    if (limits(1) >= 0 .and. limits(1) < least_stack) then
+      call put("igaform: error: the stack is limited to ")
+      call put_number(limits(1))
+      call put(" bytes, and ")
+      call put_number(least_stack)
+      call put(" are asked for: see `ulimit -s`"//new_line("a"))
+      call c_exit_now(int(exit_files, c_int))
+    end if
+    reserve = real_malloc(reserve_bytes)
+    status = c_on_exit(c_funloc(look_at_end), c_null_ptr)
+  end subroutine watch_memory
+
+  !> End the program. STOP would print its code; the C library's exit does not.
+  subroutine leave(code)
+    integer, intent(in) :: code
+
+    is_leaving = .true.
+    call c_exit(int(code, c_int))
+  end subroutine leave
+
+  !> Stands in for `malloc`.
+  type(c_ptr) function ask(n_bytes) bind(C, name="__wrap_malloc")
+    integer(c_size_t), value :: n_bytes
+
+    ask = real_malloc(n_bytes)
+    if (.not. c_associated(ask)) n_refused = n_bytes
+  end function ask
+
+  !> Stands in for `calloc`.
+  type(c_ptr) function ask_zeros(n, n_bytes) bind(C, name="__wrap_calloc")
+    integer(c_size_t), value :: n, n_bytes
+
+    ask_zeros = real_calloc(n, n_bytes)
+    if (.not. c_associated(ask_zeros)) n_refused = n*n_bytes
+  end function ask_zeros
+
+  !> Stands in for `realloc`.
+  type(c_ptr) function ask_more(old, n_bytes) bind(C, name="__wrap_realloc")
+    type(c_ptr), value :: old
+    integer(c_size_t), value :: n_bytes
+
+    ask_more = real_realloc(old, n_bytes)
+    if (.not. c_associated(ask_more)) n_refused = n_bytes
+  end function ask_more
+
+  !> Stands in for what an ALLOCATE without STAT= calls when it gives up.
+  subroutine give_up_at() bind(C, name="__wrap__gfortran_os_error_at")
+    call end_for_memory()
+  end subroutine give_up_at
+
+  !> Stands in for what an assignment, a temporary or an automatic array calls.
+  subroutine give_up() bind(C, name="__wrap__gfortran_os_error")
+    call end_for_memory()
+  end subroutine give_up
+
+  !> Tell how much was asked for and end. One thread gets through, and closes the Fortran units;
+  !! the others wait here for the end.
+  subroutine end_for_memory()
+    type(c_ptr) :: held
+
+    if (is_ending) call c_exit_now(int(exit_files, c_int))
+    !$omp critical (igaform_memory_end)
+    is_ending = .true.
+    is_leaving = .true.
+    held = reserve
+    reserve = c_null_ptr
+    call c_free(held)
+    call put("igaform: error: out of memory: ")
+    call put_number(n_refused)
+    call put(" bytes more were asked for"//what_is_left)
+    call c_exit(int(exit_files, c_int))
+    !$omp end critical (igaform_memory_end)
+  end subroutine end_for_memory
+
+  !> An end that is not the program's own: the runtimes of Fortran and of OpenMP give up with code
+  !! 1 for want of memory or threads, and have said so. They may hold locks of units, so none is
+  !! touched.
+  subroutine look_at_end(code, argument) bind(C)
+    integer(c_int), value :: code
+    type(c_ptr), value :: argument   ! that of on_exit
+
+    if (is_leaving .or. code /= 1_c_int .or. c_associated(argument)) return
+    call put("igaform: error: the system refuses memory or threads, see above"//what_is_left)
+    call c_exit_now(int(exit_files, c_int))
+  end subroutine look_at_end
+
+  !> Words on standard error, without Fortran's units and without memory for them.
+  subroutine put(words)
+    character(*), intent(in) :: words
+    integer(c_size_t) :: n
+
+    n = c_write(standard_error, words, len(words, c_size_t))
+  end subroutine put
+
+  !> A number, not below 0, likewise.
+  subroutine put_number(number)
+    integer(c_size_t), intent(in) :: number
+    character(20) :: text
+    integer(c_size_t) :: left
+    integer :: i
+
+    left = number
+    do i = len(text), 1, -1
+      text(i:i) = achar(iachar("0") + int(modulo(left, 10_c_size_t)))
+      left = left/10
+      if (left == 0) exit
+    end do
+    call put(text(i:))
+  end subroutine put_number
+
+end module memory_end
