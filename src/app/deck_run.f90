@@ -27,7 +27,8 @@ module deck_run
   use file_lock, only: lock_t, release_lock
   use system_files, only: kind_of_file, remove_file
   use hdf5_reason, only: is_library_silenced
-  use run_log, only: run_log_t, timings_t, open_log, log_header, log_line, log_timings, close_log
+  use run_log, only: run_log_t, timings_t, open_log, silence_log, log_header, log_line, &
+                     log_timings, close_log
   use interrupt, only: watch_signals
   use run_data, only: run_t, wall_seconds
   use run_saver, only: saver_t, save_last_good, drop_checkpoint
@@ -40,7 +41,7 @@ module deck_run
   use source_report, only: source_lines
   use probe_run, only: print_probe
   use modes_report, only: print_modes
-  use user_call, only: watch_user_calls, user_failure_text
+  use user_call, only: watch_user_calls, expect_elements, user_failure_text
   use user_library, only: user_library_t
   use user_setup, only: load_user_files
   use message_files, only: open_message_file, close_message_file
@@ -191,6 +192,7 @@ contains
     open_run = open_run_t(model, run, results, log, saver)
     if (message_file /= "") then
       call open_message_file(message_file, run%is_resumed)
+      call expect_elements(int(n_elements_of(model%bodies%blank%parts), c_int))
       call watch_user_calls(c_funloc(save_open_run), c_loc(open_run))
     end if
     call run_model(model, run, results, log, saver, error)
@@ -261,6 +263,7 @@ contains
     integer :: code, i
 
     call c_f_pointer(context, open_run)
+    call silence_log(open_run%log)      ! a unit that subroutines know may be locked
     is_silent = is_library_silenced()   ! which it keeps for each thread, and this may be any
     line = "error: "
     do i = 1, length

@@ -9,8 +9,8 @@ module umat_adapter
   use block_law, only: block_law_t
   use point_context, only: point_context_t, new_point_context
   use umat_interface, only: umat_procedure, name_length
-  use user_call, only: user_law_t, first_point_t, set_user_law, slack, enter_user_call, &
-                       leave_user_call, note_failure
+  use user_call, only: user_law_t, first_point_t, set_user_law, slack, n_guard, set_guard, &
+                       check_guard, enter_user_call, leave_user_call, note_failure, in_umat
   use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity
   implicit none
   private
@@ -108,7 +108,7 @@ contains
       increment%f1 = transpose(reshape(context%f1(l, :), [3, 3]))
       sigma(:6) = stress(l, :)
       kept(:self%n_state) = state(l, :)
-      call enter_user_call(int(increment%element, c_int), int(increment%point, c_int))
+      call enter_user_call(in_umat, int(increment%element, c_int), int(increment%point, c_int))
       call update_point(self, increment, spin(l, :), sigma(:6), kept(:self%n_state), ok)
       stress(l, :) = sigma(:6)
       state(l, :) = kept(:self%n_state)
@@ -168,11 +168,11 @@ contains
     real(wp), intent(out) :: tangent(6, 6)   ! DDSDDE
     logical, intent(out) :: is_refused       ! PNEWDT came back below one
     logical, intent(out) :: ok               ! all is finite
-    real(wp) :: statev(self%n_statv + slack), strain(6), energies(3)
+    real(wp) :: statev(self%n_statv + slack + n_guard), strain(6), energies(3)
     real(wp) :: heat(2), heat_by_strain(6), stress_by_temperature(6), pnewdt, zeros(slack)
 
-    statev = 0.0_wp
     statev(:self%n_statv) = state(:self%n_statv)
+    call set_guard(statev)
     strain = rotated_strain(increment%rotation, state(self%n_statv + 1:self%n_statv + 6))
     energies = state(self%n_statv + 7:self%n_statv + 9)
     tangent = 0.0_wp
@@ -190,6 +190,8 @@ contains
                    int(increment%element, c_int), int(increment%point, c_int), 1_c_int, 1_c_int, &
                    int([increment%step, 0, 0, 0], c_int), int(increment%number, c_int), &
                    int(name_length, c_size_t))
+    call check_guard(statev, "STATEV")
+    call check_guard(self%props, "PROPS (here or in another thread)")
     is_refused = pnewdt < 1.0_wp
     state(:self%n_statv) = statev(:self%n_statv)
     state(self%n_statv + 1:self%n_statv + 6) = strain + increment%dstrain
@@ -222,7 +224,7 @@ contains
     stress = 0.0_wp
     values = 0.0_wp
     values(:law%n_statv) = state
-    call enter_user_call(int(point%element, c_int), int(point%point, c_int))
+    call enter_user_call(in_umat, int(point%element, c_int), int(point%point, c_int))
     call call_umat(law, increment, stress, values, tangent, is_refused, ok)
     call leave_user_call()
     bulk = 0.0_wp

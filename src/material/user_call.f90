@@ -5,15 +5,25 @@ module user_call
   use kinds, only: wp
   use text, only: upper_case, to_text
   use block_law, only: block_law_t
+  use child_process, only: c_text
   use umat_interface, only: name_length, sdvini_procedure
   implicit none
   private
 
   public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
-  public :: call_sdvini, note_failure, user_failure_text
+  public :: expect_elements, call_sdvini, note_failure, user_failure_text
+  public :: set_guard, check_guard
 
   !> Some sources read behind their PROPS and STATEV: there are zeros behind both.
   integer, parameter, public :: slack = 64
+
+  !> Behind those zeros stands a mark, as long as this: who writes over it has written over more.
+  integer, parameter, public :: n_guard = 8
+  real(wp), parameter :: mark = -7.0e-211_wp
+
+  !> Routines of users, as `enter_user_call` takes them.
+  integer(c_int), parameter, public :: in_umat = 1, in_vumat = 2, in_sdvini = 3, &
+                                       in_uexternaldb = 4, in_vexternaldb = 5
 
   !> A law of a user with its constants and its name.
   type, abstract, extends(block_law_t) :: user_law_t
@@ -32,15 +42,28 @@ module user_call
   end type first_point_t
 
   interface
-    !> A call of the user's subroutine begins for this element and point.
-    subroutine enter_user_call(noel, npt) bind(C, name="igaform_enter_user_call")
+    !> A call of a user's subroutine begins for this element and point.
+    subroutine enter_user_call(routine, noel, npt) bind(C, name="igaform_enter_user_call")
       import :: c_int
-      integer(c_int), value :: noel, npt
+      integer(c_int), value :: routine, noel, npt
     end subroutine enter_user_call
 
     !> The calls of this thread are done.
     subroutine leave_user_call() bind(C, name="igaform_leave_user_call")
     end subroutine leave_user_call
+
+    !> From now on elements have the numbers 1 to n.
+    subroutine expect_elements(n) bind(C, name="igaform_expect_elements")
+      import :: c_int
+      integer(c_int), value :: n
+    end subroutine expect_elements
+
+    !> The call in hand wrote past the end of the argument of this name, which ends the run.
+    subroutine end_by_overrun(name, length) bind(C, name="igaform_end_by_overrun")
+      import :: c_char, c_int
+      integer(c_int), value :: length
+      character(kind=c_char), intent(in) :: name(length)
+    end subroutine end_by_overrun
 
     !> A stress update failed: 1 not finite, 2 PNEWDT stays below one.
     subroutine note_failure(noel, npt, reason) bind(C, name="igaform_note_user_failure")
@@ -83,8 +106,9 @@ contains
     law%bulk = bulk
     law%shear = shear
     law%n_props = size(props)
-    allocate (law%props(size(props) + slack), source=0.0_wp)
+    allocate (law%props(size(props) + slack + n_guard), source=0.0_wp)
     law%props(:size(props)) = props
+    call set_guard(law%props)
     law%n_statv = n_statv
     law%n_state = n_statv + n_kept
     law%n_hidden = n_kept
@@ -105,20 +129,40 @@ contains
     if (values(3) == 2) text = text//"it asks for a smaller increment (PNEWDT) even in 64 parts"
   end function user_failure_text
 
+  !> Zeros behind an argument, and the mark behind them.
+  pure subroutine set_guard(values)
+    real(wp), intent(inout) :: values(:)
+
+    values(size(values) - n_guard - slack + 1:) = 0.0_wp
+    values(size(values) - n_guard + 1:) = mark
+  end subroutine set_guard
+
+  !> End the run if the mark behind an argument is gone: what stood behind it is, too.
+  subroutine check_guard(values, name)
+    real(wp), intent(in) :: values(:)
+    character(*), intent(in) :: name
+    integer :: n
+
+    n = size(values)
+    if (all(abs(values(n - n_guard + 1:n) - mark) <= 0.0_wp)) return
+    call end_by_overrun(c_text(name), int(len(name), c_int))
+  end subroutine check_guard
+
   !> State variables of a point at the start from the user's SDVINI, if there is one.
   subroutine call_sdvini(law, element, point, place, state)
     class(user_law_t), intent(in) :: law
     integer, intent(in) :: element, point
     real(wp), intent(in) :: place(3)
     real(wp), intent(inout) :: state(law%n_statv)
-    real(c_double) :: statev(law%n_statv + slack)
+    real(c_double) :: statev(law%n_statv + slack + n_guard)
 
     if (.not. associated(law%sdvini)) return
-    statev = 0.0_wp
     statev(:law%n_statv) = state
-    call enter_user_call(int(element, c_int), int(point, c_int))
+    call set_guard(statev)
+    call enter_user_call(in_sdvini, int(element, c_int), int(point, c_int))
     call law%sdvini(statev, place, int(law%n_statv, c_int), 3_c_int, int(element, c_int), &
                     int(point, c_int), 1_c_int, 1_c_int)
+    call check_guard(statev, "STATEV")
     call leave_user_call()
     state = statev(:law%n_statv)
   end subroutine call_sdvini

@@ -6,7 +6,8 @@ module user_start
   use child_process, only: c_text
   use umat_interface, only: uexternaldb_procedure, vexternaldb_procedure
   use user_library, only: user_library_t
-  use user_call, only: enter_user_call, leave_user_call, watch_user_calls
+  use user_call, only: enter_user_call, leave_user_call, watch_user_calls, in_uexternaldb, &
+                       in_vexternaldb
   implicit none
   private
 
@@ -36,14 +37,15 @@ contains
     call watch_user_calls(c_null_funptr, c_null_ptr)
     times = 0.0_c_double
     numbers = 0_c_int
-    call enter_user_call(-1_c_int, -1_c_int)
     if (c_associated(library%uexternaldb)) then
       call c_f_procpointer(library%uexternaldb, uexternaldb)
+      call enter_user_call(in_uexternaldb, -1_c_int, -1_c_int)
       call uexternaldb(0_c_int, 0_c_int, times(:2), times(1), 1_c_int, 0_c_int)
     end if
     if (c_associated(library%vexternaldb)) then
       call c_f_procpointer(library%vexternaldb, vexternaldb)
       numbers(3) = 1_c_int   ! the step
+      call enter_user_call(in_vexternaldb, -1_c_int, -1_c_int)
       call vexternaldb(0_c_int, numbers, int(size(numbers), c_int), times, &
                        int(size(times), c_int))
     end if

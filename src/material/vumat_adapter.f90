@@ -9,8 +9,8 @@ module vumat_adapter
   use kinds, only: wp
   use point_context, only: point_context_t, new_point_context
   use umat_interface, only: vumat_procedure, name_length
-  use user_call, only: user_law_t, first_point_t, set_user_law, slack, enter_user_call, &
-                       leave_user_call, note_failure
+  use user_call, only: user_law_t, first_point_t, set_user_law, slack, n_guard, set_guard, &
+                       check_guard, enter_user_call, leave_user_call, note_failure, in_vumat
   use user_kinematics, only: polar_rotation, full_stress, packed_stress, identity, determinant
   implicit none
   private
@@ -139,11 +139,11 @@ contains
     call call_vumat(self, block, ok)
     do i = 1, size(lanes)
       l = lanes(i)
-      if (.not. (all(ieee_is_finite(block%stress_new(i, :))) .and. &
+      if (.not. (all(ieee_is_finite(block%stress_new(i, :6))) .and. &
                  all(ieee_is_finite(block%state_new(i, :self%n_statv))))) then
         call note_failure(int(context%element(l), c_int), int(context%point(l), c_int), 1_c_int)
       end if
-      stress(l, :) = out_of_frame(r_new(:, :, i), block%stress_new(i, :))
+      stress(l, :) = out_of_frame(r_new(:, :, i), block%stress_new(i, :6))
       state(l, :self%n_statv) = block%state_new(i, :self%n_statv)
       state(l, self%n_statv + 1:) = block%energy_new(i, :)
     end do
@@ -162,13 +162,16 @@ contains
     block%jinfo = [0, point, 1, 1, 0, elements, 0]
     allocate (block%density(n), block%length(n), block%dt_array(2*n + 1), source=0.0_wp)
     allocate (block%place(n, 3), block%spin(n, 3), block%strain(n, 6), block%stretch_old(n, 6), &
-              block%stretch_new(n, 6), block%stress_old(n, 6), block%stress_new(n, 6), &
+              block%stretch_new(n, 6), block%stress_old(n, 6), &
+              block%stress_new(n, 6 + slack + n_guard), &
               block%gradient_old(n, 9), block%gradient_new(n, 9), source=0.0_wp)
     ! Some sources index the energies by a variable that they never set.
     allocate (block%energy_old(1 - slack:n + slack, 2), &
               block%energy_new(1 - slack:n + slack, 2), source=0.0_wp)
     allocate (block%state_old(n, self%n_statv + slack), &
-              block%state_new(n, self%n_statv + slack), source=0.0_wp)
+              block%state_new(n, self%n_statv + slack + n_guard), source=0.0_wp)
+    call set_guard(block%stress_new(n, :))
+    call set_guard(block%state_new(n, :))
   end function new_block
 
   !> Kinematics of one element of a block. The strain increment is turned by the rotation halfway;
@@ -211,7 +214,7 @@ contains
     temperature_new = 0.0_wp
     field_old = 0.0_wp
     field_new = 0.0_wp
-    call enter_user_call(int(block%jblock(5), c_int), int(block%jblock(2), c_int))
+    call enter_user_call(in_vumat, int(block%jblock(5), c_int), int(block%jblock(2), c_int))
     call self%vumat(int(block%jblock, c_int), 3_c_int, 3_c_int, int(self%n_statv, c_int), 0_c_int, &
                     int(self%n_props, c_int), int(block%jinfo, c_int), block%step_time, &
                     block%total_time, block%dt_array, self%name, block%place, block%length, &
@@ -221,7 +224,10 @@ contains
                     temperature_new, block%stretch_new, block%gradient_new, field_new, &
                     block%stress_new, block%state_new, block%energy_new(1, 1), &
                     block%energy_new(1, 2), int(name_length, c_size_t))
-    ok = all(ieee_is_finite(block%stress_new)) .and. &
+    call check_guard(block%stress_new(block%n, :), "stressNew")
+    call check_guard(block%state_new(block%n, :), "stateNew")
+    call check_guard(self%props, "PROPS (here or in another thread)")
+    ok = all(ieee_is_finite(block%stress_new(:, :6))) .and. &
          all(ieee_is_finite(block%state_new(:, :self%n_statv)))
   end subroutine call_vumat
 

@@ -9,7 +9,7 @@ module run_log
   implicit none
   private
 
-  public :: run_log_t, timings_t, open_log, close_log, log_line, log_header
+  public :: run_log_t, timings_t, open_log, silence_log, close_log, log_line, log_header
   public :: log_progress, log_timings, ns_per_element_step
 
   !> What a run cost. The stopwatches must not overlap: they are the effects of the step.
@@ -66,6 +66,14 @@ contains
     log%is_quiet = is_quiet
     log%is_terminal = c_isatty(1_c_int) == 1
   end subroutine open_log
+
+  !> Write nothing to standard output any more.
+  subroutine silence_log(log)
+    type(run_log_t), intent(inout) :: log
+
+    log%is_quiet = .true.
+    log%has_progress_line = .false.
+  end subroutine silence_log
 
   !> Close the log file.
   subroutine close_log(log)

@@ -9,9 +9,9 @@ from pathlib import Path
 MAX_COLUMNS = 100
 MAX_FILE_LINES = 500
 MAX_PROCEDURE_LINES = 75
-# The four modules that must remember something between calls which have no argument to carry it,
+# The modules that must remember something between calls which have no argument to carry it,
 # and the assertions' list of failures for the same reason.
-MAY_HOLD_VARIABLES = {"interrupt", "memory_end", "aba_utilities", "aba_services", "funit_failures"}
+MAY_HOLD_VARIABLES = {"interrupt", "memory_end", "user_watch", "aba_services", "funit_failures"}
 FORBIDDEN = [
     (re.compile(r"^\s*save\b|,\s*save\b"), "save"),
     (re.compile(r"^\s*common\b"), "common"),

@@ -71,7 +71,7 @@ class Bench:
         done = subprocess.run([self.igaform, *command, str(path),
                                "--out", str(self.folder / result),
                                "--threads", str(threads), "--quiet", *names, *options],
-                              cwd=self.folder, capture_output=True, text=True, timeout=300,
+                              cwd=self.folder, capture_output=True, text=True, timeout=90,
                               preexec_fn=limit_stack,
                               env=dict(os.environ, OMP_WAIT_POLICY="passive", **(env or {})))
         self.said = done.stdout + done.stderr
@@ -234,18 +234,39 @@ def values_that_are_no_numbers_are_named(bench):
 
 def failures_name_element_and_point(bench):
     for kind, words in ((1, ["XIT"]), (2, ["STOP"]), (3, ["no finite number"]),
-                        (4, ["PNEWDT", "64 parts"]), (5, ["crashed"]),
+                        (4, ["PNEWDT", "64 parts"]), (5, ["UMAT crashed (segmentation fault)"]),
                         (6, ["ran out of stack", "ulimit -s", "OMP_STACKSIZE"]),
-                        (7, ["ran out of stack"])):
+                        (7, ["ran out of stack"]),
+                        (20, ["no such table.dat", "UMAT ended the run", "error at run time"]),
+                        (21, ["Expected INTEGER", "UMAT ended the run"]),
+                        (22, ["UMAT crashed (ABORT"]), (23, ["UMAT", "PROPS"])):
         constants = f"210000, 0, 5, 120, {kind}"   # a frame lies some 30 steps back
         path = bench.run(deck(user(constants)), FILES / "misbehaves.F", code=2,
                          result=f"fails{kind}.h5")
-        bench.says("element 5, point 2", *words)
+        bench.says("element 5, point 2" if kind != 23 else "in element", *words)
         with h5py.File(path) as file:
             failed = file["frames/is_failed"][...]
             assert len(failed) >= 2 and not failed[0], "the frames before the failure are gone"
-            assert kind >= 5 or failed[-1] == 1, "no frame marked failed"
+            assert kind in (5, 6, 7, 22, 23) or failed[-1] == 1, "no frame marked failed"
             assert np.isfinite(file["nurbs/blank/points"][...]).all()
+
+
+def all_threads_may_fail_at_once(bench):
+    """An error of input or output holds its unit: every thread waits for it, or ends the run."""
+    source = (FILES / "misbehaves.F").read_text()
+    place = bench.folder / "at_once.F"
+    for condition in (".OR. NPT.NE.3-KPOINT", "NOEL.NE.NINT(PROPS(3)) .OR."):
+        assert condition in source
+        source = source.replace(condition, "")
+    place.write_text(source)
+    for kind, words in ((20, "ended the run"), (22, "crashed (ABORT"),
+                        (23, "past the end of PROPS"), (24, "UMAT")):
+        path = bench.run(deck(user(f"210000, 0, 5, 120, {kind}", 1)), place, code=2, threads=4,
+                         result=f"all{kind}.h5")
+        bench.says("in element", words)
+        assert bench.said.count("igaform: error: the user") == 1, bench.said
+        with h5py.File(path) as file:
+            assert kind != 20 or file["frames/is_failed"][-1] == 1, "no frame marked failed"
 
 
 def faults_are_told(bench):
@@ -397,7 +418,8 @@ def main(igaform):
               vumats_of_both_signatures, shared_data_run_in_order, states_start_as_told,
               first_call_sees_the_state, times_know_the_steps_of_the_deck,
               values_that_are_no_numbers_are_named,
-              failures_name_element_and_point, faults_are_told, files_from_elsewhere,
+              failures_name_element_and_point, all_threads_may_fail_at_once, faults_are_told,
+              files_from_elsewhere,
               files_read_are_never_written,
               material_tests_know_names_and_starts,
               laws_that_never_yield_have_no_r_values, libraries_are_kept_and_renewed)
