@@ -43,8 +43,8 @@ contains
                      "Weight under *GRAVITY stays that of the real mass.", is_unique=.true.)
     call add_option(table, "THICKNESS", kind_real, "factor on the mass of motion through the "// &
                     "thickness, which has next to no energy in a sheet: of a column of control "// &
-                    "points, the differences to their mean along the column; 1: none. Columns "// &
-                    "that a support holds in part stay as they are", range=">= 1", &
+                    "points, the differences to their mean along the column; 1: none. "// &
+                    "Supports leave the stable step as it is", range=">= 1", &
                     is_required=.false.)
     call add_option(table, "STEP", kind_real, "time step that all masses are raised for, by "// &
                     "one factor and after the other scaling; 0: none", unit="time", range=">= 0", &

@@ -11,6 +11,7 @@ module column_scaling
   private
 
   public :: column_directions, column_differences, shrink_differences, difference_masses
+  public :: held_column_lag
 
 contains
 
@@ -69,6 +70,35 @@ contains
       end do
     end do
   end subroutine shrink_differences
+
+  !> By how much the scaled mass slows the points of a column down that supports hold in part: with
+  !! the acceleration a that the scaled mass takes, (scaling - 1) times the difference of n.a to its
+  !! mean. What must be added to the forces is minus that, times the masses, along the direction n.
+  !! The mass matrix of the free components is one 3 x 3 block a point less one dyad of the column,
+  !! so its inverse is known (J. Sherman and W. J. Morrison, Ann. Math. Stat. 21 (1950) 124).
+  pure function held_column_lag(mass, direction, scaling, is_held, acceleration) result(lag)
+    real(wp), intent(in) :: mass(:)                  !! of the points
+    real(wp), intent(in) :: direction(3)             !! n, of length 1
+    real(wp), intent(in) :: scaling                  !! above 1
+    logical, intent(in) :: is_held(:, :)             !! components that supports hold, (n, 3)
+    real(wp), intent(in) :: acceleration(:, :)       !! of these; elsewhere force over mass; (n, 3)
+    real(wp) :: lag(size(mass))                      !! [length/time^2]
+    real(wp) :: held(size(mass)), along(size(mass)), softness(size(mass)), total
+    integer :: i
+
+    total = sum(mass)
+    do i = 1, size(mass)
+      held(i) = sum(direction*acceleration(i, :), mask=is_held(i, :))
+      along(i) = sum(direction*acceleration(i, :), mask=.not. is_held(i, :))
+      softness(i) = sum(direction**2, mask=.not. is_held(i, :))
+    end do
+    along = along - (scaling - 1.0_wp)*softness*(held - sum(mass*held)/total)
+    along = along/(1.0_wp + (scaling - 1.0_wp)*softness)
+    softness = softness/(1.0_wp + (scaling - 1.0_wp)*softness)
+    along = held + along + softness*(scaling - 1.0_wp)*sum(mass*along) &
+                           /(total - (scaling - 1.0_wp)*sum(mass*softness))
+    lag = (scaling - 1.0_wp)*(along - sum(mass*along)/total)
+  end function held_column_lag
 
   !> Mass that moves in the differences of each column, shape (n1, n2): the trace of their mass
   !! matrix, sum m - (sum m^2)/(sum m).

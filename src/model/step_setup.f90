@@ -10,7 +10,7 @@ module step_setup
   use boundary, only: boundary_t
   use damping, only: damping_t, start_damping
   use relaxation, only: relaxation_t
-  use thickness_scaling, only: thickness_scaling_t
+  use thickness_scaling, only: thickness_scaling_t, held_column_t
   use effect, only: effect_slot_t
   use scene, only: step_spec_t
   use model, only: model_t
@@ -21,8 +21,7 @@ module step_setup
 
 contains
 
-  !> Scale the masses as the deck asks and find the stable step of what comes out. The supports
-  !! must be there already.
+  !> Scale the masses as the deck asks and find the stable step of what comes out.
   subroutine set_stable_step(model)
     type(model_t), intent(inout) :: model
     real(wp) :: omega
@@ -78,24 +77,18 @@ contains
     call set_inertia(blank%parts, blank%seams)
   end subroutine scale_uniformly
 
-  !> Factors of the columns. Where a support holds some points of a column and not the others, its
-  !! motion has no mean to keep, and the column stays as it is; so do columns that seams mix up.
+  !> Factors of the columns; those that seams mix up stay as they are. Supports play no part: what
+  !! they hold only lowers frequencies, so the stable step is that of every step of the deck.
   subroutine scale_columns(model)
     type(model_t), intent(inout) :: model
-    type(field_t), allocatable :: is_free(:)
     type(column_mask_t), allocatable :: is_whole(:)
-    integer :: c, p
+    integer :: p
 
-    is_free = free_components(model%bodies%blank, [model%supports, model%later_supports], 0)
     associate (blank => model%bodies%blank)
       is_whole = columns_of(blank)
       do p = 1, size(blank%parts)
-        associate (body => blank%parts(p), free => is_free(p)%values)
+        associate (body => blank%parts(p))
           body%column_factor = merge(model%step%thickness_factor, 1.0_wp, is_whole(p)%values)
-          do c = 1, 3
-            where (maxval(free(:, :, :, c), 3) > minval(free(:, :, :, c), 3)) &
-              body%column_factor = 1.0_wp
-          end do
           blank%added_mass = blank%added_mass + sum((body%column_factor - 1.0_wp) &
             *difference_masses(body%inertia)*sum(body%mass, 3)/sum(body%inertia, 3))/3.0_wp
         end associate
@@ -107,7 +100,7 @@ contains
   function free_components(blank, supports, step) result(is_free)
     type(blank_t), intent(in) :: blank
     type(effect_slot_t), intent(in) :: supports(:)
-    integer, intent(in) :: step              !! of the deck; 0: all steps
+    integer, intent(in) :: step              !! of the deck
     type(field_t), allocatable :: is_free(:)
     integer :: i, p
 
@@ -118,7 +111,7 @@ contains
     end do
     do i = 1, size(supports)
       associate (item => supports(i)%item)
-        if (step > 0 .and. (item%first_step > step .or. item%last_step < step)) cycle
+        if (item%first_step > step .or. item%last_step < step) cycle
       end associate
       select type (support => supports(i)%item)
       type is (boundary_t)
@@ -131,17 +124,83 @@ contains
     end do
   end function free_components
 
-  !> Put the scaling of columns behind all forces.
+  !> Put the scaling of columns behind all forces: one effect for each run of steps whose supports
+  !! hold the same columns in part. The supports must be there already.
   subroutine add_thickness_scaling(model)
     type(model_t), intent(inout) :: model
     type(effect_slot_t) :: slot
     type(thickness_scaling_t) :: scaling
+    type(held_column_t), allocatable :: held(:)
+    integer :: s, n, n_steps
 
     if (.not. allocated(model%bodies%blank%parts(1)%column_factor)) return
     scaling%name = "thickness scaling"
-    allocate (slot%item, source=scaling)
-    model%forces = [model%forces, slot]
+    n_steps = 1 + size(model%later_steps)
+    call find_held_columns(model, 1, scaling%held)
+    do s = 1, n_steps
+      if (s < n_steps) then
+        call find_held_columns(model, s + 1, held)
+        if (are_same_columns(scaling%held, held)) cycle
+      end if
+      scaling%last_step = s
+      scaling%before = spread(0.0_wp, 1, sum([(size(scaling%held(n)%is_held), &
+                                               n=1, size(scaling%held))]))
+      if (allocated(slot%item)) deallocate (slot%item)
+      allocate (slot%item, source=scaling)
+      model%forces = [model%forces, slot]
+      if (s == n_steps) exit
+      scaling%first_step = s + 1
+      scaling%given_step = s + 1
+      call move_alloc(held, scaling%held)
+    end do
   end subroutine add_thickness_scaling
+
+  !> Scaled columns of which supports of a step hold some points and not the others.
+  subroutine find_held_columns(model, step, held)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: step              !! of the deck
+    type(held_column_t), allocatable, intent(out) :: held(:)
+    type(field_t), allocatable :: is_free(:)
+    logical, allocatable :: is_mixed(:, :)
+    integer :: p, i, j, c, n, pass
+
+    is_free = free_components(model%bodies%blank, [model%supports, model%later_supports], step)
+    do pass = 1, 2
+      n = 0
+      do p = 1, size(is_free)
+        associate (free => is_free(p)%values, factor => model%bodies%blank%parts(p)%column_factor)
+          is_mixed = factor < 0.0_wp
+          do c = 1, 3
+            is_mixed = is_mixed .or. maxval(free(:, :, :, c), 3) > minval(free(:, :, :, c), 3)
+          end do
+          is_mixed = is_mixed .and. factor > 1.0_wp
+          do j = 1, size(factor, 2)
+            do i = 1, size(factor, 1)
+              if (.not. is_mixed(i, j)) cycle
+              n = n + 1
+              if (pass == 1) cycle
+              held(n)%part = p
+              held(n)%at = [i, j]
+              held(n)%is_held = free(i, j, :, :) < 0.5_wp
+            end do
+          end do
+        end associate
+      end do
+      if (pass == 1) allocate (held(n))
+    end do
+  end subroutine find_held_columns
+
+  pure logical function are_same_columns(a, b) result(are_same)
+    type(held_column_t), intent(in) :: a(:), b(:)
+    integer :: n
+
+    are_same = size(a) == size(b)
+    do n = 1, size(a)
+      if (.not. are_same) return
+      are_same = a(n)%part == b(n)%part .and. all(a(n)%at == b(n)%at)
+      if (are_same) are_same = all(a(n)%is_held .eqv. b(n)%is_held)
+    end do
+  end function are_same_columns
 
   !> Put damping and relaxation before the supports. A damping that several steps share is one.
   subroutine add_damping(settled_from, model)

@@ -49,7 +49,7 @@ def new_deck(rng):
     lines = [f"*MATERIAL, NAME=m\n*DENSITY\n{DENSITY}\n*ELASTIC\n210000, 0.3\n{material}",
              f"*BLANK, NAME=b, MATERIAL=m, TYPE={shape.kind}{blank_options(rng, shape)}\n",
              shape.lines]
-    lines += [refinement(rng, shape)] if rng.random() < 0.4 else []
+    lines += [refinement(rng, shape)] if rng.random() < 0.25 else []
     lines += ["*AMPLITUDE, NAME=ramp\n0, 0, 1e-6, 1\n"]
     names = [f"t{i + 1}" for i in range(rng.choice((0, 0, 1, 2)))]
     lines += [tool(rng, shape, name) for name in names]
@@ -74,11 +74,11 @@ def numbers(values):
 
 
 def degree(rng):
-    return rng.choice((1, 2, 2, 2, 3, 4))
+    return rng.choice((1, 1, 2, 2, 2, 2, 3))
 
 
 def few(rng):
-    return rng.choice((1, 1, 2, 3))
+    return rng.choice((1, 1, 1, 2, 3))
 
 
 # ------------------------------------------------------------------------------------------ blanks
@@ -206,7 +206,7 @@ def blank_options(rng, shape):
 
 def refinement(rng, shape):
     text = ""
-    for _ in range(rng.choice((1, 2))):
+    for _ in range(rng.choice((1, 1, 2))):
         patch = rng.choice(shape.patches) if shape.patches and shape.kind == "PATCHES" else "b"
         how = rng.choice(("SUBDIVIDE=2", "ELEVATE=1", "SUBDIVIDE=2, ELEVATE=1"))
         text += f"*REFINE, PATCH={patch}, AXIS={rng.randint(1, 3)}, {how}\n"
