@@ -16,8 +16,8 @@ module material_run
   use deck_reader, only: read_material_deck
   use fault_report, only: report_faults
   use material_test, only: run_test, test_fault
-  use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_text_attribute, &
-                       write_integer_attribute
+  use hdf5_file, only: hdf5_file_t, create_file, place_file, give_up_file, close_file, take_error, &
+                       write_text_attribute, write_integer_attribute
   use provenance_record, only: write_provenance
   use unit_system, only: unit_system_t, new_unit_system
   use result_table, only: result_table_t, n_rows, write_csv, write_group
@@ -172,10 +172,12 @@ contains
       return
     end if
     units = new_unit_system(scene%units)
-    call create_file(file, path)
+    call create_file(file, path, is_draft=.true.)
     call write_text_attribute(file, "/", "content", "material tests")
     call write_provenance(file, provenance_of(scene))
+    call place_file(file)
     call take_error(file, error)
+    if (allocated(error)) call give_up_file(file)
     code = exit_input
     if (.not. allocated(error)) then
       code = exit_done

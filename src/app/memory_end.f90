@@ -1,11 +1,11 @@
 !> The end of the program where the system refuses memory.
 !!
-!! Fortran ends a program that gets no memory with words of its runtime and exit code 1, wherever
-!! no STAT= asks for a status: in ALLOCATE, but also in assignments, temporaries and automatic
-!! arrays, which have none. The linker leads the calls by which compiled Fortran asks for memory,
-!! and those by which it gives up, to this module (`--wrap` of GNU ld), so all of them are covered.
-!! Only a call that gives up ends the program: with STAT=, and in HDF5, which tells its errors
-!! itself, a refusal is what it always was. Of the runtime's own requests the exit code tells.
+!! Compiled Fortran asks for memory not only in ALLOCATE, which could ask for a status, but also in
+!! assignments, temporaries and automatic arrays, which cannot: gfortran then ends the program with
+!! words of its runtime and exit code 1, or goes on without the memory and crashes, and so does
+!! HDF5. The linker leads all calls for memory in objects and archives to this module (`--wrap` of
+!! the GNU linker), and where the system refuses, the program ends here, at once: with STAT=, too.
+!! Of what shared libraries ask for, such as the runtimes, the exit code tells.
 module memory_end
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funloc, c_funptr, c_int, &
                                          c_null_ptr, c_ptr, c_size_t
@@ -25,9 +25,8 @@ module memory_end
 
   logical, volatile :: is_leaving = .false.   ! the end that comes is the program's own
   type(c_ptr), volatile :: reserve = c_null_ptr
-  integer(c_size_t) :: n_refused = 0          ! bytes that this thread was refused last
   logical :: is_ending = .false.              ! this thread ends the program for want of memory
-  !$omp threadprivate(n_refused, is_ending)
+  !$omp threadprivate(is_ending)
 
   interface
     type(c_ptr) function real_malloc(n_bytes) bind(C, name="__real_malloc")
@@ -116,7 +115,7 @@ contains
     integer(c_size_t), value :: n_bytes
 
     ask = real_malloc(n_bytes)
-    if (.not. c_associated(ask)) n_refused = n_bytes
+    if (.not. c_associated(ask) .and. n_bytes /= 0) call end_for_memory(n_bytes)
   end function ask
 
   !> Stands in for `calloc`.
@@ -124,7 +123,7 @@ contains
     integer(c_size_t), value :: n, n_bytes
 
     ask_zeros = real_calloc(n, n_bytes)
-    if (.not. c_associated(ask_zeros)) n_refused = n*n_bytes
+    if (.not. c_associated(ask_zeros) .and. n*n_bytes /= 0) call end_for_memory(n*n_bytes)
   end function ask_zeros
 
   !> Stands in for `realloc`.
@@ -133,22 +132,13 @@ contains
     integer(c_size_t), value :: n_bytes
 
     ask_more = real_realloc(old, n_bytes)
-    if (.not. c_associated(ask_more)) n_refused = n_bytes
+    if (.not. c_associated(ask_more) .and. n_bytes /= 0) call end_for_memory(n_bytes)
   end function ask_more
-
-  !> Stands in for what an ALLOCATE without STAT= calls when it gives up.
-  subroutine give_up_at() bind(C, name="__wrap__gfortran_os_error_at")
-    call end_for_memory()
-  end subroutine give_up_at
-
-  !> Stands in for what an assignment, a temporary or an automatic array calls.
-  subroutine give_up() bind(C, name="__wrap__gfortran_os_error")
-    call end_for_memory()
-  end subroutine give_up
 
   !> Tell how much was asked for and end. One thread gets through, and closes the Fortran units;
   !! the others wait here for the end.
-  subroutine end_for_memory()
+  subroutine end_for_memory(n_refused)
+    integer(c_size_t), intent(in) :: n_refused   ! bytes
     type(c_ptr) :: held
 
     if (is_ending) call c_exit_now(int(exit_files, c_int))

@@ -19,7 +19,7 @@ module frames
                         probe_names
   use hdf5_file, only: close_file, give_up_file, open_file, create_file, create_group, &
                        byte_values, flush_file, hdf5_file_t, integer_values, path_of_open, &
-                       real_values, take_error, write_reals, write_text_attribute, &
+                       place_file, real_values, take_error, write_reals, write_text_attribute, &
                        write_integer_attribute
   use hdf5_series, only: append_chunk, append_integers, create_series
   use deflated_chunk, only: deflated_chunk_t, new_deflated_chunk
@@ -79,7 +79,7 @@ contains
       results%n_frames = n_frames
       call open_file(results%file, setup%path)
     else
-      call create_file(results%file, setup%path)
+      call create_file(results%file, setup%path, is_draft=.true.)
       call write_what_stays(results, setup, cells, weights)
     end if
     call open_history(results%history, results%file, results%units, tool_names(setup), &
@@ -91,6 +91,7 @@ contains
                                 joined(setup%steps, ", "))
     end if
     call flush_file(results%file)
+    if (.not. present(n_frames)) call place_file(results%file)
     call take_error(results%file, error)
     if (.not. allocated(error)) return
     if (present(n_frames)) then

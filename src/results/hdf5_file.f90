@@ -16,22 +16,23 @@ module hdf5_file
   use hdf5_reason, only: failure_reason, is_library_silenced
   use result_guard, only: check_replaceable
   use file_identity, only: is_same_file
-  use system_files, only: remove_file
+  use system_files, only: kind_of_file, remove_file, replace_file, sync_file, true_path
   use text, only: to_text
-  use file_lock, only: is_lock_shared, lock_t, hold_folder, release_lock
+  use file_lock, only: is_lock_shared, is_locked_by_others, lock_t, hold_folder, release_lock
   implicit none
   private
 
   public :: hdf5_file_t, create_file, open_file, close_file, give_up_file, flush_file, take_error
   public :: has_object, create_group, link_object, write_text_attribute, write_integer_attribute
   public :: write_text, write_reals, write_integers, create_dataset, note_failure, file_type
-  public :: path_of_open
+  public :: path_of_open, place_file
 
   integer, parameter, public :: real_values = 1, integer_values = 2, byte_values = 3
 
   !> An open file, or a closed one (id negative).
   type :: hdf5_file_t
     character(:), allocatable :: path
+    character(:), allocatable :: draft            !! where it lies until `place_file`, if anywhere
     integer(hid_t) :: id = -1                     !! handle of the library
     character(:), allocatable :: link             !! of the system to the open file itself
     logical :: is_shared = .false.                !! readers may look in while it is open
@@ -44,14 +45,18 @@ contains
   !> Create the file, replacing an older one.
   !! Fails if the folder cannot be written, if another program is writing the file, or if there is
   !! a file of this name that igaform has not made (most likely a slip of the user).
-  subroutine create_file(file, path, is_checked)
+  subroutine create_file(file, path, is_checked, is_draft)
     type(hdf5_file_t), intent(out) :: file
     character(*), intent(in) :: path
     logical, intent(in), optional :: is_checked   !! in the format of 1.10, whose headers have
                                                   !! checksums; older readers do not know it
+    logical, intent(in), optional :: is_draft     !! an older file stays until `place_file`
 
     file%path = path
     if (present(is_checked)) file%is_checked = is_checked
+    if (present(is_draft)) then
+      if (is_draft) file%draft = true_path(path)//".new"
+    end if
     call begin(file, is_new=.true.)
     call write_text_attribute(file, "/", "generator", "igaform")   ! see `is_of_others`
   end subroutine create_file
@@ -93,11 +98,12 @@ contains
 
     inquire (file=file%path, exist=is_there)
     if (is_there) call check_replaceable(file%path, file%error)
+    if (allocated(file%draft) .and. .not. allocated(file%error)) call make_room(file)
     if (allocated(file%error)) return
     if (is_new) then
       access = h5_default
       if (file%is_checked) access = checked_format()
-      file%id = h5fcreate(c_text(file%path), h5_truncate, h5_default, access)
+      file%id = h5fcreate(c_text(name_now(file)), h5_truncate, h5_default, access)
       if (file%is_checked) status = h5pclose(access)
     else
       file%id = h5fopen(c_text(file%path), h5_read_write, h5_default)
@@ -105,12 +111,53 @@ contains
     if (file%id < 0) then
       call note_failure(file, trim(merge("create", "open  ", is_new)), "")
       if (is_new .and. .not. is_there) call remove_file(file%path)
+      if (allocated(file%draft)) call remove_file(file%draft)
     else if (h5fget_vfd_handle(file%id, h5_default, descriptor) >= 0) then
       call c_f_pointer(descriptor, unit)
       file%is_shared = is_lock_shared(unit)
       file%link = "/proc/self/fd/"//to_text(int(unit))
     end if
   end subroutine open_locked
+
+  !> Remove the draft of a killed run; refuse that of one that goes on.
+  subroutine make_room(file)
+    type(hdf5_file_t), intent(inout) :: file
+
+    if (is_locked_by_others(file%draft)) then
+      call fail(file%error, "result file '"//file%path//"': another program is about to write "// &
+                "it; choose another name")
+    else
+      call remove_file(file%draft)
+    end if
+  end subroutine make_room
+
+  !> Put a file that was created as a draft in the place of an older one. On failure that stays.
+  subroutine place_file(file)
+    type(hdf5_file_t), intent(inout) :: file
+    type(lock_t) :: lock
+    logical :: is_placed
+
+    if (allocated(file%error)) return
+    call hold_folder(file%path, lock)
+    if (kind_of_file(file%path) /= "") call check_replaceable(file%path, file%error)
+    if (.not. allocated(file%error)) then
+      is_placed = sync_file(file%draft)
+      if (is_placed) is_placed = replace_file(file%draft, true_path(file%path))
+      if (is_placed) deallocate (file%draft)
+      if (.not. is_placed) call fail(file%error, "result file '"//file%path// &
+                                     "': cannot bring it to its place on the disk")
+    end if
+    call release_lock(lock)
+  end subroutine place_file
+
+  !> The name that the file has now.
+  pure function name_now(file) result(path)
+    type(hdf5_file_t), intent(in) :: file
+    character(:), allocatable :: path
+
+    path = file%path
+    if (allocated(file%draft)) path = file%draft
+  end function name_now
 
   !> Close the file; what was written is complete.
   subroutine close_file(file)
@@ -129,7 +176,7 @@ contains
 
     if (file%id < 0) return
     call close_file(file)
-    call remove_file(file%path)
+    call remove_file(name_now(file))
   end subroutine give_up_file
 
   !> Hand everything written so far to the operating system, so that it survives the program. Fails
@@ -148,8 +195,8 @@ contains
   logical function is_in_place(file)
     type(hdf5_file_t), intent(in) :: file
 
-    inquire (file=file%path, exist=is_in_place)
-    if (is_in_place) is_in_place = is_same_file(file%path, path_of_open(file))
+    inquire (file=name_now(file), exist=is_in_place)
+    if (is_in_place) is_in_place = is_same_file(name_now(file), path_of_open(file))
   end function is_in_place
 
   !> A path to the open file itself, whatever its name may lead to meanwhile; where the system has
