@@ -15,7 +15,10 @@ module material_run
   use user_setup, only: load_user_files
   use deck_reader, only: read_material_deck
   use fault_report, only: report_faults
-  use material_test, only: run_test, test_fault
+  use material_test, only: test_fault, new_test_rows, fill_table
+  use test_processes, only: law_slot_t, perform_tests
+  use shared_rows, only: shared_rows_t, free_rows, failure_of, warning_of
+  use message_files, only: check_message_file
   use hdf5_file, only: hdf5_file_t, create_file, place_file, give_up_file, close_file, take_error, &
                        write_text_attribute, write_integer_attribute
   use provenance_record, only: write_provenance
@@ -30,11 +33,6 @@ module material_run
   private
 
   public :: run_material_tests
-
-  !> The law of a test.
-  type :: law_slot_t
-    class(block_law_t), allocatable :: law
-  end type law_slot_t
 
 contains
 
@@ -152,25 +150,54 @@ contains
     end do
   end subroutine print_tests
 
-  !> All tests of an accepted deck, one after the other; one that fails does not stop the rest.
+  !> All tests of an accepted deck, one after the other; one that fails does not stop the rest. The
+  !! files are written when all is done: what ends in a user's subroutine has none open.
   integer function run_accepted(command, scene, slots) result(code)
     type(command_t), intent(in) :: command
     type(scene_t), intent(in) :: scene
     type(law_slot_t), intent(in) :: slots(:)
-    type(hdf5_file_t) :: file
-    type(unit_system_t) :: units
+    type(shared_rows_t) :: rows(size(slots))
     type(string_t), allocatable :: read_files(:)
     type(error_t), allocatable :: error
-    character(:), allocatable :: path, table
+    character(:), allocatable :: path, messages
     integer :: i
 
+    code = exit_input
     read_files = files_read(command, scene)
+    messages = ""
     call result_path(command, read_files, path, error)
-    if (allocated(error)) then
-      write (error_unit, "(a)") "igaform: error: "//error%message
-      code = exit_input
-      return
+    if (.not. allocated(error) .and. any([(slots(i)%law%needs_context, i=1, size(slots))])) then
+      messages = path_beside_result(path, ".msg", read_files)
+      call check_message_file(messages, error)
     end if
+    do i = 1, size(slots)
+      if (.not. allocated(error)) call new_test_rows(scene%tests(i), slots(i)%law, rows(i), error)
+    end do
+    if (.not. allocated(error)) then
+      call perform_tests(scene%tests, slots, rows, messages)
+      call write_all(command, scene, slots, rows, path, read_files, code, error)
+    end if
+    if (allocated(error)) write (error_unit, "(a)") "igaform: error: "//error%message
+    do i = 1, size(slots)
+      call free_rows(rows(i))
+    end do
+  end function run_accepted
+
+  !> What the tests have found, to the result file and the CSV files.
+  subroutine write_all(command, scene, slots, rows, path, read_files, code, error)
+    type(command_t), intent(in) :: command
+    type(scene_t), intent(in) :: scene
+    type(law_slot_t), intent(in) :: slots(:)
+    type(shared_rows_t), intent(in) :: rows(:)
+    character(*), intent(in) :: path             !! of the result
+    type(string_t), intent(in) :: read_files(:)
+    integer, intent(inout) :: code
+    type(error_t), allocatable, intent(out) :: error
+    type(hdf5_file_t) :: file
+    type(unit_system_t) :: units
+    character(:), allocatable :: table
+    integer :: i
+
     units = new_unit_system(scene%units)
     call create_file(file, path, is_draft=.true.)
     call write_text_attribute(file, "/", "content", "material tests")
@@ -178,52 +205,52 @@ contains
     call place_file(file)
     call take_error(file, error)
     if (allocated(error)) call give_up_file(file)
-    code = exit_input
-    if (.not. allocated(error)) then
-      code = exit_done
-      do i = 1, size(scene%tests)
-        table = result_base(path)//"-"//underscored(scene%tests(i)%name)//".h5"
-        table = path_beside_result(table, ".csv", read_files)
-        call carry_out(scene, i, slots(i)%law, file, table, units, command%is_quiet, code)
-      end do
-      call write_text_attribute(file, "/provenance", "status", &
-                                trim(merge("completed", "failed   ", code == exit_done)))
-      call close_file(file)
-      call take_error(file, error)
-      if (allocated(error)) code = exit_numerics
-    end if
-    if (allocated(error)) write (error_unit, "(a)") "igaform: error: "//error%message
-  end function run_accepted
+    if (allocated(error)) return
+    code = exit_done
+    do i = 1, size(scene%tests)
+      table = result_base(path)//"-"//underscored(scene%tests(i)%name)//".h5"
+      table = path_beside_result(table, ".csv", read_files)
+      call write_test(scene, i, slots(i)%law, rows(i), file, table, units, command%is_quiet, code)
+    end do
+    call write_text_attribute(file, "/provenance", "status", &
+                              trim(merge("completed", "failed   ", code == exit_done)))
+    call close_file(file)
+    call take_error(file, error)
+    if (allocated(error)) code = exit_numerics
+  end subroutine write_all
 
   !> One test: its rows to the result file and to a CSV file of its own.
-  subroutine carry_out(scene, i, law, file, path, units, is_quiet, code)
+  subroutine write_test(scene, i, law, rows, file, path, units, is_quiet, code)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: i
     class(block_law_t), intent(in) :: law
+    type(shared_rows_t), intent(in) :: rows
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: path       !! of the CSV file
     type(unit_system_t), intent(in) :: units
     logical, intent(in) :: is_quiet
     integer, intent(inout) :: code         !! set where something fails
     type(result_table_t) :: table
-    type(error_t), allocatable :: error, failure
-    character(:), allocatable :: warning
+    type(error_t), allocatable :: error
+    character(:), allocatable :: failure, warning
 
+    failure = failure_of(rows)
+    warning = warning_of(rows)
     associate (test => scene%tests(i))
-      call run_test(test, law, table, failure, warning)
+      call fill_table(test, law, rows, table)
       if (warning /= "") &
         write (error_unit, "(a)") "igaform: warning: test "//test%name//": "//warning
-      call record(scene, i, file, table, units, .not. allocated(failure))
+      call record(scene, i, file, table, units, failure == "")
       call write_csv(table, path, units, error)
       if (.not. is_quiet) then
         print "(a)", "test "//test%name//": "//test%kind//", "//to_text(n_rows(table))// &
           " rows in "//path
       end if
-      if (allocated(failure)) call say(test%name, failure%message)
+      if (failure /= "") call say(test%name, failure)
       if (allocated(error)) call say(test%name, error%message)
+      if (failure /= "" .or. allocated(error)) code = exit_numerics
     end associate
-    if (allocated(failure) .or. allocated(error)) code = exit_numerics
-  end subroutine carry_out
+  end subroutine write_test
 
   !> Group of one test with what was tested and how.
   subroutine record(scene, i, file, table, units, is_complete)

@@ -1,13 +1,13 @@
 !> Other programs, run without a shell: words reach them as they are, whatever they contain.
 module child_process
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_ptr, c_loc, c_null_char, &
-                                         c_null_ptr, c_f_pointer
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_long, c_ptr, c_loc, &
+                                         c_null_char, c_null_ptr, c_f_pointer
   use text, only: string_t
   implicit none
   private
 
   public :: run_program, start_program, take_ended, ask_to_stop, ask_to_save, pause_briefly
-  public :: c_text, program_missing
+  public :: c_text, program_missing, fork_process, wait_for, end_with_parent, end_process
 
   integer, parameter :: program_missing = -1   !! code of a program that cannot be started
   ! Of Linux: create a file and write it anew, or behind what is there.
@@ -55,6 +55,21 @@ module child_process
       integer(c_int), value :: pid, options
       integer(c_int), intent(out) :: status
     end function c_waitpid
+
+    integer(c_int) function c_fork() bind(C, name="fork")
+      import :: c_int
+    end function c_fork
+
+    integer(c_int) function c_trait(which, value) bind(C, name="prctl")
+      import :: c_int, c_long
+      integer(c_int), value :: which
+      integer(c_long), value :: value
+    end function c_trait
+
+    subroutine c_exit(code) bind(C, name="exit")
+      import :: c_int
+      integer(c_int), value :: code
+    end subroutine c_exit
 
     integer(c_int) function c_kill(pid, signal) bind(C, name="kill")
       import :: c_int
@@ -132,6 +147,37 @@ contains
     code = program_missing
     if (process > 0) code = exit_code(status)
   end subroutine take_ended
+
+  !> A copy of this process, which goes on from here as well: 0 in the copy, its number in this one,
+  !! below zero if there is none. Units with something to write are to be flushed before. The copy
+  !! has one thread.
+  integer function fork_process()
+    fork_process = int(c_fork())
+  end function fork_process
+
+  !> Wait for the end of a copy; its exit code as `run_program` has it.
+  subroutine wait_for(process, code)
+    integer, intent(in) :: process
+    integer, intent(out) :: code
+    integer(c_int) :: status
+
+    code = program_missing
+    if (c_waitpid(int(process, c_int), status, 0_c_int) == process) code = exit_code(status)
+  end subroutine wait_for
+
+  !> In a copy: end at once when the process that made it ends.
+  subroutine end_with_parent()
+    integer(c_int), parameter :: signal_of_parents_end = 1_c_int   ! of Linux
+    integer(c_long), parameter :: kill = 9_c_long
+    integer(c_int) :: ignored
+
+    ignored = c_trait(signal_of_parents_end, kill)
+  end subroutine end_with_parent
+
+  !> End a copy that has done its work.
+  subroutine end_process()
+    call c_exit(0_c_int)
+  end subroutine end_process
 
   !> Ask a started program to stop (SIGTERM).
   subroutine ask_to_stop(process)

@@ -11,7 +11,7 @@ module user_call
   private
 
   public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
-  public :: expect_elements, call_sdvini, note_failure, user_failure_text
+  public :: expect_elements, forget_thread, call_sdvini, note_failure, user_failure_text
   public :: set_guard, check_guard
 
   !> Some sources read behind their PROPS and STATEV: there are zeros behind both.
@@ -57,6 +57,10 @@ module user_call
       import :: c_int
       integer(c_int), value :: n
     end subroutine expect_elements
+
+    !> In a copy of the process: its thread has another number for the system.
+    subroutine forget_thread() bind(C, name="igaform_forget_thread")
+    end subroutine forget_thread
 
     !> The call in hand wrote past the end of the argument of this name, which ends the run.
     subroutine end_by_overrun(name, length) bind(C, name="igaform_end_by_overrun")

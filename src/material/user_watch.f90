@@ -152,6 +152,12 @@ contains
     call give_signal_stack(records(slot)%signal_stack)
   end subroutine open_record
 
+  !> In a copy of the process: its thread has another number for the system, so it takes another
+  !! record.
+  subroutine forget_thread() bind(C, name="igaform_forget_thread")
+    slot = -1
+  end subroutine forget_thread
+
   !> Number in `records` of the calling thread; 0 if it never called a subroutine of the user.
   integer function own_slot()
     integer(c_int) :: thread

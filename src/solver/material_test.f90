@@ -10,12 +10,15 @@ module material_test
   use material_point, only: material_point_t, control_t, new_point, new_control, advance, &
                             strain_to_frame, stress_to_frame, plastic_strain
   use result_table, only: result_table_t, add_column, tensor_components
+  use shared_rows, only: shared_rows_t, new_rows, free_rows, begin_rows, add_row, end_rows, &
+                         failure_of, warning_of, values_of
   implicit none
   private
 
-  public :: run_test, test_fault
+  public :: run_test, test_fault, new_test_rows, fill_rows, fill_table
 
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
+  integer, parameter :: n_fixed = 13   ! time, strain and stress in front of the state in a row
 
   !> What leads the point: conditions, and their values at the corners of the path.
   type :: program_t
@@ -25,13 +28,6 @@ module material_test
     real(wp), allocatable :: times(:)        !! of the corners; the start is at 0
     real(wp) :: spin(3) = 0.0_wp             !! for each unit of the fourth condition
   end type program_t
-
-  !> What the point went through, a column for each increment behind the start.
-  type :: history_t
-    integer :: n = 0
-    real(wp), allocatable :: time(:), strain(:, :), stress(:, :), state(:, :)
-    real(wp) :: shear = 0.0_wp    !! the largest, as simple shear
-  end type history_t
 
 contains
 
@@ -55,23 +51,85 @@ contains
     type(result_table_t), intent(out) :: table
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable, intent(out), optional :: warning   !! empty: none
-    type(material_point_t) :: point
-    type(history_t) :: history
+    type(shared_rows_t) :: rows
+
+    call new_test_rows(spec, law, rows, error)
+    if (allocated(error)) return
+    call fill_rows(spec, law, rows)
+    if (failure_of(rows) /= "") call fail(error, failure_of(rows))
+    if (present(warning)) warning = warning_of(rows)
+    call fill_table(spec, law, rows, table)
+    call free_rows(rows)
+  end subroutine run_test
+
+  !> Room for the rows of a test. Fails if there is no memory.
+  subroutine new_test_rows(spec, law, rows, error)
+    type(material_test_spec_t), intent(in) :: spec
+    class(block_law_t), intent(in) :: law
+    type(shared_rows_t), intent(out) :: rows
+    type(error_t), allocatable, intent(out) :: error
+    type(program_t) :: program
+    integer :: n_columns, n_most
 
     select case (spec%kind)
     case ("R VALUES")
-      call find_r_values(spec, law, table, error)
+      n_columns = 3
+      n_most = spec%n_repeats
     case ("YIELD LOCUS")
-      call find_yield_locus(spec, law, table, error)
+      n_columns = 4
+      n_most = spec%n_repeats
     case default
-      call follow(new_program(spec), law, spec, point, history, error)
-      call fill_table(history, law, spec, table)
+      program = new_program(spec)
+      n_columns = n_fixed + law%n_state - law%n_hidden
+      n_most = spec%n_increments*size(program%times) + 1
     end select
-    if (.not. present(warning)) return
+    if (.not. new_rows(rows, n_columns, n_most)) &
+      call fail(error, "no memory for "//to_text(n_most)//" rows")
+  end subroutine new_test_rows
+
+  !> Carry out a test, row by row. Where the point cannot be led on the rows end, and say why. A
+  !! process may do this in place of another one that made the room for the rows.
+  subroutine fill_rows(spec, law, rows)
+    type(material_test_spec_t), intent(in) :: spec
+    class(block_law_t), intent(in) :: law
+    type(shared_rows_t), intent(inout) :: rows
+    type(material_point_t) :: point
+    type(error_t), allocatable :: error
+    character(:), allocatable :: warning
+    real(wp) :: shear
+
+    call begin_rows(rows)
     warning = ""
-    if (history%shear > shear_limit .and. shear_words(law) /= "") &
-      warning = "the point sheared by "//rounded_text(history%shear)//": "//shear_words(law)
-  end subroutine run_test
+    select case (spec%kind)
+    case ("R VALUES")
+      call find_r_values(spec, law, rows, error)
+    case ("YIELD LOCUS")
+      call find_yield_locus(spec, law, rows, error)
+    case default
+      call follow(new_program(spec), law, spec, point, shear, error, rows)
+      if (shear > shear_limit .and. shear_words(law) /= "") &
+        warning = "the point sheared by "//rounded_text(shear)//": "//shear_words(law)
+    end select
+    if (.not. allocated(error)) allocate (error, source=error_t(""))
+    call end_rows(rows, error%message, warning)
+  end subroutine fill_rows
+
+  !> The rows as a table with names and units.
+  subroutine fill_table(spec, law, rows, table)
+    type(material_test_spec_t), intent(in) :: spec
+    class(block_law_t), intent(in) :: law
+    type(shared_rows_t), intent(in) :: rows
+    type(result_table_t), intent(out) :: table
+
+    select case (spec%kind)
+    case ("R VALUES")
+      call fill_r_values(values_of(rows), table)
+    case ("YIELD LOCUS")
+      call fill_yield_locus(values_of(rows), table)
+    case default
+      call fill_history(values_of(rows), law, spec, table)
+    end select
+  end subroutine fill_table
 
   !> Conditions and corners of a test.
   pure function new_program(spec) result(program)
@@ -117,21 +175,21 @@ contains
   end function new_program
 
   !> Lead a new point from corner to corner, with the increments of the test to each.
-  subroutine follow(program, law, spec, point, history, error)
+  subroutine follow(program, law, spec, point, shear, error, rows)
     type(program_t), intent(in) :: program
     class(block_law_t), intent(in) :: law
     type(material_test_spec_t), intent(in) :: spec
     type(material_point_t), intent(out) :: point
-    type(history_t), intent(out) :: history
+    real(wp), intent(out) :: shear                         !! the largest, as simple shear
     type(error_t), allocatable, intent(out) :: error
+    type(shared_rows_t), intent(inout), optional :: rows   !! one for each increment, and the start
     real(wp) :: start(6), aim(6), change(6), dt, before
     integer :: corner, i, n
 
     n = spec%n_increments*size(program%times)
     point = new_point(law, spec%state)
-    allocate (history%time(0:n), history%strain(6, 0:n), history%stress(6, 0:n))
-    allocate (history%state(law%n_state - law%n_hidden, 0:n))
-    call note(point, history)
+    shear = 0.0_wp
+    if (present(rows)) call note(law, point, rows)
     start = 0.0_wp
     before = 0.0_wp
     do corner = 1, size(program%times)
@@ -145,39 +203,36 @@ contains
                           to_text(n)//"); more increments may help"
           return
         end if
-        call note(point, history)
+        shear = max(shear, simple_shear_of(point%gradient))
+        if (present(rows)) call note(law, point, rows)
       end do
       start = program%corners(:, corner)
       before = program%times(corner)
     end do
   end subroutine follow
 
-  pure subroutine note(point, history)
+  subroutine note(law, point, rows)
+    class(block_law_t), intent(in) :: law
     type(material_point_t), intent(in) :: point
-    type(history_t), intent(inout) :: history
+    type(shared_rows_t), intent(inout) :: rows
 
-    history%n = point%increment
-    history%time(history%n) = point%time
-    history%strain(:, history%n) = point%strain
-    history%stress(:, history%n) = point%stress
-    history%state(:, history%n) = point%state(:size(history%state, 1))
-    history%shear = max(history%shear, simple_shear_of(point%gradient))
+    call add_row(rows, [point%time, point%strain, point%stress, &
+                        point%state(:law%n_state - law%n_hidden)])
   end subroutine note
 
-  !> The history as columns, stress and strain in the frame of the test.
-  subroutine fill_table(history, law, spec, table)
-    type(history_t), intent(in) :: history
+  !> The rows of `note` as columns, stress and strain in the frame of the test.
+  subroutine fill_history(history, law, spec, table)
+    real(wp), intent(in) :: history(:, :)
     class(block_law_t), intent(in) :: law
     type(material_test_spec_t), intent(in) :: spec
     type(result_table_t), intent(out) :: table
     type(string_t) :: names(law%n_state - law%n_hidden)
-    real(wp) :: eqps(1, 0:history%n), angle
-    integer :: i, n
+    real(wp) :: eqps(1, size(history, 2)), angle
+    integer :: i
 
-    n = history%n
     angle = degree*spec%angle
     eqps = 0.0_wp
-    if (law%eqps_state > 0) eqps(1, :) = history%state(law%eqps_state, :n)
+    if (law%eqps_state > 0) eqps(1, :) = history(n_fixed + law%eqps_state, :)
     do i = 1, size(names)
       names(i)%value = to_text(i)
     end do
@@ -186,29 +241,28 @@ contains
         names(i)%value = spec%state_names(i)%value
       end do
     end if
-    call add_column(table, "time", "time", "time", reshape(history%time(:n), [1, n + 1]))
+    call add_column(table, "time", "time", "time", history(:1, :))
     call add_column(table, "strain", "1", "sum of the strain increments in the frame of the "// &
                     "test, engineering shear: 11, 22, 33, 12, 13, 23", &
-                    matmul(strain_to_frame(angle), history%strain(:, :n)), tensor_components())
+                    matmul(strain_to_frame(angle), history(2:7, :)), tensor_components())
     call add_column(table, "stress", "stress", "Cauchy stress in the frame of the test: 11, "// &
                     "22, 33, 12, 13, 23", &
-                    matmul(stress_to_frame(angle), history%stress(:, :n)), tensor_components())
+                    matmul(stress_to_frame(angle), history(8:13, :)), tensor_components())
     call add_column(table, "eqps", "1", "equivalent plastic strain", eqps)
-    call add_column(table, "state", "1", "state variables of the law", history%state(:, :n), names)
-  end subroutine fill_table
+    call add_column(table, "state", "1", "state variables of the law", &
+                    history(n_fixed + 1:, :), names)
+  end subroutine fill_history
 
   !> Tension at angles from 0 to 90 degrees to axis 1 of the material: stress at the end and
   !! r = plastic strain across over that through the thickness.
-  subroutine find_r_values(spec, law, table, error)
+  subroutine find_r_values(spec, law, rows, error)
     type(material_test_spec_t), intent(in) :: spec
     class(block_law_t), intent(in) :: law
-    type(result_table_t), intent(out) :: table
+    type(shared_rows_t), intent(inout) :: rows
     type(error_t), allocatable, intent(out) :: error
-    real(wp), dimension(1, spec%n_repeats) :: degrees, r, stress
-    real(wp) :: plastic(6), rotated(6)
+    real(wp) :: plastic(6), rotated(6), shear
     type(material_test_spec_t) :: tension
     type(material_point_t) :: point
-    type(history_t) :: history
     integer :: i, n
 
     tension = spec
@@ -216,27 +270,31 @@ contains
     n = spec%n_repeats
     do i = 1, n
       tension%angle = 90.0_wp*(i - 1)/(n - 1)
-      call follow(new_program(tension), law, spec, point, history, error)
-      if (allocated(error)) exit
+      call follow(new_program(tension), law, spec, point, shear, error)
+      if (allocated(error)) return
       plastic = matmul(strain_to_frame(degree*tension%angle), plastic_strain(law, point))
       if (.not. is_plastic(law, spec, point, plastic)) then
         call fail(error, "no plastic strain in tension at "//to_text(tension%angle)// &
                   " degrees, so no r-value")
-        exit
+        return
       end if
       rotated = matmul(stress_to_frame(degree*tension%angle), point%stress)
-      degrees(1, i) = tension%angle
-      r(1, i) = plastic(2)/plastic(3)
-      stress(1, i) = rotated(1)
+      call add_row(rows, [tension%angle, plastic(2)/plastic(3), rotated(1)])
     end do
-    n = i - 1
-    call add_column(table, "angle", "1", "degrees from axis 1 of the material to the pull", &
-                    degrees(:, :n))
-    call add_column(table, "r_value", "1", "plastic strain across over plastic strain through "// &
-                    "the thickness, at the end", r(:, :n))
-    call add_column(table, "stress", "stress", "Cauchy stress along the pull at the end", &
-                    stress(:, :n))
   end subroutine find_r_values
+
+  !> The rows of `find_r_values` as columns.
+  subroutine fill_r_values(rows, table)
+    real(wp), intent(in) :: rows(:, :)
+    type(result_table_t), intent(out) :: table
+
+    call add_column(table, "angle", "1", "degrees from axis 1 of the material to the pull", &
+                    rows(1:1, :))
+    call add_column(table, "r_value", "1", "plastic strain across over plastic strain through "// &
+                    "the thickness, at the end", rows(2:2, :))
+    call add_column(table, "stress", "stress", "Cauchy stress along the pull at the end", &
+                    rows(3:3, :))
+  end subroutine fill_r_values
 
   !> Has the point yielded, by its law and by a plastic strain beyond round-off?
   logical function is_plastic(law, spec, point, plastic)
@@ -254,32 +312,35 @@ contains
 
   !> Stresses s11, s22 at which a plastic strain first shows, s33 and shear being zero. The stress
   !! keeps its direction while strain steps double, then are halved back to the threshold.
-  subroutine find_yield_locus(spec, law, table, error)
+  subroutine find_yield_locus(spec, law, rows, error)
     type(material_test_spec_t), intent(in) :: spec
     class(block_law_t), intent(in) :: law
-    type(result_table_t), intent(out) :: table
+    type(shared_rows_t), intent(inout) :: rows
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: degrees(1, spec%n_repeats), stress(2, spec%n_repeats), eqps(1, spec%n_repeats)
     type(material_point_t) :: point
     integer :: i, n
 
     n = spec%n_repeats
     do i = 1, n
       call probe(law, degree*360.0_wp*(i - 1)/n, spec, point, error)
-      if (allocated(error)) exit
-      degrees(1, i) = 360.0_wp*(i - 1)/n
+      if (allocated(error)) return
       associate (rotated => matmul(stress_to_frame(degree*spec%angle), point%stress))
-        stress(:, i) = rotated(:2)
+        call add_row(rows, [360.0_wp*(i - 1)/n, rotated(:2), point%state(law%eqps_state)])
       end associate
-      eqps(1, i) = point%state(law%eqps_state)
     end do
-    n = i - 1
-    call add_column(table, "direction", "1", "degrees in the plane of s11 and s22, from s11", &
-                    degrees(:, :n))
-    call add_column(table, "stress", "stress", "stresses at first yield, s33 and shear being "// &
-                    "zero: 11, 22", stress(:, :n), strings(["11", "22"]))
-    call add_column(table, "eqps", "1", "plastic strain reached", eqps(:, :n))
   end subroutine find_yield_locus
+
+  !> The rows of `find_yield_locus` as columns.
+  subroutine fill_yield_locus(rows, table)
+    real(wp), intent(in) :: rows(:, :)
+    type(result_table_t), intent(out) :: table
+
+    call add_column(table, "direction", "1", "degrees in the plane of s11 and s22, from s11", &
+                    rows(1:1, :))
+    call add_column(table, "stress", "stress", "stresses at first yield, s33 and shear being "// &
+                    "zero: 11, 22", rows(2:3, :), strings(["11", "22"]))
+    call add_column(table, "eqps", "1", "plastic strain reached", rows(4:4, :))
+  end subroutine fill_yield_locus
 
   !> From zero along one direction of stress until the plastic strain passes the threshold.
   subroutine probe(law, direction, spec, point, error)

@@ -269,6 +269,40 @@ def all_threads_may_fail_at_once(bench):
             assert kind != 20 or file["frames/is_failed"][-1] == 1, "no frame marked failed"
 
 
+def material_tests_outlive_user_code(bench):
+    """A test that ends inside the user's subroutine keeps its rows, and the next ones still run."""
+    kinds = {"stop": 2, "missing": 20, "unit7": 21, "abort": 22, "crash": 5, "stack": 7}
+    text = ""
+    for name, kind in kinds.items():
+        constants = user(f"210000, 0, 1, 4, {kind}, 1")
+        text += f"*MATERIAL, NAME={name}\n*DENSITY\n7.85e-9\n{constants}\n"
+        text += (f"*MATERIAL TEST, NAME={name}, MATERIAL={name}, TYPE=UNIAXIAL, INCREMENTS=10\n"
+                 "0.001\n")
+    text += f"*MATERIAL, NAME=sound\n*DENSITY\n7.85e-9\n{user(STEEL)}\n"
+    text += "*MATERIAL TEST, NAME=sound, MATERIAL=sound, TYPE=UNIAXIAL, INCREMENTS=10\n0.001\n"
+    source = bench.folder / "ends.F"
+    law = (FILES / "misbehaves.F").read_text().replace("WRITE(6", "WRITE(7")
+    assert "WRITE(7" in law
+    source.write_text(law.replace("      SELECT CASE", "      WRITE(7,*) 'reached',PROPS(5)\n"
+                                  "      SELECT CASE", 1))
+    path = bench.run(text, source, command=["material"], code=2)
+    with h5py.File(path) as file:
+        for name in kinds:
+            bench.says(f"test {name}: the user's subroutine ended it")
+            group = file["tests"][name]
+            assert len(group["time"]) == 4, (name, len(group["time"]))   # the start and three
+            assert group.attrs["status"] in ("failed", b"failed")
+            assert len((bench.folder / f"a-{name}.csv").read_text().splitlines()) == 5
+        assert len(file["tests/sound/time"]) == 11
+        assert abs(file["tests/sound/stress"][-1, 0] / 210 - 1) < 1e-3
+    bench.says("UMAT ended the run", "UMAT crashed (segmentation fault)", "ran out of stack",
+               "element 1, point 1", "no such table.dat")
+    messages = (bench.folder / "a.msg").read_text()
+    for kind in (2, 20, 21):     # what a crash leaves in the units is lost
+        assert f"{kind}." in messages, messages
+    assert not (bench.folder / "fort.7").exists()
+
+
 def faults_are_told(bench):
     material = deck(user(STEEL))
     bench.run(material, FILES / "syntax_error.f", code=1)
@@ -418,7 +452,8 @@ def main(igaform):
               vumats_of_both_signatures, shared_data_run_in_order, states_start_as_told,
               first_call_sees_the_state, times_know_the_steps_of_the_deck,
               values_that_are_no_numbers_are_named,
-              failures_name_element_and_point, all_threads_may_fail_at_once, faults_are_told,
+              failures_name_element_and_point, all_threads_may_fail_at_once,
+              material_tests_outlive_user_code, faults_are_told,
               files_from_elsewhere,
               files_read_are_never_written,
               material_tests_know_names_and_starts,
