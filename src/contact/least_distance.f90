@@ -48,10 +48,11 @@ module least_distance
 contains
 
   !> Prepare the search.
-  subroutine new_distance_search(search, surfaces, tool)
+  subroutine new_distance_search(search, surfaces, tool, reach)
     type(distance_search_t), intent(out) :: search
     type(nurbs_surface_t), intent(in) :: surfaces(:)   !! of the sheet
     type(tool_t), intent(in) :: tool
+    real(wp), intent(in), optional :: reach            !! how far apart both will be [length]
 
     call new_hull_tree(search%sheet, surfaces)
     call new_hull_tree(search%tool, tool%surfaces)
@@ -60,6 +61,7 @@ contains
                                       maxval(abs(nodes%box(2, 1))), maxval(abs(nodes%box(2, 2))), &
                                       maxval(abs(nodes%box(3, 1))), maxval(abs(nodes%box(3, 2))))
     end associate
+    if (present(reach)) search%scale = search%scale + reach
     search%tolerance = exact*search%scale
   end subroutine new_distance_search
 

@@ -41,7 +41,7 @@ contains
     integer :: i
 
     unit = direction/norm2(direction)
-    call new_distance_search(search, faces_of(solids), tool)
+    call new_distance_search(search, faces_of(solids), tool, reach=clearance)
     call find_ends(tool, solids, unit, way, last)
     way = way - clearance
     last = last + clearance
@@ -67,18 +67,22 @@ contains
     end if
   end subroutine placing_shift
 
-  !> Advance by what the place known to be nearest leaves, until that is nothing.
+  !> Advance by what the place known to be nearest leaves, until that is nothing or round-off keeps
+  !! it from becoming less.
   subroutine settle(search, tool, unit, clearance, way)
     type(distance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: unit(3), clearance
     real(wp), intent(inout) :: way
-    real(wp) :: nearest
+    real(wp) :: nearest, left, before
     integer :: i
 
+    before = huge(1.0_wp)
     do i = 1, max_advances
       call follow_least_distance(search, tool, way*unit, nearest)
-      if (abs(nearest - clearance) <= 0.5_wp*exact*search%scale) exit
+      left = abs(nearest - clearance)
+      if (left <= 0.5_wp*exact*search%scale .or. left >= before) exit
+      before = left
       way = way + nearest - clearance
     end do
   end subroutine settle

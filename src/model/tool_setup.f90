@@ -15,6 +15,7 @@ module tool_setup
   public :: start_tools
 
   real(wp), parameter :: worth_telling = 1.0e-3_wp   !! doubt, part of the search distance
+  real(wp), parameter :: far = 100.0_wp              !! of a clearance, of what sheet and tool reach
 
 contains
 
@@ -63,7 +64,7 @@ contains
     type(fault_list_t), intent(inout) :: faults
     type(nurbs_solid_t) :: solids(size(scene%blank%patches))
     type(error_t), allocatable :: error
-    real(wp) :: doubt
+    real(wp) :: doubt, reach
     integer :: i
 
     do i = 1, size(solids)
@@ -75,10 +76,19 @@ contains
       shift = 0.0_wp
       return
     end if
-    if (doubt > worth_telling*tool%search_distance) &
+    reach = tool%scale
+    do i = 1, size(solids)
+      reach = max(reach, maxval(abs(solids(i)%points)))
+    end do
+    if (spec%clearance > far*reach) then
+      call add_warning(faults, spec%origin, "a clearance of "//rounded_text(spec%clearance)// &
+                       ", more than a hundred times as far as sheet and tool reach", &
+                       "a clearance in the deck's unit of length")
+    else if (doubt > worth_telling*tool%search_distance) then
       call add_warning(faults, spec%origin, "a tool so nearly parallel to the sheet that its "// &
                        "distance may be less than the clearance by "//rounded_text(doubt), &
                        "a larger clearance")
+    end if
     call shift_tool(shift, tool)
   end subroutine place_tool
 
