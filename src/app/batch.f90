@@ -6,7 +6,7 @@ module batch
   use faults, only: fault_list_t
   use scene, only: scene_t
   use deck_reader, only: read_deck
-  use interrupt, only: watch_signals, watch_saves, hold_saves, is_stop_wanted, &
+  use interrupt, only: end_on_signals, watch_signals, watch_saves, hold_saves, is_stop_wanted, &
                        is_save_wanted, forget_save
   use child_process, only: start_program, take_ended, ask_to_stop, ask_to_save, pause_briefly
   use provenance, only: host_cores
@@ -45,6 +45,7 @@ contains
     integer :: i
 
     code = exit_input
+    call end_on_signals(exit_interrupted)
     call read_batch(command%deck, runs, error)
     if (.not. allocated(error)) then
       if (command%only > size(runs)) call fail(error, "--only "//to_text(command%only)// &
@@ -104,7 +105,7 @@ contains
     is_stopping = .false.
     do
       do j = 1, size(jobs)
-        if (jobs(j)%process /= 0 .or. is_stopping) cycle
+        if (jobs(j)%process /= 0 .or. is_stop_wanted()) cycle
         call start_next(command, runs, is_due, next, n_done, jobs(j), outcomes)
       end do
       if (all(jobs%process == 0)) exit

@@ -1,7 +1,7 @@
 !> igaform: explicit isogeometric analysis of sheet-metal forming, from a keyword deck.
 program main
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
-  use interrupt, only: watch_saves
+  use interrupt, only: hold_saves, watch_saves
   use thread_waiting, only: shorten_waiting
   use command_line, only: command_t, read_command_line, usage_text
   use build_info, only: version, git_commit
@@ -18,7 +18,8 @@ program main
   type(command_t) :: command
   integer :: code
 
-  call shorten_waiting()   ! which may begin the program anew
+  call hold_saves()        ! a wish to save that comes early waits
+  call shorten_waiting()   ! which may begin the program anew, and leaves what waits
   call watch_memory()
   call watch_saves()
   call read_command_line(command)

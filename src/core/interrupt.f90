@@ -5,13 +5,14 @@
 !! nobody watched; within that time it may be the same wish that comes by two ways, to a group of
 !! programs and from the one that started them.
 module interrupt
-  use, intrinsic :: iso_c_binding, only: c_associated, c_funloc, c_funptr, c_int, c_int64_t, &
-                                         c_intptr_t, c_long, c_null_funptr, c_null_ptr, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funloc, c_funptr, c_int, &
+                                         c_int64_t, c_intptr_t, c_long, c_null_funptr, &
+                                         c_null_ptr, c_ptr, c_size_t
   implicit none
   private
 
-  public :: watch_saves, hold_saves, watch_signals, is_stop_wanted, is_save_wanted, forget_save
-  public :: stop_signal_name
+  public :: watch_saves, hold_saves, end_on_signals, watch_signals
+  public :: is_stop_wanted, is_save_wanted, forget_save, stop_signal_name
 
   integer(c_int), parameter :: hang_up = 1, terminal = 2, user_one = 10, terminate = 15, &
                                file_too_large = 25   ! of Linux
@@ -21,6 +22,9 @@ module interrupt
   integer(c_int), volatile :: stop_signal = 0_c_int
   integer(c_int), volatile :: save_signal = 0_c_int
   integer(c_long), volatile :: stop_time = 0_c_long   ! of the first wish [s]
+  integer(c_int), volatile :: end_code = 0_c_int      ! of a program that ends at once; 0: else
+  character(*, kind=c_char), parameter :: last_words = &
+    "igaform: stopped by a signal before anything was begun"//new_line("a")
 
   interface
     type(c_funptr) function c_signal(number, handler) bind(C, name="signal")
@@ -51,6 +55,18 @@ module interrupt
       integer(c_int64_t), intent(in) :: signals(*)
       type(c_ptr), value :: before
     end function c_mask
+
+    integer(c_size_t) function c_write(descriptor, text, n) bind(C, name="write")
+      import :: c_char, c_int, c_size_t
+      integer(c_int), value :: descriptor
+      character(kind=c_char), intent(in) :: text(*)
+      integer(c_size_t), value :: n
+    end function c_write
+
+    subroutine c_exit_at_once(code) bind(C, name="_exit")
+      import :: c_int
+      integer(c_int), value :: code
+    end subroutine c_exit_at_once
 
     integer(c_long) function c_time(place) bind(C, name="time")
       import :: c_long, c_ptr
@@ -85,15 +101,24 @@ contains
     failed = c_mask(action, signals, c_null_ptr)
   end subroutine mask_saves
 
+  !> End the program at once, with this exit code and a line that says so, on SIGINT, SIGTERM and
+  !! SIGHUP, up to `watch_signals`: for as long as there is nothing to be saved or waited for. A
+  !! read that blocks does not look at flags.
+  subroutine end_on_signals(code)
+    integer, intent(in) :: code          !! not 0
+
+    end_code = int(code, c_int)
+    call watch_all()
+  end subroutine end_on_signals
+
   !> Take note of SIGINT, SIGTERM and SIGHUP (stop) from now on. What is ignored, as behind
   !! `nohup`, stays ignored. A limit on the size of files is from now on an error of the
   !! write that meets it, as a full disk is, and not the end of the program.
   subroutine watch_signals()
     type(c_funptr) :: before
 
-    call watch(terminal)
-    call watch(terminate)
-    call watch(hang_up)
+    end_code = 0_c_int
+    call watch_all()
     before = c_signal(file_too_large, transfer(sig_ign, c_null_funptr))
   end subroutine watch_signals
 
@@ -128,6 +153,12 @@ contains
     end select
   end function stop_signal_name
 
+  subroutine watch_all()
+    call watch(terminal)
+    call watch(terminate)
+    call watch(hang_up)
+  end subroutine watch_all
+
   subroutine watch(number)
     integer(c_int), intent(in) :: number
     type(c_funptr) :: before
@@ -149,9 +180,13 @@ contains
     integer(c_long), parameter :: same_wish = 2_c_long
     type(c_funptr) :: before
     integer(c_int) :: failed
+    integer(c_size_t) :: ignored
 
     if (number == user_one) then
       save_signal = number
+    else if (end_code /= 0) then
+      ignored = c_write(2_c_int, last_words, len(last_words, c_size_t))
+      call c_exit_at_once(end_code)
     else if (stop_signal == 0) then
       stop_time = c_time(c_null_ptr)
       stop_signal = number

@@ -12,7 +12,7 @@ module checkpoint
   use checksum, only: file_checksum
   use state_store, only: state_store_t, add_entry
   use system_files, only: sync_file, replace_file, remove_file, is_no_file, kind_of_file, true_path
-  use file_lock, only: lock_t, hold_folder, release_lock
+  use file_lock, only: is_locked_by_others, lock_t, hold_folder, release_lock
   use build_fingerprint, only: fingerprint_difference
   use hdf5_library, only: hid_t
   use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_reals, write_text, &
@@ -312,6 +312,8 @@ contains
     if (allocated(error)) return
     call hold_folder(result_file, draft%lock)
     call check_replaceable(result_file, error)
+    if (is_locked_by_others(draft%path)) call fail(error, "result file '"//result_file// &
+      "': another program is about to write it; choose another name")
     if (allocated(error)) then
       call release_lock(draft%lock)
       return

@@ -17,10 +17,10 @@ module frames
   use text, only: joined, string_t, strings, to_text
   use frame_data, only: display_patch_t, display_tool_t, results_setup_t, frame_t, tool_names, &
                         probe_names
-  use hdf5_file, only: close_file, give_up_file, open_file, create_file, create_group, &
-                       byte_values, flush_file, hdf5_file_t, integer_values, path_of_open, &
-                       place_file, real_values, take_error, write_reals, write_text_attribute, &
-                       write_integer_attribute
+  use hdf5_file, only: check_length, close_file, give_up_file, open_file, create_file, &
+                       create_group, byte_values, flush_file, hdf5_file_t, integer_values, &
+                       path_of_open, place_file, real_values, take_error, write_reals, &
+                       write_text_attribute, write_integer_attribute
   use hdf5_series, only: append_chunk, append_integers, create_series
   use deflated_chunk, only: deflated_chunk_t, new_deflated_chunk
   use unit_system, only: new_unit_system, unit_of, unit_system_t
@@ -138,6 +138,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer, intent(in), optional :: n_rows
 
+    call check_length(results%file)
     call write_history(results%history, results%file, n_rows)
     call flush_file(results%file)
     call take_error(results%file, error)
@@ -183,6 +184,7 @@ contains
     type(deflated_chunk_t), allocatable :: chunks(:)
     real(wp), allocatable :: points(:, :), values(:, :)
 
+    call check_length(results%file)
     fields = display_fields_of(results%display%n_contact_fields)
     allocate (points(results%display%n_points, 3))
     allocate (values(results%display%n_points, sum(fields%n_components)))
@@ -280,6 +282,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(*), intent(in), optional :: relaxation   !! how it went; may be empty
 
+    call check_length(results%file)
     if (present(relaxation)) then
       if (relaxation /= "") then
         call write_text_attribute(results%file, "/provenance", "relaxation", relaxation)

@@ -25,7 +25,7 @@ module hdf5_file
   public :: hdf5_file_t, create_file, open_file, close_file, give_up_file, flush_file, take_error
   public :: has_object, create_group, link_object, write_text_attribute, write_integer_attribute
   public :: write_text, write_reals, write_integers, create_dataset, note_failure, file_type
-  public :: path_of_open, place_file
+  public :: path_of_open, check_length, place_file
 
   integer, parameter, public :: real_values = 1, integer_values = 2, byte_values = 3
 
@@ -37,6 +37,7 @@ module hdf5_file
     character(:), allocatable :: link             !! of the system to the open file itself
     logical :: is_shared = .false.                !! readers may look in while it is open
     logical :: is_checked = .false.               !! its headers have checksums
+    integer(int64) :: n_bytes = -1                !! after the last flush; negative: not known
     type(error_t), allocatable :: error           !! first failure, see `take_error`
   end type hdf5_file_t
 
@@ -104,12 +105,13 @@ contains
       access = h5_default
       if (file%is_checked) access = checked_format()
       file%id = h5fcreate(c_text(name_now(file)), h5_truncate, h5_default, access)
+      if (file%id < 0) call note_failure(file, "create", "")   ! before the next call clears why
       if (file%is_checked) status = h5pclose(access)
     else
       file%id = h5fopen(c_text(file%path), h5_read_write, h5_default)
+      if (file%id < 0) call note_failure(file, "open", "")
     end if
     if (file%id < 0) then
-      call note_failure(file, trim(merge("create", "open  ", is_new)), "")
       if (is_new .and. .not. is_there) call remove_file(file%path)
       if (allocated(file%draft)) call remove_file(file%draft)
     else if (h5fget_vfd_handle(file%id, h5_default, descriptor) >= 0) then
@@ -180,16 +182,34 @@ contains
   end subroutine give_up_file
 
   !> Hand everything written so far to the operating system, so that it survives the program. Fails
-  !! too if the file is no longer there under its name.
+  !! too if the file is no longer there under its name, or not as long as it must be.
   subroutine flush_file(file)
     type(hdf5_file_t), intent(inout) :: file
+    integer(hsize_t) :: n_bytes
 
     if (allocated(file%error)) return
     if (h5fflush(file%id, h5_scope_global) < 0) call note_failure(file, "write", "")
     if (.not. is_in_place(file) .and. .not. allocated(file%error)) call fail(file%error, &
       "result file '"//file%path//"': somebody has deleted, moved or replaced it while the run "// &
       "was writing it")
+    file%n_bytes = -1
+    if (allocated(file%error)) return
+    if (h5fget_size(file%id, n_bytes) >= 0) file%n_bytes = n_bytes
+    call check_length(file)
   end subroutine flush_file
+
+  !> Fails if the file is not as long as it was after the last flush: somebody else has written to
+  !! it or cut it short. To be called before something is added, which would make up the length.
+  subroutine check_length(file)
+    type(hdf5_file_t), intent(inout) :: file
+    integer(int64) :: n_bytes
+
+    if (allocated(file%error) .or. file%n_bytes < 0) return
+    inquire (file=path_of_open(file), size=n_bytes)
+    if (n_bytes /= file%n_bytes) call fail(file%error, "result file '"//file%path// &
+      "': somebody has changed it while the run was writing it: it has "//to_text(n_bytes)// &
+      " bytes in place of "//to_text(file%n_bytes))
+  end subroutine check_length
 
   !> Does the name still lead to the open file? Where the system has no link to open files, to any.
   logical function is_in_place(file)
@@ -418,6 +438,7 @@ contains
     else
       space = h5screate_simple(int(size(extents), c_int), extents, extents)
       attribute = h5acreate(owner, c_text(name), type, space, h5_default, h5_default)
+      if (attribute < 0) call note_failure(file, "write", object)
       if (h5sclose(space) < 0) call note_failure(file, "write", object)
     end if
     status = h5awrite(attribute, type, values)

@@ -117,6 +117,10 @@ contains
     integer(hid_t) :: space
 
     dataset = h5dopen(file%id, c_text(name), h5_default)
+    if (dataset < 0) then
+      call note_failure(file, "write", name)
+      return
+    end if
     space = h5dget_space(dataset)
     if (h5sget_extent(space, extents, limits) < 0) then
       call note_failure(file, "write", name)

@@ -1,6 +1,6 @@
 !> The log of a run: plain text for people, in a file and on the terminal.
 module run_log
-  use, intrinsic :: iso_fortran_env, only: int64, output_unit
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
   use, intrinsic :: iso_c_binding, only: c_int
   use kinds, only: wp
   use errors, only: error_t, fail
@@ -84,13 +84,18 @@ contains
     log%unit = -1
   end subroutine close_log
 
-  !> Write a line, which may hold line feeds.
+  !> Write a line, which may hold line feeds. One that begins with `warning: ` goes to standard
+  !! error in place of standard output, of a quiet run too.
   subroutine log_line(log, line)
     type(run_log_t), intent(inout) :: log
     character(*), intent(in) :: line
 
     call end_progress_line(log)
-    if (.not. log%is_quiet) write (output_unit, "(a)") line
+    if (index(line, "warning: ") == 1) then
+      write (error_unit, "(a)") "igaform: "//line
+    else if (.not. log%is_quiet) then
+      write (output_unit, "(a)") line
+    end if
     call write_to_file(log, line)
   end subroutine log_line
 

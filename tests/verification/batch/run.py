@@ -52,7 +52,10 @@ def runs_once_and_not_again(folder):
     assert "nowhere.key" in rows["n.h5"]["message"], rows
     left = sorted(path.name for path in folder.iterdir())
     assert left == sorted(["a.h5", "a.log", odd, odd[:-3] + ".log", "n.err", "list.txt",
-                           "list_summary.csv"]), left
+                           "list_summary.csv", "a.err", odd[:-3] + ".err"]), left
+    told = (folder / "a.err").read_text().splitlines()    # a warning that a quiet run tells too
+    assert len(told) == 2 and told[0].startswith(f"igaform batch: messages of {DECK} "), told
+    assert told[1].startswith("igaform: warning: the kinetic energy"), told
     before = (folder / "a.h5").stat().st_mtime_ns
     said = igaform(folder, "batch", "list.txt", code=1)
     assert "[1/1] nowhere.key" in said, said
@@ -246,7 +249,7 @@ def one_run_that_fails_spoils_no_other(folder):
     rows = table(folder)
     assert [rows[f"{name}.h5"]["status"] for name in "abnc"] == told, rows
     assert "turned inside out" in rows["b.h5"]["message"] and int(rows["b.h5"]["steps"]) > 10, rows
-    assert (folder / "b.ckpt.h5").exists() and not (folder / "c.err").exists()
+    assert (folder / "b.ckpt.h5").exists() and is_without_error(folder / "c.err")
     failed = (folder / "b.h5").stat().st_mtime_ns
     said = igaform(folder, "batch", "list.txt", "--jobs", 2, code=2)
     assert said.count("[1/1]") == 1 and "2 completed, 1 failed, 1 refused" in said, said
@@ -260,6 +263,11 @@ def one_run_that_fails_spoils_no_other(folder):
     told = [line.rpartition(": ")[2] for line in said.splitlines() if line.startswith("[")]
     assert told == ["refused", "completed"] and "no folder 'nowhere/'" in said, said
     assert "no folder" in table(folder)["nowhere/d.h5"]["message"], table(folder)
+
+
+def is_without_error(path):
+    """Has the run had to warn at most?"""
+    return not path.exists() or "error:" not in path.read_text()
 
 
 def is_stepping(log):
@@ -293,7 +301,8 @@ def what_is_killed_goes_on(folder):
     said = igaform(folder, "batch", "list.txt", "--jobs", 2)
     assert "2 runs: 2 completed" in said, said
     assert "restart    from 4.ckpt.h5" in (folder / "4.log").read_text()
-    assert not list(folder.glob("*.ckpt.h5")) and not list(folder.glob("*.err"))
+    assert not list(folder.glob("*.ckpt.h5"))
+    assert all(is_without_error(path) for path in folder.glob("*.err"))
     if importlib.util.find_spec("h5py"):
         import h5py
         with h5py.File(folder / "4.h5") as mended, h5py.File(folder / "whole.h5") as whole:
@@ -366,6 +375,24 @@ def interruption_stops_all(folder):
         batch.send_signal(signal.SIGTERM)
     assert "its checksum is wrong" in (folder / "1.err").read_text()
     assert table(folder)["1.h5"]["status"] == "interrupted", table(folder)
+
+
+def a_list_that_is_still_read_stops_at_once(folder):
+    """Nothing has begun: there is nothing to wait for, not even the list."""
+    os.mkfifo(folder / "slow.txt")
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        batch = subprocess.Popen([PROGRAM, "batch", "slow.txt"], cwd=folder, text=True,
+                                 stderr=subprocess.PIPE)
+        try:
+            with open(folder / "slow.txt", "w") as slow:     # which it has opened then
+                slow.write(f"{DECK} {LONG} --out 1.h5\n")
+                slow.flush()
+                batch.send_signal(number)
+                said = batch.communicate(timeout=10)[1]
+            assert batch.returncode == 3 and "before anything was begun" in said, said
+        finally:
+            batch.kill()
+    assert [path.name for path in folder.iterdir()] == ["slow.txt"]
 
 
 def a_wish_to_save_reaches_all(folder):
@@ -446,7 +473,8 @@ if __name__ == "__main__":
                  an_array_of_jobs_shares_a_list, a_batch_passes_its_limits_on,
                  one_run_that_fails_spoils_no_other, what_is_killed_goes_on,
                  the_scripts_of_the_manual_work,
-                 a_folder_is_a_batch, interruption_stops_all, a_wish_to_save_reaches_all,
+                 a_folder_is_a_batch, interruption_stops_all,
+                 a_list_that_is_still_read_stops_at_once, a_wish_to_save_reaches_all,
                  a_signal_to_the_group_saves_all, what_has_just_begun_is_under_way,
                  a_second_run_leaves_the_file_alone):
         with tempfile.TemporaryDirectory() as place:

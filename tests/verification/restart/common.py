@@ -24,8 +24,8 @@ def igaform(folder, *words, code=0, limit=300, **options):
 
 def begin(folder, *words, **options):
     """A run that goes on while we look."""
-    return subprocess.Popen([PROGRAM, *map(str, words), "--quiet"], cwd=folder,
-                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **options)
+    options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL} | options
+    return subprocess.Popen([PROGRAM, *map(str, words), "--quiet"], cwd=folder, **options)
 
 
 def wait_for(condition, seconds=60):

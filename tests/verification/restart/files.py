@@ -97,18 +97,23 @@ def folders_that_cannot_be_written(folder):
 
 
 def a_folder_that_is_sealed_under_way(folder):
-    """The run comes to its end; only what needs a new file, the checkpoint, is not written."""
+    """The run comes to its end; only what needs a new file, the checkpoint, is not written, which a
+    quiet run tells too, with the reason."""
     place = folder / "place"
     place.mkdir()
     path = deck(folder, STRIP, "*CHECKPOINT, STEPS=100")
     words = ["--set", "n_x=4", "--set", "end_time=2e-3", "--threads", "1"]
-    run = begin(folder, path, *words, "--out", "place/a.h5", preexec_fn=obey_permissions)
+    run = begin(folder, path, *words, "--out", "place/a.h5", preexec_fn=obey_permissions,
+                stderr=subprocess.PIPE, text=True)
     wait_for((place / "a.ckpt.h5").exists)
     place.chmod(0o500)
-    assert run.wait(60) == 0, run.returncode
+    said = run.communicate(timeout=60)[1]
+    assert run.returncode == 0, run.returncode
     place.chmod(0o700)
     log = (place / "a.log").read_text()
-    assert "warning: checkpoint 'place/a.ckpt.h5' not written" in log, log
+    told = "warning: checkpoint 'place/a.ckpt.h5' not written: "
+    assert told in log and f"igaform: {told}" in said, (log, said)
+    assert "cannot create it: Permission denied" in said, said
     assert "the run goes on" in log and opens(place / "a.h5")
     reference = datasets(place / "a.h5")
     igaform(folder, path, *words, "--restart", "place/a.ckpt.h5")
@@ -293,6 +298,30 @@ def a_deleted_result(folder):
     assert opens(folder / "a.h5")
 
 
+def a_result_cut_short(folder):
+    """In its place, by somebody else: it has holes where frames were, whatever is added to it. So
+    nothing is added, at the end too, and the checkpoint does not get a copy of it."""
+    path = deck(folder, STRIP, "*CHECKPOINT, STEPS=200")
+    words = ["--set", "n_x=4", "--set", "n_y=2", "--set", "end_time=1e-3", "--threads", 1]
+    for size in (0, 10_000_000):
+        (folder / "a.ckpt.h5").unlink(missing_ok=True)
+        run = begin(folder, path, *words, "--out", "a.h5")
+        wait_for((folder / "a.ckpt.h5").exists)
+        os.truncate(folder / "a.h5", size)
+        assert run.wait(60) == 4, (size, run.returncode)
+        log = (folder / "a.log").read_text()
+        assert "somebody has changed it" in log and f"it has {size} bytes" in log, log
+        assert "--restart a.ckpt.h5" in log, log
+    igaform(folder, path, *words, "--restart", "a.ckpt.h5")
+    assert opens(folder / "a.h5")
+    shorter = STRIP.read_text().replace("FRAMES=10, HISTORY=200", "FRAMES=1, HISTORY=2000")
+    (folder / "rows.key").write_text(shorter)
+    run = begin(folder, "rows.key", *words, "--out", "e.h5")
+    wait_for(lambda: n_rows(folder / "e.log") > 20)
+    os.truncate(folder / "e.h5", (folder / "e.h5").stat().st_size - 1)
+    assert run.wait(60) == 4, run.returncode
+
+
 def a_replaced_result(folder):
     """Another file of its name is not what the run writes to, nor what it saves: some of these
     moments are between the flush of a result and its copy in the checkpoint."""
@@ -350,5 +379,6 @@ if __name__ == "__main__":
             what_others_made_is_left_alone, texts_of_others_are_left_alone,
             a_link_to_the_result_stays,
             a_disk_that_is_full_for_a_while, what_a_killed_run_began_goes_away,
-            a_deleted_result, a_replaced_result, a_disk_that_is_full_at_the_start,
+            a_deleted_result, a_result_cut_short, a_replaced_result,
+            a_disk_that_is_full_at_the_start,
             names_do_not_reach_a_shell)

@@ -3,6 +3,7 @@
 Usage: restart.py PROGRAM PROJECT
 """
 import io
+import os
 import pathlib
 import re
 import signal
@@ -100,6 +101,20 @@ def signals_save_and_stop(folder):
     igaform(folder, path, *words, "--out", "w.h5", "--restart", "w.ckpt.h5", "--wall", "1e-9",
             code=3)
     assert "no state since the restart is proved good yet" in (folder / "w.log").read_text()
+
+
+def an_early_wish_to_save_waits(folder):
+    """The program begins itself anew with other settings; while that is loaded a signal waits."""
+    environment = {key: value for key, value in os.environ.items()
+                   if key not in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT")}
+    for _ in range(5):
+        run = begin(folder, STRIP, *settings("n_x=4 end_time=1e-5"), "--out", "e.h5",
+                    env=environment)
+        begun = pathlib.Path(f"/proc/{run.pid}/environ")
+        while b"GOMP_SPINCOUNT" not in begun.read_bytes():
+            assert run.poll() is None
+        run.send_signal(signal.SIGUSR1)
+        assert run.wait(60) == 0, run.returncode
 
 
 def a_complete_run_leaves_no_checkpoint(folder):
@@ -356,7 +371,8 @@ if __name__ == "__main__":
         with tempfile.TemporaryDirectory() as place:
             goes_on_bit_by_bit(pathlib.Path(place), source, parameters)
         print(f"passed: {getattr(source, 'stem', source)} goes on bit by bit ({state})", flush=True)
-    run_all(signals_save_and_stop, a_complete_run_leaves_no_checkpoint, the_clock_saves,
+    run_all(signals_save_and_stop, an_early_wish_to_save_waits,
+            a_complete_run_leaves_no_checkpoint, the_clock_saves,
             the_end_of_a_relaxation_is_saved,
             states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace,
             a_result_has_one_writer, strangers_are_refused,
