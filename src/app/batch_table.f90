@@ -138,6 +138,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: unit, status, i
     character(256) :: message
+    character(:), allocatable :: reason
     character(:), allocatable :: new    ! beside where the name leads to
 
     new = why_left_alone(path, header, "summary")
@@ -156,8 +157,8 @@ contains
     end do
     if (status == 0) close (unit, iostat=status, iomsg=message)
     if (status == 0) then
-      if (replace_file(new, true_path(path))) return
-      message = "cannot put it in its place"
+      if (replace_file(new, true_path(path), reason)) return
+      message = "cannot put it in its place: "//reason
     end if
     call fail(error, "summary '"//path//"': "//trim(message))
   end subroutine write_table

@@ -31,7 +31,8 @@ module deck_run
                      log_timings, close_log
   use interrupt, only: watch_signals
   use run_data, only: run_t, wall_seconds
-  use run_saver, only: saver_t, save_last_good, drop_checkpoint
+  use run_saver, only: saver_t, save_last_good
+  use spent_checkpoint, only: drop_checkpoint
   use run_start, only: new_saver, claim_files, start_run, saving_words
   use forming_run, only: run_model, save_failed, first_steps
   use plane_dispatch, only: plane_kernel_name

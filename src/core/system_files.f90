@@ -79,6 +79,15 @@ module system_files
       character(kind=c_char), intent(in) :: old(*), new(*)
     end function c_rename
 
+    type(c_ptr) function c_errno_place() bind(C, name="__errno_location")
+      import :: c_ptr
+    end function c_errno_place
+
+    type(c_ptr) function c_strerror(number) bind(C, name="strerror")
+      import :: c_int, c_ptr
+      integer(c_int), value :: number
+    end function c_strerror
+
     integer(c_int) function c_unlink(path) bind(C, name="unlink")
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: path(*)
@@ -214,34 +223,58 @@ contains
   end function is_no_file
 
   !> Wait until a file, or the names in a folder, are on the disk; false if that failed.
-  logical function sync_file(path) result(is_synced)
+  logical function sync_file(path, reason) result(is_synced)
     character(*), intent(in) :: path
+    character(:), allocatable, intent(out), optional :: reason   !! of the failure, else empty
     type(c_ptr) :: stream
+    character(:), allocatable :: why
 
-    is_synced = .false.
+    why = ""
     stream = c_fopen(path//c_null_char, "r"//c_null_char)
-    if (.not. c_associated(stream)) return
-    is_synced = c_fsync(c_fileno(stream)) == 0
-    is_synced = c_fclose(stream) == 0 .and. is_synced
+    is_synced = c_associated(stream)
+    if (is_synced) is_synced = c_fsync(c_fileno(stream)) == 0
+    if (.not. is_synced) why = system_reason()
+    if (c_associated(stream)) is_synced = c_fclose(stream) == 0 .and. is_synced
+    if (.not. is_synced .and. why == "") why = system_reason()
+    if (present(reason)) reason = why
   end function sync_file
 
   !> Put a finished file in the place of an older one, in one go: whoever looks, even after a crash,
   !! finds the one or the other. False if that failed; then the older one is still there.
-  logical function replace_file(new, path) result(is_replaced)
+  logical function replace_file(new, path, reason) result(is_replaced)
     character(*), intent(in) :: new, path
+    character(:), allocatable, intent(out), optional :: reason   !! of the failure, else empty
     logical :: ignored
 
     is_replaced = c_rename(new//c_null_char, path//c_null_char) == 0
+    if (present(reason)) then
+      reason = ""
+      if (.not. is_replaced) reason = system_reason()
+    end if
     ! Some file systems know no sync of a folder; the file itself is safe.
     if (is_replaced) ignored = sync_file(folder_of(path))
   end function replace_file
 
   !> Delete a file, if it is there.
-  subroutine remove_file(path)
+  subroutine remove_file(path, reason)
     character(*), intent(in) :: path
-    integer(c_int) :: ignored
+    character(:), allocatable, intent(out), optional :: reason   !! why it stays; else empty
+    integer(c_int) :: status
 
-    ignored = c_unlink(path//c_null_char)
+    status = c_unlink(path//c_null_char)
+    if (.not. present(reason)) return
+    reason = ""
+    if (status /= 0) reason = system_reason()
+    if (kind_of_file(path) == "") reason = ""
   end subroutine remove_file
+
+  !> Why the last call of the system failed, in its words.
+  function system_reason() result(reason)
+    character(:), allocatable :: reason
+    integer(c_int), pointer :: number
+
+    call c_f_pointer(c_errno_place(), number)
+    reason = fortran_text(c_strerror(number))
+  end function system_reason
 
 end module system_files

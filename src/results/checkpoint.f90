@@ -64,6 +64,7 @@ contains
     character(*), intent(in) :: result_file      !! flushed; a path to the open file itself
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: place, new   ! where the name leads to, and beside that
+    character(:), allocatable :: reason
 
     place = true_path(path)
     new = place//".new"
@@ -74,10 +75,10 @@ contains
     if (.not. allocated(error)) call write_state(new, header, store, error)
     if (.not. allocated(error)) call append_result(new, result_file, error)
     if (.not. allocated(error)) then
-      if (.not. sync_file(new)) then
-        call fail(error, "cannot bring it to the disk")
-      else if (.not. replace_file(new, place)) then
-        call fail(error, "cannot put it in the place of the one before")
+      if (.not. sync_file(new, reason)) then
+        call fail(error, "cannot bring it to the disk: "//reason)
+      else if (.not. replace_file(new, place, reason)) then
+        call fail(error, "cannot put it in the place of the one before: "//reason)
       end if
     end if
     if (.not. allocated(error)) return
@@ -327,11 +328,12 @@ contains
   subroutine place_result(draft, error)
     type(draft_t), intent(inout) :: draft
     type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: reason
 
-    if (.not. sync_file(draft%path)) then
-      call fail(error, "cannot bring it to the disk")
-    else if (.not. replace_file(draft%path, draft%place)) then
-      call fail(error, "cannot put it in its place")
+    if (.not. sync_file(draft%path, reason)) then
+      call fail(error, "cannot bring it to the disk: "//reason)
+    else if (.not. replace_file(draft%path, draft%place, reason)) then
+      call fail(error, "cannot put it in its place: "//reason)
     end if
     if (allocated(error)) then
       call give_up_draft(draft, error)

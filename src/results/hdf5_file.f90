@@ -138,16 +138,17 @@ contains
     type(hdf5_file_t), intent(inout) :: file
     type(lock_t) :: lock
     logical :: is_placed
+    character(:), allocatable :: reason
 
     if (allocated(file%error)) return
     call hold_folder(file%path, lock)
     if (kind_of_file(file%path) /= "") call check_replaceable(file%path, file%error)
     if (.not. allocated(file%error)) then
-      is_placed = sync_file(file%draft)
-      if (is_placed) is_placed = replace_file(file%draft, true_path(file%path))
+      is_placed = sync_file(file%draft, reason)
+      if (is_placed) is_placed = replace_file(file%draft, true_path(file%path), reason)
       if (is_placed) deallocate (file%draft)
       if (.not. is_placed) call fail(file%error, "result file '"//file%path// &
-                                     "': cannot bring it to its place on the disk")
+                                     "': cannot bring it to its place on the disk: "//reason)
     end if
     call release_lock(lock)
   end subroutine place_file

@@ -7,6 +7,7 @@ import os
 import pathlib
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -118,6 +119,24 @@ def a_folder_that_is_sealed_under_way(folder):
     reference = datasets(place / "a.h5")
     igaform(folder, path, *words, "--restart", "place/a.ckpt.h5")
     check_same(place / "a.h5", reference)
+
+
+def a_checkpoint_that_cannot_go_is_told(folder):
+    """That of a run that is complete, in a folder that is sealed meanwhile."""
+    place = folder / "place"
+    place.mkdir()
+    words = ["--set", "n_x=4", "--set", "n_y=2", "--set", "end_time=2e-3", "--threads", "1"]
+    run = begin(folder, STRIP, *words, "--out", "place/a.h5", preexec_fn=obey_permissions,
+                stderr=subprocess.PIPE, text=True)
+    wait_for(lambda: n_rows(place / "a.log") > 1)
+    run.send_signal(signal.SIGUSR1)
+    wait_for((place / "a.ckpt.h5").exists)
+    place.chmod(0o500)
+    said = run.communicate(timeout=60)[1]
+    place.chmod(0o700)
+    assert run.returncode == 0 and (place / "a.ckpt.h5").exists(), run.returncode
+    assert "checkpoint place/a.ckpt.h5 cannot be removed: Permission denied" in said, said
+    assert "removed, since" not in (place / "a.log").read_text()
 
 
 def an_include_that_vanished(folder):
@@ -375,6 +394,7 @@ if __name__ == "__main__":
     run_all(a_full_disk_is_no_fault_of_the_numerics, a_stop_without_room_says_so,
             a_checkpoint_that_finds_no_room_leaves_the_one_before,
             folders_that_cannot_be_written, a_folder_that_is_sealed_under_way,
+            a_checkpoint_that_cannot_go_is_told,
             an_include_that_vanished, an_empty_file_may_be_replaced,
             what_others_made_is_left_alone, texts_of_others_are_left_alone,
             a_link_to_the_result_stays,
