@@ -19,8 +19,8 @@ module deck_run
   use fault_report, only: report_faults
   use blank, only: n_elements_of, n_controls_of, mass_of
   use model, only: model_t
-  use effect, only: effect_slot_t
-  use contact_effect, only: contact_effect_t, has_contact
+  use contact_effect, only: contact_effect_t
+  use contact_report, only: log_contact
   use relaxation, only: relaxation_t
   use model_setup, only: build_model
   use frames, only: results_t, results_setup_t, close_results
@@ -299,7 +299,8 @@ contains
       call say_error(log, error%message)
       code = exit_files
     end if
-    call log_balance(log, model, run)
+    call log_balance(log, run)
+    call log_contact(log, model, run, code == exit_done .or. code == exit_numerics)
     if (relaxation_outcome(model) /= "") then
       call log_line(log, "relaxation "//relaxation_outcome(model))
     end if
@@ -344,9 +345,8 @@ contains
   end subroutine log_model
 
   !> How well energy, mass and momentum were kept, with a warning where inertia governs.
-  subroutine log_balance(log, model, run)
+  subroutine log_balance(log, run)
     type(run_log_t), intent(inout) :: log
-    type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
     real(wp), parameter :: small = 0.1_wp
 
@@ -359,10 +359,6 @@ contains
                   "one, after the first "//to_text(first_steps)//" steps")
     call log_line(log, "momentum   balance error "//rounded_text(run%balance%momentum_error)// &
                   " at the end, relative")
-    if (has_contact(model%forces) .or. has_contact(model%retired)) &
-      call log_line(log, "contact    deepest penetration "//rounded_text(run%largest_penetration))
-    call log_searches(log, model%retired)
-    call log_searches(log, model%forces)
     if (run%balance%kinetic > small*run%balance%internal) then
       call log_line(log, "warning: the kinetic energy "//rounded_text(run%balance%kinetic)// &
                     " is not small beside the internal energy "// &
@@ -370,29 +366,6 @@ contains
                     "process should stay below 10 %")
     end if
   end subroutine log_balance
-
-  !> What the contact searches did, pair by pair.
-  subroutine log_searches(log, effects)
-    type(run_log_t), intent(inout) :: log
-    type(effect_slot_t), intent(in) :: effects(:)
-    integer :: i
-
-    do i = 1, size(effects)
-      select type (item => effects(i)%item)
-      type is (contact_effect_t)
-        associate (s => item%pair%statistics)
-          call log_line(log, item%name//": "//to_text(s%n_tested)//" of "// &
-                        to_text(s%n_points)//" points tested, "// &
-                        percent(1 - real(s%n_tested, wp)/max(1.0_wp, real(s%n_points, wp)))// &
-                        " culled, "// &
-                        rounded_text(real(s%n_iterations, wp)/max(1.0_wp, real(s%n_tested, wp)))// &
-                        " face evaluations a point, at most "//to_text(s%max_iterations)//", "// &
-                        to_text(s%n_fallbacks)//" guarded searches, "// &
-                        to_text(s%n_failures)//" failed")
-        end associate
-      end select
-    end do
-  end subroutine log_searches
 
   subroutine say_error(log, message)
     type(run_log_t), intent(inout) :: log

@@ -6,7 +6,7 @@ module slave_line
   implicit none
   private
 
-  public :: slave_line_t, area_rule_t, new_slave_line, new_area_rule, solve_moments
+  public :: slave_line_t, area_rule_t, new_slave_line, new_line_at, new_area_rule, solve_moments
 
   integer, parameter, public :: points_gauss = 1      !! Gauss points of each element
   integer, parameter, public :: points_knot = 2       !! the distinct knots
@@ -43,17 +43,26 @@ contains
     integer, intent(in) :: kind      !! points_gauss, points_knot or points_greville
     integer, intent(in) :: n_gauss   !! Gauss points per element, used by points_gauss alone
     integer, allocatable :: spans(:)
-    integer :: i, span
 
     allocate (spans, source=span_table(axis))
     select case (kind)
     case (points_gauss)
-      line%xi = gauss_places(axis, n_gauss)
+      call new_line_at(line, axis, gauss_places(axis, n_gauss))
     case (points_knot)
-      line%xi = [axis%knots(spans), axis%knots(axis%n_basis + 1)]
+      call new_line_at(line, axis, [axis%knots(spans), axis%knots(axis%n_basis + 1)])
     case default
-      line%xi = greville(axis)
+      call new_line_at(line, axis, greville(axis))
     end select
+  end subroutine new_slave_line
+
+  !> Basis table of any points.
+  pure subroutine new_line_at(line, axis, xi)
+    type(slave_line_t), intent(out) :: line
+    type(knot_vector_t), intent(in) :: axis
+    real(wp), intent(in) :: xi(:)    !! parametric coordinates, rising
+    integer :: i, span
+
+    line%xi = xi
     line%n_points = size(line%xi)
     line%n_net = axis%n_basis
     line%degree = axis%degree
@@ -64,7 +73,7 @@ contains
       call basis_derivatives(axis, span, line%xi(i), 0, line%values(i, :))
     end do
     call find_supports(line)
-  end subroutine new_slave_line
+  end subroutine new_line_at
 
   !> Quadrature that shares the area of a face out to its slave points, so that nothing is lost:
   !! Gauss points keep their own, knots take it by hat functions, Greville points by the basis

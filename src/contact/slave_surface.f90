@@ -6,13 +6,13 @@ module slave_surface
   use kinds, only: wp
   use errors, only: error_t, fail
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
-  use slave_line, only: slave_line_t, area_rule_t, new_slave_line, new_area_rule, solve_moments, &
-                        points_gauss, points_knot, points_greville
+  use slave_line, only: slave_line_t, area_rule_t, new_slave_line, new_line_at, new_area_rule, &
+                        solve_moments, points_gauss, points_knot, points_greville
   implicit none
   private
 
-  public :: slave_surface_t, new_slave_surface, slave_positions, row_positions, point_position
-  public :: place_of, scatter_forces, gather_forces, add_gathered
+  public :: slave_surface_t, new_slave_surface, new_sample_surface, slave_positions
+  public :: row_positions, point_position, place_of, scatter_forces, gather_forces, add_gathered
   public :: points_gauss, points_knot, points_greville
 
   integer, parameter :: parallel_size = 4096   !! fewer points are not worth waking threads for
@@ -56,14 +56,33 @@ contains
       call new_slave_line(slave%lines(direction), surface%axes(direction), kinds(direction), &
                           counts(direction))
     end do
+    call set_grid(slave, surface)
+    call set_areas(slave, surface, kinds, counts)
+  end subroutine new_slave_surface
+
+  !> Points of a face at chosen places, for looking at it only: they stand for no area.
+  pure subroutine new_sample_surface(slave, surface, xi, eta)
+    type(slave_surface_t), intent(out) :: slave
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp), intent(in) :: xi(:), eta(:)    !! parametric coordinates, rising
+
+    call new_line_at(slave%lines(1), surface%axes(1), xi)
+    call new_line_at(slave%lines(2), surface%axes(2), eta)
+    call set_grid(slave, surface)
+  end subroutine new_sample_surface
+
+  !> Sizes and weights once the lines stand.
+  pure subroutine set_grid(slave, surface)
+    type(slave_surface_t), intent(inout) :: slave
+    type(nurbs_surface_t), intent(in) :: surface
+
     slave%n_along = slave%lines%n_points
     slave%n_net = slave%lines%n_net
     slave%n_points = product(slave%n_along)
     slave%weights = surface%weights
     slave%is_rational = any(abs(surface%weights - 1.0_wp) > 0.0_wp)
     call set_inverse_weights(slave)
-    call set_areas(slave, surface, kinds, counts)
-  end subroutine new_slave_surface
+  end subroutine set_grid
 
   !> Positions of all slave points, the same for any number of threads.
   subroutine slave_positions(slave, net, positions)

@@ -9,7 +9,7 @@ module surface_grid
   private
 
   public :: surface_grid_t, new_surface_grid, grid_areas, grid_place, grid_values, parts_along
-  public :: element_size_of, turns_along, no_length
+  public :: element_size_of, turns_along, no_length, lines
 
   integer, parameter :: most_parts = 100   !! of a knot span
   integer, parameter :: n_samples = 8      !! chords of a span that its length is measured by
@@ -114,7 +114,7 @@ contains
     length = sqrt(sum(grid_areas(surface, grid))/((size(grid%xi) - 1)*(size(grid%eta) - 1)))
   end function element_size_of
 
-  ! Each knot span in equal parts.
+  !> Coordinates that cut each knot span into equal parts.
   pure function lines(axis, n_parts) result(xi)
     type(knot_vector_t), intent(in) :: axis
     integer, intent(in) :: n_parts

@@ -10,15 +10,17 @@ module contact_effect
   use contact, only: contact_t, apply_contact
   use contact_state, only: carry_contact, wake_contact
   use contact_fields, only: contact_fields_t, add_wear, carry_wear
+  use true_depth, only: depth_samples_t, deep_place_t, find_deepest
   implicit none
   private
 
-  public :: has_contact, forget_depths
+  public :: has_contact, forget_depths, measure_depths
 
   !> A contact pair.
   type, extends(effect_t), public :: contact_effect_t
     integer :: tool = 0                    !! index into the tools of the model
     integer :: part = 1                    !! patch of the blank
+    integer :: face = 0                    !! of the patch, as the deck numbers them
     integer :: lower(3) = 1, upper(3) = 0  !! control points of the face
     type(contact_t) :: pair
     real(wp) :: energy = 0.0_wp            !! stored in the penalty springs
@@ -27,7 +29,14 @@ module contact_effect
     real(wp) :: couple(3, 3) = 0.0_wp      !! of a tool that turns: forces on the blank times places
                                            !! in its frame, whose product with a turn is the work
     real(wp) :: thickness = 0.0_wp         !! of the sheet, the measure of depths [length]
+    logical :: has_touched = .false.       !! a contact point, at any time so far
+    type(depth_samples_t) :: samples       !! for depths between the contact points
+    type(deep_place_t) :: deepest          !! of the face, between the contact points too, at the
+                                           !! last call of `measure_depths`
+    type(deep_place_t) :: greatest         !! of all these
+    real(wp) :: greatest_time = 0.0_wp     !! when that was [time]
     logical :: has_warned = .false.        !! of a depth beyond the first limit
+    logical :: has_warned_between = .false.   !! of a depth that contact points do not see
     logical :: has_told_failure = .false.  !! that a search failed
     logical :: is_awake = .false.          !! all points are tested in each step
     type(contact_fields_t), allocatable :: fields   !! only where the deck asks for them
@@ -67,6 +76,41 @@ contains
     end do
   end subroutine forget_depths
 
+  !> Find the deepest places of all faces in their tools, as they were when the effects acted last.
+  subroutine measure_depths(effects, tools, time, depth)
+    type(effect_slot_t), intent(inout) :: effects(:)
+    type(tool_t), intent(in) :: tools(:)
+    real(wp), intent(in) :: time
+    real(wp), intent(out) :: depth         !! greatest of all pairs now, 0: none [length]
+    integer :: i
+
+    depth = 0.0_wp
+    do i = 1, size(effects)
+      select type (item => effects(i)%item)
+      type is (contact_effect_t)
+        if (.not. item%pair%motion%is_started) cycle
+        call measure_pair(item, tools(item%tool), time)
+        depth = max(depth, item%deepest%depth, item%depth)
+      end select
+    end do
+  end subroutine measure_depths
+
+  !> Deepest place of one pair.
+  subroutine measure_pair(pair, tool, time)
+    type(contact_effect_t), intent(inout) :: pair
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: time
+
+    associate (motion => pair%pair%motion, deepest => pair%deepest)
+      call find_deepest(pair%samples, pair%pair, tool, motion%now, motion%displacement, deepest)
+      if (tool%is_turning) deepest%x = matmul(tool%rotation, deepest%x - motion%displacement) &
+                                       + motion%displacement
+      if (.not. deepest%depth > pair%greatest%depth) return
+      pair%greatest = deepest
+      pair%greatest_time = time
+    end associate
+  end subroutine measure_pair
+
   !> Forces of the pair onto the blank, reaction onto the tool.
   subroutine apply(self, bodies, instant)
     class(contact_effect_t), intent(inout) :: self
@@ -91,6 +135,7 @@ contains
                    motion%external_force(low(1):high(1), low(2):high(2), low(3), :), couple)
       end select
       self%max_penetration = max(self%max_penetration, self%depth)
+      self%has_touched = self%has_touched .or. self%depth > 0.0_wp
       if (allocated(self%fields)) then
         if (self%fields%has_wear) call add_wear(self%fields, self%pair, tool)
       end if
@@ -203,6 +248,13 @@ contains
     call carry(store, "depth", self%depth)
     call carry_array(store, "couple", 9, self%couple)
     call carry(store, "has_warned", self%has_warned)
+    call carry(store, "has_warned_between", self%has_warned_between)
+    call carry(store, "has_touched", self%has_touched)
+    call carry(store, "greatest_depth", self%greatest%depth)
+    call carry_array(store, "greatest_place", 3, self%greatest%x)
+    call carry(store, "greatest_time", self%greatest_time)
+    call carry_array(store, "wake_at", size(self%samples%wake_at), self%samples%wake_at)
+    call carry_array(store, "wake", size(self%samples%wake), self%samples%wake)
     call carry(store, "has_told_failure", self%has_told_failure)
     call carry_contact(self%pair, store)
     if (allocated(self%fields)) call carry_wear(self%fields, store)

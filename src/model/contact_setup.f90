@@ -2,8 +2,8 @@
 module contact_setup
   use kinds, only: wp
   use errors, only: error_t
-  use faults, only: origin_t, fault_list_t, add_fault, n_errors
-  use text, only: to_text
+  use faults, only: origin_t, fault_list_t, add_fault, add_warning, n_errors
+  use text, only: to_text, rounded_text
   use scene, only: scene_t, contact_spec_t, blank_spec_t, output_spec_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: solid_face, face_axes
@@ -13,6 +13,7 @@ module contact_setup
   use contact_check, only: initial_gap, face_gaps
   use blank, only: face_slice, patch_body_t
   use contact_effect, only: contact_effect_t
+  use true_depth, only: new_depth_samples, find_deepest
   use contact_fields, only: new_contact_fields
   use surface_grid, only: element_size_of
   use tool, only: tool_t
@@ -57,16 +58,17 @@ contains
     before = n_errors(faults)
     do p = 1, size(scene%blank%patches)
       if (scene%blank%patches(p)%is_joined(face)) cycle
-      call add_patch_contact(pair, scene%blank, p, face, model, faults)
+      call add_patch_contact(pair, scene%blank, p, face, scene%reduction%axis, model, faults)
       if (n_errors(faults) > before) return
     end do
   end subroutine add_contact
 
   !> The pair of one patch.
-  subroutine add_patch_contact(spec, blank_spec, part, face, model, faults)
+  subroutine add_patch_contact(spec, blank_spec, part, face, across, model, faults)
     type(contact_spec_t), intent(in) :: spec
     type(blank_spec_t), intent(in) :: blank_spec
     integer, intent(in) :: part, face
+    integer, intent(in) :: across       !! axis of plane strain, 0: none
     type(model_t), intent(inout) :: model
     type(fault_list_t), intent(inout) :: faults
     type(contact_effect_t) :: pair
@@ -88,6 +90,7 @@ contains
       if (size(blank_spec%patches) > 1) pair%name = pair%name//" "//body%name
       pair%tool = spec%tool
       pair%part = part
+      pair%face = face
       pair%first_step = spec%first_step
       pair%given_step = spec%first_step
       pair%last_step = spec%last_step
@@ -113,6 +116,8 @@ contains
         call add_fault(faults, spec%origin, error%message, "usable contact options")
         return
       end if
+      call new_depth_samples(pair%samples, pair%pair, tool, solid_face(body%solid, face), &
+                             findloc(face_axes(face), across, dim=1))
       if (spec%first_step == 1) call check_start(spec, blank_spec%origin, model, pair, faults)
       if (model%output%has_pressure) call add_fields(spec, body, face, tool, model%output, pair)
     end associate
@@ -221,25 +226,41 @@ contains
     type(contact_spec_t), intent(in) :: spec
     type(origin_t), intent(in) :: blank_origin
     type(model_t), intent(in) :: model
-    type(contact_effect_t), intent(in) :: pair
+    type(contact_effect_t), intent(inout) :: pair
     type(fault_list_t), intent(inout) :: faults
-    real(wp), allocatable :: net(:, :, :, :)
+    real(wp), parameter :: small = 1.0e-3_wp   ! of the thickness, that is not worth a word
+    real(wp), parameter :: far = 0.1_wp        ! of it, that no tool is meant to be
+    real(wp), allocatable :: net(:, :, :)
     real(wp) :: gap, position(3)
+    character(:), allocatable :: found
     integer :: point
 
     associate (x => model%bodies%blank%parts(pair%part)%motion%x, &
                tool => model%bodies%tools(spec%tool))
-      net = x(pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
-              pair%lower(3):pair%upper(3), :)
+      net = reshape(x(pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
+                      pair%lower(3):pair%upper(3), :), [pair%pair%slave%n_net, 3])
       call initial_gap(pair%pair%slave, tool, net, gap, point, position)
+      call find_deepest(pair%samples, pair%pair, tool, net, tool%displacement, pair%deepest)
+      found = "a blank (line "//to_text(blank_origin%line)//") that starts inside tool '"// &
+              tool%name//"', at ("
       ! Round-off of a blank that starts exactly touching is not a penetration.
-      if (gap >= -1.0e-9_wp*tool%search_distance) return
-      call add_fault(faults, spec%origin, "a blank (line "//to_text(blank_origin%line)// &
-                     ") that starts inside tool '"//tool%name//"', at ("// &
-                     to_text(position(1))//", "//to_text(position(2))//", "// &
-                     to_text(position(3))//") by "//to_text(-gap), &
-                     "a blank outside of all tools; if the side is wrong, change SIDE of the "// &
-                     "tool, or of an offset the sign of its distance")
+      if (gap < -1.0e-9_wp*tool%search_distance) then
+        call add_fault(faults, spec%origin, found//to_text(position(1))//", "// &
+                       to_text(position(2))//", "//to_text(position(3))//") by "//to_text(-gap), &
+                       "a blank outside of all tools; if the side is wrong, change SIDE of the "// &
+                       "tool, or of an offset the sign of its distance")
+        return
+      end if
+      associate (x => pair%deepest%x, depth => pair%deepest%depth)
+        found = found//to_text(x(1))//", "//to_text(x(2))//", "//to_text(x(3))//") by "// &
+                rounded_text(depth)//", where no contact point sees it"
+      end associate
+      if (pair%deepest%depth > far*pair%thickness) then
+        call add_fault(faults, spec%origin, found, "a blank outside of all tools")
+      else if (pair%deepest%depth > small*pair%thickness) then
+        call add_warning(faults, spec%origin, found, "a blank outside of all tools, or "// &
+                         "elements and contact points (COUNT) as fine as the tool's shape")
+      end if
     end associate
   end subroutine check_start
 

@@ -26,6 +26,7 @@ module history
     real(wp) :: external_work = 0.0_wp
     real(wp) :: energy_error = 0.0_wp      !! relative, see the description in the file
     real(wp) :: max_penetration = 0.0_wp   !! [length]
+    real(wp) :: true_penetration = 0.0_wp  !! [length]
     real(wp) :: added_mass = 0.0_wp        !! by mass scaling [mass]
     real(wp) :: momentum(3) = 0.0_wp
     real(wp) :: angular_momentum(3) = 0.0_wp   !! about the origin
@@ -122,7 +123,9 @@ contains
     call add(history, file, "/history/energy_error", 1, "1", "balance of all energies over the " &
              //"largest of initial energy, |external work| and kinetic + internal energy")
     call add(history, file, "/history/max_penetration", 1, unit_of(units, "length"), &
-             "largest depth of the blank in a tool since the row before")
+             "largest depth of a contact point of the blank in a tool since the row before")
+    call add(history, file, "/history/true_penetration", 1, unit_of(units, "length"), &
+             "depth of the deepest place of the blank in a tool now, between contact points too")
     call add(history, file, "/history/added_mass", 1, unit_of(units, "mass"), &
              "mass added by scaling; of scaling through the thickness a third of the "// &
              "trace of the added mass matrix")
@@ -221,12 +224,12 @@ contains
     real(wp) :: values(history%n_values)
     integer :: first, i
 
-    values(:21) = [real(row%step, wp), real(row%process_step, wp), row%time, row%dt, &
+    values(:22) = [real(row%step, wp), real(row%process_step, wp), row%time, row%dt, &
                    row%kinetic_energy, row%internal_energy, row%plastic_work, row%contact_energy, &
                    row%friction_energy, row%viscous_energy, row%damping_energy, &
-                   row%external_work, row%energy_error, row%max_penetration, row%added_mass, &
-                   row%momentum, row%angular_momentum]
-    first = 22
+                   row%external_work, row%energy_error, row%max_penetration, row%true_penetration, &
+                   row%added_mass, row%momentum, row%angular_momentum]
+    first = 23
     do i = 1, history%n_tools
       values(first:first + 5) = [row%tool_displacement(:, i), row%tool_force(:, i)]
       first = first + 6

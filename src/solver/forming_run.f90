@@ -8,7 +8,7 @@ module forming_run
   use body_forces, only: forces_of_bodies
   use point_volumes, only: new_point_volumes
   use relaxation, only: relaxation_t
-  use contact_effect, only: forget_depths
+  use contact_effect, only: forget_depths, measure_depths
   use effect, only: apply_effects
   use model, only: model_t
   use frames, only: results_t, write_frame, record_history
@@ -21,8 +21,8 @@ module forming_run
   use waiting_frames, only: n_waiting_frames, add_frame, release_frames
   use run_data, only: run_t, wall_seconds
   use run_saver, only: saver_t, look_after, keep, save_last_good, try_again
-  use health, only: check_health, check_balance, check_pairs, added_mass_warning, &
-                    shear_warning
+  use health, only: check_health, check_balance, check_pairs, check_hidden_depths, &
+                    added_mass_warning, shear_warning
   use step_change, only: begin_next_step
   use step_report, only: log_step
   implicit none
@@ -315,6 +315,20 @@ contains
     if (run%n_steps == 0) balance%error = 0.0_wp
   end subroutine take_balances
 
+  !> Warn once of depths that no contact point sees.
+  subroutine warn_of_depths(model, run, log)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(in) :: run
+    type(run_log_t), intent(inout) :: log
+    type(string_t), allocatable :: warnings(:)
+    integer :: i
+
+    call check_hidden_depths(model%forces, run%instant, warnings)
+    do i = 1, size(warnings)
+      call log_line(log, warnings(i)%value)
+    end do
+  end subroutine warn_of_depths
+
   !> Warn once where scaled masses show.
   subroutine warn_of_mass(model, run, log)
     type(model_t), intent(in) :: model
@@ -357,6 +371,7 @@ contains
                       run%control%end_time + sum(model%later_steps%step%end_time), &
                       run%instant%dt, run%balance%error, &
                       wall_seconds(run))
+    call warn_of_depths(model, run, log)
     call warn_of_mass(model, run, log)
     call warn_of_shear(model, run, log)
     call stop_watch(model%timer, run%watch_output)
@@ -382,6 +397,8 @@ contains
     run%row%step = run%n_steps
     run%row%time = run%instant%time
     run%row%dt = run%instant%dt
+    call measure_depths(model%forces, model%bodies%tools, run%instant%time, &
+                        run%row%true_penetration)
     call fill_history_row(model, run%balance, elastic, velocity_now(model, run), run%row)
     call record_history(results, run%row)
     call note_errors(run)

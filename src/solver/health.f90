@@ -3,12 +3,14 @@
 module health
   use kinds, only: wp
   use errors, only: error_t, fail
-  use text, only: string_t, to_text, rounded_text, append_text
+  use text, only: string_t, to_text, rounded_text, place_text, append_text
   use basis_tables, only: n_lanes
   use ig_patch, only: element_of_lane
   use blank, only: blank_t, mass_of
   use effect, only: effect_slot_t, instant_t
   use contact_effect, only: contact_effect_t, has_contact
+  use true_depth, only: element_sizes, points_of_element
+  use tool_bends, only: elements_on_radius
   use tool, only: tool_t
   use model, only: model_t
   use step_control, only: step_control_t
@@ -21,7 +23,8 @@ module health
   implicit none
   private
 
-  public :: check_health, check_balance, check_pairs, added_mass_warning, shear_warning
+  public :: check_health, check_balance, check_pairs, check_hidden_depths, added_mass_warning
+  public :: shear_warning
 
   real(wp), parameter :: collapse = 1.0e-3_wp   ! of the step at the start
   real(wp), parameter :: alternation = 0.01_wp  ! of the largest energy so far
@@ -160,6 +163,55 @@ contains
       end select
     end do
   end subroutine check_pairs
+
+  !> Places between contact points that are far deeper in the tool than all of these, by more than a
+  !! part of the thickness. A pair warns once.
+  subroutine check_hidden_depths(effects, instant, warnings)
+    type(effect_slot_t), intent(inout) :: effects(:)     !! whose depths were measured now
+    type(instant_t), intent(in) :: instant
+    type(string_t), allocatable, intent(out) :: warnings(:)
+    real(wp), parameter :: small = 0.02_wp, far = 2.0_wp
+    integer :: i
+
+    allocate (warnings(0))
+    do i = 1, size(effects)
+      select type (pair => effects(i)%item)
+      type is (contact_effect_t)
+        associate (depth => pair%deepest%depth)
+          if (pair%has_warned_between .or. .not. depth > far*pair%depth) cycle
+          if (.not. depth > small*pair%thickness) cycle
+          pair%has_warned_between = .true.
+          call append_text(warnings, "warning: "//pair%name//": between its contact points the "// &
+                           "blank is "//rounded_text(depth)//" deep in the tool ("// &
+                           rounded_text(depth/pair%thickness)//" of its thickness), at them "// &
+                           rounded_text(pair%depth)//", "//when(instant)//", at "// &
+                           place_text(pair%deepest%x)//"; "//cure_of(pair))
+        end associate
+      end select
+    end do
+  end subroutine check_hidden_depths
+
+  !> What lets the contact points of a pair see its tool: as near to each other as its radius asks,
+  !! twice as near as they are at least.
+  function cure_of(pair) result(cure)
+    type(contact_effect_t), intent(in) :: pair
+    character(:), allocatable :: cure
+    integer, parameter :: most_points = 10   ! that COUNT takes
+    real(wp) :: sizes(2), radius
+    integer :: n_now(2), n(2)
+
+    sizes = element_sizes(pair%samples, pair%deepest%at)
+    radius = pair%samples%radius
+    n_now = points_of_element(pair%samples, pair%pair%slave)
+    n = max(2*n_now, ceiling(sizes*elements_on_radius/max(radius, pair%thickness)))
+    cure = "the elements there are "//rounded_text(sizes(1))//" x "//rounded_text(sizes(2))// &
+           " with "//to_text(n_now(1))//" x "//to_text(n_now(2))//" contact points"
+    if (radius < elements_on_radius*maxval(sizes)) cure = cure// &
+      ", the smallest radius of the tool is "//rounded_text(radius)
+    cure = cure//": use elements of "//rounded_text(sizes(1)*n_now(1)/n(1))//" x "// &
+           rounded_text(sizes(2)*n_now(2)/n(2))
+    if (all(n <= most_points)) cure = cure//", or COUNT="""//to_text(n(1))//","//to_text(n(2))//""""
+  end function cure_of
 
   function depth_message(pair, instant) result(message)
     type(contact_effect_t), intent(in) :: pair

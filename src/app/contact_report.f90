@@ -1,0 +1,182 @@
+!> What the log tells of contact at the end of a run.
+module contact_report
+  use kinds, only: wp
+  use text, only: to_text, rounded_text, place_text
+  use run_log, only: run_log_t, log_line
+  use effect, only: effect_slot_t
+  use contact_effect, only: contact_effect_t, has_contact
+  use contact_check, only: face_gaps
+  use tool, only: tool_t
+  use model, only: model_t
+  use run_data, only: run_t
+  implicit none
+  private
+
+  public :: log_contact
+
+  !> How a tool and a face of the blank have met.
+  type :: meeting_t
+    integer :: tool = 0, face = 0            !! numbers in the model and of the patch
+    logical :: has_touched = .false.         !! at a contact point
+    real(wp) :: depth = 0.0_wp               !! greatest between contact points [length]
+    real(wp) :: nearest = huge(1.0_wp)       !! of a contact point in the end [length]
+    logical :: is_behind = .false.           !! there it is on the other side of the tool
+  end type meeting_t
+
+contains
+
+  !> The deepest penetration, what the searches of each pair did, and tools that never touched.
+  subroutine log_contact(log, model, run, is_complete)
+    type(run_log_t), intent(inout) :: log
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    logical, intent(in) :: is_complete     !! the run was not broken off
+    type(meeting_t), allocatable :: meetings(:)
+    integer :: i
+
+    if (.not. (has_contact(model%forces) .or. has_contact(model%retired))) return
+    call log_depths(log, model, run%largest_penetration)
+    call log_searches(log, model%retired)
+    call log_searches(log, model%forces)
+    if (.not. is_complete) return
+    allocate (meetings(0))
+    call add_meetings(model%retired, model%bodies%tools, meetings)
+    call add_meetings(model%forces, model%bodies%tools, meetings)
+    do i = 1, size(meetings)
+      if (.not. meetings(i)%has_touched) call log_line(log, idle_words(meetings(i), &
+        model%bodies%tools(meetings(i)%tool)%name))
+    end do
+  end subroutine log_contact
+
+  !> Depths at the contact points and between them.
+  subroutine log_depths(log, model, at_points)
+    type(run_log_t), intent(inout) :: log
+    type(model_t), intent(in) :: model
+    real(wp), intent(in) :: at_points      !! [length]
+    character(:), allocatable :: place
+    real(wp) :: deepest
+
+    deepest = at_points
+    place = ""
+    call find_greatest(model%retired, deepest, place)
+    call find_greatest(model%forces, deepest, place)
+    call log_line(log, "contact    deepest penetration "//rounded_text(at_points)// &
+                  " at contact points, "//rounded_text(deepest)//" between them too"//place)
+  end subroutine log_depths
+
+  !> Depth between contact points if it is greater, with words of where and when.
+  subroutine find_greatest(effects, deepest, place)
+    type(effect_slot_t), intent(in) :: effects(:)
+    real(wp), intent(inout) :: deepest     !! [length]
+    character(:), allocatable, intent(inout) :: place
+    integer :: i
+
+    do i = 1, size(effects)
+      select type (item => effects(i)%item)
+      type is (contact_effect_t)
+        if (.not. item%greatest%depth > deepest) cycle
+        deepest = item%greatest%depth
+        place = ", of "//item%name//" at time "//rounded_text(item%greatest_time)//", at "// &
+                place_text(item%greatest%x)
+      end select
+    end do
+  end subroutine find_greatest
+
+  !> What the contact searches did, pair by pair.
+  subroutine log_searches(log, effects)
+    type(run_log_t), intent(inout) :: log
+    type(effect_slot_t), intent(in) :: effects(:)
+    integer :: i
+
+    do i = 1, size(effects)
+      select type (item => effects(i)%item)
+      type is (contact_effect_t)
+        associate (s => item%pair%statistics)
+          call log_line(log, item%name//": "//to_text(s%n_tested)//" of "// &
+                        to_text(s%n_points)//" points tested, "// &
+                        percent(1 - real(s%n_tested, wp)/max(1.0_wp, real(s%n_points, wp)))// &
+                        " culled, "// &
+                        rounded_text(real(s%n_iterations, wp)/max(1.0_wp, real(s%n_tested, wp)))// &
+                        " face evaluations a point, at most "//to_text(s%max_iterations)//", "// &
+                        to_text(s%n_fallbacks)//" guarded searches, "// &
+                        to_text(s%n_failures)//" failed")
+        end associate
+      end select
+    end do
+  end subroutine log_searches
+
+  !> Enter what the pairs among effects say of their tools. Of a blank of several patches, and of a
+  !! tool that a deck takes away and brings again, all pairs are one meeting.
+  subroutine add_meetings(effects, tools, meetings)
+    type(effect_slot_t), intent(in) :: effects(:)
+    type(tool_t), intent(in) :: tools(:)
+    type(meeting_t), allocatable, intent(inout) :: meetings(:)
+    integer :: i, k
+
+    do i = 1, size(effects)
+      select type (item => effects(i)%item)
+      type is (contact_effect_t)
+        k = findloc(meetings%tool == item%tool .and. meetings%face == item%face, .true., dim=1)
+        if (k == 0) then
+          meetings = [meetings, meeting_t(item%tool, item%face)]
+          k = size(meetings)
+        end if
+        associate (meeting => meetings(k))
+          meeting%has_touched = meeting%has_touched .or. item%has_touched
+          meeting%depth = max(meeting%depth, item%greatest%depth)
+          if (.not. meeting%has_touched) &
+            call find_nearest(item, tools(item%tool), meeting%nearest, meeting%is_behind)
+        end associate
+      end select
+    end do
+  end subroutine add_meetings
+
+  !> How far from the blank a tool is that did not touch it.
+  function idle_words(meeting, name) result(words)
+    type(meeting_t), intent(in) :: meeting
+    character(*), intent(in) :: name         !! of the tool
+    character(:), allocatable :: words
+
+    words = "warning: tool "//name//" never touched the blank at a contact point: "
+    if (meeting%depth > 0.0_wp) then
+      words = words//"between these the blank was up to "//rounded_text(meeting%depth)// &
+              " deep in it, so use smaller elements or more contact points (COUNT)"
+    else if (meeting%is_behind) then
+      words = words//"in the end the blank is behind its surface, "// &
+              rounded_text(meeting%nearest)//" away, so the SIDE of the tool may be wrong"
+    else if (meeting%nearest < huge(1.0_wp)) then
+      words = words//"in the end it is "//rounded_text(meeting%nearest)//" away; check its "// &
+              "place, its motion, its SIDE and the units of the deck"
+    else
+      words = words//"in the end it lies beside the blank; check its place and its motion"
+    end if
+  end function idle_words
+
+  !> Distance to the contact point that is nearest, of those that face the tool.
+  subroutine find_nearest(pair, tool, nearest, is_behind)
+    type(contact_effect_t), intent(in) :: pair
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(inout) :: nearest       !! of other pairs [length]
+    logical, intent(inout) :: is_behind
+    real(wp) :: gaps(pair%pair%slave%n_points)
+    logical :: is_proper(pair%pair%slave%n_points)
+    integer :: i
+
+    call face_gaps(pair%pair%slave, tool, pair%pair%motion%now, gaps, is_proper)
+    if (.not. any(is_proper)) return
+    i = minloc(abs(gaps), 1, is_proper)
+    if (abs(gaps(i)) >= nearest) return
+    nearest = abs(gaps(i))
+    is_behind = gaps(i) < 0.0_wp
+  end subroutine find_nearest
+
+  pure function percent(share) result(text)
+    real(wp), intent(in) :: share
+    character(:), allocatable :: text
+    character(16) :: buffer
+
+    write (buffer, "(f10.3)") 100.0_wp*share
+    text = trim(adjustl(buffer))//" %"
+  end function percent
+
+end module contact_report

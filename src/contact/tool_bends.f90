@@ -1,0 +1,166 @@
+!> Where a tool bends towards the sheet, and how sharply: radii that elements must be fit for.
+module tool_bends
+  use kinds, only: wp
+  use vector_product, only: cross
+  use tool, only: tool_t
+  use tool_face, only: face_derivatives, unit_normal
+  implicit none
+  private
+
+  public :: bend_t, tool_bends_below, sharpest_radius
+
+  !> Elements that a radius is long at least, for the sheet to bend around it.
+  real(wp), parameter, public :: elements_on_radius = 3.0_wp
+
+  integer, parameter :: n_along = 3              !! places of a face, each way
+  integer, parameter :: most_bends = 1000        !! kept of a tool
+  real(wp), parameter :: inset = 0.02_wp         !! from edges, which may be shrunk to a point
+  real(wp), parameter :: sharp = 0.35_wp         !! turn of normals at an edge that has no radius
+
+  !> A place that bends towards the sheet.
+  type :: bend_t
+    real(wp) :: radius = 0.0_wp     !! 0: an edge [length]
+    real(wp) :: x(3) = 0.0_wp       !! in the tool's frame [length]
+    real(wp) :: way(3) = 0.0_wp     !! unit vector along which it bends
+  end type bend_t
+
+contains
+
+  !> Places of a tool where it bends towards the sheet with a radius below a limit; of very many
+  !! every n-th. Edges between faces whose normals part by more than 20 degrees have the radius 0.
+  subroutine tool_bends_below(tool, limit, bends)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: limit                        !! [length]
+    type(bend_t), allocatable, intent(out) :: bends(:)
+    type(bend_t), allocatable :: found(:)
+    type(bend_t) :: bend
+    real(wp) :: at(2)
+    integer :: face, edge, i, j, n
+
+    allocate (found((n_along**2 + 4)*tool%n_faces))
+    n = 0
+    do face = 1, tool%n_faces
+      do j = 1, n_along
+        do i = 1, n_along
+          at = inset + (1 - 2*inset)*[i - 1, j - 1]/(n_along - 1)
+          bend = bend_at(tool, face, at)
+          call append(bend)
+        end do
+      end do
+      do edge = 1, 4
+        if (tool%neighbours(edge, face) == 0) cycle
+        bend = bend_across(tool, face, edge)
+        call append(bend)
+      end do
+    end do
+    i = (n + most_bends - 1)/most_bends
+    bends = found(:n:max(i, 1))
+
+  contains
+
+    subroutine append(bend)
+      type(bend_t), intent(in) :: bend
+
+      if (.not. bend%radius < limit) return
+      n = n + 1
+      found(n) = bend
+    end subroutine append
+
+  end subroutine tool_bends_below
+
+  !> Smallest radius with which a tool bends towards the sheet, huge where it does not.
+  real(wp) function sharpest_radius(tool) result(radius)
+    type(tool_t), intent(in) :: tool
+    type(bend_t), allocatable :: bends(:)
+
+    call tool_bends_below(tool, huge(1.0_wp), bends)
+    radius = minval([bends%radius, huge(1.0_wp)])
+  end function sharpest_radius
+
+  !> Largest curvature towards the sheet at a place of a face.
+  pure function bend_at(tool, face, at) result(bend)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: face
+    real(wp), intent(in) :: at(2)
+    type(bend_t) :: bend
+    real(wp) :: d1(3, 2), d2(3, 3), normal(3), e, f, g, l, m, n, area, mean, root, k, v(2)
+
+    bend%radius = huge(1.0_wp)
+    call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), at, bend%x, d1, d2)
+    normal = tool%side*unit_normal(d1)
+    e = sum(d1(:, 1)**2)
+    f = sum(d1(:, 1)*d1(:, 2))
+    g = sum(d1(:, 2)**2)
+    area = e*g - f**2
+    if (.not. sum(normal**2) > 0.0_wp .or. .not. area > 0.0_wp) return
+    l = sum(d2(:, 1)*normal)
+    n = sum(d2(:, 2)*normal)
+    m = sum(d2(:, 3)*normal)
+    mean = 0.5_wp*(l*g - 2*m*f + n*e)/area
+    root = sqrt(max(mean**2 - (l*n - m**2)/area, 0.0_wp))
+    k = mean - root      ! negative where the surface falls away from the sheet
+    if (.not. k < 0.0_wp) return
+    bend%radius = -1.0_wp/k
+    v = [m - k*f, k*e - l]
+    if (sum(abs([n - k*g, k*f - m])) > sum(abs(v))) v = [n - k*g, k*f - m]
+    bend%way = matmul(d1, v)
+    if (norm2(bend%way) > 0.0_wp) then
+      bend%way = bend%way/norm2(bend%way)
+    else
+      bend%way = d1(:, 1)/sqrt(e)   ! it bends alike along all ways
+    end if
+  end function bend_at
+
+  !> Break of the tangent at the middle of an edge between two faces.
+  pure function bend_across(tool, face, edge) result(bend)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: face, edge        !! s = 0, s = 1, t = 0, t = 1
+    type(bend_t) :: bend
+    real(wp) :: here(3, 2), there(3, 2), d2(3, 3), normals(3, 2), along(3), outwards(3), x(3)
+    real(wp) :: place
+    integer :: other, other_edge, direction
+
+    bend%radius = huge(1.0_wp)
+    place = 0.5_wp
+    other = tool%neighbours(edge, face)
+    other_edge = merge(edge + 1, edge - 1, mod(edge, 2) == 1)
+    call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), on_edge(edge, 0.5_wp), &
+                          bend%x, here, d2)
+    if (other < 0) then
+      associate (seam => tool%links(-other))
+        if (seam%face == 0) return
+        call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), &
+                              on_edge(edge, 0.5_wp*sum(seam%here)), bend%x, here, d2)
+        place = 0.5_wp*sum(seam%there)
+        other_edge = seam%edge
+        other = seam%face
+      end associate
+    end if
+    call face_derivatives(tool%orders, tool%coefficients(:, :, :, other), &
+                          on_edge(other_edge, place), x, there, d2)
+    normals(:, 1) = tool%side*unit_normal(here)
+    normals(:, 2) = tool%side*unit_normal(there)
+    if (sum(normals(:, 1)*normals(:, 2)) > cos(sharp)) return
+    if (minval(sum(normals**2, 1)) < 0.5_wp) return
+    direction = merge(1, 2, edge <= 2)
+    along = here(:, 3 - direction)
+    outwards = here(:, direction)*merge(-1, 1, mod(edge, 2) == 1)
+    ! Beyond the edge the tool falls away from the plane of this face.
+    if (norm2(along) <= 0.0_wp .or. sum(normals(:, 2)*outwards) <= 0.0_wp) return
+    bend%radius = 0.0_wp
+    bend%way = cross(along/norm2(along), normals(:, 1))
+  end function bend_across
+
+  !> Local coordinates of a place on an edge.
+  pure function on_edge(edge, along) result(at)
+    integer, intent(in) :: edge
+    real(wp), intent(in) :: along
+    real(wp) :: at(2)
+    integer :: d
+
+    d = merge(1, 2, edge <= 2)
+    at(d) = real(mod(edge + 1, 2), wp)
+    at(3 - d) = along
+  end function on_edge
+
+end module tool_bends
