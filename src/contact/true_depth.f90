@@ -50,6 +50,7 @@ module true_depth
     integer :: face = 0                !! of the tool where it is nearest
     real(wp) :: on(2) = 0.0_wp         !! local coordinates there
     logical :: is_sure = .false.       !! of all places of the tool none is nearer
+    logical :: is_smooth = .false.     !! the tool around it
   end type deep_place_t
 
   !> Samples of a face, in tiles that are those of its contact points.
@@ -236,6 +237,7 @@ contains
       call keep(found(at(1), at(2)), [xi(at(1)), eta(at(2))], shift, &
                 [step_at(xi, at(1)), step_at(eta, at(2))], best)
       best%width = width
+      best%is_smooth = is_smooth
       do j = low(2), high(2) - 1
         do i = low(1), high(1) - 1
           associate (known => max(best%depth, shallow*tool%search_distance))
@@ -579,9 +581,13 @@ contains
           at = min(max(start%at + ways(:, k)*step, low), high)
           call evaluate_surface(samples%surface, at, sample%x)
           sample%x = sample%x - shift
-          call follow(tool, sample%x, start%face, start%on, hit)
-          if (.not. hit%is_converged) cycle
-          call note(tool, overhang, hit, sample)
+          if (start%is_smooth) then
+            call follow(tool, sample%x, start%face, start%on, hit)
+            if (.not. hit%is_converged) cycle
+            call note(tool, overhang, hit, sample)
+          else
+            call look(tool, overhang, sample)
+          end if
           call keep(sample, at, shift, place%step, place)
         end do
         if (.not. place%depth > start%depth) exit

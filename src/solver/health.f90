@@ -206,8 +206,11 @@ contains
     n = max(2*n_now, ceiling(sizes*elements_on_radius/max(radius, pair%thickness)))
     cure = "the elements there are "//rounded_text(sizes(1))//" x "//rounded_text(sizes(2))// &
            " with "//to_text(n_now(1))//" x "//to_text(n_now(2))//" contact points"
-    if (radius < elements_on_radius*maxval(sizes)) cure = cure// &
-      ", the smallest radius of the tool is "//rounded_text(radius)
+    if (.not. radius > 0.0_wp) then
+      cure = cure//", the tool has a sharp edge"
+    else if (radius < elements_on_radius*maxval(sizes)) then
+      cure = cure//", the smallest radius of the tool is "//rounded_text(radius)
+    end if
     cure = cure//": use elements of "//rounded_text(sizes(1)*n_now(1)/n(1))//" x "// &
            rounded_text(sizes(2)*n_now(2)/n(2))
     if (all(n <= most_points)) cure = cure//", or COUNT="""//to_text(n(1))//","//to_text(n(2))//""""

@@ -1,0 +1,68 @@
+"""Penetration between contact points, and tools that never touch: history, log and --check.
+
+Usage: between.py IGAFORM FOLDER_OF_DECK
+"""
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+import h5py
+
+DECK = pathlib.Path(sys.argv[2]) / "between.key"
+
+
+def run(folder, *options, **parameters):
+    sets = [part for key, value in parameters.items() for part in ("--set", f"{key}={value}")]
+    return subprocess.run([sys.argv[1], DECK, "--out", folder / "between.h5", *options, *sets],
+                          capture_output=True, text=True, timeout=60)
+
+
+def depths(folder):
+    with h5py.File(folder / "between.h5") as file:
+        history = file["history"]
+        return history["max_penetration"][:], history["true_penetration"][:]
+
+
+def warnings_of(done, tool):
+    return [line for line in done.stdout.splitlines() if line.startswith("warning: ")
+            and re.search(rf"\b{tool}\b", line)]
+
+
+def main():
+    with tempfile.TemporaryDirectory() as place:
+        folder = pathlib.Path(place)
+        done = run(folder)
+        assert done.returncode == 0, done
+        seen, true = depths(folder)
+        # 8000 mm/s for 40 us, from 0.02 above a sheet that stays where it is
+        assert seen.max() == 0 and abs(true[-1] - 0.3) < 0.005, (seen, true)
+        for tool, radius, words in (("roll", "the smallest radius of the tool is 5.000E+00: use", "3.000E-01"),
+                                    ("ridge", "the tool has a sharp edge: use", "2.1")):
+            warned = [line for line in warnings_of(done, tool) if "between its contact" in line]
+            assert len(warned) == 1, done.stdout
+            assert f"with 3 x 3 contact points, {radius} elements of " in warned[0], warned
+            idle = [line for line in warnings_of(done, tool) if "never touched" in line]
+            assert len(idle) == 1 and f"up to {words}" in idle[0], idle
+        far = warnings_of(done, "far")
+        assert len(far) == 1 and "never touched" in far[0] and "behind its surface, 3.900E+01 away" in far[0], far
+        assert re.search(r"^contact    deepest penetration 0\S* at contact points, \S+ between them "
+                         r"too, of contact roll ZETA_MAX at time 4\.000E-05", done.stdout, re.M)
+        log = (folder / "between.log").read_text()
+        assert all(line in log for line in warnings_of(done, "roll") + far), log
+
+        done = run(folder, n_x=40)       # elements that see the roll
+        seen, true = depths(folder)
+        assert done.returncode == 0 and seen.max() > 0 and 0 < true.max() < 0.15, (seen, true)
+        assert not warnings_of(done, "roll"), done.stdout
+        assert not [line for line in warnings_of(done, "ridge") if "never touched" in line]
+
+        for punch, kind in ((4.95, "warning"), (4.7, "error")):   # inside at the start
+            done = run(folder, "--check", punch=punch)
+            assert done.returncode == (kind == "error"), done
+            assert re.search(rf"{kind}: \*CONTACT PAIR: found a blank .* starts inside tool 'roll', "
+                             rf"at \(.*\) by {5 - punch:.1E}"[:-4], done.stderr), done.stderr
+
+
+main()
