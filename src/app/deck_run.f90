@@ -423,13 +423,4 @@ contains
     setup%provenance%n_threads = omp_get_max_threads()
   end subroutine fill_setup
 
-  function percent(share) result(text)
-    real(wp), intent(in) :: share
-    character(:), allocatable :: text
-    character(16) :: buffer
-
-    write (buffer, "(f10.3)") 100.0_wp*share
-    text = trim(adjustl(buffer))//" %"
-  end function percent
-
 end module deck_run
