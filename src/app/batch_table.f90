@@ -3,12 +3,12 @@
 module batch_table
   use, intrinsic :: iso_fortran_env, only: output_unit
   use kinds, only: wp
-  use text, only: to_text, rounded_text
+  use text, only: string_t, to_text, rounded_text
   use errors, only: error_t, fail
   use result_state, only: result_state_t, read_result_state
   use file_lock, only: is_locked_by_others
-  use system_files, only: replace_file, remove_file, true_path
   use output_guard, only: why_left_alone
+  use whole_file, only: write_lines
   use message_files, only: first_error
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted
   use batch_list, only: batch_run_t
@@ -136,31 +136,19 @@ contains
     type(batch_run_t), intent(in) :: runs(:)
     type(outcome_t), intent(in) :: outcomes(:)
     type(error_t), allocatable, intent(out) :: error
-    integer :: unit, status, i
-    character(256) :: message
-    character(:), allocatable :: reason
-    character(:), allocatable :: new    ! beside where the name leads to
+    type(string_t) :: lines(size(runs) + 1)
+    integer :: i
+    character(:), allocatable :: why
 
-    new = why_left_alone(path, header, "summary")
-    if (new /= "") then
-      call fail(error, "summary '"//path//"': "//new)
-      return
+    why = why_left_alone(path, header, "summary")
+    if (why == "") then
+      lines(1)%value = header
+      do i = 1, size(runs)
+        lines(i + 1)%value = csv_line(runs(i), outcomes(i))
+      end do
+      call write_lines(path, lines, why)
     end if
-    new = true_path(path)//".new"
-    call remove_file(new)
-    open (newunit=unit, file=new, action="write", status="replace", iostat=status, &
-          iomsg=message)
-    if (status == 0) write (unit, "(a)", iostat=status, iomsg=message) header
-    do i = 1, size(runs)
-      if (status == 0) write (unit, "(a)", iostat=status, iomsg=message) &
-        csv_line(runs(i), outcomes(i))
-    end do
-    if (status == 0) close (unit, iostat=status, iomsg=message)
-    if (status == 0) then
-      if (replace_file(new, true_path(path), reason)) return
-      message = "cannot put it in its place: "//reason
-    end if
-    call fail(error, "summary '"//path//"': "//trim(message))
+    if (why /= "") call fail(error, "summary '"//path//"': "//why)
   end subroutine write_table
 
   function csv_line(run, outcome) result(line)

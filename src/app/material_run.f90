@@ -19,8 +19,8 @@ module material_run
   use test_processes, only: law_slot_t, perform_tests
   use shared_rows, only: shared_rows_t, free_rows, failure_of, warning_of
   use message_files, only: check_message_file
-  use hdf5_file, only: hdf5_file_t, create_file, place_file, give_up_file, close_file, take_error, &
-                       write_text_attribute, write_integer_attribute
+  use hdf5_file, only: hdf5_file_t, create_file, place_file, give_up_file, close_file, flush_file, &
+                       take_error, write_text_attribute, write_integer_attribute
   use provenance_record, only: write_provenance
   use unit_system, only: unit_system_t, new_unit_system
   use result_table, only: result_table_t, n_rows, write_csv, write_group
@@ -28,7 +28,7 @@ module material_run
   use run_provenance, only: provenance_of
   use output_names, only: base_of, result_base, file_name, files_read, result_path, &
                           path_beside_result
-  use exit_codes, only: exit_done, exit_input, exit_numerics
+  use exit_codes, only: exit_done, exit_input, exit_numerics, exit_files
   implicit none
   private
 
@@ -202,7 +202,6 @@ contains
     call create_file(file, path, is_draft=.true.)
     call write_text_attribute(file, "/", "content", "material tests")
     call write_provenance(file, provenance_of(scene))
-    call place_file(file)
     call take_error(file, error)
     if (allocated(error)) call give_up_file(file)
     if (allocated(error)) return
@@ -214,9 +213,15 @@ contains
     end do
     call write_text_attribute(file, "/provenance", "status", &
                               trim(merge("completed", "failed   ", code == exit_done)))
-    call close_file(file)
+    call flush_file(file)
+    call place_file(file)
     call take_error(file, error)
-    if (allocated(error)) code = exit_numerics
+    if (allocated(error)) then
+      code = exit_files
+      call give_up_file(file)
+    else
+      call close_file(file)
+    end if
   end subroutine write_all
 
   !> One test: its rows to the result file and to a CSV file of its own.
@@ -248,7 +253,8 @@ contains
       end if
       if (failure /= "") call say(test%name, failure)
       if (allocated(error)) call say(test%name, error%message)
-      if (failure /= "" .or. allocated(error)) code = exit_numerics
+      if (allocated(error) .and. code == exit_done) code = exit_files
+      if (failure /= "") code = exit_numerics
     end associate
   end subroutine write_test
 

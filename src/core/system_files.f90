@@ -2,11 +2,12 @@
 module system_files
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, &
                                          c_int16_t, c_null_char, c_null_ptr, c_ptr, c_size_t
+  use, intrinsic :: iso_fortran_env, only: int64
   use text, only: string_t
   implicit none
   private
 
-  public :: true_path, matching_files, is_folder, kind_of_file, is_no_file
+  public :: true_path, matching_files, is_folder, kind_of_file, is_no_file, bytes_on_disk
   public :: sync_file, replace_file, remove_file
   public :: c_fopen, c_fileno, c_fclose, fortran_text
 
@@ -212,6 +213,23 @@ contains
       kind = "socket"
     end select
   end function kind_of_file
+
+  !> Bytes of a plain file as the system knows it, -1 if there is none. INQUIRE counts for an open
+  !! file what was written to it, whether or not the disk took it.
+  integer(int64) function bytes_on_disk(path) result(n_bytes)
+    character(*), intent(in) :: path
+    integer(c_int), parameter :: folder_in_hand = -100, ask_for_size = 512
+    integer(c_int16_t) :: facts(128)           ! the 256 bytes of Linux's struct statx
+    integer, parameter :: place_of_size = 21   ! in halves of words
+    character(:), allocatable :: kind
+
+    n_bytes = -1
+    kind = kind_of_file(path)
+    if (kind /= "file") return
+    facts = 0
+    if (c_statx(folder_in_hand, path//c_null_char, 0_c_int, ask_for_size, facts) == 0) &
+      n_bytes = transfer(facts(place_of_size:place_of_size + 3), n_bytes)
+  end function bytes_on_disk
 
   !> Is there something of this name that is no plain file?
   logical function is_no_file(path)

@@ -12,6 +12,7 @@ module checkpoint
   use checksum, only: file_checksum
   use state_store, only: state_store_t, add_entry
   use system_files, only: sync_file, replace_file, remove_file, is_no_file, kind_of_file, true_path
+  use whole_file, only: is_of_size
   use file_lock, only: is_locked_by_others, lock_t, hold_folder, release_lock
   use build_fingerprint, only: fingerprint_difference
   use hdf5_library, only: hid_t
@@ -144,7 +145,11 @@ contains
           status="old", position="append", iostat=status, iomsg=message)
     if (status == 0) write (unit, iostat=status, iomsg=message) last
     if (status == 0) close (unit, iostat=status, iomsg=message)
-    if (status /= 0) call fail(error, trim(message))
+    if (status /= 0) then
+      call fail(error, trim(message))
+    else if (.not. is_of_size(path, n_all + last_length)) then
+      call fail(error, "cannot write all of it; is the disk full?")
+    end if
   end subroutine append_result
 
   !> Append bytes of one file to another, which is created if it is not there.
@@ -153,10 +158,11 @@ contains
     integer(int64), intent(in) :: before, n_bytes     !! bytes left out, and copied
     type(error_t), allocatable, intent(out) :: error
     integer(int8), allocatable :: bytes(:)
-    integer(int64) :: left, n
+    integer(int64) :: left, n, n_there
     integer :: from, to, status
     character(256) :: message
 
+    inquire (file=target_file, size=n_there)
     open (newunit=from, file=source, access="stream", form="unformatted", action="read", &
           status="old", iostat=status, iomsg=message)
     if (status == 0) then
@@ -181,7 +187,11 @@ contains
         close (to)
       end if
     end if
-    if (status /= 0) call fail(error, trim(message))
+    if (status /= 0) then
+      call fail(error, trim(message))
+    else if (.not. is_of_size(target_file, max(n_there, 0_int64) + n_bytes)) then
+      call fail(error, "cannot write all of it; is the disk full?")
+    end if
   end subroutine copy_bytes
 
   !> Read a checkpoint. Refused: a file that is none, one that is damaged, one of another build of

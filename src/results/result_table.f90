@@ -4,6 +4,7 @@ module result_table
   use errors, only: error_t, fail
   use text, only: string_t, strings, to_text, joined
   use output_guard, only: why_left_alone
+  use whole_file, only: write_lines
   use hdf5_file, only: hdf5_file_t, create_group, write_reals, write_text_attribute
   use unit_system, only: unit_system_t, unit_of
   implicit none
@@ -67,24 +68,19 @@ contains
     character(*), intent(in) :: path
     type(unit_system_t), intent(in) :: units
     type(error_t), allocatable, intent(out) :: error
-    integer :: unit, status, closing, row
+    type(string_t) :: lines(n_rows(table) + 1)
+    integer :: row
     character(:), allocatable :: why
 
     why = why_left_alone(path, head_line(table, units), "table of these columns")
-    if (why /= "") then
-      call fail(error, "result file '"//path//"': "//why)
-      return
-    end if
-    open (newunit=unit, file=path, status="replace", action="write", iostat=status)
-    if (status == 0) then
-      write (unit, "(a)", iostat=status) head_line(table, units)
+    if (why == "") then
+      lines(1)%value = head_line(table, units)
       do row = 1, n_rows(table)
-        if (status == 0) write (unit, "(a)", iostat=status) row_line(table, row)
+        lines(row + 1)%value = row_line(table, row)
       end do
-      close (unit, iostat=closing)
-      if (status == 0) status = closing
+      call write_lines(path, lines, why)
     end if
-    if (status /= 0) call fail(error, "result file '"//path//"': cannot write it")
+    if (why /= "") call fail(error, "result file '"//path//"': "//why)
   end subroutine write_csv
 
   function head_line(table, units) result(line)

@@ -4,6 +4,7 @@ module run_log
   use, intrinsic :: iso_c_binding, only: c_int
   use kinds, only: wp
   use errors, only: error_t, fail
+  use system_files, only: bytes_on_disk
   use timer, only: timer_t, watch_seconds
   use provenance, only: provenance_lines, provenance_t
   implicit none
@@ -25,6 +26,8 @@ module run_log
   type :: run_log_t
     private
     integer :: unit = -1
+    character(:), allocatable :: path
+    integer(int64) :: n_bytes = -1       ! that the file should have; negative: no plain file
     logical :: is_quiet = .false.        ! nothing on standard output
     logical :: is_terminal = .false.     ! standard output shows one progress line, rewritten
     logical :: has_progress_line = .false.
@@ -64,6 +67,8 @@ contains
       log%unit = -1
     end if
     log%is_quiet = is_quiet
+    log%path = path
+    if (log%unit /= -1) log%n_bytes = bytes_on_disk(path)
     log%is_terminal = c_isatty(1_c_int) == 1
   end subroutine open_log
 
@@ -203,13 +208,22 @@ contains
     log%has_progress_line = .false.
   end subroutine end_progress_line
 
+  !> A line to the file. Where it does not come to the disk a warning says so, once. WRITE and FLUSH
+  !! of gfortran keep that to themselves, so the size of the file decides.
   subroutine write_to_file(log, line)
-    type(run_log_t), intent(in) :: log
+    type(run_log_t), intent(inout) :: log
     character(*), intent(in) :: line
+    integer :: status
 
     if (log%unit == -1) return
-    write (log%unit, "(a)") line
-    flush (log%unit)
+    write (log%unit, "(a)", iostat=status) line
+    flush (log%unit, iostat=status)
+    if (log%n_bytes < 0) return
+    log%n_bytes = log%n_bytes + len(line) + 1
+    if (bytes_on_disk(log%path) >= log%n_bytes) return
+    write (error_unit, "(a)") "igaform: warning: log file: lines of it cannot be written; is "// &
+      "the disk full? The run goes on"
+    log%n_bytes = -1
   end subroutine write_to_file
 
 end module run_log
