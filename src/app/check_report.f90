@@ -20,8 +20,9 @@ module check_report
 contains
 
   !> Counts, mass, stable step, number of steps and the time they should take, to standard output.
-  subroutine print_check(model)
+  subroutine print_check(model, may_step)
     type(model_t), intent(inout) :: model   !! some steps of it are taken
+    logical, intent(in) :: may_step         !! unless the law must not be called
     type(step_control_t) :: control
     type(string_t), allocatable :: effects(:)
     character(:), allocatable :: warning
@@ -54,8 +55,13 @@ contains
     end do
     print "(a)", "stable step      "//rounded_text(model%stable_step)
     print "(a)", "steps            about "//rounded_text(n_steps)
-    seconds = forecast_seconds(model, n_steps)   ! not in a PRINT: a user's law may write as well
-    print "(a)", "run time         about "//rounded_text(seconds)//" s where nothing else runs"
+    if (may_step) then
+      seconds = forecast_seconds(model, n_steps)   ! not in a PRINT: a user's law may write as well
+      print "(a)", "run time         about "//rounded_text(seconds)//" s where nothing else runs"
+    else
+      print "(a)", "run time         not foretold, for that would call the user's subroutine "// &
+        "(--check --probe does)"
+    end if
     if (warning /= "") print "(a)", warning
   end subroutine print_check
 

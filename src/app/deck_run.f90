@@ -82,7 +82,7 @@ contains
     if (n_errors(faults) > 0) then
       code = exit_input
     else if (command%is_check) then
-      call print_check(model)
+      call print_check(model, may_be_called(library))
       call print_lines(saving_lines(scene))
       call print_lines(source_lines(scene, model))
       if (command%is_probe) call print_probe(scene, model, library)
@@ -93,6 +93,14 @@ contains
       code = run_accepted(command, scene, model)
     end if
   end function run_deck
+
+  !> Unless subroutines of a user are there that a check has not loaded.
+  logical function may_be_called(library)
+    type(user_library_t), intent(in), optional :: library
+
+    may_be_called = .true.
+    if (present(library)) may_be_called = library%is_loaded
+  end function may_be_called
 
   subroutine print_lines(lines)
     type(string_t), intent(in) :: lines(:)

@@ -1,5 +1,6 @@
 !> From --user and the materials of a deck to the loaded subroutines of the user.
 module user_setup
+  use kinds, only: wp
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault, add_warning, new_origin, n_errors
   use text, only: string_t, joined
@@ -18,15 +19,15 @@ module user_setup
 contains
 
   !> Compile and load the files of --user, if a material of the deck asks for them. The library is
-  !! allocated if that was done. Compiled files are kept in the folder `igaform_cache` beside the
-  !! result.
+  !! allocated if that was done. A check does not call them unless it needs what only they know, and
+  !! says which it is.
   subroutine load_user_files(command, scene, library, faults)
     type(command_t), intent(in) :: command
     type(scene_t), intent(in) :: scene
     type(user_library_t), allocatable, intent(out) :: library
     type(fault_list_t), intent(inout) :: faults
     type(error_t), allocatable :: error
-    character(:), allocatable :: folder
+    character(:), allocatable :: folder, reason
     logical :: is_needed
     integer :: i
 
@@ -45,7 +46,8 @@ contains
     end if
     folder = command%output(:index(command%output, "/", back=.true.))
     allocate (library)
-    call load_user_library(command%user_files, folder//"igaform_cache", library, error)
+    reason = reason_to_call(command, scene)
+    call load_user_library(command%user_files, reason /= "", library, error)
     if (allocated(error)) then
       call add_fault(faults, new_origin("--user", 0, ""), error%message, &
                      "sources or a library with a UMAT or VUMAT that can be called")
@@ -56,8 +58,35 @@ contains
     if (library%uncalled /= "") call add_warning(faults, new_origin("--user", 0, ""), &
       "SUBROUTINE "//library%uncalled//" in the files, which nothing here calls", &
       "UMAT, VUMAT, SDVINI, UEXTERNALDB or VEXTERNALDB")
-    call start_user_code(library, job_name(command), folder_name(folder))
+    if (command%is_check) then
+      if (reason == "") then
+        print "(a)", "user code  compiled, not called by this check"
+      else
+        print "(a)", "user code  called by this check: "//reason
+      end if
+    end if
+    if (reason /= "") call start_user_code(library, job_name(command), folder_name(folder))
   end subroutine load_user_files
+
+  !> What the subroutines are called for; empty where they need not be: a check asks them for the
+  !! stiffness alone, and only where the deck does not give it.
+  function reason_to_call(command, scene) result(reason)
+    type(command_t), intent(in) :: command
+    type(scene_t), intent(in) :: scene
+    character(:), allocatable :: reason
+    integer :: i
+
+    reason = ""
+    if (.not. command%is_check) reason = "the run"
+    if (command%is_probe) reason = "--probe runs the deck with fewer elements"
+    do i = 1, size(scene%materials)
+      associate (material => scene%materials(i))
+        if (reason /= "" .or. .not. is_user_material(material)) cycle
+        if (.not. material%young > 0.0_wp) reason = "material "//material%name// &
+          " has no *ELASTIC, so its first call tells the stiffness"
+      end associate
+    end do
+  end function reason_to_call
 
   !> Files that are not there, or are none, are faults, even where no material asks for them.
   subroutine check_presence(files, faults)

@@ -1,32 +1,28 @@
 !> A short key for source files and all that they include: it changes when one of them does.
 module source_digest
-  use, intrinsic :: iso_fortran_env, only: int64
   use text, only: string_t, lower_case
+  use sha256, only: sha256_t, add_to_digest, sha256_text
   use system_files, only: is_no_file
   implicit none
   private
 
-  public :: digest_t, add_text, add_file, add_contents, digest_text, read_whole_file, included_name
+  public :: digest_t, add_text, add_file, add_contents, digest_text, whole_digest_text
+  public :: read_whole_file, included_name
 
-  !> Two sums of 32 bits that a text is folded into.
+  !> What texts and files are folded into.
   type :: digest_t
-    integer(int64) :: sums(2) = [2166136261_int64, 3332679571_int64]
+    type(sha256_t) :: sum
     type(string_t), allocatable :: files(:)   !! taken in so far
   end type digest_t
 
 contains
 
-  !> Fold a text in (FNV-1a by G. Fowler, L. C. Noll and K.-P. Vo, with two different factors).
+  !> Fold a text in.
   pure subroutine add_text(digest, text)
     type(digest_t), intent(inout) :: digest
     character(*), intent(in) :: text
-    integer(int64), parameter :: factors(2) = [16777619_int64, 16777633_int64]
-    integer(int64), parameter :: range = 4294967296_int64
-    integer :: i
 
-    do i = 1, len(text)
-      digest%sums = modulo(ieor(digest%sums, int(ichar(text(i:i)), int64))*factors, range)
-    end do
+    call add_to_digest(digest%sum, text)
   end subroutine add_text
 
   !> Fold a file in with its path, and all files that it includes and that stand beside it.
@@ -88,13 +84,23 @@ contains
     if (last > 1) name = code(first + 1:first + last - 1)
   end function included_name
 
-  !> Sixteen hexadecimal digits.
+  !> Sixteen hexadecimal digits, which tell changes but not intent.
   function digest_text(digest) result(text)
     type(digest_t), intent(in) :: digest
     character(16) :: text
+    character(64) :: whole
 
-    write (text, "(2z8.8)") digest%sums
+    whole = whole_digest_text(digest)
+    text = whole(:len(text))
   end function digest_text
+
+  !> Sixty-four hexadecimal digits, which nobody can make another source have.
+  function whole_digest_text(digest) result(text)
+    type(digest_t), intent(in) :: digest
+    character(64) :: text
+
+    text = sha256_text(digest%sum)
+  end function whole_digest_text
 
   !> A file as one text; empty if it cannot be read or is no plain file.
   subroutine read_whole_file(path, content, is_there)

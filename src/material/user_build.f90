@@ -4,15 +4,17 @@
 module user_build
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
   use errors, only: error_t, fail
-  use text, only: string_t, strings, upper_case, to_text
+  use text, only: string_t, strings, lower_case, upper_case, to_text
   use child_process, only: run_program, program_missing, c_text
-  use source_digest, only: digest_t, add_text, add_file, digest_text, read_whole_file
+  use source_digest, only: digest_t, add_text, add_file, whole_digest_text, read_whole_file
+  use trusted_files, only: open_own_file, close_file, path_of, digest_of, keep_to_owner
   use user_sources, only: is_source, is_fixed_form, has_directives, provide_includes, folder_of, &
                           as_file, ending_of
   implicit none
   private
 
   public :: build_user_library, make_folder, remove_file, process_number, program_folder
+  public :: setting
 
   !> -frecursive keeps local arrays on the stack, so that threads do not share them. -w: the
   !! sources are old and not ours. -g: crashes tell the line. The sections let the linker leave out
@@ -23,6 +25,10 @@ module user_build
     "-fcray-pointer", "-fdec-format-defaults", "-fdec-math", "-fd-lines-as-comments", &
     "-fdollar-ok", "-ffree-line-length-none", "-fdiagnostics-color=never", &
     "-ffunction-sections", "-fdata-sections", "-fstack-clash-protection"]
+
+  integer, parameter :: digest_length = 64   ! of the text
+  character(*), parameter :: no_room = "nothing can be written into the folder igaform of "// &
+    "XDG_CACHE_HOME or ~/.cache (is the disk full?)"
 
   !> What is called from outside; all else may go.
   character(*), parameter :: exported = "umat_; vumat_; sdvini_; uexternaldb_; vexternaldb_;"
@@ -70,59 +76,115 @@ module user_build
 
 contains
 
-  !> Compile and link. Fails with the compiler's words where a file does not compile, with the names
-  !! of routines that are nowhere, and where there is no compiler or no room for the library.
+  !> Compile and link, or find what an earlier run has made of the same sources. Fails with the
+  !! compiler's words where a file does not compile, with the names of routines that are nowhere,
+  !! and where there is no compiler or no room for the library.
   subroutine build_user_library(files, cache, library, note, error)
     type(string_t), intent(in) :: files(:)      !! sources, and libraries (.so, .a, .o) beside them
-    character(*), intent(in) :: cache           !! folder that keeps the libraries
-    character(:), allocatable, intent(out) :: library   !! path of the one that was built
+    character(*), intent(in) :: cache           !! folder for the libraries, of the user alone
+    integer, intent(out) :: library             !! descriptor of the open library
     character(:), allocatable, intent(out) :: note      !! worth telling the user, or empty
     type(error_t), allocatable, intent(out) :: error
     type(build_t) :: build
     character(:), allocatable :: key
-    logical :: is_there
     integer :: i
 
     note = ""
+    library = -1
     build%note = ""
     build%compiler = setting("IGAFORM_FC", "gfortran")
     call find_support(build, error)
     if (allocated(error)) return
     build%folder = cache//"/build_"//to_text(process_number())
     build%log = build%folder//"/messages.txt"
-    call make_folder(cache)
     call make_folder(build%folder)
     call find_key(build, files, key, error)
-    library = cache//"/user_"//key//".so"
-    if (.not. allocated(error)) then
-      inquire (file=library, exist=is_there)
-      if (.not. is_there) then
-        allocate (build%objects(0))
-        do i = 1, size(files)
-          call compile(build, files(i)%value, i, error)
-          if (allocated(error)) exit
-        end do
-        if (.not. allocated(error)) call link(build, library, error)
-        if (.not. allocated(error)) call keep_note(cache//"/user_"//key//".txt", build%note)
-      end if
-      call read_whole_file(cache//"/user_"//key//".txt", note, is_there)
+    if (.not. allocated(error)) call find_kept(cache, key, library, note)
+    if (.not. allocated(error) .and. library < 0) then
+      allocate (build%objects(0))
+      do i = 1, size(files)
+        call compile(build, files(i)%value, i, error)
+        if (allocated(error)) exit
+      end do
+      if (.not. allocated(error)) call link(build, error)
+      if (.not. allocated(error)) call keep(build, cache, key, library, error)
+      note = build%note
     end if
     call remove_folder(build)
   end subroutine build_user_library
 
-  !> The note is told at each run with a library, not only when it is made.
-  subroutine keep_note(path, note)
-    character(*), intent(in) :: path, note
-    integer :: unit, status
+  !> The library of these sources that an earlier run has kept, open; below zero if there is none.
+  !! A record of this user tells its digest and the note, which is told at each run. What is no
+  !! plain file of this user, or has another digest, is no library: it will be made again.
+  subroutine find_kept(cache, key, library, note)
+    character(*), intent(in) :: cache, key
+    integer, intent(out) :: library
+    character(:), allocatable, intent(out) :: note
+    character(:), allocatable :: content
+    integer :: record
+    logical :: is_there
 
-    if (note == "") return
-    open (newunit=unit, file=path, access="stream", form="unformatted", action="write", &
+    note = ""
+    library = -1
+    record = open_own_file(cache//"/"//key//".txt")
+    if (record < 0) return
+    call read_whole_file(path_of(record), content, is_there)
+    call close_file(record)
+    if (len(content) < digest_length) return
+    library = open_own_file(cache//"/"//library_name(content(:digest_length)))
+    if (library < 0) return
+    note = content(digest_length + 1:)
+    if (digest_of(library) == content(:digest_length)) return
+    call close_file(library)
+    library = -1
+    note = ""
+  end subroutine find_kept
+
+  !> Keep the fresh library under its digest, and the record that leads to it. Both appear at once
+  !! and whole, for other runs may be at it, too.
+  subroutine keep(build, cache, key, library, error)
+    type(build_t), intent(in) :: build
+    character(*), intent(in) :: cache, key
+    integer, intent(out) :: library
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: digest, record
+    integer :: unit, status, closing
+
+    call keep_to_owner(fresh_library(build))
+    library = open_own_file(fresh_library(build))
+    digest = ""
+    if (library >= 0) digest = digest_of(library)
+    record = build%folder//"/record.txt"
+    open (newunit=unit, file=record, access="stream", form="unformatted", action="write", &
           status="replace", iostat=status)
-    if (status /= 0) return
-    write (unit, iostat=status) note
-    close (unit)
-  end subroutine keep_note
+    if (status == 0) then
+      write (unit, iostat=status) digest//build%note
+      close (unit, iostat=closing)
+      if (status == 0) status = closing
+      call keep_to_owner(record)
+    end if
+    if (digest == "") status = 1
+    if (status == 0) status = int(c_rename(c_text(fresh_library(build)), &
+                                           c_text(cache//"/"//library_name(digest))))
+    if (status == 0) status = int(c_rename(c_text(record), c_text(cache//"/"//key//".txt")))
+    if (status /= 0) call fail(error, "cannot write the compiled user subroutine: "//no_room)
+  end subroutine keep
 
+  pure function library_name(digest) result(name)
+    character(*), intent(in) :: digest
+    character(:), allocatable :: name
+
+    name = "user_"//lower_case(digest)//".so"
+  end function library_name
+
+  pure function fresh_library(build) result(path)
+    type(build_t), intent(in) :: build
+    character(:), allocatable :: path
+
+    path = build%folder//"/user.so"
+  end function fresh_library
+
+  !> The value of a variable of the environment; the default where it is not there or empty.
   function setting(name, default) result(value)
     character(*), intent(in) :: name, default
     character(:), allocatable :: value
@@ -219,8 +281,7 @@ contains
     end if
     call read_whole_file(build%log, version, is_there)
     if (.not. is_there) then
-      call fail(error, "cannot write into the folder "//build%folder// &
-                ", where the user subroutine is to be compiled")
+      call fail(error, "the user subroutine cannot be compiled: "//no_room)
       return
     end if
     call add_text(digest, version)
@@ -242,7 +303,7 @@ contains
     do i = 1, size(found)
       call add_file(digest, found(i)%value)
     end do
-    key = digest_text(digest)
+    key = whole_digest_text(digest)
   end subroutine find_key
 
   subroutine start_words(build, word)
@@ -341,16 +402,14 @@ contains
     call run_program(build%words, build%log, code)
   end subroutine compile_with
 
-  !> Link all objects to a library, first under another name: other runs may be at it, too.
-  subroutine link(build, library, error)
+  !> Link all objects to a library in the folder of this build.
+  subroutine link(build, error)
     type(build_t), intent(inout) :: build
-    character(*), intent(in) :: library
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: fresh, messages
+    character(:), allocatable :: messages
     logical :: is_there
     integer :: i, code
 
-    fresh = build%folder//"/user.so"
     call start_words(build, build%compiler)
     call add_word(build, "-shared")
     call add_word(build, "-Wl,--no-undefined")
@@ -368,13 +427,11 @@ contains
     call add_word(build, build%support//"/lib")
     call add_word(build, "-ligaform_user")
     call add_word(build, "-o")
-    call add_word(build, fresh)
+    call add_word(build, fresh_library(build))
     call run_program(build%words, build%log, code)
     if (code /= 0) then
       call read_whole_file(build%log, messages, is_there)
       call fail(error, link_message(messages))
-    else if (c_rename(c_text(fresh), c_text(library)) /= 0) then
-      call fail(error, "cannot write "//library)
     end if
   end subroutine link
 

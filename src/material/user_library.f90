@@ -1,12 +1,14 @@
 !> Subroutines of users, loaded while the program runs.
 module user_library
-  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_funptr, c_int, c_null_funptr, &
-                                         c_ptr, c_associated, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_funptr, c_int, c_funloc, &
+                                         c_null_funptr, c_ptr, c_associated, c_size_t
+  use, intrinsic :: iso_fortran_env, only: error_unit
   use errors, only: error_t, fail
   use text, only: string_t, joined, upper_case, to_text
   use child_process, only: c_text, run_program
   use source_digest, only: read_whole_file
-  use user_build, only: build_user_library, make_folder, remove_file, process_number
+  use user_build, only: build_user_library, remove_file, process_number, setting
+  use trusted_files, only: open_own_folder, close_file, path_of
   use user_sources, only: ending_of, uncalled_routines
   implicit none
   private
@@ -15,7 +17,7 @@ module user_library
 
   !> What was found in the files. The library stays loaded until the program ends.
   type, public :: user_library_t
-    logical :: is_loaded = .false.
+    logical :: is_loaded = .false.                  !! else its laws must not be called
     type(string_t), allocatable :: files(:)         !! as the user named them
     character(:), allocatable :: path               !! of the shared library
     character(:), allocatable :: note               !! worth telling, or empty
@@ -42,6 +44,9 @@ module user_library
       import :: c_ptr
     end function c_dlerror
 
+    subroutine c_abort() bind(C, name="abort")
+    end subroutine c_abort
+
     integer(c_size_t) function c_strlen(text) bind(C, name="strlen")
       import :: c_ptr, c_size_t
       type(c_ptr), value :: text
@@ -50,33 +55,79 @@ module user_library
 
 contains
 
-  !> Load the files: one shared library (.so) as it is, sources after compiling them. Fails with
-  !! the compiler's or the loader's words, or where there is neither a UMAT nor a VUMAT.
-  subroutine load_user_library(files, cache, library, error)
+  !> Load the files: one shared library (.so) as it is, sources after compiling them into the
+  !! user's cache. Fails with the compiler's or the loader's words, where the cache is not the
+  !! user's alone, or where there is neither a UMAT nor a VUMAT. Without `is_called` nothing of it
+  !! is carried out, and it is not loaded: what it has is looked up in its table of names.
+  subroutine load_user_library(files, is_called, library, error)
     type(string_t), intent(in) :: files(:)
-    character(*), intent(in) :: cache               !! folder for what is compiled
+    logical, intent(in) :: is_called
     type(user_library_t), intent(out) :: library
     type(error_t), allocatable, intent(out) :: error
-    integer(c_int), parameter :: all_now = 2_c_int  ! RTLD_NOW, names for this library alone
-    type(c_ptr) :: handle
+    character(:), allocatable :: names
     logical :: is_there
+    integer :: cache, descriptor
 
     library%files = files
     library%note = ""
     library%writable = ""
+    call open_own_folder(cache_path(), cache, error)
+    if (allocated(error)) then
+      error%message = error%message//"; compiled subroutines are kept there. XDG_CACHE_HOME "// &
+                      "names another place for it"
+      return
+    end if
     if (size(files) == 1 .and. ending_of(files(1)%value) == "so") then
       library%path = files(1)%value
       inquire (file=library%path, exist=is_there)
       if (.not. is_there) call fail(error, "no file '"//library%path//"'")
+      ! Without a slash the loader would look in the folders of the system.
+      if (index(library%path, "/") == 0) library%path = "./"//library%path
     else
-      call build_user_library(files, cache, library%path, library%note, error)
+      ! The descriptor stays open: what was checked is what is loaded, and read by whoever lists
+      ! the calls that led to a crash.
+      call build_user_library(files, path_of(cache), descriptor, library%note, error)
+      library%path = path_of(descriptor)
     end if
+    if (.not. allocated(error)) then
+      call list_names(library%path, path_of(cache), "-D", names)
+      if (is_called) then
+        call open_library(library, error)
+      else
+        call look_up(library, names)
+      end if
+      call find_writable(library%path, path_of(cache), library%writable)
+    end if
+    call close_file(cache)
     if (allocated(error)) return
-    ! Without a slash the loader would look in the folders of the system.
-    if (index(library%path, "/") == 0) library%path = "./"//library%path
+    library%uncalled = uncalled_routines(files)
+    if (.not. c_associated(library%umat) .and. .not. c_associated(library%vumat)) then
+      call fail(error, "no SUBROUTINE UMAT or VUMAT in "//joined(files, ", ")// &
+                " (it must stand outside all modules)")
+      return
+    end if
+    library%is_loaded = is_called
+  end subroutine load_user_library
+
+  !> The folder for compiled subroutines: that of the XDG Base Directory Specification for what a
+  !! user's programs can make again.
+  function cache_path() result(path)
+    character(:), allocatable :: path
+
+    path = setting("XDG_CACHE_HOME", "")
+    if (path == "" .or. index(path, "/") /= 1) path = setting("HOME", "")//"/.cache"
+    path = path//"/igaform"
+  end function cache_path
+
+  subroutine open_library(library, error)
+    type(user_library_t), intent(inout) :: library
+    type(error_t), allocatable, intent(out) :: error
+    integer(c_int), parameter :: all_now = 2_c_int  ! RTLD_NOW, names for this library alone
+    type(c_ptr) :: handle
+
     handle = c_dlopen(c_text(library%path), all_now)
     if (.not. c_associated(handle)) then
-      call fail(error, "cannot load "//library%path//": "//loader_message())
+      call fail(error, "cannot load "//joined(library%files, ", ")//": "//loader_message())
       return
     end if
     library%umat = c_dlsym(handle, c_text("umat_"))
@@ -84,15 +135,22 @@ contains
     library%sdvini = c_dlsym(handle, c_text("sdvini_"))
     library%uexternaldb = c_dlsym(handle, c_text("uexternaldb_"))
     library%vexternaldb = c_dlsym(handle, c_text("vexternaldb_"))
-    library%uncalled = uncalled_routines(files)
-    if (.not. c_associated(library%umat) .and. .not. c_associated(library%vumat)) then
-      call fail(error, "no SUBROUTINE UMAT or VUMAT in "//joined(files, ", ")// &
-                " (it must stand outside all modules)")
-      return
-    end if
-    call find_writable(library%path, cache, library%writable)
-    library%is_loaded = .true.
-  end subroutine load_user_library
+  end subroutine open_library
+
+  !> What stands for the laws of a library that is not loaded.
+  subroutine look_up(library, names)
+    type(user_library_t), intent(inout) :: library
+    character(*), intent(in) :: names       !! as `nm` lists them
+
+    if (index(names, " T umat_"//new_line("a")) > 0) library%umat = c_funloc(never_called)
+    if (index(names, " T vumat_"//new_line("a")) > 0) library%vumat = c_funloc(never_called)
+  end subroutine look_up
+
+  !> A subroutine of a library that is not loaded was called, which is a fault of this program.
+  subroutine never_called() bind(C)
+    write (error_unit, "(a)") "igaform: error: a user's subroutine was called, which is not loaded"
+    call c_abort()
+  end subroutine never_called
 
   function loader_message() result(message)
     character(:), allocatable :: message
@@ -115,21 +173,12 @@ contains
     character(*), intent(in) :: path, cache
     character(:), allocatable, intent(out) :: names
     character(*), parameter :: unknown = "what the library keeps cannot be seen"
-    character(:), allocatable :: listing, log, line
-    type(string_t) :: words(2)
-    logical :: is_there
-    integer :: code, first, length
+    character(:), allocatable :: listing, line
+    integer :: first, length
 
     names = ""
-    call make_folder(cache)
-    log = cache//"/symbols_"//to_text(process_number())//".txt"
-    words(1)%value = "nm"
-    words(2)%value = path
-    call run_program(words, log, code)
-    call read_whole_file(log, listing, is_there)
-    call remove_file(log)
-    call remove_file(cache)   ! stays if it holds anything
-    if (code /= 0 .or. index(listing, " T ") == 0) then
+    call list_names(path, cache, "--no-demangle", listing)
+    if (index(listing, " T ") == 0) then
       names = unknown
       return
     end if
@@ -143,6 +192,25 @@ contains
     end do
     if (names /= "") names = names(3:)
   end subroutine find_writable
+
+  !> What `nm` tells of a library; empty if that failed.
+  subroutine list_names(path, cache, option, listing)
+    character(*), intent(in) :: path, cache, option
+    character(:), allocatable, intent(out) :: listing
+    character(:), allocatable :: log
+    type(string_t) :: words(3)
+    logical :: is_there
+    integer :: code
+
+    log = cache//"/symbols_"//to_text(process_number())//".txt"
+    words(1)%value = "nm"
+    words(2)%value = option
+    words(3)%value = path
+    call run_program(words, log, code)
+    call read_whole_file(log, listing, is_there)
+    call remove_file(log)
+    if (code /= 0) listing = ""
+  end subroutine list_names
 
   !> Is it a line of `nm` (address, kind, name) for writable data of the user's?
   pure logical function is_writable(line)

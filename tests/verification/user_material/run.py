@@ -6,9 +6,7 @@ Each file of files/ is dropped in unchanged. Laws that exist built in must give 
 the neo-Hooke of a UMAT that of a VUMAT; what fails must say where and why.
 """
 import os
-import pathlib
 import re
-import resource
 import shutil
 import subprocess
 import sys
@@ -17,83 +15,8 @@ import tempfile
 import h5py
 import numpy as np
 
-FILES = pathlib.Path(__file__).resolve().parent / "files"
-
-BODY = """*BLANK, NAME=strip, MATERIAL=steel, TYPE=BOX, RULE=FULL
-x, 0, 10, 2, 3
-y, 0, 4, 2, 2
-z, 0, 1, 2, 1
-*AMPLITUDE, NAME=soft start
-0, 0, 2e-5, 1
-*BOUNDARY
-X_MIN, XSYMM
-Y_MIN, YSYMM
-Z_MIN, ZSYMM
-*BOUNDARY, AMPLITUDE=soft start
-X_MAX, 1, 1, {speed}
-*DYNAMIC, EXPLICIT
-4e-5
-*OUTPUT, FRAMES=4, HISTORY=8
-"""
-TURNING = BODY.replace("Y_MIN, YSYMM\n", "").replace(
-    "X_MAX, 1, 1, {speed}", "X_MAX, 2, 2, {speed}").replace("X_MIN, XSYMM", "X_MIN, ENCASTRE")
-STEEL = "210000, 0.3"
-VOCE = "210000, 0.3, 250, 250, 6"
-
-
-def deck(material, body=BODY, speed=20000):
-    return f"*MATERIAL, NAME=steel\n*DENSITY\n7.85e-9\n{material}\n" + body.format(speed=speed)
-
-
-def user(constants, n_state=0, options="", names=""):
-    count = len(constants.split(","))
-    lines = f"*USER MATERIAL, CONSTANTS={count}{options}\n{constants}"
-    return lines + (f"\n*DEPVAR\n{n_state}{names}" if n_state else "")
-
-
-def limit_stack():
-    """The usual size, for laws that shall run out of it."""
-    resource.setrlimit(resource.RLIMIT_STACK, (8 << 20, resource.getrlimit(
-        resource.RLIMIT_STACK)[1]))
-
-
-class Bench:
-    """A folder in which the program runs, and what it said last."""
-
-    def __init__(self, igaform, folder):
-        self.igaform, self.folder = igaform, pathlib.Path(folder)
-
-    def run(self, text, *files, code=0, result="a.h5", threads=2, env=None, options=(),
-            command=()):
-        path = self.folder / "deck.key"
-        path.write_text(text)
-        names = [word for name in files for word in ("--user", str(name))]
-        done = subprocess.run([self.igaform, *command, str(path),
-                               "--out", str(self.folder / result),
-                               "--threads", str(threads), "--quiet", *names, *options],
-                              cwd=self.folder, capture_output=True, text=True, timeout=90,
-                              preexec_fn=limit_stack,
-                              env=dict(os.environ, OMP_WAIT_POLICY="passive", **(env or {})))
-        self.said = done.stdout + done.stderr
-        assert done.returncode == code, f"exit code {done.returncode}, not {code}:\n{self.said}"
-        return self.folder / result
-
-    def values(self, *arguments, **options):
-        """Points, stress and state variables of a run at its end."""
-        with h5py.File(self.run(*arguments, **options)) as file:
-            group = file["points"]
-            state = group["statev"][...] if "statev" in group else None
-            return file["nurbs/blank/points"][...], group["stress"][...], state
-
-    def says(self, *words):
-        for word in words:
-            assert word in self.said, f"no '{word}' in:\n{self.said}"
-
-
-def same(one, other, limit=1e-9):
-    for a, b in zip(one[:2], other[:2]):
-        worst = abs(a - b).max() / abs(b).max()
-        assert worst < limit, f"relative difference {worst:.3g}"
+import keeping
+from common import BODY, Bench, FILES, STEEL, TURNING, VOCE, deck, same, user
 
 
 def styles_agree_with_built_in_laws(bench):
@@ -415,38 +338,6 @@ def laws_that_never_yield_have_no_r_values(bench):
     bench.says("test r: no plastic strain in tension at 0 degrees")
 
 
-def libraries_are_kept_and_renewed(bench):
-    """Compiled once; again when the source or an included file changes; names of any kind."""
-    folder = bench.folder / "it's; a \"folder\", $HOME"
-    folder.mkdir()
-    source = folder / "my umat.for"
-    shutil.copy(FILES / "linear_fixed.for", source)
-    bench.run(deck(user(STEEL)), source, result="kept/a.h5", code=1)
-    (bench.folder / "kept").mkdir()
-    cache = bench.folder / "kept" / "igaform_cache"
-
-    def libraries():
-        bench.run(deck(user(STEEL)), source, result="kept/a.h5")
-        return {path.name: path.stat().st_mtime_ns for path in cache.iterdir()}
-
-    first = libraries()
-    assert len(first) == 1 and libraries() == first, "compiled again without need"
-    text = source.read_text().replace("C     Linear", "      INCLUDE 'part.inc'\nC     Linear", 1)
-    (folder / "part.inc").write_text("C     nothing\n")
-    text = text.replace("      INCLUDE 'part.inc'\n", "").replace(
-        "      EMOD=PROPS(1)", "      INCLUDE 'part.inc'\n      EMOD=PROPS(1)")
-    source.write_text(text)
-    second = libraries()
-    assert len(second) == 2, "a changed source is not compiled"
-    (folder / "part.inc").write_text("C     something\n")
-    assert len(libraries()) == 3, "a changed include file is not seen"
-
-    ready = bench.folder / "ready.so"
-    shutil.copy(cache / next(iter(first)), ready)
-    same(bench.values(deck(user(STEEL)), "ready.so", env={"IGAFORM_FC": "no-such-compiler"}),
-         bench.values(deck(user(STEEL)), source))
-
-
 def main(igaform):
     checks = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
               vumats_of_both_signatures, shared_data_run_in_order, states_start_as_told,
@@ -457,8 +348,11 @@ def main(igaform):
               files_from_elsewhere,
               files_read_are_never_written,
               material_tests_know_names_and_starts,
-              laws_that_never_yield_have_no_r_values, libraries_are_kept_and_renewed)
+              laws_that_never_yield_have_no_r_values, keeping.libraries_are_kept_and_renewed,
+              keeping.planted_libraries_are_not_loaded, keeping.checks_call_nothing)
     n_failed = 0
+    cache = tempfile.TemporaryDirectory()
+    os.environ["XDG_CACHE_HOME"] = cache.name
     for check in checks:
         with tempfile.TemporaryDirectory() as folder:
             try:
