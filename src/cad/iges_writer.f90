@@ -5,6 +5,7 @@ module iges_writer
   use errors, only: error_t, fail
   use text, only: string_t, to_text
   use output_guard, only: why_left_alone
+  use whole_file, only: write_lines
   use nurbs_surface, only: nurbs_surface_t
   use length_units, only: unit_flag
   implicit none
@@ -32,13 +33,12 @@ contains
     character(*), intent(in) :: author         !! program and version
     type(error_t), allocatable, intent(out) :: error
     type(section_t) :: sections(4)
-    character(:), allocatable :: values
-    integer :: i, n_before, file, status
-    character(200) :: message
+    character(:), allocatable :: values, why
+    integer :: i, n_before
 
-    message = why_left_alone(path, mark, "IGES file")
-    if (message /= "") then
-      call fail(error, "cannot write '"//path//"': "//trim(message)//"; name another with --out")
+    why = why_left_alone(path, mark, "IGES file")
+    if (why /= "") then
+      call fail(error, "cannot write '"//path//"': "//why//"; name another with --out")
       return
     end if
     call add_line(sections(1), mark)
@@ -49,37 +49,31 @@ contains
       call add_text(sections(4), values, n_value_columns, owner=2*i - 1)
       call add_entry(sections(3), n_before + 1, sections(4)%n - n_before, labels(i)%value)
     end do
-    open (newunit=file, file=path, status="replace", action="write", iostat=status, iomsg=message)
-    if (status == 0) then
-      call write_sections(file, sections, status, message)
-      if (status == 0) then
-        close (file, iostat=status, iomsg=message)
-      else
-        close (file, status="delete")
-      end if
-    end if
-    if (status /= 0) call fail(error, "cannot write '"//path//"': "//trim(message))
+    call write_lines(path, all_lines(sections), why)
+    if (why /= "") call fail(error, "cannot write '"//path//"': "//why)
   end subroutine write_iges
 
-  subroutine write_sections(file, sections, status, message)
-    integer, intent(in) :: file
+  !> The lines of the file: those of the sections with their letters and numbers, and the last one.
+  function all_lines(sections) result(lines)
     type(section_t), intent(in) :: sections(4)
-    integer, intent(out) :: status
-    character(*), intent(inout) :: message
+    type(string_t) :: lines(sum(sections%n) + 1)
     character(4), parameter :: letters = "SGDP"
+    character(n_columns + 8) :: line
     character(n_columns) :: last
-    integer :: s, i
+    integer :: s, i, n
 
+    n = 0
     do s = 1, 4
       do i = 1, sections(s)%n
-        write (file, "(a72, a1, i7)", iostat=status, iomsg=message) sections(s)%lines(i), &
-          letters(s:s), i
-        if (status /= 0) return
+        write (line, "(a72, a1, i7)") sections(s)%lines(i), letters(s:s), i
+        n = n + 1
+        lines(n)%value = line
       end do
     end do
     write (last, "(4(a1, i7.7))") (letters(s:s), sections(s)%n, s=1, 4)
-    write (file, "(a72, a1, i7)", iostat=status, iomsg=message) last, "T", 1
-  end subroutine write_sections
+    write (line, "(a72, a1, i7)") last, "T", 1
+    lines(n + 1)%value = line
+  end function all_lines
 
   !> Values of the global section (IGES 5.3, section 2.2.4.3).
   function global_text(path, surfaces, unit, author) result(text)
