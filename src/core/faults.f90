@@ -46,7 +46,7 @@ contains
     type(origin_t), intent(in) :: origin
     character(*), intent(in) :: found, expected
 
-    call append(list, fault_t(origin, .false., found, expected))
+    call append(list, origin, .false., found, expected)
   end subroutine add_fault
 
   !> Note something suspicious that does not prevent the run.
@@ -55,7 +55,7 @@ contains
     type(origin_t), intent(in) :: origin
     character(*), intent(in) :: found, expected
 
-    call append(list, fault_t(origin, .true., found, expected))
+    call append(list, origin, .true., found, expected)
   end subroutine add_warning
 
   !> Take back the warnings of a place, where an error has shown what they come from.
@@ -85,9 +85,38 @@ contains
     if (allocated(list%items)) n_errors = count(.not. list%items(:list%n_items)%is_warning)
   end function n_errors
 
-  pure subroutine append(list, fault)
+  !> A text that may echo what a deck says, without its middle where it is too long to be read.
+  pure function shortened(text) result(short)
+    character(*), intent(in) :: text
+    character(:), allocatable :: short
+    integer, parameter :: longest = 600, n_first = 300, n_last = 200
+    integer :: first, last
+
+    short = text
+    if (len(text) <= longest) return
+    first = n_first
+    last = len(text) - n_last + 1
+    do while (is_inside_character(text(first + 1:first + 1)))
+      first = first - 1
+    end do
+    do while (is_inside_character(text(last:last)))
+      last = last + 1
+    end do
+    short = text(:first)//" ... "//text(last:)
+  end function shortened
+
+  !> Is a byte one of those behind the first of a character in UTF-8?
+  pure logical function is_inside_character(byte)
+    character(1), intent(in) :: byte
+
+    is_inside_character = iachar(byte) >= 128 .and. iachar(byte) < 192
+  end function is_inside_character
+
+  pure subroutine append(list, origin, is_warning, found, expected)
     type(fault_list_t), intent(inout) :: list
-    type(fault_t), intent(in) :: fault
+    type(origin_t), intent(in) :: origin
+    logical, intent(in) :: is_warning
+    character(*), intent(in) :: found, expected
     type(fault_t), allocatable :: longer(:)
 
     if (.not. allocated(list%items)) allocate (list%items(8))
@@ -97,7 +126,13 @@ contains
       call move_alloc(longer, list%items)
     end if
     list%n_items = list%n_items + 1
-    list%items(list%n_items) = fault
+    associate (item => list%items(list%n_items))
+      item%origin = origin
+      if (allocated(origin%keyword)) item%origin%keyword = shortened(origin%keyword)
+      item%is_warning = is_warning
+      item%found = shortened(found)
+      item%expected = shortened(expected)
+    end associate
   end subroutine append
 
 end module faults

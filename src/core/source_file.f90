@@ -1,23 +1,29 @@
 !> The bytes of a deck or include file, and its lines whatever ends them.
 module source_file
+  use, intrinsic :: iso_fortran_env, only: int64
   use errors, only: error_t, fail
+  use text, only: to_text
   use system_files, only: is_no_file, kind_of_file
   implicit none
   private
 
   public :: read_source, read_plain_source, next_line, folder_of, path_beside
 
+  integer, parameter :: longest = 2**29          !! bytes of a file
+
   character(1), parameter :: tab = achar(9), line_feed = achar(10), carriage_return = achar(13)
 
 contains
 
   !> Read a whole file of text. Tabs become blanks; a byte order mark is left out.
-  !! Fails if the file is missing, cannot be read, is empty or holds bytes that no text has.
+  !! Fails if the file is missing, cannot be read, is empty, is longer than 2**29 bytes or holds
+  !! bytes that no text has.
   subroutine read_source(path, contents, error)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: contents
     type(error_t), allocatable, intent(out) :: error
-    integer :: unit, status, n_bytes
+    integer(int64) :: n_bytes
+    integer :: unit, status
     logical :: is_there
 
     contents = ""
@@ -30,7 +36,11 @@ contains
           action="read", iostat=status)
     if (status == 0) then
       inquire (unit=unit, size=n_bytes)
-      if (n_bytes > 0) then
+      if (n_bytes > longest) then
+        close (unit)
+        call fail(error, "`"//path//"`, which is longer than "//to_text(longest)//" bytes")
+        return
+      else if (n_bytes > 0) then
         deallocate (contents)
         allocate (character(n_bytes) :: contents)
         read (unit, iostat=status) contents
@@ -70,7 +80,6 @@ contains
     character(:), allocatable, intent(inout) :: contents
     integer, intent(out) :: status
     character(:), allocatable :: more
-    integer, parameter :: longest = 2**29
     character(1) :: byte
     integer :: n_bytes
 

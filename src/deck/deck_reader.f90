@@ -101,7 +101,7 @@ contains
       scene%files(i)%value = lexed%files(i)%value
       scene%sums(i)%value = lexed%sums(i)%value
     end do
-    is_deck = lexed%n_blocks > 0
+    is_deck = lexed%n_blocks > 0 .and. .not. lexed%is_cut
     if (lexed%n_files > 0) then
       scene%text = lexed%characters(:lexed%n_characters)
       if (.not. is_deck .and. faults%n_items == 0) then

@@ -15,6 +15,7 @@ module expression
   character(5), parameter :: functions(12) = [character(5) :: "sqrt", "sin", "cos", "tan", "exp", &
                                               "log", "abs", "floor", "ceil", "round", "min", "max"]
   integer, parameter :: deepest = 100   ! brackets within brackets
+  integer, parameter :: most_digits = 200   ! of a number, with all that belongs to it
 
   !> A text being read from left to right; an allocated message stops everything.
   type :: reader_t
@@ -51,10 +52,12 @@ contains
   end subroutine evaluate
 
   !> Replace every `<expression>` of a line by its value; a `<` without `>` stays as it is.
-  !! What cannot be evaluated becomes 1, so that one fault does not bring others along.
-  pure subroutine substitute(line, parameters, error)
+  !! What cannot be evaluated becomes 1, so that one fault does not bring others along. A line that
+  !! grows beyond `longest` is left as it is then.
+  pure subroutine substitute(line, parameters, longest, error)
     character(:), allocatable, intent(inout) :: line
     type(parameter_table_t), intent(in) :: parameters
+    integer, intent(in) :: longest     !! characters
     type(error_t), allocatable, intent(out) :: error
     type(error_t), allocatable :: trouble
     character(:), allocatable :: done, inside, words
@@ -62,7 +65,7 @@ contains
 
     done = ""
     first = index(line, "<")
-    do while (first > 0)
+    do while (first > 0 .and. len(done) + len(line) <= longest)
       last = first + index(line(first + 1:), ">")
       if (last == first) exit
       inside = trim(adjustl(line(first + 1:last - 1)))
@@ -99,10 +102,12 @@ contains
   pure function next(reader) result(character_ahead)
     type(reader_t), intent(in) :: reader
     character(:), allocatable :: character_ahead
+    integer :: i
 
-    character_ahead = adjustl(reader%line(reader%place:)//" ")
-    character_ahead = trim(character_ahead(1:1))
-    if (allocated(reader%message)) character_ahead = ""
+    character_ahead = ""
+    i = verify(reader%line(reader%place:), " ")
+    if (i == 0 .or. allocated(reader%message)) return
+    character_ahead = reader%line(reader%place + i - 1:reader%place + i - 1)
   end function next
 
   !> Move past `symbol` if it comes next.
@@ -115,7 +120,7 @@ contains
     is_there = .false.
     if (allocated(reader%message) .or. reader%place > len(reader%line)) return
     first = reader%place + verify(reader%line(reader%place:), " ") - 1
-    is_there = index(reader%line(first:), symbol) == 1
+    is_there = reader%line(first:min(first + len(symbol), len(reader%line) + 1) - 1) == symbol
     if (is_there) reader%place = first + len(symbol)
   end subroutine accept
 
@@ -248,12 +253,12 @@ contains
     logical :: is_number
 
     first = reader%place + verify(reader%line(reader%place:), " ") - 1
-    longest = first - 1 + verify(reader%line(first:)//"!", "0123456789.eEdD+-") - 1
+    longest = last_of_number(reader%line(:min(len(reader%line), first + most_digits)), first)
     do last = longest, first, -1
       call read_real(reader%line(first:last), value, is_number)
       if (is_number) exit
     end do
-    if (is_number .and. verify(reader%line(last + 1:)//"!", "0123456789") > 1) then
+    if (is_number .and. last_of(reader%line, last + 1, "0123456789") > last) then
       reader%message = "`"//reader%line(first:longest)//"`, a number that is too large"
     else if (is_number) then
       reader%place = last + 1
@@ -261,6 +266,28 @@ contains
       reader%message = "`"//reader%line(first:longest)//"` where a number was expected"
     end if
   end subroutine read_literal
+
+  !> Place of the last character from `first` on that may belong to a number.
+  pure integer function last_of_number(line, first) result(last)
+    character(*), intent(in) :: line
+    integer, intent(in) :: first
+
+    last = last_of(line, first, "0123456789.")
+    if (last == len(line)) return
+    if (scan(line(last + 1:last + 1), "eEdD") == 0) return
+    last = last + 1
+    if (last < len(line)) last = last + min(1, scan(line(last + 1:last + 1), "+-"))
+    last = last_of(line, last + 1, "0123456789")
+  end function last_of_number
+
+  !> Place of the last of the characters from `first` on that are in a set; first - 1 if none is.
+  pure integer function last_of(line, first, set) result(last)
+    character(*), intent(in) :: line, set
+    integer, intent(in) :: first
+
+    last = verify(line(first:), set)
+    last = merge(len(line), first + last - 2, last == 0)
+  end function last_of
 
   pure subroutine read_word(reader, word)
     type(reader_t), intent(inout) :: reader
@@ -270,7 +297,7 @@ contains
     integer :: first, last
 
     first = reader%place + verify(reader%line(reader%place:), " ") - 1
-    last = first - 1 + verify(reader%line(first:)//"!", letters) - 1
+    last = last_of(reader%line, first, letters)
     word = reader%line(first:last)
     reader%place = last + 1
   end subroutine read_word

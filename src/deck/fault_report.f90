@@ -8,6 +8,8 @@ module fault_report
 
   public :: fault_line, report_faults, sort_faults
 
+  integer, parameter :: most_told = 1000      !! errors, and as many warnings
+
 contains
 
   !> One fault as `file:line: error: *KEYWORD: found ...; expected ...`.
@@ -29,16 +31,22 @@ contains
   end function fault_line
 
   !> Write all faults, where their files truly are if the paths do not tell, and the number of
-  !! faults; nothing if there are none.
+  !! faults; nothing if there are none. Of more than a thousand errors, or warnings, the first.
   subroutine report_faults(faults, unit)
     type(fault_list_t), intent(in) :: faults
     integer, intent(in) :: unit   !! such as error_unit
-    integer :: i, n_warnings
+    integer :: i, kind, n_told(2), n_warnings
 
+    n_told = 0
     do i = 1, faults%n_items
+      kind = merge(2, 1, faults%items(i)%is_warning)
+      if (n_told(kind) == most_told) cycle
+      n_told(kind) = n_told(kind) + 1
       write (unit, "(a)") fault_line(faults%items(i))
     end do
     if (faults%n_items == 0) return
+    if (sum(n_told) < faults%n_items) write (unit, "(a)") &
+      "... and "//to_text(faults%n_items - sum(n_told))//" more that are left out here"
     call tell_true_paths(faults, unit)
     n_warnings = faults%n_items - n_errors(faults)
     write (unit, "(a)") number_of(n_errors(faults), "error")//", "//number_of(n_warnings, "warning")
@@ -52,7 +60,7 @@ contains
     integer :: i
 
     told = new_line("a")
-    do i = 1, faults%n_items
+    do i = 1, min(faults%n_items, most_told)
       path = faults%items(i)%origin%file
       if (path == "" .or. index(told, new_line("a")//path//new_line("a")) > 0) cycle
       told = told//path//new_line("a")

@@ -3,38 +3,27 @@ module lexer
   use kinds, only: wp
   use errors, only: error_t
   use faults, only: origin_t, new_origin, fault_list_t, add_fault
-  use text, only: string_t, upper_case, squeezed, to_text
+  use text, only: string_t, upper_case, to_text
   use checksum, only: contents_checksum
   use source_file, only: read_source, read_plain_source, next_line, path_beside
   use line_list, only: line_list_t, append_line, append_text
-  use field_split, only: split_fields, field_text
+  use field_split, only: field_text
   use parameter_table, only: parameter_table_t, parameter_t, find_parameter, define_parameter, &
                              nearest_parameter
   use expression, only: evaluate, substitute
+  use keyword_line, only: block_t, option_t, option_place, read_options
+  use deck_limits, only: most_levels, most_files, most_lines, most_characters, longest_line, &
+                         longest_name
   implicit none
   private
 
   public :: lexed_deck_t, block_t, option_t, lex_deck, option_place
 
-  !> One `NAME=value` of a keyword line, or a lone `NAME`.
-  type :: option_t
-    character(:), allocatable :: name    !! upper case, single blanks
-    character(:), allocatable :: value   !! as written, without quotes
-    logical :: has_value = .false.
-  end type option_t
-
-  !> A keyword line and the data lines `first` to `last` that belong to it.
-  type :: block_t
-    character(:), allocatable :: keyword       !! upper case, single blanks, without the star
-    type(option_t), allocatable :: options(:)
-    integer :: file = 0, line = 0              !! place of the keyword line
-    integer :: first = 1, last = 0
-  end type block_t
-
   !> A deck with all its includes; lists are longer than their `n_` says.
   type :: lexed_deck_t
     integer :: n_files = 0, n_blocks = 0, n_characters = 0
     integer :: end_line = 1                     !! where the deck itself ends
+    logical :: is_cut = .false.                 !! a limit was passed; the rest was not read
     type(string_t), allocatable :: files(:)     !! paths in the order of opening
     type(string_t), allocatable :: sums(:)      !! checksums of what was read from them
     type(block_t), allocatable :: blocks(:)
@@ -51,7 +40,9 @@ module lexer
     logical :: is_in_parameters = .false.       !! data lines define parameters
     logical :: is_default = .false.             !! only parameters that have no value yet
     integer :: n_open = 0                       !! files that are being read
-    integer :: first(20) = 1, last(20) = 0      !! where their contents stand in `characters`
+    integer :: first(most_levels) = 1           !! where their contents stand in `characters`
+    integer :: last(most_levels) = 0
+    integer :: n_lines = 0                      !! read from all files
   end type state_t
 
   !> The file being read and how far.
@@ -81,7 +72,7 @@ contains
     call take_overrides(overrides, state, nowhere, faults)
     call read_deck_file(path, nowhere, deck, state, faults)
     do i = 1, state%overrides%names%n_names
-      if (state%is_used(i)) cycle
+      if (state%is_used(i) .or. deck%is_cut) cycle
       name = state%overrides%names%names(i)%value
       nearest = nearest_parameter(state%parameters, name)
       if (nearest /= "") nearest = ", did you mean "//nearest//"?"
@@ -89,18 +80,6 @@ contains
                      "the name of a parameter of the deck"//nearest)
     end do
   end subroutine lex_deck
-
-  !> Place of the last option of that name, 0 if the keyword line has none.
-  pure integer function option_place(block, name)
-    type(block_t), intent(in) :: block
-    character(*), intent(in) :: name
-    integer :: i
-
-    option_place = 0
-    do i = 1, size(block%options)
-      if (block%options(i)%name == name) option_place = i
-    end do
-  end function option_place
 
   pure subroutine take_overrides(overrides, state, nowhere, faults)
     type(string_t), intent(in) :: overrides(:)
@@ -143,12 +122,15 @@ contains
     is_end = .false.
     do while (cursor%place <= len(cursor%contents) .and. .not. is_end)
       call read_line(cursor, line)
+      call check_line(line, cursor, deck, state, faults)
+      if (deck%is_cut) return
       if (is_comment(line)) cycle
       if (line(verify(line, " "):verify(line, " ")) == "*") then
         call read_keyword_line(line, cursor, deck, state, is_end, faults)
       else
         call take_data_line(line, cursor, deck, state, faults)
       end if
+      if (deck%is_cut) return
     end do
     state%n_open = state%n_open - 1
     if (state%n_open == 0) deck%end_line = max(1, cursor%number)
@@ -166,9 +148,13 @@ contains
     type(error_t), allocatable :: error
     integer :: i
 
-    if (state%n_open == size(state%first)) then
-      call add_fault(faults, origin, "more than "//to_text(size(state%first))// &
+    if (state%n_open == most_levels) then
+      call add_fault(faults, origin, "more than "//to_text(most_levels)// &
                      " files within each other", "fewer levels of *INCLUDE")
+      return
+    else if (deck%n_files == most_files) then
+      call cut(deck, origin, "more than "//to_text(most_files)//" files in all", &
+               "fewer *INCLUDE", faults)
       return
     end if
     if (deck%n_files == 0) then
@@ -178,6 +164,11 @@ contains
     end if
     if (allocated(error)) then
       call add_fault(faults, origin, error%message, "a readable text file of keywords or data")
+      return
+    end if
+    if (len(cursor%contents) > most_characters - deck%n_characters) then
+      call cut(deck, origin, "`"//path//"`, with which the files are longer than "// &
+               to_text(most_characters)//" characters in all", "shorter files", faults)
       return
     end if
     do i = 1, state%n_open
@@ -191,6 +182,47 @@ contains
     state%last(state%n_open) = deck%n_characters - 1
     state%first(state%n_open) = deck%n_characters - len(cursor%contents)
   end subroutine open_source
+
+  !> A limit is passed: say so, and read no more.
+  pure subroutine cut(deck, origin, found, expected, faults)
+    type(lexed_deck_t), intent(inout) :: deck
+    type(origin_t), intent(in) :: origin
+    character(*), intent(in) :: found, expected
+    type(fault_list_t), intent(inout) :: faults
+
+    deck%is_cut = .true.
+    call add_fault(faults, origin, found//" (the rest is not read)", expected)
+  end subroutine cut
+
+  !> Count a line, and look whether it is one that can be read. Of a line whose parameters have been
+  !! replaced the same is asked once more, by `cut_if_long`.
+  pure subroutine check_line(line, cursor, deck, state, faults)
+    character(*), intent(in) :: line
+    type(cursor_t), intent(in) :: cursor
+    type(lexed_deck_t), intent(inout) :: deck
+    type(state_t), intent(inout) :: state
+    type(fault_list_t), intent(inout) :: faults
+
+    state%n_lines = state%n_lines + 1
+    if (state%n_lines > most_lines) then
+      call cut(deck, new_origin(deck%files(cursor%file)%value, cursor%number, ""), &
+               "more than "//to_text(most_lines)//" lines in all files", "a shorter deck", faults)
+    else
+      call cut_if_long(line, cursor, deck, faults)
+    end if
+  end subroutine check_line
+
+  pure subroutine cut_if_long(line, cursor, deck, faults)
+    character(*), intent(in) :: line
+    type(cursor_t), intent(in) :: cursor
+    type(lexed_deck_t), intent(inout) :: deck
+    type(fault_list_t), intent(inout) :: faults
+
+    if (len(line) <= longest_line) return
+    call cut(deck, new_origin(deck%files(cursor%file)%value, cursor%number, ""), &
+             "a line of more than "//to_text(longest_line)//" characters, with what continues "// &
+             "it and its parameters replaced", "several lines, or shorter text parameters", faults)
+  end subroutine cut_if_long
 
   subroutine add_file(path, deck, cursor)
     character(*), intent(in) :: path
@@ -249,9 +281,11 @@ contains
     line = trim(adjustl(given))
     block%line = cursor%number
     call read_continuation(cursor, line)
-    call substitute(line, state%parameters, error)
+    call substitute(line, state%parameters, longest_line, error)
     block%file = cursor%file
-    call read_options(line, deck, block, faults)
+    call cut_if_long(line, cursor, deck, faults)
+    if (deck%is_cut) return
+    call read_options(line, deck%files(cursor%file)%value, block, faults)
     origin = origin_of(deck, block)
     if (allocated(error)) call add_fault(faults, origin, error%message, "a value for <...>")
 
@@ -280,9 +314,11 @@ contains
     type(cursor_t), intent(inout) :: cursor
     character(:), allocatable, intent(inout) :: line
     character(:), allocatable :: more
-    integer :: place
+    integer :: place, n
 
-    do while (line(len(line):) == "," .and. cursor%place <= len(cursor%contents))
+    n = len(line)
+    do while (line(n:n) == "," .and. cursor%place <= len(cursor%contents) &
+              .and. n <= longest_line)
       place = cursor%place
       call read_line(cursor, more)
       if (is_comment(more)) cycle
@@ -292,8 +328,9 @@ contains
         cursor%number = cursor%number - 1
         exit
       end if
-      line = line//" "//trim(more)
+      call append_text(line, n, " "//trim(more))
     end do
+    line = line(:n)
   end subroutine read_continuation
 
   pure function origin_of(deck, block) result(origin)
@@ -303,57 +340,6 @@ contains
 
     origin = new_origin(deck%files(block%file)%value, block%line, "*"//block%keyword)
   end function origin_of
-
-  !> Keyword and options of a whole keyword line; underscores count as blanks in the keyword.
-  subroutine read_options(line, deck, block, faults)
-    character(*), intent(in) :: line
-    type(lexed_deck_t), intent(in) :: deck
-    type(block_t), intent(inout) :: block
-    type(fault_list_t), intent(inout) :: faults
-    integer, allocatable :: first(:), last(:)
-    character(:), allocatable :: closed, option, name
-    logical :: is_open
-    integer :: i, equals, n
-
-    is_open = mod(count([(line(i:i) == '"', i=1, len(line))]), 2) == 1
-    closed = line(2:)//","
-    if (is_open) closed = line(2:)//""","
-    call split_fields(closed, first, last)
-    block%keyword = closed(first(1):last(1))
-    do i = 1, len(block%keyword)
-      if (block%keyword(i:i) == "_") block%keyword(i:i) = " "
-    end do
-    block%keyword = squeezed(upper_case(block%keyword))
-    n = size(first) - 1
-    allocate (block%options(n))
-    do i = 1, n
-      option = closed(first(i + 1):last(i + 1))
-      equals = index(option//"=", "=")
-      name = squeezed(upper_case(option(:equals - 1)))
-      if (option_place_before(block, name, i) > 0) then
-        call add_fault(faults, origin_of(deck, block), "the option "//name//" twice", &
-                       "each option once")
-      end if
-      block%options(i)%name = name
-      block%options(i)%has_value = equals <= len(option)
-      option = adjustl(option(min(equals, len(option)) + 1:))
-      block%options(i)%value = field_text(option, 1, len(option))
-    end do
-    if (is_open) call add_fault(faults, origin_of(deck, block), "a quote that is not closed", &
-                                "quotes in pairs")
-  end subroutine read_options
-
-  pure integer function option_place_before(block, name, i)
-    type(block_t), intent(in) :: block
-    character(*), intent(in) :: name
-    integer, intent(in) :: i
-    integer :: j
-
-    option_place_before = 0
-    do j = 1, i - 1
-      if (block%options(j)%name == name) option_place_before = j
-    end do
-  end function option_place_before
 
   pure subroutine add_block(block, deck)
     type(block_t), intent(in) :: block
@@ -384,12 +370,19 @@ contains
       cursor%place = len(cursor%contents) + 1
       return
     end if
-    call substitute(line, state%parameters, error)
+    call substitute(line, state%parameters, longest_line, error)
+    call cut_if_long(line, cursor, deck, faults)
+    if (deck%is_cut) return
     origin = new_origin(deck%files(cursor%file)%value, cursor%number, "*PARAMETER")
     if (.not. state%is_in_parameters) then
       origin%keyword = "*"//deck%blocks(state%block)%keyword
       call append_line(deck%lines, line, cursor%file, cursor%number)
       deck%blocks(state%block)%last = deck%lines%n_lines
+      if (deck%lines%last(deck%lines%n_lines) > most_characters) then
+        call cut(deck, origin, "data lines of more than "//to_text(most_characters)// &
+                 " characters in all, their parameters replaced", "a shorter deck", faults)
+        return
+      end if
     end if
     if (allocated(error)) then
       call add_fault(faults, origin, error%message, "a value for <...>")
@@ -413,6 +406,8 @@ contains
     if (cursor%file == 0) return
     do while (cursor%place <= len(cursor%contents))
       call read_line(cursor, line)
+      call check_line(line, cursor, deck, state, faults)
+      if (deck%is_cut) return
       if (is_comment(line)) cycle
       first = verify(line, ' "')
       if (first > 0 .and. cursor%number == 1) then
@@ -420,6 +415,7 @@ contains
       end if
       if (index(adjustl(line), "#") == 1) cycle
       call take_data_line(line, cursor, deck, state, faults)
+      if (deck%is_cut) return
     end do
     state%n_open = state%n_open - 1
   end subroutine read_data_file
@@ -441,7 +437,8 @@ contains
     if (equals > 1) name = trim(line(:equals - 1))
     if (.not. is_name(name)) then
       call add_fault(faults, origin, "`"//line//"`", "a line such as thickness = 2.5, with a "// &
-                     "name of letters, digits and underscores other than pi")
+                     "name of at most "//to_text(longest_name)//" letters, digits and "// &
+                     "underscores other than pi")
       return
     end if
     if (state%is_default .and. find_parameter(state%parameters, name) > 0) return
@@ -471,7 +468,9 @@ contains
     character(*), intent(in) :: name
     character(*), parameter :: letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ_"
 
-    is_name = len(name) > 0 .and. upper_case(name) /= "PI" &
+    is_name = len(name) > 0 .and. len(name) <= longest_name
+    if (.not. is_name) return
+    is_name = upper_case(name) /= "PI" &
               .and. verify(upper_case(name), letters//"0123456789") == 0
     if (is_name) is_name = verify(upper_case(name(1:1)), letters) == 0
   end function is_name

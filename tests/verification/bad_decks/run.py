@@ -13,6 +13,8 @@ from collections import defaultdict
 
 HERE = pathlib.Path(__file__).resolve().parent
 LONG_DECK_SECONDS = 5.0   # about 1 on an idle machine
+BOMB_SECONDS = 10.0       # about 0.5 on an idle machine
+LONGEST_REPORT = 200_000  # characters
 
 
 def read_cases():
@@ -49,6 +51,8 @@ def check_refusal(program, deck, expected, *options):
         complaints.append(f"it left {', '.join(left)}")
     if "Fortran runtime error" in done.stderr or "Backtrace" in done.stderr:
         complaints.append("it crashed")
+    if len(done.stderr) > LONGEST_REPORT:
+        return [f"a report of {len(done.stderr)} characters"]
     return [f"{complaint}; stderr was:\n{done.stderr}" for complaint in complaints]
 
 
@@ -134,12 +138,53 @@ def check_made(program, folder):
     yield "100,000 lines", complaints
 
 
+def check_bombs(program, folder):
+    """Decks that would fill memory, time or report: refused with an error, soon and in short."""
+    parts = "".join((HERE / name).read_text() for name in ("steel.inc", "sheet.inc", "step.inc"))
+    for i in range(15):
+        (folder / f"level{i}.inc").write_text(f"** {i}\n"
+                                              + 2*f"*INCLUDE, INPUT=level{i + 1}.inc\n")
+    (folder / "level15.inc").write_text("** the end\n")
+    nested = "*PARAMETER\np0 = " + '"' + 100*"x" + '"\n'
+    nested += "".join(f'p{i} = "{4*f"<p{i - 1}>"}"\n' for i in range(1, 13))
+    heading = "*HEADING\n"
+    repeated = "*PARAMETER\nlong = " + '"' + 400_000*"x" + '"\n' + heading + 340*"<long>\n"
+    density, bad_set = "*DENSITY\n", "*SET, NAME=s\n" + 5000*"nonsense\n"
+    bombs = {
+        "levels": ("*INCLUDE, INPUT=level0.inc\n", "more than 1000 files in all"),
+        "nested parameters": (nested, "a line of more than 500000 characters"),
+        "repeated parameter": (repeated, "data lines of more than 134217728 characters in all"),
+        "lines": (heading + 10_000_001*"\n", "more than 10000000 lines"),
+        "name": ("*SET, NAME=" + 9_000_000*"n" + "\nXI_MIN\n", "a line of more than 500000"),
+        "long name": ("*SET, NAME=" + 300*"n" + "\nXI_MIN\n", "a name of 300 characters"),
+        "keyword": ("*" + 450_000*"K" + "\n", "unknown keyword"),
+        "parameter": ("*PARAMETER\n" + 300*"p" + " = 1\n", "at most 255 letters"),
+        "continuation": ("*SET, NAME=s,\n" + 110_000*"A=1,\n", "a line of more than 500000"),
+        "options": ("*SET, NAME=s" + 90_000*", A=1" + "\nXI_MIN\n", "90001 options"),
+        "word": (density + 450_000*"w" + "\n", "` for density"),
+        "number": (density + "7" + 450_000*"9" + "\n", "` for density"),
+        "expression": ("*PARAMETER\np = " + 220_000*"1+" + "\n", "nothing where"),
+        "faults": (bad_set, "and 4000 more that are left out"),
+    }
+    for name, (text, words) in bombs.items():
+        deck = folder / "bomb.key"
+        deck.write_text(text + parts if "*PARAMETER" in text else parts + text)
+        start = time.monotonic()
+        complaints = check_refusal(program, deck, [[words]], "--check")
+        seconds = time.monotonic() - start
+        if seconds > BOMB_SECONDS:
+            complaints.append(f"{seconds:.1f} s")
+        yield f"bomb: {name}, {seconds:.1f} s", complaints
+
+
 def main(program):
     """Run all checks; the exit code says whether all went well."""
     program = str(pathlib.Path(program).resolve())
     n_bad = 0
     with tempfile.TemporaryDirectory() as folder:
-        for checks in (check_listed(program), check_made(program, pathlib.Path(folder))):
+        folder = pathlib.Path(folder)
+        for checks in (check_listed(program), check_made(program, folder),
+                       check_bombs(program, folder)):
             for name, complaints in checks:
                 print("ok  " if not complaints else "FAIL", name)
                 for complaint in complaints:
