@@ -22,6 +22,7 @@ module tool_bends
     real(wp) :: radius = 0.0_wp     !! 0: an edge [length]
     real(wp) :: x(3) = 0.0_wp       !! in the tool's frame [length]
     real(wp) :: way(3) = 0.0_wp     !! unit vector along which it bends
+    real(wp) :: normal(3) = 0.0_wp  !! unit, towards the sheet
   end type bend_t
 
 contains
@@ -88,6 +89,7 @@ contains
     bend%radius = huge(1.0_wp)
     call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), at, bend%x, d1, d2)
     normal = tool%side*unit_normal(d1)
+    bend%normal = normal
     e = sum(d1(:, 1)**2)
     f = sum(d1(:, 1)*d1(:, 2))
     g = sum(d1(:, 2)**2)
@@ -148,6 +150,7 @@ contains
     ! Beyond the edge the tool falls away from the plane of this face.
     if (norm2(along) <= 0.0_wp .or. sum(normals(:, 2)*outwards) <= 0.0_wp) return
     bend%radius = 0.0_wp
+    bend%normal = sum(normals, 2)/norm2(sum(normals, 2))
     bend%way = cross(along/norm2(along), normals(:, 1))
   end function bend_across
 

@@ -1,6 +1,7 @@
 !> Checks that need more than one keyword: what is missing, what is empty, what never happens.
 module deck_check
   use kinds, only: wp
+  use text, only: to_text, rounded_text
   use faults, only: fault_list_t, add_fault, add_warning
   use nurbs_solid, only: nurbs_solid_t
   use scene, only: scene_t
@@ -67,18 +68,29 @@ contains
     end do
   end subroutine check_sets
 
-  !> The third axis must be the thickness, on which contact, thickness and rules rely.
+  !> The third axis must be the thickness, on which contact, thickness and rules rely. A strip of
+  !! `*REDUCE`, or one that is held all over along its width, may be narrower than it is thick.
   subroutine check_thickness(scene, faults)
     type(scene_t), intent(in) :: scene
     type(fault_list_t), intent(inout) :: faults
+    real(wp), parameter :: clearly = 0.5_wp
     real(wp) :: extent(3)
-    integer :: p
+    integer :: p, i, thin
 
     do p = 1, size(scene%blank%patches)
       extent = extents(scene%blank%patches(p)%solid)
-      if (extent(3) <= maxval(extent(:2))) cycle
-      call add_warning(faults, scene%blank%origin, "axis 3 of the blank as its longest", &
-                       "the thickness as axis 3, the longest side as axis 1")
+      thin = minloc(extent(:2), 1)
+      if (extent(thin) >= clearly*extent(3)) then
+        if (extent(3) <= maxval(extent(:2))) cycle
+      else if (thin == scene%reduction%axis .or. any([(is_held_everywhere(scene, &
+               scene%boundaries(i)%set), i=1, size(scene%boundaries))])) then
+        cycle
+      end if
+      call add_warning(faults, scene%blank%origin, "axis 3 of the blank, "// &
+                       rounded_text(extent(3))//" long, as its thickness, though axis "// &
+                       to_text(minloc(extent, 1))//" is the thinnest, "// &
+                       rounded_text(minval(extent)), "the thickness as axis 3 (zeta), on which "// &
+                       "contact, thickness and rules rely, the longest side as axis 1")
       return
     end do
   end subroutine check_thickness

@@ -38,6 +38,7 @@ module lexer
     logical, allocatable :: is_used(:)          !! which overrides have met their parameter
     integer :: block = 0                        !! block that data lines belong to, 0: none yet
     logical :: is_in_parameters = .false.       !! data lines define parameters
+    integer :: n_parameter_blocks = 0           !! keywords *PARAMETER so far
     logical :: is_default = .false.             !! only parameters that have no value yet
     integer :: n_open = 0                       !! files that are being read
     integer :: first(most_levels) = 1           !! where their contents stand in `characters`
@@ -292,6 +293,7 @@ contains
     is_end = block%keyword == "END"
     state%is_in_parameters = block%keyword == "PARAMETER"
     state%is_default = option_place(block, "DEFAULT") > 0
+    if (state%is_in_parameters) state%n_parameter_blocks = state%n_parameter_blocks + 1
     block%first = deck%lines%n_lines + 1
     block%last = deck%lines%n_lines
     call add_block(block, deck)
@@ -430,7 +432,7 @@ contains
     type(parameter_t) :: parameter
     type(error_t), allocatable :: error
     logical :: is_new
-    integer :: equals, override
+    integer :: equals, override, known
 
     equals = index(line, "=")
     name = ""
@@ -441,7 +443,22 @@ contains
                      "underscores other than pi")
       return
     end if
-    if (state%is_default .and. find_parameter(state%parameters, name) > 0) return
+    known = find_parameter(state%parameters, name)
+    if (known > 0) then
+      associate (other => state%parameters%items(known))
+        if (other%name /= name) then
+          call add_fault(faults, origin, "the parameter "//name//", of which there is "// &
+                         other%name//" already", "another name; case does not matter")
+          return
+        else if (state%is_default .and. other%block /= state%n_parameter_blocks) then
+          return
+        end if
+      end associate
+      call add_fault(faults, origin, "a second value for the parameter "//name, &
+                     "one value a parameter (see *PARAMETER, DEFAULT)")
+      return
+    end if
+    parameter%block = state%n_parameter_blocks
     value = trim(adjustl(line(equals + 1:)))
     parameter%is_text = len(value) > 1 .and. index(value, '"') == 1
     override = find_parameter(state%overrides, name)
@@ -460,8 +477,6 @@ contains
       parameter%number = 1.0_wp   ! what uses it is more likely to pass than with 0
     end if
     call define_parameter(state%parameters, name, parameter, is_new)
-    if (.not. is_new) call add_fault(faults, origin, "a second value for the parameter "//name, &
-                                     "one value a parameter (see *PARAMETER, DEFAULT)")
   end subroutine take_parameter
 
   pure logical function is_name(name)

@@ -13,6 +13,8 @@ module parameter_table
     logical :: is_text = .false.
     real(wp) :: number = 0.0_wp
     character(:), allocatable :: words   !! the text, or the number as text
+    character(:), allocatable :: name    !! as the deck spells it
+    integer :: block = 0                 !! number of the keyword that defines it
   end type parameter_t
 
   !> All parameters so far, in the order of their definition. Case does not matter.
@@ -50,6 +52,7 @@ contains
       call move_alloc(longer, table%items)
     end if
     table%items(n) = parameter
+    table%items(n)%name = name
     if (.not. parameter%is_text) table%items(n)%words = to_text(parameter%number)
   end subroutine define_parameter
 

@@ -14,6 +14,7 @@ module contact_setup
   use blank, only: face_slice, patch_body_t
   use contact_effect, only: contact_effect_t
   use true_depth, only: new_depth_samples, find_deepest
+  use radius_check, only: check_radii
   use contact_fields, only: new_contact_fields
   use surface_grid, only: element_size_of
   use tool, only: tool_t
@@ -56,6 +57,9 @@ contains
     ! Points on either side of a strip would part its sides, which no strain holds together.
     where (face_axes(face) == scene%reduction%axis) pair%n_points = 1
     before = n_errors(faults)
+    if (spec%last_step >= spec%first_step) call check_radii(model%bodies%blank, face, &
+      findloc(face_axes(face), scene%reduction%axis, dim=1), model%bodies%tools(spec%tool), &
+      scene%tools(spec%tool)%origin, faults)
     do p = 1, size(scene%blank%patches)
       if (scene%blank%patches(p)%is_joined(face)) cycle
       call add_patch_contact(pair, scene%blank, p, face, scene%reduction%axis, model, faults)
