@@ -68,6 +68,7 @@ contains
     type(string_t), allocatable :: words(:)
     type(batch_run_t) :: run
     character(:), allocatable :: contents, line, fault
+    integer, parameter :: longest = 10000         ! characters of a command line
     integer :: next, number
 
     allocate (runs(0))
@@ -82,7 +83,12 @@ contains
     do while (next <= len(contents))
       call next_line(contents, next, line)
       number = number + 1
-      call split_words(line, words, fault)
+      fault = ""
+      if (len(line) > longest) then
+        fault = "a line of "//to_text(len(line))//" characters, expected at most "//to_text(longest)
+      else
+        call split_words(line, words, fault)
+      end if
       if (fault /= "") call fail(error, place(path, number)//fault)
       if (allocated(error)) exit
       if (size(words) == 0) cycle

@@ -18,7 +18,7 @@ import time
 
 from combined_decks import DENSITY, new_deck
 
-SECONDS = 120                    # for one deck on a busy machine
+SECONDS = 600                    # for one deck on a busy machine
 MOST_STEPS = 400                 # of a deck that is run
 LEAST_TAKEN = 0.3                # of the decks: a generator of refused ones would test little
 CRASH = re.compile(r"Sanitizer|runtime error|Fortran runtime|Backtrace|corrupt|Segmentation", re.I)
