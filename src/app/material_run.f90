@@ -196,6 +196,7 @@ contains
     type(hdf5_file_t) :: file
     type(unit_system_t) :: units
     character(:), allocatable :: table
+    logical :: is_complete
     integer :: i
 
     units = new_unit_system(scene%units)
@@ -206,13 +207,15 @@ contains
     if (allocated(error)) call give_up_file(file)
     if (allocated(error)) return
     code = exit_done
+    is_complete = .true.
     do i = 1, size(scene%tests)
+      is_complete = is_complete .and. failure_of(rows(i)) == ""
       table = result_base(path)//"-"//underscored(scene%tests(i)%name)//".h5"
       table = path_beside_result(table, ".csv", read_files)
       call write_test(scene, i, slots(i)%law, rows(i), file, table, units, command%is_quiet, code)
     end do
     call write_text_attribute(file, "/provenance", "status", &
-                              trim(merge("completed", "failed   ", code == exit_done)))
+                              trim(merge("completed", "failed   ", is_complete)))
     call flush_file(file)
     call place_file(file)
     call take_error(file, error)
@@ -247,7 +250,7 @@ contains
         write (error_unit, "(a)") "igaform: warning: test "//test%name//": "//warning
       call record(scene, i, file, table, units, failure == "")
       call write_csv(table, path, units, error)
-      if (.not. is_quiet) then
+      if (.not. (is_quiet .or. allocated(error))) then
         print "(a)", "test "//test%name//": "//test%kind//", "//to_text(n_rows(table))// &
           " rows in "//path
       end if

@@ -262,7 +262,7 @@ class TestLargeShear(Folder):
         for end, times in ((0.95e-4, 0), (1.5e-4, 1)):
             path = self.write(BACK + SHEARED.format(end=end))
             done = self.run_program(path, "--threads", "1")
-            self.assertEqual(done.stdout.count("the blank has sheared by"), times, done.stdout)
+            self.assertEqual(done.stderr.count("the blank has sheared by"), times, done.stderr)
         with open(self.path("deck.log"), encoding="utf-8") as log:
             self.assertIn("in element (1, 1, 1)", log.read())
 
