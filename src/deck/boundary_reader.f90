@@ -133,7 +133,7 @@ contains
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
         if (.not. record%is_valid) cycle
-        if (option_text(deck, record, "TYPE") == "SOLUTION") cycle
+        if (index(option_text(deck, record, "TYPE"), "VELOCITY") == 0) cycle
         do line = 1, record%n_lines
           n = n + 1
           call find_set(names, frame, field_word(record, line, 1), &

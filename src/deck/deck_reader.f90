@@ -16,6 +16,7 @@ module deck_reader
   use set_reader, only: read_sets
   use boundary_reader, only: read_boundaries, read_initial_velocities, read_initial_states, &
                              read_test_states
+  use field_reader, only: read_fields
   use load_reader, only: read_loads
   use bead_reader, only: read_beads
   use contact_reader, only: read_contacts
@@ -144,6 +145,7 @@ contains
     call read_boundaries(deck, frame, names, scene, faults)
     call read_initial_velocities(deck, frame, names, scene, faults)
     call read_initial_states(deck, frame, names, scene, faults)
+    call read_fields(deck, frame, names, scene, faults)
     call read_loads(deck, frame, names, scene, faults)
     call read_beads(deck, frame, names, scene, faults)
     call read_contacts(deck, frame, names, scene, faults)

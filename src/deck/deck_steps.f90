@@ -8,10 +8,10 @@ module deck_steps
 
   public :: number_steps, check_steps, may_stand_in_step, n_deck_steps, first_in_step, step_of
 
-  character(*), parameter :: of_step(20) = [character(18) :: "STEP", "END STEP", "DYNAMIC", &
+  character(*), parameter :: of_step(22) = [character(18) :: "STEP", "END STEP", "DYNAMIC", &
     "TOOL FORCE", "BOUNDARY", "TOOL MOTION", "PRESSURE", "TRACTION", "GRAVITY", "CONTACT PAIR", &
     "MODEL CHANGE", "DAMPING", "DYNAMIC RELAXATION", "OUTPUT", "ENERGY LIMIT", &
-    "PENETRATION LIMIT", "PARAMETER", "INCLUDE", "SET", "DRAW BEAD"]
+    "PENETRATION LIMIT", "PARAMETER", "INCLUDE", "SET", "DRAW BEAD", "TEMPERATURE", "FIELD"]
   !> Of the first step, for all.
   character(*), parameter :: of_first_step(2) = [character(14) :: "MASS SCALING", "BULK VISCOSITY"]
 

@@ -47,7 +47,8 @@ contains
       note = "none, for nothing here needs absolute zero, radiation or the gas constant"// &
              passed_over
     else if (any(block%keyword == of_heat)) then
-      note = "none, for there is no field of temperature"//passed_over
+      note = "none, for heat is not conducted and no strain of expansion arises; "// &
+             "*ADIABATIC HEATING heats by plastic work"//passed_over
     end if
   end function foreign_note
 

@@ -16,6 +16,7 @@ module keyword_table
   use bead_reader, only: add_bead_keywords
   use run_keywords, only: add_run_keywords
   use test_keywords, only: add_test_keyword
+  use field_keywords, only: add_field_keywords, add_value_fields, variable_text
   implicit none
   private
 
@@ -44,6 +45,7 @@ contains
     call add_contact_keyword(table)
     call add_set_keyword(table)
     call add_boundary_keywords(table)
+    call add_field_keywords(table, op_text)
     call add_load_keywords(table)
     call add_process_keywords(table)
     call add_step_keywords(table)
@@ -345,9 +347,13 @@ contains
     call add_example(table, "X_MAX, 1, 1, 2000")
 
     call add_keyword(table, "INITIAL CONDITIONS", "Velocities at the start, which add up over "// &
-                     "all lines, or state variables at the start.")
-    call add_option(table, "TYPE", kind_choice, "a uniform velocity, that of a rotation, or "// &
-                    "state variables (SOLUTION)", choices="VELOCITY|ROTATING VELOCITY|SOLUTION")
+                     "all lines, or state variables, temperatures and field variables at the "// &
+                     "start.")
+    call add_option(table, "TYPE", kind_choice, "a uniform velocity, that of a rotation, state "// &
+                    "variables (SOLUTION), a temperature or a field variable", &
+                    choices="VELOCITY|ROTATING VELOCITY|SOLUTION|TEMPERATURE|FIELD")
+    call add_option(table, "VARIABLE", kind_integer, variable_text, default="1", &
+                    range=">= 1 and <= 20")
     call add_option(table, "USER", kind_flag, "with SOLUTION: the user's subroutine SDVINI, "// &
                     "which is called anyhow if there is one")
     call add_line(table, "", when="VELOCITY", n_max=any_number)
@@ -365,6 +371,9 @@ contains
                   when="SOLUTION", n_min=0, n_max=any_number, is_repeated=.true.)
     call add_field(table, "set", kind_name, "name of a set or face, or ALL; or a value")
     call add_field(table, "value", kind_real, "a state variable", is_required=.false.)
+    call add_line(table, "The control points of a set; where lines meet, the last one holds.", &
+                  when="TEMPERATURE|FIELD", n_max=any_number)
+    call add_value_fields(table)
     call add_example(table, "*INITIAL CONDITIONS, TYPE=VELOCITY")
     call add_example(table, "ALL, 2, -1500")
   end subroutine add_boundary_keywords

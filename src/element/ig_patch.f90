@@ -82,6 +82,12 @@ module ig_patch
     integer :: step = 1                            !! of the deck, under way
     real(wp) :: step_start = 0.0_wp                !! time at which it began
     integer :: before_step = 0                     !! force evaluations before it
+    integer :: n_fields = 0                        !! temperature and field variables of the deck
+    !> These at the control points, now and at the start of the run, (n1, n2, n3, n_fields).
+    real(wp), allocatable, dimension(:, :, :, :) :: nodal, nodal_start
+    !> At the points, at the start and then at the end of the step, (8, q3, 2*n_fields, q1*q2,
+    !! n_blocks); only for laws that need the context of their points.
+    real(wp), allocatable :: given(:, :, :, :, :)
     integer :: n_before = 0                        !! elements of the patches before, in numbers
     type(viscosity_t) :: viscosity
     type(tile_t), allocatable :: tiles(:)

@@ -44,6 +44,7 @@ contains
       end if
       call add_work(q(3), stress(:, :, :, row), dstrain(:, :, :, row), volume(:, :, row), sums)
       if (law%needs_context) then
+        context%row = row
         context%f0 = gradients(:, 1:9, row)
         context%f1 = gradients(:, 10:18, row)
         context%place = place(:, :, row)

@@ -6,7 +6,7 @@ module smooth_forces
   use kinds, only: wp
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
-  use point_context, only: point_context_t, new_point_context
+  use point_context, only: point_context_t
   use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, force_report_t
   use strain_projection, only: project_sheet
   use smooth_fields, only: smooth_fields_t
@@ -16,6 +16,7 @@ module smooth_forces
   use projected_dispatch, only: run_strain, run_nodal
   use projected_block, only: start_strain, finish_strain, update_stress, start_stress, finish_stress
   use tile_forces, only: gather_motion, gather_positions, add_forces, place_context, &
+                         new_patch_context, &
                          clear_rows, add_report
   implicit none
   private
@@ -116,7 +117,7 @@ contains
 
     slot = new_slot(patch)
     call new_row(patch, tile, loads1)
-    if (allocated(patch%reference)) context = new_point_context(n_lanes*patch%axes(3)%n_points)
+    if (allocated(patch%reference)) context = new_patch_context(patch)
     do e3 = 1, patch%axes(3)%n_elements
       do e2 = tile%row_first, tile%row_last
         do b = tile%block_first, tile%block_last

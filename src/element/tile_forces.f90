@@ -14,6 +14,7 @@ module tile_forces
   private
 
   public :: forces_of_tile, work_tile, gather_motion, gather_positions, add_forces, place_context
+  public :: new_patch_context
   public :: clear_rows, add_report, block_kernel
 
   abstract interface
@@ -71,7 +72,7 @@ contains
     logical :: ok, is_plain
 
     is_plain = patch%projection%kind == project_nothing
-    if (allocated(patch%reference)) context = new_point_context(n_lanes*patch%axes(3)%n_points)
+    if (allocated(patch%reference)) context = new_patch_context(patch)
     if (.not. is_plain) &
       fields = new_point_fields(patch%axes%n_points, 1, patch%projection, &
                                 allocated(patch%reference))
@@ -199,6 +200,15 @@ contains
     end associate
   end subroutine add_forces
 
+  !> Room for the context of a block.
+  pure function new_patch_context(patch) result(context)
+    type(ig_patch_t), intent(in) :: patch
+    type(point_context_t) :: context
+
+    context = new_point_context(n_lanes*patch%axes(3)%n_points, patch%n_fields, &
+                                patch%axes(1)%n_points*patch%axes(2)%n_points)
+  end function new_patch_context
+
   !> Time, elements and their sizes of a block; the kernel adds what differs from row to row.
   pure subroutine place_context(patch, b, e2, e3, block, context)
     type(ig_patch_t), intent(in) :: patch
@@ -217,7 +227,18 @@ contains
       context%is_owner(lanes(1):lanes(2)) = patch%lanes%is_owner(:, b)
       context%length(lanes(1):lanes(2)) = patch%element_size(:, block)
     end do
+    if (context%n_fields > 0) call place_fields(shape(context%fields), &
+                                                patch%given(:, :, :, :, block), context%fields)
   end subroutine place_context
+
+  !> The fields of a block, whose lanes and points along axis 3 are one index in a row.
+  pure subroutine place_fields(n, given, fields)
+    integer, intent(in) :: n(3)
+    real(wp), intent(in) :: given(n(1), n(2), n(3))
+    real(wp), intent(out) :: fields(n(1), n(2), n(3))
+
+    fields = given
+  end subroutine place_fields
 
   !> Sums of a block into the report of its tile.
   pure subroutine add_report(report, sums, ok, block)

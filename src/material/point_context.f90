@@ -21,13 +21,18 @@ module point_context
     real(wp), allocatable :: f1(:, :)            !! and at the end of the increment, (n, 9)
     real(wp), allocatable :: place(:, :)         !! coordinates at the end, shape (n, 3)
     real(wp), allocatable :: length(:)           !! cube root of the element's volume, (n)
+    integer :: row = 1                           !! of the rows of a block, the one in hand
+    integer :: n_fields = 0                      !! temperature and field variables of the deck
+    !> These at the start, then at the end of the increment, shape (n, 2*n_fields, rows).
+    real(wp), allocatable :: fields(:, :, :)
   end type point_context_t
 
 contains
 
   !> A context with room for n points.
-  pure function new_point_context(n) result(context)
+  pure function new_point_context(n, n_fields, n_rows) result(context)
     integer, intent(in) :: n
+    integer, intent(in), optional :: n_fields, n_rows   !! predefined fields, rows of a block
     type(point_context_t) :: context
 
     context%n = n
@@ -36,6 +41,9 @@ contains
     allocate (context%f0(n, 9), context%f1(n, 9), source=0.0_wp)
     allocate (context%place(n, 3), source=0.0_wp)
     allocate (context%length(n), source=0.0_wp)
+    if (.not. present(n_fields) .or. .not. present(n_rows)) return
+    context%n_fields = n_fields
+    if (n_fields > 0) allocate (context%fields(n, 2*n_fields, n_rows), source=0.0_wp)
   end function new_point_context
 
 end module point_context

@@ -9,8 +9,9 @@ module umat_adapter
   use block_law, only: block_law_t
   use point_context, only: point_context_t, new_point_context
   use umat_interface, only: umat_procedure, name_length
-  use user_call, only: user_law_t, first_point_t, set_user_law, slack, n_guard, set_guard, &
-                       check_guard, enter_user_call, leave_user_call, note_failure, in_umat
+  use user_call, only: user_law_t, first_point_t, set_user_law, slack, most_fields, n_guard, &
+                       set_guard, check_guard, enter_user_call, leave_user_call, note_failure, &
+                       in_umat
   use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity
   implicit none
   private
@@ -34,6 +35,8 @@ module umat_adapter
     real(wp) :: step_time = 0.0_wp, time = 0.0_wp, dt = 0.0_wp, length = 0.0_wp
     real(wp) :: dstrain(6) = 0.0_wp, place(3) = 0.0_wp
     real(wp), dimension(3, 3) :: rotation = identity, f0 = identity, f1 = identity
+    integer :: n_fields = 0
+    real(wp), dimension(most_fields + 1) :: fields = 0.0_wp, changes = 0.0_wp   !! TEMP and PREDEF
   end type increment_t
 
 contains
@@ -97,6 +100,7 @@ contains
     increment%step = context%step
     increment%dt = dt
     increment%number = context%increment
+    increment%n_fields = context%n_fields
     do l = 1, context%n
       if (.not. context%is_owner(l)) cycle
       increment%element = context%element(l)
@@ -104,6 +108,7 @@ contains
       increment%length = context%length(l)
       increment%dstrain = dstrain(l, :)
       increment%place = context%place(l, :)
+      call take_fields(context, l, increment)
       increment%f0 = transpose(reshape(context%f0(l, :), [3, 3]))
       increment%f1 = transpose(reshape(context%f1(l, :), [3, 3]))
       sigma(:6) = stress(l, :)
@@ -116,6 +121,19 @@ contains
     end do
     call leave_user_call()
   end subroutine update_in_context
+
+  !> Temperature and field variables of a point, and how they change.
+  pure subroutine take_fields(context, l, increment)
+    type(point_context_t), intent(in) :: context
+    integer, intent(in) :: l
+    type(increment_t), intent(inout) :: increment
+
+    associate (n => context%n_fields)
+      if (n == 0) return
+      increment%fields(:n) = context%fields(l, :n, context%row)
+      increment%changes(:n) = context%fields(l, n + 1:, context%row) - increment%fields(:n)
+    end associate
+  end subroutine take_fields
 
   !> The increment of a point in one, then if the UMAT asks for it in 2, 4, ... equal parts.
   subroutine update_point(self, increment, spin, stress, state, ok)
@@ -138,6 +156,7 @@ contains
       part%rotation = rotation_of_spin(spin/n_parts)
       part%dt = increment%dt/n_parts
       part%dstrain = increment%dstrain/n_parts
+      part%changes = increment%changes/n_parts
       state = state_at_start
       stress = start
       if (n_parts > 1) stress = rotated_stress(transpose(rotation_of_spin(spin)), start)
@@ -145,6 +164,7 @@ contains
         if (n_parts > 1) then
           part%time = increment%time + (i - 1)*part%dt
           part%step_time = increment%step_time + (i - 1)*part%dt
+          part%fields = increment%fields + (i - 1)*part%changes
           part%f0 = increment%f0 + (increment%f1 - increment%f0)*(i - 1)/n_parts
           part%f1 = increment%f0 + (increment%f1 - increment%f0)*i/n_parts
           stress = rotated_stress(part%rotation, stress)
@@ -169,7 +189,8 @@ contains
     logical, intent(out) :: is_refused       ! PNEWDT came back below one
     logical, intent(out) :: ok               ! all is finite
     real(wp) :: statev(self%n_statv + slack + n_guard), strain(6), energies(3)
-    real(wp) :: heat(2), heat_by_strain(6), stress_by_temperature(6), pnewdt, zeros(slack)
+    real(wp) :: heat(2), heat_by_strain(6), stress_by_temperature(6), pnewdt
+    real(wp) :: predef(most_fields + slack), dpred(most_fields + slack)
 
     statev(:self%n_statv) = state(:self%n_statv)
     call set_guard(statev)
@@ -179,12 +200,18 @@ contains
     heat = 0.0_wp
     heat_by_strain = 0.0_wp
     stress_by_temperature = 0.0_wp
-    zeros = 0.0_wp
+    predef = 0.0_wp
+    dpred = 0.0_wp
+    associate (n => increment%n_fields)
+      if (n > 1) predef(:n - 1) = increment%fields(2:n)
+      if (n > 1) dpred(:n - 1) = increment%changes(2:n)
+    end associate
     pnewdt = 1.0_wp
     call self%umat(stress, statev, tangent, energies(1), energies(2), energies(3), heat(1), &
                    stress_by_temperature, heat_by_strain, heat(2), strain, increment%dstrain, &
-                   [increment%step_time, increment%time], increment%dt, 0.0_wp, 0.0_wp, zeros, &
-                   zeros, self%name, 3_c_int, 3_c_int, 6_c_int, int(self%n_statv, c_int), &
+                   [increment%step_time, increment%time], increment%dt, increment%fields(1), &
+                   increment%changes(1), predef, dpred, self%name, 3_c_int, 3_c_int, &
+                   6_c_int, int(self%n_statv, c_int), &
                    self%props, int(self%n_props, c_int), increment%place, increment%rotation, &
                    pnewdt, increment%length, increment%f0, increment%f1, &
                    int(increment%element, c_int), int(increment%point, c_int), 1_c_int, 1_c_int, &
@@ -221,6 +248,8 @@ contains
     increment%length = point%length
     increment%number = 1
     increment%dt = dt
+    increment%n_fields = point%n_fields
+    increment%fields = point%fields
     stress = 0.0_wp
     values = 0.0_wp
     values(:law%n_statv) = state

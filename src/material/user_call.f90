@@ -25,6 +25,9 @@ module user_call
   integer(c_int), parameter, public :: in_umat = 1, in_vumat = 2, in_sdvini = 3, &
                                        in_uexternaldb = 4, in_vexternaldb = 5
 
+  !> Field variables beside the temperature at most: PREDEF, FIELDOLD.
+  integer, parameter, public :: most_fields = 20
+
   !> A law of a user with its constants and its name.
   type, abstract, extends(block_law_t) :: user_law_t
     character(kind=c_char) :: name(name_length) = " "   !! CMNAME, upper case
@@ -39,6 +42,8 @@ module user_call
     integer :: element = 1, point = 1     !! NOEL, NPT
     real(wp) :: place(3) = 0.0_wp         !! COORDS
     real(wp) :: length = 1.0_wp           !! CELENT
+    integer :: n_fields = 0               !! temperature and field variables given
+    real(wp) :: fields(most_fields + 1) = 0.0_wp   !! these
   end type first_point_t
 
   interface

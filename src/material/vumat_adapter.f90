@@ -9,8 +9,9 @@ module vumat_adapter
   use kinds, only: wp
   use point_context, only: point_context_t, new_point_context
   use umat_interface, only: vumat_procedure, name_length
-  use user_call, only: user_law_t, first_point_t, set_user_law, slack, n_guard, set_guard, &
-                       check_guard, enter_user_call, leave_user_call, note_failure, in_vumat
+  use user_call, only: user_law_t, first_point_t, set_user_law, slack, most_fields, n_guard, &
+                       set_guard, check_guard, enter_user_call, leave_user_call, note_failure, &
+                       in_vumat
   use user_kinematics, only: polar_rotation, full_stress, packed_stress, identity, determinant
   implicit none
   private
@@ -33,7 +34,9 @@ module vumat_adapter
     integer :: n = 0
     real(wp) :: step_time = 0.0_wp, total_time = 0.0_wp, dt = 0.0_wp
     integer, allocatable :: jblock(:), jinfo(:)
-    real(wp), allocatable, dimension(:) :: density, length, dt_array
+    integer :: n_fields = 0                    !! of them one is the temperature
+    real(wp), allocatable, dimension(:) :: density, length, dt_array, temperature_old, &
+                                           temperature_new, field_old, field_new
     real(wp), allocatable, dimension(:, :) :: place, strain, spin, stretch_old, stretch_new, &
                                               gradient_old, gradient_new, stress_old, &
                                               stress_new, state_old, state_new, energy_old, &
@@ -117,7 +120,8 @@ contains
     ok = .true.
     lanes = pack([(l, l=first, last)], context%is_owner(first:last))
     if (size(lanes) == 0) return
-    block = new_block(self, size(lanes), context%element(lanes), context%point(first))
+    block = new_block(self, size(lanes), context%element(lanes), context%point(first), &
+                      context%n_fields)
     block%step_time = context%step_time + dt
     block%total_time = context%time + dt
     block%dt = dt
@@ -132,6 +136,10 @@ contains
       block%density(i) = self%density/determinant(f1)
       block%length(i) = context%length(l)
       block%place(i, :) = context%place(l, :)
+      associate (n => context%n_fields)
+        if (n > 0) call set_fields(block, i, context%fields(l, :n, context%row), &
+                                   context%fields(l, n + 1:, context%row))
+      end associate
       block%stress_old(i, :) = in_frame(r_old, stress(l, :))
       block%state_old(i, :self%n_statv) = state(l, :self%n_statv)
       block%energy_old(i, :) = state(l, self%n_statv + 1:)
@@ -150,12 +158,13 @@ contains
   end subroutine update_block
 
   !> A block of n elements with all its values zero.
-  function new_block(self, n, elements, point) result(block)
+  function new_block(self, n, elements, point, n_fields) result(block)
     class(vumat_adapter_t), intent(in) :: self
-    integer, intent(in) :: n, elements(n), point
+    integer, intent(in) :: n, elements(n), point, n_fields
     type(block_t) :: block
 
     block%n = n
+    block%n_fields = n_fields
     ! (1) points, (2) integration point, (3) layer, (4) section point, then the elements.
     block%jblock = [n, point, 1, 1, elements]
     ! (1) LANNEAL, (2) integration point, (3) layer, (4) section point, (5) 0, then the elements.
@@ -165,6 +174,9 @@ contains
               block%stretch_new(n, 6), block%stress_old(n, 6), &
               block%stress_new(n, 6 + slack + n_guard), &
               block%gradient_old(n, 9), block%gradient_new(n, 9), source=0.0_wp)
+    allocate (block%temperature_old(n), block%temperature_new(n), &
+              block%field_old(n*most_fields + slack), block%field_new(n*most_fields + slack), &
+              source=0.0_wp)
     ! Some sources index the energies by a variable that they never set.
     allocate (block%energy_old(1 - slack:n + slack, 2), &
               block%energy_new(1 - slack:n + slack, 2), source=0.0_wp)
@@ -173,6 +185,21 @@ contains
     call set_guard(block%stress_new(n, :))
     call set_guard(block%state_new(n, :))
   end function new_block
+
+  !> Temperature and field variables of one element at both ends of the increment.
+  pure subroutine set_fields(block, i, old, new)
+    type(block_t), intent(inout) :: block
+    integer, intent(in) :: i
+    real(wp), intent(in) :: old(:), new(:)
+    integer :: k
+
+    block%temperature_old(i) = old(1)
+    block%temperature_new(i) = new(1)
+    do k = 2, size(old)
+      block%field_old(i + block%n*(k - 2)) = old(k)
+      block%field_new(i + block%n*(k - 2)) = new(k)
+    end do
+  end subroutine set_fields
 
   !> Kinematics of one element of a block. The strain increment is turned by the rotation halfway;
   !! the relative spin is the axial vector of W - dR/dt R^T, in the same frame.
@@ -207,21 +234,17 @@ contains
     class(vumat_adapter_t), intent(in) :: self
     type(block_t), intent(inout) :: block
     logical, intent(out) :: ok
-    real(wp) :: temperature_old(block%n), temperature_new(block%n), field_old(block%n + slack)
-    real(wp) :: field_new(block%n + slack)
 
-    temperature_old = 0.0_wp
-    temperature_new = 0.0_wp
-    field_old = 0.0_wp
-    field_new = 0.0_wp
     call enter_user_call(in_vumat, int(block%jblock(5), c_int), int(block%jblock(2), c_int))
-    call self%vumat(int(block%jblock, c_int), 3_c_int, 3_c_int, int(self%n_statv, c_int), 0_c_int, &
+    call self%vumat(int(block%jblock, c_int), 3_c_int, 3_c_int, int(self%n_statv, c_int), &
+                    int(max(0, block%n_fields - 1), c_int), &
                     int(self%n_props, c_int), int(block%jinfo, c_int), block%step_time, &
                     block%total_time, block%dt_array, self%name, block%place, block%length, &
-                    self%props, block%density, block%strain, block%spin, temperature_old, &
-                    block%stretch_old, block%gradient_old, field_old, block%stress_old, &
+                    self%props, block%density, block%strain, block%spin, block%temperature_old, &
+                    block%stretch_old, block%gradient_old, block%field_old, block%stress_old, &
                     block%state_old, block%energy_old(1, 1), block%energy_old(1, 2), &
-                    temperature_new, block%stretch_new, block%gradient_new, field_new, &
+                    block%temperature_new, block%stretch_new, block%gradient_new, &
+                    block%field_new, &
                     block%stress_new, block%state_new, block%energy_new(1, 1), &
                     block%energy_new(1, 2), int(name_length, c_size_t))
     call check_guard(block%stress_new(block%n, :), "stressNew")
@@ -247,13 +270,15 @@ contains
     logical :: ok
     integer :: i
 
-    block = new_block(law, 6, spread(point%element, 1, 6), point%point)
+    block = new_block(law, 6, spread(point%element, 1, 6), point%point, point%n_fields)
     block%dt = dt
     block%dt_array = dt
     block%density = law%density
     block%length = point%length
     do i = 1, 6
       block%place(i, :) = point%place
+      if (point%n_fields > 0) call set_fields(block, i, point%fields(:point%n_fields), &
+                                              point%fields(:point%n_fields))
       block%strain(i, i) = strain
       f = identity + full_stress([block%strain(i, :4), block%strain(i, 6), block%strain(i, 5)])
       block%stretch_old(i, :) = explicit_order(identity)

@@ -118,6 +118,9 @@ contains
       call evaluate_solid(body%solid, place_in(body, e, [(body%patch%axes(axis)%abscissae(1), &
                                                           axis=1, 3)]), point%place)
       point%length = body%patch%element_size(lane, block)
+      point%n_fields = body%patch%n_fields
+      if (point%n_fields > 0) point%fields(:point%n_fields) = &
+        body%patch%given(lane, 1, :point%n_fields, 1, block)
       call find_moduli(blank%law, dt, point, &
                        body%patch%state(lane, 1, :blank%law%n_state, 1, block), &
                        moduli(1), moduli(2), error)

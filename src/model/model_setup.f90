@@ -14,6 +14,7 @@ module model_setup
   use block_law, only: block_law_t
   use user_library, only: user_library_t
   use law_setup, only: build_law
+  use field_setup, only: set_initial_fields, add_field_changes
   use initial_state, only: set_initial_states, find_initial_moduli
   use tool_setup, only: start_tools
   use spurious_modes, only: n_spurious_modes, serving_rule
@@ -62,6 +63,7 @@ contains
     if (scene%step%thickness_factor > 1.0_wp) call check_columns(scene, model%bodies%blank, faults)
     call set_initial_velocities(scene, model)
     call add_supports(scene, model)
+    call add_field_changes(scene, model)
     call set_stable_step(model)
     if (scene%reduction%component > 0) then
       associate (blank => model%bodies%blank)
@@ -175,6 +177,7 @@ contains
       else
         call check_initial_states(scene, model%bodies%blank%law, faults)
         call set_initial_states(scene, model%bodies%blank)
+        call set_initial_fields(scene, model%bodies%blank)
         call find_initial_moduli(scene, short*scene%step%end_time, model%bodies%blank, error)
         if (allocated(error)) call add_fault(faults, material%origin, error%message, &
                                              "a law that can be called")

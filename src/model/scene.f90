@@ -33,6 +33,18 @@ module scene
     real(wp), allocatable :: values(:)
   end type initial_state_spec_t
 
+  !> A temperature or field variable of the control points of a set: value + gradient . x, x being
+  !! their places at the start, times the curve.
+  type, public :: field_spec_t
+    type(origin_t) :: origin
+    integer :: set = 0
+    integer :: variable = 1                 !! 1: temperature, n + 1: field variable n
+    real(wp) :: value = 0.0_wp, gradient(3) = 0.0_wp
+    integer :: curve = 0                    !! index into `curves`, 0: constant
+    integer :: first_step = 0               !! of the deck; 0: it is that at the start of the run
+    integer :: last_step = huge(1)
+  end type field_spec_t
+
   !> The blank: its patches, what joins them, and its material.
   type, public :: blank_spec_t
     type(origin_t) :: origin
@@ -247,6 +259,7 @@ module scene
     type(boundary_spec_t), allocatable :: boundaries(:)
     type(initial_velocity_spec_t), allocatable :: initial_velocities(:)
     type(initial_state_spec_t), allocatable :: initial_states(:)
+    type(field_spec_t), allocatable :: fields(:)   !! in the order of the deck; may be unset
     type(load_spec_t), allocatable :: loads(:)
     type(bead_spec_t), allocatable :: beads(:)
     type(probe_spec_t), allocatable :: probes(:)

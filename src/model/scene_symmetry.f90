@@ -142,6 +142,15 @@ contains
       if (.not. reaches_over(scene, scene%initial_states(i)%set, axis, component)) &
         fault = "the states at the start differ along "//letter(component)
     end do
+    if (allocated(scene%fields)) then
+      do i = 1, size(scene%fields)
+        associate (spec => scene%fields(i))
+          if (abs(spec%gradient(component)) > 0.0_wp .or. &
+              .not. reaches_over(scene, spec%set, axis, component)) &
+            fault = "a temperature or field variable differs along "//letter(component)
+        end associate
+      end do
+    end if
     if (size(scene%beads) > 0) fault = "a draw bead may differ along "//letter(component)
   end function condition_fault
 
@@ -344,6 +353,9 @@ contains
     end do
     if (size(scene%initial_velocities) + size(scene%initial_states) > 0) &
       fault = "the state at the start may not be"
+    if (allocated(scene%fields)) then
+      if (size(scene%fields) > 0) fault = "a temperature or field variable may not be"
+    end if
     if (size(scene%beads) > 0) fault = "a draw bead may not be"
   end function mirrored_condition_fault
 

@@ -138,6 +138,7 @@ contains
       call carry(store, "patch_time", patch%time)
       call carry(store, "increment", patch%increment)
       call carry(store, "before_step", patch%before_step)
+      if (patch%n_fields > 0) call carry_field(store, "given", size(patch%given), patch%given)
     end associate
   end subroutine carry_body
 

@@ -6,7 +6,6 @@ Each file of files/ is dropped in unchanged. Laws that exist built in must give 
 the neo-Hooke of a UMAT that of a VUMAT; what fails must say where and why.
 """
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -87,72 +86,6 @@ def states_start_as_told(bench):
     long = conditions.replace("7, 8", "7\n8")   # filled up to the seventh: the eighth of five
     bench.run(deck(user(STEEL, 5), speed=0.0) + long, FILES / "sdvini.f", code=1)
     bench.says("less than eight entries", "8 state variables for ALL", "5 at most")
-
-
-def first_call_sees_the_state(bench):
-    """The call that asks for the stiffness comes once for each state of the deck, with the state
-    and the place that its element has; with *ELASTIC it does not come at all."""
-    conditions = ("*INITIAL CONDITIONS, TYPE=SOLUTION\nALL, 2\nright, 3\n"
-                  "*SET, NAME=right\nXI, 0.6, 1\n")
-    text = deck(user("1000", 5)) + conditions
-    bench.run(text, FILES / "first_state.f", options=["--check"])
-    assert bench.said.count("ASKED") == 2, bench.said
-    bench.says("ASKED     1    2.0", "ASKED     3    3.0")
-    stiff = step_of(bench.said)
-    bench.run(deck("*ELASTIC\n6000, 0\n" + user("1000", 5)) + conditions,
-              FILES / "first_state.f", options=["--check"])
-    assert "ASKED" not in bench.said, bench.said
-    assert abs(step_of(bench.said) / stiff - 1) < 1e-3
-    test = "*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=4\n0.001\n"
-    bench.run(deck(user("1000", 5), body="") + test + conditions.split("right")[0],
-              FILES / "first_state.f", command=["material"])
-    bench.says("ASKED     1    2.0")
-    bench.run(deck(user("1000", 5)), FILES / "first_state.f", options=["--check"], code=1)
-    bench.says("ASKED     1    0.0", "DDSDDE at the start is not positive")
-
-
-def step_of(said):
-    """The stable step that --check tells."""
-    return float(re.search(r"stable step\D*([0-9.E+-]+)", said)[1])
-
-
-def steps(first, second, output="*OUTPUT, FRAMES=4, HISTORY=8\n", more=""):
-    """The body with two steps of the deck."""
-    start, _ = BODY.split("*DYNAMIC")
-    return start + "".join(f"*STEP\n*DYNAMIC, EXPLICIT\n{time}\n{output}{extra}*END STEP\n"
-                           for time, extra in ((first, ""), (second, more)))
-
-
-def times_know_the_steps_of_the_deck(bench):
-    body = "*CHECKPOINT, STEPS=21\n" + steps(1e-5, 6e-5)
-    _, stress, last = bench.values(deck(user("10000", 8), body), FILES / "given.f")
-    total, step, dt, number, increment = (last[..., k].ravel() for k in (1, 0, 2, 3, 4))
-    assert abs(total + dt - 7e-5).max() < 1e-15 and abs(total - step - 1e-5).max() < 1e-15
-    assert (number == 2).all() and abs(increment * dt / 6e-5 - 1).max() < 0.1, (increment, dt)
-    _, _, v = bench.values(deck(user("10000", 8, ", TYPE=VUMAT"), body), FILES / "given.f")
-    assert abs(v[..., 1] - 7e-5).max() < 1e-15 and abs(v[..., 0] - 6e-5).max() < 1e-15
-    (bench.folder / "stop_here").touch()
-    bench.run(deck(user("10000", 8), body), FILES / "given.f", result="cut.h5", code=2)
-    bench.says("XIT")
-    (bench.folder / "stop_here").unlink()
-    path = bench.folder / "cut.h5"
-    bench.run(deck(user("10000", 8), body), FILES / "given.f", result="cut.h5",
-              options=["--restart", "cut.ckpt.h5"])
-    with h5py.File(path) as file:
-        assert np.array_equal(file["points/statev"][...], last)
-        assert np.array_equal(file["points/stress"][...], stress)
-
-
-def values_that_are_no_numbers_are_named(bench):
-    test = "*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=4\n0.001\n"
-    for kind, words in ((3, "as stress 22"), (4, "PNEWDT"), (8, "as state variable 1"),
-                        (9, "as an energy")):
-        text = deck(user(f"210000, 0, 1, 3, {kind}, 1", 1), body="") + test
-        bench.run(text, FILES / "misbehaves.F", command=["material"], code=2)
-        bench.says("test pull: the law", words, "increment 3 of 4")
-    for kind in (10, 11):
-        bench.run(deck(user(f"210000, 0, 1, 0, {kind}", 1)), FILES / "misbehaves.F", code=1)
-        bench.says("the first call", "no finite numbers")
 
 
 def failures_name_element_and_point(bench):
@@ -338,18 +271,16 @@ def laws_that_never_yield_have_no_r_values(bench):
     bench.says("test r: no plastic strain in tension at 0 degrees")
 
 
-def main(igaform):
-    checks = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
-              vumats_of_both_signatures, shared_data_run_in_order, states_start_as_told,
-              first_call_sees_the_state, times_know_the_steps_of_the_deck,
-              values_that_are_no_numbers_are_named,
-              failures_name_element_and_point, all_threads_may_fail_at_once,
-              material_tests_outlive_user_code, faults_are_told,
-              files_from_elsewhere,
-              files_read_are_never_written,
-              material_tests_know_names_and_starts,
-              laws_that_never_yield_have_no_r_values, keeping.libraries_are_kept_and_renewed,
-              keeping.planted_libraries_are_not_loaded, keeping.checks_call_nothing)
+CHECKS = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
+          vumats_of_both_signatures, shared_data_run_in_order, states_start_as_told,
+          failures_name_element_and_point, all_threads_may_fail_at_once,
+          material_tests_outlive_user_code, faults_are_told, files_from_elsewhere,
+          files_read_are_never_written, material_tests_know_names_and_starts,
+          laws_that_never_yield_have_no_r_values, keeping.libraries_are_kept_and_renewed,
+          keeping.planted_libraries_are_not_loaded, keeping.checks_call_nothing)
+
+
+def run_checks(igaform, checks):
     n_failed = 0
     cache = tempfile.TemporaryDirectory()
     os.environ["XDG_CACHE_HOME"] = cache.name
@@ -365,4 +296,4 @@ def main(igaform):
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    sys.exit(run_checks(sys.argv[1], CHECKS))

@@ -1,5 +1,6 @@
 C     Linear elasticity that keeps what the last call was given: times,
-C     step, increment, temperature, its increment and predefined field.
+C     step, increment, temperature, its increment and their sum, field
+C     variable 2 and the sum of its increments.
 C     While a file stop_here is there, it ends the run in increment 90
 C     of a second step.
       SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,RPL,DDSDDT,
@@ -11,7 +12,7 @@ C     of a second step.
       LOGICAL HALTS
       DIMENSION STRESS(NTENS),STATEV(NSTATV),DDSDDE(NTENS,NTENS),
      1 DDSDDT(NTENS),DRPLDE(NTENS),STRAN(NTENS),DSTRAN(NTENS),TIME(2),
-     2 PREDEF(1),DPRED(1),PROPS(NPROPS),COORDS(3),DROT(3,3),
+     2 PREDEF(2),DPRED(2),PROPS(NPROPS),COORDS(3),DROT(3,3),
      3 DFGRD0(3,3),DFGRD1(3,3)
       G=PROPS(1)/2.D0
       DO I=1,3
@@ -27,6 +28,8 @@ C     of a second step.
       STATEV(6)=TEMP
       STATEV(7)=DTEMP
       STATEV(8)=STATEV(8)+DTEMP
+      STATEV(9)=PREDEF(2)
+      STATEV(10)=STATEV(10)+DPRED(2)
       IF (KSTEP.EQ.2 .AND. KINC.EQ.90 .AND. NPT.EQ.1) THEN
         INQUIRE(FILE='stop_here',EXIST=HALTS)
         IF (HALTS) CALL XIT
@@ -42,7 +45,8 @@ C     of a second step.
       CHARACTER*80 CMNAME
       DIMENSION PROPS(NPROPS),STRAININC(NBLOCK,6),STRESSOLD(NBLOCK,6),
      1 STRESSNEW(NBLOCK,6),STATEOLD(NBLOCK,NSTATEV),TEMPOLD(NBLOCK),
-     2 STATENEW(NBLOCK,NSTATEV),TEMPNEW(NBLOCK)
+     2 STATENEW(NBLOCK,NSTATEV),TEMPNEW(NBLOCK),
+     3 FIELDOLD(NBLOCK,NFIELDV),FIELDNEW(NBLOCK,NFIELDV)
       DO K=1,NBLOCK
         STRESSNEW(K,:)=STRESSOLD(K,:)+PROPS(1)*STRAININC(K,:)
         STATENEW(K,1)=STEPTIME
@@ -51,6 +55,9 @@ C     of a second step.
         STATENEW(K,6)=TEMPOLD(K)
         STATENEW(K,7)=TEMPNEW(K)-TEMPOLD(K)
         STATENEW(K,8)=STATEOLD(K,8)+TEMPNEW(K)-TEMPOLD(K)
+        IF (NFIELDV.LT.2) CYCLE
+        STATENEW(K,9)=FIELDOLD(K,2)
+        STATENEW(K,10)=STATEOLD(K,10)+FIELDNEW(K,2)-FIELDOLD(K,2)
       ENDDO
       RETURN
       END

@@ -1,0 +1,77 @@
+!> A temperature or field variable that the deck gives during the run.
+module field_change
+  use kinds, only: wp
+  use state_store, only: state_store_t
+  use assembly, only: assembly_t
+  use given_fields, only: spread_fields
+  use motion_curve, only: curve_t, curve_value, start_curve
+  use effect, only: effect_t, instant_t
+  implicit none
+  private
+
+  !> Values of some control points, times a curve. Nothing follows from them but what the law makes
+  !! of its fields: no heat is conducted and no strain of expansion arises.
+  type, extends(effect_t), public :: field_change_t
+    integer :: variable = 1                   !! as in `field_spec_t`
+    integer, allocatable :: part(:)           !! patch of each control point, shape (n)
+    integer, allocatable :: points(:, :)      !! control indices, shape (3, n)
+    real(wp), allocatable :: values(:)        !! times the curve, shape (n)
+    type(curve_t) :: curve
+    logical :: is_first = .false., is_last = .false.   !! of those that act in a time step
+  contains
+    procedure :: apply
+    procedure :: carry
+    procedure :: start
+  end type field_change_t
+
+contains
+
+  !> Set the control points to the end of the time step to come. The first effect gives those that
+  !! no effect holds what they had at the start, the last one sets the integration points.
+  subroutine apply(self, bodies, instant)
+    class(field_change_t), intent(inout) :: self
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant
+    integer :: p
+
+    do p = 1, size(bodies%blank%parts)
+      if (.not. self%is_first) exit
+      associate (patch => bodies%blank%parts(p)%patch)
+        patch%nodal = patch%nodal_start
+      end associate
+    end do
+    call set_values(self, self%values*curve_value(self%curve, instant%time + instant%dt), bodies)
+    do p = 1, size(bodies%blank%parts)
+      if (.not. self%is_last) exit
+      call spread_fields(bodies%blank%parts(p)%patch)
+    end do
+  end subroutine apply
+
+  subroutine set_values(self, values, bodies)
+    class(field_change_t), intent(in) :: self
+    real(wp), intent(in) :: values(:)
+    type(assembly_t), intent(inout) :: bodies
+    integer :: i
+
+    do i = 1, size(values)
+      associate (at => self%points(:, i))
+        bodies%blank%parts(self%part(i))%patch%nodal(at(1), at(2), at(3), self%variable) = values(i)
+      end associate
+    end do
+  end subroutine set_values
+
+  !> Nothing: the points carry what they have, and the control points are set before they are used.
+  subroutine carry(self, store)
+    class(field_change_t), intent(inout) :: self
+    type(state_store_t), intent(inout) :: store
+  end subroutine carry
+
+  !> The curve begins with its step.
+  subroutine start(self, time)
+    class(field_change_t), intent(inout) :: self
+    real(wp), intent(in) :: time
+
+    call start_curve(self%curve, time)
+  end subroutine start
+
+end module field_change

@@ -1,0 +1,139 @@
+"""What user subroutines are given: the state of the first call, times, steps, temperature and field
+variables, with a restart in between; and how values that are no numbers are named.
+
+usage: given.py IGAFORM
+"""
+import re
+import sys
+
+import h5py
+import numpy as np
+
+from common import BODY, FILES, STEEL, deck, user
+from run import run_checks
+
+
+def step_of(said):
+    """The stable step that --check tells."""
+    return float(re.search(r"stable step\D*([0-9.E+-]+)", said)[1])
+
+
+def steps(first, second, output="*OUTPUT, FRAMES=4, HISTORY=8\n", more=""):
+    """The body with two steps of the deck."""
+    start, _ = BODY.split("*DYNAMIC")
+    return start + "".join(f"*STEP\n*DYNAMIC, EXPLICIT\n{time}\n{output}{extra}*END STEP\n"
+                           for time, extra in ((first, ""), (second, more)))
+
+
+def first_call_sees_the_state(bench):
+    """The call that asks for the stiffness comes once for each state of the deck, with the state
+    and the place that its element has; with *ELASTIC it does not come at all."""
+    conditions = ("*INITIAL CONDITIONS, TYPE=SOLUTION\nALL, 2\nright, 3\n"
+                  "*SET, NAME=right\nXI, 0.6, 1\n")
+    text = deck(user("1000", 5)) + conditions
+    bench.run(text, FILES / "first_state.f", options=["--check"])
+    assert bench.said.count("ASKED") == 2, bench.said
+    bench.says("ASKED     1    2.0", "ASKED     3    3.0")
+    stiff = step_of(bench.said)
+    bench.run(deck("*ELASTIC\n6000, 0\n" + user("1000", 5)) + conditions,
+              FILES / "first_state.f", options=["--check"])
+    assert "ASKED" not in bench.said, bench.said
+    assert abs(step_of(bench.said) / stiff - 1) < 1e-3
+    test = "*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=4\n0.001\n"
+    bench.run(deck(user("1000", 5), body="") + test + conditions.split("right")[0],
+              FILES / "first_state.f", command=["material"])
+    bench.says("ASKED     1    2.0")
+    bench.run(deck(user("1000", 5)), FILES / "first_state.f", options=["--check"], code=1)
+    bench.says("ASKED     1    0.0", "DDSDDE at the start is not positive")
+
+
+def times_know_the_steps_of_the_deck(bench):
+    body = "*CHECKPOINT, STEPS=21\n" + steps(1e-5, 6e-5)
+    _, stress, last = bench.values(deck(user("10000", 10), body), FILES / "given.f")
+    total, step, dt, number, increment = (last[..., k].ravel() for k in (1, 0, 2, 3, 4))
+    assert abs(total + dt - 7e-5).max() < 1e-15 and abs(total - step - 1e-5).max() < 1e-15
+    assert (number == 2).all() and abs(increment * dt / 6e-5 - 1).max() < 0.1, (increment, dt)
+    _, _, v = bench.values(deck(user("10000", 10, ", TYPE=VUMAT"), body), FILES / "given.f")
+    assert abs(v[..., 1] - 7e-5).max() < 1e-15 and abs(v[..., 0] - 6e-5).max() < 1e-15
+    (bench.folder / "stop_here").touch()
+    bench.run(deck(user("10000", 10), body), FILES / "given.f", result="cut.h5", code=2)
+    bench.says("XIT")
+    (bench.folder / "stop_here").unlink()
+    path = bench.folder / "cut.h5"
+    bench.run(deck(user("10000", 10), body), FILES / "given.f", result="cut.h5",
+              options=["--restart", "cut.ckpt.h5"])
+    with h5py.File(path) as file:
+        assert np.array_equal(file["points/statev"][...], last)
+        assert np.array_equal(file["points/stress"][...], stress)
+
+
+def temperatures_reach_the_routine(bench):
+    start = ("*INITIAL CONDITIONS, TYPE=TEMPERATURE\nALL, 50\nALL, 20, 2\n"
+             "*INITIAL CONDITIONS, TYPE=FIELD, VARIABLE=2\nALL, 0.5\nX_MAX, 1\n"
+             "*AMPLITUDE, NAME=heat\n0, 1, 6e-5, 3\n")
+    heat = "*TEMPERATURE, AMPLITUDE=heat\nALL, 100\n*FIELD, VARIABLE=2\nALL, 4\n"
+
+    def fields(kind, *more, **options):
+        """Times and the six values at the end, and the coordinate along the strip."""
+        text = start + deck(user("10000", 10, f", TYPE={kind}"), steps(1e-5, 6e-5, more=more[-1]))
+        if len(more) > 1:
+            text = text.replace("1e-5\n", "1e-5\n" + more[0], 1)
+        state = bench.values(text, FILES / "given.f", **options)[2].reshape(-1, 10).T
+        with h5py.File(bench.folder / "a.h5") as file:
+            x = file["points/reference_position"][...].reshape(-1, 3)[:, 0]
+        return state, x
+
+    for kind in ("UMAT", "VUMAT"):
+        (*_, temp, change, total, field, field_change), x = fields(kind, "")
+        assert abs(temp - 20 - 2 * x).max() < 1e-12 and not change.any() and not total.any()
+        left = x < 5   # the elements away from X_MAX have none of its control points
+        assert abs(field[left] - 0.5).max() < 1e-14 and field.max() > 0.85
+        assert field.max() < 1 and not field_change.any()
+        for name, given in (("step 2", [heat]), ("both", ["*TEMPERATURE\nALL, 7\n", heat])):
+            (*_, dt, _, _, temp, change, total, field, field_change), x = fields(kind, *given)
+            assert abs(temp + change - 300).max() < 1e-9, name
+            assert abs(change - 200 * dt / 6e-5).max() < 1e-9, name
+            assert abs(total - 300 + 20 + 2 * x).max() < 1e-9, name
+            assert abs(field - 4).max() < 1e-12 and abs(field_change[x < 5] - 3.5).max() < 1e-12
+        (*_, temp, change, total, _, _), x = fields(kind, heat, "*TEMPERATURE, OP=NEW\n")
+        assert abs(temp - 20 - 2 * x).max() < 1e-12 and abs(total).max() < 1e-12
+        assert not change.any()
+    for projection in ("BBAR", "ANS", "ANS, SPACE=SMOOTH"):
+        text = deck(user("10000", 10)).replace("RULE=FULL", f"RULE=FULL, PROJECTION={projection}")
+        state = bench.values(start + text + heat, FILES / "given.f")[2]
+        with h5py.File(bench.folder / "a.h5") as file:
+            x = file["points/reference_position"][..., 0]
+        assert abs(state[..., 5] + state[..., 6] - 100 - 200 / 1.5).max() < 1e-9, projection
+        assert abs(state[..., 7] + 20 + 2 * x - 100 - 200 / 1.5).max() < 1e-9, projection
+    body = "*CHECKPOINT, STEPS=21\n" + start + steps(1e-5, 6e-5, more=heat)
+    text = deck(user("10000", 10), body)
+    _, stress, last = bench.values(text, FILES / "given.f", threads=1)
+    (bench.folder / "stop_here").touch()
+    bench.run(text, FILES / "given.f", result="cut.h5", code=2)
+    (bench.folder / "stop_here").unlink()
+    bench.run(text, FILES / "given.f", result="cut.h5", options=["--restart", "cut.ckpt.h5"])
+    with h5py.File(bench.folder / "cut.h5") as file:
+        assert np.array_equal(file["points/statev"][...], last)
+        assert np.array_equal(file["points/stress"][...], stress)
+    bench.run(text.replace("*DEPVAR", "*EXPANSION\n1e-5\n*DEPVAR"), FILES / "given.f", code=1)
+    bench.says("*EXPANSION with temperatures that change")
+    bench.run(deck(f"*ELASTIC\n{STEEL}") + start)
+    bench.says("warning: *INITIAL CONDITIONS", "does not depend on it")
+
+
+def values_that_are_no_numbers_are_named(bench):
+    test = "*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=4\n0.001\n"
+    for kind, words in ((3, "as stress 22"), (4, "PNEWDT"), (8, "as state variable 1"),
+                        (9, "as an energy")):
+        text = deck(user(f"210000, 0, 1, 3, {kind}, 1", 1), body="") + test
+        bench.run(text, FILES / "misbehaves.F", command=["material"], code=2)
+        bench.says("test pull: the law", words, "increment 3 of 4")
+    for kind in (10, 11):
+        bench.run(deck(user(f"210000, 0, 1, 0, {kind}", 1)), FILES / "misbehaves.F", code=1)
+        bench.says("the first call", "no finite numbers")
+
+
+if __name__ == "__main__":
+    sys.exit(run_checks(sys.argv[1], (first_call_sees_the_state, times_know_the_steps_of_the_deck,
+                                      temperatures_reach_the_routine,
+                                      values_that_are_no_numbers_are_named)))
