@@ -10,7 +10,7 @@ module check_report
   use model, only: model_t
   use step_control, only: step_control_t, new_step_control, next_step
   use step_report, only: effect_names
-  use run_forecast, only: forecast_seconds
+  use run_forecast, only: new_forecast, forecast_lines
   use bar_torsion, only: torsion_warning
   implicit none
   private
@@ -24,9 +24,9 @@ contains
     type(model_t), intent(inout) :: model   !! some steps of it are taken
     logical, intent(in) :: may_step         !! unless the law must not be called
     type(step_control_t) :: control
-    type(string_t), allocatable :: effects(:)
+    type(string_t), allocatable :: effects(:), lines(:)
     character(:), allocatable :: warning
-    real(wp) :: n_steps, seconds
+    real(wp) :: n_steps
     integer :: i
 
     warning = torsion_warning(model)
@@ -56,8 +56,11 @@ contains
     print "(a)", "stable step      "//rounded_text(model%stable_step)
     print "(a)", "steps            about "//rounded_text(n_steps)
     if (may_step) then
-      seconds = forecast_seconds(model, n_steps)   ! not in a PRINT: a user's law may write as well
-      print "(a)", "run time         about "//rounded_text(seconds)//" s where nothing else runs"
+      ! Not in a PRINT: a user's law may write as well.
+      lines = forecast_lines(new_forecast(model, n_steps))
+      do i = 1, size(lines)
+        print "(a)", lines(i)%value
+      end do
     else
       print "(a)", "run time         not foretold, for that would call the user's subroutine "// &
         "(--check --probe does)"
