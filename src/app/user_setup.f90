@@ -54,7 +54,7 @@ contains
       return
     end if
     if (library%note /= "") call add_warning(faults, new_origin("--user", 0, ""), library%note, &
-      "source as its name says, in fixed form up to column 132")
+      "source that gfortran compiles as its name says")
     if (library%uncalled /= "") call add_warning(faults, new_origin("--user", 0, ""), &
       "SUBROUTINE "//library%uncalled//" in the files, which nothing here calls", &
       "UMAT, VUMAT, SDVINI, UEXTERNALDB or VEXTERNALDB")

@@ -76,7 +76,7 @@ contains
     name = ""
     code = adjustl(line)
     if (len(code) < 10) return
-    if (lower_case(code(1:7)) /= "include" .and. code(1:8) /= "#include") return
+    if (lower_case(code(1:7)) /= "include" .and. lower_case(code(1:8)) /= "#include") return
     first = scan(code, "'""")
     if (first == 0) return
     quote = code(first:first)

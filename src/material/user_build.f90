@@ -4,12 +4,15 @@
 module user_build
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
   use errors, only: error_t, fail
-  use text, only: string_t, strings, lower_case, upper_case, to_text
+  use text, only: string_t, strings, to_text
   use child_process, only: run_program, program_missing, c_text
   use source_digest, only: digest_t, add_text, add_file, whole_digest_text, read_whole_file
-  use trusted_files, only: open_own_file, close_file, path_of, digest_of, keep_to_owner
-  use user_sources, only: is_source, is_fixed_form, has_directives, provide_includes, folder_of, &
-                          as_file, ending_of
+  use trusted_files, only: open_own_file, digest_of, keep_to_owner
+  use user_sources, only: is_source, is_c_source, is_fixed_form, has_directives, provide_includes, &
+                          folder_of, as_file, ending_of
+  use source_rewriting, only: rewrite_source
+  use library_store, only: find_kept, library_name
+  use build_messages, only: cause_of, link_message
   implicit none
   private
 
@@ -26,16 +29,12 @@ module user_build
     "-fdollar-ok", "-ffree-line-length-none", "-fdiagnostics-color=never", &
     "-ffunction-sections", "-fdata-sections", "-fstack-clash-protection"]
 
-  integer, parameter :: digest_length = 64   ! of the text
   character(*), parameter :: no_room = "nothing can be written into the folder igaform of "// &
     "XDG_CACHE_HOME or ~/.cache (is the disk full?)"
 
   !> What is called from outside; all else may go.
-  character(*), parameter :: exported = "umat_; vumat_; sdvini_; uexternaldb_; vexternaldb_;"
-
-  character(*), parameter :: utilities = "XIT, ROTSIG, SINV, SPRINC, SPRIND, VSPRINC, VSPRIND, "// &
-    "STDB_ABQERR, XPLB_ABQERR, XPLB_EXIT, GETOUTDIR, GETJOBNAME, GETRANK, GETNUMCPUS and the "// &
-    "same with V before them, GETNUMTHREADS, GET_THREAD_ID, MUTEXINIT, MUTEXLOCK and MUTEXUNLOCK"
+  character(12), parameter :: exported(5) = [character(12) :: "umat_", "vumat_", "sdvini_", &
+    "uexternaldb_", "vexternaldb_"]
 
   !> What every call of the compiler needs to know.
   type :: build_t
@@ -43,6 +42,7 @@ module user_build
     type(string_t), allocatable :: words(:)      !! of the call in hand
     type(string_t), allocatable :: objects(:)    !! compiled so far
     character(:), allocatable :: note
+    logical :: has_cpp = .false.                 !! one of the sources is C++
   end type build_t
 
   interface
@@ -113,33 +113,6 @@ contains
     call remove_folder(build)
   end subroutine build_user_library
 
-  !> The library of these sources that an earlier run has kept, open; below zero if there is none.
-  !! A record of this user tells its digest and the note, which is told at each run. What is no
-  !! plain file of this user, or has another digest, is no library: it will be made again.
-  subroutine find_kept(cache, key, library, note)
-    character(*), intent(in) :: cache, key
-    integer, intent(out) :: library
-    character(:), allocatable, intent(out) :: note
-    character(:), allocatable :: content
-    integer :: record
-    logical :: is_there
-
-    note = ""
-    library = -1
-    record = open_own_file(cache//"/"//key//".txt")
-    if (record < 0) return
-    call read_whole_file(path_of(record), content, is_there)
-    call close_file(record)
-    if (len(content) < digest_length) return
-    library = open_own_file(cache//"/"//library_name(content(:digest_length)))
-    if (library < 0) return
-    note = content(digest_length + 1:)
-    if (digest_of(library) == content(:digest_length)) return
-    call close_file(library)
-    library = -1
-    note = ""
-  end subroutine find_kept
-
   !> Keep the fresh library under its digest, and the record that leads to it. Both appear at once
   !! and whole, for other runs may be at it, too.
   subroutine keep(build, cache, key, library, error)
@@ -169,13 +142,6 @@ contains
     if (status == 0) status = int(c_rename(c_text(record), c_text(cache//"/"//key//".txt")))
     if (status /= 0) call fail(error, "cannot write the compiled user subroutine: "//no_room)
   end subroutine keep
-
-  pure function library_name(digest) result(name)
-    character(*), intent(in) :: digest
-    character(:), allocatable :: name
-
-    name = "user_"//lower_case(digest)//".so"
-  end function library_name
 
   pure function fresh_library(build) result(path)
     type(build_t), intent(in) :: build
@@ -335,53 +301,105 @@ contains
     entry%value = object
     if (is_source(path)) then
       call compile_source(build, path, object, error)
-      if (allocated(error)) return
+    else if (is_c_source(path)) then
+      call compile_c(build, path, object, error)
     else if (any(ending_of(path) == [character(2) :: "o", "a", "so"])) then
       entry%value = as_file(path)
     else
-      call fail(error, "'"//path//"' is neither Fortran source (.f, .for, .f90, .F, .F90) "// &
-                "nor a library (.so)")
-      return
+      call fail(error, "'"//path//"' is neither source of Fortran (.f, .for, .f90, .F, .F90), "// &
+                "C or C++ (.c, .cpp) nor a library (.so, .so.1, .a, .o)")
     end if
+    if (allocated(error)) return
     build%objects = [build%objects, entry]
   end subroutine compile
 
-  !> Compile as the file's name says; if that fails, with all extensions of old compilers, up to
-  !! column 72 (old files may carry numbers behind it), and in the other form (some files in free
-  !! form are named .for). The messages are those of the first try.
+  !> Compile as the file's name says; if that fails, with all extensions of old compilers, with what
+  !! gfortran does not know written anew in a copy, with real constants of the kind that the
+  !! arguments have, up to column 72 (old files may carry numbers behind it), and in the other form
+  !! (some files in free form are named .for). The messages are those of the first try.
   subroutine compile_source(build, path, object, error)
     type(build_t), intent(inout) :: build
     character(*), intent(in) :: path, object
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: messages
+    character(*), parameter :: one_kind = "-fdefault-real-8 -fdefault-double-8"
+    character(:), allocatable :: messages, source, changes
     logical :: is_there, is_fixed
     integer :: code
 
     is_fixed = is_fixed_form(path)
-    call compile_with(build, path, object, is_fixed, "132", "", code)
+    source = path
+    call compile_with(build, path, source, object, is_fixed, "132", "", code)
     if (code == 0) return
     call read_whole_file(build%log, messages, is_there)
-    call compile_with(build, path, object, is_fixed, "132", "-fdec", code)
+    call compile_with(build, path, source, object, is_fixed, "132", "-fdec", code)
+    if (code == 0) return
+    call rewrite_source(path, object//".f", is_fixed, changes)
+    if (changes /= "") then
+      source = object//".f"
+      build%note = path//" is compiled from a copy that gfortran accepts: "//changes
+      call compile_with(build, path, source, object, is_fixed, "132", "-fdec", code)
+      if (code == 0) return
+      changes = "; "//changes
+    end if
+    call compile_with(build, path, source, object, is_fixed, "132", one_kind, code)
+    build%note = path//" mixes real kinds in calls of intrinsic functions; its constants "// &
+                 "without D0, and what it declares REAL, count as double precision"//changes
     if (code == 0) return
     if (is_fixed) then
-      call compile_with(build, path, object, is_fixed, "72", "", code)
-      build%note = path//" compiles only when it is read up to column 72, and so it is"
+      call compile_with(build, path, source, object, is_fixed, "72", "", code)
+      build%note = path//" compiles only when it is read up to column 72, and so it is"//changes
       if (code == 0) return
     end if
-    call compile_with(build, path, object, .not. is_fixed, "132", "", code)
+    call compile_with(build, path, source, object, .not. is_fixed, "132", "", code)
     build%note = path//" compiles only in "//trim(merge("free ", "fixed", is_fixed))// &
-                 " form, and so it is read"
-    if (code /= 0) call fail(error, path//" does not compile:"//new_line("a")//messages)
+                 " form, and so it is read"//changes
+    if (code /= 0) call fail(error, path//" does not compile:"//new_line("a")//messages// &
+                             cause_of(messages))
   end subroutine compile_source
 
-  subroutine compile_with(build, path, object, is_fixed, columns, extra, code)
+  !> C and C++, by the compilers that stand behind gfortran's name.
+  subroutine compile_c(build, path, object, error)
     type(build_t), intent(inout) :: build
     character(*), intent(in) :: path, object
+    type(error_t), allocatable, intent(out) :: error
+    character(*), parameter :: c_options(6) = [character(19) :: "-fPIC", "-O2", "-g", "-w", &
+      "-ffunction-sections", "-fdata-sections"]
+    character(:), allocatable :: messages
+    logical :: is_there
+    integer :: i, code
+
+    call start_words(build, build%compiler)
+    do i = 1, size(c_options)
+      call add_word(build, trim(c_options(i)))
+    end do
+    call add_word(build, "-I"//folder_of(path))
+    call add_word(build, "-I"//build%support//"/include")
+    call add_word(build, "-c")
+    call add_word(build, as_file(path))
+    call add_word(build, "-o")
+    call add_word(build, object)
+    call run_program(build%words, build%log, code)
+    if (ending_of(path) /= "c") build%has_cpp = .true.
+    if (code == 0) return
+    call read_whole_file(build%log, messages, is_there)
+    if (index(messages, "cc1") > 0) then
+      call fail(error, path//" needs a compiler of C or C++ beside gfortran (Debian: apt "// &
+                "install g++), or give it compiled with -fPIC (.o)")
+    else
+      call fail(error, path//" does not compile:"//new_line("a")//messages)
+    end if
+  end subroutine compile_c
+
+  subroutine compile_with(build, path, source, object, is_fixed, columns, extra, code)
+    type(build_t), intent(inout) :: build
+    character(*), intent(in) :: path        !! as the user has it
+    character(*), intent(in) :: source      !! the same, or a copy of it
+    character(*), intent(in) :: object
     logical, intent(in) :: is_fixed         !! fixed form, else free form
     character(*), intent(in) :: columns     !! of fixed form
-    character(*), intent(in) :: extra       !! one more option, or empty
+    character(*), intent(in) :: extra       !! one or two more options, or empty
     integer, intent(out) :: code
-    integer :: i
+    integer :: i, blank
 
     call start_words(build, build%compiler)
     do i = 1, size(options)
@@ -390,13 +408,15 @@ contains
     call add_word(build, "-ffixed-line-length-"//columns)
     call add_word(build, trim(merge("-ffixed-form", "-ffree-form ", is_fixed)))
     call add_word(build, trim(merge("-cpp  ", "-nocpp", has_directives(path))))
-    if (extra /= "") call add_word(build, extra)
+    blank = index(extra//" ", " ")
+    if (extra /= "") call add_word(build, extra(:blank - 1))
+    if (blank < len(extra)) call add_word(build, extra(blank + 1:))
     call add_word(build, "-I"//folder_of(path))
     call add_word(build, "-I"//build%folder)
     call add_word(build, "-I"//build%support//"/include")
     call add_word(build, "-J"//build%folder)
     call add_word(build, "-c")
-    call add_word(build, as_file(path))
+    call add_word(build, as_file(source))
     call add_word(build, "-o")
     call add_word(build, object)
     call run_program(build%words, build%log, code)
@@ -417,9 +437,13 @@ contains
     call write_exports(build%folder//"/exports.txt")
     call add_word(build, "-Xlinker")   ! not -Wl, which splits a path at its commas
     call add_word(build, "--version-script="//build%folder//"/exports.txt")
+    do i = 1, size(exported)   ! which an archive would else keep for itself
+      call add_word(build, "-Wl,-u,"//trim(exported(i)))
+    end do
     do i = 1, size(build%objects)
       call add_word(build, build%objects(i)%value)
     end do
+    if (build%has_cpp) call add_word(build, "-lstdc++")
     call add_word(build, "-L"//build%support//"/lib")
     call add_word(build, "-Xlinker")
     call add_word(build, "-rpath")
@@ -438,50 +462,14 @@ contains
   !> What the linker is to keep and to show.
   subroutine write_exports(path)
     character(*), intent(in) :: path
-    integer :: unit, status
+    integer :: unit, status, i
 
     open (newunit=unit, file=path, action="write", status="replace", iostat=status)
     if (status /= 0) return   ! the linker will miss the file
-    write (unit, "(a)") "{ global: "//exported//" local: *; };"
+    write (unit, "(*(a))") "{ global: ", (trim(exported(i))//"; ", i=1, size(exported)), &
+      "local: *; };"
     close (unit)
   end subroutine write_exports
-
-  !> The routines that are nowhere, by name and with a hint; else the linker's words.
-  function link_message(messages) result(message)
-    character(*), intent(in) :: messages
-    character(:), allocatable :: message, name, names
-    character(*), parameter :: mark = "undefined reference to `"
-    integer :: first, length
-
-    names = ""
-    first = index(messages, mark)
-    do while (first > 0)
-      length = scan(messages(first + len(mark):), "'"//new_line("a")) - 1
-      name = messages(first + len(mark):first + len(mark) + max(length, 0) - 1)
-      if (len(name) > 1) then
-        if (name(len(name):) == "_") name = name(:len(name) - 1)
-      end if
-      name = upper_case(name)
-      if (index(", "//names//",", ", "//name//",") == 0) names = names//", "//name
-      if (names(1:1) == ",") names = names(3:)
-      first = next_place(messages, mark, first + len(mark))
-    end do
-    if (names == "") then
-      message = "the user subroutine cannot be linked:"//new_line("a")//messages
-    else
-      message = "the user subroutine calls "//names//", which no file of --user has; add the "// &
-        "file with it (--user FILE --user OTHER_FILE; for LAPACK or BLAS the path of that "// &
-        "library). Of the utility routines of Abaqus there are "//utilities
-    end if
-  end function link_message
-
-  pure integer function next_place(text, mark, from)
-    character(*), intent(in) :: text, mark
-    integer, intent(in) :: from
-
-    next_place = index(text(from:), mark)
-    if (next_place > 0) next_place = next_place + from - 1
-  end function next_place
 
   !> Remove what compiling has left. What stays after all does no harm.
   subroutine remove_folder(build)

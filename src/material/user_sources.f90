@@ -7,8 +7,8 @@ module user_sources
   implicit none
   private
 
-  public :: is_source, is_fixed_form, has_directives, provide_includes, uncalled_routines
-  public :: ending_of, folder_of, as_file
+  public :: is_source, is_c_source, is_fixed_form, has_directives, provide_includes
+  public :: uncalled_routines, ending_of, folder_of, as_file
 
   integer, parameter :: backslash = 92   ! its code
 
@@ -25,6 +25,13 @@ contains
       is_source = .false.
     end select
   end function is_source
+
+  !> Is it C or C++, by its ending?
+  pure logical function is_c_source(path)
+    character(*), intent(in) :: path
+
+    is_c_source = any(ending_of(path) == [character(3) :: "c", "cc", "cpp", "cxx"])
+  end function is_c_source
 
   !> Is the file in fixed form? By its name, unless a directive of other compilers says free form.
   logical function is_fixed_form(path)
@@ -269,13 +276,18 @@ contains
     if (last > 0) is_first_on_line = content(last:last) == new_line("a")
   end function is_first_on_line
 
-  !> The ending of a file name in lower case, without its dot.
+  !> The ending of a file name in lower case, without its dot; that of a shared library with a
+  !! version behind it (lib.so.1.2) is "so".
   pure function ending_of(path) result(ending)
     character(*), intent(in) :: path
     character(:), allocatable :: ending
+    integer :: place
 
     ending = ""
     if (index(path, ".") > 0) ending = lower_case(path(index(path, ".", back=.true.) + 1:))
+    place = index(path, ".so.", back=.true.)
+    if (place == 0) return
+    if (verify(path(place + 4:), "0123456789.") == 0) ending = "so"
   end function ending_of
 
   !> A path that no program takes for an option.

@@ -39,7 +39,12 @@ contains
 
     fault = ""
     if ((spec%kind == "R VALUES" .or. spec%kind == "YIELD LOCUS") .and. law%eqps_state == 0) then
-      fault = "TYPE="//spec%kind//" of a material that reports no plastic strain"
+      fault = "TYPE="//spec%kind//" of a material that reports no plastic strain: "
+      if (law%needs_context) then
+        fault = fault//"no state variable of its *DEPVAR is named EQPS or PEEQ"
+      else
+        fault = fault//"it has no *PLASTIC"
+      end if
     end if
   end function test_fault
 

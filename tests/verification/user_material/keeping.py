@@ -1,7 +1,6 @@
 """Where compiled subroutines are kept, which of them are loaded, and when they are called."""
 import hashlib
 import os
-import pathlib
 import shutil
 
 from common import FILES, STEEL, deck, same, user
@@ -126,13 +125,14 @@ def checks_call_nothing(bench):
                       "      REAL*8 TIME(2),DTIME\n      OPEN(89,FILE='called')\n"
                       "      CLOSE(89)\n      END\n")
     called = bench.folder / "called"
+    bench.cache = bench.folder / "own"
     elastic = f"*ELASTIC\n{STEEL}\n" + user(STEEL)
     test = "*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=4\n0.001\n"
     bench.run(deck(elastic), source, options=["--check"])
     bench.says("compiled, not called by this check")
     bench.run(deck(elastic, body="") + test, source, options=["--check"], command=["material"])
     bench.says("compiled, not called by this check")
-    shutil.copy(next((pathlib.Path(bench.cache) / "igaform").glob("*.so")), bench.folder / "a.so")
+    shutil.copy(next((bench.cache / "igaform").glob("*.so")), bench.folder / "a.so")
     bench.run(deck(elastic), "a.so", options=["--check"])
     assert not called.exists(), "the check calls the user's code"
     bench.run(deck(user(STEEL)), source, options=["--check"])

@@ -14,6 +14,7 @@ import tempfile
 import h5py
 import numpy as np
 
+import foreign
 import keeping
 from common import BODY, Bench, FILES, STEEL, TURNING, VOCE, deck, same, user
 
@@ -277,7 +278,9 @@ CHECKS = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
           material_tests_outlive_user_code, faults_are_told, files_from_elsewhere,
           files_read_are_never_written, material_tests_know_names_and_starts,
           laws_that_never_yield_have_no_r_values, keeping.libraries_are_kept_and_renewed,
-          keeping.planted_libraries_are_not_loaded, keeping.checks_call_nothing)
+          keeping.planted_libraries_are_not_loaded, keeping.checks_call_nothing,
+          foreign.sources_for_ifort_are_accepted, foreign.causes_are_named,
+          foreign.languages_and_libraries)
 
 
 def run_checks(igaform, checks):
