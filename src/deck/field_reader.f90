@@ -114,8 +114,11 @@ contains
       if (.not. is_user_material(material)) then
         call add_warning(faults, fields(1)%origin, "a temperature or field variable of the "// &
                          "material "//material%name//", which does not depend on it", &
-                         "*USER MATERIAL, or none")
+                         "*USER MATERIAL, or none; *ADIABATIC HEATING has a T_start of its own")
       else if (any(fields%variable == 1 .and. fields%first_step > 0)) then
+        if (allocated(material%plasticity%heating)) call add_fault(faults, material%origin, &
+          "*ADIABATIC HEATING with *TEMPERATURE", "one of them: points that heat themselves "// &
+          "have no temperature that is given")
         do i = 1, deck%lexed%n_blocks
           if (deck%lexed%blocks(i)%keyword == "EXPANSION") call add_fault(faults, &
             deck%records(i)%origin, "*EXPANSION with temperatures that change", "none: strains "// &

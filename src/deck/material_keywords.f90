@@ -100,16 +100,19 @@ contains
                      "heat softens them: factor 1 - ((T - T_ref)/(T_melt - T_ref))^m on the "// &
                      "flow stress (Johnson and Cook 1983), 1 below T_ref, at least 0.001. T is "// &
                      "that at the start of the increment. Softening gathers strain in single "// &
-                     "elements once it outruns the hardening.", parent="MATERIAL")
+                     "elements once it outruns the hardening. With *USER MATERIAL the "// &
+                     "work that the subroutine reports (SPD + SCD, enerInelas) heats TEMP.", &
+                     parent="MATERIAL")
     call add_line(table, "")
     call add_field(table, "fraction", kind_real, "share of plastic work that turns into heat", &
                    default="0.9", range=">= 0 and <= 1")
     call add_field(table, "c", kind_real, "specific heat", unit="energy/mass/temperature", &
                    range="> 0")
     call add_field(table, "T_start", kind_real, "temperature at the start", unit="temperature")
-    call add_field(table, "T_ref", kind_real, "temperature of the curve of *PLASTIC", &
-                   unit="temperature")
-    call add_field(table, "T_melt", kind_real, "melting temperature", unit="temperature")
+    call add_field(table, "T_ref", kind_real, "temperature of the curve of *PLASTIC, which "// &
+                   "needs it", unit="temperature", is_required=.false.)
+    call add_field(table, "T_melt", kind_real, "melting temperature, with *PLASTIC", &
+                   unit="temperature", is_required=.false.)
     call add_field(table, "m", kind_real, "exponent", default="1", range="> 0")
     call add_example(table, "*ADIABATIC HEATING")
     call add_example(table, "0.9, 4.6e8, 20, 20, 1500, 1")

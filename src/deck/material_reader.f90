@@ -6,7 +6,7 @@ module material_reader
   use scene, only: scene_t, material_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
                           field_real, field_integer, field_word, all_numbers, &
-                          is_option_given, n_fields, line_origin
+                          is_option_given, n_fields, line_origin, is_filled
   implicit none
   private
 
@@ -135,7 +135,10 @@ contains
     integer :: part
 
     do part = first_of_plastic, size(parts)
-      if (has(part) == 0 .or. has(plastic_part) > 0) cycle
+      if (has(part) == 0) cycle
+      if (parts(part) == "ADIABATIC HEATING") call check_heating(deck, has, part, faults)
+      if (has(plastic_part) > 0) cycle
+      if (parts(part) == "ADIABATIC HEATING" .and. has(user_part) > 0) cycle
       if (parts(part) == "ORIENTATION" .and. has(user_part) > 0) then
         call add_fault(faults, deck%records(has(part))%origin, "axes for *USER MATERIAL", &
                        "none: a UMAT is given components along x, y, z and DROT, a VUMAT those "// &
@@ -146,6 +149,19 @@ contains
                      "*"//trim(parts(part))//" only with *PLASTIC")
     end do
   end subroutine check_plastic_parts
+
+  !> The temperatures of softening are those of *PLASTIC.
+  subroutine check_heating(deck, has, part, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: has(:), part
+    type(fault_list_t), intent(inout) :: faults
+
+    associate (record => deck%records(has(part)))
+      if (has(plastic_part) == 0 .or. .not. record%is_valid) return
+      if (is_filled(record, 1, 4) .and. is_filled(record, 1, 5)) return
+      call add_fault(faults, record%origin, "no T_ref or no T_melt", "both with *PLASTIC")
+    end associate
+  end subroutine check_heating
 
   !> Of *PLASTIC, *USER MATERIAL and *HYPERELASTIC a material has one at most.
   subroutine check_one_law(deck, has, faults)

@@ -190,7 +190,7 @@ contains
     logical, intent(out) :: ok               ! all is finite
     real(wp) :: statev(self%n_statv + slack + n_guard), strain(6), energies(3)
     real(wp) :: heat(2), heat_by_strain(6), stress_by_temperature(6), pnewdt
-    real(wp) :: predef(most_fields + slack), dpred(most_fields + slack)
+    real(wp) :: predef(most_fields + slack), dpred(most_fields + slack), temperature, work
 
     statev(:self%n_statv) = state(:self%n_statv)
     call set_guard(statev)
@@ -200,6 +200,10 @@ contains
     heat = 0.0_wp
     heat_by_strain = 0.0_wp
     stress_by_temperature = 0.0_wp
+    temperature = increment%fields(1)
+    if (increment%n_fields == 0) temperature = self%start_temperature
+    if (self%heat_state > 0) temperature = temperature + state(self%heat_state)
+    work = energies(2) + energies(3)
     predef = 0.0_wp
     dpred = 0.0_wp
     associate (n => increment%n_fields)
@@ -209,7 +213,7 @@ contains
     pnewdt = 1.0_wp
     call self%umat(stress, statev, tangent, energies(1), energies(2), energies(3), heat(1), &
                    stress_by_temperature, heat_by_strain, heat(2), strain, increment%dstrain, &
-                   [increment%step_time, increment%time], increment%dt, increment%fields(1), &
+                   [increment%step_time, increment%time], increment%dt, temperature, &
                    increment%changes(1), predef, dpred, self%name, 3_c_int, 3_c_int, &
                    6_c_int, int(self%n_statv, c_int), &
                    self%props, int(self%n_props, c_int), increment%place, increment%rotation, &
@@ -223,6 +227,8 @@ contains
     state(:self%n_statv) = statev(:self%n_statv)
     state(self%n_statv + 1:self%n_statv + 6) = strain + increment%dstrain
     state(self%n_statv + 7:self%n_statv + 9) = energies
+    if (self%heat_state > 0) state(self%heat_state) = state(self%heat_state) &
+      + self%heat_per_work*(energies(2) + energies(3) - work)
     ok = all(ieee_is_finite(stress)) .and. all(ieee_is_finite(state(:self%n_statv)))
   end subroutine call_umat
 

@@ -10,6 +10,7 @@ module user_call
   implicit none
   private
 
+  public :: set_user_heating
   public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
   public :: expect_elements, forget_thread, call_sdvini, note_failure, user_failure_text
   public :: set_guard, check_guard
@@ -34,6 +35,10 @@ module user_call
     integer :: n_props = 0                              !! NPROPS
     integer :: n_statv = 0                              !! NSTATV: the first of `n_state`
     real(wp), allocatable :: props(:)                   !! PROPS and zeros behind them
+    integer :: heat_state = 0                           !! the kept value that is the temperature
+                                                        !! rise by inelastic work, 0: none
+    real(wp) :: heat_per_work = 0.0_wp                  !! that rise by work per volume
+    real(wp) :: start_temperature = 0.0_wp              !! where the deck gives no other
     procedure(sdvini_procedure), pointer, nopass :: sdvini => null()
   end type user_law_t
 
@@ -123,6 +128,20 @@ contains
     law%n_hidden = n_kept
     law%needs_context = .true.
   end subroutine set_user_law
+
+  !> Let the inelastic work that the user's subroutine reports heat its points.
+  subroutine set_user_heating(law, share, specific_heat, start)
+    class(user_law_t), intent(inout) :: law
+    real(wp), intent(in) :: share                 !! of the work that turns into heat
+    real(wp), intent(in) :: specific_heat         !! [energy/mass/temperature]
+    real(wp), intent(in) :: start                 !! temperature at the start
+
+    law%n_state = law%n_state + 1
+    law%n_hidden = law%n_hidden + 1
+    law%heat_state = law%n_state
+    law%heat_per_work = share/(law%density*specific_heat)
+    law%start_temperature = start
+  end subroutine set_user_heating
 
   !> What is known of a failed stress update of a user's subroutine; empty if there was none.
   function user_failure_text() result(text)

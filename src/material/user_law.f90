@@ -7,7 +7,7 @@ module user_law
   use block_law, only: block_law_t, set_elastic
   use umat_interface, only: umat_procedure, vumat_procedure, sdvini_procedure
   use user_library, only: user_library_t
-  use user_call, only: user_law_t, first_point_t, call_sdvini, watch_user_calls
+  use user_call, only: user_law_t, set_user_heating, first_point_t, call_sdvini, watch_user_calls
   use umat_adapter, only: umat_adapter_t, new_umat_adapter, umat_moduli
   use vumat_adapter, only: vumat_adapter_t, new_vumat_adapter, vumat_moduli
   implicit none
@@ -25,6 +25,7 @@ module user_law
     real(wp) :: young = 0.0_wp, poisson = 0.0_wp   !! for the stable step; 0: from the law
     real(wp), allocatable :: props(:)
     integer :: n_statv = 0
+    real(wp), allocatable :: heating(:)        !! share, specific heat, temperature at the start
   end type user_material_t
 
 contains
@@ -60,6 +61,12 @@ contains
     else
       call make_umat_law(library, material, law)
     end if
+    select type (law)
+    class is (user_law_t)
+      if (allocated(material%heating)) call set_user_heating(law, material%heating(1), &
+                                                             material%heating(2), &
+                                                             material%heating(3))
+    end select
     if (material%young > 0.0_wp) then
       if (material%poisson > -1.0_wp .and. material%poisson < 0.5_wp) then
         call set_elastic(law, material%density, material%young, material%poisson)

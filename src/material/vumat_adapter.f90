@@ -142,7 +142,11 @@ contains
       end associate
       block%stress_old(i, :) = in_frame(r_old, stress(l, :))
       block%state_old(i, :self%n_statv) = state(l, :self%n_statv)
-      block%energy_old(i, :) = state(l, self%n_statv + 1:)
+      block%energy_old(i, :) = state(l, self%n_statv + 1:self%n_statv + n_kept)
+      if (self%heat_state > 0) then
+        block%temperature_old(i) = block%temperature_old(i) + state(l, self%heat_state)
+        block%temperature_new(i) = block%temperature_new(i) + state(l, self%heat_state)
+      end if
     end do
     call call_vumat(self, block, ok)
     do i = 1, size(lanes)
@@ -153,7 +157,9 @@ contains
       end if
       stress(l, :) = out_of_frame(r_new(:, :, i), block%stress_new(i, :6))
       state(l, :self%n_statv) = block%state_new(i, :self%n_statv)
-      state(l, self%n_statv + 1:) = block%energy_new(i, :)
+      state(l, self%n_statv + 1:self%n_statv + n_kept) = block%energy_new(i, :)
+      if (self%heat_state > 0) state(l, self%heat_state) = state(l, self%heat_state) &
+        + self%heat_per_work*self%density*(block%energy_new(i, 2) - block%energy_old(i, 2))
     end do
   end subroutine update_block
 
@@ -177,6 +183,10 @@ contains
     allocate (block%temperature_old(n), block%temperature_new(n), &
               block%field_old(n*most_fields + slack), block%field_new(n*most_fields + slack), &
               source=0.0_wp)
+    if (n_fields == 0) then
+      block%temperature_old = self%start_temperature
+      block%temperature_new = self%start_temperature
+    end if
     ! Some sources index the energies by a variable that they never set.
     allocate (block%energy_old(1 - slack:n + slack, 2), &
               block%energy_new(1 - slack:n + slack, 2), source=0.0_wp)

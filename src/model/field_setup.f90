@@ -4,6 +4,8 @@ module field_setup
   use kinds, only: wp
   use scene, only: scene_t, field_spec_t
   use nurbs_solid, only: nurbs_solid_t
+  use block_law, only: block_law_t
+  use user_call, only: user_law_t
   use given_fields, only: new_given_fields, spread_fields
   use motion_curve, only: constant_curve
   use set_range, only: members_t, find_members
@@ -43,6 +45,8 @@ contains
           do k = 1, size(entry, 3)
             do j = 1, size(entry, 2)
               do i = 1, size(entry, 1)
+                if (entry(i, j, k, v) == 0 .and. v == 1) &
+                  patch%nodal(i, j, k, v) = start_temperature(blank%law)
                 if (entry(i, j, k, v) == 0) cycle
                 patch%nodal(i, j, k, v) = value_at(scene%fields(entry(i, j, k, v)), &
                                                    blank%parts(p)%solid, [i, j, k])
@@ -56,6 +60,17 @@ contains
       end associate
     end do
   end subroutine set_initial_fields
+
+  !> Temperature of points to which the deck gives none.
+  pure real(wp) function start_temperature(law)
+    class(block_law_t), intent(in) :: law
+
+    start_temperature = 0.0_wp
+    select type (law)
+    class is (user_law_t)
+      start_temperature = law%start_temperature
+    end select
+  end function start_temperature
 
   !> Append the fields that the deck gives during the run to the stage of the supports: one effect
   !! for each entry and each run of steps in which the same entries hold. From the first of them on

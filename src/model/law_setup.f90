@@ -64,6 +64,7 @@ contains
     user%poisson = material%poisson
     user%props = material%constants
     user%n_statv = material%n_state
+    if (allocated(material%plasticity%heating)) user%heating = material%plasticity%heating(:3)
     call new_user_law(library, user, law, note, error)
     if (allocated(error)) then
       call add_fault(faults, material%origin, error%message, "a law that can be called")

@@ -121,6 +121,21 @@ def temperatures_reach_the_routine(bench):
     bench.says("warning: *INITIAL CONDITIONS", "does not depend on it")
 
 
+def work_heats_the_points(bench):
+    """Nine tenths of the reported inelastic work, by density and specific heat."""
+    heating = "\n*ADIABATIC HEATING\n0.9, 4.6e8, 20"
+    for kind, rate, density in (("UMAT", 1e6, 7.85e-9), ("VUMAT", 1e14, 1)):
+        for start, given in ((20, ""), (30, "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nALL, 30\n")):
+            material = user(f"10000, {rate}", 10, f", TYPE={kind}") + heating
+            state = bench.values(given + deck(material, steps(1e-5, 6e-5)), FILES / "given.f")[2]
+            spent = 7e-5 - state[..., 2]
+            rise = 0.9 * rate * spent / (density * 4.6e8)
+            assert rise.min() > 10 and abs(state[..., 5] - start - rise).max() < 1e-9, kind
+    bench.run(deck(material, steps(1e-5, 6e-5, more="*TEMPERATURE\nALL, 5\n")), FILES / "given.f",
+              code=1)
+    bench.says("*ADIABATIC HEATING with *TEMPERATURE")
+
+
 def values_that_are_no_numbers_are_named(bench):
     test = "*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=4\n0.001\n"
     for kind, words in ((3, "as stress 22"), (4, "PNEWDT"), (8, "as state variable 1"),
@@ -135,5 +150,5 @@ def values_that_are_no_numbers_are_named(bench):
 
 if __name__ == "__main__":
     sys.exit(run_checks(sys.argv[1], (first_call_sees_the_state, times_know_the_steps_of_the_deck,
-                                      temperatures_reach_the_routine,
+                                      temperatures_reach_the_routine, work_heats_the_points,
                                       values_that_are_no_numbers_are_named)))

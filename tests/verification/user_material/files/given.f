@@ -1,6 +1,7 @@
 C     Linear elasticity that keeps what the last call was given: times,
 C     step, increment, temperature, its increment and their sum, field
-C     variable 2 and the sum of its increments.
+C     variable 2 and the sum of its increments. A second constant is the
+C     inelastic work that it reports, by time.
 C     While a file stop_here is there, it ends the run in increment 90
 C     of a second step.
       SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,RPL,DDSDDT,
@@ -30,6 +31,7 @@ C     of a second step.
       STATEV(8)=STATEV(8)+DTEMP
       STATEV(9)=PREDEF(2)
       STATEV(10)=STATEV(10)+DPRED(2)
+      IF (NPROPS.GT.1) SPD=SPD+PROPS(2)*DTIME
       IF (KSTEP.EQ.2 .AND. KINC.EQ.90 .AND. NPT.EQ.1) THEN
         INQUIRE(FILE='stop_here',EXIST=HALTS)
         IF (HALTS) CALL XIT
@@ -46,6 +48,7 @@ C     of a second step.
       DIMENSION PROPS(NPROPS),STRAININC(NBLOCK,6),STRESSOLD(NBLOCK,6),
      1 STRESSNEW(NBLOCK,6),STATEOLD(NBLOCK,NSTATEV),TEMPOLD(NBLOCK),
      2 STATENEW(NBLOCK,NSTATEV),TEMPNEW(NBLOCK),
+     4 EINOLD(NBLOCK),EINNEW(NBLOCK),
      3 FIELDOLD(NBLOCK,NFIELDV),FIELDNEW(NBLOCK,NFIELDV)
       DO K=1,NBLOCK
         STRESSNEW(K,:)=STRESSOLD(K,:)+PROPS(1)*STRAININC(K,:)
@@ -55,6 +58,7 @@ C     of a second step.
         STATENEW(K,6)=TEMPOLD(K)
         STATENEW(K,7)=TEMPNEW(K)-TEMPOLD(K)
         STATENEW(K,8)=STATEOLD(K,8)+TEMPNEW(K)-TEMPOLD(K)
+        IF (NPROPS.GT.1) EINNEW(K)=EINOLD(K)+PROPS(2)*DT
         IF (NFIELDV.LT.2) CYCLE
         STATENEW(K,9)=FIELDOLD(K,2)
         STATENEW(K,10)=STATEOLD(K,10)+FIELDNEW(K,2)-FIELDOLD(K,2)
