@@ -181,7 +181,7 @@ contains
     end if
     if (allocated(error)) then
       write (error_unit, "(a)") "igaform: "//error%message
-      code = exit_input
+      code = merge(exit_files, exit_input, run%is_file_lost)
       return
     end if
     call open_log(log, log_file, command%is_quiet, error, is_going_on=run%is_resumed)

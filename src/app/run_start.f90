@@ -143,7 +143,9 @@ contains
       return
     end if
     call place_result(draft, error)
-    if (.not. allocated(error)) call open_results(results, setup, error, saver%good%n_frames)
+    if (allocated(error)) return
+    call open_results(results, setup, error, saver%good%n_frames)
+    run%is_file_lost = allocated(error)   ! what was there before is replaced already
     if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
     if (is_same_file(command%restart, saver%path)) saver%saved_step = run%n_steps
   end subroutine start_run

@@ -122,10 +122,21 @@ contains
   end subroutine open_locked
 
   !> Remove the draft of a killed run; refuse that of one that goes on.
+  !! An older file that may not be written stays, though its folder may be written.
   subroutine make_room(file)
     type(hdf5_file_t), intent(inout) :: file
+    character(256) :: message
+    integer :: unit, status
 
-    if (is_locked_by_others(file%draft)) then
+    status = 0
+    if (kind_of_file(file%path) == "file") then
+      open (newunit=unit, file=file%path, action="write", access="stream", status="old", &
+            iostat=status, iomsg=message)
+      if (status == 0) close (unit)
+    end if
+    if (status /= 0) then
+      call fail(file%error, "result file '"//file%path//"': cannot write it: "//trim(message))
+    else if (is_locked_by_others(file%draft)) then
       call fail(file%error, "result file '"//file%path//"': another program is about to write "// &
                 "it; choose another name")
     else

@@ -95,6 +95,13 @@ def folders_that_cannot_be_written(folder):
     said = igaform(folder, path, "--out", "sealed/a.h5", code=1, preexec_fn=obey_permissions)
     assert "sealed/a.h5" in said and "Permission" in said, said
     assert not list((folder / "sealed").iterdir())
+    # The folder may be written, an earlier result may not.
+    igaform(folder, path, *SMALL, "--out", "kept.h5")
+    kept = (folder / "kept.h5").read_bytes()
+    (folder / "kept.h5").chmod(0o400)
+    said = igaform(folder, path, "--out", "kept.h5", code=1, preexec_fn=obey_permissions)
+    assert "kept.h5" in said and "Permission denied" in said, said
+    assert (folder / "kept.h5").read_bytes() == kept
 
 
 def a_folder_that_is_sealed_under_way(folder):
