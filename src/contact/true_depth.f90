@@ -34,6 +34,7 @@ module true_depth
   integer, parameter :: most_samples = 20000     !! that a small radius may ask for
   integer, parameter :: n_parts = 4              !! of a cell across which the tool bends
   real(wp), parameter :: reach = 0.2_wp          !! part of that distance from which a climb starts
+  real(wp), parameter :: flat = 0.02_wp          !! part by which a sheet on a flat tool may wave
   integer, parameter :: n_halvings = 4           !! of the step of a climb
   real(wp), parameter :: shallow = 1.0e-4_wp     !! part of the search distance, not worth a climb
 
@@ -222,7 +223,8 @@ contains
     end associate
     ! Between samples that are clear lie places that are less so.
     if (size(samples%bends) == 0) then
-      width = reach*width
+      ! By the sagitta of the tool, and of a sheet that lies on it, between two samples.
+      width = min(reach, max(flat, 0.25_wp*width/samples%radius))*width
     else if (is_smooth) then
       width = 0.5_wp*width
     end if
