@@ -8,7 +8,7 @@ module bench_laws
   use material_table, only: new_law
   use user_library, only: user_library_t, load_user_library
   use user_law, only: user_material_t, new_user_law
-  use bench_paths, only: project_folder, scratch_folder
+  use bench_paths, only: project_folder
   implicit none
   private
 
@@ -84,7 +84,7 @@ contains
     character(:), allocatable :: note
 
     files(1)%value = file
-    call load_user_library(files, scratch_folder, library, error)
+    call load_user_library(files, .true., library, error)
     if (allocated(error)) return
     material%name = "steel"
     material%kind = kind
