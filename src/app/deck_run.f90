@@ -222,7 +222,7 @@ contains
     if (code == exit_interrupted) call log_line(log, "go on with --restart "//saver%path)
     call close_log(log)
     call release_lock(lock)
-    if (message_file /= "") call close_message_file()
+    if (message_file /= "") call close_message_file(message_file)
   end function run_accepted
 
   !> Claim the files that the run writes and start it; if that fails, no new file is left.

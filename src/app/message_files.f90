@@ -1,7 +1,7 @@
 !> The files with messages beside a result: NAME.msg of a user's subroutines, NAME.err of a run in
 !! a batch. Their first line tells who wrote them; one with nothing behind it goes at the end.
 module message_files
-  use, intrinsic :: iso_fortran_env, only: error_unit
+  use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use errors, only: error_t, fail
   use output_guard, only: why_left_alone
   use system_files, only: remove_file, true_path
@@ -34,7 +34,8 @@ contains
     character(*), intent(in) :: path
     logical, intent(in) :: is_going_on
     character(256) :: message
-    integer :: status, n_bytes
+    integer(int64) :: n_bytes
+    integer :: status
 
     if (is_going_on) then
       open (unit=message_unit, file=path, action="write", position="append", iostat=status, &
@@ -54,17 +55,16 @@ contains
   end subroutine open_message_file
 
   !> Close that file, and remove it if nothing was written.
-  subroutine close_message_file()
-    logical :: is_open, has_name
-    character(4096) :: path
-    integer :: n_bytes
+  subroutine close_message_file(path)
+    character(*), intent(in) :: path     !! that it was opened with; the unit may lead elsewhere now
+    logical :: is_open
+    integer(int64) :: n_bytes
 
-    inquire (unit=message_unit, opened=is_open, named=has_name, name=path)
-    if (.not. is_open) return
-    flush (message_unit)
-    inquire (unit=message_unit, size=n_bytes)
-    close (message_unit)
-    if (has_name .and. n_bytes <= len(message_mark) + 1) call remove_file(true_path(trim(path)))
+    inquire (unit=message_unit, opened=is_open)
+    if (is_open) close (message_unit)
+    if (why_left_alone(path, message_mark, "") /= "") return
+    inquire (file=path, size=n_bytes)
+    if (n_bytes >= 0 .and. n_bytes <= len(message_mark) + 1) call remove_file(true_path(path))
   end subroutine close_message_file
 
   !> Why the file for what a run of a batch has to say cannot be written; empty if nothing is known
@@ -93,7 +93,7 @@ contains
   !> Remove the file if the run had nothing to say.
   subroutine end_error_file(path, command)
     character(*), intent(in) :: path, command
-    integer :: n_bytes
+    integer(int64) :: n_bytes
 
     inquire (file=path, size=n_bytes)
     if (n_bytes <= len(error_mark//command) + 1) call remove_file(true_path(path))

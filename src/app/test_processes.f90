@@ -48,7 +48,7 @@ contains
         call wait_for(process, code)
         ! Looked at from here, for this process knows nothing of what the other one wrote.
         call open_message_file(messages, is_going_on=.true.)
-        call close_message_file()
+        call close_message_file(messages)
         is_going_on = .true.
         do while (is_ended(rows(i)))
           i = i + 1

@@ -34,6 +34,19 @@ contains
     real(wp), intent(in) :: limit                        !! [length]
     type(bend_t), allocatable, intent(out) :: bends(:)
     type(bend_t), allocatable :: found(:)
+    integer :: i
+
+    call find_bends(tool, limit, found)
+    i = (size(found) + most_bends - 1)/most_bends
+    bends = found(::max(i, 1))
+  end subroutine tool_bends_below
+
+  !> All of them, at the places that are looked at.
+  subroutine find_bends(tool, limit, bends)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: limit                        !! [length]
+    type(bend_t), allocatable, intent(out) :: bends(:)
+    type(bend_t), allocatable :: found(:)
     type(bend_t) :: bend
     real(wp) :: at(2)
     integer :: face, edge, i, j, n
@@ -54,8 +67,7 @@ contains
         call append(bend)
       end do
     end do
-    i = (n + most_bends - 1)/most_bends
-    bends = found(:n:max(i, 1))
+    bends = found(:n)
 
   contains
 
@@ -67,14 +79,14 @@ contains
       found(n) = bend
     end subroutine append
 
-  end subroutine tool_bends_below
+  end subroutine find_bends
 
   !> Smallest radius with which a tool bends towards the sheet, huge where it does not.
   real(wp) function sharpest_radius(tool) result(radius)
     type(tool_t), intent(in) :: tool
     type(bend_t), allocatable :: bends(:)
 
-    call tool_bends_below(tool, huge(1.0_wp), bends)
+    call find_bends(tool, huge(1.0_wp), bends)
     radius = minval([bends%radius, huge(1.0_wp)])
   end function sharpest_radius
 

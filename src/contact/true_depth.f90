@@ -406,7 +406,7 @@ contains
           else
             call look(tool, overhang, sample)
           end if
-          call keep(sample, at, shift, place%step, place)
+          call keep(sample, at, shift, start%step, place)
         end do
         if (.not. place%depth > start%depth) exit
         n = n + 1

@@ -1,6 +1,7 @@
 !> The one rule for the texts that a run writes beside its result: a file that is there already is
 !! replaced only if this program has written it. Such files begin with a line that tells so.
 module output_guard
+  use, intrinsic :: iso_fortran_env, only: int64
   use system_files, only: is_no_file, kind_of_file
   implicit none
   private
@@ -42,6 +43,7 @@ contains
     integer, intent(in) :: longest
     character(:), allocatable, intent(out) :: start
     logical, intent(out) :: is_read
+    integer(int64) :: n_bytes
     integer :: unit, status, n
 
     start = ""
@@ -49,9 +51,10 @@ contains
           status="old", iostat=status)
     is_read = status == 0
     if (.not. is_read) return
-    inquire (unit=unit, size=n)
+    inquire (unit=unit, size=n_bytes)
     deallocate (start)
-    allocate (character(max(0, min(n, longest))) :: start)
+    n = int(max(0_int64, min(n_bytes, int(longest, int64))))
+    allocate (character(n) :: start)
     if (len(start) > 0) read (unit, iostat=status) start
     close (unit)
     is_read = status == 0

@@ -2,7 +2,7 @@
 !! it says is handed on. The library is kept and used again until a source, a file that one
 !! includes, the compiler or its options change.
 module user_build
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_ptr, c_size_t
   use errors, only: error_t, fail
   use text, only: string_t, strings, to_text
   use child_process, only: run_program, program_missing, c_text
@@ -52,6 +52,11 @@ module user_build
       integer(c_int), value :: mode
     end function c_mkdir
 
+    type(c_ptr) function c_mkdtemp(path) bind(C, name="mkdtemp")
+      import :: c_char, c_ptr
+      character(kind=c_char), intent(inout) :: path(*)
+    end function c_mkdtemp
+
     integer(c_int) function c_rename(from, to) bind(C, name="rename")
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: from(*), to(*)
@@ -95,9 +100,9 @@ contains
     build%compiler = setting("IGAFORM_FC", "gfortran")
     call find_support(build, error)
     if (allocated(error)) return
-    build%folder = cache//"/build_"//to_text(process_number())
+    call new_folder(cache//"/build_XXXXXX", build%folder, error)
+    if (allocated(error)) return
     build%log = build%folder//"/messages.txt"
-    call make_folder(build%folder)
     call find_key(build, files, key, error)
     if (.not. allocated(error)) call find_kept(cache, key, library, note)
     if (.not. allocated(error) .and. library < 0) then
@@ -197,6 +202,23 @@ contains
     end do
     folder = folder(:max(1, index(folder, "/", back=.true.)) - 1)
   end function program_folder
+
+  !> Create a folder that no other run has, on this machine or another that shares the cache.
+  subroutine new_folder(pattern, folder, error)
+    character(*), intent(in) :: pattern                  !! ends with XXXXXX
+    character(:), allocatable, intent(out) :: folder
+    type(error_t), allocatable, intent(out) :: error
+    character(kind=c_char) :: path(len(pattern) + 1)
+    integer :: i
+
+    path = c_text(pattern)
+    if (.not. c_associated(c_mkdtemp(path))) call fail(error, &
+      "cannot write the compiled user subroutine: "//no_room)
+    allocate (character(len(pattern)) :: folder)
+    do i = 1, len(pattern)
+      folder(i:i) = path(i)
+    end do
+  end subroutine new_folder
 
   !> Create a folder if it is not there. If that fails, so does what wants to write there.
   subroutine make_folder(path)

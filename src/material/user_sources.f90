@@ -79,6 +79,7 @@ contains
         name = names(k)%value
         source = as_it_stands(folder_of(path), support, name)
         if (source == "") then
+          if (leads_out(name)) cycle
           source = in_other_letters(folder_of(path), target, name)
           if (source == "") source = in_other_letters(support, target, name)
           if (source == "") cycle
@@ -91,6 +92,13 @@ contains
       end do
     end do
   end subroutine provide_includes
+
+  !> Whether a copy by this name would not lie in the folder for copies.
+  pure logical function leads_out(name)
+    character(*), intent(in) :: name
+
+    leads_out = index(name, "/") == 1 .or. index("/"//with_slashes(name)//"/", "/../") > 0
+  end function leads_out
 
   !> Names of the files that a source includes.
   subroutine list_includes(path, names)

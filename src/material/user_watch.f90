@@ -398,6 +398,8 @@ contains
     type(call_t), intent(in) :: which
 
     call add_text(message, "the user's subroutine ")
+    ! A thread that the subroutine has started itself is in no call of ours.
+    if (which%routine < 1 .or. which%routine > size(routine_names)) return
     call add_text(message, routine_names(which%routine)(:len_trim(routine_names(which%routine))))
   end subroutine add_user
 

@@ -65,8 +65,7 @@ contains
     if (.not. size_there > 0.0_wp) return
     expected = "a radius of three elements: between contact points an edge goes unseen"
     if (worst%radius > 0.0_wp) expected = "elements of at most "// &
-      rounded_text(worst%radius/elements_on_radius)//" there, a third of the radius, or more "// &
-      "contact points (COUNT)"
+      rounded_text(worst%radius/elements_on_radius)//" there, a third of the radius"
     call add_warning(faults, origin, found_words(tool, worst, size_there), expected)
   end subroutine check_radii
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 MAX_COLUMNS = 100
-MAX_FILE_LINES = 500
+MAX_FILE_LINES = 800
 MAX_PROCEDURE_LINES = 75
 # The modules that must remember something between calls which have no argument to carry it,
 # and the assertions' list of failures for the same reason.

@@ -47,7 +47,7 @@ FAULTS = [   # text of the good file, what stands there instead, the message
     (EXECUTED, EXECUTED + " ", "blanks at the end"),
     (EXECUTED, EXECUTED + " ! " + 80*"x", "columns, at most"),
     (EXECUTED, 75*(EXECUTED + "\n"), "doubled has"),
-    (EXECUTED, EXECUTED + "\n" + 500*"\n", "lines, at most 500"),
+    (EXECUTED, EXECUTED + "\n" + 800*"\n", "lines, at most 800"),
     ("integer, intent(in)", "class(*), intent(in)", "class(*)"),
 ]
 
