@@ -128,7 +128,9 @@ contains
     real(wp) :: bulk, shear
 
     if (.not. lacks_moduli(law)) return
-    point = new_point(law, test%state)
+    point = new_point(law, test%state, test%fields)
+    first%n_fields = size(test%fields)
+    first%fields(:first%n_fields) = test%fields
     call find_moduli(law, dt, first, point%state, bulk, shear, error)
     law%bulk = bulk
     law%shear = shear

@@ -16,7 +16,7 @@ module deck_reader
   use set_reader, only: read_sets
   use boundary_reader, only: read_boundaries, read_initial_velocities, read_initial_states, &
                              read_test_states
-  use field_reader, only: read_fields
+  use field_reader, only: read_fields, read_test_fields
   use load_reader, only: read_loads
   use bead_reader, only: read_beads
   use contact_reader, only: read_contacts
@@ -81,6 +81,7 @@ contains
     call read_materials(deck, scene, faults)
     call read_tests(deck, names, scene, faults)
     call read_test_states(deck, scene, faults)
+    call read_test_fields(deck, scene, faults)
     call sort_faults(faults, deck%lexed%files(:deck%lexed%n_files))
   end subroutine read_material_deck
 

@@ -1,7 +1,9 @@
 !> Temperature and field variables: *INITIAL CONDITIONS of these types, *TEMPERATURE and *FIELD.
 module field_reader
   use faults, only: fault_list_t, add_fault, add_warning
-  use scene, only: scene_t, field_spec_t
+  use kinds, only: wp
+  use text, only: upper_case
+  use scene, only: scene_t, field_spec_t, material_spec_t
   use law_setup, only: is_user_material
   use deck_names, only: deck_names_t
   use deck_steps, only: step_of
@@ -14,7 +16,7 @@ module field_reader
   implicit none
   private
 
-  public :: read_fields
+  public :: read_fields, read_test_fields
 
 contains
 
@@ -26,27 +28,120 @@ contains
     type(scene_t), intent(inout) :: scene
     type(fault_list_t), intent(inout) :: faults
     integer, allocatable :: found(:)
-    integer :: i
+    integer :: i, variable
 
     allocate (scene%fields(0))
     found = find_records(deck, "INITIAL CONDITIONS")
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
-        if (.not. record%is_valid) cycle
-        select case (option_text(deck, record, "TYPE"))
-        case ("TEMPERATURE")
-          call read_lines(deck, record, frame, names, field_spec_t(), scene, faults)
-        case ("FIELD")
-          call read_lines(deck, record, frame, names, &
-                          field_spec_t(variable=1 + option_integer(deck, record, "VARIABLE")), &
-                          scene, faults)
-        end select
+        variable = start_variable(deck, record)
+        if (variable > 0) call read_lines(deck, record, frame, names, &
+                                          field_spec_t(variable=variable), scene, faults)
       end associate
     end do
     call read_changes(deck, "TEMPERATURE", frame, names, scene, faults)
     call read_changes(deck, "FIELD", frame, names, scene, faults)
     call check_material(deck, scene, faults)
   end subroutine read_fields
+
+  !> Fields of the start for the tests of users' materials: one value each, for a test has neither
+  !! places nor steps of the deck. What a test cannot honour is at fault.
+  subroutine read_test_fields(deck, scene, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(scene_t), intent(inout) :: scene        !! with its materials and tests
+    type(fault_list_t), intent(inout) :: faults
+    type(field_spec_t), allocatable :: starts(:)
+    logical :: is_user(size(scene%tests))
+    integer :: i, k
+
+    call list_starts(deck, starts, faults)
+    is_user = .false.
+    do i = 1, size(scene%tests)
+      associate (test => scene%tests(i))
+        allocate (test%fields(0))
+        if (test%material == 0) cycle
+        is_user(i) = is_user_material(scene%materials(test%material))
+        if (size(starts) == 0 .or. .not. is_user(i)) cycle
+        test%fields = spread(0.0_wp, 1, maxval(starts%variable))
+        associate (law => scene%materials(test%material)%plasticity)
+          if (allocated(law%heating)) test%fields(1) = law%heating(3)
+        end associate
+        do k = 1, size(starts)
+          test%fields(starts(k)%variable) = starts(k)%value
+        end do
+      end associate
+    end do
+    if (any(is_user)) then
+      call refuse_changes(deck, "TEMPERATURE", faults)
+      call refuse_changes(deck, "FIELD", faults)
+    else if (size(starts) > 0 .and. all(scene%tests%material > 0)) then
+      call warn_of_none(scene%materials(scene%tests(1)%material), starts(1), faults)
+    end if
+  end subroutine read_test_fields
+
+  !> Values at the start that hold for ALL.
+  subroutine list_starts(deck, starts, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    type(field_spec_t), allocatable, intent(out) :: starts(:)
+    type(fault_list_t), intent(inout) :: faults
+    type(field_spec_t) :: start
+    integer, allocatable :: found(:)
+    integer :: i, k, line
+
+    allocate (starts(0))
+    found = find_records(deck, "INITIAL CONDITIONS")
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        start%variable = start_variable(deck, record)
+        if (start%variable == 0) cycle
+        do line = 1, record%n_lines
+          start%origin = line_origin(deck, record, line)
+          start%value = field_real(record, line, 2)
+          if (upper_case(field_word(record, line, 1)) /= "ALL") then
+            call add_warning(faults, start%origin, "the set "//field_word(record, line, 1)// &
+                             ", in which the point of a material test does not lie", &
+                             "ALL for a start of the tests")
+          else if (any([(abs(field_real(record, line, 2 + k)) > 0.0_wp, k=1, 3)])) then
+            call add_fault(faults, start%origin, "a change along x, y or z for a material test", &
+                           "one value: its point has no place")
+          else
+            starts = [starts, start]
+          end if
+        end do
+      end associate
+    end do
+  end subroutine list_starts
+
+  !> Material tests have no fields that change.
+  subroutine refuse_changes(deck, keyword, faults)
+    type(parsed_deck_t), intent(in) :: deck
+    character(*), intent(in) :: keyword
+    type(fault_list_t), intent(inout) :: faults
+    integer, allocatable :: found(:)
+    integer :: i
+
+    found = find_records(deck, keyword)
+    do i = 1, size(found)
+      call add_fault(faults, deck%records(found(i))%origin, &
+                     "a field that changes, for a material test", &
+                     "a value that stays, by *INITIAL CONDITIONS, TYPE="//keyword)
+    end do
+  end subroutine refuse_changes
+
+  !> Which field a record of *INITIAL CONDITIONS gives; 0: none.
+  integer function start_variable(deck, record) result(variable)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+
+    variable = 0
+    if (.not. record%is_valid) return
+    select case (option_text(deck, record, "TYPE"))
+    case ("TEMPERATURE")
+      variable = 1
+    case ("FIELD")
+      variable = 1 + option_integer(deck, record, "VARIABLE")
+    end select
+  end function start_variable
 
   !> *TEMPERATURE or *FIELD.
   subroutine read_changes(deck, keyword, frame, names, scene, faults)
@@ -112,9 +207,7 @@ contains
     if (size(scene%fields) == 0 .or. scene%blank%material == 0) return
     associate (material => scene%materials(scene%blank%material), fields => scene%fields)
       if (.not. is_user_material(material)) then
-        call add_warning(faults, fields(1)%origin, "a temperature or field variable of the "// &
-                         "material "//material%name//", which does not depend on it", &
-                         "*USER MATERIAL, or none; *ADIABATIC HEATING has a T_start of its own")
+        call warn_of_none(material, fields(1), faults)
       else if (any(fields%variable == 1 .and. fields%first_step > 0)) then
         if (allocated(material%plasticity%heating)) call add_fault(faults, material%origin, &
           "*ADIABATIC HEATING with *TEMPERATURE", "one of them: points that heat themselves "// &
@@ -127,5 +220,16 @@ contains
       end if
     end associate
   end subroutine check_material
+
+  !> A built-in law does not depend on fields.
+  subroutine warn_of_none(material, field, faults)
+    type(material_spec_t), intent(in) :: material
+    type(field_spec_t), intent(in) :: field
+    type(fault_list_t), intent(inout) :: faults
+
+    call add_warning(faults, field%origin, "a temperature or field variable of the "// &
+                     "material "//material%name//", which does not depend on it", &
+                     "*USER MATERIAL, or none; *ADIABATIC HEATING has a T_start of its own")
+  end subroutine warn_of_none
 
 end module field_reader

@@ -239,6 +239,7 @@ module scene
     real(wp), allocatable :: path(:, :)     !! PATH: time and six components, shape (7, corners)
     real(wp), allocatable :: state(:)       !! state variables at the start, the others being zero
     type(string_t), allocatable :: state_names(:)   !! of the first of them; may be none
+    real(wp), allocatable :: fields(:)      !! temperature, field variables; may be none
   end type material_test_spec_t
 
   !> All of a deck.

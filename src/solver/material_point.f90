@@ -30,6 +30,7 @@ module material_point
     real(wp) :: stress(6) = 0.0_wp                  !! Cauchy
     real(wp) :: gradient(3, 3) = 0.0_wp             !! deformation gradient
     real(wp), allocatable :: state(:)
+    real(wp), allocatable :: fields(:)              !! temperature, field variables; may be none
   end type material_point_t
 
   !> Six conditions, a row each: on_strain . strain + on_stress . stress = what is asked for.
@@ -56,13 +57,16 @@ contains
 
   !> A point without strain and stress, its state variables as given or zero if no user's SDVINI
   !! says else.
-  function new_point(law, state) result(point)
+  function new_point(law, state, fields) result(point)
     class(block_law_t), intent(in) :: law
     real(wp), intent(in), optional :: state(:)   !! the first state variables
+    real(wp), intent(in), optional :: fields(:)  !! temperature and field variables, constant
     type(material_point_t) :: point
     integer :: i, n
 
     allocate (point%state(law%n_state), source=0.0_wp)
+    allocate (point%fields(0))
+    if (present(fields)) point%fields = fields
     if (present(state)) then
       n = min(size(state), law%n_state - law%n_hidden)
       point%state(:n) = state(:n)
@@ -281,7 +285,8 @@ contains
     stress(1, :) = increment%rotated
     state(1, :) = point%state
     if (law%needs_context) then
-      context = new_point_context(1)
+      context = new_point_context(1, size(point%fields), 1)
+      if (size(point%fields) > 0) context%fields(1, :, 1) = [point%fields, point%fields]
       context%element = 1
       context%point = 1
       context%time = point%time

@@ -192,7 +192,7 @@ contains
     integer :: corner, i, n
 
     n = spec%n_increments*size(program%times)
-    point = new_point(law, spec%state)
+    point = new_point(law, spec%state, spec%fields)
     shear = 0.0_wp
     if (present(rows)) call note(law, point, rows)
     start = 0.0_wp
@@ -310,7 +310,7 @@ contains
     real(wp), parameter :: round_off = 1.0e-6_wp
     type(material_point_t) :: start
 
-    start = new_point(law, spec%state)
+    start = new_point(law, spec%state, spec%fields)
     is_plastic = point%state(law%eqps_state) > start%state(law%eqps_state) .and. &
                  abs(plastic(3)) > round_off*maxval(abs(point%strain))
   end function is_plastic
@@ -366,7 +366,7 @@ contains
     control%on_strain(1, :) = cos(direction)*rows(1, :) + sin(direction)*rows(2, :)
     rows = stress_to_frame(degree*spec%angle)
     control%on_stress(2, :) = cos(direction)*rows(2, :) - sin(direction)*rows(1, :)
-    point = new_point(law, spec%state)
+    point = new_point(law, spec%state, spec%fields)
     aim = 0.0_wp
     step = first_step
     way = 0.0_wp

@@ -121,6 +121,30 @@ def temperatures_reach_the_routine(bench):
     bench.says("warning: *INITIAL CONDITIONS", "does not depend on it")
 
 
+def material_tests_have_the_fields_of_the_start(bench):
+    """One value of each field; what differs by place or time is refused with its line."""
+    start = ("*INITIAL CONDITIONS, TYPE=TEMPERATURE\nALL, 50\nALL, 20\nright, 7\n"
+             "*INITIAL CONDITIONS, TYPE=FIELD, VARIABLE=2\nALL, 0.5\n")
+    test = "*MATERIAL TEST, NAME=pull, MATERIAL=steel, TYPE=UNIAXIAL, INCREMENTS=4\n0.001\n"
+    for kind in ("UMAT", "VUMAT"):
+        text = deck(user("10000", 10, f", TYPE={kind}"), body="") + test
+        path = bench.run(start + text, FILES / "given.f", command=["material"])
+        bench.says("the set right, in which the point of a material test does not lie")
+        with h5py.File(path) as file:
+            state = file["tests/pull/state"][1:]
+        assert (state[:, 5] == 20).all() and (state[:, 8] == 0.5).all(), (kind, state)
+        assert not state[:, [6, 7, 9]].any(), (kind, state)
+    change = "*TEMPERATURE\nALL, 9\n*FIELD, VARIABLE=2\nALL, 4\n"
+    bench.run(start.replace("20", "20, 1") + text + change, FILES / "given.f",
+              command=["material"], code=1)
+    bench.says("deck.key:3: error: *INITIAL CONDITIONS: found a change along x, y or z",
+               "error: *TEMPERATURE: found a field that changes",
+               "error: *FIELD: found a field that changes")
+    text = deck("*ELASTIC\n210000, 0.3\n", body="") + test
+    bench.run(start + text, command=["material"])
+    bench.says("which does not depend on it")
+
+
 def work_heats_the_points(bench):
     """Nine tenths of the reported inelastic work, by density and specific heat."""
     heating = "\n*ADIABATIC HEATING\n0.9, 4.6e8, 20"
@@ -150,5 +174,7 @@ def values_that_are_no_numbers_are_named(bench):
 
 if __name__ == "__main__":
     sys.exit(run_checks(sys.argv[1], (first_call_sees_the_state, times_know_the_steps_of_the_deck,
-                                      temperatures_reach_the_routine, work_heats_the_points,
+                                      temperatures_reach_the_routine,
+                                      material_tests_have_the_fields_of_the_start,
+                                      work_heats_the_points,
                                       values_that_are_no_numbers_are_named)))
