@@ -51,6 +51,7 @@ module true_depth
                                           !! [length], shape (n_tiles)
     real(wp), allocatable :: wake(:)      !! the same of each sample, tile by tile
     integer, allocatable :: before(:)     !! samples before those of a tile, shape (n_tiles)
+    integer :: n_looks = 0                !! samples that the last search has looked at
   end type depth_samples_t
 
 contains
@@ -134,17 +135,20 @@ contains
     type(deep_place_t), intent(out) :: deepest
     type(deep_place_t) :: best(size(contact%tiles)), place
     logical :: is_awake(size(contact%tiles))
-    integer :: t
+    integer :: t, n_looks
 
+    samples%n_looks = 0
     is_awake = contact%tiles%travel >= samples%wake_at
     if (.not. any(is_awake)) return
     samples%surface%points = net
     best%depth = nowhere
-    !$omp parallel do schedule(dynamic)
+    n_looks = 0
+    !$omp parallel do schedule(dynamic) reduction(+: n_looks)
     do t = 1, size(best)
-      if (is_awake(t)) call look_at_tile(samples, contact, tool, shift, t, best(t))
+      if (is_awake(t)) call look_at_tile(samples, contact, tool, shift, t, best(t), n_looks)
     end do
     !$omp end parallel do
+    samples%n_looks = n_looks
     do
       t = maxloc(best%depth, 1)
       if (.not. best(t)%depth > -reach*best(t)%width) return
@@ -186,13 +190,14 @@ contains
   end function points_of_element
 
   !> Deepest sample of a tile, and when it must be looked at again.
-  subroutine look_at_tile(samples, contact, tool, shift, tile, best)
+  subroutine look_at_tile(samples, contact, tool, shift, tile, best, n_looks)
     type(depth_samples_t), intent(inout) :: samples
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: shift(3)
     integer, intent(in) :: tile
     type(deep_place_t), intent(inout) :: best    !! of no depth yet
+    integer, intent(inout) :: n_looks            !! grows by the samples that are awake
     type(sample_t), allocatable :: found(:, :)
     real(wp) :: width, now
     logical :: is_smooth
@@ -231,7 +236,9 @@ contains
     do j = low(2), high(2)
       do i = low(1), high(1)
         k = place_of(samples, tile, i, j)
-        if (samples%wake(k) <= now) samples%wake(k) = now + max(found(i, j)%clear - width, 0.0_wp)
+        if (samples%wake(k) > now) cycle
+        n_looks = n_looks + 1
+        samples%wake(k) = now + max(found(i, j)%clear - width, 0.0_wp)
       end do
     end do
     samples%wake_at(tile) = minval(samples%wake(samples%before(tile) + 1:k))

@@ -14,7 +14,7 @@ module contact_effect
   implicit none
   private
 
-  public :: has_contact, forget_depths, measure_depths
+  public :: has_contact, forget_depths, measure_depths, depth_of
 
   !> A contact pair.
   type, extends(effect_t), public :: contact_effect_t
@@ -77,23 +77,37 @@ contains
   end subroutine forget_depths
 
   !> Find the deepest places of all faces in their tools, as they were when the effects acted last.
-  subroutine measure_depths(effects, tools, time, depth)
+  subroutine measure_depths(effects, tools, time, n_looks)
     type(effect_slot_t), intent(inout) :: effects(:)
     type(tool_t), intent(in) :: tools(:)
     real(wp), intent(in) :: time
-    real(wp), intent(out) :: depth         !! greatest of all pairs now, 0: none [length]
+    integer, intent(out) :: n_looks        !! samples looked at
+    integer :: i
+
+    n_looks = 0
+    do i = 1, size(effects)
+      select type (item => effects(i)%item)
+      type is (contact_effect_t)
+        if (.not. item%pair%motion%is_started) cycle
+        call measure_pair(item, tools(item%tool), time)
+        n_looks = n_looks + item%samples%n_looks
+      end select
+    end do
+  end subroutine measure_depths
+
+  !> Greatest depth of all pairs: as measured last, or of a contact point that is deeper now.
+  pure real(wp) function depth_of(effects) result(depth)
+    type(effect_slot_t), intent(in) :: effects(:)
     integer :: i
 
     depth = 0.0_wp
     do i = 1, size(effects)
       select type (item => effects(i)%item)
       type is (contact_effect_t)
-        if (.not. item%pair%motion%is_started) cycle
-        call measure_pair(item, tools(item%tool), time)
         depth = max(depth, item%deepest%depth, item%depth)
       end select
     end do
-  end subroutine measure_depths
+  end function depth_of
 
   !> Deepest place of one pair.
   subroutine measure_pair(pair, tool, time)
@@ -250,6 +264,7 @@ contains
     call carry(store, "has_warned", self%has_warned)
     call carry(store, "has_warned_between", self%has_warned_between)
     call carry(store, "has_touched", self%has_touched)
+    call carry(store, "true_depth", self%deepest%depth)
     call carry(store, "greatest_depth", self%greatest%depth)
     call carry_array(store, "greatest_place", 3, self%greatest%x)
     call carry(store, "greatest_time", self%greatest_time)

@@ -8,12 +8,13 @@ module forming_run
   use body_forces, only: forces_of_bodies
   use point_volumes, only: new_point_volumes
   use relaxation, only: relaxation_t
-  use contact_effect, only: forget_depths, measure_depths
+  use contact_effect, only: forget_depths, measure_depths, depth_of
   use effect, only: apply_effects
   use model, only: model_t
   use frames, only: results_t, write_frame, record_history
   use run_log, only: run_log_t, log_line, log_progress
-  use step_control, only: new_step_control, next_step, is_due, count_output
+  use step_control, only: new_step_control, next_step, is_due, count_output, is_depth_due, &
+                          put_off_depths
   use motion_update, only: update_velocities, update_positions
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance, &
                             elastic_energy
@@ -323,6 +324,7 @@ contains
     type(string_t), allocatable :: warnings(:)
     integer :: i
 
+    if (.not. run%has_depths) return
     call check_hidden_depths(model%forces, run%instant, warnings)
     do i = 1, size(warnings)
       call log_line(log, warnings(i)%value)
@@ -383,12 +385,14 @@ contains
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
     real(wp) :: elastic
-    integer :: p, q(3)
+    integer :: p, q(3), n_points
 
     elastic = 0.0_wp
+    n_points = 0
     do p = 1, size(run%volumes)
       associate (patch => model%bodies%blank%parts(p)%patch)
         q = patch%axes%n_points
+        n_points = n_points + 8*product(q)*patch%n_blocks
         elastic = elastic + elastic_energy(model%bodies%blank%law, 8*q(3), &
                                            q(1)*q(2)*patch%n_blocks, patch%stress, &
                                            run%volumes(p)%values)
@@ -397,8 +401,9 @@ contains
     run%row%step = run%n_steps
     run%row%time = run%instant%time
     run%row%dt = run%instant%dt
-    call measure_depths(model%forces, model%bodies%tools, run%instant%time, &
-                        run%row%true_penetration)
+    run%has_depths = is_depth_due(run%control, run%instant%time)
+    if (run%has_depths) call measure(model, run, n_points)
+    run%row%true_penetration = depth_of(model%forces)
     call fill_history_row(model, run%balance, elastic, velocity_now(model, run), run%row)
     call record_history(results, run%row)
     call note_errors(run)
@@ -406,6 +411,20 @@ contains
     call forget_depths(model%forces)
     call forget_depths(model%retired)
   end subroutine record_row
+
+  !> Measure depths between contact points, and put off the next time in proportion to the work.
+  subroutine measure(model, run, n_points)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+    integer, intent(in) :: n_points            !! of integration
+    real(wp), parameter :: share = 0.01_wp     ! of the time of the run that this may take
+    real(wp), parameter :: cost = 20.0_wp      ! of a sample, in points of integration and steps
+    integer :: n_looks
+
+    call measure_depths(model%forces, model%bodies%tools, run%instant%time, n_looks)
+    call put_off_depths(run%control, run%instant%time, &
+                        run%instant%dt*cost*n_looks/(share*n_points))
+  end subroutine measure
 
   !> The largest errors of the energy balance up to now; one that is no number counts as largest.
   pure subroutine note_errors(run)

@@ -26,6 +26,7 @@ module run_data
     logical :: is_file_lost = .false.        !! the results could not be written
     logical :: has_frame = .false.           !! `frame` is filled and not written yet
     integer :: n_earlier = 0                 !! frames before that one that are not either
+    logical :: has_depths = .false.          !! the last row has measured them
     logical :: has_warned_of_mass = .false.  !! that scaled masses show
     logical :: has_warned_of_shear = .false. !! where a law does not bear it
     real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far

@@ -152,6 +152,7 @@ contains
     logical :: is_same_end
 
     call carry(store, "largest_step", control%largest)
+    call carry(store, "depth_due", control%depth_due)
     end_time = control%end_time
     call carry(store, "end_time", end_time)
     is_same_end = abs(end_time - control%end_time) <= 0.0_wp

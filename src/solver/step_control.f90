@@ -11,6 +11,7 @@ module step_control
   private
 
   public :: step_control_t, new_step_control, next_step, is_due, count_output
+  public :: is_depth_due, put_off_depths
 
   real(wp), parameter :: notch = 0.99_wp    !! see `coarse`
 
@@ -29,6 +30,7 @@ module step_control
     real(wp) :: stretch = 0.0_wp       !! share that shortened steps may grow by to hit a time
     real(wp) :: rate_at_start = 0.0_wp !! |J^-1|^2 that belongs to it
     type(schedule_t) :: frames, history
+    real(wp) :: depth_due = 0.0_wp     !! when depths between contact points are measured next
   end type step_control_t
 
 contains
@@ -118,6 +120,28 @@ contains
 
     schedule%done = schedule%done + 1
   end subroutine count_output
+
+  !> Shall depths between contact points be measured at this row of the history? The last row of a
+  !! step of the deck always does.
+  pure logical function is_depth_due(control, time)
+    type(step_control_t), intent(in) :: control
+    real(wp), intent(in) :: time
+    real(wp), parameter :: round_off = 1.0e-9_wp   ! part of the duration
+
+    is_depth_due = time >= min(control%depth_due, control%end_time) - round_off*control%duration
+  end function is_depth_due
+
+  !> They were measured now. The next time comes after as long as the work asks for, within bounds
+  !! that are parts of the step of the deck.
+  pure subroutine put_off_depths(control, time, interval)
+    type(step_control_t), intent(inout) :: control
+    real(wp), intent(in) :: time
+    real(wp), intent(in) :: interval     !! that makes the work a small share of the run's [time]
+    real(wp), parameter :: shortest = 0.01_wp, longest = 0.05_wp
+
+    control%depth_due = time + min(max(interval, shortest*control%duration), &
+                                   longest*control%duration)
+  end subroutine put_off_depths
 
   !> The first time after `time` at which output is due.
   pure real(wp) function due_after(control, schedule, time)
