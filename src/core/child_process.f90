@@ -118,9 +118,8 @@ contains
     if (c_waitpid(pid, status, 0_c_int) == pid) code = exit_code(status)
   end subroutine run_program
 
-  !> Start a program and go on; its environment is that of this one, and what it writes goes behind
-  !! what is in the file. `process` is its number, 0
-  !! where it cannot be started.
+  !> Start a program and do not wait for it. It has the environment of this one, and what it writes
+  !! is added to the file's end. `process` is its number, 0 where it cannot be started.
   subroutine start_program(program, words, output, process)
     character(*), intent(in) :: program      !! its file
     type(string_t), intent(in) :: words(:)   !! how it is called, and its arguments

@@ -51,7 +51,8 @@ contains
   logical function new_rows(rows, n_columns, n_most) result(is_done)
     type(shared_rows_t), intent(out) :: rows
     integer, intent(in) :: n_columns, n_most   !! numbers in a row; rows
-    integer(c_int), parameter :: to_read_and_write = 3, shared_by_none_else = 33   ! of Linux
+    integer(c_int), parameter :: to_read_and_write = 3
+    integer(c_int), parameter :: shared_without_file = 33   ! MAP_SHARED + MAP_ANONYMOUS of Linux
     integer(c_int), parameter :: no_file = -1
     integer(c_size_t), parameter :: line = 64
     integer(c_size_t) :: n_head
@@ -61,7 +62,7 @@ contains
 
     n_head = iand(c_sizeof(empty) + line - 1, not(line - 1))   ! up to the next whole line
     rows%n_bytes = n_head + 8_c_size_t*n_columns*n_most
-    place = c_mmap(c_null_ptr, rows%n_bytes, to_read_and_write, shared_by_none_else, no_file, &
+    place = c_mmap(c_null_ptr, rows%n_bytes, to_read_and_write, shared_without_file, no_file, &
                    0_c_long)
     address = transfer(place, address)
     is_done = address /= -1_c_intptr_t         ! MAP_FAILED

@@ -341,6 +341,7 @@ contains
     integer :: form, line, n_before
 
     line = 0
+    n_before = huge(n_before)   ! no line before the first whose end could stand for it
     do form = 1, spec%n_lines
       if (.not. is_asked_for(record, spec, spec%lines(form))) cycle
       if (spec%lines(form)%is_joinable) then
