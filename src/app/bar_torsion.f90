@@ -1,4 +1,4 @@
-!> Is the blank a bar whose masses make its torsion slow? Told by `igaform --check`.
+!> Is the blank a bar whose masses make its torsion slow? `igaform --check` warns of it.
 !!
 !! A row-sum mass puts the mass of an element's inside onto its faces: the second moments of a
 !! section of few elements are too large (by 1 + (p + 1)/n^2 or so with n elements of degree p), and
@@ -6,6 +6,7 @@
 module bar_torsion
   use kinds, only: wp
   use text, only: to_text
+  use faults, only: origin_t, fault_list_t, add_warning
   use symmetric_eigen, only: principal_values
   use vector_product, only: cross
   use ig_patch, only: ig_patch_t
@@ -18,7 +19,7 @@ module bar_torsion
   implicit none
   private
 
-  public :: torsion_warning
+  public :: check_torsion
 
   real(wp), parameter :: slender = 4.0_wp    !! length over the larger width of a bar
   real(wp), parameter :: allowed = 0.1_wp    !! of the frequency of torsion that the masses may take
@@ -32,15 +33,15 @@ module bar_torsion
 
 contains
 
-  !> What to say of a bar that can twist and whose frequencies of torsion the masses lower by more
-  !! than a tenth; empty otherwise.
-  function torsion_warning(model) result(warning)
+  !> Warn of a bar that can twist and whose frequencies of torsion the masses lower by more than a
+  !! tenth.
+  subroutine check_torsion(model, origin, faults)
     type(model_t), intent(in) :: model
-    character(:), allocatable :: warning
+    type(origin_t), intent(in) :: origin    !! of the blank
+    type(fault_list_t), intent(inout) :: faults
     type(moments_t) :: lumped, exact
     real(wp) :: axis(3), length, loss
 
-    warning = ""
     associate (blank => model%bodies%blank)
       if (any(blank%parts%patch%plane%kernel > 0)) return
       lumped = lumped_moments(blank)
@@ -50,11 +51,11 @@ contains
       loss = 1.0_wp - sqrt(polar_moment(exact, axis)/polar_moment(lumped, axis))
       if (loss <= allowed) return
       if (is_held(blank, prescribed_components(model), lumped%centre, axis, length)) return
-      warning = "warning: blank '"//blank%name//"' is a bar with few elements across: its "// &
-                "lumped masses lie so far out that its frequencies of torsion are about "// &
-                to_text(nint(100*loss))//" % too low; more elements across cure it"
+      call add_warning(faults, origin, "a bar with few elements across, whose lumped masses "// &
+                       "lie so far out that its frequencies of torsion are about "// &
+                       to_text(nint(100*loss))//" % too low", "more elements across")
     end associate
-  end function torsion_warning
+  end subroutine check_torsion
 
   !> Of the masses of the control points.
   pure function lumped_moments(blank) result(moments)

@@ -1,4 +1,4 @@
-!> What `igaform --check` tells of a model without running it.
+!> What `igaform --check` prints of a model without running it.
 module check_report
   use kinds, only: wp
   use text, only: string_t, to_text, rounded_text
@@ -11,7 +11,6 @@ module check_report
   use step_control, only: step_control_t, new_step_control, next_step
   use step_report, only: effect_names
   use run_forecast, only: new_forecast, forecast_lines
-  use bar_torsion, only: torsion_warning
   implicit none
   private
 
@@ -25,11 +24,9 @@ contains
     logical, intent(in) :: may_step         !! unless the law must not be called
     type(step_control_t) :: control
     type(string_t), allocatable :: effects(:), lines(:)
-    character(:), allocatable :: warning
     real(wp) :: n_steps
     integer :: i
 
-    warning = torsion_warning(model)
     control = new_step_control(model)
     n_steps = (model%step%end_time + sum(model%later_steps%step%end_time)) &
               /next_step(control, 0.0_wp, model%rate)
@@ -65,7 +62,6 @@ contains
       print "(a)", "run time         not foretold, for that would call the user's subroutine "// &
         "(--check --probe does)"
     end if
-    if (warning /= "") print "(a)", warning
   end subroutine print_check
 
   subroutine print_patch(patch)

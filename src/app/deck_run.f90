@@ -37,6 +37,7 @@ module deck_run
   use forming_run, only: run_model, save_failed, first_steps
   use plane_dispatch, only: plane_kernel_name
   use check_report, only: print_check
+  use bar_torsion, only: check_torsion
   use tool_display, only: tool_cell_length
   use saving_report, only: saving_lines
   use source_report, only: source_lines
@@ -77,6 +78,8 @@ contains
     call read_deck(command%deck, command%overrides, scene, faults)
     if (n_errors(faults) == 0) call load_user_files(command, scene, library, faults)
     if (n_errors(faults) == 0) call build_model(scene, model, faults, library)
+    if (command%is_check .and. n_errors(faults) == 0) &
+      call check_torsion(model, scene%blank%origin, faults)
     call report_faults(faults, error_unit)
     if (command%is_awake .and. n_errors(faults) == 0) call keep_awake(model)
     if (n_errors(faults) > 0) then
@@ -188,16 +191,7 @@ contains
     if (allocated(error)) then
       write (error_unit, "(a)") "igaform: warning: "//error%message//"; the run goes on without it"
     end if
-    call log_header(log, setup%provenance)
-    call log_model(log, model)
-    call log_sources(log, scene, model)
-    call log_line(log, saving_words(saver))
-    if (run%is_resumed) call log_line(log, "restart    from "//command%restart//", step "// &
-                                      to_text(run%n_steps)//", time "//to_text(run%instant%time))
-    if (allocated(saver%other_build)) then
-      if (saver%other_build /= "") call log_line(log, "restart    of a run that another build "// &
-                                                 "began: "//saver%other_build)
-    end if
+    call log_start(log, command, scene, model, setup, saver, run)
     open_run = open_run_t(model, run, results, log, saver)
     if (message_file /= "") then
       call open_message_file(message_file, run%is_resumed)
@@ -224,6 +218,28 @@ contains
     call release_lock(lock)
     if (message_file /= "") call close_message_file(message_file)
   end function run_accepted
+
+  !> Log what is about to run and what a restart continues.
+  subroutine log_start(log, command, scene, model, setup, saver, run)
+    type(run_log_t), intent(inout) :: log
+    type(command_t), intent(in) :: command
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(results_setup_t), intent(in) :: setup
+    type(saver_t), intent(in) :: saver
+    type(run_t), intent(in) :: run
+
+    call log_header(log, setup%provenance)
+    call log_model(log, model)
+    call log_sources(log, scene, model)
+    call log_line(log, saving_words(saver))
+    if (run%is_resumed) call log_line(log, "restart    from "//command%restart//", step "// &
+                                      to_text(run%n_steps)//", time "//to_text(run%instant%time))
+    if (allocated(saver%other_build)) then
+      if (saver%other_build /= "") call log_line(log, "restart    of a run that another build "// &
+                                                 "began: "//saver%other_build)
+    end if
+  end subroutine log_start
 
   !> Claim the files that the run writes and start it; if that fails, no new file is left.
   subroutine begin(command, setup, log_file, message_file, saver, model, run, results, lock, error)

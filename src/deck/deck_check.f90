@@ -130,15 +130,18 @@ contains
                    p=1, size(scene%blank%patches))])
   end function is_held_everywhere
 
-  !> Largest distances of opposite control points along the three axes.
+  !> Greatest lengths of the control polygons along the three axes: a closed curve has a length,
+  !! though its ends meet.
   pure function extents(solid) result(extent)
     type(nurbs_solid_t), intent(in) :: solid
     real(wp) :: extent(3)
+    integer :: n(3)
 
-    associate (points => solid%points)
-      extent(1) = maxval(norm2(points(ubound(points, 1), :, :, :) - points(1, :, :, :), 3))
-      extent(2) = maxval(norm2(points(:, ubound(points, 2), :, :) - points(:, 1, :, :), 3))
-      extent(3) = maxval(norm2(points(:, :, ubound(points, 3), :) - points(:, :, 1, :), 3))
+    n = ubound(solid%points(:, :, :, 1))
+    associate (p => solid%points)
+      extent(1) = maxval(sum(norm2(p(2:, :, :, :) - p(:n(1) - 1, :, :, :), 4), 1))
+      extent(2) = maxval(sum(norm2(p(:, 2:, :, :) - p(:, :n(2) - 1, :, :), 4), 2))
+      extent(3) = maxval(sum(norm2(p(:, :, 2:, :) - p(:, :, :n(3) - 1, :), 4), 3))
     end associate
   end function extents
 

@@ -101,7 +101,6 @@ contains
       call update_block(self, context, first, last, dt, dstrain, spin, stress, state, ok)
       first = last + 1
     end do
-    call leave_user_call()
   end subroutine update_in_context
 
   !> The lanes `first` to `last`, which are one integration point of different elements.
@@ -260,6 +259,7 @@ contains
     call check_guard(block%stress_new(block%n, :), "stressNew")
     call check_guard(block%state_new(block%n, :), "stateNew")
     call check_guard(self%props, "PROPS (here or in another thread)")
+    call leave_user_call()   ! memory refused from here on is not the user's fault
     ok = all(ieee_is_finite(block%stress_new(:, :6))) .and. &
          all(ieee_is_finite(block%state_new(:, :self%n_statv)))
   end subroutine call_vumat
@@ -298,7 +298,6 @@ contains
       block%state_old(i, :law%n_statv) = state
     end do
     call call_vumat(law, block, ok)
-    call leave_user_call()
     if (present(is_finite)) is_finite = ok
     bulk = 0.0_wp
     shear = 0.0_wp
