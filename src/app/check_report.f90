@@ -10,26 +10,20 @@ module check_report
   use model, only: model_t
   use step_control, only: step_control_t, new_step_control, next_step
   use step_report, only: effect_names
-  use run_forecast, only: new_forecast, forecast_lines
+  use run_forecast, only: new_forecast, forecast_lines, outlook_t
   implicit none
   private
 
-  public :: print_check
+  public :: print_check, print_forecast
 
 contains
 
-  !> Counts, mass, stable step, number of steps and the time they should take, to standard output.
-  subroutine print_check(model, may_step)
-    type(model_t), intent(inout) :: model   !! some steps of it are taken
-    logical, intent(in) :: may_step         !! unless the law must not be called
-    type(step_control_t) :: control
-    type(string_t), allocatable :: effects(:), lines(:)
-    real(wp) :: n_steps
+  !> Counts, mass, stable step and number of steps, to standard output.
+  subroutine print_check(model)
+    type(model_t), intent(in) :: model
+    type(string_t), allocatable :: effects(:)
     integer :: i
 
-    control = new_step_control(model)
-    n_steps = (model%step%end_time + sum(model%later_steps%step%end_time)) &
-              /next_step(control, 0.0_wp, model%rate)
     associate (blank => model%bodies%blank)
       print "(a)", "blank            "//blank%name
       do i = 1, size(blank%parts)
@@ -51,18 +45,41 @@ contains
       print "(a)", "effect           "//effects(i)%value
     end do
     print "(a)", "stable step      "//rounded_text(model%stable_step)
-    print "(a)", "steps            about "//rounded_text(n_steps)
-    if (may_step) then
-      ! Not in a PRINT: a user's law may write as well.
-      lines = forecast_lines(new_forecast(model, n_steps))
-      do i = 1, size(lines)
-        print "(a)", lines(i)%value
-      end do
-    else
+    print "(a)", "steps            about "//rounded_text(n_steps_of(model))
+  end subroutine print_check
+
+  !> The time that the run should take, to standard output.
+  subroutine print_forecast(model, outlook, may_step)
+    type(model_t), intent(inout) :: model   !! some steps of it are taken
+    type(outlook_t), intent(in) :: outlook
+    logical, intent(in) :: may_step         !! unless the law must not be called
+    type(string_t), allocatable :: lines(:)
+    integer :: i
+
+    if (.not. may_step) then
       print "(a)", "run time         not foretold, for that would call the user's subroutine "// &
         "(--check --probe does)"
+      return
     end if
-  end subroutine print_check
+    ! Not in a PRINT: a user's law may write as well.
+    lines = forecast_lines(new_forecast(model, n_steps_of(model), outlook))
+    do i = 1, size(lines)
+      print "(a)", lines(i)%value
+    end do
+    if (any([outlook%step < 0.0_wp .and. model%step%has_relaxation, &
+             model%later_steps%step%has_relaxation])) &
+      print "(a)", "                 less where a relaxation ends early, with the blank at rest"
+  end subroutine print_forecast
+
+  !> Steps of a run if all are as long as the first.
+  real(wp) function n_steps_of(model)
+    type(model_t), intent(in) :: model
+    type(step_control_t) :: control
+
+    control = new_step_control(model)
+    n_steps_of = (model%step%end_time + sum(model%later_steps%step%end_time)) &
+                 /next_step(control, 0.0_wp, model%rate)
+  end function n_steps_of
 
   subroutine print_patch(patch)
     type(ig_patch_t), intent(in) :: patch

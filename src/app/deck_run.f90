@@ -36,7 +36,8 @@ module deck_run
   use run_start, only: new_saver, claim_files, start_run, saving_words
   use forming_run, only: run_model, save_failed, first_steps
   use plane_dispatch, only: plane_kernel_name
-  use check_report, only: print_check
+  use check_report, only: print_check, print_forecast
+  use run_forecast, only: outlook_t
   use bar_torsion, only: check_torsion
   use tool_display, only: tool_cell_length
   use saving_report, only: saving_lines
@@ -71,6 +72,7 @@ contains
     type(model_t) :: model
     type(user_library_t), allocatable :: library
     type(fault_list_t) :: faults
+    type(outlook_t) :: outlook
 
     ! The number of threads must not change under way: OpenMP may otherwise adapt it.
     call omp_set_dynamic(.false.)
@@ -85,10 +87,12 @@ contains
     if (n_errors(faults) > 0) then
       code = exit_input
     else if (command%is_check) then
-      call print_check(model, may_be_called(library))
+      call cpu_time(outlook%set_up)
+      call print_check(model)
+      if (command%is_probe) call print_probe(scene, model, outlook, library)
+      call print_forecast(model, outlook, may_be_called(library))
       call print_lines(saving_lines(scene))
       call print_lines(source_lines(scene, model))
-      if (command%is_probe) call print_probe(scene, model, library)
       code = exit_done
     else if (command%n_modes > 0) then
       code = tell_modes(model, command%n_modes)

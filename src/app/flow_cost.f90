@@ -66,12 +66,12 @@ contains
     real(wp) :: start, finish
     integer :: i, n
 
-    call stretch(trial, law, dt, dstrain(1), ok)
-    call stretch(trial, law, dt, dstrain(2), ok)
-    seconds = 0.0_wp
     n = 0
+    seconds = 0.0_wp
+    call stretch(trial, law, dt, dstrain(1), ok)
+    if (ok) call stretch(trial, law, dt, dstrain(2), ok)
     do i = 1, most
-      if (.not. ok) return
+      if (.not. ok) exit
       call cpu_time(start)
       call stretch(trial, law, dt, dstrain(1 + mod(i, 2)), ok)
       call cpu_time(finish)
@@ -79,7 +79,7 @@ contains
       n = n + 1
       if (n >= least .and. seconds > enough) exit
     end do
-    seconds = seconds/n
+    seconds = seconds/max(n, 1)
   end subroutine time_steps
 
   !> Strain all of the blank alike: the speeds that do it, and forces from the new places.

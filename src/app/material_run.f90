@@ -162,6 +162,7 @@ contains
     type(string_t), allocatable :: read_files(:)
     type(error_t), allocatable :: error
     character(:), allocatable :: path, messages
+    logical :: is_refused
     integer :: i
 
     code = exit_input
@@ -173,11 +174,14 @@ contains
       call check_message_file(messages, error)
     end if
     do i = 1, size(slots)
-      if (.not. allocated(error)) call new_test_rows(scene%tests(i), slots(i)%law, rows(i), error)
+      if (allocated(error)) exit
+      call new_test_rows(scene%tests(i), slots(i)%law, rows(i), error)
+      if (allocated(error)) code = exit_files
     end do
     if (.not. allocated(error)) then
-      call perform_tests(scene%tests, slots, rows, messages)
+      call perform_tests(scene%tests, slots, rows, messages, is_refused)
       call write_all(command, scene, slots, rows, path, read_files, code, error)
+      if (is_refused) code = exit_files
     end if
     if (allocated(error)) write (error_unit, "(a)") "igaform: error: "//error%message
     do i = 1, size(slots)

@@ -1,6 +1,7 @@
 !> `igaform --check --probe`: a quick run with fewer elements tells how much inertia a process has,
 !! and so how much mass may be added for a larger step.
 module probe_run
+  use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use kinds, only: wp
   use errors, only: error_t
   use text, only: string_t, to_text, rounded_text
@@ -11,7 +12,12 @@ module probe_run
   use user_library, only: user_library_t
   use model, only: model_t
   use model_setup, only: build_model
-  use forming_run, only: run_t, new_run, take_step
+  use step_control, only: step_control_t, new_step_control, next_step
+  use timer, only: watch_seconds
+  use contact_effect, only: contact_effect_t
+  use run_data, only: run_t, wall_seconds
+  use forming_run, only: new_run, take_step, any_done
+  use run_forecast, only: outlook_t
   implicit none
   private
 
@@ -23,27 +29,32 @@ module probe_run
   real(wp), parameter :: early = 0.1_wp            !! share of the time in which forming sets in
   real(wp), parameter :: allowed = 0.05_wp         !! kinetic over internal energy of a slow process
 
-  !> What a run tells of its inertia.
+  !> What a run shows of its inertia and of its cost.
   type :: inertia_t
     real(wp) :: mean = 0.0_wp      !! kinetic over internal energy, the sums over the run
     real(wp) :: largest = 0.0_wp   !! at any time after the early part
     real(wp) :: internal = 0.0_wp  !! internal energy at the end
+    real(wp) :: growth = 1.0_wp    !! steps over those of the first size
+    integer :: n_steps = 0
+    real(wp) :: seconds = 0.0_wp   !! processor time of all steps [s]
+    real(wp) :: clock = 0.0_wp     !! the same by the clock on the wall [s]
     logical :: is_complete = .false.
   end type inertia_t
 
 contains
 
   !> Run the scene with fewer elements and print what follows from its energies.
-  subroutine print_probe(scene, model, library)
+  subroutine print_probe(scene, model, outlook, library)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model               !! of the scene as it is
+    type(outlook_t), intent(inout) :: outlook        !! as the run shows it, if it can be done
     type(user_library_t), intent(in), optional :: library
     type(scene_t) :: coarse
     type(model_t) :: probe
     type(fault_list_t) :: faults
     type(inertia_t) :: inertia
     type(string_t), allocatable :: lines(:)
-    integer :: i
+    integer :: i, n_threads
 
     coarse = scene
     call coarsen_scene(coarse, coarsening, least_elements)
@@ -54,7 +65,15 @@ contains
       print "(a)", "probe            the scene with fewer elements cannot be built"
       return
     end if
-    call run_probe(probe, probe%bodies%blank%mass_factor/model%bodies%blank%mass_factor, inertia)
+    n_threads = omp_get_max_threads()
+    call omp_set_num_threads(1)   ! for its processor time to be work
+    call run_probe(probe, probe%bodies%blank%mass_factor/model%bodies%blank%mass_factor, &
+                   inertia)
+    call omp_set_num_threads(n_threads)
+    if (inertia%is_complete) then
+      outlook%growth = inertia%growth
+      outlook%step = scaled_step(inertia, probe, model)
+    end if
     print "(a)", "probe            "//to_text(n_elements_of(probe%bodies%blank%parts))// &
       " elements, kinetic over internal energy "//percent(inertia%mean)//" in the mean, "// &
       percent(inertia%largest)//" at most after "//to_text(nint(100*early))//" % of the time"
@@ -133,19 +152,26 @@ contains
     real(wp), intent(in) :: added       !! factor on all masses for the probe alone
     type(inertia_t), intent(out) :: inertia
     type(run_t) :: run
+    type(step_control_t) :: control
     type(error_t), allocatable :: error
-    real(wp) :: rate, dt, kinetic, sums(2), scaling
-    integer :: taken
+    real(wp) :: rate, dt, kinetic, sums(2), scaling, first_step, start, finish
+    integer :: taken, n_steps
 
     call new_run(model, run)
     rate = model%rate
+    control = new_step_control(model)
+    first_step = next_step(control, 0.0_wp, rate)
+    n_steps = 0
     dt = 0.0_wp
     sums = 0.0_wp
     taken = 0
+    call cpu_time(start)
     associate (end_time => model%step%end_time)
       do while (run%instant%time < end_time*(1.0_wp - 1.0e-12_wp))
         call take_step(model, run, rate, dt, error)
         if (allocated(error)) return
+        n_steps = n_steps + 1
+        if (any_done(model)) exit
         if (run%instant%time < taken*end_time/n_samples) cycle
         taken = taken + 1
         kinetic = kinetic_energy(model%bodies%blank)/added
@@ -155,10 +181,51 @@ contains
           inertia%largest = max(inertia%largest, kinetic/scaling)
       end do
     end associate
+    call cpu_time(finish)
     inertia%mean = sums(1)/max(sums(2), tiny(1.0_wp))
     inertia%internal = run%balance%internal
     inertia%is_complete = .true.
+    inertia%growth = n_steps*first_step/model%step%end_time
+    inertia%n_steps = n_steps
+    inertia%seconds = finish - start
+    inertia%clock = wall_seconds(run)
   end subroutine run_probe
+
+  !> Processor time of the mean step of another model of the scene: contact costs as much for each
+  !! of its points, and all else for each block of elements.
+  real(wp) function scaled_step(inertia, probe, model) result(seconds)
+    type(inertia_t), intent(in) :: inertia
+    type(model_t), intent(in) :: probe, model
+    real(wp) :: contact, scaled, watch
+    integer :: i
+
+    contact = 0.0_wp
+    scaled = 0.0_wp
+    do i = 1, size(probe%forces)
+      select type (item => probe%forces(i)%item)
+      type is (contact_effect_t)
+        watch = watch_seconds(probe%timer, item%watch)
+        contact = contact + watch
+        scaled = scaled + watch*n_contact_points(model, i)/size(item%pair%face)
+      end select
+    end do
+    scaled = scaled + (inertia%clock - contact) &
+             *sum(model%bodies%blank%parts%patch%n_blocks) &
+             /sum(probe%bodies%blank%parts%patch%n_blocks)
+    seconds = inertia%seconds/inertia%n_steps*scaled/inertia%clock
+  end function scaled_step
+
+  !> Contact points of a pair.
+  pure integer function n_contact_points(model, i) result(n)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: i        !! among the effects of the model
+
+    n = 0
+    select type (item => model%forces(i)%item)
+    type is (contact_effect_t)
+      n = size(item%pair%face)
+    end select
+  end function n_contact_points
 
   !> From the velocities of half a step ago, which is near enough here.
   pure real(wp) function kinetic_energy(blank) result(energy)

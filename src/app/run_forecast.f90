@@ -1,11 +1,13 @@
 !> What processor time a run will take, from steps that are taken and timed here and now.
 !!
-!! Times are those of one thread by its own clock: threads that wait for each other on a busy
+!! Times are processor time while one thread works: threads that wait for each other on a busy
 !! machine would count as work.
 !!
 !! What the first steps of a run cost says little: the tools are still away, and nothing flows. So
 !! before each of them all contacts are woken, which makes it as costly as a step of forming; and
 !! what the flow of the blank's points adds is measured by itself, see `flow_cost`.
+!! What the mean step of a run takes, and how far steps fall, a run with fewer elements shows: see
+!! `probe_run`.
 module run_forecast
   use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_set_num_threads
   use kinds, only: wp
@@ -22,25 +24,32 @@ module run_forecast
   implicit none
   private
 
-  public :: forecast_t, new_forecast, forecast_lines, frame_values
+  public :: forecast_t, outlook_t, new_forecast, forecast_lines, frame_values
 
   integer, parameter :: warm_up = 3              !! steps that are not timed
+  integer, parameter :: stride = 40              !! of the contact points that are tested
   integer, parameter :: least = 3, most = 2000   !! steps that are timed
   real(wp), parameter :: enough = 0.3_wp         !! so long [s]
-  integer, parameter :: stride = 40              !! of the contact points that are tested
-  !> Steps shorten as elements deform: 1.01 to 1.08 times the steps in the channels, cups and domes
-  !! of docs/studies.md, but 1.26 in a box of few elements.
-  real(wp), parameter :: growth = 1.05_wp
   !> Part of the points that flow at a time, the mean of a run: 0.51 in a deep cup, 0.79 in a box,
   !! worked out from their run times.
   real(wp), parameter :: flowing = 0.65_wp
   real(wp), parameter :: strain_of_run = 0.3_wp  !! that a point goes through, in equal steps
   !> Compressing and writing a value of a frame, measured on the channel decks [s].
-  real(wp), parameter :: value_seconds = 1.0e-7_wp
+  real(wp), parameter :: value_seconds = 5.0e-8_wp
   real(wp), parameter :: fewest_steps = 300.0_wp !! a run of fewer counts as one of so many
   integer, parameter :: values_of_node = 12      !! of a display point of the blank
   integer, parameter :: values_of_tool_node = 7  !! the others are empty and cost little
   integer, parameter :: values_of_point = 7      !! of an integration point, state left out
+
+  !> What the first steps of a run do not show; as a probe has found it, if there was one.
+  type :: outlook_t
+    !> Steps over those of the first size. They shorten as elements deform: 1.01 to 1.08 in the
+    !! channels, cups and domes of docs/studies.md, but 1.26 in a box of few elements.
+    real(wp) :: growth = 1.05_wp
+    real(wp) :: step = -1.0_wp       !! seconds of the mean step, with all that flows and touches in
+                                     !! it; below zero: to be measured here
+    real(wp) :: set_up = 0.0_wp      !! before the first step [s]
+  end type outlook_t
 
   !> What a run will take.
   type :: forecast_t
@@ -55,25 +64,30 @@ contains
 
   !> Processor time that the run takes: steps, frames and what it took to get here. A step that
   !! fails ends the measurement.
-  function new_forecast(model, n_steps) result(forecast)
+  function new_forecast(model, n_steps, outlook) result(forecast)
     type(model_t), intent(inout) :: model   !! some steps of it are taken
     real(wp), intent(in) :: n_steps         !! steps at the present size
+    type(outlook_t), intent(in) :: outlook
     type(forecast_t) :: forecast
     real(wp) :: n_calls, flow, rest
     integer :: n_frames, n_threads
 
-    call cpu_time(rest)
     associate (now => model%output, later => model%later_steps%output)
-      n_calls = growth*n_steps + now%n_history + sum(later%n_history)
+      n_calls = outlook%growth*n_steps + now%n_history + sum(later%n_history)
       n_frames = now%n_frames + sum(later%n_frames) + 1
     end associate
     n_threads = omp_get_max_threads()
-    call omp_set_num_threads(1)
-    forecast%step = step_seconds(model)
-    flow = n_calls*flow_seconds(model%bodies%blank, model%stable_step, &
-                                strain_of_run/max(n_steps, fewest_steps))
-    call omp_set_num_threads(n_threads)
-    rest = rest + n_calls*forecast%step + n_frames*value_seconds*frame_values(model)
+    flow = 0.0_wp
+    forecast%step = outlook%step
+    if (outlook%step < 0.0_wp) then
+      call omp_set_num_threads(1)
+      forecast%step = step_seconds(model)
+      flow = n_calls*flow_seconds(model%bodies%blank, model%stable_step, &
+                                  strain_of_run/max(n_steps, fewest_steps))
+      call omp_set_num_threads(n_threads)
+    end if
+    rest = outlook%set_up + n_calls*forecast%step &
+           + n_frames*value_seconds*frame_values(model)
     forecast%at_least = rest
     forecast%seconds = rest + flowing*flow
     forecast%at_most = rest + flow

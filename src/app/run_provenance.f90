@@ -1,6 +1,6 @@
 !> What a result file tells of where it comes from.
 module run_provenance
-  use build_info, only: version, git_commit, build_flags, kernels
+  use build_info, only: version, git_commit, source_digest, build_flags, kernels
   use build_fingerprint, only: fingerprint
   use provenance, only: provenance_t
   use scene, only: scene_t
@@ -35,7 +35,7 @@ contains
   function build_of_program() result(build)
     character(:), allocatable :: build
 
-    build = fingerprint(version//" ("//git_commit//")", kernels)
+    build = fingerprint(version//" (sources "//source_digest//")", kernels)
   end function build_of_program
 
 end module run_provenance

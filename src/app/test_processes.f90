@@ -7,6 +7,7 @@ module test_processes
   use material_test, only: fill_rows
   use message_files, only: open_message_file, close_message_file
   use shared_rows, only: shared_rows_t, begin_rows, end_rows, is_ended
+  use exit_codes, only: exit_files
   use text, only: to_text
   use user_call, only: forget_thread
   implicit none
@@ -22,14 +23,16 @@ module test_processes
 contains
 
   !> Carry out all tests, one after the other.
-  subroutine perform_tests(tests, slots, rows, messages)
+  subroutine perform_tests(tests, slots, rows, messages, is_refused)
     type(material_test_spec_t), intent(in) :: tests(:)
     type(law_slot_t), intent(in) :: slots(:)            !! for each test
     type(shared_rows_t), intent(inout) :: rows(:)       !! for each test, with room for it
     character(*), intent(in) :: messages                !! path of the file for unit 7, or empty
+    logical, intent(out) :: is_refused                  !! memory, to one of the processes
     logical :: is_going_on
     integer :: i, process, code
 
+    is_refused = .false.
     is_going_on = .false.
     i = 1
     do while (i <= size(tests))
@@ -54,6 +57,7 @@ contains
           i = i + 1
           if (i > size(tests)) return
         end do
+        is_refused = is_refused .or. code == exit_files
         call end_rows(rows(i), end_words(code), "")
       end if
       i = i + 1
@@ -82,6 +86,8 @@ contains
 
     if (code >= 128) then
       words = "the user's subroutine was ended by signal "//to_text(code - 128)
+    else if (code == exit_files) then
+      words = "the system refused memory (see above)"
     else
       words = "the user's subroutine ended it (told above)"
     end if

@@ -1,7 +1,7 @@
 !> Which libraries the program has been given at its start.
 module loaded_library
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_char, c_null_ptr, c_ptr
-  use system_files, only: fortran_text, true_path
+  use system_files, only: fortran_text, true_path, bytes_on_disk
   implicit none
   private
 
@@ -28,20 +28,23 @@ module loaded_library
 
 contains
 
-  !> File name, with its version, of the shared library that a symbol comes from, links resolved,
-  !! without its folder; "static" where it comes from none.
+  !> File name, with its version and its length, of the shared library that a symbol comes from,
+  !! links resolved, without its folder; "static" where it comes from none. Libraries of one name
+  !! that were built otherwise hardly ever have the same length.
   function library_of(symbol) result(name)
     character(*), intent(in) :: symbol
     character(:), allocatable :: name
     type(place_t) :: place
     type(c_ptr) :: address
+    character(40) :: length
 
     name = "static"
     address = c_dlsym(c_null_ptr, symbol//c_null_char)
     if (.not. c_associated(address)) return
     if (c_dladdr(address, place) == 0 .or. .not. c_associated(place%path)) return
     name = true_path(fortran_text(place%path))
-    name = name(index(name, "/", back=.true.) + 1:)
+    write (length, "(a,i0,a)") " (", bytes_on_disk(name), " bytes)"
+    name = name(index(name, "/", back=.true.) + 1:)//trim(length)
   end function library_of
 
 end module loaded_library

@@ -8,7 +8,12 @@ module system_files
   private
 
   public :: true_path, matching_files, is_folder, kind_of_file, is_no_file, bytes_on_disk
-  public :: sync_file, replace_file, remove_file
+  public :: sync_file, replace_file, remove_file, why_protected
+
+  !> What the program appends to the name of a file that it will put in the place of another. Nobody
+  !! else's files have such names.
+  character(*), parameter, public :: draft_ending = ".igaform-new"
+
   public :: c_fopen, c_fileno, c_fclose, fortran_text
 
   !> The result of glob; the tail is room for what the C library keeps there.
@@ -213,6 +218,22 @@ contains
       kind = "socket"
     end select
   end function kind_of_file
+
+  !> Why a plain file may not be written; empty where it may or where there is none. In a folder
+  !! that may be written it could be replaced all the same.
+  function why_protected(path) result(why)
+    character(*), intent(in) :: path
+    character(:), allocatable :: why
+    character(256) :: message
+    integer :: unit, status
+
+    why = ""
+    if (kind_of_file(path) /= "file") return
+    open (newunit=unit, file=path, action="write", access="stream", status="old", iostat=status, &
+          iomsg=message)
+    if (status == 0) close (unit, iostat=status, iomsg=message)
+    if (status /= 0) why = trim(message)
+  end function why_protected
 
   !> Bytes of a plain file as the system knows it, -1 if there is none. INQUIRE counts for an open
   !! file what was written to it, whether or not the disk took it.

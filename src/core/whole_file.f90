@@ -2,7 +2,8 @@
 module whole_file
   use, intrinsic :: iso_fortran_env, only: int64
   use text, only: string_t
-  use system_files, only: true_path, sync_file, replace_file, remove_file, bytes_on_disk
+  use system_files, only: true_path, sync_file, replace_file, remove_file, bytes_on_disk, &
+                          why_protected, draft_ending
   implicit none
   private
 
@@ -21,8 +22,12 @@ contains
     integer(int64) :: n_bytes
     integer :: unit, status, i
 
-    why = ""
-    new = true_path(path)//".new"
+    why = why_protected(path)
+    if (why /= "") then
+      why = "cannot write it: "//why
+      return
+    end if
+    new = true_path(path)//draft_ending
     call remove_file(new)
     open (newunit=unit, file=new, action="write", status="replace", iostat=status, iomsg=message)
     if (status == 0) then
@@ -32,7 +37,7 @@ contains
         n_bytes = n_bytes + len(lines(i)%value) + 1
       end do
       if (status == 0) close (unit, iostat=status, iomsg=message)
-      if (status /= 0) close (unit)
+      if (status /= 0) close (unit, iostat=i)
     end if
     if (status /= 0) then
       why = "cannot write it: "//trim(message)

@@ -19,22 +19,31 @@ contains
     associate (n => patch%n_control, q => patch%axes%n_points)
       allocate (patch%nodal(n(1), n(2), n(3), n_fields), source=0.0_wp)
       allocate (patch%nodal_start, source=patch%nodal)
+      allocate (patch%spread_values, source=patch%nodal)
       allocate (patch%given(n_lanes, q(3), 2*n_fields, q(1)*q(2), patch%n_blocks), source=0.0_wp)
     end associate
   end subroutine new_given_fields
 
   !> A step begins: what the points had at the end of the last one they have at its start; at its
-  !! end they have what the control points have now, by the basis of the patch.
+  !! end they have what the control points have now, by the basis of the patch. Where neither
+  !! changes there is nothing to do.
   subroutine spread_fields(patch)
     type(ig_patch_t), intent(inout) :: patch
+    logical :: is_same
     integer :: block, k
 
+    is_same = patch%is_spread
+    if (is_same) is_same = all(.not. abs(patch%nodal - patch%spread_values) > 0.0_wp)
+    if (is_same .and. patch%is_settled) return
+    patch%is_settled = is_same
+    patch%is_spread = .true.
+    patch%spread_values = patch%nodal
     !$omp parallel do schedule(static) private(k)
     do block = 1, patch%n_blocks
       do k = 1, patch%n_fields
         patch%given(:, :, k, :, block) = patch%given(:, :, patch%n_fields + k, :, block)
       end do
-      call spread_in_block(patch, block)
+      if (.not. is_same) call spread_in_block(patch, block)
     end do
     !$omp end parallel do
   end subroutine spread_fields

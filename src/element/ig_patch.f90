@@ -85,6 +85,10 @@ module ig_patch
     integer :: n_fields = 0                        !! temperature and field variables of the deck
     !> These at the control points, now and at the start of the run, (n1, n2, n3, n_fields).
     real(wp), allocatable, dimension(:, :, :, :) :: nodal, nodal_start
+    !> The values at the control points that the points have at the end of the step, where that is
+    !! known, and whether they had them at its start as well.
+    real(wp), allocatable :: spread_values(:, :, :, :)
+    logical :: is_spread = .false., is_settled = .false.
     !> At the points, at the start and then at the end of the step, (8, q3, 2*n_fields, q1*q2,
     !! n_blocks); only for laws that need the context of their points.
     real(wp), allocatable :: given(:, :, :, :, :)

@@ -13,12 +13,14 @@ module large_shear
   use combined_hardening, only: combined_hardening_t
   use anisotropic_plastic, only: anisotropic_plastic_t
   use symmetric_eigen, only: principal_values
+  use vector_product, only: cross
   implicit none
   private
 
-  public :: shear_words, simple_shear_of, equivalent_strain
+  public :: shear_words, simple_shear_of, sheet_shear, equivalent_strain
 
   real(wp), parameter, public :: shear_limit = 1.0_wp   !! beyond it a warning is due
+  real(wp), parameter :: opposite = -0.9999_wp          !! cosine; the turn back has no clear axis
 
 contains
 
@@ -71,6 +73,44 @@ contains
     shear = ratio - 1.0_wp/ratio
     if (cosine > 0.0_wp) shear = min(shear, 2.0_wp*sqrt(max(1.0_wp - cosine**2, 0.0_wp))/cosine)
   end function simple_shear_of
+
+  !> The simple shear of a point of a sheet, see `simple_shear_of`, in a frame that turns with the
+  !! sheet: one that is stretched and then bent has not sheared. The sheet turns as its normal does,
+  !! or as the fibres that were normal to it; a shear through the thickness keeps one of them, and
+  !! whichever shows more counts. Material axes 1 and 2 lie in the sheet.
+  pure real(wp) function sheet_shear(start, now) result(shear)
+    real(wp), intent(in) :: start(3, 3), now(3, 3)   !! tangents of the material axes, the columns
+    real(wp) :: gradient(3, 3), reciprocal(3, 3)
+
+    reciprocal(:, 1) = cross(start(:, 2), start(:, 3))
+    reciprocal(:, 2) = cross(start(:, 3), start(:, 1))
+    reciprocal(:, 3) = cross(start(:, 1), start(:, 2))
+    gradient = matmul(now, transpose(reciprocal))/sum(start(:, 1)*reciprocal(:, 1))
+    shear = max(simple_shear_of(turned_back(gradient, reciprocal(:, 3), &
+                                            cross(now(:, 1), now(:, 2)))), &
+                simple_shear_of(turned_back(gradient, reciprocal(:, 3), &
+                                            matmul(gradient, reciprocal(:, 3)))))
+  end function sheet_shear
+
+  !> A deformation gradient without the shortest turn from one direction to another; as it is where
+  !! these are opposite.
+  pure function turned_back(gradient, was, is) result(rest)
+    real(wp), intent(in) :: gradient(3, 3), was(3), is(3)
+    real(wp) :: rest(3, 3)
+    real(wp) :: lengths, cosine, axis(3)
+    integer :: i
+
+    rest = gradient
+    lengths = norm2(was)*norm2(is)
+    if (.not. lengths > 0.0_wp) return
+    cosine = sum(was*is)/lengths
+    if (cosine < opposite) return
+    axis = cross(is, was)/lengths
+    do i = 1, 3
+      rest(:, i) = rest(:, i) + cross(axis, rest(:, i)) &
+                   + cross(axis, cross(axis, rest(:, i)))/(1.0_wp + cosine)
+    end do
+  end function turned_back
 
   !> Plastic strain and elastic equivalent strain of a point: at least 0.55 after a simple shear of
   !! one, so a look at it spares most points the gradient.

@@ -60,35 +60,37 @@ contains
   end function given_state
 
   !> Let a user's law that brings no elastic moduli with it tell them, by one call for the first
-  !! element of each state that the deck gives, with the state as it then is. The largest count.
-  !! Fails where they are not to be had; a law whose moduli are known is not called.
-  subroutine find_initial_moduli(scene, dt, blank, error)
-    type(scene_t), intent(in) :: scene
+  !! point of an element with each state, temperature and set of field variables that elements have
+  !! at the start. The largest count. Fails where they are not to be had; a law whose moduli are
+  !! known is not called.
+  subroutine find_initial_moduli(dt, blank, error)
     real(wp), intent(in) :: dt                !! a short increment
-    type(blank_t), intent(inout) :: blank     !! with its states at the start
+    type(blank_t), intent(inout) :: blank     !! with its states and fields at the start
     type(error_t), allocatable, intent(out) :: error
-    real(wp), allocatable :: seen(:, :)       ! states of the deck that were met, (n_state, :)
-    real(wp) :: given(blank%law%n_state), moduli(2), largest(2)
-    integer :: p, e1, e2, e3, i
+    integer, parameter :: most = 100          ! further ones are asked for each element anew
+    real(wp), parameter :: alike = 1.0e-6_wp  ! of what differs by rounding
+    real(wp), allocatable :: seen(:, :), now(:)
+    real(wp) :: moduli(2), largest(2)
+    integer :: p, block, lane, n, i
 
     if (.not. lacks_moduli(blank%law)) return
-    allocate (seen(size(given), 0))
+    allocate (seen(blank%law%n_state + blank%parts(1)%patch%n_fields, most))
+    n = 0
     largest = 0.0_wp
     do p = 1, size(blank%parts)
-      associate (axes => blank%parts(p)%patch%axes)
-        do e3 = 1, axes(3)%n_elements
-          do e2 = 1, axes(2)%n_elements
-            do e1 = 1, axes(1)%n_elements
-              given = given_state(scene, blank, p, [e1, e2, e3])
-              if (any([(all(.not. abs(seen(:, i) - given) > 0.0_wp), i=1, size(seen, 2))])) cycle
-              seen = reshape([seen, given], [size(given), size(seen, 2) + 1])
-              call ask_element(blank, p, [e1, e2, e3], dt, moduli, error)
-              if (allocated(error)) return
-              largest = max(largest, moduli)
-            end do
-          end do
+      do block = 1, blank%parts(p)%patch%n_blocks
+        do lane = 1, n_lanes
+          now = start_of(blank%parts(p)%patch, blank%law%n_state, block, lane)
+          if (any([(all(abs(seen(:, i) - now) <= alike*abs(now)), i=1, n)])) cycle
+          if (n < most) then
+            n = n + 1
+            seen(:, n) = now
+          end if
+          call ask_element(blank, p, block, lane, dt, moduli, error)
+          if (allocated(error)) return
+          largest = max(largest, moduli)
         end do
-      end associate
+      end do
     end do
     blank%law%bulk = largest(1)
     blank%law%shear = largest(2)
@@ -97,23 +99,30 @@ contains
     end do
   end subroutine find_initial_moduli
 
+  !> State and fields of an element's first point.
+  pure function start_of(patch, n_state, block, lane) result(values)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: n_state, block, lane
+    real(wp) :: values(n_state + patch%n_fields)
+
+    values(:n_state) = patch%state(lane, 1, :n_state, 1, block)
+    if (patch%n_fields > 0) &
+      values(n_state + 1:) = patch%given(lane, 1, :patch%n_fields, 1, block)
+  end function start_of
+
   !> The moduli of an element's first point.
-  subroutine ask_element(blank, part, e, dt, moduli, error)
+  subroutine ask_element(blank, part, block, lane, dt, moduli, error)
     type(blank_t), intent(in) :: blank
-    integer, intent(in) :: part, e(3)
+    integer, intent(in) :: part, block, lane
     real(wp), intent(in) :: dt
     real(wp), intent(out) :: moduli(2)
     type(error_t), allocatable, intent(out) :: error
     type(first_point_t) :: point
-    integer :: block, lane, axis
+    integer :: e(3), axis
 
     moduli = 0.0_wp
     associate (body => blank%parts(part))
-      find: do block = 1, body%patch%n_blocks
-        do lane = 1, n_lanes
-          if (all(element_of_lane(body%patch, block, lane) == e)) exit find
-        end do
-      end do find
+      e = element_of_lane(body%patch, block, lane)
       point%element = element_number(body%patch, e)
       call evaluate_solid(body%solid, place_in(body, e, [(body%patch%axes(axis)%abscissae(1), &
                                                           axis=1, 3)]), point%place)

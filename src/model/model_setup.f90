@@ -178,7 +178,7 @@ contains
         call check_initial_states(scene, model%bodies%blank%law, faults)
         call set_initial_states(scene, model%bodies%blank)
         call set_initial_fields(scene, model%bodies%blank)
-        call find_initial_moduli(scene, short*scene%step%end_time, model%bodies%blank, error)
+        call find_initial_moduli(short*scene%step%end_time, model%bodies%blank, error)
         if (allocated(error)) call add_fault(faults, material%origin, error%message, &
                                              "a law that can be called")
       end if

@@ -17,7 +17,7 @@ contains
   !> The build of this program, a line for each property: program, compiler, its options with
   !! `-march=native` resolved, LAPACK and BLAS as loaded, instances of the kernel.
   function fingerprint(program, kernels) result(lines)
-    character(*), intent(in) :: program     !! version and commit
+    character(*), intent(in) :: program     !! version and digest of the sources
     character(*), intent(in) :: kernels     !! tuned instances of the block kernel
     character(:), allocatable :: lines
     character(:), allocatable :: lapack, blas

@@ -11,7 +11,8 @@ module checkpoint
   use errors, only: error_t, fail
   use checksum, only: file_checksum
   use state_store, only: state_store_t, add_entry
-  use system_files, only: sync_file, replace_file, remove_file, is_no_file, kind_of_file, true_path
+  use system_files, only: sync_file, replace_file, remove_file, is_no_file, kind_of_file, &
+                          true_path, draft_ending
   use whole_file, only: is_of_size
   use file_lock, only: is_locked_by_others, lock_t, hold_folder, release_lock
   use build_fingerprint, only: fingerprint_difference
@@ -68,7 +69,7 @@ contains
     character(:), allocatable :: reason
 
     place = true_path(path)
-    new = place//".new"
+    new = place//draft_ending
     call remove_file(new)
     if (allocated(store%fault)) then
       if (store%fault /= "") call fail(error, "internal error, "//store%fault)
@@ -318,7 +319,7 @@ contains
 
     draft%result_file = result_file
     draft%place = true_path(result_file)
-    draft%path = draft%place//".new"
+    draft%path = draft%place//draft_ending
     call check_whole(path, last, error)
     if (allocated(error)) return
     call hold_folder(result_file, draft%lock)
@@ -374,8 +375,8 @@ contains
   subroutine remove_leftovers(result_file, path)
     character(*), intent(in) :: result_file, path    !! path of the checkpoint
 
-    call remove_file(true_path(result_file)//".new")
-    call remove_file(true_path(path)//".new")
+    call remove_file(true_path(result_file)//draft_ending)
+    call remove_file(true_path(path)//draft_ending)
   end subroutine remove_leftovers
 
   !> May a checkpoint be written under this name: is there nothing, nothing in it, or a checkpoint,

@@ -16,7 +16,8 @@ module hdf5_file
   use hdf5_reason, only: failure_reason, is_library_silenced
   use result_guard, only: check_replaceable
   use file_identity, only: is_same_file
-  use system_files, only: kind_of_file, remove_file, replace_file, sync_file, true_path
+  use system_files, only: kind_of_file, remove_file, replace_file, sync_file, true_path, &
+                          why_protected, draft_ending
   use text, only: to_text
   use file_lock, only: is_lock_shared, is_locked_by_others, lock_t, hold_folder, release_lock
   implicit none
@@ -56,7 +57,7 @@ contains
     file%path = path
     if (present(is_checked)) file%is_checked = is_checked
     if (present(is_draft)) then
-      if (is_draft) file%draft = true_path(path)//".new"
+      if (is_draft) file%draft = true_path(path)//draft_ending
     end if
     call begin(file, is_new=.true.)
     call write_text_attribute(file, "/", "generator", "igaform")   ! see `is_of_others`
@@ -125,17 +126,11 @@ contains
   !! An older file that may not be written stays, though its folder may be written.
   subroutine make_room(file)
     type(hdf5_file_t), intent(inout) :: file
-    character(256) :: message
-    integer :: unit, status
+    character(:), allocatable :: why
 
-    status = 0
-    if (kind_of_file(file%path) == "file") then
-      open (newunit=unit, file=file%path, action="write", access="stream", status="old", &
-            iostat=status, iomsg=message)
-      if (status == 0) close (unit)
-    end if
-    if (status /= 0) then
-      call fail(file%error, "result file '"//file%path//"': cannot write it: "//trim(message))
+    why = why_protected(file%path)
+    if (why /= "") then
+      call fail(file%error, "result file '"//file%path//"': cannot write it: "//why)
     else if (is_locked_by_others(file%draft)) then
       call fail(file%error, "result file '"//file%path//"': another program is about to write "// &
                 "it; choose another name")

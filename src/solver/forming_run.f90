@@ -29,7 +29,7 @@ module forming_run
   implicit none
   private
 
-  public :: run_t, new_run, run_model, take_step, save_failed, take_balances, record_row
+  public :: run_t, new_run, run_model, take_step, any_done, save_failed, take_balances, record_row
 
   !> Steps before the energy balance may end a run: of a motion that rises from rest the n-th step
   !! misses the share 1/(4 n^2).

@@ -89,7 +89,8 @@ contains
       n_most = spec%n_increments*size(program%times) + 1
     end select
     if (.not. new_rows(rows, n_columns, n_most)) &
-      call fail(error, "no memory for "//to_text(n_most)//" rows")
+      call fail(error, "out of memory: "//rounded_text(8.0_wp*n_most*n_columns)// &
+                " bytes more were asked for, for "//to_text(n_most)//" rows of a test")
   end subroutine new_test_rows
 
   !> Carry out a test, row by row. Where the point cannot be led on the rows end, and say why. A

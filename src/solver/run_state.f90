@@ -138,7 +138,10 @@ contains
       call carry(store, "patch_time", patch%time)
       call carry(store, "increment", patch%increment)
       call carry(store, "before_step", patch%before_step)
-      if (patch%n_fields > 0) call carry_field(store, "given", size(patch%given), patch%given)
+      if (patch%n_fields > 0) then
+        call carry_field(store, "given", size(patch%given), patch%given)
+        if (store%is_taking) patch%is_spread = .false.
+      end if
     end associate
   end subroutine carry_body
 

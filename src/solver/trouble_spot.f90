@@ -10,7 +10,7 @@ module trouble_spot
   use ig_patch, only: element_of_lane
   use patch_body, only: patch_body_t
   use blank, only: blank_t
-  use large_shear, only: simple_shear_of, equivalent_strain
+  use large_shear, only: sheet_shear, equivalent_strain
   use contact, only: contact_t
   use tool, only: tool_t
   use tool_face, only: face_position
@@ -102,7 +102,7 @@ contains
     end do
   end function spot_of_smallest
 
-  !> The point with the largest simple shear, see `simple_shear_of`, among those most strained of
+  !> The point with the largest simple shear, see `sheet_shear`, among those most strained of
   !! their elements; no spot where none can have sheared by one.
   subroutine most_sheared(blank, spot, shear)
     type(blank_t), intent(in) :: blank
@@ -167,7 +167,7 @@ contains
 
     call jacobian_at(body%patch, body%solid, element, point, start)
     call jacobian_at(body%patch, now, element, point, j)
-    shear = simple_shear_of(matmul(j, transpose(reshape(inverse_rows(start), [3, 3]))))
+    shear = sheet_shear(start, j)
   end function shear_at
 
   !> The patch in its present shape.

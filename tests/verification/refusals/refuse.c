@@ -2,7 +2,7 @@
 
    REFUSE=KIND:N lets the N-th call of a kind fail, REFUSE=KIND:N+ that one and all behind it. Kinds:
    memory (malloc, calloc, realloc of REFUSE_BYTES bytes and more), write (to plain files, and their
-   new lengths), flush and rename. At the end the numbers of calls are added to the file
+   new lengths), flush, rename and share (memory that processes share). At the end the numbers of calls are added to the file
    REFUSE_COUNTS, a line for each kind. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -12,13 +12,15 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
-enum kind { MEMORY, WRITE, FLUSH, RENAME, N_KINDS };
+enum kind { MEMORY, WRITE, FLUSH, RENAME, SHARE, N_KINDS };
 
-static const char *const names[N_KINDS] = {"memory", "write", "flush", "rename"};
+static const char *const names[N_KINDS] = {"memory", "write", "flush", "rename", "share"};
 static atomic_long counts[N_KINDS];
 static int refused_kind = -1, is_lasting;
 static long refused_call;
@@ -92,6 +94,14 @@ void *realloc(void *old, size_t n) {
     return NULL;
   }
   return __libc_realloc(old, n);
+}
+
+void *mmap(void *place, size_t n, int access, int flags, int file, off_t offset) {
+  if ((flags & MAP_SHARED) && (flags & MAP_ANONYMOUS) && is_refused(SHARE)) {
+    errno = ENOMEM;
+    return MAP_FAILED;
+  }
+  return (void *)syscall(SYS_mmap, place, n, access, flags, file, offset);
 }
 
 #define FAIL_IF_REFUSED(kind, file, code)           \

@@ -107,7 +107,7 @@ def a_checkpoint_holds_a_good_state(folder):
 
 
 def the_message_tells_what_cannot_be_saved(folder):
-    (folder / "a.ckpt.h5.new").mkdir()       # in the way of the file
+    (folder / "a.ckpt.h5.igaform-new").mkdir()       # in the way of the file
     said = igaform(folder, CRUSH, *HARD, "--out", "a.h5", code=2)
     assert "cannot be saved: checkpoint 'a.ckpt.h5' not written: " in said, said
     assert "--restart" not in said and not (folder / "a.ckpt.h5").exists(), said

@@ -52,7 +52,7 @@ def a_checkpoint_that_finds_no_room_leaves_the_one_before(folder):
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
     log = (folder / "a.log").read_text()
     assert "warning: checkpoint 'a.ckpt.h5' not written" in log and "the run goes on" in log, log
-    assert not (folder / "a.ckpt.h5.new").exists()
+    assert not (folder / "a.ckpt.h5.igaform-new").exists()
     assert (folder / "a.ckpt.h5").stat().st_size <= room
     written = [line for line in log.splitlines() if line.startswith("checkpoint a.ckpt.h5 at")]
     reference = datasets(folder / "whole.h5")
@@ -184,15 +184,15 @@ def a_disk_that_is_full_at_the_start(folder):
 
 def what_a_killed_run_began_goes_away(folder):
     path = deck(folder, STRIP)
-    for name in ("a.h5.new", "a.ckpt.h5.new", "b.h5.new"):
+    for name in ("a.h5.igaform-new", "a.ckpt.h5.igaform-new", "b.h5.igaform-new"):
         (folder / name).write_text("half of it")
     igaform(folder, path, *SMALL, "--out", "a.h5")
-    assert sorted(file.name for file in folder.glob("*.new")) == ["b.h5.new"]
+    assert sorted(file.name for file in folder.glob("*.igaform-new")) == ["b.h5.igaform-new"]
     path = deck(folder, STRIP, "*CHECKPOINT, NUMBER=2")
     igaform(folder, path, *SMALL, "--out", "a.h5")
-    (folder / "a.h5.new").write_text("half of it")
+    (folder / "a.h5.igaform-new").write_text("half of it")
     igaform(folder, path, *SMALL, "--restart", "a.ckpt.h5")
-    assert not (folder / "a.h5.new").exists()
+    assert not (folder / "a.h5.igaform-new").exists()
 
 
 def what_others_made_is_left_alone(folder):

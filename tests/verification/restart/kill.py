@@ -50,7 +50,7 @@ def await_growth(folder, run):
 
 def await_checkpoint(folder, run):
     """Wait until a checkpoint is begun."""
-    while run.poll() is None and not (folder / (CHECKPOINT + ".new")).exists():
+    while run.poll() is None and not (folder / (CHECKPOINT + ".igaform-new")).exists():
         pass
 
 
@@ -82,11 +82,11 @@ def is_within_frame(path, reference):
 
 def phase(folder, n_begun, reference):
     """What the run was at when it was killed, as its files tell."""
-    if (folder / (RESULT + ".new")).exists():
+    if (folder / (RESULT + ".igaform-new")).exists():
         return "while the result was put back"
     if text_of(folder / LOG).count("\nstarted ") == n_begun:
         return "in set-up"
-    if (folder / (CHECKPOINT + ".new")).exists():
+    if (folder / (CHECKPOINT + ".igaform-new")).exists():
         return "while a checkpoint was written"
     if not opens(folder / RESULT):
         return "while the result was written, which did not open"
@@ -155,7 +155,7 @@ class Killer:
         self.n_resumed += (self.folder / CHECKPOINT).exists()
         igaform(self.folder, *self.words())
         check_same(self.folder / RESULT, self.reference)
-        assert not list(self.folder.glob("*.new"))
+        assert not list(self.folder.glob("*.igaform-new"))
 
     def report(self):
         print("| killed | first run | taken up again |\n|---|---|---|")

@@ -331,7 +331,7 @@ def another_build_is_refused(folder):
         more = ["--restart", "b.ckpt.h5", "--out", "a.h5"]
         said = igaform(folder, path, *words, *more, code=1)
         assert said.count("\n") == 1 and reason in said and "--restart-any-build" in said, said
-        assert (folder / "a.h5").read_bytes() == before and not list(folder.glob("*.new"))
+        assert (folder / "a.h5").read_bytes() == before and not list(folder.glob("*.igaform-new"))
         igaform(folder, path, *words, *more, "--restart-any-build")
         log = (folder / "a.log").read_text()
         assert f"restart    of a run that another build began: " in log and reason in log, log

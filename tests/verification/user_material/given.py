@@ -26,8 +26,8 @@ def steps(first, second, output="*OUTPUT, FRAMES=4, HISTORY=8\n", more=""):
 
 
 def first_call_sees_the_state(bench):
-    """The call that asks for the stiffness comes once for each state of the deck, with the state
-    and the place that its element has; with *ELASTIC it does not come at all."""
+    """The call that asks for the stiffness comes once for each state and temperature of the deck,
+    with the state and the place that its element has; with *ELASTIC it does not come at all."""
     conditions = ("*INITIAL CONDITIONS, TYPE=SOLUTION\nALL, 2\nright, 3\n"
                   "*SET, NAME=right\nXI, 0.6, 1\n")
     text = deck(user("1000", 5)) + conditions
@@ -35,6 +35,9 @@ def first_call_sees_the_state(bench):
     assert bench.said.count("ASKED") == 2, bench.said
     bench.says("ASKED     1    2.0", "ASKED     3    3.0")
     stiff = step_of(bench.said)
+    hot = "*INITIAL CONDITIONS, TYPE=TEMPERATURE\nright, 100\n"   # least in the first elements
+    bench.run(text + hot, FILES / "first_state.f", options=["--check"])
+    assert bench.said.count("ASKED") == 3 and 0.7 < step_of(bench.said) / stiff < 0.9, bench.said
     bench.run(deck("*ELASTIC\n6000, 0\n" + user("1000", 5)) + conditions,
               FILES / "first_state.f", options=["--check"])
     assert "ASKED" not in bench.said, bench.said

@@ -1,5 +1,6 @@
 C     Linear elasticity whose stiffness is the first constant times the
-C     first state variable; it tells of the call before the run.
+C     first state variable, twice that at a temperature of 100; it tells
+C     of the call before the run.
       SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,RPL,DDSDDT,
      1 DRPLDE,DRPLDT,STRAN,DSTRAN,TIME,DTIME,TEMP,DTEMP,PREDEF,DPRED,
      2 CMNAME,NDI,NSHR,NTENS,NSTATV,PROPS,NPROPS,COORDS,DROT,PNEWDT,
@@ -10,7 +11,7 @@ C     first state variable; it tells of the call before the run.
      1 DDSDDT(NTENS),DRPLDE(NTENS),STRAN(NTENS),DSTRAN(NTENS),TIME(2),
      2 PREDEF(1),DPRED(1),PROPS(NPROPS),COORDS(3),DROT(3,3),
      3 DFGRD0(3,3),DFGRD1(3,3)
-      G=PROPS(1)*STATEV(1)
+      G=PROPS(1)*STATEV(1)*(1.D0+TEMP/100.D0)
       IF (DTIME.LT.1.D-8) WRITE(6,'(A,I6,F7.1)') ' ASKED',NOEL,STATEV(1)
       DO I=1,3
         STRESS(I)=STRESS(I)+2.D0*G*DSTRAN(I)
