@@ -12,8 +12,8 @@ module tool_bends
   !> Elements that a radius is long at least, for the sheet to bend around it.
   real(wp), parameter, public :: elements_on_radius = 3.0_wp
 
-  integer, parameter :: n_along = 3              !! places of a face, each way
-  integer, parameter :: most_bends = 1000        !! kept of a tool
+  integer, parameter :: least_along = 3          !! places of a face, each way
+  integer, parameter :: most_bends = 3000        !! kept of a tool
   real(wp), parameter :: inset = 0.02_wp         !! from edges, which may be shrunk to a point
   real(wp), parameter :: sharp = 0.35_wp         !! turn of normals at an edge that has no radius
 
@@ -49,13 +49,15 @@ contains
     type(bend_t), allocatable :: found(:)
     type(bend_t) :: bend
     real(wp) :: at(2)
-    integer :: face, edge, i, j, n
+    integer :: face, edge, i, j, n, n_along(2)
 
-    allocate (found((n_along**2 + 4)*tool%n_faces))
+    ! The curvature of a face may change as often as its control points are many.
+    n_along = max(least_along, 2*tool%orders - 1)
+    allocate (found((product(n_along) + 2*sum(n_along))*tool%n_faces))
     n = 0
     do face = 1, tool%n_faces
-      do j = 1, n_along
-        do i = 1, n_along
+      do j = 1, n_along(2)
+        do i = 1, n_along(1)
           at = inset + (1 - 2*inset)*[i - 1, j - 1]/(n_along - 1)
           bend = bend_at(tool, face, at)
           call append(bend)
@@ -63,8 +65,10 @@ contains
       end do
       do edge = 1, 4
         if (tool%neighbours(edge, face) == 0) cycle
-        bend = bend_across(tool, face, edge)
-        call append(bend)
+        do i = 1, n_along(merge(2, 1, edge <= 2))
+          bend = bend_across(tool, face, edge, (i - 0.5_wp)/n_along(merge(2, 1, edge <= 2)))
+          call append(bend)
+        end do
       end do
     end do
     bends = found(:n)
@@ -125,27 +129,28 @@ contains
     end if
   end function bend_at
 
-  !> Break of the tangent at the middle of an edge between two faces.
-  pure function bend_across(tool, face, edge) result(bend)
+  !> Break of the tangent at a place of an edge between two faces.
+  pure function bend_across(tool, face, edge, share) result(bend)
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: face, edge        !! s = 0, s = 1, t = 0, t = 1
+    real(wp), intent(in) :: share            !! of the way along it
     type(bend_t) :: bend
     real(wp) :: here(3, 2), there(3, 2), d2(3, 3), normals(3, 2), along(3), outwards(3), x(3)
     real(wp) :: place
     integer :: other, other_edge, direction
 
     bend%radius = huge(1.0_wp)
-    place = 0.5_wp
+    place = share
     other = tool%neighbours(edge, face)
     other_edge = merge(edge + 1, edge - 1, mod(edge, 2) == 1)
-    call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), on_edge(edge, 0.5_wp), &
+    call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), on_edge(edge, share), &
                           bend%x, here, d2)
     if (other < 0) then
       associate (seam => tool%links(-other))
         if (seam%face == 0) return
         call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), &
-                              on_edge(edge, 0.5_wp*sum(seam%here)), bend%x, here, d2)
-        place = 0.5_wp*sum(seam%there)
+                              on_edge(edge, along_part(seam%here, share)), bend%x, here, d2)
+        place = along_part(seam%there, share)
         other_edge = seam%edge
         other = seam%face
       end associate
@@ -165,6 +170,13 @@ contains
     bend%normal = sum(normals, 2)/norm2(sum(normals, 2))
     bend%way = cross(along/norm2(along), normals(:, 1))
   end function bend_across
+
+  !> The place at a share of the way between two places.
+  pure real(wp) function along_part(ends, share) result(place)
+    real(wp), intent(in) :: ends(2), share
+
+    place = (1.0_wp - share)*ends(1) + share*ends(2)
+  end function along_part
 
   !> Local coordinates of a place on an edge.
   pure function on_edge(edge, along) result(at)
