@@ -70,8 +70,10 @@ contains
 
     place = true_path(path)
     new = place//draft_ending
-    call remove_file(new)
-    if (allocated(store%fault)) then
+    call remove_file(new, reason)
+    if (reason /= "") &
+      call fail(error, "cannot remove '"//new//"', left by an earlier attempt: "//reason)
+    if (allocated(store%fault) .and. .not. allocated(error)) then
       if (store%fault /= "") call fail(error, "internal error, "//store%fault)
     end if
     if (.not. allocated(error)) call write_state(new, header, store, error)
