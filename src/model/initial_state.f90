@@ -67,7 +67,7 @@ contains
     real(wp), intent(in) :: dt                !! a short increment
     type(blank_t), intent(inout) :: blank     !! with its states and fields at the start
     type(error_t), allocatable, intent(out) :: error
-    integer, parameter :: most = 100          ! further ones are asked for each element anew
+    integer, parameter :: most = 100          ! beyond these each element has its own call
     real(wp), parameter :: alike = 1.0e-6_wp  ! of what differs by rounding
     real(wp), allocatable :: seen(:, :), now(:)
     real(wp) :: moduli(2), largest(2)
