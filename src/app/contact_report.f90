@@ -152,17 +152,21 @@ contains
     end if
   end function idle_words
 
-  !> Distance to the contact point that is nearest, of those that face the tool.
+  !> Distance to the nearest contact point that faces the tool, when the pair last acted.
   subroutine find_nearest(pair, tool, nearest, is_behind)
     type(contact_effect_t), intent(in) :: pair
     type(tool_t), intent(in) :: tool
     real(wp), intent(inout) :: nearest       !! of other pairs [length]
     logical, intent(inout) :: is_behind
+    type(tool_t) :: tool_then
     real(wp) :: gaps(pair%pair%slave%n_points)
     logical :: is_proper(pair%pair%slave%n_points)
     integer :: i
 
-    call face_gaps(pair%pair%slave, tool, pair%pair%motion%now, gaps, is_proper)
+    ! Of a pair that ended with its step the tool may have moved on.
+    tool_then = tool
+    tool_then%displacement = pair%pair%motion%displacement
+    call face_gaps(pair%pair%slave, tool_then, pair%pair%motion%now, gaps, is_proper)
     if (.not. any(is_proper)) return
     i = minloc(abs(gaps), 1, is_proper)
     if (abs(gaps(i)) >= nearest) return

@@ -12,11 +12,11 @@ module probe_run
   use user_library, only: user_library_t
   use model, only: model_t
   use model_setup, only: build_model
-  use step_control, only: step_control_t, new_step_control, next_step
+  use step_control, only: next_step
   use timer, only: watch_seconds
   use contact_effect, only: contact_effect_t
   use run_data, only: run_t, wall_seconds
-  use forming_run, only: new_run, take_step, any_done
+  use forming_run, only: new_run, take_step, has_ended, enter_next_step
   use run_forecast, only: outlook_t
   implicit none
   private
@@ -58,8 +58,10 @@ contains
 
     coarse = scene
     call coarsen_scene(coarse, coarsening, least_elements)
-    coarse%step%target_step = max(coarse%step%target_step, scene%step%end_time &
-                                  /(most_steps*scene%step%safety))
+    ! How long a relaxation takes depends on the masses.
+    if (.not. any([scene%step%has_relaxation, scene%later_steps%step%has_relaxation])) &
+      coarse%step%target_step = max(coarse%step%target_step, scene%step%end_time &
+                                    /(most_steps*scene%step%safety))
     call build_model(coarse, probe, faults, library)
     if (n_errors(faults) > 0) then
       print "(a)", "probe            the scene with fewer elements cannot be built"
@@ -146,50 +148,67 @@ contains
       == 0 .and. .not. scene%step%thickness_factor > 1.0_wp .and. .not. scene%step%is_element_step
   end function can_scale_thickness
 
-  !> All steps of a model without output, with its energies at equal times.
+  !> All steps of the deck without output. The energies are those of its first step.
   subroutine run_probe(model, added, inertia)
     type(model_t), intent(inout) :: model
     real(wp), intent(in) :: added       !! factor on all masses for the probe alone
     type(inertia_t), intent(out) :: inertia
     type(run_t) :: run
-    type(step_control_t) :: control
     type(error_t), allocatable :: error
-    real(wp) :: rate, dt, kinetic, sums(2), scaling, first_step, start, finish
-    integer :: taken, n_steps
+    real(wp) :: rate, dt, time, first_step, start, finish
 
+    time = model%step%end_time + sum(model%later_steps%step%end_time)
     call new_run(model, run)
     rate = model%rate
-    control = new_step_control(model)
-    first_step = next_step(control, 0.0_wp, rate)
-    n_steps = 0
     dt = 0.0_wp
-    sums = 0.0_wp
-    taken = 0
+    first_step = next_step(run%control, 0.0_wp, rate)
     call cpu_time(start)
-    associate (end_time => model%step%end_time)
-      do while (run%instant%time < end_time*(1.0_wp - 1.0e-12_wp))
+    call run_first(model, added, run, rate, dt, inertia, error)
+    if (allocated(error)) return
+    do while (size(model%later_steps) > 0)
+      call enter_next_step(model, run)
+      do while (.not. has_ended(model, run))
         call take_step(model, run, rate, dt, error)
         if (allocated(error)) return
-        n_steps = n_steps + 1
-        if (any_done(model)) exit
+      end do
+    end do
+    call cpu_time(finish)
+    inertia%is_complete = .true.
+    inertia%growth = run%n_steps*first_step/time
+    inertia%n_steps = int(run%n_steps)
+    inertia%seconds = finish - start
+    inertia%clock = wall_seconds(run)
+  end subroutine run_probe
+
+  !> The first step of the deck, with its energies at equal times.
+  subroutine run_first(model, added, run, rate, dt, inertia, error)
+    type(model_t), intent(inout) :: model
+    real(wp), intent(in) :: added       !! factor on all masses for the probe alone
+    type(run_t), intent(inout) :: run
+    real(wp), intent(inout) :: rate     !! largest |J^-1|^2
+    real(wp), intent(inout) :: dt       !! [time]
+    type(inertia_t), intent(inout) :: inertia
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: kinetic, sums(2)
+    integer :: taken
+
+    sums = 0.0_wp
+    taken = 0
+    associate (end_time => model%step%end_time)
+      do while (.not. has_ended(model, run))
+        call take_step(model, run, rate, dt, error)
+        if (allocated(error)) return
         if (run%instant%time < taken*end_time/n_samples) cycle
         taken = taken + 1
         kinetic = kinetic_energy(model%bodies%blank)/added
         sums = sums + [kinetic, run%balance%internal]
-        scaling = max(run%balance%internal, tiny(1.0_wp))
-        if (run%instant%time > early*end_time) &
-          inertia%largest = max(inertia%largest, kinetic/scaling)
+        if (run%instant%time > early*end_time) inertia%largest = &
+          max(inertia%largest, kinetic/max(run%balance%internal, tiny(1.0_wp)))
       end do
     end associate
-    call cpu_time(finish)
     inertia%mean = sums(1)/max(sums(2), tiny(1.0_wp))
     inertia%internal = run%balance%internal
-    inertia%is_complete = .true.
-    inertia%growth = n_steps*first_step/model%step%end_time
-    inertia%n_steps = n_steps
-    inertia%seconds = finish - start
-    inertia%clock = wall_seconds(run)
-  end subroutine run_probe
+  end subroutine run_first
 
   !> Processor time of the mean step of another model of the scene: contact costs as much for each
   !! of its points, and all else for each block of elements.

@@ -59,7 +59,10 @@ contains
       "SUBROUTINE "//library%uncalled//" in the files, which nothing here calls", &
       "UMAT, VUMAT, SDVINI, UEXTERNALDB or VEXTERNALDB")
     if (command%is_check) then
-      if (reason == "") then
+      if (reason == "" .and. .not. library%is_listed) then
+        print "(a)", "user code  loaded, not called by this check: without nm (binutils) the "// &
+          "names in a library are seen by loading it"
+      else if (reason == "") then
         print "(a)", "user code  compiled, not called by this check"
       else
         print "(a)", "user code  called by this check: "//reason

@@ -145,7 +145,8 @@ contains
     n_looks = 0
     !$omp parallel do schedule(dynamic) reduction(+: n_looks)
     do t = 1, size(best)
-      if (is_awake(t)) call look_at_tile(samples, contact, tool, shift, t, best(t), n_looks)
+      if (is_awake(t)) call look_at_tile(samples, contact, tool, shift, t, .false., best(t), &
+                                         n_looks)
     end do
     !$omp end parallel do
     samples%n_looks = n_looks
@@ -153,8 +154,14 @@ contains
       t = maxloc(best%depth, 1)
       if (.not. best(t)%depth > -reach*best(t)%width) return
       if (best(t)%is_sure) exit
+      place = best(t)
       call make_sure(tool, shift, contact%options%overhang, best(t))
+      if (.not. best(t)%depth < place%depth) cycle
+      ! Another place of the tool is nearer: the tile may hold a sample that is deeper than this.
+      best(t)%depth = nowhere
+      call look_at_tile(samples, contact, tool, shift, t, .true., best(t), n_looks)
     end do
+    samples%n_looks = n_looks
     place = best(t)
     call climb(samples, tool, shift, contact%options%overhang, place)
     call make_sure(tool, shift, contact%options%overhang, place)
@@ -190,12 +197,13 @@ contains
   end function points_of_element
 
   !> Deepest sample of a tile, and when it must be looked at again.
-  subroutine look_at_tile(samples, contact, tool, shift, tile, best, n_looks)
+  subroutine look_at_tile(samples, contact, tool, shift, tile, is_exact, best, n_looks)
     type(depth_samples_t), intent(inout) :: samples
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: shift(3)
     integer, intent(in) :: tile
+    logical, intent(in) :: is_exact              !! search the whole tool for each sample
     type(deep_place_t), intent(inout) :: best    !! of no depth yet
     integer, intent(inout) :: n_looks            !! grows by the samples that are awake
     type(sample_t), allocatable :: found(:, :)
@@ -209,7 +217,8 @@ contains
     allocate (found(low(1):high(1), low(2):high(2)))
     call place_samples(samples, shift, low, high, found, width)
     is_smooth = .not. has_bend(samples, found)
-    call look_at_grid(samples, contact, tool, shift, tile, is_smooth, low, high, found)
+    call look_at_grid(samples, contact, tool, shift, tile, is_smooth .and. .not. is_exact, low, &
+                      high, found)
     associate (xi => samples%grid%lines(1)%xi, eta => samples%grid%lines(2)%xi)
       at = maxloc(found%depth) + low - 1
       call keep(found(at(1), at(2)), [xi(at(1)), eta(at(2))], shift, &
@@ -287,16 +296,15 @@ contains
   end subroutine place_samples
 
   !> How the samples of a tile lie to the tool. Eight at a time are followed from where the contact
-  !! points near them are, which is quick but may miss what no contact point has seen: not where the
-  !! tool bends more sharply than these are apart. A contact point that is far from the tool keeps
-  !! the samples near it clear.
-  subroutine look_at_grid(samples, contact, tool, shift, tile, is_smooth, low, high, found)
+  !! points near them are, which is quick but may miss what no contact point has seen. A contact
+  !! point that is far from the tool keeps the samples near it clear.
+  subroutine look_at_grid(samples, contact, tool, shift, tile, may_follow, low, high, found)
     type(depth_samples_t), intent(in) :: samples
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: shift(3)
     integer, intent(in) :: tile
-    logical, intent(in) :: is_smooth             !! the tool around the tile
+    logical, intent(in) :: may_follow            !! else the whole tool is searched for each
     integer, intent(in) :: low(2), high(2)
     type(sample_t), intent(inout) :: found(low(1):high(1), low(2):high(2))
     type(lanes_t) :: lanes
@@ -309,7 +317,7 @@ contains
       do i = low(1), high(1)
         if (samples%wake(place_of(samples, tile, i, j)) > now) cycle
         point = samples%near_1(i) + contact%slave%n_along(1)*(samples%near_2(j) - 1)
-        if (.not. is_smooth .or. contact%face(point) == 0) then
+        if (.not. may_follow .or. contact%face(point) == 0) then
           if (contact%face(point) == 0) found(i, j)%clear = &
             contact%test_at(point) - now &
             - norm2(found(i, j)%x + shift - point_position(contact%slave, samples%surface%points, &

@@ -8,7 +8,8 @@ module trusted_files
   implicit none
   private
 
-  public :: open_own_folder, open_own_file, close_file, path_of, digest_of, keep_to_owner
+  public :: open_own_folder, open_own_file, open_memory, close_file, path_of, digest_of
+  public :: keep_to_owner
 
   integer(c_int), parameter :: to_read = 0, no_wait = 2048, folder_only = 65536, &
                                no_link = 131072   ! of Linux on x86
@@ -27,6 +28,12 @@ module trusted_files
       character(kind=c_char), intent(in) :: path(*)
       integer(c_int), value :: flags
     end function c_open
+
+    integer(c_int) function c_memory(name, flags) bind(C, name="memfd_create")
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: name(*)
+      integer(c_int), value :: flags
+    end function c_memory
 
     integer(c_int) function c_close(descriptor) bind(C, name="close")
       import :: c_int
@@ -114,6 +121,12 @@ contains
     call close_file(descriptor)
     descriptor = -1
   end function open_own_file
+
+  !> A file without a name that is kept in memory until it is closed; below zero where there is no
+  !! memory for it.
+  integer function open_memory() result(descriptor)
+    descriptor = int(c_memory("igaform"//c_null_char, 0_c_int))
+  end function open_memory
 
   subroutine close_file(descriptor)
     integer, intent(in) :: descriptor

@@ -5,6 +5,7 @@ module user_build
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_ptr, c_size_t
   use errors, only: error_t, fail
   use text, only: string_t, strings, to_text
+  use checksum, only: file_checksum
   use child_process, only: run_program, program_missing, c_text
   use source_digest, only: digest_t, add_text, add_file, whole_digest_text, read_whole_file
   use trusted_files, only: open_own_file, digest_of, keep_to_owner
@@ -16,7 +17,7 @@ module user_build
   implicit none
   private
 
-  public :: build_user_library, make_folder, remove_file, process_number, program_folder
+  public :: build_user_library, make_folder, remove_file, program_folder
   public :: setting
 
   !> -frecursive keeps local arrays on the stack, so that threads do not share them. -w: the
@@ -66,10 +67,6 @@ module user_build
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: path(*)
     end function c_remove
-
-    integer(c_int) function c_getpid() bind(C, name="getpid")
-      import :: c_int
-    end function c_getpid
 
     integer(c_size_t) function c_readlink(path, target_path, length) bind(C, name="readlink")
       import :: c_char, c_size_t
@@ -237,11 +234,6 @@ contains
     ignored = c_remove(c_text(path))
   end subroutine remove_file
 
-  !> The number of this process, for names that no other run uses.
-  integer function process_number()
-    process_number = int(c_getpid())
-  end function process_number
-
   !> A key of everything the library depends on; asks the compiler for its version on the way.
   subroutine find_key(build, files, key, error)
     type(build_t), intent(inout) :: build
@@ -277,6 +269,8 @@ contains
       call add_text(digest, options(i))
     end do
     call add_text(digest, build%support)
+    ! Another version may write sources anew in another way.
+    call add_text(digest, file_checksum("/proc/self/exe"))
     do i = 1, size(files)
       inquire (file=files(i)%value, exist=is_there)
       if (.not. is_there) then

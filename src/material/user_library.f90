@@ -4,11 +4,11 @@ module user_library
                                          c_null_funptr, c_ptr, c_associated, c_size_t
   use, intrinsic :: iso_fortran_env, only: error_unit
   use errors, only: error_t, fail
-  use text, only: string_t, joined, upper_case, to_text
+  use text, only: string_t, joined, upper_case
   use child_process, only: c_text, run_program
   use source_digest, only: read_whole_file
-  use user_build, only: build_user_library, remove_file, process_number, setting
-  use trusted_files, only: open_own_folder, close_file, path_of
+  use user_build, only: build_user_library, setting
+  use trusted_files, only: open_own_folder, open_memory, close_file, path_of
   use user_sources, only: ending_of, uncalled_routines
   implicit none
   private
@@ -18,6 +18,7 @@ module user_library
   !> What was found in the files. The library stays loaded until the program ends.
   type, public :: user_library_t
     logical :: is_loaded = .false.                  !! else its laws must not be called
+    logical :: is_listed = .false.                  !! its names could be read without loading it
     type(string_t), allocatable :: files(:)         !! as the user named them
     character(:), allocatable :: path               !! of the shared library
     character(:), allocatable :: note               !! worth telling, or empty
@@ -58,7 +59,8 @@ contains
   !> Load the files: one shared library (.so) as it is, sources after compiling them into the
   !! user's cache. Fails with the compiler's or the loader's words, where the cache is not the
   !! user's alone, or where there is neither a UMAT nor a VUMAT. Without `is_called` nothing of it
-  !! is carried out, and it is not loaded: what it has is looked up in its table of names.
+  !! is carried out, and it is not loaded: what it has is looked up in its table of names, unless
+  !! that cannot be listed.
   subroutine load_user_library(files, is_called, library, error)
     type(string_t), intent(in) :: files(:)
     logical, intent(in) :: is_called
@@ -66,17 +68,9 @@ contains
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: names
     logical :: is_there
-    integer :: cache, descriptor
 
     library%files = files
     library%note = ""
-    library%writable = ""
-    call open_own_folder(cache_path(), cache, error)
-    if (allocated(error)) then
-      error%message = error%message//"; compiled subroutines are kept there. XDG_CACHE_HOME "// &
-                      "names another place for it"
-      return
-    end if
     if (size(files) == 1 .and. ending_of(files(1)%value) == "so") then
       library%path = files(1)%value
       inquire (file=library%path, exist=is_there)
@@ -84,30 +78,45 @@ contains
       ! Without a slash the loader would look in the folders of the system.
       if (index(library%path, "/") == 0) library%path = "./"//library%path
     else
-      ! The descriptor stays open: what was checked is what is loaded, and read by whoever lists
-      ! the calls that led to a crash.
-      call build_user_library(files, path_of(cache), descriptor, library%note, error)
-      library%path = path_of(descriptor)
+      call find_compiled(files, library%path, library%note, error)
     end if
-    if (.not. allocated(error)) then
-      call list_names(library%path, path_of(cache), "-D", names)
-      if (is_called) then
-        call open_library(library, error)
-      else
-        call look_up(library, names)
-      end if
-      call find_writable(library%path, path_of(cache), library%writable)
-    end if
-    call close_file(cache)
     if (allocated(error)) return
+    call list_names(library%path, "-D", names)
+    library%is_loaded = is_called
+    library%is_listed = names /= ""
+    if (is_called .or. .not. library%is_listed) then
+      call open_library(library, error)
+      if (allocated(error)) return
+    else
+      call look_up(library, names)
+    end if
+    call find_writable(library%path, library%writable)
     library%uncalled = uncalled_routines(files)
-    if (.not. c_associated(library%umat) .and. .not. c_associated(library%vumat)) then
+    if (.not. c_associated(library%umat) .and. .not. c_associated(library%vumat)) &
       call fail(error, "no SUBROUTINE UMAT or VUMAT in "//joined(files, ", ")// &
                 " (it must stand outside all modules)")
+  end subroutine load_user_library
+
+  !> A library of the sources in the user's cache, compiled now or by an earlier run.
+  subroutine find_compiled(files, path, note, error)
+    type(string_t), intent(in) :: files(:)
+    character(:), allocatable, intent(out) :: path       !! leads to what was checked
+    character(:), allocatable, intent(out) :: note       !! worth telling the user, or empty
+    type(error_t), allocatable, intent(out) :: error
+    integer :: cache, descriptor
+
+    call open_own_folder(cache_path(), cache, error)
+    if (allocated(error)) then
+      error%message = error%message//"; compiled subroutines are kept there. XDG_CACHE_HOME "// &
+                      "names another place for it"
       return
     end if
-    library%is_loaded = is_called
-  end subroutine load_user_library
+    ! The descriptor stays open: what was checked is what is loaded, and read by whoever lists
+    ! the calls that led to a crash.
+    call build_user_library(files, path_of(cache), descriptor, note, error)
+    path = path_of(descriptor)
+    call close_file(cache)
+  end subroutine find_compiled
 
   !> The folder for compiled subroutines: that of the XDG Base Directory Specification for what a
   !! user's programs can make again.
@@ -169,15 +178,15 @@ contains
 
   !> Names of the data that the library can write to and that are not the linker's own: COMMON
   !! blocks, SAVE variables and variables with initial values. What cannot be told counts as one.
-  subroutine find_writable(path, cache, names)
-    character(*), intent(in) :: path, cache
+  subroutine find_writable(path, names)
+    character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: names
     character(*), parameter :: unknown = "what the library keeps cannot be seen"
     character(:), allocatable :: listing, line
     integer :: first, length
 
     names = ""
-    call list_names(path, cache, "--no-demangle", listing)
+    call list_names(path, "--no-demangle", listing)
     if (index(listing, " T ") == 0) then
       names = unknown
       return
@@ -194,22 +203,22 @@ contains
   end subroutine find_writable
 
   !> What `nm` tells of a library; empty if that failed.
-  subroutine list_names(path, cache, option, listing)
-    character(*), intent(in) :: path, cache, option
+  subroutine list_names(path, option, listing)
+    character(*), intent(in) :: path, option
     character(:), allocatable, intent(out) :: listing
-    character(:), allocatable :: log
     type(string_t) :: words(3)
     logical :: is_there
-    integer :: code
+    integer :: code, output
 
-    log = cache//"/symbols_"//to_text(process_number())//".txt"
+    listing = ""
+    output = open_memory()
+    if (output < 0) return
     words(1)%value = "nm"
     words(2)%value = option
     words(3)%value = path
-    call run_program(words, log, code)
-    call read_whole_file(log, listing, is_there)
-    call remove_file(log)
-    if (code /= 0) listing = ""
+    call run_program(words, path_of(output), code)
+    if (code == 0) call read_whole_file(path_of(output), listing, is_there)
+    call close_file(output)
   end subroutine list_names
 
   !> Is it a line of `nm` (address, kind, name) for writable data of the user's?

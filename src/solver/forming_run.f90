@@ -29,7 +29,8 @@ module forming_run
   implicit none
   private
 
-  public :: run_t, new_run, run_model, take_step, any_done, save_failed, take_balances, record_row
+  public :: run_t, new_run, run_model, take_step, has_ended, enter_next_step, save_failed
+  public :: take_balances, record_row
 
   !> Steps before the energy balance may end a run: of a motion that rises from rest the n-th step
   !! misses the share 1/(4 n^2).
@@ -118,11 +119,19 @@ contains
 
     call check_relaxation(model, error)
     if (allocated(error)) return
+    call enter_next_step(model, run)
+    call log_step(log, model, run%instant%time)
+  end subroutine go_to_next_step
+
+  !> Start the next step of the deck at the present time.
+  subroutine enter_next_step(model, run)
+    type(model_t), intent(inout) :: model
+    type(run_t), intent(inout) :: run
+
     call begin_next_step(model, run%instant%time, run%instant%dt)
     run%control = new_step_control(model, run%instant%time)
     run%control%largest = run%step_factor*run%control%largest
-    call log_step(log, model, run%instant%time)
-  end subroutine go_to_next_step
+  end subroutine enter_next_step
 
   !> What is due now, then the step; at the end of the last step of the deck no more, nor where the
   !! run stops. A frame is filled at its time and written when the step has gone well and the state

@@ -14,6 +14,16 @@ import tempfile
 import h5py
 import numpy as np
 
+RELEASE = """*BOUNDARY
+X_MAX, 1, 1, <speed>
+*END STEP
+*STEP, NAME=release
+*DYNAMIC, EXPLICIT
+0.1
+*BOUNDARY, OP=NEW
+*DYNAMIC RELAXATION, ENERGY=1e-6
+*END STEP
+"""
 ALLOWED = 0.05                                    # kinetic over internal energy, of the advice
 DENSITY, LENGTH, SECTION, SPEED = 7.85e-9, 40.0, 20.0, 4000.0
 
@@ -62,6 +72,24 @@ def told_of_the_study(said, source):
     assert np.abs(np.subtract(told, stored)).max() <= 0.0051, (told, stored)
 
 
+def relaxation_is_foreseen(igaform, deck):
+    """The probe shows when a relaxation converges, long before its time limit."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "released.key")
+        with open(deck, encoding="utf-8") as file:
+            pull = file.read().replace("X_MAX, 1, 1, <speed>\n", "")
+        pull = pull.replace("*DYNAMIC, EXPLICIT", "*STEP, NAME=pull\n*DYNAMIC, EXPLICIT")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(pull + RELEASE)
+        said = run(igaform, path, "--check", "--probe")
+        limit, = found(r"\nsteps +about (\S+)\n", said)
+        expected, = found(r"\nsteps +about (\S+), as the run with fewer elements shows", said)
+        result = os.path.join(folder, "released.h5")
+        run(igaform, path, "--quiet", "--out", result)
+        steps = energies(result)[2]
+    assert abs(expected/steps - 1) < 0.2 and limit > 2*steps, (expected, steps, limit)
+
+
 def main(igaform, source):
     deck = os.path.join(source, "tests/verification/probe/pulled.key")
     said = run(igaform, deck, "--check", "--probe")
@@ -83,6 +111,7 @@ def main(igaform, source):
           f"{100*ratio:.3g} %, {scaled_steps} steps instead of {steps}, work "
           f"{100*(scaled_work/work - 1):+.2g} %")
     told_of_the_study(said, source)
+    relaxation_is_foreseen(igaform, deck)
     fast = run(igaform, deck, "--check", "--probe", "--set", "speed=400000")
     assert "no mass scaling: inertia governs" in fast, fast
 

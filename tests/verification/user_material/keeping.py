@@ -37,8 +37,13 @@ def libraries_are_kept_and_renewed(bench):
 
     ready = bench.folder / "ready.so"
     shutil.copy(cache / next(iter(first)), ready)
-    same(bench.values(deck(user(STEEL)), "ready.so", env={"IGAFORM_FC": "no-such-compiler"}),
-         bench.values(deck(user(STEEL)), source))
+    expected = bench.values(deck(user(STEEL)), source)
+    bench.cache = source          # no folder: a ready library needs no cache and no other program
+    nowhere = {"PATH": str(folder)}
+    same(bench.values(deck(user(STEEL)), "ready.so", env=nowhere), expected)
+    elastic = deck(f"*ELASTIC\n{STEEL}\n" + user(STEEL))
+    bench.run(elastic, "ready.so", env=nowhere, options=["--check"])
+    bench.says("loaded, not called by this check", "nm (binutils)")
 
 
 def planted_libraries_are_not_loaded(bench):
