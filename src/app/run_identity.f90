@@ -4,8 +4,7 @@ module run_identity
   use source_digest, only: digest_t, add_text, add_contents, digest_text
   use checksum, only: file_checksum
   use command_line, only: command_t
-  use scene, only: scene_t
-  use law_setup, only: is_user_material
+  use scene, only: is_user_material, scene_t
   implicit none
   private
 

@@ -4,8 +4,7 @@ module user_setup
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault, add_warning, new_origin, n_errors
   use text, only: string_t, joined
-  use scene, only: scene_t
-  use law_setup, only: is_user_material
+  use scene, only: is_user_material, scene_t
   use user_library, only: user_library_t, load_user_library
   use user_start, only: start_user_code
   use command_line, only: command_t

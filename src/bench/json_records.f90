@@ -4,7 +4,7 @@ module json_records
   use kinds, only: wp
   use errors, only: error_t, fail
   use text, only: to_text, read_real
-  use source_digest, only: read_whole_file
+  use whole_file, only: read_whole_file
   use bench_record, only: record_t, record_list_t, add_record
   implicit none
   private

@@ -5,7 +5,7 @@ module vector_check
   use errors, only: error_t, fail
   use text, only: strings, to_text
   use child_process, only: run_program, program_missing
-  use source_digest, only: read_whole_file
+  use whole_file, only: read_whole_file
   use user_build, only: make_folder, remove_file, program_folder
   use bench_paths, only: scratch_folder
   implicit none

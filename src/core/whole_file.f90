@@ -3,11 +3,11 @@ module whole_file
   use, intrinsic :: iso_fortran_env, only: int64
   use text, only: string_t
   use system_files, only: true_path, sync_file, replace_file, remove_file, bytes_on_disk, &
-                          why_protected, draft_ending
+                          why_protected, is_no_file, draft_ending
   implicit none
   private
 
-  public :: write_lines, is_of_size
+  public :: write_lines, read_whole_file, is_of_size
 
 contains
 
@@ -59,5 +59,27 @@ contains
 
     is_of_size = bytes_on_disk(path) == n_bytes
   end function is_of_size
+
+  !> A file as one text; empty if it cannot be read or is no plain file.
+  subroutine read_whole_file(path, content, is_there)
+    character(*), intent(in) :: path
+    character(:), allocatable, intent(out) :: content
+    logical, intent(out) :: is_there
+    integer :: unit, status, length
+
+    content = ""
+    is_there = .false.
+    if (is_no_file(path)) return
+    open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
+          status="old", iostat=status)
+    if (status /= 0) return
+    inquire (unit=unit, size=length)
+    deallocate (content)
+    allocate (character(max(0, length)) :: content)
+    read (unit, iostat=status) content
+    is_there = status == 0
+    if (.not. is_there) content = ""
+    close (unit)
+  end subroutine read_whole_file
 
 end module whole_file

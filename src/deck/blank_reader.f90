@@ -7,8 +7,7 @@ module blank_reader
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
   use knot_vector, only: knot_vector_t, find_span, basis_derivatives, n_spans
   use primitives, only: box_solid
-  use blank, only: patch_spec_t
-  use scene, only: scene_t, blank_spec_t
+  use scene, only: scene_t, blank_spec_t, patch_spec_t
   use shape_reader, only: read_round, join_patches
   use name_table, only: place_of
   use field_split, only: split_fields

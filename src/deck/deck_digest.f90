@@ -1,7 +1,7 @@
 !> The key of a deck for checkpoints: it changes with everything that may not change when a run is
 !! taken up again.
 module deck_digest
-  use source_digest, only: digest_t, add_text, digest_text
+  use sha256, only: sha256_t, add_to_digest, sha256_text
   use text, only: to_text
   use line_list, only: line_text
   use lexer, only: lexed_deck_t
@@ -12,6 +12,8 @@ module deck_digest
 
   character(*), parameter :: free(6) = [character(10) :: "OUTPUT", "CHECKPOINT", "HEADING", &
                                         "INCLUDE", "PARAMETER", "END"]
+
+  integer, parameter :: n_digits = 16      !! of a digest: they show changes, not intent
 
 contains
 
@@ -48,20 +50,22 @@ contains
     integer, intent(in) :: i               !! the block
     logical, intent(in) :: has_data        !! its data lines count
     character(:), allocatable :: line
-    type(digest_t) :: digest
+    type(sha256_t) :: digest
+    character(64) :: digits
     integer :: j
 
     associate (block => lexed%blocks(i))
-      call add_text(digest, "*"//block%keyword)
+      call add_to_digest(digest, "*"//block%keyword)
       do j = 1, size(block%options)
         if (block%options(j)%name == "INPUT") cycle
-        call add_text(digest, ","//block%options(j)%name)
-        if (block%options(j)%has_value) call add_text(digest, "="//block%options(j)%value)
+        call add_to_digest(digest, ","//block%options(j)%name)
+        if (block%options(j)%has_value) call add_to_digest(digest, "="//block%options(j)%value)
       end do
       do j = block%first, merge(block%last, 0, has_data)
-        call add_text(digest, new_line("a")//line_text(lexed%lines, j))
+        call add_to_digest(digest, new_line("a")//line_text(lexed%lines, j))
       end do
-      line = digest_line(digest_text(digest), "*"//block%keyword//" ("// &
+      digits = sha256_text(digest)
+      line = digest_line(digits(:n_digits), "*"//block%keyword//" ("// &
                          lexed%files(block%file)%value//":"//to_text(block%line)//")")
     end associate
   end function digest_of_block

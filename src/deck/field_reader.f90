@@ -3,8 +3,7 @@ module field_reader
   use faults, only: fault_list_t, add_fault, add_warning
   use kinds, only: wp
   use text, only: upper_case
-  use scene, only: scene_t, field_spec_t, material_spec_t
-  use law_setup, only: is_user_material
+  use scene, only: is_user_material, scene_t, field_spec_t, material_spec_t
   use deck_names, only: deck_names_t
   use deck_steps, only: step_of
   use deck_records, only: record_t, parsed_deck_t, find_records, line_origin, field_word, &

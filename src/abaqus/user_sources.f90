@@ -3,7 +3,8 @@
 module user_sources
   use text, only: string_t, strings, lower_case, upper_case
   use child_process, only: run_program
-  use source_digest, only: read_whole_file, included_name
+  use whole_file, only: read_whole_file
+  use source_digest, only: included_name
   implicit none
   private
 

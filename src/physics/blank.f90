@@ -3,6 +3,7 @@ module blank
   use kinds, only: wp
   use errors, only: error_t
   use nurbs_solid, only: nurbs_solid_t
+  use scene, only: patch_spec_t
   use seams, only: seams_t, no_seams, find_seams
   use seam_columns, only: column_mask_t, whole_columns
   use block_law, only: block_law_t
@@ -12,17 +13,8 @@ module blank
   implicit none
   private
 
-  public :: blank_t, motion_t, patch_body_t, patch_spec_t, new_blank, face_slice
+  public :: blank_t, motion_t, patch_body_t, new_blank, face_slice
   public :: n_elements_of, n_controls_of, mass_of, columns_of
-
-  !> A patch as a scene describes it.
-  type :: patch_spec_t
-    character(:), allocatable :: name
-    type(nurbs_solid_t) :: solid            !! already refined
-    integer :: n_points(3) = 0              !! Gauss points per part of an element and direction
-    integer :: n_parts(3) = 1               !! equal parts of an element per direction: 2x3 has 2
-    logical :: is_joined(6) = .false.       !! faces that lie on another face of the blank
-  end type patch_spec_t
 
   !> All patches with their motion.
   type :: blank_t

@@ -6,7 +6,7 @@ module model_setup
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault, add_warning, drop_warnings, n_errors
   use text, only: to_text, rounded_text
-  use scene, only: scene_t, blank_spec_t, motion_spec_t, tool_spec_t
+  use scene, only: scene_t, blank_spec_t, patch_spec_t, motion_spec_t, tool_spec_t
   use knot_vector, only: n_spans
   use seam_columns, only: column_mask_t
   use nurbs_surface, only: nurbs_surface_t
@@ -20,9 +20,9 @@ module model_setup
   use spurious_modes, only: n_spurious_modes, serving_rule
   use step_setup, only: set_stable_step, add_thickness_scaling, add_damping
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
-  use blank, only: blank_t, new_blank, patch_spec_t, columns_of
+  use blank, only: blank_t, new_blank, columns_of
   use rigid_motion, only: move_tool, rigid_motion_t, motion_term_t
-  use set_range, only: members_t, find_members
+  use set_members, only: members_t, find_members
   use plane_setup, only: set_plane_strain
   use support_setup, only: add_supports, curve_of
   use drive_setup, only: add_drives

@@ -5,10 +5,12 @@ module scene
   use faults, only: origin_t
   use text, only: string_t
   use nurbs_surface, only: nurbs_surface_t
-  use blank, only: patch_spec_t
+  use nurbs_solid, only: nurbs_solid_t
   use law_spec, only: plasticity_spec_t
   implicit none
   private
+
+  public :: is_user_material
 
   !> A material: density, elastic constants and a law with its constants.
   type, public :: material_spec_t
@@ -44,6 +46,15 @@ module scene
     integer :: first_step = 0               !! of the deck; 0: it is that at the start of the run
     integer :: last_step = huge(1)
   end type field_spec_t
+
+  !> A patch of the blank.
+  type, public :: patch_spec_t
+    character(:), allocatable :: name
+    type(nurbs_solid_t) :: solid            !! already refined
+    integer :: n_points(3) = 0              !! Gauss points per part of an element and direction
+    integer :: n_parts(3) = 1               !! equal parts of an element per direction: 2x3 has 2
+    logical :: is_joined(6) = .false.       !! faces that lie on another face of the blank
+  end type patch_spec_t
 
   !> The blank: its patches, what joins them, and its material.
   type, public :: blank_spec_t
@@ -272,5 +283,14 @@ module scene
     real(wp) :: width_ratio = 1.0_wp        !! full width over that of the strip that runs for it
     type(checkpoint_spec_t) :: checkpoints
   end type scene_t
+
+contains
+
+  !> Is the law of this material a user's subroutine?
+  pure logical function is_user_material(material)
+    type(material_spec_t), intent(in) :: material
+
+    is_user_material = any(material%law == ["UMAT ", "VUMAT", "USER "])
+  end function is_user_material
 
 end module scene

@@ -7,7 +7,8 @@ module user_build
   use text, only: string_t, strings, to_text
   use checksum, only: file_checksum
   use child_process, only: run_program, program_missing, c_text
-  use source_digest, only: digest_t, add_text, add_file, whole_digest_text, read_whole_file
+  use whole_file, only: read_whole_file
+  use source_digest, only: digest_t, add_text, add_file, whole_digest_text
   use trusted_files, only: open_own_file, digest_of, keep_to_owner
   use user_sources, only: is_source, is_c_source, is_fixed_form, has_directives, provide_includes, &
                           folder_of, as_file, ending_of

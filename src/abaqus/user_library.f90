@@ -6,7 +6,7 @@ module user_library
   use errors, only: error_t, fail
   use text, only: string_t, joined, upper_case
   use child_process, only: c_text, run_program
-  use source_digest, only: read_whole_file
+  use whole_file, only: read_whole_file
   use user_build, only: build_user_library, setting
   use trusted_files, only: open_own_folder, open_memory, close_file, path_of
   use user_sources, only: ending_of, uncalled_routines

@@ -2,12 +2,12 @@
 module source_digest
   use text, only: string_t, lower_case
   use sha256, only: sha256_t, add_to_digest, sha256_text
-  use system_files, only: is_no_file
+  use whole_file, only: read_whole_file
   implicit none
   private
 
   public :: digest_t, add_text, add_file, add_contents, digest_text, whole_digest_text
-  public :: read_whole_file, included_name
+  public :: included_name
 
   !> What texts and files are folded into.
   type :: digest_t
@@ -101,27 +101,5 @@ contains
 
     text = sha256_text(digest%sum)
   end function whole_digest_text
-
-  !> A file as one text; empty if it cannot be read or is no plain file.
-  subroutine read_whole_file(path, content, is_there)
-    character(*), intent(in) :: path
-    character(:), allocatable, intent(out) :: content
-    logical, intent(out) :: is_there
-    integer :: unit, status, length
-
-    content = ""
-    is_there = .false.
-    if (is_no_file(path)) return
-    open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
-          status="old", iostat=status)
-    if (status /= 0) return
-    inquire (unit=unit, size=length)
-    deallocate (content)
-    allocate (character(max(0, length)) :: content)
-    read (unit, iostat=status) content
-    is_there = status == 0
-    if (.not. is_there) content = ""
-    close (unit)
-  end subroutine read_whole_file
 
 end module source_digest

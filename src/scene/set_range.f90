@@ -1,49 +1,17 @@
-!> What a named set of the blank means: control points, or elements of a face.
+!> What a named set of the blank means on one patch: control points, or a face.
 module set_range
   use kinds, only: wp
   use knot_vector, only: knot_vector_t, greville
   use nurbs_solid, only: nurbs_solid_t
-  use seams, only: seams_t, collect, largest_of_groups, hand_out
-  use blank, only: blank_t
   use scene, only: set_spec_t
   implicit none
   private
 
-  public :: members_t, find_members, is_held, face_of_set
+  public :: is_held, face_of_set
 
   real(wp), parameter :: tolerance = 1.0e-9_wp   ! of the length of an axis, of the size of a blank
 
-  !> Which control points of a patch belong to a set.
-  type :: members_t
-    logical, allocatable :: is_in(:, :, :)   !! shape (n1, n2, n3)
-  end type members_t
-
 contains
-
-  !> Control points of all patches that belong to a set; with one all that it is joined to.
-  subroutine find_members(blank, set, members)
-    type(blank_t), intent(in) :: blank
-    type(set_spec_t), intent(in) :: set
-    type(members_t), allocatable, intent(out) :: members(:)   !! by patch
-    type(seams_t) :: seams
-    real(wp), allocatable :: mark(:, :, :)
-    integer :: p
-
-    allocate (members(size(blank%parts)))
-    seams = blank%seams
-    do p = 1, size(members)
-      members(p)%is_in = is_held(blank%parts(p)%solid, set, p)
-      mark = merge(1.0_wp, 0.0_wp, members(p)%is_in)
-      call collect(seams, p, size(mark), 1, mark)
-    end do
-    if (seams%n_groups == 0) return
-    call largest_of_groups(seams, 1)
-    do p = 1, size(members)
-      mark = merge(1.0_wp, 0.0_wp, members(p)%is_in)
-      call hand_out(seams, p, size(mark), 1, mark)
-      members(p)%is_in = mark > 0.0_wp
-    end do
-  end subroutine find_members
 
   !> Control points whose Greville abscissae and, where the set is bounded in space, whose places
   !! at the start lie in the set.

@@ -3,25 +3,18 @@ module law_setup
   use errors, only: error_t
   use faults, only: fault_list_t, add_fault, add_warning
   use text, only: upper_case
-  use scene, only: material_spec_t
+  use scene, only: material_spec_t, is_user_material
   use block_law, only: block_law_t
-  use material_setup, only: new_material_law
+  use law_spec, only: law_spec_t
+  use material_table, only: new_law
   use user_library, only: user_library_t
   use user_law, only: user_material_t, new_user_law
   implicit none
   private
 
-  public :: build_law, is_user_material
+  public :: build_law
 
 contains
-
-  !> Is the law of this material a user's subroutine?
-  pure logical function is_user_material(material)
-    type(material_spec_t), intent(in) :: material
-
-    is_user_material = material%law == "UMAT" .or. material%law == "VUMAT" .or. &
-                       material%law == "USER"
-  end function is_user_material
 
   !> The law with its constants checked; not allocated where a fault was added.
   subroutine build_law(material, law, faults, library)
@@ -80,5 +73,22 @@ contains
       end select
     end do
   end subroutine build_user_law
+
+  !> Bind the law that the deck asks for; constants that it does not accept are an error.
+  subroutine new_material_law(material, law, error)
+    type(material_spec_t), intent(in) :: material
+    class(block_law_t), allocatable, intent(out) :: law
+    type(error_t), allocatable, intent(out) :: error
+    type(law_spec_t) :: spec
+
+    spec%law = material%law
+    spec%density = material%density
+    spec%young = material%young
+    spec%poisson = material%poisson
+    spec%constants = material%constants
+    spec%n_state = material%n_state
+    spec%plasticity = material%plasticity
+    call new_law(spec, law, error)
+  end subroutine new_material_law
 
 end module law_setup

@@ -3,7 +3,7 @@ module support_setup
   use kinds, only: wp
   use scene, only: scene_t
   use motion_curve, only: curve_t, constant_curve, curve_value
-  use set_range, only: members_t, find_members
+  use set_members, only: members_t, find_members
   use blank, only: blank_t
   use boundary, only: boundary_t
   use effect, only: effect_slot_t

@@ -1,7 +1,7 @@
 !> The compiled subroutines that earlier runs have kept in the user's cache.
 module library_store
   use text, only: lower_case
-  use source_digest, only: read_whole_file
+  use whole_file, only: read_whole_file
   use trusted_files, only: open_own_file, close_file, path_of, digest_of
   implicit none
   private

@@ -8,7 +8,7 @@ module field_setup
   use user_call, only: user_law_t
   use given_fields, only: new_given_fields, spread_fields
   use motion_curve, only: constant_curve
-  use set_range, only: members_t, find_members
+  use set_members, only: members_t, find_members
   use support_setup, only: curve_of
   use blank, only: blank_t
   use effect, only: effect_slot_t
