@@ -13,7 +13,7 @@ contains
 
   !> x becomes exp(x), for x <= 0, in a loop that vectorises as no library call would:
   !! x = k ln 2 + r with |r| <= ln(2)/2 and the Taylor polynomial of degree 12 in r.
-  !! Relative error below 3e-16; values below exp(-708) become exp(-708).
+  !! Relative error below 5e-16; values below exp(-708) become exp(-708).
   !! k added to a number so large that its last bit counts one stands in the bits of the sum: a
   !! conversion to integers would do, but AVX2 has none.
   pure subroutine exp_nonpositive(n, x)

@@ -118,6 +118,18 @@ def fortran_faults(path, lines, is_test):
     yield from module_faults(path, code, is_test)
 
 
+def is_built(path, root):
+    """Is the file named in the CMakeLists.txt of its folder or of one above it?"""
+    for folder in [path.parent, *path.parent.parents]:
+        lists = folder / "CMakeLists.txt"
+        if lists.is_file() and re.search(rf"(?<![\w.]){re.escape(path.name)}(?![\w.])",
+                                         lists.read_text(encoding="utf-8")):
+            return True
+        if folder == root:
+            break
+    return False
+
+
 def faults(root):
     """All faults below the source, test and post-processing folders."""
     files = [path for folder in ("src", "tests", "post") for path in (root / folder).rglob("*")
@@ -125,6 +137,9 @@ def faults(root):
     for path in sorted(files):
         lines = path.read_text(encoding="utf-8").splitlines()
         found = list(layout_faults(lines))
+        is_compiled = path.suffix in (".f90", ".F90", ".pf") and path.parent.name != "files"
+        if is_compiled and not is_built(path, root):
+            found.append((1, "in no CMakeLists.txt, so it is not built"))
         if path.suffix != ".py":
             found += fortran_faults(path, lines, "tests" in path.relative_to(root).parts)
         for number, what in found:

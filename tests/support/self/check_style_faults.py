@@ -55,6 +55,7 @@ FAULTS = [   # text of the good file, what stands there instead, the message
 def check(program, folder, text):
     (Path(folder) / "src").mkdir(exist_ok=True)
     (Path(folder) / "src" / "good.f90").write_text(text)
+    (Path(folder) / "src" / "CMakeLists.txt").write_text("add_library(good good.f90)\n")
     return subprocess.run([sys.executable, program, folder], capture_output=True, text=True)
 
 
@@ -68,6 +69,10 @@ def main(program):
             result = check(program, folder, GOOD.replace(old, new))
             if result.returncode == 0 or message not in result.stdout:
                 faults.append(f"expected {message!r}, found {result.stdout!r} {result.stderr!r}")
+        (Path(folder) / "src" / "stray.f90").write_text(GOOD.replace("good", "stray"))
+        result = check(program, folder, GOOD)
+        if "stray.f90:1: in no CMakeLists.txt" not in result.stdout:
+            faults.append("a file that is not built passes")
     with tempfile.TemporaryDirectory() as folder:
         if subprocess.run([sys.executable, program, folder], capture_output=True).returncode == 0:
             faults.append("a folder without source files passes")
