@@ -9,9 +9,8 @@ module bar_torsion
   use faults, only: origin_t, fault_list_t, add_warning
   use symmetric_eigen, only: principal_values
   use vector_product, only: cross
-  use ig_patch, only: ig_patch_t
-  use point_volumes, only: jacobian_at, determinant
-  use nurbs_solid, only: nurbs_solid_t
+  use point_volumes, only: determinant
+  use element, only: element_t
   use vibration, only: fixed_t
   use blank, only: blank_t
   use model, only: model_t
@@ -43,7 +42,6 @@ contains
     real(wp) :: axis(3), length, loss
 
     associate (blank => model%bodies%blank)
-      if (any(blank%parts%patch%plane%kernel > 0)) return
       lumped = lumped_moments(blank)
       call find_axis(lumped, axis, length)
       if (length <= 0.0_wp) return
@@ -64,7 +62,7 @@ contains
     integer :: p, i, j, k
 
     do p = 1, size(blank%parts)
-      associate (body => blank%parts(p))
+      associate (body => blank%parts(p)%element)
         do k = 1, size(body%mass, 3)
           do j = 1, size(body%mass, 2)
             do i = 1, size(body%mass, 1)
@@ -84,30 +82,29 @@ contains
     integer :: p
 
     do p = 1, size(blank%parts)
-      call add_patch(blank%parts(p)%patch, blank%parts(p)%solid, moments)
+      call add_part(blank%parts(p)%element, moments)
     end do
     call finish(moments)
   end function exact_moments
 
   !> A sum for each layer of elements, for threads; then over them in one order.
-  subroutine add_patch(patch, solid, moments)
-    type(ig_patch_t), intent(in) :: patch
-    type(nurbs_solid_t), intent(in) :: solid
+  subroutine add_part(element, moments)
+    class(element_t), intent(in) :: element
     type(moments_t), intent(inout) :: moments
-    type(moments_t) :: slices(patch%axes(1)%n_elements)
+    type(moments_t) :: slices(element%n_elements(1))
     real(wp) :: j(3, 3), x(3), weight
     integer :: e1, e2, e3, q1, q2, q3, n
 
     !$omp parallel do schedule(static) private(e2, e3, q1, q2, q3, j, x, weight)
-    do e1 = 1, patch%axes(1)%n_elements
-      do e3 = 1, patch%axes(3)%n_elements
-        do e2 = 1, patch%axes(2)%n_elements
-          do q3 = 1, patch%axes(3)%n_points
-            do q2 = 1, patch%axes(2)%n_points
-              do q1 = 1, patch%axes(1)%n_points
-                call jacobian_at(patch, solid, [e1, e2, e3], [q1, q2, q3], j, x)
-                weight = patch%axes(1)%weights(q1)*patch%axes(2)%weights(q2) &
-                         *patch%axes(3)%weights(q3)
+    do e1 = 1, element%n_elements(1)
+      do e3 = 1, element%n_elements(3)
+        do e2 = 1, element%n_elements(2)
+          do q3 = 1, element%rule(3)%n
+            do q2 = 1, element%rule(2)%n
+              do q1 = 1, element%rule(1)%n
+                call element%jacobian(element%grid, [e1, e2, e3], [q1, q2, q3], j, x)
+                weight = element%rule(1)%weights(q1)*element%rule(2)%weights(q2) &
+                         *element%rule(3)%weights(q3)
                 call add_point(determinant(j)*weight, x, slices(e1))
               end do
             end do
@@ -121,7 +118,7 @@ contains
       moments%centre = moments%centre + slices(n)%centre
       moments%second = moments%second + slices(n)%second
     end do
-  end subroutine add_patch
+  end subroutine add_part
 
   !> Add moments about the origin.
   pure subroutine add_point(mass, x, moments)
@@ -183,7 +180,7 @@ contains
 
     is_piece_held = .false.
     do p = 1, size(blank%parts)
-      associate (x => blank%parts(p)%motion%x)
+      associate (x => blank%parts(p)%element%motion%x)
         do k = 1, size(x, 3)
           do j = 1, size(x, 2)
             do i = 1, size(x, 1)

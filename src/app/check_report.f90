@@ -2,11 +2,8 @@
 module check_report
   use kinds, only: wp
   use text, only: string_t, to_text, rounded_text
-  use strain_projection, only: project_nothing, projection_name
-  use ig_patch, only: ig_patch_t
+  use element, only: element_t
   use blank, only: n_elements_of, mass_of
-  use kernel_dispatch, only: kernel_name
-  use plane_dispatch, only: plane_kernel_name
   use model, only: model_t
   use step_control, only: step_control_t, new_step_control, next_step
   use step_report, only: effect_names
@@ -27,8 +24,8 @@ contains
     associate (blank => model%bodies%blank)
       print "(a)", "blank            "//blank%name
       do i = 1, size(blank%parts)
-        if (size(blank%parts) > 1) print "(a)", "patch            "//blank%parts(i)%name
-        call print_patch(blank%parts(i)%patch)
+        if (size(blank%parts) > 1) print "(a)", "patch            "//blank%parts(i)%element%name
+        call print_lines(blank%parts(i)%element)
       end do
       if (size(blank%parts) > 1) print "(a)", "all patches      "// &
         to_text(n_elements_of(blank%parts))//" elements"
@@ -84,33 +81,16 @@ contains
                  /next_step(control, 0.0_wp, model%rate)
   end function n_steps_of
 
-  subroutine print_patch(patch)
-    type(ig_patch_t), intent(in) :: patch
-    character(:), allocatable :: kernel
+  subroutine print_lines(element)
+    class(element_t), intent(in) :: element
+    type(string_t), allocatable :: lines(:)
+    integer :: i
 
-    print "(a)", "elements         "//to_text(product(patch%axes%n_elements))//" ("// &
-      triple(patch%axes%n_elements)//")"
-    print "(a)", "degrees          "//triple(patch%axes%degree)
-    print "(a)", "control points   "//to_text(product(patch%n_control))
-    kernel = kernel_name(patch%kernel)
-    if (patch%plane%kernel > 0) kernel = plane_kernel_name(patch%plane%kernel)
-    print "(a)", "points           "//to_text(product(patch%axes%n_points))//" an element ("// &
-      triple(patch%axes%n_points)//"), kernel "//kernel
-    associate (projection => patch%projection)
-      if (projection%is_smooth) then
-        print "(a)", "projection       "//projection_name(projection%kind)//", smooth"
-      else if (projection%kind /= project_nothing) then
-        print "(a)", "projection       "//projection_name(projection%kind)//" with "// &
-          triple(projection%n_samples)//" samples"
-      end if
-    end associate
-  end subroutine print_patch
-
-  function triple(n) result(text)
-    integer, intent(in) :: n(3)
-    character(:), allocatable :: text
-
-    text = to_text(n(1))//" x "//to_text(n(2))//" x "//to_text(n(3))
-  end function triple
+    allocate (lines(0))
+    call element%describe(lines)
+    do i = 1, size(lines)
+      print "(a)", lines(i)%value
+    end do
+  end subroutine print_lines
 
 end module check_report

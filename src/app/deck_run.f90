@@ -35,7 +35,6 @@ module deck_run
   use spent_checkpoint, only: drop_checkpoint
   use run_start, only: new_saver, claim_files, start_run, saving_words
   use forming_run, only: run_model, save_failed, first_steps
-  use plane_dispatch, only: plane_kernel_name
   use check_report, only: print_check, print_forecast
   use run_forecast, only: outlook_t
   use bar_torsion, only: check_torsion
@@ -367,8 +366,7 @@ contains
         call log_line(log, "reduction  plane strain: a strip of 1/"// &
                       rounded_text(model%width_ratio)//" of the width; forces, energies and "// &
                       "masses are those of all of it")
-      if (blank%parts(1)%patch%plane%kernel > 0) &
-        call log_line(log, "kernel     "//plane_kernel_name(blank%parts(1)%patch%plane%kernel))
+      call log_line(log, "kernel     "//blank%parts(1)%element%kernel_name())
     end associate
   end subroutine log_model
 
@@ -408,18 +406,13 @@ contains
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(results_setup_t), intent(out) :: setup
-    integer :: axis, i, p
+    integer :: i, p
 
     allocate (setup%patches(size(model%bodies%blank%parts)))
     do p = 1, size(setup%patches)
-      setup%patches(p)%name = model%bodies%blank%parts(p)%name
-      setup%patches(p)%solid = model%bodies%blank%parts(p)%solid
-      do axis = 1, 3
-        associate (table => model%bodies%blank%parts(p)%patch%axes(axis))
-          setup%patches(p)%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, &
-                                                     table%weights)
-        end associate
-      end do
+      setup%patches(p)%name = model%bodies%blank%parts(p)%element%name
+      setup%patches(p)%solid = model%bodies%blank%parts(p)%element%grid
+      setup%patches(p)%rule = model%bodies%blank%parts(p)%element%rule
     end do
     allocate (setup%tools(size(scene%tools)), setup%probes(size(scene%probes)))
     do i = 1, size(scene%tools)

@@ -6,9 +6,8 @@ module flow_cost
   use kinds, only: wp
   use seams, only: seams_t
   use block_law, only: block_law_t
-  use ig_patch, only: force_report_t
-  use patch_body, only: patch_body_t
-  use body_forces, only: forces_of_bodies
+  use element, only: part_t, force_report_t
+  use body_parts, only: forces_of_parts
   use blank, only: blank_t
   implicit none
   private
@@ -25,7 +24,7 @@ module flow_cost
 
   !> A copy of the blank.
   type :: trial_t
-    type(patch_body_t), allocatable :: parts(:)
+    type(part_t), allocatable :: parts(:)
     type(seams_t) :: seams
   end type trial_t
 
@@ -92,7 +91,7 @@ contains
     integer :: p, c
 
     do p = 1, size(trial%parts)
-      associate (motion => trial%parts(p)%motion)
+      associate (motion => trial%parts(p)%element%motion)
         do c = 1, 3
           motion%v(:, :, :, c) = dstrain/dt*load(c)*motion%x(:, :, :, c)
         end do
@@ -100,7 +99,7 @@ contains
         motion%x = motion%x + dt*motion%v
       end associate
     end do
-    call forces_of_bodies(trial%parts, trial%seams, law, dt, report)
+    call forces_of_parts(trial%parts, trial%seams, law, dt, report)
     ok = report%failed_block == huge(1)
   end subroutine stretch
 

@@ -53,7 +53,7 @@ contains
 
     allocate (fixed(size(model%bodies%blank%parts)))
     do p = 1, size(fixed)
-      associate (n => model%bodies%blank%parts(p)%patch%n_control)
+      associate (n => model%bodies%blank%parts(p)%element%grid%axes%n_basis)
         allocate (fixed(p)%is_fixed(n(1), n(2), n(3), 3), source=.false.)
       end associate
     end do

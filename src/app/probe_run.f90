@@ -229,10 +229,20 @@ contains
       end select
     end do
     scaled = scaled + (inertia%clock - contact) &
-             *sum(model%bodies%blank%parts%patch%n_blocks) &
-             /sum(probe%bodies%blank%parts%patch%n_blocks)
+             *n_evaluated_of(model%bodies%blank)/n_evaluated_of(probe%bodies%blank)
     seconds = inertia%seconds/inertia%n_steps*scaled/inertia%clock
   end function scaled_step
+
+  !> Integration points that a force evaluation of the blank works.
+  pure real(wp) function n_evaluated_of(blank) result(n)
+    type(blank_t), intent(in) :: blank
+    integer :: p
+
+    n = 0.0_wp
+    do p = 1, size(blank%parts)
+      n = n + blank%parts(p)%element%n_evaluated
+    end do
+  end function n_evaluated_of
 
   !> Contact points of a pair.
   pure integer function n_contact_points(model, i) result(n)
@@ -254,7 +264,9 @@ contains
     energy = 0.0_wp
     do p = 1, size(blank%parts)
       do c = 1, 3
-        energy = energy + 0.5_wp*sum(blank%parts(p)%mass*blank%parts(p)%motion%v(:, :, :, c)**2)
+        associate (element => blank%parts(p)%element)
+          energy = energy + 0.5_wp*sum(element%mass*element%motion%v(:, :, :, c)**2)
+        end associate
       end do
     end do
   end function kinetic_energy

@@ -160,10 +160,11 @@ contains
 
     n = 0.0_wp
     do p = 1, size(model%bodies%blank%parts)
-      associate (axes => model%bodies%blank%parts(p)%patch%axes)
-        n = n + values_of_node*product(real(maxval(axes%degree)*axes%n_elements + 1, wp)) &
-            + (values_of_point + model%bodies%blank%law%n_state)*real(product(axes%n_points), wp) &
-            *product(axes%n_elements)
+      associate (element => model%bodies%blank%parts(p)%element)
+        n = n + values_of_node*product(real(maxval(element%grid%axes%degree)*element%n_elements &
+                                            + 1, wp)) &
+            + (values_of_point + model%bodies%blank%law%n_state) &
+            *real(product(element%rule%n), wp)*product(element%n_elements)
       end associate
     end do
     length = tool_cell_length(model)

@@ -1,7 +1,6 @@
 !> How finely the tools are shown in the results.
 module tool_display
   use kinds, only: wp
-  use nurbs_solid, only: solid_face
   use surface_grid, only: element_size_of, no_length
   use model, only: model_t
   implicit none
@@ -18,7 +17,7 @@ contains
 
     length = no_length
     if (model%output%has_pressure) then
-      length = element_size_of(solid_face(model%bodies%blank%parts(1)%solid, 6))
+      length = element_size_of(model%bodies%blank%parts(1)%element%surface(6))
     end if
   end function tool_cell_length
 

@@ -8,7 +8,6 @@ module channel_case
   use timer, only: watch_seconds, clock_ticks, ticks_to_seconds
   use scene, only: scene_t
   use deck_reader, only: read_deck
-  use gauss_rule, only: gauss_rule_t
   use blank, only: n_controls_of
   use model, only: model_t
   use model_setup, only: build_model
@@ -16,6 +15,7 @@ module channel_case
   use run_log, only: run_log_t, timings_t, open_log, close_log
   use snapshot, only: fill_frame
   use internal_force, only: add_tiles
+  use solid_element, only: solid_element_t
   use central_difference, only: advance
   use run_data, only: run_t
   use energy_balance, only: energy_balance_t
@@ -104,7 +104,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(fault_list_t) :: faults
     type(results_setup_t) :: setup
-    integer :: axis, i
+    integer :: i
 
     call close_model(self)
     call build_model(self%scene, self%model, faults)
@@ -115,13 +115,9 @@ contains
     call new_run(self%model, self%solver)
     setup%path = self%file
     allocate (setup%patches(1))
-    setup%patches(1)%name = self%model%bodies%blank%parts(1)%name
-    setup%patches(1)%solid = self%model%bodies%blank%parts(1)%solid
-    do axis = 1, 3
-      associate (table => self%model%bodies%blank%parts(1)%patch%axes(axis))
-        setup%patches(1)%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, table%weights)
-      end associate
-    end do
+    setup%patches(1)%name = self%model%bodies%blank%parts(1)%element%name
+    setup%patches(1)%solid = self%model%bodies%blank%parts(1)%element%grid
+    setup%patches(1)%rule = self%model%bodies%blank%parts(1)%element%rule
     allocate (setup%tools(size(self%scene%tools)), setup%probes(0))
     do i = 1, size(setup%tools)
       setup%tools(i)%name = self%scene%tools(i)%name
@@ -168,13 +164,14 @@ contains
         call update(self%model)
       end do
     case ("scatter")
-      associate (body => self%model%bodies%blank%parts(1))
+      select type (body => self%model%bodies%blank%parts(1)%element)
+      type is (solid_element_t)
         do i = 1, self%n_calls
           !$omp parallel
           call add_tiles(body%patch, body%buffers, body%motion%internal_force)
           !$omp end parallel
         end do
-      end associate
+      end select
     case ("history")
       do i = 1, self%n_calls
         call take_balances(self%model, self%solver, balance)
@@ -200,9 +197,9 @@ contains
     seconds = ticks_to_seconds(clock_ticks() - started)
     call close_log(log)
     self%has_failed = self%has_failed .or. allocated(error)
-    associate (axes => self%model%bodies%blank%parts(1)%patch%axes)
-      self%n_units = real(self%solver%n_steps, wp)*product(axes%n_elements)
-      self%n_points = product(axes%n_points)
+    associate (element => self%model%bodies%blank%parts(1)%element)
+      self%n_units = real(self%solver%n_steps, wp)*product(element%n_elements)
+      self%n_points = product(element%rule%n)
     end associate
     if (seconds >= self%least) return
     self%least = seconds
@@ -213,7 +210,8 @@ contains
   subroutine update(model)
     type(model_t), intent(inout) :: model
 
-    associate (body => model%bodies%blank%parts(1), motion => model%bodies%blank%parts(1)%motion)
+    associate (body => model%bodies%blank%parts(1)%element, &
+               motion => model%bodies%blank%parts(1)%element%motion)
       call advance(shape(body%inertia), 1.0e-7_wp, 1.0e-7_wp, body%inertia, .true., &
                    motion%external_force, motion%internal_force, motion%v, motion%x)
     end associate

@@ -6,7 +6,8 @@ module first_order_forces
   use errors, only: error_t, fail
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
-  use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use element, only: force_report_t
+  use ig_patch, only: ig_patch_t, tile_buffer_t
   use kernel_dispatch, only: kernel_name, takes_fields
   use internal_force, only: add_tiles
   use tile_forces, only: work_tile

@@ -5,7 +5,8 @@ module force_case
   use nurbs_solid, only: nurbs_solid_t
   use primitives, only: box_solid
   use block_law, only: block_law_t
-  use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use element, only: force_report_t
+  use ig_patch, only: ig_patch_t, tile_buffer_t
   use strain_projection, only: projection_spec_t, project_nothing
   use patch_setup, only: new_patch, new_tile_buffers
   use plane_setup, only: set_plane_strain

@@ -8,7 +8,8 @@ module spurious_modes
   use primitives, only: box_solid
   use elastic, only: elastic_t, new_elastic
   use block_law, only: block_law_t
-  use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use element, only: force_report_t
+  use ig_patch, only: ig_patch_t, tile_buffer_t
   use strain_projection, only: projection_spec_t, project_nothing
   use patch_setup, only: new_patch, new_tile_buffers
   use internal_force, only: internal_forces

@@ -9,15 +9,14 @@ module stable_step
   use elastic, only: elastic_t
   use block_law, only: block_law_t
   use seams, only: seams_t, is_counted
-  use ig_patch, only: ig_patch_t, force_report_t
+  use element, only: element_t, part_t, force_report_t
   use column_scaling, only: column_directions, shrink_differences
-  use patch_body, only: patch_body_t, without_state, share_internal_forces
-  use body_forces, only: forces_of_bodies
+  use body_parts, only: forces_of_parts, elastic_copies, share_internal_forces
   use lapack, only: tridiagonal_eigensystem
   implicit none
   private
 
-  public :: largest_frequency, viscous_step, damping_ratio, damped_step
+  public :: largest_frequency, viscous_step, damped_step
 
   !> A vector on the control points of one patch.
   type :: field_t
@@ -30,13 +29,13 @@ contains
   !> Bound of the largest angular frequency [1/time] and the geometric rate |J^-1|^2 that belongs
   !! to the shape it was found for: that of the control points now.
   subroutine largest_frequency(bodies, seams, law, omega, rate)
-    type(patch_body_t), intent(in) :: bodies(:)
+    type(part_t), intent(in) :: bodies(:)
     type(seams_t), intent(in) :: seams
     class(block_law_t), intent(in) :: law
     real(wp), intent(out) :: omega, rate
     integer, parameter :: max_vectors = 150
     real(wp), parameter :: tolerance = 1.0e-3_wp
-    type(patch_body_t), allocatable :: trial(:)
+    type(part_t), allocatable :: trial(:)
     type(seams_t) :: joints
     type(elastic_t) :: rigidity
     type(field_t), allocatable :: now(:), before(:), next(:)
@@ -47,7 +46,7 @@ contains
     rigidity%bulk = law%bulk
     rigidity%shear = law%shear
     joints = seams
-    trial = without_state(bodies)
+    trial = elastic_copies(bodies)
     call set_start(joints, trial, now)
     call divide_vector(now, norm_of(now))
     before = now
@@ -79,7 +78,7 @@ contains
   !! Finite Elements, 2nd ed., Wiley 2014, eq. (6.2.17)). The linear factor damps like the bulk part
   !! of the stiffness times a time, so the largest ratio follows from the frequency of that part.
   real(wp) function viscous_step(bodies, seams, law, omega) result(dt)
-    type(patch_body_t), intent(in) :: bodies(:)
+    type(part_t), intent(in) :: bodies(:)
     type(seams_t), intent(in) :: seams
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: omega             !! from `largest_frequency`
@@ -88,31 +87,16 @@ contains
     integer :: p
 
     damping = 0.0_wp
-    if (bodies(1)%patch%viscosity%is_active .and. bodies(1)%patch%viscosity%linear > 0.0_wp) then
+    if (bodies(1)%element%has_viscosity) then
       dilatation%density = law%density
       dilatation%bulk = law%bulk
       dilatation%shear = 0.0_wp
       call largest_frequency(bodies, seams, dilatation, omega_bulk, rate)
-      damping = maxval([(damping_ratio(bodies(p)%patch, law, omega, omega_bulk), &
+      damping = maxval([(bodies(p)%element%damping_ratio(law, omega, omega_bulk), &
                          p=1, size(bodies))])
     end if
     dt = damped_step(omega, damping)
   end function viscous_step
-
-  !> Largest damping ratio of the linear viscosity, from the largest frequency and that of the bulk
-  !! part of the stiffness alone.
-  pure real(wp) function damping_ratio(patch, law, omega, omega_bulk) result(damping)
-    type(ig_patch_t), intent(in) :: patch
-    class(block_law_t), intent(in) :: law
-    real(wp), intent(in) :: omega, omega_bulk
-    real(wp) :: lag
-
-    associate (viscosity => patch%viscosity)
-      lag = viscosity%linear*viscosity%density*viscosity%wave_speed*maxval(viscosity%length) &
-            /law%bulk
-    end associate
-    damping = 0.5_wp*lag*omega_bulk**2/omega
-  end function damping_ratio
 
   !> Stable step of a frequency with a damping ratio whose force comes half a step late.
   pure real(wp) function damped_step(omega, damping) result(dt)
@@ -124,13 +108,13 @@ contains
   !> The start vector, alike in all members of a seam.
   subroutine set_start(seams, trial, start)
     type(seams_t), intent(inout) :: seams
-    type(patch_body_t), intent(inout) :: trial(:)
+    type(part_t), intent(inout) :: trial(:)
     type(field_t), allocatable, intent(out) :: start(:)
     integer :: p, n(4)
 
     allocate (start(size(trial)))
     do p = 1, size(trial)
-      associate (motion => trial(p)%motion)
+      associate (motion => trial(p)%element%motion)
         n = shape(motion%x)
         motion%internal_force = scattered_start(n, p)
         if (seams%n_groups > 0) start(p)%counts = reshape( &
@@ -139,7 +123,7 @@ contains
     end do
     call share_internal_forces(trial, seams)
     do p = 1, size(trial)
-      start(p)%at = trial(p)%motion%internal_force
+      start(p)%at = trial(p)%element%motion%internal_force
     end do
   end subroutine set_start
 
@@ -147,7 +131,7 @@ contains
   !! Scaled columns have the inverse root D^-1/2 (1 - (1 - 1/sqrt(factor)) P), P being the
   !! projection on the differences and D the lumped mass.
   subroutine apply_operator(bodies, seams, law, now, next, rate)
-    type(patch_body_t), intent(inout) :: bodies(:)
+    type(part_t), intent(inout) :: bodies(:)
     type(seams_t), intent(inout) :: seams
     type(elastic_t), intent(in) :: law
     type(field_t), intent(in) :: now(:)
@@ -160,34 +144,34 @@ contains
     smallest = huge(1.0_wp)
     largest = 0.0_wp
     do p = 1, size(bodies)
-      associate (v => bodies(p)%motion%v)
+      associate (body => bodies(p)%element, v => bodies(p)%element%motion%v)
         do c = 1, 3
-          v(:, :, :, c) = now(p)%at(:, :, :, c)/sqrt(bodies(p)%inertia)
+          v(:, :, :, c) = now(p)%at(:, :, :, c)/sqrt(body%inertia)
         end do
-        if (allocated(bodies(p)%column_factor)) call shrink_columns(bodies(p), v)
-        smallest = min(smallest, bodies(p)%patch%viscosity%shortest)
+        if (allocated(body%column_factor)) call shrink_columns(body, v)
+        smallest = min(smallest, body%shortest)
         largest = max(largest, maxval(abs(v)))
-        bodies(p)%patch%stress = 0.0_wp
       end associate
     end do
     ! Small beside the thinnest element, so that the force is linear in it to six digits.
     scaling = 1.0e-7_wp*smallest/largest
-    call forces_of_bodies(bodies, seams, law, scaling, report)
+    call forces_of_parts(bodies, seams, law, scaling, report, is_trial=.true.)
     rate = report%largest_rate
     do p = 1, size(bodies)
-      do c = 1, 3
-        next(p)%at(:, :, :, c) = bodies(p)%motion%internal_force(:, :, :, c) &
-                                 /(scaling*bodies(p)%inertia)
-      end do
-      if (allocated(bodies(p)%column_factor)) call shrink_columns(bodies(p), next(p)%at)
-      do c = 1, 3
-        next(p)%at(:, :, :, c) = next(p)%at(:, :, :, c)*sqrt(bodies(p)%inertia)
-      end do
+      associate (body => bodies(p)%element)
+        do c = 1, 3
+          next(p)%at(:, :, :, c) = body%motion%internal_force(:, :, :, c)/(scaling*body%inertia)
+        end do
+        if (allocated(body%column_factor)) call shrink_columns(body, next(p)%at)
+        do c = 1, 3
+          next(p)%at(:, :, :, c) = next(p)%at(:, :, :, c)*sqrt(body%inertia)
+        end do
+      end associate
     end do
   end subroutine apply_operator
 
   pure subroutine shrink_columns(body, field)
-    type(patch_body_t), intent(in) :: body
+    class(element_t), intent(in) :: body
     real(wp), intent(inout) :: field(:, :, :, :)
 
     call shrink_differences(body%inertia, column_directions(body%motion%x), &

@@ -4,9 +4,8 @@ module vibration
   use elastic, only: elastic_t
   use block_law, only: block_law_t
   use seams, only: seams_t, is_counted, collect, sum_groups, hand_out
-  use ig_patch, only: force_report_t
-  use patch_body, only: patch_body_t, without_state
-  use body_forces, only: forces_of_bodies
+  use element, only: part_t, force_report_t
+  use body_parts, only: forces_of_parts, elastic_copies
   use lapack, only: eigenvalues
   implicit none
   private
@@ -18,9 +17,9 @@ module vibration
     logical, allocatable :: is_fixed(:, :, :, :)   !! shape (n1, n2, n3, 3)
   end type fixed_t
 
-  !> One free component: patch, and place in its field as one list.
+  !> One free component: part, and place in its field as one list.
   type :: freedom_t
-    integer :: patch = 0, place = 0
+    integer :: part = 0, place = 0
   end type freedom_t
 
 contains
@@ -30,12 +29,12 @@ contains
   !! with each sign for every column. Rigid motions give zero up to round-off. What is joined at
   !! seams counts once; it is fixed where its first member is.
   function free_frequencies(bodies, seams, law, fixed) result(omega)
-    type(patch_body_t), intent(in) :: bodies(:)
+    type(part_t), intent(in) :: bodies(:)
     type(seams_t), intent(in) :: seams
     class(block_law_t), intent(in) :: law
     type(fixed_t), intent(in) :: fixed(:)           !! by patch
     real(wp), allocatable :: omega(:)
-    type(patch_body_t), allocatable :: trial(:)
+    type(part_t), allocatable :: trial(:)
     type(seams_t) :: joints
     type(elastic_t) :: rigidity
     type(freedom_t), allocatable :: free(:)
@@ -44,13 +43,14 @@ contains
     integer :: i
 
     free = list_free(bodies, seams, fixed)
-    trial = without_state(bodies)
+    trial = elastic_copies(bodies)
     joints = seams
     rigidity%density = law%density
     rigidity%bulk = law%bulk
     rigidity%shear = law%shear
-    tiny_motion = 1.0e-6_wp*minval([(bodies(i)%patch%viscosity%shortest, i=1, size(bodies))])
-    root = sqrt([(inertia_of(bodies(free(i)%patch), free(i)%place), i=1, size(free))])
+    tiny_motion = 1.0e-6_wp*minval([(bodies(i)%element%shortest, i=1, size(bodies))])
+    root = sqrt([(inertia_of(bodies(free(i)%part)%element%inertia, free(i)%place), &
+                  i=1, size(free))])
     allocate (matrix(size(free), size(free)), plus(size(free)), minus(size(free)))
     do i = 1, size(free)
       call raise_forces(trial, joints, rigidity, free(i), tiny_motion, free, plus)
@@ -62,7 +62,7 @@ contains
 
   !> Number of free components.
   pure integer function n_free(bodies, seams, fixed)
-    type(patch_body_t), intent(in) :: bodies(:)
+    type(part_t), intent(in) :: bodies(:)
     type(seams_t), intent(in) :: seams
     type(fixed_t), intent(in) :: fixed(:)           !! by patch
 
@@ -70,7 +70,7 @@ contains
   end function n_free
 
   pure function list_free(bodies, seams, fixed) result(free)
-    type(patch_body_t), intent(in) :: bodies(:)
+    type(part_t), intent(in) :: bodies(:)
     type(seams_t), intent(in) :: seams
     type(fixed_t), intent(in) :: fixed(:)
     type(freedom_t), allocatable :: free(:)
@@ -80,26 +80,26 @@ contains
 
     allocate (free(0))
     do p = 1, size(bodies)
-      counts = is_counted(seams, p, size(bodies(p)%mass))
+      counts = is_counted(seams, p, size(bodies(p)%element%mass))
       counts = [counts, counts, counts] .and. .not. [fixed(p)%is_fixed]
       places = pack([(i, i=1, size(counts))], counts)
       free = [free, [(freedom_t(p, places(i)), i=1, size(places))]]
     end do
   end function list_free
 
-  pure real(wp) function inertia_of(body, place) result(inertia)
-    type(patch_body_t), intent(in) :: body
+  pure real(wp) function inertia_of(inertias, place) result(inertia)
+    real(wp), intent(in) :: inertias(:, :, :)
     integer, intent(in) :: place
     integer :: i, n(3)
 
-    n = shape(body%inertia)
+    n = shape(inertias)
     i = mod(place - 1, product(n))
-    inertia = body%inertia(mod(i, n(1)) + 1, mod(i/n(1), n(2)) + 1, i/(n(1)*n(2)) + 1)
+    inertia = inertias(mod(i, n(1)) + 1, mod(i/n(1), n(2)) + 1, i/(n(1)*n(2)) + 1)
   end function inertia_of
 
   !> Forces in the free components that a motion of one of them raises.
   subroutine raise_forces(bodies, seams, law, moved, amount, free, forces)
-    type(patch_body_t), intent(inout) :: bodies(:)
+    type(part_t), intent(inout) :: bodies(:)
     type(seams_t), intent(inout) :: seams
     type(elastic_t), intent(in) :: law
     type(freedom_t), intent(in) :: moved, free(:)
@@ -109,19 +109,18 @@ contains
     integer :: p, i
 
     do p = 1, size(bodies)
-      bodies(p)%patch%stress = 0.0_wp
-      bodies(p)%motion%v = 0.0_wp
-      if (p == moved%patch) call set_place(size(bodies(p)%motion%v), moved%place, amount, &
-                                           bodies(p)%motion%v)
-      call collect(seams, p, size(bodies(p)%mass), 3, bodies(p)%motion%v)
+      bodies(p)%element%motion%v = 0.0_wp
+      if (p == moved%part) call set_place(size(bodies(p)%element%motion%v), moved%place, amount, &
+                                           bodies(p)%element%motion%v)
+      call collect(seams, p, size(bodies(p)%element%mass), 3, bodies(p)%element%motion%v)
     end do
     call sum_groups(seams, 3)
     do p = 1, size(bodies)
-      call hand_out(seams, p, size(bodies(p)%mass), 3, bodies(p)%motion%v)
+      call hand_out(seams, p, size(bodies(p)%element%mass), 3, bodies(p)%element%motion%v)
     end do
-    call forces_of_bodies(bodies, seams, law, 1.0_wp, report)
+    call forces_of_parts(bodies, seams, law, 1.0_wp, report, is_trial=.true.)
     do i = 1, size(free)
-      associate (force => bodies(free(i)%patch)%motion%internal_force)
+      associate (force => bodies(free(i)%part)%element%motion%internal_force)
         forces(i) = value_at(size(force), free(i)%place, force)
       end associate
     end do

@@ -8,18 +8,19 @@ module blank
   use seam_columns, only: column_mask_t, whole_columns
   use block_law, only: block_law_t
   use strain_projection, only: projection_spec_t
-  use ig_patch, only: force_report_t
-  use patch_body, only: patch_body_t, motion_t, new_patch_body, set_inertia
+  use element, only: part_t, force_report_t
+  use body_parts, only: set_inertia
+  use element_kinds, only: new_part
   implicit none
   private
 
-  public :: blank_t, motion_t, patch_body_t, new_blank, face_slice
+  public :: blank_t, new_blank, face_slice
   public :: n_elements_of, n_controls_of, mass_of, columns_of
 
   !> All patches with their motion.
   type :: blank_t
     character(:), allocatable :: name
-    type(patch_body_t), allocatable :: parts(:)
+    type(part_t), allocatable :: parts(:)
     type(seams_t) :: seams
     class(block_law_t), allocatable :: law
     real(wp) :: mass_factor = 1.0_wp        !! by which scaling has raised all masses
@@ -54,11 +55,11 @@ contains
     allocate (blank%parts(size(patches)))
     do p = 1, size(patches)
       associate (spec => patches(p))
-        call new_patch_body(blank%parts(p), spec%name, solids(p), spec%n_points, spec%n_parts, &
+        call new_part(blank%parts(p), spec%name, solids(p), spec%n_points, spec%n_parts, &
                             law, viscosity, error, projection)
         if (allocated(error)) return
       end associate
-      blank%parts(p)%patch%n_before = n_elements_of(blank%parts(:p - 1))
+      blank%parts(p)%element%n_before = n_elements_of(blank%parts(:p - 1))
     end do
     call set_inertia(blank%parts, blank%seams)
     call move_alloc(law, blank%law)
@@ -66,34 +67,34 @@ contains
 
   !> Elements of all patches.
   pure integer function n_elements_of(parts) result(n)
-    type(patch_body_t), intent(in) :: parts(:)
+    type(part_t), intent(in) :: parts(:)
     integer :: p
 
     n = 0
     do p = 1, size(parts)
-      n = n + product(parts(p)%patch%axes%n_elements)
+      n = n + product(parts(p)%element%n_elements)
     end do
   end function n_elements_of
 
   !> Control points of all patches, those at seams as often as patches meet there.
   pure integer function n_controls_of(parts) result(n)
-    type(patch_body_t), intent(in) :: parts(:)
+    type(part_t), intent(in) :: parts(:)
     integer :: p
 
     n = 0
     do p = 1, size(parts)
-      n = n + product(parts(p)%patch%n_control)
+      n = n + size(parts(p)%element%grid%weights)
     end do
   end function n_controls_of
 
   !> Mass of all patches.
   pure real(wp) function mass_of(parts) result(mass)
-    type(patch_body_t), intent(in) :: parts(:)
+    type(part_t), intent(in) :: parts(:)
     integer :: p
 
     mass = 0.0_wp
     do p = 1, size(parts)
-      mass = mass + sum(parts(p)%mass)
+      mass = mass + sum(parts(p)%element%mass)
     end do
   end function mass_of
 
@@ -103,7 +104,7 @@ contains
     type(column_mask_t), allocatable :: is_whole(:)
     integer :: p
 
-    is_whole = whole_columns(blank%seams, reshape([(blank%parts(p)%patch%n_control, &
+    is_whole = whole_columns(blank%seams, reshape([(blank%parts(p)%element%grid%axes%n_basis, &
                                                     p=1, size(blank%parts))], &
                                                   [3, size(blank%parts)]))
   end function columns_of

@@ -42,7 +42,7 @@ contains
     p = 1
     do while (p <= size(self%points, 2))
       associate (i => self%points(1, p), j => self%points(2, p), k => self%points(3, p), &
-                 c => self%component, body => bodies%blank%parts(self%part(p)))
+                 c => self%component, body => bodies%blank%parts(self%part(p))%element)
         n = row_length(self, p, size(body%mass, 1))
         call hold_row(n, velocity, body%mass(i, j, k), body%motion%v(i, j, k, c), total)
       end associate
@@ -107,7 +107,7 @@ contains
     dt_before = 2.0_wp*instant%dt_mean - instant%dt
     do p = 1, size(self%points, 2)
       associate (i => self%points(1, p), j => self%points(2, p), k => self%points(3, p), &
-                 c => self%component, body => bodies%blank%parts(self%part(p)))
+                 c => self%component, body => bodies%blank%parts(self%part(p))%element)
         associate (motion => body%motion)
           before = motion%v(i, j, k, c) - instant%dt_mean/body%inertia(i, j, k) &
                    *(motion%external_force(i, j, k, c) - motion%internal_force(i, j, k, c))

@@ -135,7 +135,7 @@ contains
     couple = 0.0_wp
     if (self%is_awake) call wake_contact(self%pair)
     associate (low => self%lower, high => self%upper, tool => bodies%tools(self%tool), &
-               motion => bodies%blank%parts(self%part)%motion)
+               motion => bodies%blank%parts(self%part)%element%motion)
       before = tool%force
       select case (findloc(low == high, .true., dim=1))
       case (1)
@@ -220,7 +220,7 @@ contains
     real(wp), allocatable :: net_v(:, :, :, :), net_force(:, :, :, :)
 
     associate (low => self%lower, high => self%upper)
-      net_v = bodies%blank%parts(self%part)%motion%v(low(1):high(1), low(2):high(2), &
+      net_v = bodies%blank%parts(self%part)%element%motion%v(low(1):high(1), low(2):high(2), &
                                                      low(3):high(3), :)
     end associate
     allocate (net_force, mold=net_v)

@@ -5,7 +5,8 @@ module damping
   use assembly, only: assembly_t
   use blank, only: blank_t
   use column_scaling, only: column_directions, shrink_differences
-  use patch_body, only: patch_body_t, field_t, carry_fields
+  use element, only: element_t
+  use body_parts, only: field_t, carry_fields
   use effect, only: effect_t, instant_t, tally_t
   implicit none
   private
@@ -52,7 +53,8 @@ contains
     share = 0.5_wp*alpha*instant%dt_mean
     self%force = 0.0_wp
     do p = 1, size(bodies%blank%parts)
-      associate (body => bodies%blank%parts(p), motion => bodies%blank%parts(p)%motion)
+      associate (body => bodies%blank%parts(p)%element, &
+                 motion => bodies%blank%parts(p)%element%motion)
         v_before = velocities_before(body, instant)
         change = -(motion%v + v_before)*(share/(1.0_wp + share))
         motion%v = motion%v + change
@@ -80,14 +82,14 @@ contains
 
     allocate (self%before(size(blank%parts)))
     do p = 1, size(self%before)
-      allocate (self%before(p)%values, mold=blank%parts(p)%motion%v)
+      allocate (self%before(p)%values, mold=blank%parts(p)%element%motion%v)
       self%before(p)%values = 0.0_wp
     end do
   end subroutine start_damping
 
   !> Velocities half a step back, from those that the forces of this instant have led to.
   pure function velocities_before(body, instant) result(v)
-    type(patch_body_t), intent(in) :: body
+    class(element_t), intent(in) :: body
     type(instant_t), intent(in) :: instant
     real(wp), allocatable :: v(:, :, :, :)
     integer :: c

@@ -40,11 +40,11 @@ contains
 
     load%name = "gravity"
     load%part = part
-    load%upper = shape(blank%parts(part)%mass)
+    load%upper = shape(blank%parts(part)%element%mass)
     load%curve = curve
     allocate (load%pattern(load%upper(1), load%upper(2), load%upper(3), 3))
     do c = 1, 3
-      load%pattern(:, :, :, c) = blank%parts(part)%mass*(acceleration(c)/blank%mass_factor)
+      load%pattern(:, :, :, c) = blank%parts(part)%element%mass*(acceleration(c)/blank%mass_factor)
     end do
   end function gravity_load
 
@@ -81,7 +81,7 @@ contains
 
     now = curve_value(self%curve, instant%time)
     associate (low => self%lower, high => self%upper, &
-               motion => bodies%blank%parts(self%part)%motion)
+               motion => bodies%blank%parts(self%part)%element%motion)
       self%external_work = self%external_work + 0.5_wp*(self%scaling + now)*instant%dt &
                            *sum(self%pattern*motion%v(low(1):high(1), low(2):high(2), &
                                                       low(3):high(3), :))
@@ -118,7 +118,7 @@ contains
     real(wp), intent(in) :: dt
 
     associate (low => self%lower, high => self%upper, &
-               v => bodies%blank%parts(self%part)%motion%v)
+               v => bodies%blank%parts(self%part)%element%motion%v)
       self%external_work = self%external_work + 0.5_wp*dt*self%scaling*sum(self%pattern &
                            *v(low(1):high(1), low(2):high(2), low(3):high(3), :))
     end associate

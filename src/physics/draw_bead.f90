@@ -181,7 +181,7 @@ contains
     integer :: c
 
     associate (low => self%lower, high => self%upper, &
-               motion => bodies%blank%parts(self%part)%motion)
+               motion => bodies%blank%parts(self%part)%element%motion)
       x = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
       v = motion%v(low(1):high(1), low(2):high(2), low(3):high(3), :)
       allocate (held, mold=x)
@@ -218,8 +218,8 @@ contains
     real(wp), intent(in) :: dt
 
     associate (low => self%lower, high => self%upper)
-      associate (v => bodies%blank%parts(self%part)%motion%v(low(1):high(1), low(2):high(2), &
-                                                             low(3):high(3), :))
+      associate (v => bodies%blank%parts(self%part)%element%motion%v( &
+                        low(1):high(1), low(2):high(2), low(3):high(3), :))
         self%lost = self%lost - 0.5_wp*dt*sum(self%held*v)
         self%external_work = self%external_work + 0.5_wp*dt*sum(self%pushed*v)
       end associate

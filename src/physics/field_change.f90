@@ -3,7 +3,6 @@ module field_change
   use kinds, only: wp
   use state_store, only: state_store_t
   use assembly, only: assembly_t
-  use given_fields, only: spread_fields
   use motion_curve, only: curve_t, curve_value, start_curve
   use effect, only: effect_t, instant_t
   implicit none
@@ -36,14 +35,14 @@ contains
 
     do p = 1, size(bodies%blank%parts)
       if (.not. self%is_first) exit
-      associate (patch => bodies%blank%parts(p)%patch)
-        patch%nodal = patch%nodal_start
+      associate (element => bodies%blank%parts(p)%element)
+        element%nodal = element%nodal_start
       end associate
     end do
     call set_values(self, self%values*curve_value(self%curve, instant%time + instant%dt), bodies)
     do p = 1, size(bodies%blank%parts)
       if (.not. self%is_last) exit
-      call spread_fields(bodies%blank%parts(p)%patch)
+      call bodies%blank%parts(p)%element%spread_fields()
     end do
   end subroutine apply
 
@@ -55,7 +54,8 @@ contains
 
     do i = 1, size(values)
       associate (at => self%points(:, i))
-        bodies%blank%parts(self%part(i))%patch%nodal(at(1), at(2), at(3), self%variable) = values(i)
+        bodies%blank%parts(self%part(i))%element%nodal(at(1), at(2), at(3), self%variable) = &
+          values(i)
       end associate
     end do
   end subroutine set_values

@@ -37,7 +37,7 @@ contains
 
     pressure_now = self%value*curve_value(self%curve, instant%time)
     associate (low => self%lower, high => self%upper, &
-               motion => bodies%blank%parts(self%part)%motion)
+               motion => bodies%blank%parts(self%part)%element%motion)
       net = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
       allocate (now, mold=net)
       now = 0.0_wp
@@ -88,7 +88,7 @@ contains
     real(wp), intent(in) :: dt
 
     associate (low => self%lower, high => self%upper, &
-               v => bodies%blank%parts(self%part)%motion%v)
+               v => bodies%blank%parts(self%part)%element%motion%v)
       self%external_work = self%external_work + 0.5_wp*dt*sum(self%before &
                            *v(low(1):high(1), low(2):high(2), low(3):high(3), :))
     end associate

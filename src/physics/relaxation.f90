@@ -6,7 +6,8 @@ module relaxation
   use assembly, only: assembly_t
   use effect, only: instant_t
   use column_scaling, only: column_directions, column_differences
-  use patch_body, only: patch_body_t, field_t, carry_fields
+  use element, only: element_t
+  use body_parts, only: field_t, carry_fields
   use damping, only: damping_t, damp, velocities_before
   implicit none
   private
@@ -106,13 +107,13 @@ contains
     if (.not. allocated(self%internal_force)) then
       allocate (self%internal_force(size(bodies%blank%parts)))
       do p = 1, size(self%internal_force)
-        self%internal_force(p)%values = bodies%blank%parts(p)%motion%internal_force
+        self%internal_force(p)%values = bodies%blank%parts(p)%element%motion%internal_force
       end do
     end if
     stiffness = 0.0_wp
     inertia = 0.0_wp
     do p = 1, size(bodies%blank%parts)
-      associate (body => bodies%blank%parts(p))
+      associate (body => bodies%blank%parts(p)%element)
         call look_at_patch(body, instant, self%internal_force(p)%values, stiffness, inertia)
         associate (motion => body%motion)
           unbalanced(p) = norm_of_forces(body, self%is_free(p)%values* &
@@ -131,7 +132,7 @@ contains
   !> Add what a patch has of the Rayleigh quotient. Of a force at a seam it takes the share that it
   !! has of the mass there, so that every force counts once.
   subroutine look_at_patch(body, instant, force_before, stiffness, inertia)
-    type(patch_body_t), intent(in) :: body
+    class(element_t), intent(in) :: body
     type(instant_t), intent(in) :: instant
     real(wp), intent(inout) :: force_before(:, :, :, :)   !! becomes that of this step
     real(wp), intent(inout) :: stiffness, inertia
@@ -154,7 +155,7 @@ contains
 
   !> Euclidean norm of forces, those at seams by the patch's share of the mass there.
   pure real(wp) function norm_of_forces(body, forces) result(norm)
-    type(patch_body_t), intent(in) :: body
+    class(element_t), intent(in) :: body
     real(wp), intent(in) :: forces(:, :, :, :)
     real(wp) :: of_component(3)
     integer :: c
@@ -167,7 +168,7 @@ contains
 
   !> What scaled columns add to the sum of mass times squared velocity.
   pure real(wp) function column_inertia(body, v) result(inertia)
-    type(patch_body_t), intent(in) :: body
+    class(element_t), intent(in) :: body
     real(wp), intent(in) :: v(:, :, :, :)
     real(wp), allocatable :: differences(:, :, :)
     integer :: k

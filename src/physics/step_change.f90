@@ -42,11 +42,7 @@ contains
     model%output = model%later_steps(1)%output
     model%later_steps = model%later_steps(2:)
     do i = 1, size(model%bodies%blank%parts)
-      associate (patch => model%bodies%blank%parts(i)%patch)
-        patch%step = model%i_step
-        patch%step_start = time
-        patch%before_step = patch%increment
-      end associate
+      call model%bodies%blank%parts(i)%element%begin_step(model%i_step, time)
     end do
     call change_effects(model%i_step, model%step_starts, dt, model%bodies, model%timer, &
                         model%forces, model%later_forces, model%retired)
@@ -70,7 +66,7 @@ contains
     integer :: i
 
     do i = 1, size(model%bodies%blank%parts)
-      model%bodies%blank%parts(i)%motion%external_force = 0.0_wp
+      model%bodies%blank%parts(i)%element%motion%external_force = 0.0_wp
     end do
     do i = 1, size(model%bodies%tools)
       model%bodies%tools(i)%force = 0.0_wp

@@ -3,7 +3,7 @@ module thickness_scaling
   use kinds, only: wp
   use seams, only: collect, sum_groups, hand_out
   use state_store, only: state_store_t, carry, carry_array
-  use patch_body, only: patch_body_t
+  use element, only: element_t
   use assembly, only: assembly_t
   use column_scaling, only: column_directions, column_differences, held_column_lag
   use effect, only: effect_t, instant_t
@@ -42,11 +42,13 @@ contains
 
     associate (parts => bodies%blank%parts, seams => bodies%blank%seams)
       do p = 1, size(parts)
-        call collect(seams, p, size(parts(p)%mass), 3, parts(p)%motion%external_force)
+        associate (force => parts(p)%element%motion%external_force)
+          call collect(seams, p, size(force)/3, 3, force)
+        end associate
       end do
       call sum_groups(seams, 3)
       do p = 1, size(parts)
-        associate (body => parts(p), motion => parts(p)%motion)
+        associate (body => parts(p)%element, motion => parts(p)%element%motion)
           acceleration = motion%external_force
           call hand_out(seams, p, size(body%mass), 3, acceleration)
           do c = 1, 3
@@ -77,7 +79,7 @@ contains
   subroutine set_held_lags(self, part, body, directions, dt, acceleration, lags)
     class(thickness_scaling_t), intent(inout) :: self
     integer, intent(in) :: part
-    type(patch_body_t), intent(in) :: body
+    class(element_t), intent(in) :: body
     real(wp), intent(in) :: directions(:, :, :), dt        !! see `column_directions`; last step
     real(wp), intent(inout) :: acceleration(:, :, :, :)    !! that forces give the lumped mass
     real(wp), intent(inout) :: lags(:, :, :)

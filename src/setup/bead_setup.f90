@@ -10,7 +10,7 @@ module bead_setup
   use closest_point, only: hit_t
   use scene, only: scene_t, bead_spec_t, blank_spec_t
   use nurbs_surface, only: nurbs_surface_t
-  use nurbs_solid, only: solid_face, face_side
+  use nurbs_solid, only: face_side
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss
   use errors, only: error_t
   use blank, only: face_slice
@@ -46,10 +46,10 @@ contains
     allocate (faces(0))
     do p = 1, size(scene%blank%patches)
       if (scene%blank%patches(p)%is_joined(spec%face)) cycle
-      associate (body => model%bodies%blank%parts(p))
-        face = solid_face(body%solid, spec%face)
+      associate (body => model%bodies%blank%parts(p)%element)
+        face = body%surface(spec%face)
         call take_spec(spec, curve_of(scene, spec%curve), p, &
-                       face_slice(body%patch%n_control, spec%face), bead)
+                       face_slice(body%grid%axes%n_basis, spec%face), bead)
         faces = [faces, face]
         call new_draw_bead(bead, face, bead_name(spec, scene%blank, p))
         is_there = is_there .or. is_on(bead, face)

@@ -6,12 +6,13 @@ module contact_setup
   use text, only: to_text, rounded_text
   use scene, only: scene_t, contact_spec_t, blank_spec_t, output_spec_t
   use nurbs_surface, only: nurbs_surface_t
-  use nurbs_solid, only: solid_face, face_axes
+  use nurbs_solid, only: face_axes
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss, points_knot, &
                            points_greville
   use contact, only: contact_options_t, new_contact
   use contact_check, only: initial_gap, face_gaps
-  use blank, only: face_slice, patch_body_t
+  use element, only: element_t
+  use blank, only: face_slice
   use contact_effect, only: contact_effect_t
   use true_depth, only: new_depth_samples, find_deepest
   use radius_check, only: check_radii
@@ -82,14 +83,15 @@ contains
     type(error_t), allocatable :: error
     integer :: bounds(3, 2)
 
-    associate (tool => model%bodies%tools(spec%tool), body => model%bodies%blank%parts(part))
-      call new_slave_surface(slave, solid_face(body%solid, face), point_kind(spec%points), &
+    associate (tool => model%bodies%tools(spec%tool), &
+               body => model%bodies%blank%parts(part)%element)
+      call new_slave_surface(slave, body%surface(face), point_kind(spec%points), &
                              spec%n_points, error)
       if (allocated(error)) then
         call add_fault(faults, spec%origin, error%message, "contact points that fit the blank")
         return
       end if
-      bounds = face_slice(body%patch%n_control, face)
+      bounds = face_slice(body%grid%axes%n_basis, face)
       pair%name = "contact "//tool%name//" "//trim(face_names(face))
       if (size(blank_spec%patches) > 1) pair%name = pair%name//" "//body%name
       pair%tool = spec%tool
@@ -120,7 +122,7 @@ contains
         call add_fault(faults, spec%origin, error%message, "usable contact options")
         return
       end if
-      call new_depth_samples(pair%samples, pair%pair, tool, solid_face(body%solid, face), &
+      call new_depth_samples(pair%samples, pair%pair, tool, body%surface(face), &
                              findloc(face_axes(face), across, dim=1))
       if (spec%first_step == 1) call check_start(spec, blank_spec%origin, model, pair, faults)
       if (model%output%has_pressure) call add_fields(spec, body, face, tool, model%output, pair)
@@ -132,16 +134,16 @@ contains
   !> Fields of the pair on grids of cells that are about as large as the elements of its face.
   subroutine add_fields(spec, body, face, tool, output, pair)
     type(contact_spec_t), intent(in) :: spec
-    type(patch_body_t), intent(in) :: body
+    class(element_t), intent(in) :: body
     integer, intent(in) :: face
     type(tool_t), intent(in) :: tool
     type(output_spec_t), intent(in) :: output
     type(contact_effect_t), intent(inout) :: pair
 
     allocate (pair%fields)
-    call new_contact_fields(pair%fields, pair%pair, tool, solid_face(body%solid, face), face, &
+    call new_contact_fields(pair%fields, pair%pair, tool, body%surface(face), face, &
                             point_kind(spec%points), spec%n_points, element_size_of( &
-                            solid_face(body%solid, face)), output%has_wear)
+                            body%surface(face)), output%has_wear)
   end subroutine add_fields
 
   !> Does the model have a pair of this tool and this face? Their penalties would add up.
@@ -172,7 +174,7 @@ contains
 
   !> Lumped mass of the control points of a face.
   pure function face_mass(body, bounds) result(mass)
-    type(patch_body_t), intent(in) :: body
+    class(element_t), intent(in) :: body
     integer, intent(in) :: bounds(3, 2)
     real(wp), allocatable :: mass(:, :)
     integer :: n(2)
@@ -213,7 +215,7 @@ contains
     total = 0.0_wp
     n = 0
     do p = 1, size(model%bodies%blank%parts)
-      surface = solid_face(model%bodies%blank%parts(p)%solid, face)
+      surface = model%bodies%blank%parts(p)%element%surface(face)
       call new_slave_surface(slave, surface, points_greville, [0, 0], error)
       if (allocated(error)) return
       if (allocated(gaps)) deallocate (gaps, is_proper)
@@ -239,7 +241,7 @@ contains
     character(:), allocatable :: found
     integer :: point
 
-    associate (x => model%bodies%blank%parts(pair%part)%motion%x, &
+    associate (x => model%bodies%blank%parts(pair%part)%element%motion%x, &
                tool => model%bodies%tools(spec%tool))
       net = reshape(x(pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
                       pair%lower(3):pair%upper(3), :), [pair%pair%slave%n_net, 3])

@@ -70,7 +70,8 @@ contains
     type(contact_effect_t), intent(in) :: pair
     real(wp) :: way(3)
 
-    associate (x => model%bodies%blank%parts(pair%part)%motion%x, a => pair%lower, b => pair%upper)
+    associate (x => model%bodies%blank%parts(pair%part)%element%motion%x, &
+               a => pair%lower, b => pair%upper)
       way = sheet_side(model%bodies%tools(pair%tool), &
                        reshape(x(a(1):b(1), a(2):b(2), a(3):b(3), :), [product(b - a + 1), 3]))
     end associate

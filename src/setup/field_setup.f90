@@ -6,7 +6,6 @@ module field_setup
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t
   use user_call, only: user_law_t
-  use given_fields, only: new_given_fields, spread_fields
   use motion_curve, only: constant_curve
   use set_members, only: members_t, find_members
   use support_setup, only: curve_of
@@ -36,27 +35,27 @@ contains
     n = n_fields_of(scene)
     if (n == 0 .or. .not. blank%law%needs_context) return
     do p = 1, size(blank%parts)
-      call new_given_fields(blank%parts(p)%patch, n)
+      call blank%parts(p)%element%new_fields(n)
     end do
     call find_holders(scene, blank, 0, holders)
     do p = 1, size(holders)
-      associate (patch => blank%parts(p)%patch, entry => holders(p)%entry)
+      associate (element => blank%parts(p)%element, entry => holders(p)%entry)
         do v = 1, n
           do k = 1, size(entry, 3)
             do j = 1, size(entry, 2)
               do i = 1, size(entry, 1)
                 if (entry(i, j, k, v) == 0 .and. v == 1) &
-                  patch%nodal(i, j, k, v) = start_temperature(blank%law)
+                  element%nodal(i, j, k, v) = start_temperature(blank%law)
                 if (entry(i, j, k, v) == 0) cycle
-                patch%nodal(i, j, k, v) = value_at(scene%fields(entry(i, j, k, v)), &
-                                                   blank%parts(p)%solid, [i, j, k])
+                element%nodal(i, j, k, v) = value_at(scene%fields(entry(i, j, k, v)), &
+                                                     element%grid, [i, j, k])
               end do
             end do
           end do
         end do
-        patch%nodal_start = patch%nodal
-        call spread_fields(patch)
-        call spread_fields(patch)   ! both ends of the first step
+        element%nodal_start = element%nodal
+        call element%spread_fields()
+        call element%spread_fields()   ! both ends of the first step
       end associate
     end do
   end subroutine set_initial_fields
@@ -165,7 +164,7 @@ contains
               n = n + 1
               change%part(n) = p
               change%points(:, n) = [i, j, k]
-              change%values(n) = value_at(spec, blank%parts(p)%solid, [i, j, k])
+              change%values(n) = value_at(spec, blank%parts(p)%element%grid, [i, j, k])
             end do
           end do
         end do
@@ -184,7 +183,7 @@ contains
 
     allocate (holders(size(blank%parts)))
     do p = 1, size(holders)
-      allocate (holders(p)%entry, source=nint(0.0_wp*blank%parts(p)%patch%nodal))
+      allocate (holders(p)%entry, source=nint(0.0_wp*blank%parts(p)%element%nodal))
     end do
     do i = 1, size(scene%fields)
       if (.not. is_active(scene%fields(i), step)) cycle

@@ -23,7 +23,7 @@ module model_setup
   use blank, only: blank_t, new_blank, columns_of
   use rigid_motion, only: move_tool, rigid_motion_t, motion_term_t
   use set_members, only: members_t, find_members
-  use plane_setup, only: set_plane_strain
+  use element_kinds, only: reduce_to_plane
   use support_setup, only: add_supports, curve_of
   use drive_setup, only: add_drives
   use step_change, only: hold_back_forces
@@ -67,8 +67,7 @@ contains
     call set_stable_step(model)
     if (scene%reduction%component > 0) then
       associate (blank => model%bodies%blank)
-        call set_plane_strain(blank%parts(1)%patch, blank%law, scene%reduction%component, &
-                              blank%parts(1)%motion%x)
+        call reduce_to_plane(blank%parts(1), blank%law, scene%reduction%component)
       end associate
     end if
     call check_step(scene, model, faults)
@@ -341,7 +340,7 @@ contains
       associate (spec => scene%initial_velocities(n), blank => model%bodies%blank)
         if (spec%set > 0) call find_members(blank, scene%sets(spec%set), members)
         do p = 1, size(blank%parts)
-          associate (motion => blank%parts(p)%motion, w => spec%omega)
+          associate (motion => blank%parts(p)%element%motion, w => spec%omega)
             do k = 1, size(motion%x, 3)
               do j = 1, size(motion%x, 2)
                 do i = 1, size(motion%x, 1)

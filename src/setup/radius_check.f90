@@ -5,7 +5,6 @@ module radius_check
   use faults, only: origin_t, fault_list_t, add_warning
   use knot_vector, only: n_spans
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
-  use nurbs_solid, only: solid_face
   use surface_grid, only: lines
   use blank, only: blank_t
   use tool, only: tool_t
@@ -124,7 +123,7 @@ contains
 
     allocate (elements(0))
     do p = 1, size(blank%parts)
-      surface = solid_face(blank%parts(p)%solid, face)
+      surface = blank%parts(p)%element%surface(face)
       call find_elements(surface, across, of_patch)
       elements = [elements, of_patch]
     end do

@@ -29,7 +29,7 @@ contains
     allocate (members(size(blank%parts)))
     seams = blank%seams
     do p = 1, size(members)
-      members(p)%is_in = is_held(blank%parts(p)%solid, set, p)
+      members(p)%is_in = is_held(blank%parts(p)%element%grid, set, p)
       mark = merge(1.0_wp, 0.0_wp, members(p)%is_in)
       call collect(seams, p, size(mark), 1, mark)
     end do

@@ -4,8 +4,7 @@ module step_setup
   use column_scaling, only: difference_masses
   use seam_columns, only: column_mask_t
   use stable_step, only: largest_frequency, viscous_step
-  use element_step, only: stable_element_step
-  use patch_body, only: field_t, set_inertia
+  use body_parts, only: field_t, set_inertia
   use blank, only: blank_t, mass_of, columns_of
   use boundary, only: boundary_t
   use damping, only: damping_t, start_damping
@@ -51,15 +50,13 @@ contains
     dt = huge(1.0_wp)
     rate = 0.0_wp
     do p = 1, size(blank%parts)
-      call stable_element_step(blank%parts(p)%patch, blank%law, blank%parts(p)%solid, own_dt, &
-                               own_rate)
+      call blank%parts(p)%element%stable_step_of_elements(blank%law, own_dt, own_rate)
       dt = min(dt, own_dt)
       rate = max(rate, own_rate)
     end do
   end subroutine step_of_elements
 
-  !> Raise all masses by one factor. The viscosity is that of the heavier material, so that the
-  !! damping ratios stay and the stable step grows with the root of the factor.
+  !> Raise all masses by one factor.
   subroutine scale_uniformly(blank, factor)
     type(blank_t), intent(inout) :: blank
     real(wp), intent(in) :: factor
@@ -68,11 +65,7 @@ contains
     blank%added_mass = factor*(blank%added_mass + mass_of(blank%parts)) - mass_of(blank%parts)
     blank%mass_factor = factor
     do p = 1, size(blank%parts)
-      associate (body => blank%parts(p), viscosity => blank%parts(p)%patch%viscosity)
-        body%mass = body%mass*factor
-        viscosity%density = viscosity%density*factor
-        viscosity%wave_speed = viscosity%wave_speed/sqrt(factor)
-      end associate
+      call blank%parts(p)%element%scale_mass(factor)
     end do
     call set_inertia(blank%parts, blank%seams)
   end subroutine scale_uniformly
@@ -87,7 +80,7 @@ contains
     associate (blank => model%bodies%blank)
       is_whole = columns_of(blank)
       do p = 1, size(blank%parts)
-        associate (body => blank%parts(p))
+        associate (body => blank%parts(p)%element)
           body%column_factor = merge(model%step%thickness_factor, 1.0_wp, is_whole(p)%values)
           blank%added_mass = blank%added_mass + sum((body%column_factor - 1.0_wp) &
             *difference_masses(body%inertia)*sum(body%mass, 3)/sum(body%inertia, 3))/3.0_wp
@@ -106,7 +99,7 @@ contains
 
     allocate (is_free(size(blank%parts)))
     do p = 1, size(is_free)
-      allocate (is_free(p)%values, mold=blank%parts(p)%motion%x)
+      allocate (is_free(p)%values, mold=blank%parts(p)%element%motion%x)
       is_free(p)%values = 1.0_wp
     end do
     do i = 1, size(supports)
@@ -133,7 +126,7 @@ contains
     type(held_column_t), allocatable :: held(:)
     integer :: s, n, n_steps
 
-    if (.not. allocated(model%bodies%blank%parts(1)%column_factor)) return
+    if (.not. allocated(model%bodies%blank%parts(1)%element%column_factor)) return
     scaling%name = "thickness scaling"
     n_steps = 1 + size(model%later_steps)
     call find_held_columns(model, 1, scaling%held)
@@ -168,7 +161,8 @@ contains
     do pass = 1, 2
       n = 0
       do p = 1, size(is_free)
-        associate (free => is_free(p)%values, factor => model%bodies%blank%parts(p)%column_factor)
+        associate (free => is_free(p)%values, &
+                   factor => model%bodies%blank%parts(p)%element%column_factor)
           is_mixed = factor < 0.0_wp
           do c = 1, 3
             is_mixed = is_mixed .or. maxval(free(:, :, :, c), 3) > minval(free(:, :, :, c), 3)

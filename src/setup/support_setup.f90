@@ -77,7 +77,7 @@ contains
       end do
       allocate (holders(size(blank%parts)))
       do p = 1, size(holders)
-        associate (n => blank%parts(p)%patch%n_control)
+        associate (n => blank%parts(p)%element%grid%axes%n_basis)
           allocate (holders(p)%support(n(1), n(2), n(3), 3), source=0)
         end associate
       end do
@@ -115,7 +115,7 @@ contains
     select type (support => slot%item)
     type is (boundary_t)
       do p = 1, size(support%part)
-        associate (at => support%points(:, p), v => blank%parts(support%part(p))%motion%v)
+        associate (at => support%points(:, p), v => blank%parts(support%part(p))%element%motion%v)
           v(at(1), at(2), at(3), support%component) = support%velocity &
                                                       *curve_value(support%curve, 0.0_wp)
         end associate

@@ -6,21 +6,18 @@
 !! the forces exactly (T. Belytschko et al., Nonlinear Finite Elements, 2nd ed., sec. 6.2.3).
 module energy_balance
   use kinds, only: wp
-  use block_law, only: block_law_t
-  use ig_patch, only: force_report_t
+  use element, only: element_t, force_report_t
   use column_scaling, only: column_directions, column_differences
   use motion_sums, only: motion_sums_t, sums_of_motion
   use effect, only: effect_slot_t, tally_t
-  use patch_body, only: patch_body_t, field_t
+  use body_parts, only: field_t
   use blank, only: blank_t
   use tool_turn, only: pace_of
   use assembly, only: assembly_t
   implicit none
   private
 
-  public :: energy_balance_t, start_balance, add_step, add_impulse, take_balance, elastic_energy
-
-  integer, parameter :: parallel_size = 4000   !! fewer points are not worth waking threads
+  public :: energy_balance_t, start_balance, add_step, add_impulse, take_balance
 
   !> Running sums and the last balance.
   type :: energy_balance_t
@@ -47,7 +44,7 @@ contains
     integer :: p
 
     do p = 1, size(blank%parts)
-      sums = sums_of(blank%parts(p), blank%parts(p)%motion%v)
+      sums = sums_of(blank%parts(p)%element, blank%parts(p)%element%motion%v)
       balance%kinetic_at_start = balance%kinetic_at_start + sums%kinetic
       balance%momentum_at_start = balance%momentum_at_start + sums%momentum
     end do
@@ -109,7 +106,7 @@ contains
     momentum_scale = tiny(1.0_wp)
     mass = 0.0_wp
     do p = 1, size(bodies%blank%parts)
-      sums = sums_of(bodies%blank%parts(p), v_before(p)%values)
+      sums = sums_of(bodies%blank%parts(p)%element, v_before(p)%values)
       balance%kinetic = balance%kinetic + sums%kinetic
       balance%momentum = balance%momentum + sums%momentum
       balance%angular_momentum = balance%angular_momentum + sums%angular_momentum
@@ -148,7 +145,7 @@ contains
   !! lumped one, and what scaling adds to columns. The angular momentum is that of the lumped masses
   !! with the mean of both velocities: inner forces change it with neither.
   function sums_of(body, v_before) result(sums)
-    type(patch_body_t), intent(in) :: body
+    class(element_t), intent(in) :: body
     real(wp), intent(in) :: v_before(:, :, :, :)
     type(motion_sums_t) :: sums
 
@@ -159,7 +156,7 @@ contains
 
   !> Kinetic energy of the mass that scaling adds to columns.
   pure real(wp) function column_energy(body, v1, v2) result(energy)
-    type(patch_body_t), intent(in) :: body
+    class(element_t), intent(in) :: body
     real(wp), intent(in) :: v1(:, :, :, :), v2(:, :, :, :)
     real(wp), allocatable :: directions(:, :, :), difference1(:, :, :), difference2(:, :, :)
     integer :: k
@@ -173,44 +170,5 @@ contains
                                    *difference1(:, :, k)*difference2(:, :, k))
     end do
   end function column_energy
-
-  !> Elastic energy stored at the points, sum of s:C^-1:s/2 times their volume; what internal
-  !! energy exceeds it by is plastic work. `volumes` has the layout of the stress. Threads share
-  !! the rows as they do the elements; the sum goes row by row.
-  real(wp) function elastic_energy(law, n, m, stress, volumes) result(energy)
-    class(block_law_t), intent(in) :: law
-    integer, intent(in) :: n, m                      !! points of a row, rows
-    real(wp), intent(in) :: stress(n, 6, m), volumes(n, m)
-    real(wp), allocatable :: energies(:)
-    real(wp) :: by_bulk, by_shear
-    integer :: row
-
-    allocate (energies(m))
-    by_bulk = 0.5_wp/law%bulk
-    by_shear = 0.5_wp/law%shear
-    !$omp parallel do schedule(static) if (n*m > parallel_size)
-    do row = 1, m
-      energies(row) = energy_of_row(n, by_bulk, by_shear, stress(:, :, row), volumes(:, row))
-    end do
-    !$omp end parallel do
-    energy = sum(energies)
-  end function elastic_energy
-
-  pure real(wp) function energy_of_row(n, by_bulk, by_shear, s, volumes) result(energy)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: by_bulk, by_shear        !! halves of their inverses
-    real(wp), intent(in) :: s(n, 6), volumes(n)
-    real(wp) :: mean, shear_part
-    integer :: l
-
-    energy = 0.0_wp
-    !$omp simd private(mean, shear_part) reduction(+: energy)
-    do l = 1, n
-      mean = (s(l, 1) + s(l, 2) + s(l, 3))*(1.0_wp/3)
-      shear_part = 0.5_wp*((s(l, 1) - mean)**2 + (s(l, 2) - mean)**2 + (s(l, 3) - mean)**2) &
-                   + s(l, 4)**2 + s(l, 5)**2 + s(l, 6)**2
-      energy = energy + volumes(l)*(mean**2*by_bulk + shear_part*by_shear)
-    end do
-  end function energy_of_row
 
 end module energy_balance

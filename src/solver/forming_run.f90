@@ -4,9 +4,8 @@ module forming_run
   use text, only: string_t
   use errors, only: error_t, fail
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks
-  use patch_body, only: field_t, share_external_forces
-  use body_forces, only: forces_of_bodies
-  use point_volumes, only: new_point_volumes
+  use body_parts, only: field_t, share_external_forces
+  use body_parts, only: forces_of_parts
   use relaxation, only: relaxation_t
   use contact_effect, only: forget_depths, measure_depths, depth_of
   use effect, only: apply_effects
@@ -16,8 +15,7 @@ module forming_run
   use step_control, only: new_step_control, next_step, is_due, count_output, is_depth_due, &
                           put_off_depths
   use motion_update, only: update_velocities, update_positions
-  use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance, &
-                            elastic_energy
+  use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
   use snapshot, only: new_frame, fill_frame, new_history_row, fill_history_row
   use waiting_frames, only: n_waiting_frames, add_frame, release_frames
   use run_data, only: run_t, wall_seconds
@@ -56,10 +54,9 @@ contains
     call add_watch(model%timer, "output", run%watch_output)
     call start_balance(run%balance, model%bodies%blank)
     associate (parts => model%bodies%blank%parts)
-      allocate (run%volumes(size(parts)), run%v_before(size(parts)))
+      allocate (run%v_before(size(parts)))
       do i = 1, size(parts)
-        run%volumes(i)%values = new_point_volumes(parts(i)%patch, parts(i)%solid)
-        run%v_before(i)%values = parts(i)%motion%v
+        run%v_before(i)%values = parts(i)%element%motion%v
       end do
     end associate
     call new_frame(model, run%frame)
@@ -271,7 +268,7 @@ contains
 
     call start_watch(model%timer, run%watch_blank)
     associate (blank => model%bodies%blank)
-      call forces_of_bodies(blank%parts, blank%seams, blank%law, run%instant%dt, blank%report)
+      call forces_of_parts(blank%parts, blank%seams, blank%law, run%instant%dt, blank%report)
       rate = blank%report%largest_rate
       call add_step(run%balance, blank%report)
       call check_health(model, run%instant, run%control, error)
@@ -393,18 +390,16 @@ contains
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
-    real(wp) :: elastic
-    integer :: p, q(3), n_points
+    real(wp) :: elastic, part
+    integer :: p, n_points
 
     elastic = 0.0_wp
     n_points = 0
-    do p = 1, size(run%volumes)
-      associate (patch => model%bodies%blank%parts(p)%patch)
-        q = patch%axes%n_points
-        n_points = n_points + 8*product(q)*patch%n_blocks
-        elastic = elastic + elastic_energy(model%bodies%blank%law, 8*q(3), &
-                                           q(1)*q(2)*patch%n_blocks, patch%stress, &
-                                           run%volumes(p)%values)
+    do p = 1, size(model%bodies%blank%parts)
+      associate (element => model%bodies%blank%parts(p)%element)
+        n_points = n_points + element%n_evaluated
+        call element%elastic_energy(model%bodies%blank%law, part)
+        elastic = elastic + part
       end associate
     end do
     run%row%step = run%n_steps
@@ -474,7 +469,7 @@ contains
     allocate (v, source=run%v_before)
     if (run%n_steps == 0) return
     do p = 1, size(v)
-      v(p)%values = 0.5_wp*(v(p)%values + model%bodies%blank%parts(p)%motion%v)
+      v(p)%values = 0.5_wp*(v(p)%values + model%bodies%blank%parts(p)%element%motion%v)
     end do
   end function velocity_now
 

@@ -4,8 +4,6 @@ module health
   use kinds, only: wp
   use errors, only: error_t, fail
   use text, only: string_t, to_text, rounded_text, place_text, append_text
-  use basis_tables, only: n_lanes
-  use ig_patch, only: element_of_lane
   use blank, only: blank_t, mass_of
   use effect, only: effect_slot_t, instant_t
   use contact_effect, only: contact_effect_t, has_contact
@@ -255,16 +253,17 @@ contains
   function block_words(blank) result(words)
     type(blank_t), intent(in) :: blank
     character(:), allocatable :: words
-    integer :: first(3), last(3)
+    integer, allocatable :: elements(:, :)
 
-    associate (body => blank%parts(blank%report%failed_patch))
-      first = element_of_lane(body%patch, blank%report%failed_block, 1)
-      last = element_of_lane(body%patch, blank%report%failed_block, n_lanes)
+    associate (body => blank%parts(blank%report%failed_part)%element)
+      elements = body%elements_of_block(blank%report%failed_block)
       words = ""
       if (size(blank%parts) > 1) words = "patch '"//body%name//"', "
     end associate
-    words = words//"elements ("//to_text(first(1))//" to "//to_text(last(1))//", "// &
+    associate (first => elements(:, 1), last => elements(:, size(elements, 2)))
+      words = words//"elements ("//to_text(first(1))//" to "//to_text(last(1))//", "// &
             to_text(first(2))//", "//to_text(first(3))//") along xi, eta, zeta"
+    end associate
   end function block_words
 
   !> What tells causes apart. Speeds that are no numbers do not count.
@@ -277,7 +276,7 @@ contains
 
     associate (blank => model%bodies%blank)
       do p = 1, size(blank%parts)
-        associate (v => blank%parts(p)%motion%v)
+        associate (v => blank%parts(p)%element%motion%v)
           facts%speed = max(facts%speed, maxval(abs(v), abs(v) <= huge(1.0_wp)))
         end associate
       end do

@@ -27,7 +27,8 @@ contains
 
     call start_watch(model%timer, run%watch_motion)
     do i = 1, size(model%bodies%blank%parts)
-      associate (body => model%bodies%blank%parts(i), motion => model%bodies%blank%parts(i)%motion)
+      associate (body => model%bodies%blank%parts(i)%element, &
+                 motion => model%bodies%blank%parts(i)%element%motion)
         if (is_balanced) call copy_rows(shape(motion%v), motion%v, run%v_before(i)%values)
         if (is_through) then
           call advance(shape(body%inertia), run%instant%dt_mean, run%instant%dt, body%inertia, &
@@ -71,8 +72,8 @@ contains
     run%n_steps = run%n_steps + 1
     if (.not. is_through) then
       do i = 1, size(model%bodies%blank%parts)
-        associate (body => model%bodies%blank%parts(i), &
-                   motion => model%bodies%blank%parts(i)%motion)
+        associate (body => model%bodies%blank%parts(i)%element, &
+                   motion => model%bodies%blank%parts(i)%element%motion)
           call advance_positions(shape(body%inertia), run%instant%dt, motion%v, &
                                  size(model%forces) > 0, motion%x, motion%external_force)
         end associate

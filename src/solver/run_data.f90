@@ -3,7 +3,7 @@ module run_data
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use timer, only: clock_ticks, ticks_to_seconds
-  use patch_body, only: field_t
+  use body_parts, only: field_t
   use effect, only: instant_t
   use frames, only: frame_t
   use history, only: history_row_t
@@ -37,7 +37,6 @@ module run_data
     real(wp) :: step_factor = 1.0_wp         !! on the time step; below 1 after a second try
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0, watch_state = 0
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
-    type(field_t), allocatable :: volumes(:)   !! of the points at the start, by patch
     type(frame_t) :: frame                     !! the last one
     type(frame_t), allocatable :: earlier(:)   !! room for those that wait before it
     type(history_row_t) :: row

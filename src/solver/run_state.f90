@@ -2,8 +2,7 @@
 module run_state
   use kinds, only: wp
   use text, only: to_text
-  use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array, carry_field
-  use patch_body, only: patch_body_t
+  use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array
   use effect, only: carry_effects
   use tool, only: tool_t
   use rigid_motion, only: rigid_motion_t
@@ -72,7 +71,7 @@ contains
     call carry_balance(run%balance, store)
     do p = 1, size(model%bodies%blank%parts)
       call enter_folder(store, "blank/"//to_text(p))
-      call carry_body(model%bodies%blank%parts(p), store)
+      call model%bodies%blank%parts(p)%element%carry(store)
     end do
     do t = 1, size(model%bodies%tools)
       call enter_folder(store, "tools/"//to_text(t))
@@ -121,29 +120,6 @@ contains
       run%control = new_step_control(model, starts(model%i_step))
     end do
   end subroutine go_to_deck_step
-
-  !> Motion, forces and points of a patch.
-  subroutine carry_body(body, store)
-    type(patch_body_t), intent(inout) :: body
-    type(state_store_t), intent(inout) :: store
-
-    associate (motion => body%motion, patch => body%patch)
-      call carry_field(store, "x", size(motion%x), motion%x)
-      call carry_field(store, "v", size(motion%v), motion%v)
-      call carry_field(store, "internal_force", size(motion%internal_force), motion%internal_force)
-      call carry_field(store, "external_force", size(motion%external_force), motion%external_force)
-      call carry_field(store, "stress", size(patch%stress), patch%stress)
-      call carry_field(store, "state", size(patch%state), patch%state)
-      call carry_field(store, "push", size(patch%push), patch%push)
-      call carry(store, "patch_time", patch%time)
-      call carry(store, "increment", patch%increment)
-      call carry(store, "before_step", patch%before_step)
-      if (patch%n_fields > 0) then
-        call carry_field(store, "given", size(patch%given), patch%given)
-        if (store%is_taking) patch%is_spread = .false.
-      end if
-    end associate
-  end subroutine carry_body
 
   !> Where the end time or the number of outputs is another than it was, outputs whose time is past
   !! count as done.

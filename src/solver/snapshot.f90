@@ -1,15 +1,12 @@
 !> The state of a run as the results file wants it: frames and history rows.
 module snapshot
   use kinds, only: wp
-  use basis_tables, only: n_lanes
-  use ig_patch, only: ig_patch_t
-  use ig_patch, only: element_of_lane
-  use patch_body, only: field_t
+  use body_parts, only: field_t
   use tool, only: tool_t
   use effect, only: effect_slot_t
   use model, only: model_t
   use tool_turn, only: way_of
-  use frames, only: frame_t, patch_frame_t, face_field_t, tool_frame_t
+  use frames, only: frame_t, face_field_t, tool_frame_t
   use contact_effect, only: contact_effect_t
   use contact_fields, only: face_pressure, set_tool_pressure
   use history, only: history_row_t
@@ -33,9 +30,9 @@ contains
     n_shown = model%bodies%blank%law%n_state - model%bodies%blank%law%n_hidden
     allocate (frame%patches(size(model%bodies%blank%parts)))
     do p = 1, size(frame%patches)
-      associate (body => model%bodies%blank%parts(p), fields => frame%patches(p))
-        q = body%patch%axes%n_points
-        n = body%patch%axes%n_elements
+      associate (body => model%bodies%blank%parts(p)%element, fields => frame%patches(p))
+        q = body%rule%n
+        n = body%n_elements
         allocate (fields%points, fields%velocity, mold=body%motion%x)
         allocate (fields%eqps(q(1), q(2), q(3), n(1), n(2), n(3)), source=0.0_wp)
         allocate (fields%stress(6, q(1), q(2), q(3), n(1), n(2), n(3)))
@@ -58,10 +55,12 @@ contains
     frame%time = time
     frame%process_step = model%i_step
     do p = 1, size(frame%patches)
-      frame%patches(p)%points = model%bodies%blank%parts(p)%motion%x
-      frame%patches(p)%velocity = model%bodies%blank%parts(p)%motion%v
-      call fill_points(model%bodies%blank%parts(p)%patch, model%bodies%blank%law%eqps_state, &
-                       frame%patches(p))
+      frame%patches(p)%points = model%bodies%blank%parts(p)%element%motion%x
+      frame%patches(p)%velocity = model%bodies%blank%parts(p)%element%motion%v
+      associate (fields => frame%patches(p))
+        call model%bodies%blank%parts(p)%element%read_points( &
+          model%bodies%blank%law%eqps_state, fields%eqps, fields%stress, fields%state)
+      end associate
     end do
     do t = 1, size(model%bodies%tools)
       frame%tool_displacement(:, t) = model%bodies%tools(t)%displacement
@@ -120,47 +119,6 @@ contains
     end do
   end subroutine add_contact_fields
 
-  !> Stress and state at the integration points of a patch, by the threads that work its elements.
-  subroutine fill_points(patch, eqps_state, fields)
-    type(ig_patch_t), intent(in) :: patch
-    integer, intent(in) :: eqps_state
-    type(patch_frame_t), intent(inout) :: fields
-    integer :: block, lane, e(3)
-
-    !$omp parallel do schedule(static) private(lane, e)
-    do block = 1, patch%n_blocks
-      do lane = 1, n_lanes
-        if (.not. patch%lanes%is_owner(lane, mod(block - 1, patch%lanes%n_blocks) + 1)) cycle
-        e = element_of_lane(patch, block, lane)
-        call fill_element(patch, block, lane, eqps_state, &
-                          fields%eqps(:, :, :, e(1), e(2), e(3)), &
-                          fields%stress(:, :, :, :, e(1), e(2), e(3)), &
-                          fields%state(:, :, :, :, e(1), e(2), e(3)))
-      end do
-    end do
-    !$omp end parallel do
-  end subroutine fill_points
-
-  pure subroutine fill_element(patch, block, lane, eqps_state, eqps, stress, state)
-    type(ig_patch_t), intent(in) :: patch
-    integer, intent(in) :: block, lane, eqps_state
-    real(wp), intent(inout) :: eqps(:, :, :), stress(:, :, :, :), state(:, :, :, :)
-    integer :: qa, qb, qc, row, s
-
-    do qa = 1, size(eqps, 1)
-      do qb = 1, size(eqps, 2)
-        row = qb + size(eqps, 2)*(qa - 1)
-        do qc = 1, size(eqps, 3)
-          stress(:, qa, qb, qc) = patch%stress(lane, qc, :, row, block)
-          do s = 1, size(state, 1)
-            state(s, qa, qb, qc) = patch%state(lane, qc, s, row, block)
-          end do
-          if (eqps_state > 0) eqps(qa, qb, qc) = patch%state(lane, qc, eqps_state, row, block)
-        end do
-      end do
-    end do
-  end subroutine fill_element
-
   !> A history row with room for the tools and probes of the model.
   subroutine new_history_row(model, row)
     type(model_t), intent(in) :: model
@@ -205,11 +163,11 @@ contains
     end do
     if (model%width_ratio > 1.0_wp) call widen_row(model%width_ratio, row)
     do p = 1, size(model%probes)
-      associate (body => model%bodies%blank%parts(model%probes(p)%patch))
-        start = field_at(body%solid, body%solid%points, model%probes(p)%xi)
-        row%probe_displacement(:, p) = field_at(body%solid, body%motion%x, &
+      associate (body => model%bodies%blank%parts(model%probes(p)%patch)%element)
+        start = field_at(body%grid, body%grid%points, model%probes(p)%xi)
+        row%probe_displacement(:, p) = field_at(body%grid, body%motion%x, &
                                                 model%probes(p)%xi) - start
-        row%probe_velocity(:, p) = field_at(body%solid, v(model%probes(p)%patch)%values, &
+        row%probe_velocity(:, p) = field_at(body%grid, v(model%probes(p)%patch)%values, &
                                             model%probes(p)%xi)
       end associate
     end do

@@ -41,7 +41,7 @@ contains
     integer :: i
 
     allocate (names(0))
-    if (model%bodies%blank%parts(1)%patch%viscosity%is_active) &
+    if (model%bodies%blank%parts(1)%element%has_viscosity) &
       call append_text(names, "bulk viscosity")
     if (model%bodies%blank%added_mass > 0.0_wp) &
       call append_text(names, "mass scaling, added mass "// &

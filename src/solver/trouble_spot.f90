@@ -3,12 +3,12 @@ module trouble_spot
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
   use text, only: to_text, place_text
-  use basis_tables, only: n_lanes
+  use knot_vector, only: span_table
   use nurbs_solid, only: nurbs_solid_t
+  use block_law, only: block_law_t
   use slave_surface, only: point_position
-  use point_volumes, only: jacobian_at, determinant, inverse_rows
-  use ig_patch, only: element_of_lane
-  use patch_body, only: patch_body_t
+  use point_volumes, only: determinant, inverse_rows
+  use element, only: element_t, next_element
   use blank, only: blank_t
   use large_shear, only: sheet_shear, equivalent_strain
   use contact, only: contact_t
@@ -35,36 +35,39 @@ contains
   function spot_of_failure(blank) result(spot)
     type(blank_t), intent(in) :: blank
     type(spot_t) :: spot
-    type(nurbs_solid_t) :: solid
-    real(wp) :: j(3, 3), least, det
-    integer :: lane, q(3), qa, qb, qc, e(3), row
+    type(nurbs_solid_t) :: now
+    real(wp), allocatable :: stress(:, :, :, :), state(:, :, :, :)
+    real(wp) :: j(3, 3), x(3), least, det
+    integer, allocatable :: elements(:, :)
+    integer :: n, q(3), qa, qb, qc
 
-    associate (body => blank%parts(blank%report%failed_patch), block => blank%report%failed_block)
-      solid = solid_now(body)
-      q = body%patch%axes%n_points
+    associate (element => blank%parts(blank%report%failed_part)%element)
+      now = grid_now(element)
+      q = element%rule%n
+      allocate (stress(6, q(1), q(2), q(3)), state(blank%law%n_state, q(1), q(2), q(3)))
+      elements = element%elements_of_block(blank%report%failed_block)
       least = 0.0_wp
-      do lane = 1, n_lanes
-        e = element_of_lane(body%patch, block, lane)
+      do n = 1, size(elements, 2)
+        call element%read_element(elements(:, n), stress, state)
         do qc = 1, q(3)
           do qb = 1, q(2)
             do qa = 1, q(1)
-              row = qb + q(2)*(qa - 1)
-              call jacobian_at(body%patch, solid, e, [qa, qb, qc], j)
+              call element%jacobian(now, elements(:, n), [qa, qb, qc], j, x)
               det = determinant(j)
-              if (all(ieee_is_finite(body%patch%stress(lane, qc, :, row, block))) .and. &
-                  all(ieee_is_finite(body%patch%state(lane, qc, :, row, block)))) then
+              if (all(ieee_is_finite(stress(:, qa, qb, qc))) .and. &
+                  all(ieee_is_finite(state(:, qa, qb, qc)))) then
                 if (det > least) cycle   ! not for a NaN
               else
                 det = -huge(det)
               end if
               if (spot%part > 0 .and. .not. det < least) cycle
-              spot = new_spot(blank%report%failed_patch, e, [qa, qb, qc])
+              spot = new_spot(blank%report%failed_part, elements(:, n), [qa, qb, qc])
               if (det < least) least = det
             end do
           end do
         end do
       end do
-      if (spot%part > 0) call set_place(body, solid, spot)
+      if (spot%part > 0) call set_place(element, now, spot)
     end associate
   end function spot_of_failure
 
@@ -72,32 +75,31 @@ contains
   function spot_of_smallest(blank) result(spot)
     type(blank_t), intent(in) :: blank
     type(spot_t) :: spot
-    type(nurbs_solid_t) :: solid
-    real(wp) :: j(3, 3), rate, largest
-    integer :: p, block, lane, q(3), qa, qb, qc, e(3)
+    type(nurbs_solid_t) :: now
+    real(wp) :: j(3, 3), x(3), rate, largest
+    integer :: p, n, q(3), qa, qb, qc, e(3)
 
     largest = -1.0_wp
     do p = 1, size(blank%parts)
-      associate (body => blank%parts(p))
-        solid = solid_now(body)
-        q = body%patch%axes%n_points
-        do block = 1, body%patch%n_blocks
-          do lane = 1, n_lanes
-            e = element_of_lane(body%patch, block, lane)
-            do qc = 1, q(3)
-              do qb = 1, q(2)
-                do qa = 1, q(1)
-                  call jacobian_at(body%patch, solid, e, [qa, qb, qc], j)
-                  rate = sum(inverse_rows(j)**2)
-                  if (.not. rate > largest) cycle
-                  largest = rate
-                  spot = new_spot(p, e, [qa, qb, qc])
-                end do
+      associate (element => blank%parts(p)%element)
+        now = grid_now(element)
+        q = element%rule%n
+        e = [0, 1, 1]
+        do n = 1, product(element%n_elements)
+          call next_element(element%n_elements, e)
+          do qc = 1, q(3)
+            do qb = 1, q(2)
+              do qa = 1, q(1)
+                call element%jacobian(now, e, [qa, qb, qc], j, x)
+                rate = sum(inverse_rows(j)**2)
+                if (.not. rate > largest) cycle
+                largest = rate
+                spot = new_spot(p, e, [qa, qb, qc])
               end do
             end do
           end do
         end do
-        if (spot%part == p) call set_place(body, solid, spot)
+        if (spot%part == p) call set_place(element, now, spot)
       end associate
     end do
   end function spot_of_smallest
@@ -108,76 +110,77 @@ contains
     type(blank_t), intent(in) :: blank
     type(spot_t), intent(out) :: spot
     real(wp), intent(out) :: shear
-    type(nurbs_solid_t) :: solid
+    type(nurbs_solid_t) :: now
+    real(wp), allocatable :: stress(:, :, :, :), state(:, :, :, :)
     real(wp) :: here
-    integer :: p, block, lane, q(3), row_point(2), e(3), point(3)
+    integer :: p, n, q(3), e(3), point(3)
 
     shear = 0.0_wp
     do p = 1, size(blank%parts)
-      associate (body => blank%parts(p))
-        solid = solid_now(body)
-        q = body%patch%axes%n_points
-        do block = 1, body%patch%n_blocks
-          do lane = 1, n_lanes
-            row_point = most_strained(blank, p, block, lane)
-            if (row_point(1) == 0) cycle
-            e = element_of_lane(body%patch, block, lane)
-            point = [(row_point(1) - 1)/q(2) + 1, mod(row_point(1) - 1, q(2)) + 1, row_point(2)]
-            here = shear_at(body, solid, e, point)
-            if (.not. here > shear) cycle
-            shear = here
-            spot = new_spot(p, e, point)
-          end do
+      associate (element => blank%parts(p)%element)
+        now = grid_now(element)
+        q = element%rule%n
+        if (allocated(stress)) deallocate (stress, state)
+        allocate (stress(6, q(1), q(2), q(3)), state(blank%law%n_state, q(1), q(2), q(3)))
+        e = [0, 1, 1]
+        do n = 1, product(element%n_elements)
+          call next_element(element%n_elements, e)
+          call element%read_element(e, stress, state)
+          point = most_strained(blank%law, stress, state)
+          if (point(1) == 0) cycle
+          here = shear_at(element, now, e, point)
+          if (.not. here > shear) cycle
+          shear = here
+          spot = new_spot(p, e, point)
         end do
-        if (spot%part == p) call set_place(body, solid, spot)
+        if (spot%part == p) call set_place(element, now, spot)
       end associate
     end do
   end subroutine most_sheared
 
-  !> Row and number in it of the point of an element that is strained most, zeros where it is
-  !! strained less than a simple shear of one would.
-  pure function most_strained(blank, part, block, lane) result(row_point)
-    type(blank_t), intent(in) :: blank
-    integer, intent(in) :: part, block, lane
-    integer :: row_point(2), row, qc
+  !> The point of an element that is strained most, zeros where it is strained less than a simple
+  !! shear of one would.
+  pure function most_strained(law, stress, state) result(point)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: stress(:, :, :, :), state(:, :, :, :)
+    integer :: point(3), qa, qb, qc
     real(wp), parameter :: least = 0.5_wp
     real(wp) :: strain, largest
 
-    row_point = 0
+    point = 0
     largest = least
-    associate (patch => blank%parts(part)%patch)
-      do row = 1, size(patch%stress, 4)
-        do qc = 1, size(patch%stress, 2)
-          strain = equivalent_strain(blank%law, patch%stress(lane, qc, :, row, block), &
-                                     patch%state(lane, qc, :, row, block))
+    do qa = 1, size(stress, 2)
+      do qb = 1, size(stress, 3)
+        do qc = 1, size(stress, 4)
+          strain = equivalent_strain(law, stress(:, qa, qb, qc), state(:, qa, qb, qc))
           if (.not. strain > largest) cycle
           largest = strain
-          row_point = [row, qc]
+          point = [qa, qb, qc]
         end do
       end do
-    end associate
+    end do
   end function most_strained
 
   !> Simple shear of a point since the start.
-  pure real(wp) function shear_at(body, now, element, point) result(shear)
-    type(patch_body_t), intent(in) :: body
+  pure real(wp) function shear_at(element, now, e, point) result(shear)
+    class(element_t), intent(in) :: element
     type(nurbs_solid_t), intent(in) :: now
-    integer, intent(in) :: element(3), point(3)
-    real(wp) :: start(3, 3), j(3, 3)
+    integer, intent(in) :: e(3), point(3)
+    real(wp) :: start(3, 3), j(3, 3), x(3)
 
-    call jacobian_at(body%patch, body%solid, element, point, start)
-    call jacobian_at(body%patch, now, element, point, j)
+    call element%jacobian(element%grid, e, point, start, x)
+    call element%jacobian(now, e, point, j, x)
     shear = sheet_shear(start, j)
   end function shear_at
 
-  !> The patch in its present shape.
-  pure function solid_now(body) result(solid)
-    type(patch_body_t), intent(in) :: body
-    type(nurbs_solid_t) :: solid
+  !> The control grid in its present shape.
+  pure function grid_now(element) result(grid)
+    class(element_t), intent(in) :: element
+    type(nurbs_solid_t) :: grid
 
-    solid = body%solid
-    solid%points = body%motion%x
-  end function solid_now
+    grid = element%grid
+    grid%points = element%motion%x
+  end function grid_now
 
   pure function new_spot(part, element, point) result(spot)
     integer, intent(in) :: part, element(3), point(3)
@@ -189,16 +192,16 @@ contains
   end function new_spot
 
   !> Where the point is now, or was at the start if that is no number.
-  pure subroutine set_place(body, solid, spot)
-    type(patch_body_t), intent(in) :: body
-    type(nurbs_solid_t), intent(in) :: solid
+  pure subroutine set_place(element, now, spot)
+    class(element_t), intent(in) :: element
+    type(nurbs_solid_t), intent(in) :: now
     type(spot_t), intent(inout) :: spot
     real(wp) :: j(3, 3)
 
-    call jacobian_at(body%patch, solid, spot%element, spot%point, j, spot%place)
+    call element%jacobian(now, spot%element, spot%point, j, spot%place)
     spot%is_place_at_start = .not. all(abs(spot%place) < 1.0e100_wp)
     if (spot%is_place_at_start) &
-      call jacobian_at(body%patch, body%solid, spot%element, spot%point, j, spot%place)
+      call element%jacobian(element%grid, spot%element, spot%point, j, spot%place)
   end subroutine set_place
 
   !> The spot in words, such as `element (3, 1, 2), point (1, 1, 2), at (10.5, 0.2, 0)`.
@@ -208,7 +211,7 @@ contains
     character(:), allocatable :: words
 
     words = ""
-    if (size(blank%parts) > 1) words = "patch '"//blank%parts(spot%part)%name//"', "
+    if (size(blank%parts) > 1) words = "patch '"//blank%parts(spot%part)%element%name//"', "
     words = words//"element "//triple(spot%element)//", point "//triple(spot%point)// &
             " along xi, eta, zeta, at "//place_text(spot%place)
     if (spot%is_place_at_start) words = words//" in the shape at the start"
@@ -232,7 +235,7 @@ contains
     part = 1
     at = 1
     do p = 1, size(blank%parts)
-      associate (v => blank%parts(p)%motion%v)
+      associate (v => blank%parts(p)%element%motion%v)
         do k = 1, size(v, 3)
           do j = 1, size(v, 2)
             do i = 1, size(v, 1)
@@ -247,8 +250,8 @@ contains
       end associate
     end do
     words = ""
-    if (size(blank%parts) > 1) words = "patch '"//blank%parts(part)%name//"', "
-    associate (body => blank%parts(part))
+    if (size(blank%parts) > 1) words = "patch '"//blank%parts(part)%element%name//"', "
+    associate (body => blank%parts(part)%element)
       words = words//"control point "//triple(at)//", by element "// &
               triple([(element_of(at(i), i), i=1, 3)])//", at "// &
               place_text(body%motion%x(at(1), at(2), at(3), :))
@@ -260,9 +263,10 @@ contains
     integer function element_of(control, axis) result(element)
       integer, intent(in) :: control, axis
 
-      associate (table => blank%parts(part)%patch%axes(axis))
-        element = (count(table%first < control - table%degree) + 1 &
-                   + count(table%first <= control))/2
+      associate (kv => blank%parts(part)%element%grid%axes(axis))
+        associate (first => span_table(kv) - kv%degree)
+          element = (count(first < control - kv%degree) + 1 + count(first <= control))/2
+        end associate
       end associate
     end function element_of
   end function fastest_place

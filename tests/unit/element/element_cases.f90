@@ -6,10 +6,12 @@ module element_cases
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
   use block_law, only: block_law_t
   use elastic, only: elastic_t, new_elastic
-  use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use element, only: force_report_t
+  use ig_patch, only: ig_patch_t, tile_buffer_t
   use strain_projection, only: projection_spec_t
   use patch_setup, only: new_patch, new_tile_buffers
-  use patch_body, only: patch_body_t
+  use element, only: part_t
+  use solid_element, only: solid_element_t
   use internal_force, only: internal_forces
   implicit none
   private
@@ -160,15 +162,20 @@ contains
     type(ig_patch_t), intent(in) :: patch
     real(wp), intent(in) :: x(:, :, :, :), mass(:, :, :)
     real(wp), intent(in), optional :: factor(:, :)   !! of the columns
-    type(patch_body_t) :: bodies(1)
-    bodies(1)%patch = patch
-    bodies(1)%buffers = new_tile_buffers(patch)
-    bodies(1)%mass = mass
-    bodies(1)%inertia = mass
-    bodies(1)%motion%x = x
-    bodies(1)%motion%v = 0.0_wp*x
-    bodies(1)%motion%internal_force = 0.0_wp*x
-    if (present(factor)) bodies(1)%column_factor = factor
+    type(part_t) :: bodies(1)
+    type(solid_element_t), allocatable :: solid
+    allocate (solid)
+    solid%patch = patch
+    solid%buffers = new_tile_buffers(patch)
+    solid%shortest = patch%viscosity%shortest
+    solid%has_viscosity = patch%viscosity%is_active
+    solid%mass = mass
+    solid%inertia = mass
+    solid%motion%x = x
+    solid%motion%v = 0.0_wp*x
+    solid%motion%internal_force = 0.0_wp*x
+    if (present(factor)) solid%column_factor = factor
+    call move_alloc(solid, bodies(1)%element)
   end function body_of
 
   !> Internal forces with buffers of its own.

@@ -3,7 +3,6 @@ module solver_cases
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use kinds, only: wp
   use errors, only: error_t
-  use gauss_rule, only: gauss_rule_t
   use elastic, only: elastic_t
   use model, only: model_t
   use frames, only: results_t, results_setup_t, open_results, close_results
@@ -14,7 +13,7 @@ module solver_cases
   implicit none
   private
 
-  public :: begin_run, run_to_end, watch_names
+  public :: begin_run, run_to_end, watch_names, read_points
 
   !> Elastic until the shear strain 12 of a step exceeds a limit; then it returns no numbers, or
   !! says that it failed.
@@ -26,6 +25,23 @@ module solver_cases
   end type brittle_t
 
 contains
+
+  !> Stress and state of all points of a model's first part.
+  subroutine read_points(model, stress, state)
+    type(model_t), intent(in) :: model
+    real(wp), allocatable, dimension(:, :, :, :, :, :, :), intent(out) :: stress, state
+    real(wp), allocatable :: eqps(:, :, :, :, :, :)
+    integer :: q(3), n(3)
+
+    associate (element => model%bodies%blank%parts(1)%element)
+      q = element%rule%n
+      n = element%n_elements
+      allocate (stress(6, q(1), q(2), q(3), n(1), n(2), n(3)))
+      allocate (state(model%bodies%blank%law%n_state, q(1), q(2), q(3), n(1), n(2), n(3)))
+      allocate (eqps(q(1), q(2), q(3), n(1), n(2), n(3)))
+      call element%read_points(0, eqps, stress, state)
+    end associate
+  end subroutine read_points
 
   !> Run a model to its end time with results in NAME.h5 and NAME.log.
   subroutine run_to_end(model, name, run, error)
@@ -55,18 +71,14 @@ contains
     type(results_t), intent(out) :: results
     type(results_setup_t) :: setup
     type(error_t), allocatable :: file_error
-    integer :: axis, i
+    integer :: i
 
     setup%path = name//".h5"
     allocate (setup%patches(size(model%bodies%blank%parts)))
     do i = 1, size(setup%patches)
-      setup%patches(i)%name = model%bodies%blank%parts(i)%name
-      setup%patches(i)%solid = model%bodies%blank%parts(i)%solid
-      do axis = 1, 3
-        associate (table => model%bodies%blank%parts(i)%patch%axes(axis))
-          setup%patches(i)%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, table%weights)
-        end associate
-      end do
+      setup%patches(i)%name = model%bodies%blank%parts(i)%element%name
+      setup%patches(i)%solid = model%bodies%blank%parts(i)%element%grid
+      setup%patches(i)%rule = model%bodies%blank%parts(i)%element%rule
     end do
     allocate (setup%tools(size(model%bodies%tools)), setup%probes(size(model%probes)))
     do i = 1, size(setup%tools)

@@ -4,7 +4,8 @@ module tile_forces
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use point_context, only: point_context_t, new_point_context
-  use ig_patch, only: ig_patch_t, tile_t, force_report_t
+  use element, only: force_report_t
+  use ig_patch, only: ig_patch_t, tile_t
   use block_exchange, only: gather_block, weigh_block, add_block
   use kernel_dispatch, only: run_kernel, takes_fields
   use strain_projection, only: project_nothing

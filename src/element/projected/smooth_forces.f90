@@ -7,7 +7,8 @@ module smooth_forces
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use point_context, only: point_context_t
-  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, force_report_t
+  use element, only: force_report_t
+  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t
   use strain_projection, only: project_sheet
   use smooth_fields, only: smooth_fields_t
   use smooth_block, only: collect_strain, collect_stress, spread_strain, spread_stress

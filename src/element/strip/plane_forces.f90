@@ -3,7 +3,8 @@ module plane_forces
   use kinds, only: wp
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
-  use ig_patch, only: ig_patch_t, tile_t, force_report_t
+  use element, only: force_report_t
+  use ig_patch, only: ig_patch_t, tile_t
   use plane_dispatch, only: run_plane
   use tile_forces, only: add_report
   implicit none

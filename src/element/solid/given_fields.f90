@@ -6,7 +6,7 @@ module given_fields
   implicit none
   private
 
-  public :: new_given_fields, spread_fields
+  public :: new_given_fields, spread_to_points
 
 contains
 
@@ -17,9 +17,7 @@ contains
 
     patch%n_fields = n_fields
     associate (n => patch%n_control, q => patch%axes%n_points)
-      allocate (patch%nodal(n(1), n(2), n(3), n_fields), source=0.0_wp)
-      allocate (patch%nodal_start, source=patch%nodal)
-      allocate (patch%spread_values, source=patch%nodal)
+      allocate (patch%spread_values(n(1), n(2), n(3), n_fields), source=0.0_wp)
       allocate (patch%given(n_lanes, q(3), 2*n_fields, q(1)*q(2), patch%n_blocks), source=0.0_wp)
     end associate
   end subroutine new_given_fields
@@ -27,17 +25,18 @@ contains
   !> A step begins: what the points had at the end of the last one they have at its start; at its
   !! end they have what the control points have now, by the basis of the patch. Where neither
   !! changes there is nothing to do.
-  subroutine spread_fields(patch)
+  subroutine spread_to_points(patch, nodal)
     type(ig_patch_t), intent(inout) :: patch
+    real(wp), intent(in) :: nodal(:, :, :, :)     !! at the control points, (n1, n2, n3, n_fields)
     logical :: is_same
     integer :: block, k
 
     is_same = patch%is_spread
-    if (is_same) is_same = all(.not. abs(patch%nodal - patch%spread_values) > 0.0_wp)
+    if (is_same) is_same = all(.not. abs(nodal - patch%spread_values) > 0.0_wp)
     if (is_same .and. patch%is_settled) return
     patch%is_settled = is_same
     patch%is_spread = .true.
-    patch%spread_values = patch%nodal
+    patch%spread_values = nodal
     !$omp parallel do schedule(static) private(k)
     do block = 1, patch%n_blocks
       do k = 1, patch%n_fields
@@ -46,7 +45,7 @@ contains
       if (.not. is_same) call spread_in_block(patch, block)
     end do
     !$omp end parallel do
-  end subroutine spread_fields
+  end subroutine spread_to_points
 
   !> The points of one block.
   pure subroutine spread_in_block(patch, block)
@@ -87,7 +86,7 @@ contains
                   *patch%axes(3)%values(k, q(3), e(3))
           if (patch%is_rational) share = share*patch%weights(low(1) + i, low(2) + j, low(3) + k)
           total = total + share
-          values = values + share*patch%nodal(low(1) + i, low(2) + j, low(3) + k, :)
+          values = values + share*patch%spread_values(low(1) + i, low(2) + j, low(3) + k, :)
         end do
       end do
     end do

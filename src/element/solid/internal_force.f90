@@ -2,7 +2,8 @@
 module internal_force
   use kinds, only: wp
   use block_law, only: block_law_t
-  use ig_patch, only: ig_patch_t, tile_buffer_t, force_report_t
+  use element, only: force_report_t
+  use ig_patch, only: ig_patch_t, tile_buffer_t
   use tile_forces, only: forces_of_tile
   use plane_forces, only: forces_in_plane
   use smooth_forces, only: smooth_tile_forces

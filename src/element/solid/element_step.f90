@@ -7,12 +7,13 @@ module element_step
   use block_law, only: block_law_t
   use nurbs_solid, only: nurbs_solid_t
   use basis_tables, only: axis_table_t
-  use ig_patch, only: ig_patch_t, force_report_t, tile_buffer_t
+  use element, only: force_report_t
+  use ig_patch, only: ig_patch_t, tile_buffer_t
   use patch_setup, only: element_patch, new_tile_buffers
   use internal_force, only: internal_forces
   use lumped_mass, only: mass_tables, add_masses
   use spurious_modes, only: dense_stiffness
-  use stable_step, only: damped_step, damping_ratio
+  use stable_step, only: damped_step
   use lapack, only: eigenvalues
   implicit none
   private
@@ -50,8 +51,8 @@ contains
     damping = 0.0_wp
     if (patch%viscosity%is_active .and. patch%viscosity%linear > 0.0_wp) then
       rigidity%shear = 0.0_wp
-      damping = damping_ratio(patch, law, omega, &
-                              largest_element_frequency(patch, rigidity, solid))
+      damping = patch%viscosity%damping_ratio(law%bulk, omega, &
+                                              largest_element_frequency(patch, rigidity, solid))
     end if
     dt = damped_step(omega, damping)
     trial = patch

@@ -7,7 +7,7 @@ module ig_patch
   implicit none
   private
 
-  public :: element_of_lane
+  public :: element_of_lane, lane_of_element
 
   !> Bulk viscosity, linear and quadratic; the lengths are those of the elements at the start, all
   !! of them only where it is active.
@@ -17,6 +17,8 @@ module ig_patch
     real(wp) :: density = 0.0_wp, wave_speed = 0.0_wp
     real(wp) :: shortest = 0.0_wp               !! length
     real(wp), allocatable :: length(:, :)       !! shape (8, n_blocks)
+  contains
+    procedure :: damping_ratio
   end type viscosity_t
 
   !> A fixed share of the blocks: ranges of blocks along axis 1 and of elements along axis 2,
@@ -46,16 +48,6 @@ module ig_patch
     type(tile_buffer_t), allocatable :: sides(:)
   end type plane_strain_t
 
-  !> What one force evaluation tells beside the forces, per tile and summed in fixed order.
-  type, public :: force_report_t
-    real(wp) :: internal_work = 0.0_wp      !! stress power times dt
-    real(wp) :: viscous_work = 0.0_wp
-    real(wp) :: largest_rate = 0.0_wp       !! largest |J^-1|^2 (Frobenius), [1/length^2]
-    real(wp) :: smallest_det = huge(1.0_wp) !! smallest jacobian determinant
-    integer :: failed_block = huge(1)       !! lowest block whose law failed or that turned over
-    integer :: failed_patch = 1             !! the patch it belongs to
-  end type force_report_t
-
   !> Tables and state of a patch. Blocks are numbered along axis 1 first, then axis 2, axis 3.
   type, public :: ig_patch_t
     integer :: n_control(3) = 0
@@ -83,8 +75,6 @@ module ig_patch
     real(wp) :: step_start = 0.0_wp                !! time at which it began
     integer :: before_step = 0                     !! force evaluations before it
     integer :: n_fields = 0                        !! temperature and field variables of the deck
-    !> These at the control points, now and at the start of the run, (n1, n2, n3, n_fields).
-    real(wp), allocatable, dimension(:, :, :, :) :: nodal, nodal_start
     !> The values at the control points that the points have at the end of the step, where that is
     !! known, and whether they had them at its start as well.
     real(wp), allocatable :: spread_values(:, :, :, :)
@@ -112,5 +102,31 @@ contains
     element(2) = mod((block - 1)/patch%lanes%n_blocks, patch%axes(2)%n_elements) + 1
     element(3) = (block - 1)/(patch%lanes%n_blocks*patch%axes(2)%n_elements) + 1
   end function element_of_lane
+
+  !> Block and lane that count for an element.
+  pure function lane_of_element(patch, element) result(at)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: element(3)
+    integer :: at(2), b
+
+    b = (element(1) - 1)/size(patch%lanes%element, 1) + 1
+    at(1) = b + patch%lanes%n_blocks*((element(2) - 1) + patch%axes(2)%n_elements*(element(3) - 1))
+    at(2) = findloc(patch%lanes%element(:, b) == element(1) .and. patch%lanes%is_owner(:, b), &
+                    .true., dim=1)
+  end function lane_of_element
+
+  !> Largest damping ratio of the linear viscosity, from the largest frequency and that of the bulk
+  !! part of the stiffness alone.
+  pure real(wp) function damping_ratio(viscosity, bulk, omega, omega_bulk)
+    class(viscosity_t), intent(in) :: viscosity
+    real(wp), intent(in) :: bulk                  !! modulus [stress]
+    real(wp), intent(in) :: omega, omega_bulk     !! angular frequencies [1/time]
+    real(wp) :: lag
+
+    damping_ratio = 0.0_wp
+    if (.not. viscosity%is_active) return
+    lag = viscosity%linear*viscosity%density*viscosity%wave_speed*maxval(viscosity%length)/bulk
+    damping_ratio = 0.5_wp*lag*omega_bulk**2/omega
+  end function damping_ratio
 
 end module ig_patch

@@ -1,0 +1,137 @@
+!> A body of several parts: forces part by part, and what meets at seams summed up.
+module body_parts
+  use kinds, only: wp
+  use text, only: to_text
+  use state_store, only: state_store_t, carry_array
+  use seams, only: seams_t, collect, sum_groups, hand_out
+  use block_law, only: block_law_t
+  use element, only: part_t, force_report_t, merge_reports
+  implicit none
+  private
+
+  public :: forces_of_parts, elastic_copies, set_inertia, share_internal_forces, &
+            share_external_forces, carry_fields
+
+  !> A field on the control points or the integration points of one part.
+  type, public :: field_t
+    real(wp), allocatable :: values(:, :, :, :)
+  end type field_t
+
+contains
+
+  !> Stress update and internal forces of all parts, from the motion that each holds.
+  subroutine forces_of_parts(parts, seams, law, dt, report, is_trial)
+    type(part_t), intent(inout) :: parts(:)
+    type(seams_t), intent(inout) :: seams
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt                      !! [time]
+    type(force_report_t), intent(out) :: report     !! of all parts together
+    logical, intent(in), optional :: is_trial       !! leaves stress and state as they are
+    type(force_report_t) :: part
+    logical :: is_committed
+    integer :: p
+
+    is_committed = .true.
+    if (present(is_trial)) is_committed = .not. is_trial
+    do p = 1, size(parts)
+      if (is_committed) then
+        call parts(p)%element%forces(law, dt, part)
+      else
+        call parts(p)%element%trial_forces(law, dt, part)
+      end if
+      call merge_reports(report, part)
+      if (report%failed_block == huge(1) .and. part%failed_block < huge(1)) then
+        report%failed_block = part%failed_block
+        report%failed_part = p
+      end if
+    end do
+    call share_internal_forces(parts, seams)
+  end subroutine forces_of_parts
+
+  !> Copies of parts for trial motions of an elastic law.
+  function elastic_copies(parts) result(copies)
+    type(part_t), intent(in) :: parts(:)
+    type(part_t), allocatable :: copies(:)
+    integer :: p
+
+    allocate (copies(size(parts)))
+    do p = 1, size(parts)
+      call parts(p)%element%elastic_copy(copies(p)%element)
+    end do
+  end function elastic_copies
+
+  !> Put fields of all parts, or take them back; those not there yet leave nothing. Others in the
+  !! store, of another shape, are its fault.
+  subroutine carry_fields(store, name, fields)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    type(field_t), allocatable, intent(inout) :: fields(:)
+    integer :: p
+
+    if (.not. allocated(fields)) return
+    do p = 1, size(fields)
+      call carry_array(store, name//"_"//to_text(p), size(fields(p)%values), fields(p)%values)
+    end do
+  end subroutine carry_fields
+
+  !> Sum up the masses that meet at seams. To be called again after a change of masses.
+  subroutine set_inertia(parts, seams)
+    type(part_t), intent(inout) :: parts(:)
+    type(seams_t), intent(inout) :: seams
+    integer :: p
+
+    do p = 1, size(parts)
+      associate (element => parts(p)%element)
+        element%inertia = element%mass
+        call collect(seams, p, size(element%mass), 1, element%mass)
+      end associate
+    end do
+    call sum_groups(seams, 1)
+    do p = 1, size(parts)
+      associate (element => parts(p)%element)
+        call hand_out(seams, p, size(element%mass), 1, element%inertia)
+      end associate
+    end do
+  end subroutine set_inertia
+
+  !> Sum up the internal forces that meet at seams.
+  subroutine share_internal_forces(parts, seams)
+    type(part_t), intent(inout) :: parts(:)
+    type(seams_t), intent(inout) :: seams
+    integer :: p
+
+    if (seams%n_groups == 0) return
+    do p = 1, size(parts)
+      associate (element => parts(p)%element)
+        call collect(seams, p, size(element%mass), 3, element%motion%internal_force)
+      end associate
+    end do
+    call sum_groups(seams, 3)
+    do p = 1, size(parts)
+      associate (element => parts(p)%element)
+        call hand_out(seams, p, size(element%mass), 3, element%motion%internal_force)
+      end associate
+    end do
+  end subroutine share_internal_forces
+
+  !> Sum up the forces from outside that meet at seams.
+  subroutine share_external_forces(parts, seams)
+    type(part_t), intent(inout) :: parts(:)
+    type(seams_t), intent(inout) :: seams
+    integer :: p
+
+    if (seams%n_groups == 0) return
+    do p = 1, size(parts)
+      associate (element => parts(p)%element)
+        call collect(seams, p, size(element%mass), 3, element%motion%external_force)
+      end associate
+    end do
+    call sum_groups(seams, 3)
+    do p = 1, size(parts)
+      associate (element => parts(p)%element)
+        call hand_out(seams, p, size(element%mass), 3, element%motion%external_force)
+      end associate
+    end do
+  end subroutine share_external_forces
+
+end module body_parts

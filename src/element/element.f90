@@ -1,0 +1,363 @@
+!> A part of a body as the rest of the program sees it: a grid of control points with mass and
+!! motion, integration points with stress and state, and the forces that deformation raises.
+!!
+!! Each kind of element extends `element_t` in a folder of its own and is listed in
+!! `element_kinds`. Nobody else asks which kind an element is.
+module element
+  use kinds, only: wp
+  use text, only: string_t, to_text, append_text
+  use state_store, only: state_store_t, carry_field
+  use gauss_rule, only: gauss_rule_t
+  use nurbs_solid, only: nurbs_solid_t, solid_face
+  use nurbs_surface, only: nurbs_surface_t
+  use block_law, only: block_law_t
+  implicit none
+  private
+
+  public :: carry_motion, describe_grid, point_coordinates, next_element, merge_reports
+
+  !> Fields on the control points, shape (n1, n2, n3, 3).
+  type, public :: motion_t
+    real(wp), allocatable :: x(:, :, :, :)               !! position at the end of the step
+    real(wp), allocatable :: v(:, :, :, :)               !! velocity at its middle
+    real(wp), allocatable :: internal_force(:, :, :, :)
+    real(wp), allocatable :: external_force(:, :, :, :)  !! contact and loads
+  end type motion_t
+
+  !> What one force evaluation reports beside the forces.
+  type, public :: force_report_t
+    real(wp) :: internal_work = 0.0_wp      !! stress power times dt
+    real(wp) :: viscous_work = 0.0_wp
+    real(wp) :: largest_rate = 0.0_wp       !! largest |J^-1|^2 (Frobenius), [1/length^2]
+    real(wp) :: smallest_det = huge(1.0_wp) !! smallest jacobian determinant
+    integer :: failed_block = huge(1)       !! lowest block whose law failed or that turned over
+    integer :: failed_part = 1              !! the part of the body it belongs to
+  end type force_report_t
+
+  !> An element: base of all kinds. At a seam `mass` is what the part itself brings, so that sums
+  !! over all parts count everything once; `inertia` is what a force there has to move.
+  type, abstract, public :: element_t
+    character(:), allocatable :: name
+    type(nurbs_solid_t) :: grid                !! control grid and shape at the start
+    type(gauss_rule_t) :: rule(3)              !! integration points of one element by axis
+    integer :: n_elements(3) = 0               !! along each axis
+    integer :: n_before = 0                    !! elements of the parts before, in numbers
+    integer :: n_evaluated = 0                 !! points worked in a force evaluation
+    real(wp) :: shortest = 0.0_wp              !! edge of all elements at the start [length]
+    logical :: has_viscosity = .false.         !! bulk viscosity
+    real(wp), allocatable :: mass(:, :, :)     !! lumped, of the control points
+    real(wp), allocatable :: inertia(:, :, :)  !! the same, of all that is joined in a point
+    !> Factors on the mass of differences through the thickness, (n1, n2); see `column_scaling`.
+    real(wp), allocatable :: column_factor(:, :)
+    type(motion_t) :: motion
+    integer :: n_fields = 0                    !! temperature and field variables of the deck
+    !> These at the control points, now and at the start of the run, (n1, n2, n3, n_fields).
+    real(wp), allocatable, dimension(:, :, :, :) :: nodal, nodal_start
+  contains
+    procedure(forces_interface), deferred :: forces
+    procedure(trial_interface), deferred :: trial_forces
+    procedure(copy_interface), deferred :: elastic_copy
+    procedure(law_interface), deferred :: take_moduli
+    procedure(factor_interface), deferred :: scale_mass
+    procedure(damping_interface), deferred :: damping_ratio
+    procedure(step_interface), deferred :: stable_step_of_elements
+    procedure(energy_interface), deferred :: elastic_energy
+    procedure(jacobian_interface), deferred :: jacobian
+    procedure(points_interface), deferred :: read_points
+    procedure(element_interface), deferred :: read_element
+    procedure(state_interface), deferred :: set_state
+    procedure(size_interface), deferred :: size_of
+    procedure(fields_interface), deferred :: fields_at
+    procedure(number_interface), deferred :: new_fields
+    procedure(self_interface), deferred :: spread_fields
+    procedure(begin_interface), deferred :: begin_step
+    procedure(block_interface), deferred :: elements_of_block
+    procedure(carry_interface), deferred :: carry
+    procedure(describe_interface), deferred :: describe
+    procedure(kernel_interface), deferred :: kernel_name
+    procedure :: surface => surface_of_grid
+  end type element_t
+
+  !> A part of a body, of any kind.
+  type, public :: part_t
+    class(element_t), allocatable :: element
+  end type part_t
+
+  abstract interface
+    !> Stress update and internal forces of a step, from the motion. The result does not depend on
+    !! the number of threads.
+    subroutine forces_interface(self, law, dt, report)
+      import :: element_t, block_law_t, force_report_t, wp
+      class(element_t), intent(inout) :: self
+      class(block_law_t), intent(in) :: law
+      real(wp), intent(in) :: dt                  !! [time]
+      type(force_report_t), intent(out) :: report
+    end subroutine forces_interface
+
+    !> Internal forces of a trial motion: those of `forces`, but stress, state and time stay as
+    !! they are.
+    subroutine trial_interface(self, law, dt, report)
+      import :: element_t, block_law_t, force_report_t, wp
+      class(element_t), intent(inout) :: self
+      class(block_law_t), intent(in) :: law
+      real(wp), intent(in) :: dt                  !! [time]
+      type(force_report_t), intent(out) :: report
+    end subroutine trial_interface
+
+    !> A copy without stress, state and viscosity, for small trial motions of an elastic law in any
+    !! direction.
+    subroutine copy_interface(self, copy)
+      import :: element_t
+      class(element_t), intent(in) :: self
+      class(element_t), allocatable, intent(out) :: copy
+    end subroutine copy_interface
+
+    !> Take the elastic moduli of a law that has found them late.
+    subroutine law_interface(self, law)
+      import :: element_t, block_law_t
+      class(element_t), intent(inout) :: self
+      class(block_law_t), intent(in) :: law
+    end subroutine law_interface
+
+    !> Raise all masses by a factor. The viscosity is that of the heavier material, so that the
+    !! damping ratios stay and the stable step grows with the root of the factor.
+    subroutine factor_interface(self, factor)
+      import :: element_t, wp
+      class(element_t), intent(inout) :: self
+      real(wp), intent(in) :: factor
+    end subroutine factor_interface
+
+    !> Largest damping ratio of the linear bulk viscosity, from the largest angular frequency and
+    !! that of the bulk part of the stiffness alone.
+    pure real(wp) function damping_interface(self, law, omega, omega_bulk)
+      import :: element_t, block_law_t, wp
+      class(element_t), intent(in) :: self
+      class(block_law_t), intent(in) :: law
+      real(wp), intent(in) :: omega, omega_bulk   !! [1/time]
+    end function damping_interface
+
+    !> Stable step from the largest frequency of single elements, and the geometric rate |J^-1|^2 of
+    !! the shape at the start.
+    subroutine step_interface(self, law, dt, rate)
+      import :: element_t, block_law_t, wp
+      class(element_t), intent(in) :: self
+      class(block_law_t), intent(in) :: law
+      real(wp), intent(out) :: dt, rate           !! [time], [1/length^2]
+    end subroutine step_interface
+
+    !> Elastic energy stored at the integration points: sum of s:C^-1:s/2 times their volume at the
+    !! start.
+    subroutine energy_interface(self, law, energy)
+      import :: element_t, block_law_t, wp
+      class(element_t), intent(inout) :: self
+      class(block_law_t), intent(in) :: law
+      real(wp), intent(out) :: energy
+    end subroutine energy_interface
+
+    !> Jacobian by element-local coordinates, and position, of an integration point.
+    pure subroutine jacobian_interface(self, grid, element, point, j, x)
+      import :: element_t, nurbs_solid_t, wp
+      class(element_t), intent(in) :: self
+      type(nurbs_solid_t), intent(in) :: grid     !! that of the element, in any shape
+      integer, intent(in) :: element(3), point(3)
+      real(wp), intent(out) :: j(3, 3), x(3)      !! [length]
+    end subroutine jacobian_interface
+
+    !> Equivalent plastic strain, stress and state of all points, along axes 1, 2, 3 within an
+    !! element and then over the elements.
+    subroutine points_interface(self, eqps_state, eqps, stress, state)
+      import :: element_t, wp
+      class(element_t), intent(in) :: self
+      integer, intent(in) :: eqps_state           !! state variable, 0: there is none
+      real(wp), intent(inout) :: eqps(:, :, :, :, :, :)
+      real(wp), intent(inout) :: stress(:, :, :, :, :, :, :)   !! 6 components first
+      real(wp), intent(inout) :: state(:, :, :, :, :, :, :)    !! the first variables first
+    end subroutine points_interface
+
+    !> Stress and state of the points of one element.
+    pure subroutine element_interface(self, element, stress, state)
+      import :: element_t, wp
+      class(element_t), intent(in) :: self
+      integer, intent(in) :: element(3)
+      real(wp), intent(out) :: stress(:, :, :, :)      !! (6, q1, q2, q3)
+      real(wp), intent(out) :: state(:, :, :, :)       !! (n, q1, q2, q3)
+    end subroutine element_interface
+
+    !> Set the first state variables of a point.
+    pure subroutine state_interface(self, element, point, values)
+      import :: element_t, wp
+      class(element_t), intent(inout) :: self
+      integer, intent(in) :: element(3), point(3)
+      real(wp), intent(in) :: values(:)
+    end subroutine state_interface
+
+    !> Cube root of the volume of an element at the start; only for laws that need the context of
+    !! their points.
+    pure real(wp) function size_interface(self, element)
+      import :: element_t, wp
+      class(element_t), intent(in) :: self
+      integer, intent(in) :: element(3)
+    end function size_interface
+
+    !> Temperature and field variables of a point at the start of the step.
+    pure function fields_interface(self, element, point) result(values)
+      import :: element_t, wp
+      class(element_t), intent(in) :: self
+      integer, intent(in) :: element(3), point(3)
+      real(wp) :: values(self%n_fields)
+    end function fields_interface
+
+    !> Room for temperature and field variables, all zero.
+    subroutine number_interface(self, n)
+      import :: element_t
+      class(element_t), intent(inout) :: self
+      integer, intent(in) :: n
+    end subroutine number_interface
+
+    !> Carry the fields from the control points, whose values are those of the end of the step to
+    !! come, to the integration points.
+    subroutine self_interface(self)
+      import :: element_t
+      class(element_t), intent(inout) :: self
+    end subroutine self_interface
+
+    !> A step of the deck begins.
+    pure subroutine begin_interface(self, step, time)
+      import :: element_t, wp
+      class(element_t), intent(inout) :: self
+      integer, intent(in) :: step
+      real(wp), intent(in) :: time
+    end subroutine begin_interface
+
+    !> Elements that a block of a force report holds, shape (3, n).
+    pure function block_interface(self, block) result(elements)
+      import :: element_t
+      class(element_t), intent(in) :: self
+      integer, intent(in) :: block
+      integer, allocatable :: elements(:, :)
+    end function block_interface
+
+    !> Motion, stress and state into a store, or back.
+    subroutine carry_interface(self, store)
+      import :: element_t, state_store_t
+      class(element_t), intent(inout) :: self
+      type(state_store_t), intent(inout) :: store
+    end subroutine carry_interface
+
+    !> Append lines `heading value` that describe the element for `--check`.
+    subroutine describe_interface(self, lines)
+      import :: element_t, string_t
+      class(element_t), intent(in) :: self
+      type(string_t), allocatable, intent(inout) :: lines(:)
+    end subroutine describe_interface
+
+    !> Name of the kernel that works the element.
+    pure function kernel_interface(self) result(name)
+      import :: element_t
+      class(element_t), intent(in) :: self
+      character(:), allocatable :: name
+    end function kernel_interface
+  end interface
+
+contains
+
+  !> A side of the element as contact and loads see it: 1 xi_min, 2 xi_max, ... 6 zeta_max.
+  function surface_of_grid(self, side) result(surface)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: side
+    type(nurbs_surface_t) :: surface
+
+    surface = solid_face(self%grid, side)
+  end function surface_of_grid
+
+  !> Fields on the control points into a store, or back.
+  subroutine carry_motion(motion, store)
+    type(motion_t), intent(inout) :: motion
+    type(state_store_t), intent(inout) :: store
+
+    call carry_field(store, "x", size(motion%x), motion%x)
+    call carry_field(store, "v", size(motion%v), motion%v)
+    call carry_field(store, "internal_force", size(motion%internal_force), motion%internal_force)
+    call carry_field(store, "external_force", size(motion%external_force), motion%external_force)
+  end subroutine carry_motion
+
+  !> Lines on elements, degrees, control points and integration points, with the kernel.
+  subroutine describe_grid(element, lines)
+    class(element_t), intent(in) :: element
+    type(string_t), allocatable, intent(inout) :: lines(:)
+    integer :: q(3)
+
+    q = element%rule%n
+    associate (n => element%n_elements)
+      call append_text(lines, "elements         "//to_text(product(n))//" ("//triple(n)//")")
+    end associate
+    call append_text(lines, "degrees          "//triple(element%grid%axes%degree))
+    call append_text(lines, "control points   "//to_text(size(element%grid%weights)))
+    call append_text(lines, "points           "//to_text(product(q))//" an element ("// &
+                            triple(q)//"), kernel "//element%kernel_name())
+  end subroutine describe_grid
+
+  pure function triple(n) result(text)
+    integer, intent(in) :: n(3)
+    character(:), allocatable :: text
+
+    text = to_text(n(1))//" x "//to_text(n(2))//" x "//to_text(n(3))
+  end function triple
+
+  !> Parametric coordinates of a place in an element whose own coordinates run from -1 to 1.
+  pure function point_coordinates(element, e, local) result(xi)
+    class(element_t), intent(in) :: element
+    integer, intent(in) :: e(3)
+    real(wp), intent(in) :: local(3)
+    real(wp) :: xi(3)
+    integer :: axis, span
+
+    do axis = 1, 3
+      associate (kv => element%grid%axes(axis))
+        span = span_of(kv%knots, kv%degree, e(axis))
+        xi(axis) = 0.5_wp*((1.0_wp - local(axis))*kv%knots(span) &
+                           + (1.0_wp + local(axis))*kv%knots(span + 1))
+      end associate
+    end do
+  end function point_coordinates
+
+  !> Index of the knot at which the n-th element along an axis begins.
+  pure integer function span_of(knots, degree, n) result(span)
+    real(wp), intent(in) :: knots(:)
+    integer, intent(in) :: degree, n
+    integer :: found
+
+    found = 0
+    do span = degree + 1, size(knots) - degree - 1
+      if (knots(span + 1) > knots(span)) found = found + 1
+      if (found == n) return
+    end do
+  end function span_of
+
+  !> Step through the elements, axis 1 first: from (0, 1, 1) on to the first and after the last one
+  !! to one beyond along axis 3.
+  pure subroutine next_element(n, e)
+    integer, intent(in) :: n(3)              !! elements along each axis
+    integer, intent(inout) :: e(3)
+
+    e(1) = e(1) + 1
+    if (e(1) <= n(1)) return
+    e(1) = 1
+    e(2) = e(2) + 1
+    if (e(2) <= n(2)) return
+    e(2) = 1
+    e(3) = e(3) + 1
+  end subroutine next_element
+
+  !> Add a report to another one.
+  pure subroutine merge_reports(report, other)
+    type(force_report_t), intent(inout) :: report
+    type(force_report_t), intent(in) :: other
+
+    report%internal_work = report%internal_work + other%internal_work
+    report%viscous_work = report%viscous_work + other%viscous_work
+    report%largest_rate = max(report%largest_rate, other%largest_rate)
+    report%smallest_det = min(report%smallest_det, other%smallest_det)
+  end subroutine merge_reports
+
+end module element
