@@ -10,8 +10,8 @@ module umat_adapter
   use point_context, only: point_context_t, new_point_context
   use umat_interface, only: umat_procedure, name_length
   use user_call, only: user_law_t, first_point_t, set_user_law, slack, most_fields, n_guard, &
-                       set_guard, check_guard, enter_user_call, leave_user_call, note_failure, &
-                       in_umat
+                       n_room, set_guard, check_guard, check_spare_states, enter_user_call, &
+                       leave_user_call, note_failure, in_umat
   use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity
   implicit none
   private
@@ -91,7 +91,7 @@ contains
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(context%n, 3)
     type(increment_t) :: increment
-    real(wp) :: sigma(6 + slack), kept(self%n_state + slack)
+    real(wp) :: sigma(6), kept(self%n_state)
     integer :: l
 
     ok = .true.
@@ -111,12 +111,13 @@ contains
       call take_fields(context, l, increment)
       increment%f0 = transpose(reshape(context%f0(l, :), [3, 3]))
       increment%f1 = transpose(reshape(context%f1(l, :), [3, 3]))
-      sigma(:6) = stress(l, :)
-      kept(:self%n_state) = state(l, :)
-      call enter_user_call(in_umat, int(increment%element, c_int), int(increment%point, c_int))
-      call update_point(self, increment, spin(l, :), sigma(:6), kept(:self%n_state), ok)
-      stress(l, :) = sigma(:6)
-      state(l, :) = kept(:self%n_state)
+      sigma = stress(l, :)
+      kept = state(l, :)
+      call enter_user_call(in_umat, int(increment%element, c_int), int(increment%point, c_int), &
+                           int(increment%element, c_int))
+      call update_point(self, increment, spin(l, :), sigma, kept, ok)
+      stress(l, :) = sigma
+      state(l, :) = kept
       if (.not. ok) exit
     end do
     call leave_user_call()
@@ -180,7 +181,8 @@ contains
     call note_failure(int(increment%element, c_int), int(increment%point, c_int), 2_c_int)
   end subroutine update_point
 
-  !> The UMAT itself. `state` holds what is kept behind the state variables.
+  !> The UMAT itself. `state` holds what is kept behind the state variables. STRESS, DDSDDE and
+  !! STATEV stand in one array, a mark behind each, so that a write past the end of one is found.
   subroutine call_umat(self, increment, stress, state, tangent, is_refused, ok)
     class(umat_adapter_t), intent(in) :: self
     type(increment_t), intent(in) :: increment
@@ -188,15 +190,19 @@ contains
     real(wp), intent(out) :: tangent(6, 6)   ! DDSDDE
     logical, intent(out) :: is_refused       ! PNEWDT came back below one
     logical, intent(out) :: ok               ! all is finite
-    real(wp) :: statev(self%n_statv + slack + n_guard), strain(6), energies(3)
+    integer, parameter :: at_tangent = 6 + n_guard, at_states = at_tangent + 36 + n_guard
+    real(wp) :: room(at_states + self%n_statv + slack + n_guard + n_room), strain(6), energies(3)
     real(wp) :: heat(2), heat_by_strain(6), stress_by_temperature(6), pnewdt
     real(wp) :: predef(most_fields + slack), dpred(most_fields + slack), temperature, work
 
-    statev(:self%n_statv) = state(:self%n_statv)
-    call set_guard(statev)
+    room(:6) = stress
+    room(at_tangent + 1:at_tangent + 36) = 0.0_wp
+    room(at_states + 1:at_states + self%n_statv) = state(:self%n_statv)
+    call set_guard(room, 6, 0)
+    call set_guard(room(at_tangent + 1), 36, 0)
+    call set_guard(room(at_states + 1), self%n_statv, slack)
     strain = rotated_strain(increment%rotation, state(self%n_statv + 1:self%n_statv + 6))
     energies = state(self%n_statv + 7:self%n_statv + 9)
-    tangent = 0.0_wp
     heat = 0.0_wp
     heat_by_strain = 0.0_wp
     stress_by_temperature = 0.0_wp
@@ -211,7 +217,8 @@ contains
       if (n > 1) dpred(:n - 1) = increment%changes(2:n)
     end associate
     pnewdt = 1.0_wp
-    call self%umat(stress, statev, tangent, energies(1), energies(2), energies(3), heat(1), &
+    call self%umat(room, room(at_states + 1), room(at_tangent + 1), energies(1), energies(2), &
+                   energies(3), heat(1), &
                    stress_by_temperature, heat_by_strain, heat(2), strain, increment%dstrain, &
                    [increment%step_time, increment%time], increment%dt, temperature, &
                    increment%changes(1), predef, dpred, self%name, 3_c_int, 3_c_int, &
@@ -221,10 +228,15 @@ contains
                    int(increment%element, c_int), int(increment%point, c_int), 1_c_int, 1_c_int, &
                    int([increment%step, 0, 0, 0], c_int), int(increment%number, c_int), &
                    int(name_length, c_size_t))
-    call check_guard(statev, "STATEV")
-    call check_guard(self%props, "PROPS (here or in another thread)")
+    call check_guard(room, 6, 0, "STRESS")
+    call check_guard(room(at_tangent + 1), 36, 0, "DDSDDE")
+    call check_guard(room(at_states + 1), self%n_statv, slack, "STATEV")
+    call check_spare_states(room(at_states + self%n_statv + 1), 1, self%n_statv, "STATEV(")
+    call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
     is_refused = pnewdt < 1.0_wp
-    state(:self%n_statv) = statev(:self%n_statv)
+    stress = room(:6)
+    tangent = reshape(room(at_tangent + 1:at_tangent + 36), [6, 6])
+    state(:self%n_statv) = room(at_states + 1:at_states + self%n_statv)
     state(self%n_statv + 1:self%n_statv + 6) = strain + increment%dstrain
     state(self%n_statv + 7:self%n_statv + 9) = energies
     if (self%heat_state > 0) state(self%heat_state) = state(self%heat_state) &
@@ -259,7 +271,8 @@ contains
     stress = 0.0_wp
     values = 0.0_wp
     values(:law%n_statv) = state
-    call enter_user_call(in_umat, int(point%element, c_int), int(point%point, c_int))
+    call enter_user_call(in_umat, int(point%element, c_int), int(point%point, c_int), &
+                         int(point%element, c_int))
     call call_umat(law, increment, stress, values, tangent, is_refused, ok)
     call leave_user_call()
     bulk = 0.0_wp

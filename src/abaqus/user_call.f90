@@ -13,14 +13,17 @@ module user_call
   public :: set_user_heating
   public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
   public :: expect_elements, forget_thread, call_sdvini, note_failure, user_failure_text
-  public :: set_guard, check_guard
+  public :: set_guard, check_guard, check_spare_states, end_user_run
 
   !> Some sources read behind their PROPS and STATEV: there are zeros behind both.
   integer, parameter, public :: slack = 64
 
-  !> Behind those zeros stands a mark, as long as this: who writes over it has written over more.
+  !> Behind arguments stands a mark, as long as this: who writes over it has written over more.
   integer, parameter, public :: n_guard = 8
   real(wp), parameter :: mark = -7.0e-211_wp
+
+  !> Values behind the last mark that nobody uses, for writes that go on behind it.
+  integer, parameter, public :: n_room = 4096
 
   !> Routines of users, as `enter_user_call` takes them.
   integer(c_int), parameter, public :: in_umat = 1, in_vumat = 2, in_sdvini = 3, &
@@ -53,9 +56,9 @@ module user_call
 
   interface
     !> A call of a user's subroutine begins for this element and point.
-    subroutine enter_user_call(routine, noel, npt) bind(C, name="igaform_enter_user_call")
+    subroutine enter_user_call(routine, noel, npt, last) bind(C, name="igaform_enter_user_call")
       import :: c_int
-      integer(c_int), value :: routine, noel, npt
+      integer(c_int), value :: routine, noel, npt, last   !! a VUMAT: elements `noel` to `last`
     end subroutine enter_user_call
 
     !> The calls of this thread are done.
@@ -78,6 +81,14 @@ module user_call
       integer(c_int), value :: length
       character(kind=c_char), intent(in) :: name(length)
     end subroutine end_by_overrun
+
+    !> The call in hand did what no result can be had from, told behind its routine and place;
+    !! the run ends, and its state is saved.
+    subroutine end_by_fault(deed, length) bind(C, name="igaform_end_by_fault")
+      import :: c_char, c_int
+      integer(c_int), value :: length
+      character(kind=c_char), intent(in) :: deed(length)
+    end subroutine end_by_fault
 
     !> A stress update failed: 1 not finite, 2 PNEWDT stays below one.
     subroutine note_failure(noel, npt, reason) bind(C, name="igaform_note_user_failure")
@@ -122,7 +133,7 @@ contains
     law%n_props = size(props)
     allocate (law%props(size(props) + slack + n_guard), source=0.0_wp)
     law%props(:size(props)) = props
-    call set_guard(law%props)
+    call set_guard(law%props, size(props), slack)
     law%n_statv = n_statv
     law%n_state = n_statv + n_kept
     law%n_hidden = n_kept
@@ -158,23 +169,55 @@ contains
   end function user_failure_text
 
   !> Zeros behind an argument, and the mark behind them.
-  pure subroutine set_guard(values)
-    real(wp), intent(inout) :: values(:)
+  pure subroutine set_guard(values, n, n_spare)
+    real(wp), intent(inout) :: values(*)
+    integer, intent(in) :: n         !! values of the argument
+    integer, intent(in) :: n_spare   !! zeros behind them
 
-    values(size(values) - n_guard - slack + 1:) = 0.0_wp
-    values(size(values) - n_guard + 1:) = mark
+    values(n + 1:n + n_spare) = 0.0_wp
+    values(n + n_spare + 1:n + n_spare + n_guard) = mark
   end subroutine set_guard
 
   !> End the run if the mark behind an argument is gone: what stood behind it is, too.
-  subroutine check_guard(values, name)
-    real(wp), intent(in) :: values(:)
-    character(*), intent(in) :: name
-    integer :: n
+  subroutine check_guard(values, n, n_spare, name)
+    real(wp), intent(in) :: values(*)
+    integer, intent(in) :: n, n_spare
+    character(*), intent(in) :: name   !! of the argument
 
-    n = size(values)
-    if (all(abs(values(n - n_guard + 1:n) - mark) <= 0.0_wp)) return
+    if (all(abs(values(n + n_spare + 1:n + n_spare + n_guard) - mark) <= 0.0_wp)) return
     call end_by_overrun(c_text(name), int(len(name), c_int))
   end subroutine check_guard
+
+  !> End the run if something was written to the zeros behind the state variables of the points of
+  !! a call: it would be lost, and the law would go on without it.
+  subroutine check_spare_states(spare, n_points, n_statv, name)
+    integer, intent(in) :: n_points                    !! of the call
+    real(wp), intent(in) :: spare(n_points*slack)
+    integer, intent(in) :: n_statv                     !! as *DEPVAR gives it
+    character(*), intent(in) :: name                   !! of the argument, with its first index
+    character(:), allocatable :: given
+    real(wp) :: total
+    integer :: i
+
+    total = 0.0_wp
+    !$omp simd reduction(+:total)
+    do i = 1, size(spare)
+      total = total + abs(spare(i))
+    end do
+    if (total <= 0.0_wp) return
+    i = n_statv + (findloc(abs(spare) <= 0.0_wp, .false., 1, back=.true.) - 1)/n_points + 1
+    given = "but *DEPVAR gives "//to_text(n_statv)
+    if (n_statv == 0) given = "but without *DEPVAR, which gives 0"
+    call end_user_run("writes "//name//to_text(i)//"), "//given//" state variables: it must "// &
+                      "give as many as the subroutine writes, "//to_text(i)//" or more")
+  end subroutine check_spare_states
+
+  !> End the run because of what the call in hand did, such as "returns ...".
+  subroutine end_user_run(deed)
+    character(*), intent(in) :: deed
+
+    call end_by_fault(c_text(deed), int(len(deed), c_int))
+  end subroutine end_user_run
 
   !> State variables of a point at the start from the user's SDVINI, if there is one.
   subroutine call_sdvini(law, element, point, place, state)
@@ -182,15 +225,16 @@ contains
     integer, intent(in) :: element, point
     real(wp), intent(in) :: place(3)
     real(wp), intent(inout) :: state(law%n_statv)
-    real(c_double) :: statev(law%n_statv + slack + n_guard)
+    real(c_double) :: statev(law%n_statv + slack + n_guard + n_room)
 
     if (.not. associated(law%sdvini)) return
     statev(:law%n_statv) = state
-    call set_guard(statev)
-    call enter_user_call(in_sdvini, int(element, c_int), int(point, c_int))
+    call set_guard(statev, law%n_statv, slack)
+    call enter_user_call(in_sdvini, int(element, c_int), int(point, c_int), int(element, c_int))
     call law%sdvini(statev, place, int(law%n_statv, c_int), 3_c_int, int(element, c_int), &
                     int(point, c_int), 1_c_int, 1_c_int)
-    call check_guard(statev, "STATEV")
+    call check_guard(statev, law%n_statv, slack, "STATEV")
+    call check_spare_states(statev(law%n_statv + 1), 1, law%n_statv, "STATEV(")
     call leave_user_call()
     state = statev(:law%n_statv)
   end subroutine call_sdvini

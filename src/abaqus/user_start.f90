@@ -39,13 +39,13 @@ contains
     numbers = 0_c_int
     if (c_associated(library%uexternaldb)) then
       call c_f_procpointer(library%uexternaldb, uexternaldb)
-      call enter_user_call(in_uexternaldb, -1_c_int, -1_c_int)
+      call enter_user_call(in_uexternaldb, -1_c_int, -1_c_int, -1_c_int)
       call uexternaldb(0_c_int, 0_c_int, times(:2), times(1), 1_c_int, 0_c_int)
     end if
     if (c_associated(library%vexternaldb)) then
       call c_f_procpointer(library%vexternaldb, vexternaldb)
       numbers(3) = 1_c_int   ! the step
-      call enter_user_call(in_vexternaldb, -1_c_int, -1_c_int)
+      call enter_user_call(in_vexternaldb, -1_c_int, -1_c_int, -1_c_int)
       call vexternaldb(0_c_int, numbers, int(size(numbers), c_int), times, &
                        int(size(times), c_int))
     end if

@@ -88,9 +88,10 @@ module user_watch
     end subroutine c_backtrace
   end interface
 
-  !> A call: routine 0 for none, element -1 for one before the first increment.
+  !> A call: routine 0 for none, element -1 for one before the first increment. That of a VUMAT is
+  !! for several elements, up to `last`.
   type :: call_t
-    integer(c_int) :: routine = 0, element = 0, point = 0
+    integer(c_int) :: routine = 0, element = 0, point = 0, last = 0
   end type call_t
 
   !> What is known of a thread. It lies neither on the thread's stack nor beside it, where a
@@ -118,9 +119,10 @@ contains
 
   !> A call of a subroutine of the user begins. A number that no element has shows that memory was
   !! written over; that ends the run.
-  subroutine enter_user_call(routine, noel, npt) bind(C, name="igaform_enter_user_call")
+  subroutine enter_user_call(routine, noel, npt, last) bind(C, name="igaform_enter_user_call")
     integer(c_int), value :: routine     !! its place in `routine_names`
     integer(c_int), value :: noel, npt   !! -1: before the run, for no point
+    integer(c_int), value :: last        !! element up to which the call is; of a UMAT `noel`
     type(message_t) :: message
 
     if (slot < 0) call open_record()
@@ -130,7 +132,7 @@ contains
       call add_latest(message, records(slot))
       call end_at_once(message)
     end if
-    records(slot)%current = call_t(routine, noel, npt)
+    records(slot)%current = call_t(routine, noel, npt, last)
     records(slot)%latest = records(slot)%current
   end subroutine enter_user_call
 
@@ -180,18 +182,31 @@ contains
     integer(c_int), value :: length
     character(kind=c_char), intent(in) :: name(length)   !! of the argument
     type(message_t) :: message
-    integer :: i
 
     associate (current => records(own_slot())%current)
       call add_user(message, current)
       call add_text(message, " wrote past the end of ")
-      do i = 1, length
-        call add_text(message, name(i))
-      end do
+      call add_characters(message, name)
       call add_place(message, current)
     end associate
     call end_at_once(message)
   end subroutine end_by_overrun
+
+  !> The call in hand did what no result can be had from: report, save, end.
+  subroutine end_by_fault(deed, length) bind(C, name="igaform_end_by_fault")
+    integer(c_int), value :: length
+    character(kind=c_char), intent(in) :: deed(length)   !! such as "returns ..."
+    type(message_t) :: message
+
+    call become_leaver()
+    associate (current => records(own_slot())%current)
+      call add_user(message, current)
+      call add_place(message, current)
+    end associate
+    call add_text(message, " ")
+    call add_characters(message, deed)
+    call save_and_exit(message)
+  end subroutine end_by_fault
 
   !> A stress update of the user's subroutine failed; that of the lowest element is kept.
   subroutine note_failure(noel, npt, reason) bind(C, name="igaform_note_user_failure")
@@ -251,13 +266,8 @@ contains
   !> Tell, save, close all files, end. One thread gets through; the others wait here for the end.
   subroutine end_run(how)
     character(*), intent(in) :: how   ! the routine that was called, or what happened
-    integer(c_int), parameter :: patience = 60_c_int   ! [s], for what must not take for ever
-    character(kind=c_char) :: characters(longest)
     type(message_t) :: message
-    procedure(farewell_procedure), pointer :: action
-    type(c_funptr) :: before
-    integer(c_int) :: ignored
-    integer :: i, own
+    integer :: own
 
     call become_leaver()
     own = own_slot()
@@ -266,6 +276,19 @@ contains
     call add_text(message, how)
     call add_text(message, ")")
     call add_place(message, records(own)%current)
+    call save_and_exit(message)
+  end subroutine end_run
+
+  !> The way out of the thread that ends the run: tell, save, close all files, end.
+  subroutine save_and_exit(message)
+    type(message_t), intent(in) :: message
+    integer(c_int), parameter :: patience = 60_c_int   ! [s], for what must not take for ever
+    character(kind=c_char) :: characters(longest)
+    procedure(farewell_procedure), pointer :: action
+    type(c_funptr) :: before
+    integer(c_int) :: ignored
+    integer :: i
+
     call tell(message)
     before = c_signal(alarm_signal, c_funloc(at_alarm))
     ignored = c_alarm(patience)
@@ -279,7 +302,7 @@ contains
     ! In a program that is ending already the C library goes on with what is left to be done: the
     ! run-time library of Fortran closes its units, and asks for no locks.
     call c_exit(int(exit_by_user, c_int))
-  end subroutine end_run
+  end subroutine save_and_exit
 
   !> The message as an error of the program.
   subroutine tell(message)
@@ -403,7 +426,18 @@ contains
     call add_text(message, routine_names(which%routine)(:len_trim(routine_names(which%routine))))
   end subroutine add_user
 
-  !> Where it is at work, such as " in element 3, point 1".
+  !> A text as C has it.
+  subroutine add_characters(message, characters)
+    type(message_t), intent(inout) :: message
+    character(kind=c_char), intent(in) :: characters(:)
+    integer :: i
+
+    do i = 1, size(characters)
+      call add_text(message, characters(i))
+    end do
+  end subroutine add_characters
+
+  !> Where it is at work, such as " in element 3, point 1" or " in elements 1 to 4, point 1".
   subroutine add_place(message, which)
     type(message_t), intent(inout) :: message
     type(call_t), intent(in) :: which
@@ -412,8 +446,15 @@ contains
       call add_text(message, " before the first increment")
       return
     end if
-    call add_text(message, " in element ")
-    call add_number(message, int(which%element))
+    if (which%last > which%element) then
+      call add_text(message, " in elements ")
+      call add_number(message, int(which%element))
+      call add_text(message, " to ")
+      call add_number(message, int(which%last))
+    else
+      call add_text(message, " in element ")
+      call add_number(message, int(which%element))
+    end if
     call add_text(message, ", point ")
     call add_number(message, int(which%point))
   end subroutine add_place

@@ -10,8 +10,8 @@ module vumat_adapter
   use point_context, only: point_context_t, new_point_context
   use umat_interface, only: vumat_procedure, name_length
   use user_call, only: user_law_t, first_point_t, set_user_law, slack, most_fields, n_guard, &
-                       set_guard, check_guard, enter_user_call, leave_user_call, note_failure, &
-                       in_vumat
+                       n_room, set_guard, check_guard, check_spare_states, enter_user_call, &
+                       leave_user_call, note_failure, in_vumat
   use user_kinematics, only: polar_rotation, full_stress, packed_stress, identity, determinant
   implicit none
   private
@@ -177,7 +177,6 @@ contains
     allocate (block%density(n), block%length(n), block%dt_array(2*n + 1), source=0.0_wp)
     allocate (block%place(n, 3), block%spin(n, 3), block%strain(n, 6), block%stretch_old(n, 6), &
               block%stretch_new(n, 6), block%stress_old(n, 6), &
-              block%stress_new(n, 6 + slack + n_guard), &
               block%gradient_old(n, 9), block%gradient_new(n, 9), source=0.0_wp)
     allocate (block%temperature_old(n), block%temperature_new(n), &
               block%field_old(n*most_fields + slack), block%field_new(n*most_fields + slack), &
@@ -189,10 +188,15 @@ contains
     ! Some sources index the energies by a variable that they never set.
     allocate (block%energy_old(1 - slack:n + slack, 2), &
               block%energy_new(1 - slack:n + slack, 2), source=0.0_wp)
-    allocate (block%state_old(n, self%n_statv + slack), &
-              block%state_new(n, self%n_statv + slack + n_guard), source=0.0_wp)
-    call set_guard(block%stress_new(n, :))
-    call set_guard(block%state_new(n, :))
+    allocate (block%state_old(n, self%n_statv + slack), source=0.0_wp)
+    associate (n_behind => n_guard + n_room/n)   ! columns with room for the mark and behind it
+      allocate (block%stress_new(n, 6 + n_behind), &
+                block%state_new(n, self%n_statv + slack + n_behind))
+    end associate
+    block%stress_new(:, :6) = 0.0_wp
+    block%state_new(:, :self%n_statv) = 0.0_wp
+    call set_guard(block%stress_new, 6*n, 0)
+    call set_guard(block%state_new, self%n_statv*n, slack*n)
   end function new_block
 
   !> Temperature and field variables of one element at both ends of the increment.
@@ -244,7 +248,8 @@ contains
     type(block_t), intent(inout) :: block
     logical, intent(out) :: ok
 
-    call enter_user_call(in_vumat, int(block%jblock(5), c_int), int(block%jblock(2), c_int))
+    call enter_user_call(in_vumat, int(block%jblock(5), c_int), int(block%jblock(2), c_int), &
+                         int(block%jblock(4 + block%n), c_int))
     call self%vumat(int(block%jblock, c_int), 3_c_int, 3_c_int, int(self%n_statv, c_int), &
                     int(max(0, block%n_fields - 1), c_int), &
                     int(self%n_props, c_int), int(block%jinfo, c_int), block%step_time, &
@@ -256,9 +261,11 @@ contains
                     block%field_new, &
                     block%stress_new, block%state_new, block%energy_new(1, 1), &
                     block%energy_new(1, 2), int(name_length, c_size_t))
-    call check_guard(block%stress_new(block%n, :), "stressNew")
-    call check_guard(block%state_new(block%n, :), "stateNew")
-    call check_guard(self%props, "PROPS (here or in another thread)")
+    call check_guard(block%stress_new, 6*block%n, 0, "stressNew")
+    call check_guard(block%state_new, self%n_statv*block%n, slack*block%n, "stateNew")
+    call check_spare_states(block%state_new(1, self%n_statv + 1), block%n, self%n_statv, &
+                            "stateNew(:,")
+    call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
     call leave_user_call()   ! memory refused from here on is not the user's fault
     ok = all(ieee_is_finite(block%stress_new(:, :6))) .and. &
          all(ieee_is_finite(block%state_new(:, :self%n_statv)))

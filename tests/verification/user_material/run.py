@@ -16,6 +16,7 @@ import numpy as np
 
 import foreign
 import keeping
+import overruns
 from common import BODY, Bench, FILES, STEEL, TURNING, VOCE, deck, same, user
 
 
@@ -279,6 +280,8 @@ CHECKS = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
           files_read_are_never_written, material_tests_know_names_and_starts,
           laws_that_never_yield_have_no_r_values, keeping.libraries_are_kept_and_renewed,
           keeping.planted_libraries_are_not_loaded, keeping.checks_call_nothing,
+          overruns.writes_past_arguments_end_the_run, overruns.missing_depvar_is_an_error,
+          overruns.vumat_failures_name_the_block,
           foreign.sources_for_ifort_are_accepted, foreign.causes_are_named,
           foreign.languages_and_libraries)
 

@@ -24,6 +24,5 @@ C     some subroutines do: they must be zero.
         DDSDDE(I,I)=AL+2.D0*G
         DDSDDE(I+3,I+3)=G
       ENDDO
-      STATEV(16)=99.D0
       RETURN
       END
