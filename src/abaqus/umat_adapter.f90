@@ -11,7 +11,7 @@ module umat_adapter
   use umat_interface, only: umat_procedure, name_length
   use user_call, only: user_law_t, first_point_t, set_user_law, slack, most_fields, n_guard, &
                        n_room, set_guard, check_guard, check_spare_states, enter_user_call, &
-                       leave_user_call, note_failure, in_umat
+                       leave_user_call, note_failure, end_user_run, uneven_stiffness, in_umat
   use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity
   implicit none
   private
@@ -236,6 +236,8 @@ contains
     is_refused = pnewdt < 1.0_wp
     stress = room(:6)
     tangent = reshape(room(at_tangent + 1:at_tangent + 36), [6, 6])
+    if (self%has_moduli .and. increment%number == 1 .and. increment%step == 1) &
+      call check_components(tangent)
     state(:self%n_statv) = room(at_states + 1:at_states + self%n_statv)
     state(self%n_statv + 1:self%n_statv + 6) = strain + increment%dstrain
     state(self%n_statv + 7:self%n_statv + 9) = energies
@@ -243,6 +245,17 @@ contains
       + self%heat_per_work*(energies(2) + energies(3) - work)
     ok = all(ieee_is_finite(stress)) .and. all(ieee_is_finite(state(:self%n_statv)))
   end subroutine call_umat
+
+  !> End the run if DDSDDE leaves some components at zero and not all. One that is not set at all
+  !! is right where *ELASTIC gives the moduli.
+  subroutine check_components(tangent)
+    real(wp), intent(in) :: tangent(6, 6)
+    character(:), allocatable :: words
+    integer :: i
+
+    words = uneven_stiffness([(.not. abs(tangent(i, i)) <= 0.0_wp, i=1, 6)])
+    if (words /= "") call end_user_run("returns a DDSDDE that is "//words)
+  end subroutine check_components
 
   !> Elastic moduli for the stable step from one call without strain: the largest diagonal values
   !! of DDSDDE bound the speeds of waves along the axes. Both are 0 where DDSDDE does not come back

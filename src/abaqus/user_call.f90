@@ -3,7 +3,7 @@
 module user_call
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_ptr
   use kinds, only: wp
-  use text, only: upper_case, to_text
+  use text, only: upper_case, to_text, joined, strings
   use block_law, only: block_law_t
   use child_process, only: c_text
   use umat_interface, only: name_length, sdvini_procedure
@@ -13,7 +13,7 @@ module user_call
   public :: set_user_heating
   public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
   public :: expect_elements, forget_thread, call_sdvini, note_failure, user_failure_text
-  public :: set_guard, check_guard, check_spare_states, end_user_run
+  public :: set_guard, check_guard, check_spare_states, end_user_run, uneven_stiffness
 
   !> Some sources read behind their PROPS and STATEV: there are zeros behind both.
   integer, parameter, public :: slack = 64
@@ -38,6 +38,7 @@ module user_call
     integer :: n_props = 0                              !! NPROPS
     integer :: n_statv = 0                              !! NSTATV: the first of `n_state`
     real(wp), allocatable :: props(:)                   !! PROPS and zeros behind them
+    logical :: has_moduli = .false.                     !! of *ELASTIC: no call before the run
     integer :: heat_state = 0                           !! the kept value that is the temperature
                                                         !! rise by inelastic work, 0: none
     real(wp) :: heat_per_work = 0.0_wp                  !! that rise by work per volume
@@ -211,6 +212,20 @@ contains
     call end_user_run("writes "//name//to_text(i)//"), "//given//" state variables: it must "// &
                       "give as many as the subroutine writes, "//to_text(i)//" or more")
   end subroutine check_spare_states
+
+  !> What a stiffness of some components alone shows: a law that is not one for solids. Empty where
+  !! all have one, or none.
+  function uneven_stiffness(is_stiff) result(words)
+    logical, intent(in) :: is_stiff(6)           !! 11, 22, 33, 12, 13, 23
+    character(:), allocatable :: words
+    character(2), parameter :: names(6) = ["11", "22", "33", "12", "13", "23"]
+
+    words = ""
+    if (all(is_stiff) .or. .not. any(is_stiff)) return
+    words = "positive for the components "//joined(strings(pack(names, is_stiff)), ", ")// &
+            " but not for "//joined(strings(pack(names, .not. is_stiff)), ", ")//", as in a "// &
+            "law for shells, plane stress or plane strain; sheets are solids here, with NTENS = 6"
+  end function uneven_stiffness
 
   !> End the run because of what the call in hand did, such as "returns ...".
   subroutine end_user_run(deed)

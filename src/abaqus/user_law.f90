@@ -3,11 +3,12 @@ module user_law
   use, intrinsic :: iso_c_binding, only: c_associated, c_f_procpointer, c_null_funptr, c_null_ptr
   use kinds, only: wp
   use errors, only: error_t, fail
-  use text, only: joined, strings
+  use text, only: joined
   use block_law, only: block_law_t, set_elastic
   use umat_interface, only: umat_procedure, vumat_procedure, sdvini_procedure
   use user_library, only: user_library_t
-  use user_call, only: user_law_t, set_user_heating, first_point_t, call_sdvini, watch_user_calls
+  use user_call, only: user_law_t, set_user_heating, first_point_t, call_sdvini, &
+                       watch_user_calls, uneven_stiffness
   use umat_adapter, only: umat_adapter_t, new_umat_adapter, umat_moduli
   use vumat_adapter, only: vumat_adapter_t, new_vumat_adapter, vumat_moduli
   implicit none
@@ -63,6 +64,7 @@ contains
     end if
     select type (law)
     class is (user_law_t)
+      law%has_moduli = material%young > 0.0_wp
       if (allocated(material%heating)) call set_user_heating(law, material%heating(1), &
                                                              material%heating(2), &
                                                              material%heating(3))
@@ -164,16 +166,12 @@ contains
     logical, intent(in) :: is_stiff(6), is_finite
     real(wp), intent(in) :: bulk, shear
     type(error_t), allocatable, intent(out) :: error
-    character(2), parameter :: names(6) = ["11", "22", "33", "12", "13", "23"]
 
     if (.not. is_finite) then
       call fail(error, "material: the first call of the user's subroutine returns values that "// &
                 "are no finite numbers (NaN or infinity), looking for "//source)
-    else if (any(is_stiff) .and. .not. all(is_stiff)) then
-      call fail(error, "material: "//source//" is positive for the components "// &
-                joined(strings(pack(names, is_stiff)), ", ")//" but not for "// &
-                joined(strings(pack(names, .not. is_stiff)), ", ")//", as in a law for shells, "// &
-                "plane stress or plane strain; sheets are solids here, with NTENS = 6")
+    else if (uneven_stiffness(is_stiff) /= "") then
+      call fail(error, "material: "//source//" is "//uneven_stiffness(is_stiff))
     else if (.not. (bulk > 0.0_wp .and. shear > 0.0_wp)) then
       call fail(error, "material: "//source//" is not positive, so the stable step is not "// &
                 "known; an *ELASTIC beside *USER MATERIAL gives it")

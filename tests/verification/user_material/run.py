@@ -174,6 +174,10 @@ def faults_are_told(bench):
     bench.says("no SUBROUTINE UMAT or VUMAT")
     bench.run(deck(user(STEEL)), FILES / "plane_stress.f", code=1)
     bench.says("components 11 but not for 22", "plane stress", "NTENS = 6")
+    given = f"*ELASTIC\n{STEEL}\n" + user(STEEL)     # then there is no call before the run
+    bench.run(deck(given), FILES / "plane_stress.f", options=["--check"])
+    bench.run(deck(given), FILES / "plane_stress.f", code=2)
+    bench.says("UMAT in element", "DDSDDE", "components 11 but not for 22", "NTENS = 6")
     for text in (material, deck(f"*ELASTIC\n{STEEL}")):
         bench.run(text, FILES / "nowhere.f", code=1)
         bench.says("no file", "nowhere.f")
