@@ -3,7 +3,7 @@
 !! What Abaqus keeps for it stands behind its own state variables: total strain (6) and the
 !! energies SSE, SPD, SCD (3).
 module umat_adapter
-  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite, ieee_is_nan
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
   use kinds, only: wp
   use block_law, only: block_law_t
@@ -233,6 +233,7 @@ contains
     call check_guard(room(at_states + 1), self%n_statv, slack, "STATEV")
     call check_spare_states(room(at_states + self%n_statv + 1), 1, self%n_statv, "STATEV(")
     call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
+    if (ieee_is_nan(pnewdt)) call end_user_run("returns a PNEWDT that is no number (NaN)")
     is_refused = pnewdt < 1.0_wp
     stress = room(:6)
     tangent = reshape(room(at_tangent + 1:at_tangent + 36), [6, 6])

@@ -12,7 +12,7 @@ module user_call
 
   public :: set_user_heating
   public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
-  public :: expect_elements, forget_thread, call_sdvini, note_failure, user_failure_text
+  public :: expect_elements, forget_thread, call_sdvini, note_failure, take_user_failure
   public :: set_guard, check_guard, check_spare_states, end_user_run, uneven_stiffness
 
   !> Some sources read behind their PROPS and STATEV: there are zeros behind both.
@@ -28,6 +28,10 @@ module user_call
   !> Routines of users, as `enter_user_call` takes them.
   integer(c_int), parameter, public :: in_umat = 1, in_vumat = 2, in_sdvini = 3, &
                                        in_uexternaldb = 4, in_vexternaldb = 5
+
+  !> What a UMAT does whose PNEWDT stays below one.
+  character(*), parameter, public :: refusal_words = &
+    "UMAT asks for a smaller increment by PNEWDT, even in 64 parts,"
 
   !> Field variables beside the temperature at most: PREDEF, FIELDOLD.
   integer, parameter, public :: most_fields = 20
@@ -97,11 +101,12 @@ module user_call
       integer(c_int), value :: noel, npt, reason
     end subroutine note_failure
 
-    !> Element, point and reason of the failure in the lowest element; zeros if there is none.
-    subroutine tell_failure(values) bind(C, name="igaform_tell_user_failure")
+    !> Element, point and reason of the failure in the lowest element, which is then forgotten;
+    !! zeros if there is none.
+    subroutine take_failure(values) bind(C, name="igaform_take_user_failure")
       import :: c_int
       integer(c_int), intent(out) :: values(3)
-    end subroutine tell_failure
+    end subroutine take_failure
 
     !> Carry out `action` (may be null) on `context` when a call ends the program. The action is
     !! called with the context, a message and its length.
@@ -155,19 +160,25 @@ contains
     law%start_temperature = start
   end subroutine set_user_heating
 
-  !> What is known of a failed stress update of a user's subroutine; empty if there was none.
-  function user_failure_text() result(text)
-    character(:), allocatable :: text
+  !> What is known of a failed stress update of a user's subroutine since this was asked last; empty
+  !! if there was none.
+  subroutine take_user_failure(text, is_refusal)
+    character(:), allocatable, intent(out) :: text
+    logical, intent(out) :: is_refusal               !! it asks for a smaller increment
     integer(c_int) :: values(3)
 
+    call take_failure(values)
     text = ""
-    call tell_failure(values)
+    is_refusal = values(3) == 2
     if (values(1) == 0) return
-    text = "the user's subroutine failed at element "//to_text(int(values(1)))//", point "// &
-           to_text(int(values(2)))//": "
-    if (values(3) == 1) text = text//"a stress or a state variable is no finite number"
-    if (values(3) == 2) text = text//"it asks for a smaller increment (PNEWDT) even in 64 parts"
-  end function user_failure_text
+    text = "the user's subroutine "
+    if (is_refusal) then
+      text = text//refusal_words//" in "
+    else
+      text = text//"returns a stress or a state variable that is no finite number in "
+    end if
+    text = text//"element "//to_text(int(values(1)))//", point "//to_text(int(values(2)))
+  end subroutine take_user_failure
 
   !> Zeros behind an argument, and the mark behind them.
   pure subroutine set_guard(values, n, n_spare)

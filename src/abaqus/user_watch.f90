@@ -218,12 +218,14 @@ contains
     !$omp end critical (igaform_failure)
   end subroutine note_failure
 
-  !> Element, point and reason of the failure that was kept; zeros if there was none.
-  subroutine tell_failure(values) bind(C, name="igaform_tell_user_failure")
+  !> Element, point and reason of the failure that was kept, which is then forgotten, for a run may
+  !! try again; zeros if there was none.
+  subroutine take_failure(values) bind(C, name="igaform_take_user_failure")
     integer(c_int), intent(out) :: values(3)
 
     values = failure
-  end subroutine tell_failure
+    failure = 0
+  end subroutine take_failure
 
   !> Watch over the calls from now on: an end of the program or a crash inside one is told with
   !! element and point, and `action` (may be null) is carried out before. To be called again with

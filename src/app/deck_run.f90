@@ -43,7 +43,7 @@ module deck_run
   use source_report, only: source_lines
   use probe_run, only: print_probe
   use modes_report, only: print_modes
-  use user_call, only: watch_user_calls, expect_elements, user_failure_text
+  use user_call, only: watch_user_calls, expect_elements
   use user_library, only: user_library_t
   use user_setup, only: load_user_files
   use message_files, only: open_message_file, close_message_file
@@ -211,7 +211,6 @@ contains
     if (run%is_file_lost) code = exit_files
     if (allocated(error)) then
       call say_error(log, error%message)
-      if (user_failure_text() /= "") call say_error(log, user_failure_text())
       if (code == exit_files) call say_how_to_go_on(log, saver)
     end if
     call finish(model, run, results, log, code)

@@ -17,7 +17,8 @@ module health
                           deepest_place, contact_place, most_sheared
   use large_shear, only: shear_limit, shear_words
   use likely_causes, only: facts_t, causes_of, turned_over, no_numbers, step_collapsed, &
-                           energy_lost, too_deep
+                           energy_lost, too_deep, increment_refused
+  use user_call, only: take_user_failure
   implicit none
   private
 
@@ -228,16 +229,23 @@ contains
     type(model_t), intent(in) :: model
     type(instant_t), intent(in) :: instant
     type(step_control_t), intent(in) :: control
-    character(:), allocatable :: message
+    character(:), allocatable :: message, user_failure
     type(spot_t) :: spot
     integer :: failure
+    logical :: is_refusal
 
+    call take_user_failure(user_failure, is_refusal)
     associate (blank => model%bodies%blank)
       failure = merge(turned_over, no_numbers, blank%report%smallest_det <= 0.0_wp)
-      message = "blank '"//blank%name//"': the stress update failed or met values that are no "// &
-                "numbers"
-      if (failure == turned_over) message = "blank '"//blank%name// &
-                                            "': an element turned inside out"
+      message = "blank '"//blank%name//"': "
+      if (failure == turned_over) then
+        message = message//"an element turned inside out"
+      else if (user_failure /= "") then
+        message = user_failure//"; "//message//"the stress update failed"
+        if (is_refusal) failure = increment_refused
+      else
+        message = message//"the stress update failed or met values that are no numbers"
+      end if
       spot = spot_of_failure(blank)
       message = message//", "//when(instant)//", in "
       if (spot%part > 0) then

@@ -8,9 +8,10 @@ module likely_causes
   public :: facts_t, causes_of
 
   integer, parameter, public :: turned_over = 1, no_numbers = 2, step_collapsed = 3, &
-                                energy_lost = 4, too_deep = 5
+                                energy_lost = 4, too_deep = 5, increment_refused = 6
   character(*), parameter :: larger_than_meant = &
-    "loads or prescribed velocities larger than meant: units, signs, amplitudes"
+    "loads or prescribed velocities larger than meant: units, signs, amplitudes", &
+    outside_of_law = "constants of the material outside of what its law is made for"
 
   !> What tells the causes apart.
   type :: facts_t
@@ -32,7 +33,7 @@ contains
 
   !> Lines `  1. cause` under a heading, each with a line feed before it.
   function causes_of(failure, facts) result(text)
-    integer, intent(in) :: failure      !! `turned_over` ... `too_deep`
+    integer, intent(in) :: failure      !! `turned_over` ... `increment_refused`
     type(facts_t), intent(in) :: facts
     character(:), allocatable :: text
     type(list_t) :: list
@@ -44,6 +45,11 @@ contains
       call add_shape(list, facts)
     case (no_numbers)
       call add_numbers(list, facts)
+    case (increment_refused)
+      call add(list, .true., "the user's subroutine: an iteration of its own that does not "// &
+               "converge, or a PNEWDT that it sets below 1 for increments of any size")
+      call add(list, .true., larger_than_meant)
+      call add(list, .true., outside_of_law)
     case (energy_lost)
       call add_energy(list, facts)
     case (too_deep)
@@ -98,7 +104,7 @@ contains
     call add(list, .true., "numbers of the deck that do not fit together: density, stiffness, "// &
              "lengths and times in one system of units")
     call add(list, .true., larger_than_meant)
-    call add(list, .true., "constants of the material outside of what its law is made for")
+    call add(list, .true., outside_of_law)
   end subroutine add_numbers
 
   subroutine add_energy(list, facts)

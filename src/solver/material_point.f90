@@ -14,7 +14,7 @@ module material_point
   use tensor_rotation, only: rotate_by_spin
   use lapack, only: solve
   use user_law, only: set_initial_state
-  use user_call, only: user_law_t
+  use user_call, only: user_law_t, refusal_words
   implicit none
   private
 
@@ -201,7 +201,7 @@ contains
     else
       select type (law)
       class is (user_law_t)
-        reason = reason//": it asks for a smaller increment (PNEWDT) even in 64 parts"
+        reason = "the user's subroutine "//refusal_words//" so there is no stress"
       end select
     end if
   end function why_refused

@@ -91,8 +91,13 @@ def states_start_as_told(bench):
 
 
 def failures_name_element_and_point(bench):
-    for kind, words in ((1, ["XIT"]), (2, ["STOP"]), (3, ["no finite number"]),
-                        (4, ["PNEWDT", "64 parts"]), (5, ["UMAT crashed (segmentation fault)"]),
+    first = "error: the user's subroutine "
+    for kind, words in ((1, ["XIT"]), (2, ["STOP"]),
+                        (3, [first + "returns a stress or a state variable that is no finite"]),
+                        (4, [first + "UMAT asks for a smaller increment by PNEWDT, even in 64",
+                             "1. the user's subroutine: an iteration of its own"]),
+                        (12, ["returns a PNEWDT that is no number"]),
+                        (5, ["UMAT crashed (segmentation fault)"]),
                         (6, ["ran out of stack", "ulimit -s", "OMP_STACKSIZE"]),
                         (7, ["ran out of stack"]),
                         (20, ["no such table.dat", "UMAT ended the run", "error at run time"]),
