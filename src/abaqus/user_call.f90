@@ -1,6 +1,7 @@
 !> What all laws of users have in common: their constants with room to spare behind them, their
 !! name, and the record of the element and point in hand.
 module user_call
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_ptr
   use kinds, only: wp
   use text, only: upper_case, to_text, joined, strings
@@ -252,6 +253,7 @@ contains
     real(wp), intent(in) :: place(3)
     real(wp), intent(inout) :: state(law%n_statv)
     real(c_double) :: statev(law%n_statv + slack + n_guard + n_room)
+    integer :: bad
 
     if (.not. associated(law%sdvini)) return
     statev(:law%n_statv) = state
@@ -261,6 +263,9 @@ contains
                     int(point, c_int), 1_c_int, 1_c_int)
     call check_guard(statev, law%n_statv, slack, "STATEV")
     call check_spare_states(statev(law%n_statv + 1), 1, law%n_statv, "STATEV(")
+    bad = findloc(ieee_is_finite(statev(:law%n_statv)), .false., 1)
+    if (bad > 0) call end_user_run("returns no finite number (NaN or infinity) as STATEV("// &
+                                   to_text(bad)//")")
     call leave_user_call()
     state = statev(:law%n_statv)
   end subroutine call_sdvini

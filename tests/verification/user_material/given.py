@@ -174,6 +174,16 @@ def values_that_are_no_numbers_are_named(bench):
     for kind in (10, 11):
         bench.run(deck(user(f"210000, 0, 1, 0, {kind}", 1)), FILES / "misbehaves.F", code=1)
         bench.says("the first call", "no finite numbers")
+    source = bench.folder / "sdvini_nan.f"      # its values are looked at before the UMAT has them
+    law = (FILES / "sdvini.f").read_text()
+    assert "+COORDS(1)" in law
+    source.write_text(law.replace("+COORDS(1)", "+SQRT(COORDS(1)-1.D9)"))
+    for text, command in ((deck(user(STEEL, 5)), []), (deck(user(STEEL, 5), body="") + test,
+                                                       ["material"])):
+        bench.run(text, source, command=command, code=2)
+        bench.says("SDVINI in element 1, point 1 returns no finite number (NaN or infinity) as "
+                   "STATEV(1)")
+        assert "first call" not in bench.said, bench.said
 
 
 if __name__ == "__main__":
