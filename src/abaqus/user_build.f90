@@ -11,7 +11,7 @@ module user_build
   use source_digest, only: digest_t, add_text, add_file, whole_digest_text
   use trusted_files, only: open_own_file, digest_of, keep_to_owner
   use user_sources, only: is_source, is_c_source, is_fixed_form, has_directives, provide_includes, &
-                          folder_of, as_file, ending_of
+                          folder_of, as_file, ending_of, kinds_of
   use source_rewriting, only: rewrite_source
   use library_store, only: find_kept, library_name
   use build_messages, only: cause_of, link_message
@@ -254,10 +254,10 @@ contains
     call run_program(build%words, build%log, code)
     inquire (file=build%log, exist=is_there)
     if (code == program_missing .and. is_there) then
-      call fail(error, "no compiler: '"//build%compiler//"' cannot be started, and the user "// &
-                "subroutine is Fortran source; install gfortran (Debian: apt install "// &
-                "gfortran), name another gfortran by the environment variable IGAFORM_FC, "// &
-                "or give a library that is compiled already (.so)")
+      call fail(error, "no compiler: '"//build%compiler//"' cannot be started, which "// &
+                "compiles and links "//kinds_of(files)//"; install gfortran (Debian: apt "// &
+                "install gfortran; with C++ source also g++), name another gfortran by the "// &
+                "environment variable IGAFORM_FC, or give a library that is compiled already (.so)")
       return
     end if
     call read_whole_file(build%log, version, is_there)

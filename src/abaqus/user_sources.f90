@@ -8,7 +8,7 @@ module user_sources
   implicit none
   private
 
-  public :: is_source, is_c_source, is_fixed_form, has_directives, provide_includes
+  public :: is_source, is_c_source, kinds_of, is_fixed_form, has_directives, provide_includes
   public :: uncalled_routines, ending_of, folder_of, as_file
 
   integer, parameter :: backslash = 92   ! its code
@@ -33,6 +33,23 @@ contains
 
     is_c_source = any(ending_of(path) == [character(3) :: "c", "cc", "cpp", "cxx"])
   end function is_c_source
+
+  !> What the files are, such as "Fortran source, C++ source".
+  function kinds_of(files) result(kinds)
+    type(string_t), intent(in) :: files(:)
+    character(:), allocatable :: kinds, kind
+    integer :: i
+
+    kinds = ""
+    do i = 1, size(files)
+      kind = "objects"
+      if (is_source(files(i)%value)) kind = "Fortran source"
+      if (is_c_source(files(i)%value)) kind = "C++ source"
+      if (ending_of(files(i)%value) == "c") kind = "C source"
+      if (index(kinds//", ", ", "//kind//", ") == 0) kinds = kinds//", "//kind
+    end do
+    kinds = kinds(3:)
+  end function kinds_of
 
   !> Is the file in fixed form? By its name, unless a directive of other compilers says free form.
   logical function is_fixed_form(path)

@@ -93,8 +93,8 @@ contains
            //"  --out FILE.h5      result file (default: name of the deck, here)"//feed &
            //"  --threads N        OpenMP threads"//feed &
            //"  --user FILE        UMAT or VUMAT of *USER MATERIAL: .f .for .ftn .f77"//feed &
-           //"                     .fpp .f90 .f95 .f03 .f08 (also in capitals) or .so; may"//feed &
-           //"                     come several times"//feed &
+           //"                     .fpp .f90 .f95 .f03 .f08 (also in capitals), .c .cc"//feed &
+           //"                     .cpp .cxx, .o .a or .so; may come several times"//feed &
            //"  --set NAME=VALUE   replace the value of a *PARAMETER of the deck"//feed &
            //"  --restart FILE     go on from a checkpoint NAME.ckpt.h5 of this deck"//feed &
            //"  --restart-any-build  also if another build of igaform wrote it"//feed &
