@@ -108,8 +108,9 @@ contains
         fault = test_fault(test, slots(i)%law)
         if (fault /= "") call add_fault(faults, test%origin, fault, "a law with plasticity")
         associate (n => slots(i)%law%n_state - slots(i)%law%n_hidden)
-          if (size(test%state) > n) call add_fault(faults, test%origin, to_text(size(test%state)) &
-            //" state variables at the start", to_text(n)//" at most, as the material has")
+          if (first == i .and. size(test%state) > n) call add_fault(faults, test%state_origin, &
+            to_text(size(test%state))//" state variables for ALL", to_text(n)//" at most, as "// &
+            "material "//scene%materials(test%material)%name//" has")
         end associate
       end associate
     end do

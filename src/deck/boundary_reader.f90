@@ -190,7 +190,9 @@ contains
       associate (test => scene%tests(i))
         allocate (test%state(0), test%state_names(0))
         do k = 1, size(starts)
-          if (upper_case(starts(k)%name) == "ALL") test%state = starts(k)%values
+          if (upper_case(starts(k)%name) /= "ALL") cycle
+          test%state = starts(k)%values
+          test%state_origin = starts(k)%origin
         end do
         if (test%material == 0) cycle
         if (allocated(scene%materials(test%material)%state_names)) &

@@ -249,6 +249,7 @@ module scene
     logical :: is_stress(6) = .false.       !! PATH: components that are stresses
     real(wp), allocatable :: path(:, :)     !! PATH: time and six components, shape (7, corners)
     real(wp), allocatable :: state(:)       !! state variables at the start, the others being zero
+    type(origin_t) :: state_origin          !! of the line that gives them
     type(string_t), allocatable :: state_names(:)   !! of the first of them; may be none
     real(wp), allocatable :: fields(:)      !! temperature, field variables; may be none
   end type material_test_spec_t

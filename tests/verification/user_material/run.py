@@ -273,9 +273,12 @@ def material_tests_know_names_and_starts(bench):
         assert (group["eqps"][...] == 0.125).all()
     header = (bench.folder / "a-pull.csv").read_text().splitlines()[0]
     assert "state_damage" in header and "state_EQPS" in header, header
+    text += test.replace("pull", "again")    # another test of the material: told once all the same
     bench.run(text.replace("0.125", "0.125, 1"), FILES / "linear_fixed.for", command=["material"],
               code=1)
-    bench.says("4 state variables at the start", "3 at most")
+    bench.says("4 state variables for ALL", "3 at most, as material steel has")
+    line = 1 + (text[:text.index("ALL")].count("\n"))
+    assert bench.said.count(f"deck.key:{line}: error: *INITIAL CONDITIONS") == 1, bench.said
 
 
 def laws_that_never_yield_have_no_r_values(bench):
