@@ -37,7 +37,7 @@ contains
     character(*), intent(in) :: name
 
     write (error_unit, "(a)") "igaform: error: "//name//" is called, which is not provided"
-    call end_run("XIT")
+    call end_run(name)
   end subroutine refuse
 
   !> A message of the user's subroutine; LOP = -3 ends the run.
@@ -47,11 +47,8 @@ contains
     real(c_double), intent(in) :: realv(*)
     integer(c_size_t), value :: text_length, charv_length
     character(kind=c_char), intent(in) :: text(text_length), charv(charv_length, *)
-    character(longest) :: line
 
-    call fill_in(text, intv, realv, charv_length, charv, line)
-    write (error_unit, "(a)") "igaform: message of the user's subroutine: "//trim(line)
-    if (lop == -3) call xit()
+    call report("STDB_ABQERR", lop, text, intv, realv, charv_length, charv)
   end subroutine stdb_abqerr
 
   !> The same from an explicit analysis.
@@ -62,8 +59,22 @@ contains
     integer(c_size_t), value :: text_length, charv_length
     character(kind=c_char), intent(in) :: text(text_length), charv(charv_length, *)
 
-    call stdb_abqerr(lop, text, intv, realv, charv, text_length, charv_length)
+    call report("XPLB_ABQERR", lop, text, intv, realv, charv_length, charv)
   end subroutine xplb_abqerr
+
+  !> Write a message of the user's subroutine; LOP = -3 ends the run.
+  subroutine report(name, lop, text, intv, realv, charv_length, charv)
+    character(*), intent(in) :: name   ! of the routine that was called
+    integer(c_size_t), intent(in) :: charv_length
+    integer(c_int), intent(in) :: lop, intv(*)
+    real(c_double), intent(in) :: realv(*)
+    character(kind=c_char), intent(in) :: text(:), charv(charv_length, *)
+    character(longest) :: line
+
+    call fill_in(text, intv, realv, charv_length, charv, line)
+    write (error_unit, "(a)") "igaform: message of the user's subroutine: "//trim(line)
+    if (lop == -3) call end_run(name//" with LOP = -3")
+  end subroutine report
 
   !> A text with the next whole number for each %I, real number for %R and word for %S.
   subroutine fill_in(text, intv, realv, charv_length, charv, line)

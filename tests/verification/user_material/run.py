@@ -97,6 +97,8 @@ def failures_name_element_and_point(bench):
                         (4, [first + "UMAT asks for a smaller increment by PNEWDT, even in 64",
                              "1. the user's subroutine: an iteration of its own"]),
                         (12, ["returns a PNEWDT that is no number"]),
+                        (13, ["UMAT stops in 5", "UMAT ended the run (STDB_ABQERR with LOP = -3)"]),
+                        (14, ["GETVRM is called", "UMAT ended the run (GETVRM)"]),
                         (5, ["UMAT crashed (segmentation fault)"]),
                         (6, ["ran out of stack", "ulimit -s", "OMP_STACKSIZE"]),
                         (7, ["ran out of stack"]),
