@@ -53,6 +53,7 @@ contains
     logical :: is_user(size(scene%tests))
     integer :: i, k
 
+    if (size(scene%tests) == 0) return    ! which is at fault, or asks for no test
     call list_starts(deck, starts, faults)
     is_user = .false.
     do i = 1, size(scene%tests)

@@ -118,7 +118,7 @@ contains
     case ("USER MATERIAL")
       call read_user_material(deck, record, material, faults)
     case ("DEPVAR")
-      call read_state_names(record, material)
+      call read_state_names(deck, record, material, faults)
       if (is_option_given(deck, record, "DELETE")) then
         call add_warning(faults, record%origin, "DELETE="//option_text(deck, record, &
                          "DELETE"), "none, for no element is ever removed: points that "// &
@@ -216,9 +216,11 @@ contains
   end subroutine read_orientation
 
   !> Number of the state variables and the names of some or all of them.
-  subroutine read_state_names(record, material)
+  subroutine read_state_names(deck, record, material, faults)
+    type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(material_spec_t), intent(inout) :: material
+    type(fault_list_t), intent(inout) :: faults
     integer :: line, number
 
     material%n_state = field_integer(record, 1, 1)
@@ -230,6 +232,10 @@ contains
       number = field_integer(record, line, 1)
       if (number <= material%n_state) then
         material%state_names(number)%value = field_word(record, line, 2)
+      else
+        call add_fault(faults, line_origin(deck, record, line), "the name of state variable "// &
+                       to_text(number), "a number up to NSTATV, which is "// &
+                       to_text(material%n_state))
       end if
     end do
   end subroutine read_state_names

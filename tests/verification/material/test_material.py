@@ -170,6 +170,16 @@ class TestRuns(Folder):
             self.assertIn(words, done.stderr)
             self.assertEqual(os.listdir(self.folder.name), ["deck.key"])
 
+    def test_starts_without_a_test_are_told_as_any_deck_without(self):
+        start = "*INITIAL CONDITIONS, TYPE={kind}\nALL, 20\n"
+        own = STEEL.split("*PLASTIC", maxsplit=1)[0] + "*USER MATERIAL, CONSTANTS=1\n1\n"
+        for law in (STEEL.format(hardening=250), own):
+            for kind in ("TEMPERATURE", "FIELD, VARIABLE=2"):
+                path = self.write(law + start.format(kind=kind))
+                done = self.run_program("material", path, code=1)
+                self.assertIn("no *MATERIAL TEST in the deck", done.stderr)
+                self.assertIn("1 error, 0 warnings", done.stderr)
+
     def test_laws_without_plastic_strain_have_no_locus(self):
         elastic = STEEL.split("*PLASTIC", maxsplit=1)[0]
         path = self.write(elastic + "*MATERIAL TEST, NAME=a, MATERIAL=steel, TYPE=YIELD LOCUS\n"
