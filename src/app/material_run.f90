@@ -22,6 +22,7 @@ module material_run
   use hdf5_file, only: hdf5_file_t, create_file, place_file, give_up_file, close_file, flush_file, &
                        take_error, write_text_attribute, write_integer_attribute
   use provenance_record, only: write_provenance
+  use result_guard, only: check_replaceable, test_content
   use unit_system, only: unit_system_t, new_unit_system
   use result_table, only: result_table_t, n_rows, write_csv, write_group
   use return_study, only: study_returns
@@ -170,6 +171,7 @@ contains
     read_files = files_read(command, scene)
     messages = ""
     call result_path(command, read_files, path, error)
+    if (.not. allocated(error)) call check_replaceable(path, test_content, error)
     if (.not. allocated(error) .and. any([(slots(i)%law%needs_context, i=1, size(slots))])) then
       messages = path_beside_result(path, ".msg", read_files)
       call check_message_file(messages, error)
@@ -207,8 +209,7 @@ contains
     integer :: i
 
     units = new_unit_system(scene%units)
-    call create_file(file, path, is_draft=.true.)
-    call write_text_attribute(file, "/", "content", "material tests")
+    call create_file(file, path, is_draft=.true., content=test_content)
     call write_provenance(file, provenance_of(scene))
     call take_error(file, error)
     if (allocated(error)) call give_up_file(file)

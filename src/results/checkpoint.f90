@@ -325,7 +325,7 @@ contains
     call check_whole(path, last, error)
     if (allocated(error)) return
     call hold_folder(result_file, draft%lock)
-    call check_replaceable(result_file, error)
+    call check_replaceable(result_file, "", error)
     if (is_locked_by_others(draft%path)) call fail(error, "result file '"//result_file// &
       "': another program is about to write it; choose another name")
     if (allocated(error)) then

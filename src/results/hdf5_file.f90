@@ -33,6 +33,7 @@ module hdf5_file
   !> An open file, or a closed one (id negative).
   type :: hdf5_file_t
     character(:), allocatable :: path
+    character(:), allocatable :: content          !! kind of result, see `check_replaceable`
     character(:), allocatable :: draft            !! where it lies until `place_file`, if anywhere
     integer(hid_t) :: id = -1                     !! handle of the library
     character(:), allocatable :: link             !! of the system to the open file itself
@@ -47,20 +48,24 @@ contains
   !> Create the file, replacing an older one.
   !! Fails if the folder cannot be written, if another program is writing the file, or if there is
   !! a file of this name that igaform has not made (most likely a slip of the user).
-  subroutine create_file(file, path, is_checked, is_draft)
+  subroutine create_file(file, path, is_checked, is_draft, content)
     type(hdf5_file_t), intent(out) :: file
     character(*), intent(in) :: path
     logical, intent(in), optional :: is_checked   !! in the format of 1.10, whose headers have
                                                   !! checksums; older readers do not know it
     logical, intent(in), optional :: is_draft     !! an older file stays until `place_file`
+    character(*), intent(in), optional :: content !! of a result that is none of a forming run
 
     file%path = path
+    file%content = ""
+    if (present(content)) file%content = content
     if (present(is_checked)) file%is_checked = is_checked
     if (present(is_draft)) then
       if (is_draft) file%draft = true_path(path)//draft_ending
     end if
     call begin(file, is_new=.true.)
     call write_text_attribute(file, "/", "generator", "igaform")   ! see `is_of_others`
+    if (file%content /= "") call write_text_attribute(file, "/", "content", file%content)
   end subroutine create_file
 
   !> Open a file that this program has written, to add to it.
@@ -69,6 +74,7 @@ contains
     character(*), intent(in) :: path
 
     file%path = path
+    file%content = ""
     call begin(file, is_new=.false.)
   end subroutine open_file
 
@@ -99,7 +105,7 @@ contains
     logical :: is_there
 
     inquire (file=file%path, exist=is_there)
-    if (is_there) call check_replaceable(file%path, file%error)
+    if (is_there) call check_replaceable(file%path, file%content, file%error)
     if (allocated(file%draft) .and. .not. allocated(file%error)) call make_room(file)
     if (allocated(file%error)) return
     if (is_new) then
@@ -148,7 +154,8 @@ contains
 
     if (allocated(file%error)) return
     call hold_folder(file%path, lock)
-    if (kind_of_file(file%path) /= "") call check_replaceable(file%path, file%error)
+    if (kind_of_file(file%path) /= "") &
+      call check_replaceable(file%path, file%content, file%error)
     if (.not. allocated(file%error)) then
       is_placed = sync_file(file%draft, reason)
       if (is_placed) is_placed = replace_file(file%draft, true_path(file%path), reason)

@@ -6,18 +6,25 @@ module result_guard
   use file_lock, only: is_locked_by_others
   use system_files, only: is_no_file, kind_of_file
   use hdf5_library, only: hid_t, h5fis_hdf5
-  use hdf5_reading, only: open_for_reading, close_reading, read_text_attribute, is_of_others
+  use hdf5_reading, only: open_for_reading, close_reading, read_text_attribute, is_of_others, &
+                          names_in
+  use text, only: string_t
   implicit none
   private
 
   public :: check_replaceable, is_checkpoint_state
 
+  character(*), parameter, public :: test_content = "material tests"   !! attribute `content` of
+                                                                       !! such a result
+
 contains
 
-  !> Refuse what others use or have made, and a checkpoint, which may be all that is left
-  !! of a run. An empty file may be what a killed run has begun.
-  subroutine check_replaceable(path, error)
+  !> Refuse what others use or have made, a result of another kind, and a checkpoint, which may be
+  !! all that is left of a run. An empty file may be what a killed run has begun.
+  subroutine check_replaceable(path, content, error)
     character(*), intent(in) :: path
+    character(*), intent(in) :: content     !! of what takes its place: `test_content`, or empty for
+                                            !! a forming run
     type(error_t), allocatable, intent(inout) :: error
     integer(int64) :: n_bytes
     logical :: is_result, is_state
@@ -41,8 +48,34 @@ contains
     else if (n_bytes > 0 .and. .not. is_result) then
       call fail(error, "result file '"//path//"': there is a file of this name that is not a "// &
                 "result file; it is left alone")
+    else if (is_of_other_kind(path, content)) then
+      call fail(error, "result file '"//path//"': there is the result of "// &
+                trim(merge("a forming run ", "material tests", content == test_content))// &
+                " of this name; it is left alone; name another file with --out")
     end if
   end subroutine check_replaceable
+
+  !> Is it the result of a forming run where material tests are to be written, or the reverse? Not
+  !! told of one that does not open.
+  logical function is_of_other_kind(path, content)
+    character(*), intent(in) :: path, content
+    type(string_t), allocatable :: names(:)
+    integer(hid_t) :: file
+    integer :: i
+
+    is_of_other_kind = .false.
+    file = open_for_reading(path)
+    if (file < 0) return
+    if (content == test_content) then
+      names = names_in(file, "/")
+      do i = 1, size(names)
+        is_of_other_kind = is_of_other_kind .or. names(i)%value == "history"
+      end do
+    else
+      is_of_other_kind = read_text_attribute(file, "/", "content") == test_content
+    end if
+    call close_reading(file)
+  end function is_of_other_kind
 
   !> Does the file open as the HDF5 part of a checkpoint? Results do not have its attribute.
   logical function is_checkpoint_state(path)

@@ -180,6 +180,24 @@ class TestRuns(Folder):
                 self.assertIn("no *MATERIAL TEST in the deck", done.stderr)
                 self.assertIn("1 error, 0 warnings", done.stderr)
 
+    def test_a_result_of_another_kind_is_left_alone(self):
+        path = self.write(BACK + SHEARED.format(end=1e-6) + TENSION.format(name="a", strain=0.1))
+        for first, second, told in (([], ["material"], "the result of a forming run"),
+                                    (["material"], [], "the result of material tests")):
+            for _ in range(2):      # one of its own kind is replaced
+                self.run_program(*first, path, "--quiet")
+            with open(self.path("deck.h5"), "rb") as file:
+                kept = file.read()
+            for out in ([], ["--out", "./deck.h5"]):
+                done = self.run_program(*second, path, *out, "--quiet", code=1)
+                self.assertIn(told, done.stderr)
+                self.assertIn("--out", done.stderr)
+            with open(self.path("deck.h5"), "rb") as file:
+                self.assertEqual(file.read(), kept)
+            self.run_program(*second, path, "--quiet", "--out", "deck-other.h5")
+            for name in ("deck.h5", "deck-other.h5"):
+                os.remove(self.path(name))
+
     def test_laws_without_plastic_strain_have_no_locus(self):
         elastic = STEEL.split("*PLASTIC", maxsplit=1)[0]
         path = self.write(elastic + "*MATERIAL TEST, NAME=a, MATERIAL=steel, TYPE=YIELD LOCUS\n"
