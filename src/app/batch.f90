@@ -11,12 +11,12 @@ module batch
   use child_process, only: start_program, take_ended, ask_to_stop, ask_to_save, pause_briefly
   use provenance, only: host_cores
   use system_files, only: true_path, is_folder
-  use message_files, only: error_file_fault, begin_error_file, end_error_file
+  use message_files, only: error_file_fault, begin_error_file, note_failed_run, end_error_file
   use source_file, only: folder_of
   use command_line, only: command_t
   use output_names, only: base_of, file_name
   use run_identity, only: identity_of
-  use exit_codes, only: exit_input, exit_interrupted
+  use exit_codes, only: exit_input, exit_numerics, exit_interrupted
   use batch_list, only: batch_run_t, read_batch
   use batch_table, only: outcome_t, outcome_of, is_final, print_table, write_table, worst_code
   implicit none
@@ -251,11 +251,22 @@ contains
     integer, intent(in) :: code
     type(outcome_t), intent(out) :: outcome
 
+    outcome = outcome_of(run, identity)
+    if (has_failed(code) .and. outcome%state%status /= "failed") &
+      call note_failed_run(run%base//".err", run%text, identity)
     call end_error_file(run%base//".err", run%text)
     outcome = outcome_of(run, identity)
     if (code == exit_input) outcome%status = "refused"
     if (code > 128 .and. outcome%message == "") outcome%message = "ended by signal "// &
                                                                   to_text(code - 128)
   end subroutine look_after
+
+  !> Does the exit code of a run tell of a failure, or 128 and a signal of a crash?
+  pure logical function has_failed(code)
+    integer, intent(in) :: code
+    integer, parameter :: crashes(5) = [4, 6, 7, 8, 11]   ! SIGILL, ABRT, BUS, FPE, SEGV
+
+    has_failed = code == exit_numerics .or. any(code == 128 + crashes)
+  end function has_failed
 
 end module batch

@@ -9,7 +9,7 @@ module batch_table
   use file_lock, only: is_locked_by_others
   use output_guard, only: why_left_alone
   use whole_file, only: write_lines
-  use message_files, only: first_error
+  use message_files, only: first_error, is_noted_as_failed
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted
   use batch_list, only: batch_run_t
   implicit none
@@ -41,12 +41,15 @@ contains
     if (outcome%state%identity == identity) then
       outcome%status = outcome%state%status
       if (outcome%status == "running" .or. outcome%status == "") then
+        outcome%state%status = ""
         outcome%status = "interrupted"
+        if (is_noted_as_failed(run%base//".err", identity)) outcome%status = "failed"
         if (is_under_way(run)) outcome%status = "running"
       end if
     else
       outcome%state%status = ""
       if (outcome%message /= "") outcome%status = "refused"
+      if (is_noted_as_failed(run%base//".err", identity)) outcome%status = "failed"
       if (is_under_way(run)) outcome%status = "running"
     end if
     if (outcome%status == "completed") outcome%message = ""
@@ -60,11 +63,13 @@ contains
     if (.not. is_under_way) is_under_way = is_locked_by_others(run%result_file)
   end function is_under_way
 
-  !> Would the run, once more, end the same, or be in the way of one that is under way?
+  !> Would the run, once more, end the same, or be in the way of one that is under way? What failed
+  !! counts as final where its result tells so, not where it crashed or could not read its data.
   pure logical function is_final(outcome)
     type(outcome_t), intent(in) :: outcome
 
     is_final = any(outcome%status == [character(9) :: "completed", "failed", "running"])
+    if (outcome%status == "failed") is_final = outcome%state%status == "failed"
   end function is_final
 
   !> The exit code of a batch: that of what is most in need of attention, a run that is not at its

@@ -15,7 +15,7 @@ module material_run
   use user_setup, only: load_user_files
   use deck_reader, only: read_material_deck
   use fault_report, only: report_faults
-  use material_test, only: test_fault, new_test_rows, fill_table
+  use material_test, only: test_fault, new_test_rows, fill_table, table_heads
   use test_processes, only: law_slot_t, perform_tests
   use shared_rows, only: shared_rows_t, free_rows, failure_of, warning_of
   use message_files, only: check_message_file
@@ -257,7 +257,7 @@ contains
       if (warning /= "") &
         write (error_unit, "(a)") "igaform: warning: test "//test%name//": "//warning
       call record(scene, i, file, table, units, failure == "")
-      call write_csv(table, path, units, error)
+      call write_csv(table, path, units, error, table_heads())
       if (.not. (is_quiet .or. allocated(error))) then
         print "(a)", "test "//test%name//": "//test%kind//", "//to_text(n_rows(table))// &
           " rows in "//path

@@ -9,11 +9,13 @@ module message_files
   private
 
   public :: check_message_file, open_message_file, close_message_file
-  public :: error_file_fault, begin_error_file, end_error_file, first_error
+  public :: error_file_fault, begin_error_file, note_failed_run, end_error_file, first_error
+  public :: is_noted_as_failed
 
   integer, parameter :: message_unit = 7   ! where subroutines of users write messages
   character(*), parameter :: message_mark = "igaform: messages of the user's subroutines (unit 7)"
   character(*), parameter :: error_mark = "igaform batch: messages of "
+  character(*), parameter :: failure_mark = "igaform batch: failed, run "
 
 contains
 
@@ -90,6 +92,40 @@ contains
     close (unit, iostat=status)
   end subroutine begin_error_file
 
+  !> Note at the end of that file that the run of this identity has failed, for one whose result
+  !! does not tell so.
+  subroutine note_failed_run(path, command, identity)
+    character(*), intent(in) :: path, command
+    character(*), intent(in) :: identity    !! that its result has, or would have
+    integer :: unit, status
+    logical :: is_there
+
+    inquire (file=path, exist=is_there)
+    if (.not. is_there) call begin_error_file(path, command)
+    open (newunit=unit, file=path, action="write", position="append", status="old", iostat=status)
+    if (status /= 0) return
+    write (unit, "(a)", iostat=status) failure_mark//identity
+    close (unit, iostat=status)
+  end subroutine note_failed_run
+
+  !> Was it noted of the run of this identity?
+  logical function is_noted_as_failed(path, identity)
+    character(*), intent(in) :: path, identity
+    character(len(failure_mark) + len(identity) + 1) :: line
+    integer :: unit, status
+
+    is_noted_as_failed = .false.
+    if (why_left_alone(path, error_mark, "") /= "") return
+    open (newunit=unit, file=path, action="read", status="old", iostat=status)
+    if (status /= 0) return
+    do
+      read (unit, "(a)", iostat=status) line
+      if (status /= 0) exit
+      is_noted_as_failed = line == failure_mark//identity
+    end do
+    close (unit)
+  end function is_noted_as_failed
+
   !> Remove the file if the run had nothing to say.
   subroutine end_error_file(path, command)
     character(*), intent(in) :: path, command
@@ -113,7 +149,7 @@ contains
     do
       read (unit, "(a)", iostat=status) line
       if (status /= 0) exit
-      if (index(line, error_mark) == 1) cycle
+      if (index(line, error_mark) == 1 .or. index(line, failure_mark) == 1) cycle
       if (message == "" .and. index(line, "warning:") == 0) message = trim(line)
       place = index(line, "error: ")
       if (place == 0) cycle

@@ -62,17 +62,23 @@ contains
   end function n_rows
 
   !> Write the table as text: names with units, then a line a row. Fails if the file cannot be
-  !! written; an older table of the same columns is replaced.
-  subroutine write_csv(table, path, units, error)
+  !! written; an older table of the same columns is replaced, or of those that `heads` names.
+  subroutine write_csv(table, path, units, error, heads)
     type(result_table_t), intent(in) :: table
     character(*), intent(in) :: path
     type(unit_system_t), intent(in) :: units
     type(error_t), allocatable, intent(out) :: error
+    type(string_t), intent(in), optional :: heads(:)   !! how first lines of other tables begin
     type(string_t) :: lines(n_rows(table) + 1)
     integer :: row
     character(:), allocatable :: why
 
     why = why_left_alone(path, head_line(table, units), "table of these columns")
+    if (present(heads)) then
+      do row = 1, size(heads)
+        if (why /= "") why = why_left_alone(path, heads(row)%value, "such table")
+      end do
+    end if
     if (why == "") then
       lines(1)%value = head_line(table, units)
       do row = 1, n_rows(table)
@@ -86,7 +92,7 @@ contains
   function head_line(table, units) result(line)
     type(result_table_t), intent(in) :: table
     type(unit_system_t), intent(in) :: units
-    character(:), allocatable :: line
+    character(:), allocatable :: line, title
     integer :: i, k
 
     line = ""
@@ -94,13 +100,29 @@ contains
       associate (column => table%columns(i))
         do k = 1, size(column%values, 1)
           if (line /= "") line = line//","
-          line = line//column%name
-          if (size(column%components) > 0) line = line//"_"//column%components(k)%value
-          line = line//" ["//unit_of(units, column%quantity)//"]"
+          title = column%name
+          if (size(column%components) > 0) title = title//"_"//column%components(k)%value
+          line = line//csv_field(title//" ["//unit_of(units, column%quantity)//"]")
         end do
       end associate
     end do
   end function head_line
+
+  !> The text as a field of CSV: in quotes where it holds a comma or quotes.
+  pure function csv_field(given) result(field)
+    character(*), intent(in) :: given
+    character(:), allocatable :: field
+    integer :: i
+
+    field = given
+    if (scan(given, ',"') == 0) return
+    field = '"'
+    do i = 1, len(given)
+      field = field//given(i:i)
+      if (given(i:i) == '"') field = field//'"'
+    end do
+    field = field//'"'
+  end function csv_field
 
   function row_line(table, row) result(line)
     type(result_table_t), intent(in) :: table

@@ -15,7 +15,7 @@ module material_test
   implicit none
   private
 
-  public :: run_test, test_fault, new_test_rows, fill_rows, fill_table
+  public :: run_test, test_fault, new_test_rows, fill_rows, fill_table, table_heads
 
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
   integer, parameter :: n_fixed = 13   ! time, strain and stress in front of the state in a row
@@ -119,6 +119,17 @@ contains
     if (.not. allocated(error)) allocate (error, source=error_t(""))
     call end_rows(rows, error%message, warning)
   end subroutine fill_rows
+
+  !> How the first line of a table of each type begins, whatever the units and the state variables
+  !! of the law.
+  function table_heads() result(heads)
+    type(string_t), allocatable :: heads(:)
+
+    heads = strings([character(200) :: &
+      "time [],strain_11 [],strain_22 [],strain_33 [],strain_12 [],strain_13 [],strain_23 [],"// &
+      "stress_11 [],stress_22 [],stress_33 [],stress_12 [],stress_13 [],stress_23 [],eqps []", &
+      "angle [],r_value [],stress []", "direction [],stress_11 [],stress_22 [],eqps []"])
+  end function table_heads
 
   !> The rows as a table with names and units.
   subroutine fill_table(spec, law, rows, table)

@@ -198,6 +198,23 @@ class TestRuns(Folder):
             for name in ("deck.h5", "deck-other.h5"):
                 os.remove(self.path(name))
 
+    def test_tables_of_other_columns_are_replaced(self):
+        elastic = STEEL.split("*PLASTIC", maxsplit=1)[0]
+        locus = "*MATERIAL TEST, NAME=a, MATERIAL=steel, TYPE=YIELD LOCUS\n12\n"
+        ratios = "*MATERIAL TEST, NAME=a, MATERIAL=steel, TYPE=R VALUES, INCREMENTS=20\n0.1, 3\n"
+        steel = STEEL.format(hardening=250)
+        tension = TENSION.format(name="a", strain=0.1)
+        for deck, n_columns in ((elastic + tension, 14), (steel + tension, 15),
+                                (elastic + tension, 14), (steel + locus, 4), (steel + ratios, 3),
+                                ("*UNITS\nmm, t, s, MPa\n" + steel + tension, 15)):
+            self.run_program("material", self.write(deck), "--quiet")
+            self.assertEqual(len(columns(self.path("deck-a.csv"))), n_columns)
+        self.write("time,strain\n0,0\n", "deck-a.csv")
+        done = self.run_program("material", self.write(steel + tension), code=4)
+        self.assertIn("left alone", done.stderr)
+        with open(self.path("deck-a.csv"), encoding="utf-8") as file:
+            self.assertEqual(file.read(), "time,strain\n0,0\n")
+
     def test_laws_without_plastic_strain_have_no_locus(self):
         elastic = STEEL.split("*PLASTIC", maxsplit=1)[0]
         path = self.write(elastic + "*MATERIAL TEST, NAME=a, MATERIAL=steel, TYPE=YIELD LOCUS\n"
