@@ -158,7 +158,8 @@ contains
       if (is_due(next)) then
         job%run = next
         inquire (file=runs(next)%base//".ckpt.h5", exist=job%is_resumed)
-        job%is_resumed = job%is_resumed .and. outcomes(next)%status == "interrupted"
+        job%is_resumed = job%is_resumed .and. (outcomes(next)%status == "interrupted" &
+                                               .or. outcomes(next)%status == "failed")
         call start(command, runs(next), job)
         if (job%process == 0) then
           if (.not. is_folder(result_folder(runs(next)))) outcomes(next)%status = "refused"

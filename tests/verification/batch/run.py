@@ -265,6 +265,57 @@ def one_run_that_fails_spoils_no_other(folder):
     assert "no folder" in table(folder)["nowhere/d.h5"]["message"], table(folder)
 
 
+USER_DECK = """*MATERIAL, NAME=steel
+*DENSITY
+7.85e-9
+*USER MATERIAL, CONSTANTS=5
+210000, 0, 2, 60, {kind}
+*BLANK, NAME=strip, MATERIAL=steel, TYPE=BOX
+x, 0, 10, 2, 2
+y, 0, 4, 2, 1
+z, 0, 1, 2, 1
+*AMPLITUDE, NAME=soft start
+0, 0, 2e-5, 1
+*BOUNDARY
+X_MIN, ENCASTRE
+*BOUNDARY, AMPLITUDE=soft start
+X_MAX, 1, 1, 100
+*DYNAMIC, EXPLICIT
+4e-5
+*OUTPUT, FRAMES=4, HISTORY=8
+"""
+START = """
+      SUBROUTINE UEXTERNALDB(LOP,LRESTART,TIME,DTIME,KSTEP,KINC)
+      INCLUDE 'ABA_PARAM.INC'
+      OPEN(16,FILE='table.dat',STATUS='OLD')
+      CLOSE(16)
+      END
+"""
+
+
+def user_code_that_ends_a_run_has_failed(folder):
+    """Be it by a crash, or before the result exists; the first batch tells, and the second."""
+    law = (PROJECT / "tests/verification/user_material/files/misbehaves.F").read_text()
+    (folder / "law.F").write_text(law)
+    (folder / "reads.F").write_text(law + START)
+    for kind in (0, 5, 22):
+        (folder / f"{kind}.key").write_text(USER_DECK.format(kind=kind))
+    write_list(folder, "5.key --user law.F", "22.key --user law.F", "0.key --user reads.F")
+    for words in (("--jobs", 2), ("--summary",), ()):
+        said = igaform(folder, "batch", "list.txt", *words, code=2)
+        assert "3 runs: 3 failed" in said, said
+        rows = table(folder)
+        assert {row["status"] for row in rows.values()} == {"failed"}, rows
+        assert "UMAT crashed (segmentation fault) in element 2" in rows["5.h5"]["message"], rows
+        assert "UMAT crashed (ABORT" in rows["22.h5"]["message"], rows
+        assert "Cannot open file 'table.dat'" in rows["0.h5"]["message"], rows
+    (folder / "table.dat").touch()
+    said = igaform(folder, "batch", "list.txt", "--only", 3)
+    assert "completed" in said, said
+    assert "3 runs: 1 completed, 2 failed" in igaform(folder, "batch", "list.txt", "--summary",
+                                                      code=2)
+
+
 def is_without_error(path):
     """Has the run had to warn at most?"""
     return not path.exists() or "error:" not in path.read_text()
@@ -471,7 +522,8 @@ if __name__ == "__main__":
                  files_of_others_are_left_alone, pipes_keep_nobody_waiting,
                  a_deck_is_read_but_once, names_of_decks_keep_their_points, a_line_may_be_long,
                  an_array_of_jobs_shares_a_list, a_batch_passes_its_limits_on,
-                 one_run_that_fails_spoils_no_other, what_is_killed_goes_on,
+                 one_run_that_fails_spoils_no_other, user_code_that_ends_a_run_has_failed,
+                 what_is_killed_goes_on,
                  the_scripts_of_the_manual_work,
                  a_folder_is_a_batch, interruption_stops_all,
                  a_list_that_is_still_read_stops_at_once, a_wish_to_save_reaches_all,
