@@ -80,18 +80,21 @@ def is_being_written(path):
 
 
 def last_progress(path):
-    """What the last progress line of the log beside the result says; nothing without one."""
+    """What the log beside the result says last: where the run is, and an error; nothing without."""
     try:
         with open(path.removesuffix(".h5") + ".log", "rb") as log:
             log.seek(max(0, log.seek(0, os.SEEK_END) - TAIL))
             text = log.read().decode(errors="replace")
     except OSError:
         return {}
-    found = [match for match in map(STEP.match, text.splitlines()) if match]
+    lines_of_log = text.splitlines()
+    errors = [line for line in lines_of_log if line.startswith("error: ")]
+    told = {"error": errors[-1]} if errors else {}
+    found = [match for match in map(STEP.match, lines_of_log) if match]
     if not found:
-        return {}
+        return told
     names = ("step", "time", "share", "dt", "energy_error", "left")
-    return {name: value or "" for name, value in zip(names, found[-1].groups())}
+    return told | {name: value or "" for name, value in zip(names, found[-1].groups())}
 
 
 def last_history(path):
@@ -117,7 +120,8 @@ def lines(path, shown, is_alive):
     """What is known, for people."""
     status = shown.get("status", "unknown")
     if status == "running" and not is_alive:
-        status = "ended without a word (killed?)"
+        status = "ended by an " + shown["error"] if "error" in shown else \
+            "ended without a word (killed?)"
     yield f"{path}: {status}, {shown.get('frames', 0)} frames"
     units = shown.get("units", {})
     if "share" in shown:
