@@ -5,7 +5,7 @@ module safe_message
   implicit none
   private
 
-  public :: message_t, add_text, add_number, send
+  public :: message_t, add_text, add_number, send, open_for_lines
 
   integer, parameter :: longest = 800
 
@@ -22,6 +22,12 @@ module safe_message
       character(kind=c_char), intent(in) :: text(*)
       integer(c_size_t), value :: length
     end function c_write
+
+    integer(c_int) function c_open(path, flags) bind(C, name="open")
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: flags
+    end function c_open
   end interface
 
 contains
@@ -57,10 +63,18 @@ contains
     call add_text(message, digits(i:))
   end subroutine add_number
 
-  !> Write the message as a line to standard error.
-  subroutine send(message)
+  !> Descriptor of a file that is there, to add lines to its end; negative if it cannot be opened.
+  integer(c_int) function open_for_lines(path) result(descriptor)
+    character(kind=c_char), intent(in) :: path(*)   !! with the zero at its end
+    integer(c_int), parameter :: to_append = 525313_c_int   ! of Linux: write, behind what is there;
+                                                            ! not in other programs
+    descriptor = c_open(path, to_append)
+  end function open_for_lines
+
+  !> Write the message as a line to an open file.
+  subroutine send(message, descriptor)
     type(message_t), intent(in) :: message
-    integer(c_int), parameter :: standard_error = 2_c_int
+    integer(c_int), intent(in) :: descriptor
     character(kind=c_char) :: line(longest)
     integer(c_size_t) :: ignored
     integer :: i
@@ -69,7 +83,7 @@ contains
       line(i) = message%text(i:i)
     end do
     line(message%length + 1) = new_line("a")
-    ignored = c_write(standard_error, line, int(message%length + 1, c_size_t))
+    ignored = c_write(descriptor, line, int(message%length + 1, c_size_t))
   end subroutine send
 
 end module safe_message

@@ -15,6 +15,7 @@ module user_call
   public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
   public :: expect_elements, forget_thread, call_sdvini, note_failure, take_user_failure
   public :: set_guard, check_guard, check_spare_states, end_user_run, uneven_stiffness
+  public :: note_log, at_stop
 
   !> Some sources read behind their PROPS and STATEV: there are zeros behind both.
   integer, parameter, public :: slack = 64
@@ -76,6 +77,18 @@ module user_call
       import :: c_int
       integer(c_int), value :: n
     end subroutine expect_elements
+
+    !> The log of the run, for the words at a crash.
+    subroutine note_log(path) bind(C, name="igaform_note_log")
+      import :: c_char
+      character(kind=c_char), intent(in) :: path(*)   !! with the zero at its end
+    end subroutine note_log
+
+    !> A signal asks for the end of the run, for the first time (0) or again: see `watch_signals`.
+    subroutine at_stop(is_again) bind(C, name="igaform_at_stop")
+      import :: c_int
+      integer(c_int), value :: is_again
+    end subroutine at_stop
 
     !> In a copy of the process: its thread has another number for the system.
     subroutine forget_thread() bind(C, name="igaform_forget_thread")

@@ -11,16 +11,18 @@ module user_watch
                                          c_null_funptr, c_null_ptr, c_ptr, c_associated, &
                                          c_f_procpointer
   use crash_watch, only: signal_stack_t, catch_crashes, give_signal_stack, is_out_of_stack
-  use safe_message, only: message_t, add_text, add_number, send
+  use safe_message, only: message_t, add_text, add_number, send, open_for_lines
   implicit none
   private
 
   public :: end_run
 
   integer, parameter, public :: exit_by_user = 2   !! exit code of a run that a subroutine ends
+  integer, parameter, public :: exit_by_signal = 3 !! of one that a signal ends inside of one
   integer, parameter :: longest = 400
   integer(c_int), parameter :: abort_signal = 6_c_int, bus_error = 7_c_int, &
                                segment_fault = 11_c_int, alarm_signal = 14_c_int
+  integer(c_int), parameter :: standard_error = 2_c_int
 
   !> The routines by the numbers that `enter_user_call` takes.
   character(11), parameter :: routine_names(5) = [character(11) :: "UMAT", "VUMAT", "SDVINI", &
@@ -99,6 +101,8 @@ module user_watch
   type :: record_t
     integer(c_int) :: thread = 0              ! its number for the system
     type(call_t) :: current, latest           ! in hand, and begun last
+    integer(c_int64_t) :: n_calls = 0         ! begun up to now
+    integer(c_int64_t) :: n_calls_at_stop = -1   ! when a signal asked for the end
     logical :: is_leaver = .false.            ! it ends the run
     type(signal_stack_t) :: signal_stack
     integer(c_int64_t) :: padding(16) = 0     ! records of two threads share no line of the cache
@@ -114,6 +118,7 @@ module user_watch
   integer :: n_leaving = 0                    ! threads that want to end the run
   integer(c_int) :: n_elements = huge(0_c_int)
   integer(c_int) :: failure(3) = 0            ! element, point and reason
+  integer(c_int) :: log_descriptor = -1       ! of the log of the run, if there is one
 
 contains
 
@@ -130,10 +135,11 @@ contains
       call add_text(message, "memory was written over: there is no element ")
       call add_number(message, int(noel))
       call add_latest(message, records(slot))
-      call end_at_once(message)
+      call end_at_once(message, exit_by_user)
     end if
     records(slot)%current = call_t(routine, noel, npt, last)
     records(slot)%latest = records(slot)%current
+    records(slot)%n_calls = records(slot)%n_calls + 1
   end subroutine enter_user_call
 
   !> The calls of this thread are done.
@@ -170,6 +176,13 @@ contains
     end do
   end function own_slot
 
+  !> The log of the run, for the words at a crash, when its unit is not to be touched.
+  subroutine note_log(path) bind(C, name="igaform_note_log")
+    character(kind=c_char), intent(in) :: path(*)   !! with the zero at its end
+
+    log_descriptor = open_for_lines(path)
+  end subroutine note_log
+
   !> From now on elements have the numbers 1 to n.
   subroutine expect_elements(n) bind(C, name="igaform_expect_elements")
     integer(c_int), value :: n
@@ -189,7 +202,7 @@ contains
       call add_characters(message, name)
       call add_place(message, current)
     end associate
-    call end_at_once(message)
+    call end_at_once(message, exit_by_user)
   end subroutine end_by_overrun
 
   !> The call in hand did what no result can be had from: report, save, end.
@@ -242,6 +255,58 @@ contains
     status = c_atexit(c_funloc(at_exit))
     call catch_crashes(crashes, c_funloc(at_crash))
   end subroutine watch_user_calls
+
+  !> A signal asks for the end of the run, which waits for the calls in hand. A call that has not
+  !! returned a second later is told, and ends the run where a signal asks once more. In a handler.
+  subroutine at_stop(is_again) bind(C, name="igaform_at_stop")
+    integer(c_int), value :: is_again
+    integer(c_int), parameter :: patience = 1_c_int   ! [s]
+    type(message_t) :: message
+    type(c_funptr) :: before
+    integer(c_int) :: ignored
+    integer :: i
+
+    if (n_leaving > 0) return
+    if (is_again == 0) then
+      do i = 0, min(n_records, most_threads)
+        records(i)%n_calls_at_stop = records(i)%n_calls
+      end do
+      before = c_signal(alarm_signal, c_funloc(tell_of_waiting))
+      ignored = c_alarm(patience)
+      return
+    end if
+    i = place_of_stuck()
+    if (i < 0) return
+    call add_text(message, "ended by a second signal while ")
+    call add_user(message, records(i)%current)
+    call add_text(message, " had not returned")
+    call add_place(message, records(i)%current)
+    call end_at_once(message, exit_by_signal)
+  end subroutine at_stop
+
+  !> The run waits for a call that had begun before the signal.
+  subroutine tell_of_waiting() bind(C)
+    type(message_t) :: message
+    integer :: i
+
+    i = place_of_stuck()
+    if (i < 0) return
+    call add_text(message, "igaform: the run stops when ")
+    call add_user(message, records(i)%current)
+    call add_text(message, " returns")
+    call add_place(message, records(i)%current)
+    call add_text(message, "; a second signal ends it there at once")
+    call send(message, standard_error)
+  end subroutine tell_of_waiting
+
+  !> Number in `records` of a thread in the call that it was in when a signal asked for the end;
+  !! negative if there is none.
+  integer function place_of_stuck() result(place)
+    do place = min(n_records, most_threads), 0, -1
+      if (records(place)%current%routine /= 0 .and. &
+          records(place)%n_calls == records(place)%n_calls_at_stop) return
+    end do
+  end function place_of_stuck
 
   !> The end of the program, for whatever reason: inside a call it is a STOP of the user. One in
   !! another thread waits here, else it would close what this one still writes.
@@ -313,8 +378,20 @@ contains
 
     call add_text(line, "igaform: error: ")
     call add_text(line, message%text(:message%length))
-    call send(line)
+    call send(line, standard_error)
   end subroutine tell
+
+  !> The same, and as a line of the log, for an end at which nobody else adds one.
+  subroutine tell_and_log(message)
+    type(message_t), intent(in) :: message
+    type(message_t) :: line
+
+    call tell(message)
+    if (log_descriptor < 0) return
+    call add_text(line, "error: ")
+    call add_text(line, message%text(:message%length))
+    call send(line, log_descriptor)
+  end subroutine tell_and_log
 
   !> Return in the thread that comes first; the others wait for the end of the program.
   subroutine become_leaver()
@@ -337,7 +414,7 @@ contains
     type(message_t) :: message
 
     call add_text(message, "the state reached could not be saved in time: a file is held")
-    call tell(message)
+    call tell_and_log(message)
     call c_exit_now(int(exit_by_user, c_int))
   end subroutine at_alarm
 
@@ -361,7 +438,7 @@ contains
     call add_place(message, records(own)%current)
     call add_text(message, ": it calls itself without end, or its local arrays are too large; "// &
                   "`ulimit -s unlimited` and OMP_STACKSIZE=256M before the run give more")
-    call tell(message)
+    call tell_and_log(message)
     call c_exit_now(int(exit_by_user, c_int))
   end subroutine at_crash
 
@@ -392,7 +469,7 @@ contains
                     "for plane strain or shells counts on NTENS below 6)")
       call add_latest(message, records(own))
     end if
-    call tell(message)
+    call tell_and_log(message)
     ! What follows is of use, but may crash or wait: the heap or the stack may be written over.
     before = c_signal(number, c_funloc(at_second_crash))
     before = c_signal(segment_fault, c_funloc(at_second_crash))
@@ -409,12 +486,13 @@ contains
   end subroutine at_second_crash
 
   !> Tell and end, with nothing saved.
-  subroutine end_at_once(message)
+  subroutine end_at_once(message, code)
     type(message_t), intent(in) :: message
+    integer, intent(in) :: code
 
     call become_leaver()
-    call tell(message)
-    call c_exit_now(int(exit_by_user, c_int))
+    call tell_and_log(message)
+    call c_exit_now(int(code, c_int))
   end subroutine end_at_once
 
   !> Whose code it is, such as "the user's subroutine UMAT".

@@ -1,5 +1,6 @@
 !> Many runs, some of them side by side: what is finished is not repeated.
 module batch
+  use, intrinsic :: iso_c_binding, only: c_null_funptr
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use text, only: string_t, to_text
   use errors, only: error_t, fail
@@ -7,8 +8,9 @@ module batch
   use scene, only: scene_t
   use deck_reader, only: read_deck
   use interrupt, only: end_on_signals, watch_signals, watch_saves, hold_saves, is_stop_wanted, &
-                       is_save_wanted, forget_save
-  use child_process, only: start_program, take_ended, ask_to_stop, ask_to_save, pause_briefly
+                       is_end_wanted, is_save_wanted, forget_save
+  use child_process, only: start_program, take_ended, ask_to_stop, insist_on_end, ask_to_save, &
+                           pause_briefly
   use provenance, only: host_cores
   use system_files, only: true_path, is_folder
   use message_files, only: error_file_fault, begin_error_file, note_failed_run, end_error_file
@@ -29,6 +31,8 @@ module batch
     integer :: process = 0     !! 0: none
     integer :: run = 0         !! place in the list
     logical :: is_resumed = .false.   !! it goes on from a checkpoint
+    logical :: is_stopping = .false.  !! it was asked to stop
+    integer :: n_asked = 0            !! how often again
   end type job_t
 
 contains
@@ -62,7 +66,7 @@ contains
       is_due(i) = .not. (is_final(outcomes(i)) .or. command%is_summary) &
                   .and. (command%only == 0 .or. command%only == i)
     end do
-    call watch_signals()
+    call watch_signals(c_null_funptr, waits_for_others=.true.)
     if (any(is_due)) call carry_out(command, runs, identities, is_due, outcomes)
     if (command%only == 0) then
       if (.not. command%is_quiet) call print_table(runs, outcomes)
@@ -89,7 +93,7 @@ contains
   end function identity_of_run
 
   !> Start what is due as places come free, until all is done or a signal says stop: then all that
-  !! is under way is asked to stop and waited for. A wish to save goes to all that is under way.
+  !! is under way is asked to stop and waited for.
   subroutine carry_out(command, runs, identities, is_due, outcomes)
     type(command_t), intent(in) :: command
     type(batch_run_t), intent(in) :: runs(:)
@@ -98,11 +102,9 @@ contains
     type(outcome_t), intent(inout) :: outcomes(:)
     type(job_t) :: jobs(max(1, command%n_jobs))
     integer :: next, process, code, j, n_done
-    logical :: is_stopping
 
     next = 1
     n_done = 0
-    is_stopping = .false.
     do
       do j = 1, size(jobs)
         if (jobs(j)%process /= 0 .or. is_stop_wanted()) cycle
@@ -111,17 +113,7 @@ contains
       if (all(jobs%process == 0)) exit
       call take_ended(process, code)
       if (process == 0) then
-        if (is_stop_wanted() .and. .not. is_stopping) then
-          is_stopping = .true.
-          do j = 1, size(jobs)
-            if (jobs(j)%process /= 0) call ask_to_stop(jobs(j)%process)
-          end do
-        else if (is_save_wanted()) then
-          call forget_save()
-          do j = 1, size(jobs)
-            if (jobs(j)%process /= 0) call ask_to_save(jobs(j)%process)
-          end do
-        end if
+        call pass_on_signals(jobs)
         call pause_briefly()
         cycle
       end if
@@ -144,6 +136,27 @@ contains
       end do
     end do
   end subroutine carry_out
+
+  !> What signals ask for goes to all that is under way: to save, to stop, or to end at once.
+  subroutine pass_on_signals(jobs)
+    type(job_t), intent(inout) :: jobs(:)
+    logical :: is_saving
+    integer :: j
+
+    is_saving = is_save_wanted() .and. .not. is_stop_wanted()
+    if (is_saving) call forget_save()
+    do j = 1, size(jobs)
+      if (jobs(j)%process == 0) cycle
+      if (is_saving) then
+        call ask_to_save(jobs(j)%process)
+      else if (is_end_wanted()) then
+        call insist_on_end(jobs(j)%process, jobs(j)%n_asked)
+      else if (is_stop_wanted() .and. .not. jobs(j)%is_stopping) then
+        jobs(j)%is_stopping = .true.
+        call ask_to_stop(jobs(j)%process)
+      end if
+    end do
+  end subroutine pass_on_signals
 
   !> Start the next run that is due. One that cannot be started is told of and passed over.
   subroutine start_next(command, runs, is_due, next, n_done, job, outcomes)

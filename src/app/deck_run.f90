@@ -29,6 +29,7 @@ module deck_run
   use hdf5_reason, only: is_library_silenced
   use run_log, only: run_log_t, timings_t, open_log, silence_log, log_header, log_line, &
                      log_timings, close_log
+  use child_process, only: c_text
   use interrupt, only: watch_signals
   use run_data, only: run_t, wall_seconds
   use run_saver, only: saver_t, save_last_good
@@ -43,7 +44,7 @@ module deck_run
   use source_report, only: source_lines
   use probe_run, only: print_probe
   use modes_report, only: print_modes
-  use user_call, only: watch_user_calls, expect_elements
+  use user_call, only: watch_user_calls, expect_elements, note_log, at_stop
   use user_library, only: user_library_t
   use user_setup, only: load_user_files
   use message_files, only: open_message_file, close_message_file
@@ -172,7 +173,8 @@ contains
     character(:), allocatable :: log_file, message_file
     type(error_t), allocatable :: error
 
-    call watch_signals()   ! before the first file: what exists has then an end that says so
+    ! Before the first file: what exists has then an end that says so.
+    call watch_signals(c_funloc(at_stop), waits_for_others=.false.)
     read_files = files_read(command, scene)
     call fill_setup(scene, model, setup)
     setup%provenance%identity = identity_of(command, scene)
@@ -198,6 +200,7 @@ contains
     open_run = open_run_t(model, run, results, log, saver)
     if (message_file /= "") then
       call open_message_file(message_file, run%is_resumed)
+      call note_log(c_text(log_file))
       call expect_elements(int(n_elements_of(model%bodies%blank%parts), c_int))
       call watch_user_calls(c_funloc(save_open_run), c_loc(open_run))
     end if

@@ -1,5 +1,6 @@
 !> The tests of one material point that a deck asks for, from reading to closing the results.
 module material_run
+  use, intrinsic :: iso_c_binding, only: c_funloc
   use, intrinsic :: iso_fortran_env, only: error_unit
   use kinds, only: wp
   use errors, only: error_t
@@ -10,14 +11,16 @@ module material_run
   use block_law, only: block_law_t
   use user_library, only: user_library_t
   use law_setup, only: build_law
+  use user_call, only: at_stop
   use user_law, only: lacks_moduli, find_moduli, first_point_t
   use material_point, only: material_point_t, new_point
   use user_setup, only: load_user_files
   use deck_reader, only: read_material_deck
   use fault_report, only: report_faults
-  use material_test, only: test_fault, new_test_rows, fill_table, table_heads
+  use material_test, only: test_fault, new_test_rows, fill_table, table_heads, stop_words
   use test_processes, only: law_slot_t, perform_tests
-  use shared_rows, only: shared_rows_t, free_rows, failure_of, warning_of
+  use shared_rows, only: shared_rows_t, free_rows, is_begun, failure_of, warning_of
+  use interrupt, only: watch_signals, stop_signal_name
   use message_files, only: check_message_file
   use hdf5_file, only: hdf5_file_t, create_file, place_file, give_up_file, close_file, flush_file, &
                        take_error, write_text_attribute, write_integer_attribute
@@ -29,7 +32,8 @@ module material_run
   use run_provenance, only: provenance_of
   use output_names, only: base_of, result_base, file_name, files_read, result_path, &
                           path_beside_result
-  use exit_codes, only: exit_done, exit_input, exit_numerics, exit_files
+  use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted, exit_files, &
+                        status_of
   implicit none
   private
 
@@ -154,8 +158,9 @@ contains
     end do
   end subroutine print_tests
 
-  !> All tests of an accepted deck, one after the other; one that fails does not stop the rest. The
-  !! files are written when all is done: what ends in a user's subroutine has none open.
+  !> All tests of an accepted deck, one after the other; one that fails does not stop the rest, a
+  !! signal does. The files are written when all is done: what ends in a user's subroutine has none
+  !! open.
   integer function run_accepted(command, scene, slots) result(code)
     type(command_t), intent(in) :: command
     type(scene_t), intent(in) :: scene
@@ -182,8 +187,11 @@ contains
       if (allocated(error)) code = exit_files
     end do
     if (.not. allocated(error)) then
+      call watch_signals(c_funloc(at_stop), waits_for_others=.true.)
       call perform_tests(scene%tests, slots, rows, messages, is_refused)
-      call write_all(command, scene, slots, rows, path, read_files, code, error)
+      call tell_of_stop(scene, rows, code)
+      if (is_begun(rows(1))) &
+        call write_all(command, scene, slots, rows, path, read_files, code, error)
       if (is_refused) code = exit_files
     end if
     if (allocated(error)) write (error_unit, "(a)") "igaform: error: "//error%message
@@ -191,6 +199,36 @@ contains
       call free_rows(rows(i))
     end do
   end function run_accepted
+
+  !> Name the signal that has left tests undone, and these tests.
+  subroutine tell_of_stop(scene, rows, code)
+    type(scene_t), intent(in) :: scene
+    type(shared_rows_t), intent(in) :: rows(:)
+    integer, intent(inout) :: code           !! set where there are any
+    character(:), allocatable :: names
+    logical :: is_cut
+    integer :: i
+
+    names = ""
+    is_cut = .false.
+    do i = 1, size(rows)
+      is_cut = is_cut .or. code_of(rows(i)) == exit_interrupted
+      if (.not. is_begun(rows(i))) names = names//", "//scene%tests(i)%name
+    end do
+    if (.not. is_cut) return
+    if (names /= "") names = "; tests not begun: "//names(3:)
+    write (error_unit, "(a)") "igaform: stopped by "//stop_signal_name()//names
+    code = exit_interrupted
+  end subroutine tell_of_stop
+
+  !> How a test ended, as an exit code.
+  integer function code_of(rows) result(code)
+    type(shared_rows_t), intent(in) :: rows
+
+    code = exit_done
+    if (failure_of(rows) /= "") code = exit_numerics
+    if (index(failure_of(rows), stop_words) == 1 .or. .not. is_begun(rows)) code = exit_interrupted
+  end function code_of
 
   !> What the tests have found, to the result file and the CSV files.
   subroutine write_all(command, scene, slots, rows, path, read_files, code, error)
@@ -205,8 +243,7 @@ contains
     type(hdf5_file_t) :: file
     type(unit_system_t) :: units
     character(:), allocatable :: table
-    logical :: is_complete
-    integer :: i
+    integer :: i, worst
 
     units = new_unit_system(scene%units)
     call create_file(file, path, is_draft=.true., content=test_content)
@@ -215,15 +252,16 @@ contains
     if (allocated(error)) call give_up_file(file)
     if (allocated(error)) return
     code = exit_done
-    is_complete = .true.
+    worst = exit_done
     do i = 1, size(scene%tests)
-      is_complete = is_complete .and. failure_of(rows(i)) == ""
+      worst = max(worst, code_of(rows(i)))
+      if (.not. is_begun(rows(i))) cycle
       table = result_base(path)//"-"//underscored(scene%tests(i)%name)//".h5"
       table = path_beside_result(table, ".csv", read_files)
       call write_test(scene, i, slots(i)%law, rows(i), file, table, units, command%is_quiet, code)
     end do
-    call write_text_attribute(file, "/provenance", "status", &
-                              trim(merge("completed", "failed   ", is_complete)))
+    if (worst == exit_interrupted .and. code /= exit_files) code = exit_interrupted
+    call write_text_attribute(file, "/provenance", "status", status_of(worst))
     call flush_file(file)
     call place_file(file)
     call take_error(file, error)
@@ -256,7 +294,7 @@ contains
       call fill_table(test, law, rows, table)
       if (warning /= "") &
         write (error_unit, "(a)") "igaform: warning: test "//test%name//": "//warning
-      call record(scene, i, file, table, units, failure == "")
+      call record(scene, i, file, table, units, status_of(code_of(rows)))
       call write_csv(table, path, units, error, table_heads())
       if (.not. (is_quiet .or. allocated(error))) then
         print "(a)", "test "//test%name//": "//test%kind//", "//to_text(n_rows(table))// &
@@ -270,13 +308,13 @@ contains
   end subroutine write_test
 
   !> Group of one test with what was tested and how.
-  subroutine record(scene, i, file, table, units, is_complete)
+  subroutine record(scene, i, file, table, units, status)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: i
     type(hdf5_file_t), intent(inout) :: file
     type(result_table_t), intent(in) :: table
     type(unit_system_t), intent(in) :: units
-    logical, intent(in) :: is_complete
+    character(*), intent(in) :: status
     character(:), allocatable :: folder
 
     associate (test => scene%tests(i))
@@ -287,8 +325,7 @@ contains
       call write_text_attribute(file, folder, "material", scene%materials(test%material)%name)
       call write_text_attribute(file, folder, "angle", to_text(test%angle))
     end associate
-    call write_text_attribute(file, folder, "status", &
-                              trim(merge("completed", "failed   ", is_complete)))
+    call write_text_attribute(file, folder, "status", status)
   end subroutine record
 
   subroutine say(name, message)

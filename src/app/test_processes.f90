@@ -1,15 +1,18 @@
 !> Tests of the laws of users, carried out by a process of their own: where the user's code ends the
 !! program, whatever the way, the rows up to there are kept and the next test is begun.
 module test_processes
+  use, intrinsic :: iso_c_binding, only: c_funloc
   use scene, only: material_test_spec_t
   use block_law, only: block_law_t
-  use child_process, only: fork_process, wait_for, end_with_parent, end_process
-  use material_test, only: fill_rows
+  use child_process, only: fork_process, has_ended, ask_to_stop, insist_on_end, pause_briefly, &
+                           end_with_parent, end_process
+  use interrupt, only: watch_signals, is_stop_wanted, is_end_wanted
+  use material_test, only: fill_rows, stop_words
   use message_files, only: open_message_file, close_message_file
-  use shared_rows, only: shared_rows_t, begin_rows, end_rows, is_ended
-  use exit_codes, only: exit_files
+  use shared_rows, only: shared_rows_t, begin_rows, end_rows, is_begun, is_ended
+  use exit_codes, only: exit_files, exit_interrupted
   use text, only: to_text
-  use user_call, only: forget_thread
+  use user_call, only: forget_thread, at_stop
   implicit none
   private
 
@@ -22,7 +25,7 @@ module test_processes
 
 contains
 
-  !> Carry out all tests, one after the other.
+  !> Carry out all tests, one after the other, until a signal says stop.
   subroutine perform_tests(tests, slots, rows, messages, is_refused)
     type(material_test_spec_t), intent(in) :: tests(:)
     type(law_slot_t), intent(in) :: slots(:)            !! for each test
@@ -35,7 +38,7 @@ contains
     is_refused = .false.
     is_going_on = .false.
     i = 1
-    do while (i <= size(tests))
+    do while (i <= size(tests) .and. .not. is_stop_wanted())
       process = -1
       call begin_rows(rows(i))
       if (slots(i)%law%needs_context) then
@@ -48,7 +51,7 @@ contains
         call open_message_file(messages, is_going_on)
         call go_on(tests(i:), slots(i:), rows(i:))
       else
-        call wait_for(process, code)
+        call wait_for_end(process, code)
         ! Looked at from here, for this process knows nothing of what the other one wrote.
         call open_message_file(messages, is_going_on=.true.)
         call close_message_file(messages)
@@ -57,12 +60,33 @@ contains
           i = i + 1
           if (i > size(tests)) return
         end do
+        if (is_stop_wanted() .and. .not. is_begun(rows(i))) return
         is_refused = is_refused .or. code == exit_files
         call end_rows(rows(i), end_words(code), "")
       end if
       i = i + 1
     end do
   end subroutine perform_tests
+
+  !> Wait for the end of the other process, which is asked to stop where a signal says so.
+  subroutine wait_for_end(process, code)
+    integer, intent(in) :: process
+    integer, intent(out) :: code
+    logical :: is_asked
+    integer :: n_asked
+
+    is_asked = .false.
+    n_asked = 0
+    do while (.not. has_ended(process, code))
+      if (is_end_wanted()) then
+        call insist_on_end(process, n_asked)
+      else if (is_stop_wanted() .and. .not. is_asked) then
+        is_asked = .true.
+        call ask_to_stop(process)
+      end if
+      call pause_briefly()
+    end do
+  end subroutine wait_for_end
 
   !> In the other process: these tests, with what the subroutines keep from one to the next.
   subroutine go_on(tests, slots, rows)
@@ -73,7 +97,9 @@ contains
 
     call end_with_parent()
     call forget_thread()
+    call watch_signals(c_funloc(at_stop), waits_for_others=.false.)
     do i = 1, size(tests)
+      if (is_stop_wanted() .and. i > 1) exit
       call fill_rows(tests(i), slots(i)%law, rows(i))
     end do
     call end_process()
@@ -84,7 +110,9 @@ contains
     integer, intent(in) :: code    !! exit code, or 128 and the number of the signal
     character(:), allocatable :: words
 
-    if (code >= 128) then
+    if (is_stop_wanted() .and. (code >= 128 .or. code == exit_interrupted)) then
+      words = stop_words//" inside the user's subroutine"
+    else if (code >= 128) then
       words = "the user's subroutine was ended by signal "//to_text(code - 128)
     else if (code == exit_files) then
       words = "the system refused memory (see above)"

@@ -6,8 +6,9 @@ module child_process
   implicit none
   private
 
-  public :: run_program, start_program, take_ended, ask_to_stop, ask_to_save, pause_briefly
-  public :: c_text, program_missing, fork_process, wait_for, end_with_parent, end_process
+  public :: run_program, start_program, take_ended, ask_to_stop, insist_on_end, ask_to_save
+  public :: pause_briefly, c_text, program_missing, fork_process, has_ended, end_with_parent
+  public :: end_process
 
   integer, parameter :: program_missing = -1   !! code of a program that cannot be started
   ! Of Linux: create a file and write it anew, or behind what is there.
@@ -154,15 +155,18 @@ contains
     fork_process = int(c_fork())
   end function fork_process
 
-  !> Wait for the end of a copy; its exit code as `run_program` has it.
-  subroutine wait_for(process, code)
+  !> Has a copy ended, or is there none? Its exit code is as `run_program` has it.
+  logical function has_ended(process, code)
     integer, intent(in) :: process
     integer, intent(out) :: code
-    integer(c_int) :: status
+    integer(c_int), parameter :: no_wait = 1_c_int
+    integer(c_int) :: found, status
 
     code = program_missing
-    if (c_waitpid(int(process, c_int), status, 0_c_int) == process) code = exit_code(status)
-  end subroutine wait_for
+    found = c_waitpid(int(process, c_int), status, no_wait)
+    if (found == process) code = exit_code(status)
+    has_ended = found /= 0
+  end function has_ended
 
   !> In a copy: end at once when the process that made it ends.
   subroutine end_with_parent()
@@ -186,6 +190,20 @@ contains
 
     ignored = c_kill(int(process, c_int), terminate)
   end subroutine ask_to_stop
+
+  !> Ask a program to stop that was asked before, once more; in the end kill it. To be called at
+  !! every look at it, with `pause_briefly` between them.
+  subroutine insist_on_end(process, n_asked)
+    integer, intent(in) :: process
+    integer, intent(inout) :: n_asked          !! calls up to now
+    integer, parameter :: most = 100           ! for five seconds
+    integer(c_int), parameter :: kill = 9_c_int
+    integer(c_int) :: ignored
+
+    n_asked = n_asked + 1
+    call ask_to_stop(process)
+    if (n_asked > most) ignored = c_kill(int(process, c_int), kill)
+  end subroutine insist_on_end
 
   !> Ask a started program to save its state (SIGUSR1).
   subroutine ask_to_save(process)

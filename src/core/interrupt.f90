@@ -2,17 +2,18 @@
 !!
 !! A handler may do next to nothing: it sets a flag, and the run looks at it between two steps. A
 !! signal that asks for the end again two seconds later or more ends the program at once, as if
-!! nobody watched; within that time it may be the same wish that comes by two ways, to a group of
-!! programs and from the one that started them.
+!! nobody watched, unless the program waits for others and ends them itself; within that time it may
+!! be the same wish that comes by two ways, to a group of programs and from the one that started
+!! them.
 module interrupt
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funloc, c_funptr, c_int, &
-                                         c_int64_t, c_intptr_t, c_long, c_null_funptr, &
-                                         c_null_ptr, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_procpointer, c_funloc, &
+                                         c_funptr, c_int, c_int64_t, c_intptr_t, c_long, &
+                                         c_null_funptr, c_null_ptr, c_ptr, c_size_t
   implicit none
   private
 
   public :: watch_saves, hold_saves, end_on_signals, watch_signals
-  public :: is_stop_wanted, is_save_wanted, forget_save, stop_signal_name
+  public :: is_stop_wanted, is_end_wanted, is_save_wanted, forget_save, stop_signal_name
 
   integer(c_int), parameter :: hang_up = 1, terminal = 2, user_one = 10, terminate = 15, &
                                file_too_large = 25   ! of Linux
@@ -22,9 +23,20 @@ module interrupt
   integer(c_int), volatile :: stop_signal = 0_c_int
   integer(c_int), volatile :: save_signal = 0_c_int
   integer(c_long), volatile :: stop_time = 0_c_long   ! of the first wish [s]
+  logical, volatile :: is_repeated = .false.          ! that wish came again
+  logical, volatile :: is_patient = .false.           ! the program does not end at once then
+  type(c_funptr), volatile :: at_stop = c_null_funptr
   integer(c_int), volatile :: end_code = 0_c_int      ! of a program that ends at once; 0: else
   character(*, kind=c_char), parameter :: last_words = &
     "igaform: stopped by a signal before anything was begun"//new_line("a")
+
+  abstract interface
+    !> What is to be done when a signal asks for the end: with what a handler may do.
+    subroutine stop_procedure(is_again) bind(C)
+      import :: c_int
+      integer(c_int), value :: is_again   !! 0 for the first wish; 1: it came again
+    end subroutine stop_procedure
+  end interface
 
   interface
     type(c_funptr) function c_signal(number, handler) bind(C, name="signal")
@@ -114,10 +126,15 @@ contains
   !> Take note of SIGINT, SIGTERM and SIGHUP (stop) from now on. What is ignored, as behind
   !! `nohup`, stays ignored. A limit on the size of files is from now on an error of the
   !! write that meets it, as a full disk is, and not the end of the program.
-  subroutine watch_signals()
+  subroutine watch_signals(action, waits_for_others)
+    type(c_funptr), value :: action           !! a `stop_procedure`, or null
+    logical, intent(in) :: waits_for_others   !! a wish that comes again does not end the program,
+                                              !! which looks at `is_end_wanted`
     type(c_funptr) :: before
 
     end_code = 0_c_int
+    at_stop = action
+    is_patient = waits_for_others
     call watch_all()
     before = c_signal(file_too_large, transfer(sig_ign, c_null_funptr))
   end subroutine watch_signals
@@ -126,6 +143,11 @@ contains
   logical function is_stop_wanted()
     is_stop_wanted = stop_signal /= 0
   end function is_stop_wanted
+
+  !> Has one asked for it again, two seconds later or more?
+  logical function is_end_wanted()
+    is_end_wanted = is_repeated
+  end function is_end_wanted
 
   !> Has a signal asked to save the state and to go on?
   logical function is_save_wanted()
@@ -190,10 +212,25 @@ contains
     else if (stop_signal == 0) then
       stop_time = c_time(c_null_ptr)
       stop_signal = number
+      call act(0_c_int)
     else if (c_time(c_null_ptr) - stop_time >= same_wish) then
+      is_repeated = .true.
+      call act(1_c_int)
+      if (is_patient) return
       before = c_signal(number, c_null_funptr)   ! SIG_DFL
       failed = c_raise(number)
     end if
   end subroutine take_note
+
+  subroutine act(is_again)
+    integer(c_int), intent(in) :: is_again
+    procedure(stop_procedure), pointer :: action
+    type(c_funptr) :: place
+
+    place = at_stop
+    if (.not. c_associated(place)) return
+    call c_f_procpointer(place, action)
+    call action(is_again)
+  end subroutine act
 
 end module interrupt

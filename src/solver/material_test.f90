@@ -4,6 +4,7 @@ module material_test
   use kinds, only: wp
   use errors, only: error_t, fail
   use text, only: strings, string_t, to_text, rounded_text
+  use interrupt, only: is_stop_wanted
   use scene, only: material_test_spec_t
   use block_law, only: block_law_t
   use large_shear, only: simple_shear_of, shear_limit, shear_words
@@ -16,6 +17,9 @@ module material_test
   private
 
   public :: run_test, test_fault, new_test_rows, fill_rows, fill_table, table_heads
+
+  !> How the failure of a test begins that a signal has stopped.
+  character(*), parameter, public :: stop_words = "stopped by a signal"
 
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
   integer, parameter :: n_fixed = 13   ! time, strain and stress in front of the state in a row
@@ -213,6 +217,11 @@ contains
       change = (program%corners(:, corner) - start)/spec%n_increments
       dt = (program%times(corner) - before)/spec%n_increments
       do i = 1, spec%n_increments
+        if (is_stop_wanted()) then
+          call fail(error, stop_words//" before increment "//to_text(point%increment + 1)// &
+                    " of "//to_text(n)//"; the rows up to there are kept")
+          return
+        end if
         aim = merge(start + i*change, change, program%is_stress)
         call advance(law, program%control, aim, program%spin*change(4), dt, point, error)
         if (allocated(error)) then
@@ -384,6 +393,11 @@ contains
     way = 0.0_wp
     is_beyond = .false.
     do
+      if (is_stop_wanted()) then
+        call fail(error, stop_words//" at the direction of "//to_text(nint(direction/degree))// &
+                  " degrees; the rows up to there are kept")
+        return
+      end if
       next = point
       aim(1) = step
       call advance(law, control, aim, [0.0_wp, 0.0_wp, 0.0_wp], step/spec%rate, next, error)

@@ -309,11 +309,41 @@ def user_code_that_ends_a_run_has_failed(folder):
         assert "UMAT crashed (segmentation fault) in element 2" in rows["5.h5"]["message"], rows
         assert "UMAT crashed (ABORT" in rows["22.h5"]["message"], rows
         assert "Cannot open file 'table.dat'" in rows["0.h5"]["message"], rows
+    if importlib.util.find_spec("h5py"):
+        watch = [sys.executable, "-m", "post", "watch", folder / "5.h5", "--once"]
+        said = subprocess.run(watch, cwd=PROJECT, capture_output=True, text=True, check=True).stdout
+        assert "5.h5: ended by an error: the user's subroutine UMAT crashed" in said, said
     (folder / "table.dat").touch()
     said = igaform(folder, "batch", "list.txt", "--only", 3)
     assert "completed" in said, said
     assert "3 runs: 1 completed, 2 failed" in igaform(folder, "batch", "list.txt", "--summary",
                                                       code=2)
+
+
+def a_second_signal_leaves_no_run_behind(folder):
+    """One that hangs in a user's subroutine is ended, and the call named."""
+    law = PROJECT / "tests/verification/user_material/files/misbehaves.F"
+    (folder / "a.key").write_text(USER_DECK.format(kind=15))
+    write_list(folder, f"a.key --user {law}", f"{DECK} {SHORT}")
+    batch = subprocess.Popen([PROGRAM, "batch", "list.txt", "--quiet"], cwd=folder)
+    try:
+        wait_for(lambda: (folder / "a.log").exists() and "  dt " in (folder / "a.log").read_text())
+        time.sleep(0.5)     # in which it comes to the loop
+        runs = runs_of(batch)
+        batch.send_signal(signal.SIGTERM)
+        wait_for(lambda: "UMAT returns in element 2" in (folder / "a.err").read_text())
+        time.sleep(1.5)
+        batch.send_signal(signal.SIGTERM)
+        assert batch.wait(20) == 3
+        assert len(runs) == 1 and not pathlib.Path(f"/proc/{runs[0]}").exists()
+    finally:
+        for run in runs_of(batch) if batch.poll() is None else ():
+            os.kill(run, signal.SIGKILL)
+        batch.kill()
+    rows = table(folder)
+    assert rows["a.h5"]["status"] == "interrupted", rows
+    assert "UMAT had not returned in element 2" in rows["a.h5"]["message"], rows
+    assert rows["tension_strip.h5"]["status"] == "due", rows
 
 
 def is_without_error(path):
@@ -523,6 +553,7 @@ if __name__ == "__main__":
                  a_deck_is_read_but_once, names_of_decks_keep_their_points, a_line_may_be_long,
                  an_array_of_jobs_shares_a_list, a_batch_passes_its_limits_on,
                  one_run_that_fails_spoils_no_other, user_code_that_ends_a_run_has_failed,
+                 a_second_signal_leaves_no_run_behind,
                  what_is_killed_goes_on,
                  the_scripts_of_the_manual_work,
                  a_folder_is_a_batch, interruption_stops_all,

@@ -7,9 +7,11 @@ the neo-Hooke of a UMAT that of a VUMAT; what fails must say where and why.
 """
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 import h5py
 import numpy as np
@@ -114,6 +116,8 @@ def failures_name_element_and_point(bench):
             assert len(failed) >= 2 and not failed[0], "the frames before the failure are gone"
             assert kind in (5, 6, 7, 22, 23) or failed[-1] == 1, "no frame marked failed"
             assert np.isfinite(file["nurbs/blank/points"][...]).all()
+        log = path.with_suffix(".log").read_text()
+        assert log.count("error: the user's subroutine") == 1, log
 
 
 def all_threads_may_fail_at_once(bench):
@@ -166,6 +170,84 @@ def material_tests_outlive_user_code(bench):
     for kind in (2, 20, 21):     # what a crash leaves in the units is lost
         assert f"{kind}." in messages, messages
     assert not (bench.folder / "fort.7").exists()
+
+
+def end_by_two_signals(bench, *commands):
+    """What programs say at a signal and a second one that hang in a subroutine, and their codes."""
+    runs = [subprocess.Popen([bench.igaform, *command, "--user", FILES / "misbehaves.F",
+                              "--threads", "2", "--quiet"], cwd=bench.folder, text=True,
+                             stderr=subprocess.PIPE) for command in commands]
+    try:
+        time.sleep(1.5)     # which is enough to come to the loop
+        for run in runs:
+            run.send_signal(signal.SIGTERM)
+        first = [run.stderr.readline() for run in runs]
+        assert all(run.poll() is None for run in runs), first
+        time.sleep(1.5)     # the line came after a second
+        for run in runs:
+            run.send_signal(signal.SIGTERM)
+        rest = [run.communicate(timeout=20)[1] for run in runs]
+        return [(a, b, run.returncode) for a, b, run in zip(first, rest, runs)]
+    finally:
+        for run in runs:
+            run.kill()
+
+
+def endless_loops_end_at_a_second_signal(bench):
+    """A run and material tests name the call; the rows of the tests up to there are kept."""
+    loop = deck(user("210000, 0, 5, 120, 15"))
+    bench.run(deck(user(STEEL + ", 0, 0, 0")), FILES / "misbehaves.F")   # which compiles it
+    (bench.folder / "run.key").write_text(loop)
+    text = ""
+    for name, kind in (("sound", 0), ("hangs", 15), ("late", 0)):
+        constants = user(f"210000, 0, 1, 4, {kind}, 1")
+        text += f"*MATERIAL, NAME={name}\n*DENSITY\n7.85e-9\n{constants}\n"
+        text += (f"*MATERIAL TEST, NAME={name}, MATERIAL={name}, TYPE=UNIAXIAL, INCREMENTS=10\n"
+                 "0.001\n")
+    (bench.folder / "tests.key").write_text(text)
+    run, tests = end_by_two_signals(bench, ["run.key"], ["material", "tests.key"])
+    for (first, rest, code), place in ((run, "element 5, point 2"), (tests, "element 1, point 1")):
+        assert f"UMAT returns in {place}; a second signal" in first, first
+        assert f"UMAT had not returned in {place}" in rest and code == 3, (code, rest)
+    assert "error: ended by a second signal" in (bench.folder / "run.log").read_text()
+    assert "stopped by SIGTERM; tests not begun: late" in tests[1], tests
+    assert "test hangs: stopped by a signal inside the user's subroutine" in tests[1], tests
+    with h5py.File(bench.folder / "tests.h5") as file:
+        assert set(file["tests"]) == {"sound", "hangs"}
+        assert len(file["tests/sound/time"]) == 11 and len(file["tests/hangs/time"]) == 4
+        assert file["tests/hangs"].attrs["status"] in ("interrupted", b"interrupted")
+
+
+def signals_stop_material_tests(bench):
+    """What is finished is written, by laws of users and by built-in ones."""
+    plastic = f"*ELASTIC\n{STEEL}\n*PLASTIC\n250, 250, 6"
+    for law, files, kind, number in (
+            (user(STEEL), [FILES / "linear_fixed.for"], "UNIAXIAL", signal.SIGHUP),
+            (plastic, [], "R VALUES", signal.SIGTERM)):
+        text = "".join(f"*MATERIAL TEST, NAME={name}, MATERIAL=steel, TYPE={kind}, "
+                       f"INCREMENTS={n}\n0.1\n" for name, n in (("a", 9), ("b", 10**6), ("c", 9)))
+        bench.run(deck(law, body="") + text, *files, command=["material"], options=["--check"])
+        words = [word for name in files for word in ("--user", name)]
+        run = subprocess.Popen([bench.igaform, "material", "deck.key", "--quiet", *words],
+                               cwd=bench.folder, stderr=subprocess.PIPE, text=True)
+        try:
+            while files and not (bench.folder / "deck.msg").exists():
+                assert run.poll() is None, "it has ended"
+                time.sleep(0.01)
+            time.sleep(0.1 if files else 1.0)    # fewer rows to be written than in a second
+            run.send_signal(number)
+            bench.said = run.communicate(timeout=20)[1]
+        finally:
+            run.kill()
+        assert run.returncode == 3, (run.returncode, bench.said)
+        bench.says(f"stopped by {number.name}; tests not begun: c",
+                   "test b: stopped by a signal before increment", "are kept")
+        with h5py.File(bench.folder / "deck.h5") as file:
+            assert set(file["tests"]) == {"a", "b"}
+            for group, status in (("tests/a", "completed"), ("tests/b", "interrupted"),
+                                  ("provenance", "interrupted")):
+                assert file[group].attrs["status"] in (status, status.encode()), group
+        assert not (bench.folder / "deck.msg").exists()
 
 
 def faults_are_told(bench):
@@ -293,6 +375,7 @@ def laws_that_never_yield_have_no_r_values(bench):
 CHECKS = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
           vumats_of_both_signatures, shared_data_run_in_order, states_start_as_told,
           failures_name_element_and_point, all_threads_may_fail_at_once,
+          endless_loops_end_at_a_second_signal, signals_stop_material_tests,
           material_tests_outlive_user_code, faults_are_told, files_from_elsewhere,
           files_read_are_never_written, material_tests_know_names_and_starts,
           laws_that_never_yield_have_no_r_values, keeping.libraries_are_kept_and_renewed,
