@@ -295,6 +295,7 @@ def files_read_are_never_written(bench):
         files = {"sheet.log": text, "sheet.msg": part, "sheet-pull.csv": test, "sheet.f": law}
         for name, content in files.items():
             (bench.folder / name).write_text(content)
+        (bench.folder / "sheet.h5").unlink(missing_ok=True)    # be it of a run or of tests
         (bench.folder / "link.h5").unlink(missing_ok=True)
         (bench.folder / "link.h5").symlink_to("sheet.f")
         done = subprocess.run([bench.igaform, *command, "--quiet"], cwd=bench.folder, timeout=300,
