@@ -71,8 +71,6 @@ contains
     call add_force(cases, 1, [2, 2, 2], [1, 1, 1], "voce", .false., projection=project_sheet)
     call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .false., projection=project_volume, &
                    is_smooth=.true.)
-    call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .false., projection=project_sheet, &
-                   is_smooth=.true.)
   end subroutine add_rules
 
   !> Force routine with the least of physics, for the rules that have a target.

@@ -56,8 +56,8 @@ contains
                     "the volume strain, ANS also transverse shear, with the thickness strain "// &
                     "following", default="NONE", choices="NONE|BBAR|ANS")
     call add_option(table, "SPACE", kind_choice, "what strains are projected onto: polynomials "// &
-                    "of each ELEMENT, or the SMOOTH splines of one degree less on the knots of "// &
-                    "the patch", default="ELEMENT", choices="ELEMENT|SMOOTH")
+                    "of each ELEMENT, or (BBAR only) the SMOOTH splines of one degree less on "// &
+                    "the knots of the patch", default="ELEMENT", choices="ELEMENT|SMOOTH")
     call add_option(table, "SAMPLES", kind_name, "terms of the projection in each direction of "// &
                     "an element, three counts in quotes up to the integration points there; "// &
                     "the degrees where none are given", is_required=.false.)

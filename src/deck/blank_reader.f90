@@ -318,9 +318,9 @@ contains
 
     blank%projection = option_text(deck, record, "PROJECTION")
     blank%is_smooth = option_text(deck, record, "SPACE") == "SMOOTH"
-    if (blank%is_smooth .and. blank%projection == "NONE") &
-      call add_fault(faults, record%origin, "SPACE=SMOOTH without a projection", &
-                     "PROJECTION=BBAR or ANS beside it")
+    if (blank%is_smooth .and. blank%projection /= "BBAR") &
+      call add_fault(faults, record%origin, "SPACE=SMOOTH with PROJECTION="//blank%projection, &
+                     "PROJECTION=BBAR, or no SPACE=SMOOTH")
     if (blank%is_smooth) then
       do p = 1, size(blank%patches)
         associate (patch => blank%patches(p))

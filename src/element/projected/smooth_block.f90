@@ -6,7 +6,6 @@ module smooth_block
   use ig_patch, only: ig_patch_t
   use point_fields, only: point_fields_t
   use smooth_fields, only: smooth_fields_t, smooth_table_t
-  use strain_projection, only: project_sheet
   implicit none
   private
 
@@ -15,12 +14,11 @@ module smooth_block
 contains
 
   !> Loads of the strains of a slot: block `b` of the row (e2, e3), number `block` of the patch.
-  pure subroutine collect_strain(patch, b, e2, e3, block, slot, fields, loads1)
+  pure subroutine collect_strain(patch, b, e2, e3, block, slot, fields)
     type(ig_patch_t), intent(in) :: patch
     integer, intent(in) :: b, e2, e3, block
     type(point_fields_t), intent(in) :: slot          !! with one slot
     type(smooth_fields_t), intent(inout) :: fields
-    real(wp), intent(inout) :: loads1(*)              !! of axis 1: (8*q3*6*q2, p1), sheets alone
     integer :: k
 
     call collect_all(patch, 1, b, e2, e3, fields%tables, slot%mean, &
@@ -29,24 +27,17 @@ contains
       call collect_all(patch, 1, b, e2, e3, fields%tables, slot%growth(:, k - 1, :, 1), &
                        fields%loads(:, :, :, :, k, block))
     end do
-    if (patch%projection%kind == project_sheet) &
-      call collect_sheet(patch, 1, b, e2, fields%tables, slot%dstrain, slot%dstrain, &
-                         loads1, fields%loads2(:, :, :, block))
   end subroutine collect_strain
 
   !> The same of its stresses, with the transposed operators.
-  pure subroutine collect_stress(patch, b, e2, e3, block, slot, fields, loads1)
+  pure subroutine collect_stress(patch, b, e2, e3, block, slot, fields)
     type(ig_patch_t), intent(in) :: patch
     integer, intent(in) :: b, e2, e3, block
     type(point_fields_t), intent(in) :: slot
     type(smooth_fields_t), intent(inout) :: fields
-    real(wp), intent(inout) :: loads1(*)              !! of axis 1: (8*q3*6*q2, p1), sheets alone
 
     call collect_all(patch, 2, b, e2, e3, fields%tables, slot%mean, &
                      fields%loads(:, :, :, :, 1, block))
-    if (patch%projection%kind == project_sheet) &
-      call collect_sheet(patch, 2, b, e2, fields%tables, slot%along1, slot%along2, &
-                         loads1, fields%loads2(:, :, :, block))
   end subroutine collect_stress
 
   !> Put the projected strains into a slot.
@@ -57,7 +48,7 @@ contains
     type(point_fields_t), intent(inout) :: slot
     integer :: k
 
-    call spread_fields(patch, 1, b, e2, e3, fields, slot)
+    call spread_mean(patch, 1, b, e2, e3, fields, slot)
     do k = 2, size(fields%all, 4)
       call spread_all(patch, 1, b, e2, e3, fields%tables, patch%projection%smooth%n_functions, &
                       fields%all(:, :, :, k), slot%growth(:, k - 1, :, 1))
@@ -71,10 +62,10 @@ contains
     type(smooth_fields_t), intent(in) :: fields
     type(point_fields_t), intent(inout) :: slot
 
-    call spread_fields(patch, 2, b, e2, e3, fields, slot)
+    call spread_mean(patch, 2, b, e2, e3, fields, slot)
   end subroutine spread_stress
 
-  pure subroutine spread_fields(patch, way, b, e2, e3, fields, slot)
+  pure subroutine spread_mean(patch, way, b, e2, e3, fields, slot)
     type(ig_patch_t), intent(in) :: patch
     integer, intent(in) :: way, b, e2, e3            !! strains 1, stresses 2
     type(smooth_fields_t), intent(in) :: fields
@@ -82,22 +73,7 @@ contains
 
     call spread_all(patch, way, b, e2, e3, fields%tables, patch%projection%smooth%n_functions, &
                     fields%all(:, :, :, 1), slot%mean)
-    if (patch%projection%kind == project_sheet) &
-      call spread_sheet(patch, way, b, e2, e3, fields, slot%along1, slot%along2)
-  end subroutine spread_fields
-
-  pure subroutine collect_sheet(patch, way, b, e2, tables, field1, field2, loads1, loads2)
-    type(ig_patch_t), intent(in) :: patch
-    integer, intent(in) :: way, b, e2                !! strains 1, stresses 2
-    type(smooth_table_t), intent(in) :: tables(3)
-    real(wp), intent(in) :: field1(*), field2(*)     !! (8, q3, 6, q2, q1), for axes 1 and 2
-    real(wp), intent(inout) :: loads1(*), loads2(*)
-
-    associate (q => patch%axes%n_points, p => patch%axes%degree)
-      call combine(6*q(3)*q(2), q(1), p(1), 1, tables(1)%to_loads(:, :, :, b, way), field1, loads1)
-      call combine(6*q(3), q(2), p(2), q(1), tables(2)%to_loads(:, :, :, e2, way), field2, loads2)
-    end associate
-  end subroutine collect_sheet
+  end subroutine spread_mean
 
   pure subroutine collect_all(patch, way, b, e2, e3, tables, field, loads)
     type(ig_patch_t), intent(in) :: patch
@@ -113,31 +89,6 @@ contains
       call combine(p(3)*p(2), q(1), p(1), 1, tables(1)%to_loads(:, :, :, b, way), whole, loads)
     end associate
   end subroutine collect_all
-
-  pure subroutine spread_sheet(patch, way, b, e2, e3, fields, along1, along2)
-    type(ig_patch_t), intent(in) :: patch
-    integer, intent(in) :: way, b, e2, e3
-    type(smooth_fields_t), intent(in) :: fields
-    real(wp), intent(inout) :: along1(*)
-    real(wp), intent(inout) :: along2(n_lanes*6*patch%axes(3)%n_points*patch%axes(2)%n_points, &
-                                      patch%axes(1)%n_points)
-    real(wp) :: lanes(n_lanes, size(fields%along1, 1), patch%axes(1)%degree)
-    integer :: i, k
-
-    associate (q => patch%axes%n_points, p => patch%axes%degree, first => patch%axes(2)%first(e2))
-      k = e2 + patch%axes(2)%n_elements*(e3 - 1)
-      do i = 1, p(1)
-        call turn_lanes(patch, b, i, size(lanes, 2), fields%along1(:, :, k), lanes(:, :, i))
-      end do
-      call combine(6*q(3)*q(2), p(1), q(1), 1, fields%tables(1)%to_points(:, :, :, b, way), lanes, &
-                   along1)
-      k = b + patch%lanes%n_blocks*(e3 - 1)
-      do i = 1, q(1)
-        call combine(6*q(3), p(2), q(2), 1, fields%tables(2)%to_points(:, :, :, e2, way), &
-                     fields%along2(:, first:first + p(2) - 1, i, k), along2(:, i))
-      end do
-    end associate
-  end subroutine spread_sheet
 
   pure subroutine spread_all(patch, way, b, e2, e3, tables, n, coefficients, field)
     type(ig_patch_t), intent(in) :: patch
@@ -183,39 +134,6 @@ contains
       end do
     end if
   end subroutine gather_lanes
-
-  !> The same of m lines of coefficients side by side.
-  pure subroutine turn_lanes(patch, b, a, m, coefficients, lanes)
-    type(ig_patch_t), intent(in) :: patch
-    integer, intent(in) :: b, a, m
-    real(wp), intent(in) :: coefficients(m, *)
-    real(wp), intent(out) :: lanes(n_lanes, m)
-    integer :: first(n_lanes), l
-
-    first = patch%lanes%first(:, b) + a - 1
-    if (patch%lanes%is_contiguous(b)) then
-      call turn(m, coefficients(:, first(1):first(1) + n_lanes - 1), lanes)
-    else
-      do l = 1, n_lanes
-        lanes(l, :) = coefficients(:, first(l))
-      end do
-    end if
-  end subroutine turn_lanes
-
-  !> Columns become lanes, eight by eight in registers.
-  pure subroutine turn(m, columns, lanes)
-    integer, intent(in) :: m
-    real(wp), intent(in) :: columns(m, n_lanes)
-    real(wp), intent(out) :: lanes(n_lanes, m)
-    integer :: i, l
-
-    do i = 1, m
-      !GCC$ unroll 8
-      do l = 1, n_lanes
-        lanes(l, i) = columns(i, l)
-      end do
-    end do
-  end subroutine turn
 
   !> Sums along the middle index, lane by lane. Those of quadratic splines with three points are
   !! written out: each term is read once, no sum goes to memory and back.

@@ -1,7 +1,7 @@
 !> What a patch with smooth projections keeps between the passes over its blocks.
 module smooth_fields
   use kinds, only: wp
-  use strain_projection, only: projection_t, project_sheet
+  use strain_projection, only: projection_t
   use smooth_axis, only: smooth_axis_t, point_factors
   use basis_tables, only: n_lanes, axis_table_t, lane_table_t
   implicit none
@@ -16,56 +16,40 @@ module smooth_fields
     real(wp), allocatable :: to_points(:, :, :, :, :)   !! (8, p, q, n, 2)
   end type smooth_table_t
 
-  !> Loads of the splines of one degree less, block by block, and the coefficients they lead to. p
-  !! counts the splines of an element along an axis, its degree. Along one axis: six components, of
-  !! sheets only. Along all: the volume strain (its stress on the way back), with laws that need the
-  !! context of their points two volumes more.
+  !> Loads of the splines of one degree less, block by block, and the coefficients they lead to: of
+  !! the volume strain (its stress on the way back), with laws that need the context of their points
+  !! of two volumes more. p counts the splines of an element along an axis, its degree.
   type, public :: smooth_fields_t
     type(smooth_table_t) :: tables(3)                 !! by lane block for axis 1, by element else
-    real(wp), allocatable :: loads1(:, :, :)          !! (8*q3*6*q2, p1, n_blocks), see smooth_lines
-    real(wp), allocatable :: loads2(:, :, :, :)       !! (8*q3*6, p2, q1, n_blocks)
     real(wp), allocatable :: loads(:, :, :, :, :, :)  !! (8, p3, p2, p1, n, n_blocks)
-    real(wp), allocatable :: along1(:, :, :)          !! (q3*6*q2, n_functions, rows of elements)
-    !> Shape (8*q3*6, n_functions, q1, lane blocks times elements along axis 3).
-    real(wp), allocatable :: along2(:, :, :, :)
     real(wp), allocatable :: all(:, :, :, :)          !! n_functions of the axes 1, 2, 3, n
-    !> Rest of stress times volume, (8*q3, 6, q1*q2, n_blocks); of sheets 3, see split_sheet.
-    real(wp), allocatable :: rest(:, :, :, :)
+    real(wp), allocatable :: rest(:, :, :, :)         !! of stress times volume, (8*q3, 6, q1*q2,
+                                                      !! n_blocks)
   end type smooth_fields_t
 
 contains
 
   !> Tables and room for a patch.
-  pure function new_smooth_fields(projection, axes, lanes, has_parts, has_context) &
-    result(fields)
+  pure function new_smooth_fields(projection, axes, lanes, has_context) result(fields)
     type(projection_t), intent(in) :: projection
     type(axis_table_t), intent(in) :: axes(3)
     type(lane_table_t), intent(in) :: lanes
-    logical, intent(in) :: has_parts               !! tiles have parts of rows of elements
     logical, intent(in) :: has_context
     type(smooth_fields_t) :: fields
     integer, allocatable :: elements(:, :)
     logical, allocatable :: is_owner(:, :)
-    integer :: p(3), q(3), m, n_blocks, n_rows, n_means, axis, e
+    integer :: p(3), q(3), n_blocks, n_rows, n_means, axis, e
 
     p = axes%degree
     q = axes%n_points
     n_rows = axes(2)%n_elements*axes(3)%n_elements
     n_blocks = lanes%n_blocks*n_rows
     n_means = merge(3, 1, has_context)
-    m = 6*q(3)
     allocate (fields%loads(n_lanes, p(3), p(2), p(1), n_means, n_blocks))
     associate (n_functions => projection%smooth%n_functions)
       allocate (fields%all(n_functions(1), n_functions(2), n_functions(3), n_means))
-      if (projection%kind == project_sheet) then
-        if (has_parts) allocate (fields%loads1(n_lanes*m*q(2), p(1), n_blocks))
-        allocate (fields%loads2(n_lanes*m, p(2), q(1), n_blocks))
-        allocate (fields%along1(m*q(2), n_functions(1), n_rows))
-        allocate (fields%along2(n_lanes*m, n_functions(2), q(1), lanes%n_blocks*axes(3)%n_elements))
-      end if
     end associate
-    allocate (fields%rest(n_lanes*q(3), merge(3, 6, projection%kind == project_sheet), q(1)*q(2), &
-                          n_blocks))
+    allocate (fields%rest(n_lanes*q(3), 6, q(1)*q(2), n_blocks))
     fields%tables(1) = new_smooth_table(projection%smooth(1), lanes%element, lanes%is_owner)
     do axis = 2, 3
       elements = spread([(e, e=1, axes(axis)%n_elements)], 1, n_lanes)

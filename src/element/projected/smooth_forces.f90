@@ -1,4 +1,4 @@
-!> Forces of a patch whose strains are projected onto its smooth splines. Three passes over all
+!> Forces of a patch whose volume strain is projected onto its smooth splines. Three passes over all
 !! blocks: strains to loads of the splines; strains of the splines to stresses and on to their
 !! loads; stresses of the splines to forces. In between the splines' coefficients are solved for.
 !! Tiles and lines are worked in parallel and added up in fixed order.
@@ -9,10 +9,9 @@ module smooth_forces
   use point_context, only: point_context_t
   use element, only: force_report_t
   use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t
-  use strain_projection, only: project_sheet
   use smooth_fields, only: smooth_fields_t
   use smooth_block, only: collect_strain, collect_stress, spread_strain, spread_stress
-  use smooth_lines, only: solve_for_splines, solve_row
+  use smooth_lines, only: solve_for_splines
   use point_fields, only: point_fields_t, new_point_fields
   use projected_dispatch, only: run_strain, run_nodal
   use projected_block, only: start_strain, finish_strain, update_stress, start_stress, finish_stress
@@ -81,11 +80,9 @@ contains
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
     type(point_fields_t) :: slot
-    real(wp), allocatable :: loads1(:, :)
     integer :: e2, e3, b, block
 
     slot = new_slot(patch)
-    call new_row(patch, tile, loads1)
     do e3 = 1, patch%axes(3)%n_elements
       do e2 = tile%row_first, tile%row_last
         do b = tile%block_first, tile%block_last
@@ -93,9 +90,8 @@ contains
           call gather_motion(patch, b, e2, e3, dt, x, v, u, w)
           call run_strain(patch, b, e2, e3, block, 1, .false., u, slot, sums)
           call start_strain(patch, 1, slot)
-          call collect_strain(patch, b, e2, e3, block, slot, fields, loads1(:, b))
+          call collect_strain(patch, b, e2, e3, block, slot, fields)
         end do
-        call keep_row(patch, tile, e2, e3, loads1, fields)
       end do
     end do
   end subroutine strain_of_tile
@@ -112,12 +108,10 @@ contains
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
     type(point_context_t) :: context
     type(point_fields_t) :: slot
-    real(wp), allocatable :: loads1(:, :)
     integer :: e2, e3, b, block
     logical :: ok
 
     slot = new_slot(patch)
-    call new_row(patch, tile, loads1)
     if (allocated(patch%reference)) context = new_patch_context(patch)
     do e3 = 1, patch%axes(3)%n_elements
       do e2 = tile%row_first, tile%row_last
@@ -130,15 +124,10 @@ contains
           if (allocated(patch%reference)) call place_context(patch, b, e2, e3, block, context)
           call update_stress(patch, law, block, 1, dt, context, slot, sums, ok)
           call start_stress(patch, 1, slot)
-          call collect_stress(patch, b, e2, e3, block, slot, fields, loads1(:, b))
-          if (patch%projection%kind == project_sheet) then
-            fields%rest(:, :, :, block) = slot%plane(:, :, :, 1)
-          else
-            fields%rest(:, :, :, block) = slot%weighted(:, :, :, 1)
-          end if
+          call collect_stress(patch, b, e2, e3, block, slot, fields)
+          fields%rest(:, :, :, block) = slot%weighted(:, :, :, 1)
           call add_report(report, sums, ok, block)
         end do
-        call keep_row(patch, tile, e2, e3, loads1, fields)
       end do
     end do
   end subroutine stress_of_tile
@@ -161,52 +150,16 @@ contains
       do e2 = tile%row_first, tile%row_last
         do b = tile%block_first, tile%block_last
           block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
-          if (patch%projection%kind /= project_sheet) &
-            slot%weighted(:, :, :, 1) = fields%rest(:, :, :, block)
+          slot%weighted(:, :, :, 1) = fields%rest(:, :, :, block)
           call spread_stress(patch, b, e2, e3, fields, slot)
           call finish_stress(patch, 1, slot)
           call gather_positions(patch, b, e2, e3, x, u, w)
-          call run_nodal(patch, b, e2, e3, block, 1, u, slot, fields%rest(:, :, :, block), f)
+          call run_nodal(patch, b, e2, e3, block, 1, u, slot, slot%plane, f)
           call add_forces(patch, tile, b, e2, e3, w, f, force, border)
         end do
       end do
     end do
   end subroutine nodal_of_tile
-
-  !> Room for the loads along axis 1 of a row of blocks of a tile.
-  pure subroutine new_row(patch, tile, loads)
-    type(ig_patch_t), intent(in) :: patch
-    type(tile_t), intent(in) :: tile
-    real(wp), allocatable, intent(out) :: loads(:, :)
-    integer :: n
-
-    n = 0
-    if (patch%projection%kind == project_sheet) &
-      n = 6*n_lanes*patch%axes(3)%n_points*patch%axes(2)%n_points*patch%axes(1)%degree
-    allocate (loads(n, tile%block_first:tile%block_last))
-  end subroutine new_row
-
-  !> Solve for the splines along axis 1 of a row, or keep the loads of a part of it.
-  pure subroutine keep_row(patch, tile, e2, e3, loads, fields)
-    type(ig_patch_t), intent(in) :: patch
-    type(tile_t), intent(in) :: tile
-    integer, intent(in) :: e2, e3
-    real(wp), allocatable, intent(in) :: loads(:, :)
-    type(smooth_fields_t), intent(inout) :: fields
-    integer :: row, b, p
-
-    if (patch%projection%kind /= project_sheet) return
-    row = e2 + patch%axes(2)%n_elements*(e3 - 1)
-    if (.not. allocated(fields%loads1)) then
-      call solve_row(patch, size(fields%along1, 1), loads, fields%along1(:, :, row))
-      return
-    end if
-    p = patch%axes(1)%degree
-    do b = tile%block_first, tile%block_last
-      fields%loads1(:, :, b + patch%lanes%n_blocks*(row - 1)) = reshape(loads(:, b), &
-                                                                        [size(loads, 1)/p, p])
-    end do
-  end subroutine keep_row
 
   !> Fields of the points of one block.
   pure function new_slot(patch) result(slot)

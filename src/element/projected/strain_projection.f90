@@ -26,7 +26,7 @@ module strain_projection
   type, public :: projection_spec_t
     integer :: kind = project_nothing
     integer :: n_samples(3) = 0       !! per element and direction, 0: default
-    logical :: is_smooth = .false.    !! onto the splines of the patch of one degree less
+    logical :: is_smooth = .false.    !! onto the splines of the patch of one degree less; BBAR
   end type projection_spec_t
 
   !> Operator of one direction; none where the samples are as many as the points.

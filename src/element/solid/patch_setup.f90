@@ -69,7 +69,7 @@ contains
     patch%tiles = new_tiles(patch, merge(1, 16, law%is_serial))
     if (patch%projection%is_smooth) &
       patch%fields = new_smooth_fields(patch%projection, patch%axes, patch%lanes, &
-                                       any(patch%tiles%block_first > 1), law%needs_context)
+                                       law%needs_context)
   end subroutine new_patch
 
   !> Speed of pressure waves for the viscosity, from the moduli of the law.

@@ -102,7 +102,7 @@ class Bench(unittest.TestCase):
     def test_targets_choose_what_has_one(self):
         names = self.bench("--list", "--targets").stdout.split()
         self.assertIn("step/channel", names)
-        self.assertIn("force/p2/3x3x3/voce/plain/ans_smooth", names)
+        self.assertIn("force/p2/3x3x3/voce/plain/bbar_smooth", names)
         self.assertNotIn("force/p2/2x2x3/swift/plain/default", names)
         some = self.bench("--list", "--targets", "--only", "step/", "--only", "history")
         self.assertEqual(some.stdout.split(), ["step/channel"])

@@ -101,7 +101,7 @@ def temperatures_reach_the_routine(bench):
         (*_, temp, change, total, _, _), x = fields(kind, heat, "*TEMPERATURE, OP=NEW\n")
         assert abs(temp - 20 - 2 * x).max() < 1e-12 and abs(total).max() < 1e-12
         assert not change.any()
-    for projection in ("BBAR", "ANS", "ANS, SPACE=SMOOTH"):
+    for projection in ("BBAR", "ANS", "BBAR, SPACE=SMOOTH"):
         text = deck(user("10000", 10)).replace("RULE=FULL", f"RULE=FULL, PROJECTION={projection}")
         state = bench.values(start + text + heat, FILES / "given.f")[2]
         with h5py.File(bench.folder / "a.h5") as file:
