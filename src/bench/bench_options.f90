@@ -129,7 +129,7 @@ contains
     names = strings([character(36) :: "force/p2/3x3x3/voce/plain/default", &
                      "force/p2/2x2x3/voce/plain/default", "force/p2/2x2x2/voce/plain/default", &
                      "force/p2/3x3x3/voce/rational", "force/p2/2x2x3/voce/rational", &
-                     "force/p2/2x2x2/voce/rational", "/jaumann", "force/p2/3x3x4/voce", &
+                     "force/p2/2x2x2/voce/rational", "force/p2/3x3x4/voce", &
                      "force/p1/1x1x2/voce/plain", "force/p1/2x2x2/voce/plain/default", &
                      "force/p2/2x3x2/voce", "force/p3/3x3x3/voce", "force/p3/4x4x4/voce", &
                      "force/p4/4x4x4/voce", "force/p5/5x5x5/voce", "smooth", &

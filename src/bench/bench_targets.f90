@@ -12,18 +12,18 @@ module bench_targets
   public :: set_targets, target_lines
 
   character(1), parameter :: feed = new_line("a")
-  real(wp), parameter :: default_factor = 1.25_wp, rational_factor = 1.6_wp
+  real(wp), parameter :: rational_factor = 1.6_wp   !! weights over none
 
-  !> Force routine with von Mises and Voce, first-order Jaumann rotation [ns an element and step].
+  !> Force routine with von Mises and Voce, without weights [ns an element and step].
   type :: force_target_t
     character(8) :: rule
     real(wp) :: ns(2)            !! one and two threads
   end type force_target_t
 
   type(force_target_t), parameter :: force_targets(3) = [ &
-    force_target_t("3x3x3", [330.0_wp, 170.0_wp]), &
-    force_target_t("2x2x3", [175.0_wp, 92.0_wp]), &
-    force_target_t("2x2x2", [150.0_wp, 78.0_wp])]
+    force_target_t("3x3x3", [412.5_wp, 212.5_wp]), &
+    force_target_t("2x2x3", [218.75_wp, 115.0_wp]), &
+    force_target_t("2x2x2", [187.5_wp, 97.5_wp])]
 
 contains
 
@@ -56,13 +56,7 @@ contains
       if (index(record%name, stem) /= 1) cycle
       ns = force_targets(i)%ns(record%threads)
       if (index(record%name, "/rational/") > 0) ns = rational_factor*ns
-      select case (record%name(index(record%name, "/", back=.true.) + 1:))
-      case ("default")
-        ns = default_factor*ns
-      case ("jaumann")
-      case default
-        ns = -1.0_wp
-      end select
+      if (record%name(index(record%name, "/", back=.true.) + 1:) /= "default") ns = -1.0_wp
     end do
   end function force_target
 
@@ -89,7 +83,7 @@ contains
                                record%memory_ratio <= 2.0_wp)
       end associate
     end do
-    lines = lines//physics_lines(records)//general_lines(records)//smooth_lines(records)
+    lines = lines//weight_lines(records)//general_lines(records)//smooth_lines(records)
     lines = lines//efficiency_line(records, "force/p2/2x2x3/voce/plain/default", 0.95_wp)
     lines = lines//efficiency_line(records, "elements/8000", 0.90_wp)
     lines = lines//growth_lines(records, "contact/faces/")//growth_lines(records, "search/faces/") &
@@ -97,9 +91,8 @@ contains
     lines = lines//contact_line(records)
   end function target_lines
 
-  !> The same limits as ratios of one run, which hold on any processor: the default physics over
-  !! that of first order, and weights over none.
-  function physics_lines(records) result(lines)
+  !> Weights over none, a ratio of one run, which holds on any processor.
+  function weight_lines(records) result(lines)
     type(record_list_t), intent(in) :: records
     character(:), allocatable :: lines, stem
     integer :: i, threads
@@ -109,15 +102,11 @@ contains
       do i = 1, size(force_targets)
         stem = "force/p2/"//trim(force_targets(i)%rule)//"/voce/"
         lines = lines &
-          //ratio_line(records, stem//"plain/default", stem//"plain/jaumann", threads, &
-                       default_factor) &
-          //ratio_line(records, stem//"rational/default", stem//"rational/jaumann", threads, &
-                       default_factor) &
           //ratio_line(records, stem//"rational/default", stem//"plain/default", threads, &
                        rational_factor)
       end do
     end do
-  end function physics_lines
+  end function weight_lines
 
   function ratio_line(records, above, below, threads, most) result(line)
     type(record_list_t), intent(in) :: records
@@ -133,18 +122,9 @@ contains
     j = find_record(records, below, threads)
     if (i == 0 .or. j == 0) return
     ratio = records%items(i)%ns/records%items(j)%ns
-    line = verdict(above//", "//to_text(threads)//" threads, over "//tail_of(above, below), ratio, &
-                   most, ratio <= most)
+    line = verdict(above//", "//to_text(threads)//" threads, over plain", ratio, most, &
+                   ratio <= most)
   end function ratio_line
-
-  !> What of the second name differs from the first: `plain` or `jaumann`.
-  pure function tail_of(above, below) result(tail)
-    character(*), intent(in) :: above, below
-    character(:), allocatable :: tail
-
-    tail = below(index(below, "/", back=.true.) + 1:)
-    if (tail == above(index(above, "/", back=.true.) + 1:)) tail = "plain"
-  end function tail_of
 
   function efficiency_line(records, name, least) result(line)
     type(record_list_t), intent(in) :: records

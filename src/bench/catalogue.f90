@@ -22,7 +22,6 @@ contains
 
     allocate (cases(0))
     call add_rules(cases)
-    call add_first_order(cases)
     call add_laws(cases)
     call add_strips(cases)
     call add_sizes(cases)
@@ -73,18 +72,6 @@ contains
                    is_smooth=.true.)
   end subroutine add_rules
 
-  !> Force routine with the least of physics, for the rules that have a target.
-  subroutine add_first_order(cases)
-    type(case_slot_t), allocatable, intent(inout) :: cases(:)
-    integer, parameter :: rules(3, 3) = reshape([3, 3, 3, 2, 2, 3, 2, 2, 2], [3, 3])
-    integer :: i
-
-    do i = 1, size(rules, 2)
-      call add_force(cases, 2, rules(:, i), [1, 1, 1], "voce", .false., is_first_order=.true.)
-      call add_force(cases, 2, rules(:, i), [1, 1, 1], "voce", .true., is_first_order=.true.)
-    end do
-  end subroutine add_first_order
-
   !> Force routine by law; the user's route runs the general kernel with context.
   subroutine add_laws(cases)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
@@ -99,7 +86,7 @@ contains
   end subroutine add_laws
 
   subroutine add_force(cases, degree, points, parts, law, is_rational, is_viscous, &
-                       projection, is_smooth, is_first_order)
+                       projection, is_smooth)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
     integer, intent(in) :: degree, points(3), parts(3)
     character(*), intent(in) :: law
@@ -107,7 +94,6 @@ contains
     logical, intent(in), optional :: is_viscous
     integer, intent(in), optional :: projection     !! its kind, absent: none
     logical, intent(in), optional :: is_smooth
-    logical, intent(in), optional :: is_first_order
     type(force_case_t) :: item
     character(:), allocatable :: weights, physics
     integer :: q(3)
@@ -125,11 +111,6 @@ contains
     if (present(is_smooth)) then
       item%projection%is_smooth = is_smooth
       physics = physics//"_smooth"
-    end if
-    if (present(is_first_order)) then
-      item%is_first_order = is_first_order
-      item%is_viscous = .false.
-      physics = "jaumann"
     end if
     item%name = "force/p"//to_text(degree)//"/"//to_text(q(1))//"x"//to_text(q(2))//"x"// &
                 to_text(q(3))//"/"//law//"/"//weights//"/"//physics

@@ -11,7 +11,6 @@ module force_case
   use patch_setup, only: new_patch, new_tile_buffers
   use plane_setup, only: set_plane_strain
   use internal_force, only: internal_forces
-  use first_order_forces, only: forces_of_first_order, check_instance
   use bench_case, only: bench_case_t
   use bench_laws, only: new_bench_law
   use force_cost, only: kernel_flops, law_flops, force_bytes
@@ -27,7 +26,6 @@ module force_case
     character(16) :: law_name = "voce"
     logical :: is_rational = .false., is_viscous = .true.
     logical :: is_strip = .false.              !! in plane strain: uniform and held along y
-    logical :: is_first_order = .false.        !! Jaumann rotation and strains of first order
     type(projection_spec_t) :: projection
     type(ig_patch_t) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
@@ -62,8 +60,6 @@ contains
     viscosity = merge([0.06_wp, 1.2_wp], 0.0_wp, self%is_viscous)
     call new_patch(self%patch, solid, self%points, self%parts, self%law, viscosity, error, &
                    self%projection)
-    if (allocated(error)) return
-    if (self%is_first_order) call check_instance(self%patch, error)
     if (allocated(error)) return
     if (self%is_strip) call set_plane_strain(self%patch, self%law, 2, solid%points)
     if (self%is_strip .and. self%patch%plane%kernel == 0) then
@@ -141,8 +137,7 @@ contains
     if (self%is_rational) self%working_set = self%working_set + 40.0_wp*self%n_points*n_elements
     if (self%projection%kind /= project_nothing .or. self%is_strip) return
     if (.not. law_flops(trim(self%law_name)) > 0.0_wp) return
-    self%flops = kernel_flops(self%degrees, q, self%is_rational, self%is_viscous, &
-                              self%is_first_order) &
+    self%flops = kernel_flops(self%degrees, q, self%is_rational, self%is_viscous) &
                  + self%n_points*law_flops(trim(self%law_name))
   end subroutine set_counts
 
@@ -152,13 +147,8 @@ contains
     integer :: i
 
     do i = 1, self%n_calls
-      if (self%is_first_order) then
-        call forces_of_first_order(self%patch, self%buffers, self%law, dt, self%x, self%v, &
-                                   self%force, self%report)
-      else
-        call internal_forces(self%patch, self%buffers, self%law, dt, self%x, self%v, self%force, &
-                             self%report)
-      end if
+      call internal_forces(self%patch, self%buffers, self%law, dt, self%x, self%v, self%force, &
+                           self%report)
     end do
   end subroutine run
 

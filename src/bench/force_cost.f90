@@ -13,10 +13,9 @@ module force_cost
 contains
 
   !> Operations of the kernel for one element, without those of the law.
-  pure real(wp) function kernel_flops(p, q, is_rational, is_viscous, &
-                                       is_first_order) result(flops)
+  pure real(wp) function kernel_flops(p, q, is_rational, is_viscous) result(flops)
     integer, intent(in) :: p(3), q(3)         !! degrees, points
-    logical, intent(in) :: is_rational, is_viscous, is_first_order
+    logical, intent(in) :: is_rational, is_viscous
     integer :: contractions, expansions, per_point, n(3)
 
     n = p + 1
@@ -28,8 +27,6 @@ contains
                  + 3*n(2)*n(3)*(q(1)*(1 + 4*p(1)) + p(1))
     ! Gradients, cofactors, strain increment, rotation, work, and weighted stress times cofactors.
     per_point = 6*(6*p(3) - 1) + 33 + 123 + 39 + 91 + 26 + 51
-    ! The cofactors serve the strains as well, and the rotation is a sum.
-    if (is_first_order) per_point = per_point - (9 + 27 + 5) - (39 + 91) + 36
     if (is_viscous) per_point = per_point + 16
     if (is_rational) then
       per_point = per_point + 6*(2*p(3) + 6) + 2

@@ -87,8 +87,7 @@ contains
   !> Is it the label of a hot procedure?
   pure logical function is_hot(line)
     character(*), intent(in) :: line
-    character(40), parameter :: stems(11) = [character(40) :: "__ig_solid_p", "__plane_strain_p", &
-      "__first_order_p", "__first_order_MOD_first_increment", "__first_order_MOD_jaumann_turn", &
+    character(40), parameter :: stems(8) = [character(40) :: "__ig_solid_p", "__plane_strain_p", &
       "__tensor_rotation_MOD_rotate_by_spin", "__tensor_rotation_MOD_turn_to_end", &
       "__voce_MOD_elastic_trial", "__voce_MOD_radial_return", &
       "__fast_exponential_MOD_exp", &
@@ -131,8 +130,8 @@ contains
   !> Is nearly all of the arithmetic wide, with multiply-adds among it?
   pure logical function is_vectorised(counts)
     type(vector_count_t), intent(in) :: counts
-    character(20), parameter :: of_rows(4) = [character(20) :: "__voce_MOD_", &
-      "__tensor_rotation_", "__fast_exponential_", "__first_order_MOD_j"]
+    character(20), parameter :: of_rows(3) = [character(20) :: "__voce_MOD_", &
+      "__tensor_rotation_", "__fast_exponential_"]
     real(wp) :: least
     integer :: i
 

@@ -61,7 +61,14 @@ contains
     do l = 1, n
       t1 = strain(l, 1); t2 = strain(l, 2); t3 = strain(l, 3)
       t4 = 0.5_wp*strain(l, 4); t5 = 0.5_wp*strain(l, 5); t6 = 0.5_wp*strain(l, 6)
-      include 'spin_product.inc'
+      ! W D - D W: p1, -p2 and -p3 are half of its diagonal, p4 to p6 its shear.
+      w1 = spin(l, 1); w2 = spin(l, 2); w3 = spin(l, 3)
+      p1 = w1*t4 + w2*t5
+      p2 = w1*t4 - w3*t6
+      p3 = w2*t5 + w3*t6
+      p4 = w1*(t2 - t1) + w2*t6 + w3*t5
+      p5 = w2*(t3 - t1) + w1*t6 - w3*t4
+      p6 = w3*(t3 - t2) - w1*t5 - w2*t4
       strain(l, 1) = t1 + p1
       strain(l, 2) = t2 - p2
       strain(l, 3) = t3 - p3
