@@ -23,12 +23,9 @@ def parser():
             (draw_in, "draw-in", "how far the edge of the sheet has moved inwards"),
             (springback, "springback", "angles between straight stretches of the mid-section"),
             (material, "material", "tests of a material: stress-strain, r-values, yield locus"),
-            (compare, "compare", "a strip of the channel against reference data"),
-            (bench, "bench", "measurements of igaform_bench: roofline and scaling")):
+            (compare, "compare", "a strip of the channel against reference data")):
         command = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
-        command.add_argument("file", metavar="FILE",
-                             help="records of igaform_bench --json" if module is bench
-                             else "result file of igaform")
+        command.add_argument("file", metavar="FILE", help="result file of igaform")
         command.add_argument("-o", "--out", metavar="PNG",
                              help="the picture to write (default: FILE without its ending, "
                                   f"-{name}.png)")
@@ -42,6 +39,8 @@ def parser():
     command.set_defaults(run=verification.run, is_picture=False)
     for module, name, text in (
             (watch, "watch", "progress, energies and time step of a run while it goes on"),
+            (bench, "bench", "measurements of igaform_bench: share of the bound, targets, "
+                             "comparison of two runs, pictures"),
             (economy, "economy", "what ran, what slept and what that saved in five scenes"),
             (study, "study", "what accuracy costs: many runs of a deck compared"),
             (page, "study-page", "the manual's page on what accuracy costs")):
@@ -56,8 +55,7 @@ def main():
     if arguments.out is None and arguments.command == "verification":
         arguments.out = arguments.file
     elif arguments.out is None:
-        base = arguments.file.removesuffix(".h5").removesuffix(".json")
-        arguments.out = base + f"-{arguments.command}.png"
+        arguments.out = arguments.file.removesuffix(".h5") + f"-{arguments.command}.png"
     try:
         folder = arguments.out
         if arguments.command != "verification":

@@ -1,51 +1,72 @@
-"""Measurements of igaform_bench: roofline, and scaling with elements and contact points."""
-import json
-
+"""Measurements of igaform_bench: share of the machine's bound, targets, comparison of two runs;
+pictures of the roofline and of scaling with elements and contact points."""
 import numpy as np
 
+from post.bench_records import chosen, find, last_number, read, triads_of
+from post.bench_report import comparison_table, record_table
+from post.bench_targets import verdicts
 from post.results import ResultsError
-from post.style import plt, save, tool_colour, BLANK
+from post.style import check_format, plt, save, tool_colour, BLANK
 
 MARKS = {1: "o", 2: "s"}
 
 
 def add_arguments(command):
-    del command   # none beyond those of all commands
+    command.add_argument("file", metavar="NOW", help="records of igaform_bench --json")
+    command.add_argument("--compare", metavar="BEFORE",
+                         help="ratios to the records of an earlier run")
+    command.add_argument("--targets", action="store_true",
+                         help="what has a target, met or missed; ends with code 1 where one is "
+                              "missed or none is there")
+    command.add_argument("-o", "--out", metavar="PNG", default="",
+                         help="the picture to write (default: NOW without its ending, -bench.png; "
+                              "none with --compare or --targets)")
 
 
 def run(arguments):
-    save(draw(read(arguments.file)), arguments.out)
-    return 0
+    """Without --compare and --targets the table of all records, and their picture."""
+    if arguments.out:
+        check_format(arguments.out)
+    now = read(arguments.file)
+    code = 0
+    if arguments.compare is not None:
+        print(comparison_table(now, read(arguments.compare)))
+    if arguments.targets:
+        code = print_verdicts(arguments.file, now)
+    out = arguments.out
+    if arguments.compare is None and not arguments.targets:
+        print(record_table(now))
+        if not out and panels_of(now):
+            out = arguments.file.removesuffix(".json") + "-bench.png"
+    if out:
+        save(draw(now), out)
+    return code
 
 
-def read(path):
-    """The records of a file that igaform_bench has written."""
-    try:
-        with open(path, encoding="utf-8") as file:
-            records = json.load(file)
-    except OSError as fault:
-        raise ResultsError(f"cannot read '{path}': {fault.strerror}") from fault
-    except ValueError as fault:
-        raise ResultsError(f"'{path}' is not JSON: {fault}") from fault
-    keys = {"name", "threads", "ns", "flops", "bytes"}
-    if not isinstance(records, list) or not all(
-            isinstance(record, dict) and keys <= record.keys() for record in records):
-        raise ResultsError(f"'{path}' holds no records of igaform_bench")
-    if not chosen(records, "machine/"):
-        raise ResultsError(f"'{path}' holds no measurement of the machine")
-    return records
+def print_verdicts(path, records):
+    """Print what has a target; 1 if one is missed."""
+    found = verdicts(records)
+    if not found:
+        raise ResultsError(f"'{path}' holds no record that has a target")
+    print("\n".join(str(verdict) for verdict in found))
+    return 0 if all(verdict.is_met for verdict in found) else 1
 
 
-def draw(records):
-    """Roofline, elements, and contact; panels without records are left out."""
-    panels = [panel for panel, stems in (
+def panels_of(records):
+    """What draws the panels for which there are records."""
+    return [panel for panel, stems in (
         (draw_roofline, ("force/",)), (draw_elements, ("elements/",)),
         (draw_points, ("contact/points/",)),
         (draw_faces, ("contact/faces/", "contact/refined/")),
         (draw_searches, ("search/",)))
         if any(chosen(records, stem) for stem in stems)]
+
+
+def draw(records):
+    """Roofline, elements, and contact; panels without records are left out."""
+    panels = panels_of(records)
     if not panels:
-        raise ResultsError("the records are of the machine alone: nothing to draw")
+        raise ResultsError("nothing to draw: no record of forces, elements or contact")
     n_columns = len(panels) if len(panels) <= 3 else 2
     n_rows = -(-len(panels) // n_columns)
     figure, axes = plt.subplots(n_rows, n_columns, figsize=(5.4 * n_columns, 4 * n_rows),
@@ -59,11 +80,6 @@ def draw(records):
     return figure
 
 
-def chosen(records, stem, threads=None):
-    return [record for record in records if record["name"].startswith(stem)
-            and threads in (None, record["threads"])]
-
-
 def thread_counts(records, stem):
     return sorted({record["threads"] for record in chosen(records, stem)})
 
@@ -72,13 +88,13 @@ def draw_roofline(axis, records):
     """Operations a second against operations a byte, below what the machine can do."""
     for threads in thread_counts(records, "force/"):
         colour = (BLANK, tool_colour(0))[(threads - 1) % 2]
-        peak = 1 / chosen(records, "machine/multiply_add", threads)[0]["ns"]
-        triads = sorted(chosen(records, "machine/triad/", threads),
-                        key=lambda record: int(record["name"].rsplit("/", 1)[1]))
+        peak = 1 / find(records, "machine/multiply_add", threads)["ns"]
+        triads = triads_of(records, threads)
         x = np.geomspace(0.5, 50, 100)
         for triad, style in ((triads[1], "--"), (triads[-1], "-")):
             axis.loglog(x, np.minimum(x / triad["ns"], peak), style, color=colour, linewidth=1)
-        counted = [record for record in chosen(records, "force/", threads) if record["flops"]]
+        counted = [record for record in chosen(records, "force/", threads)
+                   if record["flops"] and record["bytes"]]
         axis.loglog([record["flops"] / record["bytes"] for record in counted],
                     [record["flops"] / record["ns"] for record in counted],
                     MARKS.get(threads, "^"), color=colour, markersize=4, label=label_of(threads))
@@ -126,7 +142,7 @@ def draw_kinds(axis, records, stem):
 def draw_series(axis, records, stem, style, prefix=""):
     """Time against the number at the end of the names, for each number of threads."""
     for threads in thread_counts(records, stem):
-        pairs = sorted((int(record["name"].rsplit("/", 1)[1]), record["ns"], record["spread"])
+        pairs = sorted((last_number(record), record["ns"], record["spread"])
                        for record in chosen(records, stem, threads))
         n, ns, spread = np.array(pairs).T
         colour = (BLANK, tool_colour(0))[(threads - 1) % 2]

@@ -20,8 +20,6 @@ module bench_record
     real(wp) :: bytes = -1.0_wp               !! moved a unit, by formula
     real(wp) :: working_set = -1.0_wp         !! touched over and over [byte]
     real(wp) :: memory_ratio = -1.0_wp        !! memory held over that of the state alone
-    real(wp) :: share_of_bound = -1.0_wp      !! least possible time over `ns`
-    real(wp) :: target = -1.0_wp              !! what it should need at most [ns]
   end type record_t
 
   !> A list that grows.
@@ -70,7 +68,7 @@ contains
       if (before%ns < record%ns) merged = before
       merged%median = (before%median*before%repetitions + record%median*record%repetitions)/n
       merged%repetitions = n
-      merged%spread = merged%median/merged%ns - 1.0_wp
+      merged%spread = max(0.0_wp, merged%median/merged%ns - 1.0_wp)
     end associate
     list%items(i) = merged
   end subroutine keep_least

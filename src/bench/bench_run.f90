@@ -1,4 +1,4 @@
-!> A run of the benchmark from the command line to the report.
+!> A run of the benchmark from the command line to the records.
 module bench_run
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use omp_lib, only: omp_get_max_threads, omp_set_dynamic
@@ -6,12 +6,11 @@ module bench_run
   use errors, only: error_t, fail
   use text, only: to_text
   use bench_case, only: case_slot_t
-  use bench_record, only: record_t, record_list_t, keep_least, find_record
+  use bench_record, only: record_t, record_list_t, keep_least
   use bench_options, only: options_t, is_chosen
-  use bench_report, only: heading, record_line, comparison_lines
-  use bench_targets, only: set_targets, target_lines
-  use json_records, only: check_writable, write_records, read_records
-  use machine_bound, only: machine_bound_t, measure_machine, share_of_bound
+  use bench_report, only: heading, record_line
+  use json_records, only: check_writable, write_records
+  use machine_bound, only: measure_machine
   use sampling, only: sampling_t, measure
   use catalogue, only: all_cases
   use channel_case, only: channel_case_t, add_parts
@@ -28,8 +27,7 @@ contains
   !> Measure what the options choose; the exit code tells how it went.
   integer function run_benchmark(options) result(code)
     type(options_t), intent(in) :: options
-    type(record_list_t) :: records, old
-    type(machine_bound_t), allocatable :: bounds(:)
+    type(record_list_t) :: records
     type(sampling_t) :: plan
     type(error_t), allocatable :: error
     integer :: i, n_threads
@@ -37,8 +35,6 @@ contains
     call omp_set_dynamic(.false.)
     code = done
     call check_choice(options, error)
-    if (.not. allocated(error) .and. options%compare /= "") &
-      call read_records(options%compare, old, error)
     if (.not. allocated(error) .and. options%json /= "") call check_writable(options%json, error)
     if (allocated(error)) then
       code = say(error, bad_command)
@@ -48,17 +44,13 @@ contains
     if (options%n_threads > 0) n_threads = options%n_threads
     if (options%is_quick) plan = sampling_t(seconds=0.1_wp, least=4)
     plan%n_rounds = options%n_rounds
-    allocate (bounds(n_threads))
     do i = 1, options%n_rounds
       if (options%n_rounds > 1) &
         print "(a)", "round "//to_text(i)//" of "//to_text(options%n_rounds)
-      call measure_all(options, plan, bounds, records, code)
+      call measure_all(options, plan, n_threads, records, code)
     end do
-    call set_targets(records)
-    print "(/, a)", target_lines(records)
     if (options%json /= "") call write_records(options%json, records, error)
     if (allocated(error)) code = say(error, bad_command)
-    if (options%compare /= "") print "(a)", comparison_lines(records, old)
   end function run_benchmark
 
   !> An error where the options choose no record but those of the machine.
@@ -79,38 +71,38 @@ contains
 
   !> One round: the machine, then all that is chosen. Rounds lie minutes apart, for the host of a
   !! virtual machine may be slow while one record is measured and fast for the next.
-  subroutine measure_all(options, plan, bounds, records, code)
+  subroutine measure_all(options, plan, n_threads, records, code)
     type(options_t), intent(in) :: options
     type(sampling_t), intent(in) :: plan
-    type(machine_bound_t), intent(inout) :: bounds(:)
+    integer, intent(in) :: n_threads
     type(record_list_t), intent(inout) :: records
     integer, intent(inout) :: code
     type(case_slot_t), allocatable :: cases(:)
     integer :: i
 
     print "(a)", heading()
-    do i = 1, size(bounds)
-      call measure_machine(i, merge(4, 15, options%is_quick), bounds(i), records)
+    do i = 1, n_threads
+      call measure_machine(i, merge(4, 15, options%is_quick), records)
     end do
     call print_records(records, "machine")
     call all_cases(options%is_quick, cases)
     do i = 1, size(cases)
       if (.not. is_chosen(options, cases(i)%item%name)) cycle
       if (options%is_quick .and. cases(i)%item%is_long) cycle
-      call measure_case(plan, bounds, cases(i), records, code)
+      call measure_case(plan, n_threads, cases(i), records, code)
     end do
   end subroutine measure_all
 
   !> One case on 1 to all threads; what it holds is freed in the end.
-  subroutine measure_case(plan, bounds, slot, records, code)
+  subroutine measure_case(plan, n_threads, slot, records, code)
     type(sampling_t), intent(in) :: plan
-    type(machine_bound_t), intent(in) :: bounds(:)
+    integer, intent(in) :: n_threads
     type(case_slot_t), intent(inout) :: slot
     type(record_list_t), intent(inout) :: records
     integer, intent(inout) :: code
     type(record_t) :: record
     type(error_t), allocatable :: error
-    integer :: threads, i
+    integer :: threads
 
     call slot%item%prepare(error)
     if (allocated(error)) then
@@ -118,7 +110,7 @@ contains
       deallocate (slot%item)
       return
     end if
-    do threads = 1, merge(1, size(bounds), slot%item%is_serial)
+    do threads = 1, merge(1, n_threads, slot%item%is_serial)
       call measure(plan, slot%item, threads, record, error)
       if (allocated(error)) then
         code = say(error, bad_result)
@@ -129,8 +121,6 @@ contains
       type is (channel_case_t)
         call add_parts(item, record, records)
       end select
-      i = find_record(records, slot%item%name, threads)
-      records%items(i)%share_of_bound = share_of_bound(bounds(threads), records%items(i))
       call print_records(records, slot%item%name, threads)
     end do
     deallocate (slot%item)

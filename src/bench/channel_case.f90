@@ -233,7 +233,8 @@ contains
     if (self%has_failed) call fail(error, self%name//": the run failed")
   end subroutine check
 
-  !> After whole runs: a record for each effect in the quickest of them. The case is done with.
+  !> After whole runs: a record for each effect that took time in the quickest of them. The case
+  !! is done with.
   subroutine add_parts(self, whole, records)
     class(channel_case_t), intent(inout) :: self
     type(record_t), intent(in) :: whole
@@ -243,6 +244,7 @@ contains
 
     if (allocated(self%seconds)) then
       do i = 1, size(self%seconds)
+        if (.not. self%seconds(i) > 0.0_wp) cycle
         record = whole
         record%name = whole%name//"/"//in_one_word(self%model%timer%watches(i)%name)
         record%ns = 1.0e9_wp*self%seconds(i)/self%n_units

@@ -11,7 +11,7 @@ module machine_bound
   implicit none
   private
 
-  public :: measure_machine, share_of_bound
+  public :: measure_machine
 
   integer, parameter :: n_sizes = 6
   !> Working sets of the triad [byte].
@@ -20,29 +20,20 @@ module machine_bound
   integer, parameter :: n_values = 4096     !! numbers worked on in one pass of the multiply-adds
   integer, parameter :: chain = 16          !! multiply-adds on each of them
 
-  !> Bounds of a number of threads, all threads together.
-  type, public :: machine_bound_t
-    real(wp) :: flops = 0.0_wp                   !! operations a second
-    real(wp) :: bandwidth(n_sizes) = 0.0_wp      !! bytes a second, by size
-  end type machine_bound_t
-
 contains
 
   !> Measure a number of threads; records `machine/multiply_add` (per operation) and
   !! `machine/triad/<kB>` (per byte) are added. Of several rounds the best counts.
-  subroutine measure_machine(threads, repetitions, bound, records)
+  subroutine measure_machine(threads, repetitions, records)
     integer, intent(in) :: threads, repetitions
-    type(machine_bound_t), intent(inout) :: bound
     type(record_list_t), intent(inout) :: records
     real(wp) :: seconds(repetitions), work
     integer :: i
 
     call time_multiply_adds(threads, seconds, work)
-    bound%flops = max(bound%flops, work/minval(seconds))
     call note("machine/multiply_add", threads, "operation", seconds, work, records)
     do i = 1, n_sizes
       call time_triad(threads, nint(sizes(i)/24.0_wp), seconds, work)
-      bound%bandwidth(i) = max(bound%bandwidth(i), work/minval(seconds))
       call note("machine/triad/"//to_text(nint(sizes(i)/1.0e3_wp)), threads, "byte", seconds, &
                 work, records)
     end do
@@ -61,27 +52,9 @@ contains
     record%repetitions = size(seconds)
     record%ns = 1.0e9_wp*minval(seconds)/work
     record%median = 1.0e9_wp*sum(seconds)/size(seconds)/work
-    record%spread = record%median/record%ns - 1.0_wp
+    record%spread = max(0.0_wp, record%median/record%ns - 1.0_wp)
     call keep_least(records, record)
   end subroutine note
-
-  !> Least possible time of a record over the time it took. The bandwidth is that of the
-  !! size which holds the record's working set. Without a count of the operations there is no bound.
-  pure real(wp) function share_of_bound(bound, record) result(share)
-    type(machine_bound_t), intent(in) :: bound
-    type(record_t), intent(in) :: record
-    real(wp) :: seconds
-    integer :: i
-
-    share = -1.0_wp
-    if (.not. record%flops > 0.0_wp) return
-    seconds = record%flops/bound%flops
-    do i = 1, n_sizes - 1
-      if (sizes(i) >= record%working_set) exit
-    end do
-    seconds = max(seconds, record%bytes/bound%bandwidth(i))
-    share = 1.0e9_wp*seconds/record%ns
-  end function share_of_bound
 
   !> Chains of multiply-adds on numbers in the first cache, each thread on its own.
   subroutine time_multiply_adds(threads, seconds, work)

@@ -1,4 +1,4 @@
-!> igaform_bench: what the solver's own routines cost, beside what the machine could do.
+!> igaform_bench: what the solver's own routines cost, and what the machine can do at most.
 program main
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
@@ -22,7 +22,7 @@ program main
   code = 0
   if (options%fault /= "") then
     write (error_unit, "(a)") "igaform_bench: "//options%fault
-    write (error_unit, "(a)") usage_text()
+    if (.not. options%is_judging) write (error_unit, "(a)") usage_text()
     code = 1
   else if (options%wants_help) then
     print "(a)", usage_text()
