@@ -14,7 +14,7 @@ module channel_case
   use frames, only: results_t, results_setup_t, open_results, write_frame, close_results
   use run_log, only: run_log_t, timings_t, open_log, close_log
   use snapshot, only: fill_frame
-  use internal_force, only: add_tiles
+  use solid_forces, only: add_tiles
   use solid_element, only: solid_element_t
   use central_difference, only: advance
   use run_data, only: run_t

@@ -5,12 +5,10 @@ module force_case
   use nurbs_solid, only: nurbs_solid_t
   use primitives, only: box_solid
   use block_law, only: block_law_t
-  use element, only: force_report_t
-  use ig_patch, only: ig_patch_t, tile_buffer_t
+  use element, only: part_t, force_report_t
+  use element_kinds, only: new_part, reduce_to_plane
+  use solid_element, only: solid_element_t
   use strain_projection, only: projection_spec_t, project_nothing
-  use patch_setup, only: new_patch, new_tile_buffers
-  use plane_setup, only: set_plane_strain
-  use internal_force, only: internal_forces
   use bench_case, only: bench_case_t
   use bench_laws, only: new_bench_law
   use force_cost, only: kernel_flops, law_flops, force_bytes
@@ -27,10 +25,8 @@ module force_case
     logical :: is_rational = .false., is_viscous = .true.
     logical :: is_strip = .false.              !! in plane strain: uniform and held along y
     type(projection_spec_t) :: projection
-    type(ig_patch_t) :: patch
-    type(tile_buffer_t), allocatable :: buffers(:)
+    class(solid_element_t), allocatable :: element
     class(block_law_t), allocatable :: law
-    real(wp), allocatable, dimension(:, :, :, :) :: x, v, force
     real(wp), allocatable, dimension(:, :, :, :, :) :: stress, state   !! before each repetition
     type(force_report_t) :: report
     integer :: n_calls = 1
@@ -51,6 +47,7 @@ contains
     class(force_case_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
     type(nurbs_solid_t) :: solid
+    type(part_t) :: part
     real(wp) :: viscosity(2)
 
     call new_bench_law(trim(self%law_name), self%law, error)
@@ -58,25 +55,26 @@ contains
     call bent_sheet(self, solid, error)
     if (allocated(error)) return
     viscosity = merge([0.06_wp, 1.2_wp], 0.0_wp, self%is_viscous)
-    call new_patch(self%patch, solid, self%points, self%parts, self%law, viscosity, error, &
-                   self%projection)
+    call new_part(part, self%name, solid, self%points, self%parts, self%law, viscosity, error, &
+                  self%projection)
     if (allocated(error)) return
-    if (self%is_strip) call set_plane_strain(self%patch, self%law, 2, solid%points)
-    if (self%is_strip .and. self%patch%plane%kernel == 0) then
+    if (self%is_strip) call reduce_to_plane(part, self%law, 2)
+    if (self%is_strip .and. index(part%element%kernel_name(), "plane_strain") == 0) then
       call fail(error, self%name//": no kernel of plane strain")
       return
     end if
-    self%buffers = new_tile_buffers(self%patch)
-    allocate (self%x, source=solid%points)
-    allocate (self%force, mold=self%x)
+    select type (element => part%element)
+    class is (solid_element_t)
+      allocate (self%element, source=element)
+    end select
     call set_velocities(self)
     call set_counts(self)
     self%n_calls = n_warm
     call self%run()
     self%n_calls = max(1, 4000/product(self%n_elements))
     self%n_units = real(self%n_calls, wp)*product(self%n_elements)
-    self%stress = self%patch%stress
-    self%state = self%patch%state
+    self%stress = self%element%patch%stress
+    self%state = self%element%patch%state
   end subroutine prepare
 
   !> Elements of 10 x 10 x 3 mm, a little bent so that no two are alike.
@@ -114,11 +112,12 @@ contains
     shape = merge(plane, whole, self%is_strip)
     rate = 1.0e-4_wp/dt
     if (self%law_name == "voce_elastic") rate = 1.0e-9_wp/dt
-    allocate (self%v, mold=self%x)
-    do c = 1, 3
-      self%v(:, :, :, c) = rate*(shape(c, 1)*self%x(:, :, :, 1) + shape(c, 2)*self%x(:, :, :, 2) &
-                                 + shape(c, 3)*self%x(:, :, :, 3))
-    end do
+    associate (x => self%element%motion%x, v => self%element%motion%v)
+      do c = 1, 3
+        v(:, :, :, c) = rate*(shape(c, 1)*x(:, :, :, 1) + shape(c, 2)*x(:, :, :, 2) &
+                              + shape(c, 3)*x(:, :, :, 3))
+      end do
+    end associate
   end subroutine set_velocities
 
   !> Operations and bytes an element, where those of the law are known.
@@ -127,11 +126,12 @@ contains
     integer :: q(3), n_elements
     real(wp) :: controls
 
-    q = self%patch%axes%n_points
+    q = self%element%rule%n
     n_elements = product(self%n_elements)
-    controls = real(size(self%x)/3, wp)/n_elements
+    controls = real(size(self%element%mass), wp)/n_elements
     self%n_points = product(q)
-    self%memory_ratio = memory_ratio(self%patch, self%buffers, size(self%x))
+    self%memory_ratio = memory_ratio(self%element%patch, self%element%buffers, &
+                                     size(self%element%motion%x))
     self%bytes = force_bytes(self%n_points, self%law%n_state, controls, self%is_rational)
     self%working_set = n_elements*(8.0_wp*self%n_points*(6 + self%law%n_state) + 72.0_wp*controls)
     if (self%is_rational) self%working_set = self%working_set + 40.0_wp*self%n_points*n_elements
@@ -147,8 +147,7 @@ contains
     integer :: i
 
     do i = 1, self%n_calls
-      call internal_forces(self%patch, self%buffers, self%law, dt, self%x, self%v, self%force, &
-                           self%report)
+      call self%element%forces(self%law, dt, self%report)
     end do
   end subroutine run
 
@@ -156,8 +155,8 @@ contains
   subroutine restore(self)
     class(force_case_t), intent(inout) :: self
 
-    self%patch%stress = self%stress
-    self%patch%state = self%state
+    self%element%patch%stress = self%stress
+    self%element%patch%state = self%state
   end subroutine restore
 
   !> Did every point flow, or none, as the name says?
@@ -173,8 +172,10 @@ contains
     end if
     e = self%law%eqps_state
     if (e == 0) return
-    least = minval(self%patch%state(:, :, e, :, :) - self%state(:, :, e, :, :))
-    most = maxval(self%patch%state(:, :, e, :, :) - self%state(:, :, e, :, :))
+    associate (growth => self%element%patch%state(:, :, e, :, :) - self%state(:, :, e, :, :))
+      least = minval(growth)
+      most = maxval(growth)
+    end associate
     if (self%law_name == "voce_elastic") then
       if (most > 0.0_wp) call fail(error, self%name//": some points flow")
     else if (.not. least > 0.0_wp) then

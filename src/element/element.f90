@@ -60,7 +60,7 @@ module element
     procedure(law_interface), deferred :: take_moduli
     procedure(factor_interface), deferred :: scale_mass
     procedure(damping_interface), deferred :: damping_ratio
-    procedure(step_interface), deferred :: stable_step_of_elements
+    procedure(single_interface), deferred :: single
     procedure(energy_interface), deferred :: elastic_energy
     procedure(jacobian_interface), deferred :: jacobian
     procedure(points_interface), deferred :: read_points
@@ -136,14 +136,14 @@ module element
       real(wp), intent(in) :: omega, omega_bulk   !! [1/time]
     end function damping_interface
 
-    !> Stable step from the largest frequency of single elements, and the geometric rate |J^-1|^2 of
-    !! the shape at the start.
-    subroutine step_interface(self, law, dt, rate)
-      import :: element_t, block_law_t, wp
+    !> One element as a part of its own, without stress and viscosity. A kind whose elements are
+    !! coupled gives what comes nearest.
+    subroutine single_interface(self, element, copy)
+      import :: element_t
       class(element_t), intent(in) :: self
-      class(block_law_t), intent(in) :: law
-      real(wp), intent(out) :: dt, rate           !! [time], [1/length^2]
-    end subroutine step_interface
+      integer, intent(in) :: element(3)
+      class(element_t), allocatable, intent(out) :: copy
+    end subroutine single_interface
 
     !> Elastic energy stored at the integration points: sum of s:C^-1:s/2 times their volume at the
     !! start.

@@ -5,8 +5,10 @@ module element_kinds
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t
   use element, only: part_t
-  use strain_projection, only: projection_spec_t
+  use strain_projection, only: projection_spec_t, project_nothing
   use solid_element, only: solid_element_t, new_solid_element
+  use projected_element, only: projected_element_t, new_projected_element
+  use strip_element, only: strip_element_t, strip_of
   implicit none
   private
 
@@ -14,7 +16,8 @@ module element_kinds
 
 contains
 
-  !> A part at rest and without stress, of the kind that the projection asks for.
+  !> A part at rest and without stress, of the kind that the projection asks for. Its inertia
+  !! follows when all parts are there.
   subroutine new_part(part, name, grid, n_points, n_parts, law, viscosity, error, projection)
     type(part_t), intent(out) :: part
     character(*), intent(in) :: name
@@ -25,10 +28,21 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(projection_spec_t), intent(in), optional :: projection   !! absent: none
     type(solid_element_t), allocatable :: solid
+    type(projected_element_t), allocatable :: projected
+    logical :: is_projected
 
-    allocate (solid)
-    call new_solid_element(solid, name, grid, n_points, n_parts, law, viscosity, error, projection)
-    call move_alloc(solid, part%element)
+    is_projected = .false.
+    if (present(projection)) is_projected = projection%kind /= project_nothing
+    if (is_projected) then
+      allocate (projected)
+      call new_projected_element(projected, name, grid, n_points, n_parts, law, viscosity, &
+                                 projection, error)
+      call move_alloc(projected, part%element)
+    else
+      allocate (solid)
+      call new_solid_element(solid, name, grid, n_points, n_parts, law, viscosity, error)
+      call move_alloc(solid, part%element)
+    end if
   end subroutine new_part
 
   !> Let a part, whose motion along a coordinate is held everywhere and whose sides are loaded
@@ -37,11 +51,13 @@ contains
     type(part_t), intent(inout) :: part
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: component                 !! that is held: 1 x, 2 y, 3 z
+    type(strip_element_t), allocatable :: strip
 
     select type (element => part%element)
-    class is (solid_element_t)
-      call element%reduce_to_plane(law, component)
+    type is (solid_element_t)
+      call strip_of(element, law, component, strip)
     end select
+    if (allocated(strip)) call move_alloc(strip, part%element)
   end subroutine reduce_to_plane
 
 end module element_kinds

@@ -8,11 +8,9 @@ module spurious_modes
   use primitives, only: box_solid
   use elastic, only: elastic_t, new_elastic
   use block_law, only: block_law_t
-  use element, only: force_report_t
-  use ig_patch, only: ig_patch_t, tile_buffer_t
+  use element, only: element_t, part_t, force_report_t
+  use element_kinds, only: new_part
   use strain_projection, only: projection_spec_t, project_nothing
-  use patch_setup, only: new_patch, new_tile_buffers
-  use internal_force, only: internal_forces
   use lapack, only: eigenvalues
   implicit none
   private
@@ -31,7 +29,7 @@ contains
     integer, intent(in), optional :: across             !! axis of plane strain, 0: none
     real(wp), parameter :: no_energy = 1.0e-9_wp        ! of the largest eigenvalue
     type(nurbs_solid_t) :: solid
-    type(ig_patch_t) :: patch
+    type(part_t) :: part
     type(elastic_t) :: law
     type(error_t), allocatable :: error
     real(wp), allocatable :: values(:), stiffness(:, :)
@@ -45,10 +43,9 @@ contains
                    [1.0_wp, 1.0_wp, 1.0_wp], [1, 2, 3], error)
     if (allocated(error)) return
     law = new_elastic(1.0_wp, 1.0_wp, 0.3_wp)
-    call new_patch(patch, solid, n_points, n_parts, law, [0.0_wp, 0.0_wp], error, &
-                   projection)
+    call new_part(part, "", solid, n_points, n_parts, law, [0.0_wp, 0.0_wp], error, projection)
     if (allocated(error)) return
-    stiffness = dense_stiffness(patch, law, solid%points)
+    stiffness = dense_stiffness(part%element, law)
     n_rigid = 6
     if (present(across)) then
       if (across > 0) then
@@ -116,33 +113,31 @@ contains
     end do
   end function serving_rule
 
-  !> Stiffness of a stress-free patch of few elements: the forces that a tiny motion of each
-  !! component raises, symmetric to their second order. State and stress are left alone.
-  function dense_stiffness(patch, law, x) result(stiffness)
-    type(ig_patch_t), intent(in) :: patch
+  !> Stiffness of a stress-free part of few elements: the forces that a tiny motion of each
+  !! component raises, symmetric to their second order.
+  function dense_stiffness(element, law) result(stiffness)
+    class(element_t), intent(in) :: element         !! without stress
     class(block_law_t), intent(in) :: law
-    real(wp), intent(in) :: x(:, :, :, :)           !! control points
     real(wp), allocatable :: stiffness(:, :)
-    type(ig_patch_t) :: trial
-    type(tile_buffer_t), allocatable :: buffers(:)
+    class(element_t), allocatable :: trial
     type(force_report_t) :: report
-    real(wp), dimension(size(x, 1), size(x, 2), size(x, 3), size(x, 4)) :: v, plus, minus
-    real(wp) :: unit(size(x)), tiny_motion
-    integer :: column
+    real(wp), allocatable :: unit(:), plus(:)
+    real(wp) :: tiny_motion
+    integer :: column, n
 
-    trial = patch
-    buffers = new_tile_buffers(patch)
-    tiny_motion = 1.0e-6_wp*patch%viscosity%shortest
-    allocate (stiffness(size(x), size(x)))
-    do column = 1, size(x)
+    allocate (trial, source=element)
+    tiny_motion = 1.0e-6_wp*element%shortest
+    n = size(element%motion%x)
+    allocate (stiffness(n, n), unit(n))
+    do column = 1, n
       unit = 0.0_wp
       unit(column) = tiny_motion
-      v = reshape(unit, shape(x))
-      trial%stress = 0.0_wp
-      call internal_forces(trial, buffers, law, 1.0_wp, x, v, plus, report)
-      trial%stress = 0.0_wp
-      call internal_forces(trial, buffers, law, 1.0_wp, x, -v, minus, report)
-      stiffness(:, column) = reshape(plus - minus, [size(x)])/(2.0_wp*tiny_motion)
+      trial%motion%v = reshape(unit, shape(element%motion%x))
+      call trial%trial_forces(law, 1.0_wp, report)
+      plus = reshape(trial%motion%internal_force, [n])
+      trial%motion%v = -trial%motion%v
+      call trial%trial_forces(law, 1.0_wp, report)
+      stiffness(:, column) = (plus - reshape(trial%motion%internal_force, [n]))/(2.0_wp*tiny_motion)
     end do
   end function dense_stiffness
 

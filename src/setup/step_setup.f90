@@ -4,6 +4,7 @@ module step_setup
   use column_scaling, only: difference_masses
   use seam_columns, only: column_mask_t
   use stable_step, only: largest_frequency, viscous_step
+  use element_step, only: stable_element_step
   use body_parts, only: field_t, set_inertia
   use blank, only: blank_t, mass_of, columns_of
   use boundary, only: boundary_t
@@ -50,7 +51,7 @@ contains
     dt = huge(1.0_wp)
     rate = 0.0_wp
     do p = 1, size(blank%parts)
-      call blank%parts(p)%element%stable_step_of_elements(blank%law, own_dt, own_rate)
+      call stable_element_step(blank%parts(p)%element, blank%law, own_dt, own_rate)
       dt = min(dt, own_dt)
       rate = max(rate, own_rate)
     end do

@@ -7,7 +7,7 @@ module projected_block
   use point_context, only: point_context_t
   use ig_patch, only: ig_patch_t
   use point_fields, only: point_fields_t
-  use strain_projection, only: project_sheet, project_along
+  use strain_projection, only: projection_t, project_sheet, project_along
   use projected_points, only: volume_strain, correct_volume, split_volume, join_volume, &
                               correct_sheet, split_sheet, join_sheet
   use projected_stress, only: stress_of_block, logarithmic_volumes, set_volumes, scale_volumes
@@ -26,8 +26,10 @@ module projected_block
 contains
 
   !> Stress update and forces of block `b` of the row (e2, e3): number `block` of the patch.
-  subroutine run_projected(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
+  subroutine run_projected(patch, projection, law, b, e2, e3, block, dt, u, context, fields, f, &
+                           sums, ok)
     type(ig_patch_t), intent(inout) :: patch
+    type(projection_t), intent(in) :: projection
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: b, e2, e3, block
     real(wp), intent(in) :: dt
@@ -38,15 +40,15 @@ contains
     real(wp), intent(out) :: sums(n_lanes, 4)           !! see block_forces
     logical, intent(out) :: ok
 
-    call run_strain(patch, b, e2, e3, block, 1, .true., u, fields, sums)
+    call run_strain(patch, projection, b, e2, e3, block, 1, .true., u, fields, sums)
     call start_strain(patch, 1, fields)
-    call project_strain(patch, fields)
-    call finish_strain(patch, 1, fields)
+    call project_strain(patch, projection, fields)
+    call finish_strain(patch, projection, 1, fields)
     call update_stress(patch, law, block, 1, dt, context, fields, sums, ok)
-    call start_stress(patch, 1, fields)
-    call project_stress(patch, fields)
-    call finish_stress(patch, 1, fields)
-    call run_nodal(patch, b, e2, e3, block, 1, u, fields, fields%plane, f)
+    call start_stress(patch, projection, 1, fields)
+    call project_stress(patch, projection, fields)
+    call finish_stress(patch, projection, 1, fields)
+    call run_nodal(patch, projection, b, e2, e3, block, 1, u, fields, fields%plane, f)
   end subroutine run_projected
 
   !> Fill what is to be projected of the strains of a slot.
@@ -65,33 +67,35 @@ contains
   end subroutine start_strain
 
   !> Project the strains of the one slot.
-  pure subroutine project_strain(patch, fields)
+  pure subroutine project_strain(patch, projection, fields)
     type(ig_patch_t), intent(in) :: patch
+    type(projection_t), intent(in) :: projection
     type(point_fields_t), intent(inout) :: fields
     integer :: q(3)
 
     q = patch%axes%n_points
-    call project_along(patch%projection, all_axes, .false., q, 1, fields%mean)
-    if (patch%projection%kind == project_sheet) then
+    call project_along(projection, all_axes, .false., q, 1, fields%mean)
+    if (projection%kind == project_sheet) then
       fields%along1 = fields%dstrain
       fields%along2 = fields%dstrain
-      call project_along(patch%projection, first_axis, .false., q, 6, fields%along1)
-      call project_along(patch%projection, second_axis, .false., q, 6, fields%along2)
+      call project_along(projection, first_axis, .false., q, 6, fields%along1)
+      call project_along(projection, second_axis, .false., q, 6, fields%along2)
     end if
     if (allocated(patch%reference)) &
-      call project_along(patch%projection, all_axes, .false., q, 2, fields%growth)
+      call project_along(projection, all_axes, .false., q, 2, fields%growth)
   end subroutine project_strain
 
   !> Put what has been projected into the strains of a slot.
-  pure subroutine finish_strain(patch, slot, fields)
+  pure subroutine finish_strain(patch, projection, slot, fields)
     type(ig_patch_t), intent(in) :: patch
+    type(projection_t), intent(in) :: projection
     integer, intent(in) :: slot
     type(point_fields_t), intent(inout) :: fields
     integer :: q3, rows
 
     q3 = patch%axes(3)%n_points
     rows = size(fields%mean, 2)
-    if (patch%projection%kind == project_sheet) then
+    if (projection%kind == project_sheet) then
       call correct_sheet(q3, rows, fields%tangents(:, :, :, slot), fields%mean(:, :, slot), &
                          fields%along1(:, :, :, slot), fields%along2(:, :, :, slot), &
                          fields%dstrain(:, :, :, slot))
@@ -132,15 +136,16 @@ contains
   end subroutine update_stress
 
   !> Split the stresses of a slot into what is to be projected and the rest.
-  pure subroutine start_stress(patch, slot, fields)
+  pure subroutine start_stress(patch, projection, slot, fields)
     type(ig_patch_t), intent(in) :: patch
+    type(projection_t), intent(in) :: projection
     integer, intent(in) :: slot
     type(point_fields_t), intent(inout) :: fields
     integer :: q3, rows
 
     q3 = patch%axes(3)%n_points
     rows = size(fields%mean, 2)
-    if (patch%projection%kind == project_sheet) then
+    if (projection%kind == project_sheet) then
       call split_sheet(q3, rows, fields%tangents(:, :, :, slot), &
                        fields%weighted(:, :, :, slot), fields%mean(:, :, slot), &
                        fields%along1(:, :, :, slot), fields%along2(:, :, :, slot), &
@@ -151,29 +156,31 @@ contains
   end subroutine start_stress
 
   !> Project the stresses of the one slot, transposed.
-  pure subroutine project_stress(patch, fields)
+  pure subroutine project_stress(patch, projection, fields)
     type(ig_patch_t), intent(in) :: patch
+    type(projection_t), intent(in) :: projection
     type(point_fields_t), intent(inout) :: fields
     integer :: q(3)
 
     q = patch%axes%n_points
-    call project_along(patch%projection, all_axes, .true., q, 1, fields%mean)
-    if (patch%projection%kind == project_sheet) then
-      call project_along(patch%projection, first_axis, .true., q, 6, fields%along1)
-      call project_along(patch%projection, second_axis, .true., q, 6, fields%along2)
+    call project_along(projection, all_axes, .true., q, 1, fields%mean)
+    if (projection%kind == project_sheet) then
+      call project_along(projection, first_axis, .true., q, 6, fields%along1)
+      call project_along(projection, second_axis, .true., q, 6, fields%along2)
     end if
   end subroutine project_stress
 
   !> Join the projected stresses of a slot; with the rest, but for that of sheets.
-  pure subroutine finish_stress(patch, slot, fields)
+  pure subroutine finish_stress(patch, projection, slot, fields)
     type(ig_patch_t), intent(in) :: patch
+    type(projection_t), intent(in) :: projection
     integer, intent(in) :: slot
     type(point_fields_t), intent(inout) :: fields
     integer :: q3, rows
 
     q3 = patch%axes(3)%n_points
     rows = size(fields%mean, 2)
-    if (patch%projection%kind == project_sheet) then
+    if (projection%kind == project_sheet) then
       call join_sheet(q3, rows, fields%mean(:, :, slot), fields%along1(:, :, :, slot), &
                       fields%along2(:, :, :, slot), fields%weighted(:, :, :, slot))
     else

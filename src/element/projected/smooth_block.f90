@@ -50,7 +50,7 @@ contains
 
     call spread_mean(patch, 1, b, e2, e3, fields, slot)
     do k = 2, size(fields%all, 4)
-      call spread_all(patch, 1, b, e2, e3, fields%tables, patch%projection%smooth%n_functions, &
+      call spread_all(patch, 1, b, e2, e3, fields%tables, shape(fields%all(:, :, :, 1)), &
                       fields%all(:, :, :, k), slot%growth(:, k - 1, :, 1))
     end do
   end subroutine spread_strain
@@ -71,7 +71,7 @@ contains
     type(smooth_fields_t), intent(in) :: fields
     type(point_fields_t), intent(inout) :: slot
 
-    call spread_all(patch, way, b, e2, e3, fields%tables, patch%projection%smooth%n_functions, &
+    call spread_all(patch, way, b, e2, e3, fields%tables, shape(fields%all(:, :, :, 1)), &
                     fields%all(:, :, :, 1), slot%mean)
   end subroutine spread_mean
 

@@ -5,7 +5,7 @@ module smooth_lines
   use basis_tables, only: n_lanes
   use ig_patch, only: ig_patch_t
   use smooth_fields, only: smooth_fields_t
-  use smooth_axis, only: solve_columns, solve_rows
+  use smooth_axis, only: smooth_axis_t, solve_columns, solve_rows
   implicit none
   private
 
@@ -14,20 +14,22 @@ module smooth_lines
 contains
 
   !> Coefficients of the first `n_means` fields that are projected.
-  subroutine solve_for_splines(patch, n_means, fields)
+  subroutine solve_for_splines(patch, smooth, n_means, fields)
     type(ig_patch_t), intent(in) :: patch
+    type(smooth_axis_t), intent(in) :: smooth(3)
     integer, intent(in) :: n_means
     type(smooth_fields_t), intent(inout) :: fields
     integer :: k
 
     do k = 1, n_means
-      call solve_all(patch, fields%loads(:, :, :, :, k, :), fields%all(:, :, :, k))
+      call solve_all(patch, smooth, fields%loads(:, :, :, :, k, :), fields%all(:, :, :, k))
     end do
   end subroutine solve_for_splines
 
   !> Along all axes.
-  pure subroutine solve_all(patch, loads, coefficients)
+  pure subroutine solve_all(patch, smooth, loads, coefficients)
     type(ig_patch_t), intent(in) :: patch
+    type(smooth_axis_t), intent(in) :: smooth(3)
     real(wp), intent(in) :: loads(:, :, :, :, :)        !! (8, p3, p2, p1, n_blocks)
     real(wp), intent(inout) :: coefficients(:, :, :)
     integer :: b, e2, e3, j, k, a, block
@@ -50,7 +52,7 @@ contains
         end do
       end do
     end do
-    associate (n => shape(coefficients), smooth => patch%projection%smooth)
+    associate (n => shape(coefficients))
       call solve_rows(smooth(1), n(2)*n(3), coefficients)
       do k = 1, n(3)
         call solve_columns(smooth(2), n(1), coefficients(:, :, k))

@@ -2,8 +2,6 @@
 module ig_patch
   use kinds, only: wp
   use basis_tables, only: axis_table_t, lane_table_t
-  use strain_projection, only: projection_t
-  use smooth_fields, only: smooth_fields_t
   implicit none
   private
 
@@ -36,24 +34,11 @@ module ig_patch
     real(wp), allocatable :: force(:, :, :, :)
   end type tile_buffer_t
 
-  !> What a patch in plane strain has beside: one element wide along axis 2, linear across with one
-  !! point there, and held so that its two sides move alike.
-  type, public :: plane_strain_t
-    integer :: kernel = 0           !! instance, see plane_dispatch; 0: the patch is none of these
-    !> Components of the plane, that across, and the place of the plane's shear in a tensor.
-    integer :: places(4) = 0
-    real(wp) :: across = 0.0_wp     !! d/dxi_2 of the coordinate across [length]
-    real(wp) :: half = 0.0_wp       !! the same with the sign that makes determinants positive
-    !> Forces of each tile on the upper side, all components, rows along axis 2 being that one.
-    type(tile_buffer_t), allocatable :: sides(:)
-  end type plane_strain_t
-
   !> Tables and state of a patch. Blocks are numbered along axis 1 first, then axis 2, axis 3.
   type, public :: ig_patch_t
     integer :: n_control(3) = 0
     integer :: n_blocks = 0
     integer :: kernel = 0                          !! instance, see kernel_dispatch
-    type(plane_strain_t) :: plane
     type(axis_table_t) :: axes(3)
     type(lane_table_t) :: lanes
     logical :: is_rational = .false.
@@ -85,8 +70,6 @@ module ig_patch
     integer :: n_before = 0                        !! elements of the patches before, in numbers
     type(viscosity_t) :: viscosity
     type(tile_t), allocatable :: tiles(:)
-    type(smooth_fields_t), allocatable :: fields   !! of smooth projections alone
-    type(projection_t) :: projection               !! against locking; of kind nothing: plain
   end type ig_patch_t
 
 contains

@@ -8,9 +8,7 @@ module patch_setup
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes, new_axis_table, new_lane_table
   use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, viscosity_t, element_of_lane
-  use smooth_fields, only: new_smooth_fields
   use point_volumes, only: new_inverse_jacobians, new_element_sizes
-  use strain_projection, only: projection_spec_t, new_projection
   use kernel_dispatch, only: kernel_of
   use lapack, only: eigenvalues
   implicit none
@@ -21,14 +19,13 @@ module patch_setup
 contains
 
   !> Tables, tiles and a stress-free state. Viscosity is set when either factor is positive.
-  subroutine new_patch(patch, solid, n_points, n_parts, law, viscosity, error, projection)
+  subroutine new_patch(patch, solid, n_points, n_parts, law, viscosity, error)
     type(ig_patch_t), intent(out) :: patch
     type(nurbs_solid_t), intent(in) :: solid
     integer, intent(in) :: n_points(3), n_parts(3)   !! Gauss points a part, parts an element
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: viscosity(2)             !! linear and quadratic factor
     type(error_t), allocatable, intent(out) :: error
-    type(projection_spec_t), intent(in), optional :: projection   !! absent: none
     type(gauss_rule_t) :: rule
     integer :: axis, q(3)
 
@@ -37,10 +34,6 @@ contains
       patch%axes(axis) = new_axis_table(solid%axes(axis), rule%points, rule%weights)
     end do
     patch%lanes = new_lane_table(patch%axes(1))
-    if (present(projection)) then
-      call new_projection(patch%projection, projection, solid%axes, patch%axes, error)
-      if (allocated(error)) return
-    end if
     patch%n_control = solid%axes%n_basis
     patch%n_blocks = patch%lanes%n_blocks*patch%axes(2)%n_elements*patch%axes(3)%n_elements
     patch%is_rational = any(abs(solid%weights/solid%weights(1, 1, 1) - 1.0_wp) > 1.0e-14_wp)
@@ -67,9 +60,6 @@ contains
     call set_wave_speed(patch, law)
     ! A law that must run on one thread gets the elements in their order: one tile for all.
     patch%tiles = new_tiles(patch, merge(1, 16, law%is_serial))
-    if (patch%projection%is_smooth) &
-      patch%fields = new_smooth_fields(patch%projection, patch%axes, patch%lanes, &
-                                       law%needs_context)
   end subroutine new_patch
 
   !> Speed of pressure waves for the viscosity, from the moduli of the law.
@@ -89,8 +79,6 @@ contains
     integer :: axis, low(3), high(3), q(3)
 
     single%is_rational = patch%is_rational
-    ! A smooth projection has no single elements; plain strains take their place.
-    if (.not. patch%projection%is_smooth) single%projection = patch%projection
     single%axes = patch%axes
     do axis = 1, 3
       low(axis) = patch%axes(axis)%first(element(axis))

@@ -1,32 +1,27 @@
-!> Solid elements: a patch worked by the block kernels, with or without a projection against locking
-!! and in plane strain.
+!> Solid elements: a patch worked by the block kernels.
 module solid_element
   use kinds, only: wp
   use errors, only: error_t
-  use text, only: string_t, to_text, append_text
+  use text, only: string_t
   use state_store, only: state_store_t, carry, carry_field
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use element, only: element_t, force_report_t, carry_motion, describe_grid
-  use ig_patch, only: ig_patch_t, tile_buffer_t, plane_strain_t, element_of_lane, lane_of_element
-  use strain_projection, only: projection_spec_t, project_nothing, projection_name
-  use patch_setup, only: new_patch, new_tile_buffers, set_wave_speed
+  use ig_patch, only: ig_patch_t, tile_buffer_t, element_of_lane, lane_of_element
+  use patch_setup, only: new_patch, new_tile_buffers, set_wave_speed, element_patch
   use point_volumes, only: new_point_volumes, jacobian_at
-  use internal_force, only: internal_forces
-  use element_step, only: stable_element_step
+  use solid_forces, only: internal_forces
   use stored_energy, only: energy_of_points
   use given_fields, only: new_given_fields, spread_to_points
   use shape_check, only: check_shape
   use lumped_mass, only: new_lumped_mass
   use kernel_dispatch, only: solid_kernel_name => kernel_name
-  use plane_dispatch, only: plane_kernel_name
-  use plane_setup, only: set_plane_strain
   implicit none
   private
 
-  public :: new_solid_element
+  public :: new_solid_element, cut_out
 
   !> A solid patch.
   type, extends(element_t), public :: solid_element_t
@@ -40,7 +35,8 @@ module solid_element
     procedure :: take_moduli
     procedure :: scale_mass
     procedure :: damping_ratio
-    procedure :: stable_step_of_elements
+    procedure :: single
+    procedure :: drop_state
     procedure :: elastic_energy
     procedure :: jacobian
     procedure :: read_points
@@ -55,27 +51,24 @@ module solid_element
     procedure :: carry => carry_solid
     procedure :: describe
     procedure :: kernel_name
-    procedure :: reduce_to_plane
   end type solid_element_t
 
 contains
 
   !> A patch at rest and without stress; its inertia follows when all parts are there.
-  subroutine new_solid_element(element, name, grid, n_points, n_parts, law, viscosity, error, &
-                               projection)
-    type(solid_element_t), intent(out) :: element
+  subroutine new_solid_element(element, name, grid, n_points, n_parts, law, viscosity, error)
+    class(solid_element_t), intent(inout) :: element
     character(*), intent(in) :: name
     type(nurbs_solid_t), intent(in) :: grid
     integer, intent(in) :: n_points(3), n_parts(3)      !! quadrature, see `new_patch`
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: viscosity(2)                !! linear and quadratic factor
     type(error_t), allocatable, intent(out) :: error
-    type(projection_spec_t), intent(in), optional :: projection   !! absent: none
     integer :: axis
 
     call check_shape(grid, name, error)
     if (allocated(error)) return
-    call new_patch(element%patch, grid, n_points, n_parts, law, viscosity, error, projection)
+    call new_patch(element%patch, grid, n_points, n_parts, law, viscosity, error)
     if (allocated(error)) return
     element%name = name
     element%grid = grid
@@ -121,14 +114,14 @@ contains
     integer :: increment
 
     stress = self%patch%stress
-    state = self%patch%state
-    push = self%patch%push
+    if (law%n_state > 0) state = self%patch%state
+    if (self%patch%viscosity%is_active) push = self%patch%push
     time = self%patch%time
     increment = self%patch%increment
     call self%forces(law, dt, report)
     call move_alloc(stress, self%patch%stress)
-    call move_alloc(state, self%patch%state)
-    call move_alloc(push, self%patch%push)
+    if (allocated(state)) call move_alloc(state, self%patch%state)
+    if (allocated(push)) call move_alloc(push, self%patch%push)
     self%patch%time = time
     self%patch%increment = increment
   end subroutine trial_forces
@@ -139,18 +132,24 @@ contains
     type(solid_element_t), allocatable :: trial
 
     allocate (trial, source=self)
-    trial%has_viscosity = .false.
-    associate (patch => trial%patch)
+    call trial%drop_state()
+    call move_alloc(trial, copy)
+  end subroutine elastic_copy
+
+  !> No stress and no viscosity, and one empty state variable.
+  subroutine drop_state(self)
+    class(solid_element_t), intent(inout) :: self
+
+    self%has_viscosity = .false.
+    associate (patch => self%patch)
       patch%viscosity%is_active = .false.
-      patch%plane = plane_strain_t()
       deallocate (patch%state)
       allocate (patch%state(n_lanes, patch%axes(3)%n_points, 1, &
                             patch%axes(1)%n_points*patch%axes(2)%n_points, patch%n_blocks), &
                 source=0.0_wp)
       patch%stress = 0.0_wp
     end associate
-    call move_alloc(trial, copy)
-  end subroutine elastic_copy
+  end subroutine drop_state
 
   subroutine take_moduli(self, law)
     class(solid_element_t), intent(inout) :: self
@@ -178,13 +177,35 @@ contains
     damping_ratio = self%patch%viscosity%damping_ratio(law%bulk, omega, omega_bulk)
   end function damping_ratio
 
-  subroutine stable_step_of_elements(self, law, dt, rate)
+  subroutine single(self, element, copy)
     class(solid_element_t), intent(in) :: self
-    class(block_law_t), intent(in) :: law
-    real(wp), intent(out) :: dt, rate
+    integer, intent(in) :: element(3)
+    class(element_t), allocatable, intent(out) :: copy
+    type(solid_element_t), allocatable :: one
 
-    call stable_element_step(self%patch, law, self%grid, dt, rate)
-  end subroutine stable_step_of_elements
+    allocate (one)
+    call cut_out(self, element, one)
+    call move_alloc(one, copy)
+  end subroutine single
+
+  !> Make `one` of an element of a solid: its patch, shape and rule, without stress and viscosity.
+  subroutine cut_out(solid, element, one)
+    class(solid_element_t), intent(in) :: solid
+    integer, intent(in) :: element(3)
+    class(solid_element_t), intent(inout) :: one
+    integer :: low(3), high(3), axis
+
+    one%patch = element_patch(solid%patch, solid%grid, element)
+    one%buffers = new_tile_buffers(one%patch)
+    one%rule = solid%rule
+    one%n_elements = 1
+    one%shortest = solid%shortest
+    low = [(solid%patch%axes(axis)%first(element(axis)), axis=1, 3)]
+    high = low + solid%patch%axes%degree
+    one%motion%x = solid%grid%points(low(1):high(1), low(2):high(2), low(3):high(3), :)
+    one%motion%v = 0.0_wp*one%motion%x
+    one%motion%internal_force = one%motion%v
+  end subroutine cut_out
 
   subroutine elastic_energy(self, law, energy)
     class(solid_element_t), intent(inout) :: self
@@ -366,37 +387,13 @@ contains
     type(string_t), allocatable, intent(inout) :: lines(:)
 
     call describe_grid(self, lines)
-    associate (projection => self%patch%projection)
-      if (projection%is_smooth) then
-        call append_text(lines, "projection       "//projection_name(projection%kind)//", smooth")
-      else if (projection%kind /= project_nothing) then
-        call append_text(lines, "projection       "//projection_name(projection%kind)//" with "// &
-                                to_text(projection%n_samples(1))//" x "// &
-                                to_text(projection%n_samples(2))//" x "// &
-                                to_text(projection%n_samples(3))//" samples")
-      end if
-    end associate
   end subroutine describe
 
   pure function kernel_name(self) result(name)
     class(solid_element_t), intent(in) :: self
     character(:), allocatable :: name
 
-    if (self%patch%plane%kernel > 0) then
-      name = plane_kernel_name(self%patch%plane%kernel)
-    else
-      name = solid_kernel_name(self%patch%kernel)
-    end if
+    name = solid_kernel_name(self%patch%kernel)
   end function kernel_name
-
-  !> Let the patch, whose motion along a coordinate is held everywhere, work in the plane where that
-  !! is possible.
-  subroutine reduce_to_plane(self, law, component)
-    class(solid_element_t), intent(inout) :: self
-    class(block_law_t), intent(in) :: law
-    integer, intent(in) :: component         !! that is held: 1 x, 2 y, 3 z
-
-    call set_plane_strain(self%patch, law, component, self%motion%x)
-  end subroutine reduce_to_plane
 
 end module solid_element

@@ -8,34 +8,11 @@ module tile_forces
   use ig_patch, only: ig_patch_t, tile_t
   use block_exchange, only: gather_block, weigh_block, add_block
   use kernel_dispatch, only: run_kernel, takes_fields
-  use strain_projection, only: project_nothing
-  use point_fields, only: point_fields_t, new_point_fields
-  use projected_block, only: run_projected
   implicit none
   private
 
-  public :: forces_of_tile, work_tile, gather_motion, gather_positions, add_forces, place_context
-  public :: new_patch_context
-  public :: clear_rows, add_report, block_kernel
-
-  abstract interface
-    !> Stress update and forces of block `b` of the row (e2, e3): number `block` of the patch.
-    subroutine block_kernel(patch, law, b, e2, e3, block, dt, x, v, u, context, fields, f, &
-                            sums, ok)
-      import :: ig_patch_t, block_law_t, wp, point_context_t, point_fields_t, n_lanes
-      type(ig_patch_t), intent(inout) :: patch
-      class(block_law_t), intent(in) :: law
-      integer, intent(in) :: b, e2, e3, block
-      real(wp), intent(in) :: dt
-      real(wp), intent(in) :: x(*), v(*)                 !! fields of the patch, see takes_fields
-      real(wp), intent(in) :: u(*)                       !! from gather_motion
-      type(point_context_t), intent(inout) :: context    !! where the law asks for it
-      type(point_fields_t), intent(inout) :: fields      !! of a block, where strains are projected
-      real(wp), intent(inout) :: f(*)                    !! internal forces of the block
-      real(wp), intent(out) :: sums(n_lanes, 4)          !! see block_forces
-      logical, intent(out) :: ok
-    end subroutine block_kernel
-  end interface
+  public :: forces_of_tile, gather_motion, gather_positions, add_forces, place_context
+  public :: new_patch_context, clear_rows, add_report
 
 contains
 
@@ -49,68 +26,27 @@ contains
     real(wp), intent(inout), contiguous :: force(:, :, :, :)   !! of the patch: rows of the tile
     real(wp), intent(inout), contiguous :: border(:, :, :, :)  !! its other rows, see tile_buffer_t
     type(force_report_t), intent(out) :: report
-
-    call work_tile(patch, law, tile, dt, x, v, run_block, force, border, report)
-  end subroutine forces_of_tile
-
-  !> The blocks of one tile by a kernel: gather, work, add back; arguments as of `forces_of_tile`.
-  subroutine work_tile(patch, law, tile, dt, x, v, kernel, force, border, report)
-    type(ig_patch_t), intent(inout) :: patch
-    class(block_law_t), intent(in) :: law
-    type(tile_t), intent(in) :: tile
-    real(wp), intent(in) :: dt
-    real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)
-    procedure(block_kernel) :: kernel
-    real(wp), intent(inout), contiguous :: force(:, :, :, :)   !! of the patch: rows of the tile
-    real(wp), intent(inout), contiguous :: border(:, :, :, :)  !! its other rows, see tile_buffer_t
-    type(force_report_t), intent(out) :: report
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6), f(size(u, 1), 3)
-    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational))
+    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
     type(point_context_t) :: context
-    real(wp) :: sums(n_lanes, 4)
     integer :: e2, e3, b, block
-    type(point_fields_t) :: fields
-    logical :: ok, is_plain
+    logical :: ok
 
-    is_plain = patch%projection%kind == project_nothing
     if (allocated(patch%reference)) context = new_patch_context(patch)
-    if (.not. is_plain) &
-      fields = new_point_fields(patch%axes%n_points, 1, patch%projection, &
-                                allocated(patch%reference))
     call clear_rows(tile, force, border)
     do e3 = 1, patch%axes(3)%n_elements
       do e2 = tile%row_first, tile%row_last
         do b = tile%block_first, tile%block_last
           block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
-          if (.not. (is_plain .and. takes_fields(patch, b))) &
-            call gather_motion(patch, b, e2, e3, dt, x, v, u, w)
+          if (.not. takes_fields(patch, b)) call gather_motion(patch, b, e2, e3, dt, x, v, u, w)
           if (allocated(patch%reference)) call place_context(patch, b, e2, e3, block, context)
-          call kernel(patch, law, b, e2, e3, block, dt, x, v, u, context, fields, f, sums, ok)
+          call run_kernel(patch, law, b, e2, e3, block, dt, x, v, u, context, f, sums, ok)
           call add_forces(patch, tile, b, e2, e3, w, f, force, border)
           call add_report(report, sums, ok, block)
         end do
       end do
     end do
-  end subroutine work_tile
-
-  !> The kernels of the solver; projected ones take all from `u`, others have no fields.
-  subroutine run_block(patch, law, b, e2, e3, block, dt, x, v, u, context, fields, f, sums, ok)
-    type(ig_patch_t), intent(inout) :: patch
-    class(block_law_t), intent(in) :: law
-    integer, intent(in) :: b, e2, e3, block
-    real(wp), intent(in) :: dt, x(*), v(*), u(*)
-    type(point_context_t), intent(inout) :: context
-    type(point_fields_t), intent(inout) :: fields
-    real(wp), intent(inout) :: f(*)
-    real(wp), intent(out) :: sums(n_lanes, 4)
-    logical, intent(out) :: ok
-
-    if (patch%projection%kind == project_nothing) then
-      call run_kernel(patch, law, b, e2, e3, block, dt, x, v, u, context, f, sums, ok)
-    else
-      call run_projected(patch, law, b, e2, e3, block, dt, u, context, fields, f, sums, ok)
-    end if
-  end subroutine run_block
+  end subroutine forces_of_tile
 
   !> No forces yet on the rows of a tile and in its buffer.
   pure subroutine clear_rows(tile, force, border)

@@ -6,18 +6,27 @@ module element_cases
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
   use block_law, only: block_law_t
   use elastic, only: elastic_t, new_elastic
-  use element, only: force_report_t
+  use gauss_rule, only: gauss_rule_t
+  use element, only: element_t, part_t, force_report_t
   use ig_patch, only: ig_patch_t, tile_buffer_t
   use strain_projection, only: projection_spec_t
   use patch_setup, only: new_patch, new_tile_buffers
-  use element, only: part_t
   use solid_element, only: solid_element_t
-  use internal_force, only: internal_forces
+  use solid_forces, only: internal_forces
+  use element_kinds, only: new_part
+  use projected_element, only: projected_element_t, new_projected_element
+  use spurious_modes, only: dense_stiffness
   implicit none
   private
 
   public :: axis_with, box, bent, weighted, quarter_ring, patch_of, viscous_patch_of, body_of
-  public :: evaluate, projected_patch_of, steel, scatter, affine_field
+  public :: evaluate, element_with, part_with, projected_of, patch_stiffness
+  public :: steel, scatter, affine_field
+
+  !> Internal forces of a patch with buffers of its own, or of an element.
+  interface evaluate
+    procedure :: evaluate_patch, evaluate_element
+  end interface evaluate
 
 contains
 
@@ -144,18 +153,65 @@ contains
     if (allocated(error)) error stop "the patch of the test is wrong"
   end function viscous_patch_of
 
-  !> Patch of a solid with projected strains and bulk viscosity.
-  function projected_patch_of(solid, n_points, law, viscosity, projection) result(patch)
+  !> Element of a solid with projected strains and bulk viscosity.
+  function projected_of(solid, n_points, law, viscosity, projection) result(element)
     type(nurbs_solid_t), intent(in) :: solid
     integer, intent(in) :: n_points(3)
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: viscosity(2)
     type(projection_spec_t), intent(in) :: projection
-    type(ig_patch_t) :: patch
+    type(projected_element_t) :: element
     type(error_t), allocatable :: error
-    call new_patch(patch, solid, n_points, [1, 1, 1], law, viscosity, error, projection)
-    if (allocated(error)) error stop "the projected patch of the test is wrong"
-  end function projected_patch_of
+    call new_projected_element(element, "", solid, n_points, [1, 1, 1], law, viscosity, &
+                               projection, error)
+    if (allocated(error)) error stop "the projected element of the test is wrong"
+  end function projected_of
+
+  !> A part of the kind that the projection asks for.
+  function part_with(solid, n_points, law, viscosity, projection) result(part)
+    type(nurbs_solid_t), intent(in) :: solid
+    integer, intent(in) :: n_points(3)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: viscosity(2)
+    type(projection_spec_t), intent(in) :: projection
+    type(part_t) :: part
+    type(error_t), allocatable :: error
+    call new_part(part, "", solid, n_points, [1, 1, 1], law, viscosity, error, projection)
+    if (allocated(error)) error stop "the part of the test is wrong"
+  end function part_with
+
+  !> The solid element of a patch with this grid.
+  function element_with(patch, grid) result(element)
+    type(ig_patch_t), intent(in) :: patch
+    type(nurbs_solid_t), intent(in) :: grid
+    type(solid_element_t) :: element
+    integer :: axis
+    element%patch = patch
+    element%buffers = new_tile_buffers(patch)
+    element%grid = grid
+    element%n_elements = patch%axes%n_elements
+    do axis = 1, 3
+      associate (table => patch%axes(axis))
+        element%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, table%weights)
+      end associate
+    end do
+    element%shortest = patch%viscosity%shortest
+    element%has_viscosity = patch%viscosity%is_active
+    element%motion%x = grid%points
+    element%motion%v = 0.0_wp*grid%points
+    element%motion%internal_force = element%motion%v
+  end function element_with
+
+  !> Stiffness of a patch without stress whose control points are these.
+  function patch_stiffness(patch, law, x) result(stiffness)
+    type(ig_patch_t), intent(in) :: patch
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: x(:, :, :, :)
+    real(wp), allocatable :: stiffness(:, :)
+    type(nurbs_solid_t) :: grid
+    grid%points = x
+    stiffness = dense_stiffness(element_with(patch, grid), law)
+  end function patch_stiffness
 
   !> A body of one patch with these control points and masses.
   function body_of(patch, x, mass, factor) result(bodies)
@@ -178,8 +234,7 @@ contains
     call move_alloc(solid, bodies(1)%element)
   end function body_of
 
-  !> Internal forces with buffers of its own.
-  subroutine evaluate(patch, law, dt, x, v, force, report)
+  subroutine evaluate_patch(patch, law, dt, x, v, force, report)
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
@@ -188,7 +243,19 @@ contains
     type(tile_buffer_t), allocatable :: buffers(:)
     buffers = new_tile_buffers(patch)
     call internal_forces(patch, buffers, law, dt, x, v, force, report)
-  end subroutine evaluate
+  end subroutine evaluate_patch
+
+  subroutine evaluate_element(element, law, dt, x, v, force, report)
+    class(element_t), intent(inout) :: element
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
+    real(wp), intent(out) :: force(:, :, :, :)
+    type(force_report_t), intent(out) :: report
+    element%motion%x = x
+    element%motion%v = v
+    call element%forces(law, dt, report)
+    force = element%motion%internal_force
+  end subroutine evaluate_element
 
   !> Numbers in (-1, 1) without a pattern, the same in every run.
   pure function scatter(n, seed) result(numbers)

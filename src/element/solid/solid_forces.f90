@@ -1,16 +1,14 @@
-!> Internal forces of a patch: tiles in parallel, then added up in fixed order.
-module internal_force
+!> Internal forces of a patch of plain solids: tiles in parallel, then added up in fixed order.
+module solid_forces
   use kinds, only: wp
   use block_law, only: block_law_t
-  use element, only: force_report_t
+  use element, only: force_report_t, merge_reports
   use ig_patch, only: ig_patch_t, tile_buffer_t
   use tile_forces, only: forces_of_tile
-  use plane_forces, only: forces_in_plane
-  use smooth_forces, only: smooth_tile_forces
   implicit none
   private
 
-  public :: internal_forces, add_tiles
+  public :: internal_forces, add_tiles, finish_evaluation
 
 contains
 
@@ -29,32 +27,15 @@ contains
     type(force_report_t) :: reports(size(buffers))
     integer :: t
 
-    if (patch%plane%kernel > 0) then
-      call forces_in_plane(patch, law, dt, x, v, force, reports)
-    else
-      if (patch%projection%is_smooth) &
-        call smooth_tile_forces(patch, buffers, law, dt, x, v, force, reports)
-      !$omp parallel default(shared) private(t) if (.not. law%is_serial)
-      if (.not. patch%projection%is_smooth) then
-        !$omp do schedule(static)
-        do t = 1, size(buffers)
-          call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, force, buffers(t)%force, &
-                              reports(t))
-        end do
-        !$omp end do
-      end if
-      call add_tiles(patch, buffers, force)
-      !$omp end parallel
-    end if
-    patch%time = patch%time + dt
-    patch%increment = patch%increment + 1
+    !$omp parallel default(shared) private(t) if (.not. law%is_serial)
+    !$omp do schedule(static)
     do t = 1, size(buffers)
-      report%internal_work = report%internal_work + reports(t)%internal_work
-      report%viscous_work = report%viscous_work + reports(t)%viscous_work
-      report%largest_rate = max(report%largest_rate, reports(t)%largest_rate)
-      report%smallest_det = min(report%smallest_det, reports(t)%smallest_det)
-      report%failed_block = min(report%failed_block, reports(t)%failed_block)
+      call forces_of_tile(patch, law, patch%tiles(t), dt, x, v, force, buffers(t)%force, reports(t))
     end do
+    !$omp end do
+    call add_tiles(patch, buffers, force)
+    !$omp end parallel
+    call finish_evaluation(patch, dt, reports, report)
   end subroutine internal_forces
 
   !> Add the tile buffers to what the tiles have put on their own rows, in the order of the tiles:
@@ -85,4 +66,20 @@ contains
     !$omp end do nowait
   end subroutine add_tiles
 
-end module internal_force
+  !> The evaluation is one increment more; its report is that of all tiles, in their order.
+  pure subroutine finish_evaluation(patch, dt, reports, report)
+    type(ig_patch_t), intent(inout) :: patch
+    real(wp), intent(in) :: dt
+    type(force_report_t), intent(in) :: reports(:)     !! of the tiles
+    type(force_report_t), intent(out) :: report
+    integer :: t
+
+    patch%time = patch%time + dt
+    patch%increment = patch%increment + 1
+    do t = 1, size(reports)
+      call merge_reports(report, reports(t))
+      report%failed_block = min(report%failed_block, reports(t)%failed_block)
+    end do
+  end subroutine finish_evaluation
+
+end module solid_forces

@@ -1,0 +1,106 @@
+!> Solids whose strains are projected against locking, on each element or onto the smooth splines of
+!! the patch.
+module projected_element
+  use kinds, only: wp
+  use errors, only: error_t
+  use text, only: string_t, to_text, append_text
+  use nurbs_solid, only: nurbs_solid_t
+  use block_law, only: block_law_t
+  use element, only: element_t, force_report_t
+  use solid_element, only: solid_element_t, new_solid_element, cut_out
+  use strain_projection, only: projection_t, projection_spec_t, new_projection, projection_name
+  use smooth_fields, only: smooth_fields_t, new_smooth_fields
+  use projected_forces, only: forces_of_projection
+  implicit none
+  private
+
+  public :: new_projected_element
+
+  !> A solid with a projection.
+  type, extends(solid_element_t), public :: projected_element_t
+    type(projection_t) :: projection
+    type(smooth_fields_t), allocatable :: smooth   !! only where the projection is smooth
+  contains
+    procedure :: forces
+    procedure :: elastic_copy
+    procedure :: single
+    procedure :: describe
+  end type projected_element_t
+
+contains
+
+  !> A patch at rest and without stress; its inertia follows when all parts are there.
+  subroutine new_projected_element(element, name, grid, n_points, n_parts, law, viscosity, spec, &
+                                   error)
+    type(projected_element_t), intent(inout) :: element
+    character(*), intent(in) :: name
+    type(nurbs_solid_t), intent(in) :: grid
+    integer, intent(in) :: n_points(3), n_parts(3)      !! quadrature, see `new_patch`
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: viscosity(2)                !! linear and quadratic factor
+    type(projection_spec_t), intent(in) :: spec
+    type(error_t), allocatable, intent(out) :: error
+
+    call new_solid_element(element, name, grid, n_points, n_parts, law, viscosity, error)
+    if (allocated(error)) return
+    call new_projection(element%projection, spec, grid%axes, element%patch%axes, error)
+    if (allocated(error) .or. .not. element%projection%is_smooth) return
+    allocate (element%smooth, source=new_smooth_fields(element%projection, element%patch%axes, &
+                                                       element%patch%lanes, law%needs_context))
+  end subroutine new_projected_element
+
+  subroutine forces(self, law, dt, report)
+    class(projected_element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt
+    type(force_report_t), intent(out) :: report
+
+    self%patch%n_before = self%n_before
+    call forces_of_projection(self%patch, self%projection, self%smooth, self%buffers, law, dt, &
+                              self%motion%x, self%motion%v, self%motion%internal_force, report)
+  end subroutine forces
+
+  subroutine elastic_copy(self, copy)
+    class(projected_element_t), intent(in) :: self
+    class(element_t), allocatable, intent(out) :: copy
+    type(projected_element_t), allocatable :: trial
+
+    allocate (trial, source=self)
+    call trial%drop_state()
+    call move_alloc(trial, copy)
+  end subroutine elastic_copy
+
+  !> With plain strains where the projection couples elements.
+  subroutine single(self, element, copy)
+    class(projected_element_t), intent(in) :: self
+    integer, intent(in) :: element(3)
+    class(element_t), allocatable, intent(out) :: copy
+    type(projected_element_t), allocatable :: one
+
+    if (self%projection%is_smooth) then
+      call self%solid_element_t%single(element, copy)
+      return
+    end if
+    allocate (one)
+    call cut_out(self, element, one)
+    one%projection = self%projection
+    call move_alloc(one, copy)
+  end subroutine single
+
+  subroutine describe(self, lines)
+    class(projected_element_t), intent(in) :: self
+    type(string_t), allocatable, intent(inout) :: lines(:)
+    character(:), allocatable :: words
+
+    call self%solid_element_t%describe(lines)
+    associate (projection => self%projection)
+      words = ", smooth"
+      if (.not. projection%is_smooth) &
+        words = " with "//to_text(projection%n_samples(1))//" x "// &
+                to_text(projection%n_samples(2))//" x "// &
+                to_text(projection%n_samples(3))//" samples"
+      call append_text(lines, "projection       "//projection_name(projection%kind)//words)
+    end associate
+  end subroutine describe
+
+end module projected_element
