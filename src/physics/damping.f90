@@ -23,9 +23,15 @@ module damping
     procedure :: apply
     procedure :: carry => carry_damping
     procedure :: tally => tally_damping
+    procedure, nopass :: rank => rank_of_damping
   end type damping_t
 
 contains
+
+  !> Before the supports, which have the last word on the velocities.
+  pure integer function rank_of_damping() result(rank)
+    rank = -1
+  end function rank_of_damping
 
   !> Damp with the constant alpha.
   subroutine apply(self, bodies, instant)

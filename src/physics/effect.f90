@@ -9,7 +9,7 @@ module effect
   implicit none
   private
 
-  public :: apply_effects, carry_effects
+  public :: apply_effects, carry_effects, sort_effects
 
   !> Where the step stands.
   type, public :: instant_t
@@ -44,6 +44,7 @@ module effect
     procedure :: start => start_effect
     procedure :: stop => stop_effect
     procedure :: tally => tally_effect
+    procedure, nopass :: rank => rank_of_effect    !! effects of a stage act in rising order
   end type effect_t
 
   !> An effect in a list of mixed kinds.
@@ -88,6 +89,23 @@ contains
     end do
   end subroutine apply_effects
 
+  !> Bring the effects of a stage into the order in which they act; of equal rank they keep theirs.
+  !! They are moved, not copied: effects may hold much.
+  subroutine sort_effects(effects)
+    type(effect_slot_t), intent(inout) :: effects(:)
+    type(effect_slot_t) :: slot
+    integer :: i, k
+
+    do i = 2, size(effects)
+      call move_alloc(effects(i)%item, slot%item)
+      do k = i, 2, -1
+        if (effects(k - 1)%item%rank() <= slot%item%rank()) exit
+        call move_alloc(effects(k - 1)%item, effects(k)%item)
+      end do
+      call move_alloc(slot%item, effects(k)%item)
+    end do
+  end subroutine sort_effects
+
   !> State of a list of effects, each in a folder of its own.
   subroutine carry_effects(effects, folder, store)
     type(effect_slot_t), intent(inout) :: effects(:)
@@ -120,6 +138,11 @@ contains
     type(assembly_t), intent(in) :: bodies
     real(wp), intent(in) :: dt             !! the time step to come
   end subroutine stop_effect
+
+  !> Between those that come first and those that come last.
+  pure integer function rank_of_effect() result(rank)
+    rank = 0
+  end function rank_of_effect
 
   !> Add what this effect holds to the balances of the run.
   subroutine tally_effect(self, tally)

@@ -5,9 +5,7 @@ module step_change
   use timer, only: timer_t, add_watch
   use assembly, only: assembly_t
   use rigid_motion, only: start_motion
-  use damping, only: damping_t
-  use thickness_scaling, only: thickness_scaling_t
-  use effect, only: effect_slot_t
+  use effect, only: effect_slot_t, sort_effects
   use model, only: model_t
   implicit none
   private
@@ -46,11 +44,11 @@ contains
     end do
     call change_effects(model%i_step, model%step_starts, dt, model%bodies, model%timer, &
                         model%forces, model%later_forces, model%retired)
-    call put_scaling_last(model%forces)
+    call sort_effects(model%forces)
     if (size(model%forces) == 0) call clear_forces(model)
     call change_effects(model%i_step, model%step_starts, dt, model%bodies, model%timer, &
                         model%supports, model%later_supports, model%retired)
-    call put_damping_first(model%supports)
+    call sort_effects(model%supports)
     do i = 1, size(model%later_motions)
       associate (motion => model%later_motions(i))
         if (motion%step /= model%i_step) cycle
@@ -97,44 +95,6 @@ contains
     call move_slots(active, is_over, retired)
     call move_slots(later, is_new, active)
   end subroutine change_effects
-
-  !> The scaling through the thickness weighs the sum of all other forces.
-  subroutine put_scaling_last(forces)
-    type(effect_slot_t), allocatable, intent(inout) :: forces(:)
-    type(effect_slot_t), allocatable :: last(:)
-    logical :: is_scaling(size(forces))
-    integer :: i
-
-    is_scaling = .false.
-    do i = 1, size(forces)
-      select type (item => forces(i)%item)
-      class is (thickness_scaling_t)
-        is_scaling(i) = .true.
-      end select
-    end do
-    allocate (last(0))
-    call move_slots(forces, is_scaling, last)
-    call move_slots(last, spread(.true., 1, size(last)), forces)
-  end subroutine put_scaling_last
-
-  !> Supports have the last word on the velocities.
-  subroutine put_damping_first(supports)
-    type(effect_slot_t), allocatable, intent(inout) :: supports(:)
-    type(effect_slot_t), allocatable :: rest(:)
-    logical :: is_damping(size(supports))
-    integer :: i
-
-    is_damping = .false.
-    do i = 1, size(supports)
-      select type (item => supports(i)%item)
-      class is (damping_t)
-        is_damping(i) = .true.
-      end select
-    end do
-    allocate (rest(0))
-    call move_slots(supports, .not. is_damping, rest)
-    call move_slots(rest, spread(.true., 1, size(rest)), supports)
-  end subroutine put_damping_first
 
   !> Move the chosen slots, in their order, to the end of another list. Moved, not copied: effects
   !! may hold much, and gfortran 12 does not free what array constructors copy of them.

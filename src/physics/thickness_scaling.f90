@@ -28,9 +28,15 @@ module thickness_scaling
   contains
     procedure :: apply
     procedure :: carry => carry_thickness_scaling
+    procedure, nopass :: rank => rank_of_scaling
   end type thickness_scaling_t
 
 contains
+
+  !> Last of all forces, for it weighs their sum.
+  pure integer function rank_of_scaling() result(rank)
+    rank = 1
+  end function rank_of_scaling
 
   !> Forces -m (1 - 1/factor) times the difference of the acceleration, along the columns.
   subroutine apply(self, bodies, instant)

@@ -11,7 +11,7 @@ module step_setup
   use damping, only: damping_t, start_damping
   use relaxation, only: relaxation_t
   use thickness_scaling, only: thickness_scaling_t, held_column_t
-  use effect, only: effect_slot_t
+  use effect, only: effect_slot_t, sort_effects
   use scene, only: step_spec_t
   use model, only: model_t
   implicit none
@@ -197,7 +197,7 @@ contains
     end do
   end function are_same_columns
 
-  !> Put damping and relaxation before the supports. A damping that several steps share is one.
+  !> Add damping and relaxation. A damping that several steps share is one.
   subroutine add_damping(settled_from, model)
     real(wp), intent(in) :: settled_from(:)  !! time of each step from which curves are constant
     type(model_t), intent(inout) :: model
@@ -224,9 +224,10 @@ contains
       slot%item%given_step = s
       slot%item%last_step = last
       if (s == 1) then
-        model%supports = [slot, model%supports]
+        model%supports = [model%supports, slot]
+        call sort_effects(model%supports)
       else
-        model%later_supports = [slot, model%later_supports]
+        model%later_supports = [model%later_supports, slot]
       end if
     end do
   end subroutine add_damping
