@@ -28,7 +28,7 @@ class Program:
             raise ResultsError(f"there is no program '{path}': build igaform, or say where it is "
                                "with --igaform")
         self.version = subprocess.run([path, "--version"], capture_output=True, text=True,
-                                      check=False).stdout.strip()
+                                      check=False).stdout.partition("\n")[0]
         with open(path, "rb") as file:
             self.digest = hashlib.file_digest(file, "sha256").hexdigest()
 

@@ -2,10 +2,12 @@
 module command_line
   use kinds, only: wp
   use text, only: string_t, strings, nearest_name, read_integer, read_real
+  use provenance, only: compiler_name
+  use build_info, only: version, git_commit, source_digest
   implicit none
   private
 
-  public :: command_t, read_command_line, parse_arguments, usage_text
+  public :: command_t, read_command_line, parse_arguments, usage_text, version_text
 
   !> What the user asked for.
   type :: command_t
@@ -117,10 +119,21 @@ contains
            //"  --quiet            errors and warnings only"//feed &
            //"  --keywords         print the reference of all keywords"//feed &
            //"  --rules            print where quadrature rules leave modes without energy"//feed &
-           //"  --version, --help"//feed &
+           //"  --version          print version, commit, sources and compiler"//feed &
+           //"  --help, -h         print this text"//feed &
            //"exit codes: 0 done, 1 the input is at fault, 2 the run failed,"//feed &
            //"            3 interrupted, 4 the files could not be written"
   end function usage_text
+
+  !> The text of --version: program and commit, digest of the sources, compiler, one a line.
+  function version_text() result(text)
+    character(:), allocatable :: text
+    character(1), parameter :: feed = new_line("a")
+
+    text = "igaform "//version//" ("//git_commit//")"//feed &
+           //"sources    "//source_digest//feed &
+           //"compiler   "//compiler_name()
+  end function version_text
 
   !> Argument number i; takes its value too where it has one.
   subroutine take_argument(arguments, command, i)

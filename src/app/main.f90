@@ -3,8 +3,7 @@ program main
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use interrupt, only: hold_saves, watch_saves
   use thread_waiting, only: shorten_waiting
-  use command_line, only: command_t, read_command_line, usage_text
-  use build_info, only: version, git_commit
+  use command_line, only: command_t, read_command_line, usage_text, version_text
   use keyword_manual, only: keyword_manual_text
   use rule_manual, only: rule_manual_text
   use batch, only: run_batch
@@ -31,7 +30,7 @@ program main
   else if (command%wants_help) then
     print "(a)", usage_text()
   else if (command%wants_version) then
-    print "(a)", "igaform "//version//" ("//git_commit//")"
+    print "(a)", version_text()
   else if (command%wants_keywords) then
     write (output_unit, "(a)", advance="no") keyword_manual_text()
   else if (command%wants_rules) then

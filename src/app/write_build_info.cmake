@@ -2,6 +2,9 @@
 # a file that would not change is left alone. Takes SOURCE, TEMPLATE and OUTPUT.
 execute_process(COMMAND git rev-parse --short HEAD WORKING_DIRECTORY ${SOURCE}
                 OUTPUT_VARIABLE GIT_COMMIT OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+if(GIT_COMMIT STREQUAL "")
+  set(GIT_COMMIT "commit unknown")      # the sources of an archive
+endif()
 file(GLOB_RECURSE files RELATIVE ${SOURCE} ${SOURCE}/src/*.f90 ${SOURCE}/src/*.F90
      ${SOURCE}/src/*.inc ${SOURCE}/src/*.in ${SOURCE}/src/CMakeLists.txt)
 list(FILTER files EXCLUDE REGEX "^src/bench/")
