@@ -29,11 +29,10 @@ contains
 
     select case (name)
     case ("umat_voce")
-      call new_user("UMAT", project_folder//"/input/umat_voce.f", law, error)
+      call new_user("UMAT", project_folder()//"/input/umat_voce.f", law, error)
       return
     case ("vumat_voce")
-      call new_user("VUMAT", project_folder//"/tests/verification/user_material/files/"// &
-                    "vumat_old.f", law, error)
+      call new_user("VUMAT", project_folder()//"/input/vumat_voce.f", law, error)
       return
     case ("elastic", "neo_hooke")
       spec%law = "ELASTIC"

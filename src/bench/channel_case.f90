@@ -60,7 +60,7 @@ contains
     type(fault_list_t) :: faults
 
     call make_folder(scratch_folder)
-    call read_deck(project_folder//"/input/channel_forming.key", &
+    call read_deck(project_folder()//"/input/channel_forming.key", &
                    strings([character(16) :: self%closing, "frames=1", "history=20"]), &
                    self%scene, faults)
     if (n_errors(faults) > 0) then

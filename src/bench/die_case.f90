@@ -42,7 +42,7 @@ contains
     type(fault_list_t) :: faults
     integer :: i, j, n
 
-    call read_deck(project_folder//"/input/channel_forming.key", no_overrides, scene, faults)
+    call read_deck(project_folder()//"/input/channel_forming.key", no_overrides, scene, faults)
     if (n_errors(faults) > 0) then
       call fail(error, self%name//": input/channel_forming.key cannot be read")
       return

@@ -7,6 +7,7 @@ import subprocess
 import h5py
 
 FILES = pathlib.Path(__file__).resolve().parent / "files"
+INPUT = pathlib.Path(__file__).resolve().parents[3] / "input"
 
 BODY = """*BLANK, NAME=strip, MATERIAL=steel, TYPE=BOX, RULE=FULL
 x, 0, 10, 2, 3

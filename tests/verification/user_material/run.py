@@ -19,7 +19,7 @@ import numpy as np
 import foreign
 import keeping
 import overruns
-from common import BODY, Bench, FILES, STEEL, TURNING, VOCE, deck, same, user
+from common import BODY, Bench, FILES, INPUT, STEEL, TURNING, VOCE, deck, same, user
 
 
 def styles_agree_with_built_in_laws(bench):
@@ -45,7 +45,7 @@ def messages_go_to_units_6_and_7(bench):
 def vumats_of_both_signatures(bench):
     plastic = bench.values(deck(f"*ELASTIC\n{STEEL}\n*PLASTIC\n250, 250, 6"))
     names = "\n1, PEEQ"
-    same(bench.values(deck(user(VOCE, 1, ", TYPE=VUMAT", names)), FILES / "vumat_old.f"), plastic,
+    same(bench.values(deck(user(VOCE, 1, ", TYPE=VUMAT", names)), INPUT / "vumat_voce.f"), plastic,
          1e-4)   # Green-Naghdi against Jaumann: waves turn the strip a little
     with h5py.File(bench.folder / "a.h5") as file:
         assert np.array_equal(file["points/statev"][..., 0], file["points/eqps"][...])

@@ -1,4 +1,7 @@
-C     Von Mises plasticity with Voce hardening as a VUMAT, old signature.
+C     Von Mises plasticity with Voce hardening, an example of a user
+C     material as a VUMAT, with the arguments of older releases. The
+C     constants are those of umat_voce.f; STATEV 1 is the equivalent
+C     plastic strain.
       subroutine vumat(
 C Read only -
      1  nblock, ndir, nshr, nstatev, nfieldv, nprops, lanneal,
