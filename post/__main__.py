@@ -1,4 +1,4 @@
-"""Command line of the package: `python -m post COMMAND FILE [options]`."""
+"""Command line of the package: `python -m post` or `igaform-post`, COMMAND FILE [options]."""
 import argparse
 import os
 import sys
@@ -12,7 +12,9 @@ from post.style import check_format
 
 
 def parser():
-    top = argparse.ArgumentParser(prog="python -m post", description=__doc__)
+    is_installed = os.path.basename(sys.argv[0]).startswith("igaform-post")
+    top = argparse.ArgumentParser(prog="igaform-post" if is_installed else "python -m post",
+                                  description="Pictures and tables from igaform's result files.")
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for module, name, text in (
             (picture, "picture", "the formed sheet in 3-D with the plastic strain and the tools"),

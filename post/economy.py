@@ -24,7 +24,7 @@ def add_arguments(command):
     command.add_argument("-o", "--out", default="economy.md", metavar="FILE",
                          help="file of the table (default: economy.md)")
     command.add_argument("--igaform", default=PROGRAM, metavar="PROGRAM",
-                         help="the program (default: build/native/bin/igaform)")
+                         help="the program (default: build/native/bin/igaform, else that of PATH)")
     command.add_argument("--quick", action="store_true", help="a fifth of the way of the channels")
 
 

@@ -1,5 +1,6 @@
 """`python -m post study STUDY.toml`: carry the runs of a study out and draw what they cost."""
 import os
+import shutil
 import signal
 
 from post.results import ResultsError
@@ -11,7 +12,8 @@ from post.study.spec import read_study
 from post.style import save
 
 PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-PROGRAM = os.path.join(PROJECT, "build", "native", "bin", "igaform")
+BUILT = os.path.join(PROJECT, "build", "native", "bin", "igaform")
+PROGRAM = BUILT if os.path.exists(BUILT) else shutil.which("igaform") or BUILT
 
 
 def add_arguments(command):
@@ -20,7 +22,7 @@ def add_arguments(command):
     command.add_argument("--jobs", type=int, default=max(1, os.cpu_count() or 1), metavar="N",
                          help="runs side by side (default: the cores of the machine)")
     command.add_argument("--igaform", default=PROGRAM, metavar="PROGRAM",
-                         help="the program (default: build/native/bin/igaform)")
+                         help="the program (default: build/native/bin/igaform, else that of PATH)")
     command.add_argument("--work", metavar="DIR",
                          help="folder of results, tables, picture (default: "
                               "STUDY without .toml, here)")
