@@ -1,5 +1,5 @@
 """`pip install ./post` without a network: the command that it makes, and the version, which
-pyproject.toml must share with the program.
+pyproject.toml and CITATION.cff must share with the program.
 
 usage: package.py PROJECT VERSION
 """
@@ -35,6 +35,8 @@ def main(project, version):
             path.name for path in (folder / "site/post").rglob("*.py")}
         assert left_out == {"wheel_backend.py"}, left_out
     assert run(project, sys.executable, "-m", "post", "--help").startswith("usage: python -m post")
+    citation = (project / "docs/CITATION.cff").read_text()
+    assert f"\nversion: {version}\n" in citation, "docs/CITATION.cff tells another version"
 
 
 if __name__ == "__main__":
