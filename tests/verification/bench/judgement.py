@@ -95,6 +95,7 @@ class Reading(Files):
                 ({"threads": True}, "has no number of threads"),
                 ({"ns": None}, "has no time 'ns' above 0"), ({"ns": 0}, "has no time 'ns' above 0"),
                 ({"ns": "2"}, "has no time 'ns' above 0"),
+                ({"ns": True}, "has no time 'ns' above 0"),
                 ({"ns": float("nan")}, "has no time 'ns' above 0"),
                 ({"ns": 10**400}, "has no time 'ns' above 0"),
                 ({"spread": -1}, "has no 'spread' of at least 0"),
@@ -106,8 +107,9 @@ class Reading(Files):
     def test_each_number_of_threads_needs_its_machine(self):
         self.assertIn("holds no measurement of the machine with 2 threads",
                       self.fault_of([*machine((1,)), record("update", 2, 3.0)]))
-        self.assertIn("holds no measurement of the machine with 1 threads",
-                      self.fault_of([record("machine/multiply_add", 1, 1.0)]))
+        for some in (machine((1,))[:1], machine((1,))[1:]):
+            self.assertIn("holds no measurement of the machine with 1 threads",
+                          self.fault_of(some))
 
     def test_unknown_keys_are_passed_over_and_missing_ones_not_known(self):
         found = find(self.records(record("a", 1, 2.0, new=[])), "a", 1)
@@ -131,6 +133,7 @@ class Bound(Files):
     def test_the_bandwidth_is_that_of_the_working_set(self):
         self.assertAlmostEqual(self.share(flops=1, bytes=10, working_set=2e5), 0.1)
         self.assertAlmostEqual(self.share(flops=1, bytes=10, working_set=2.001e5), 0.2)
+        self.assertAlmostEqual(self.share(flops=1, bytes=10, working_set=5e7), 0.5)
         self.assertAlmostEqual(self.share(flops=1, bytes=10, working_set=1e12), 0.6)
 
     def test_table(self):
@@ -153,6 +156,13 @@ class Targets(Files):
                          [("force/p2/2x2x3/voce/plain/default, 1 threads, ns", 218.75),
                           ("force/p2/2x2x3/voce/rational/default, 2 threads, ns", 184.0)])
         self.assertTrue(all(verdict.is_met for verdict in found))
+
+    def test_times_of_all_rules(self):
+        names = [f"force/p2/{rule}/voce/plain/default" for rule in ("3x3x3", "2x2x3", "2x2x2")]
+        found = verdicts(self.records(*(record(name, threads, 100.0) for threads in (1, 2)
+                                        for name in names)))
+        self.assertEqual([verdict.limit for verdict in found if verdict.what.endswith("ns")],
+                         [412.5, 218.75, 187.5, 212.5, 115.0, 97.5])
 
     def test_weights_are_judged_by_ratios(self):
         found = self.lines(record("force/p2/2x2x3/voce/plain/default", 1, 240.0),
@@ -204,9 +214,11 @@ class Targets(Files):
                           "missed force/p5/5x5x5/voce/plain/default,"])
 
     def test_two_threads_are_held_to_their_share(self):
-        for two, word in ((110.0, "met"), (112.0, "missed")):
-            line, = self.lines(record("elements/8000", 1, 200.0), record("elements/8000", 2, two))
-            self.assertEqual(line.split()[:2], [word, "elements/8000,"])
+        for name, two, word in (("elements/8000", 111.0, "met"), ("elements/8000", 112.0, "missed"),
+                                ("force/p2/2x2x3/voce/plain/default", 105.0, "met"),
+                                ("force/p2/2x2x3/voce/plain/default", 106.0, "missed")):
+            *_, line = self.lines(record(name, 1, 200.0), record(name, 2, two))
+            self.assertEqual(line.split()[:3], [word, f"{name},", "efficiency"])
 
     def test_cost_may_grow_as_the_logarithm(self):
         found = self.lines(record("search/faces/100", 1, 200.0),
@@ -251,6 +263,7 @@ class Command(Files):
                 ((path, "--targets"), "holds no record that has a target"),
                 ((path, "--compare", self.path("none.json")), "cannot read"),
                 ((path, "--compare", __file__), "is not JSON"),
+                ((path, "--out", self.path("a.xyz")), "is no picture format"),
                 ((path, "--out", self.path("a.png")), "nothing to draw")):
             result = self.post(*arguments)
             self.assertEqual(result.returncode, 1)
