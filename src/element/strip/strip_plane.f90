@@ -5,8 +5,8 @@ module strip_plane
   implicit none
   private
 
-  !> What a patch in plane strain has besides its tables. It is one element wide along axis 2, linear
-  !! across with one integration point there, and held so that its two sides move alike.
+  !> What a patch in plane strain has besides its tables. It is one element wide along axis 2,
+  !! linear across with one integration point there, and held so that its two sides move alike.
   type, public :: plane_strain_t
     integer :: kernel = 0           !! instance, see plane_dispatch
     !> Components of the plane, that across, and the place of the plane's shear in a tensor.
