@@ -3,8 +3,8 @@ import argparse
 import os
 import sys
 
-from post import (bench, compare, draw_in, economy, fld, force, history, material, picture, profile,
-                  springback, verification, watch)
+from post import (bench, compare, draw_in, economy, fld, force, history, iges, material, picture,
+                  profile, springback, verification, watch)
 from post.results import ResultsError
 from post.study import command as study
 from post.study import page
@@ -43,10 +43,11 @@ def parser():
             (watch, "watch", "progress, energies and time step of a run while it goes on"),
             (bench, "bench", "measurements of igaform_bench: share of the bound, targets, "
                              "comparison of two runs, pictures"),
+            (iges, "iges", "IGES file of a tool or the blank of a result or deck"),
             (economy, "economy", "what ran, what slept and what that saved in five scenes"),
             (study, "study", "what accuracy costs: many runs of a deck compared"),
             (page, "study-page", "the manual's page on what accuracy costs")):
-        command = commands.add_parser(name, help=text, description=text.capitalize() + ".")
+        command = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
         module.add_arguments(command)
         command.set_defaults(run=module.run, is_picture=False)
     return top
@@ -63,7 +64,7 @@ def main():
         if arguments.command != "verification":
             folder = os.path.dirname(arguments.out) or "."
         if not os.path.isdir(folder):
-            raise ResultsError(f"there is no folder '{folder}' for the picture")
+            raise ResultsError(f"there is no folder '{folder}' to write to")
         if arguments.is_picture:
             check_format(arguments.out)
         return arguments.run(arguments)

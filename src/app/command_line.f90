@@ -26,8 +26,7 @@ module command_line
     integer :: n_jobs = 1                  !! of --jobs: runs side by side
     integer :: only = 0                    !! of --only: the number of a run; 0: all
     logical :: is_summary = .false.        !! the table of the batch alone
-    logical :: is_iges = .false.           !! a part of `deck`, a result or deck, as an IGES file
-    character(:), allocatable :: part, face, length_unit   !! of --part, --face, --length; or empty
+    logical :: is_iges = .false.           !! now of `post`: other arguments are not read
     logical :: is_check = .false., is_quiet = .false.
     logical :: is_probe = .false.          !! with `is_check`: a quick run with fewer elements
     logical :: is_awake = .false.          !! nothing sleeps, for measuring what sleeping saves
@@ -61,15 +60,13 @@ contains
     command%output = ""
     command%restart = ""
     command%fault = ""
-    command%part = ""
-    command%face = ""
-    command%length_unit = ""
     allocate (command%overrides(0), command%user_files(0))
     i = 0
     if (size(arguments) > 0) command%is_material = arguments(1)%value == "material"
     if (size(arguments) > 0) command%is_batch = arguments(1)%value == "batch"
     if (size(arguments) > 0) command%is_iges = arguments(1)%value == "iges"
-    if (command%is_material .or. command%is_batch .or. command%is_iges) i = 1
+    if (command%is_iges) return
+    if (command%is_material .or. command%is_batch) i = 1
     do while (i < size(arguments) .and. command%fault == "")
       i = i + 1
       call take_argument(arguments, command, i)
@@ -90,8 +87,6 @@ contains
     text = "usage: igaform DECK [options]"//feed &
            //"       igaform material DECK [options]   tests of one material point"//feed &
            //"       igaform batch LIST [--jobs N]     runs of a list or folder"//feed &
-           //"       igaform iges FILE [--part NAME]   IGES file of a tool or the blank"//feed &
-           //"                                         of a result or deck"//feed &
            //"  --out FILE.h5      result file (default: name of the deck, here)"//feed &
            //"  --threads N        OpenMP threads"//feed &
            //"  --user FILE        UMAT or VUMAT of *USER MATERIAL: .f .for .ftn .f77"//feed &
@@ -112,9 +107,6 @@ contains
            //"                     line has none, other options stand in the lines"//feed &
            //"  --only N           igaform batch: run number N alone"//feed &
            //"  --summary          igaform batch: the table alone, no runs"//feed &
-           //"  --part NAME        igaform iges: tool, or blank (the default)"//feed &
-           //"  --face NAME        igaform iges: a face of the blank, such as ZETA_MAX"//feed &
-           //"  --length UNIT      igaform iges: unit of the lengths (default: of *UNITS)"//feed &
            //"  --awake            let nothing sleep, to see what sleeping saves"//feed &
            //"  --quiet            errors and warnings only"//feed &
            //"  --keywords         print the reference of all keywords"//feed &
@@ -172,7 +164,7 @@ contains
     case ("--rules")
       command%wants_rules = .true.
     case ("--out", "--threads", "--set", "--user", "--modes", "--jobs", "--only", &
-          "--restart", "--wall", "--part", "--face", "--length")
+          "--restart", "--wall")
       if (i == size(arguments)) then
         command%fault = "option "//word//" needs a value"
         return
@@ -240,19 +232,9 @@ contains
       call take_count(word, value, command%n_jobs, command%fault)
     case ("--only")
       call take_count(word, value, command%only, command%fault)
-    case ("--part")
-      command%part = value
-    case ("--face")
-      command%face = value
-    case ("--length")
-      command%length_unit = value
     end select
     if (.not. command%is_batch .and. (word == "--jobs" .or. word == "--only")) then
       command%fault = "option "//word//" goes with 'igaform batch'"
-    end if
-    if (.not. command%is_iges .and. any(word == [character(8) :: "--part", "--face", &
-                                                  "--length"])) then
-      command%fault = "option "//word//" goes with 'igaform iges'"
     end if
   end subroutine take_value
 
@@ -287,8 +269,7 @@ contains
     options = strings([character(19) :: "--out", "--threads", "--set", "--user", "--check", &
                        "--restart", "--restart-any-build", "--wall", &
                        "--modes", "--probe", "--awake", "--return-study", "--jobs", "--only", &
-                       "--summary", "--quiet", "--part", "--face", "--length", &
-                        "--keywords", "--rules", "--version", "--help"])
+                       "--summary", "--quiet", "--keywords", "--rules", "--version", "--help"])
     nearest = nearest_name(word, options)
   end function nearest_option
 

@@ -11,7 +11,6 @@ program main
   use memory_end, only: watch_memory, leave
   use deck_run, only: run_deck
   use material_run, only: run_material_tests
-  use iges_run, only: run_iges
   implicit none
 
   type(command_t) :: command
@@ -23,7 +22,11 @@ program main
   call watch_saves()
   call read_command_line(command)
   code = exit_done
-  if (command%fault /= "") then
+  if (command%is_iges) then
+    write (error_unit, "(a)") "igaform: IGES files are written by 'python -m post iges FILE', "// &
+      "with the same options"
+    code = exit_input
+  else if (command%fault /= "") then
     write (error_unit, "(a)") "igaform: "//command%fault
     write (error_unit, "(a)") usage_text()
     code = exit_input
@@ -37,8 +40,6 @@ program main
     write (output_unit, "(a)", advance="no") rule_manual_text()
   else if (command%is_batch) then
     code = run_batch(command)
-  else if (command%is_iges) then
-    code = run_iges(command)
   else if (command%is_material) then
     code = run_material_tests(command)
   else

@@ -4,6 +4,7 @@ usage: run.py IGAFORM CASE INPUT
 """
 import os
 import pathlib
+import resource
 import shutil
 import subprocess
 import sys
@@ -12,6 +13,11 @@ import tempfile
 import h5py
 import numpy as np
 
+PROJECT = pathlib.Path(sys.argv[3]).resolve().parent
+sys.path.insert(0, str(PROJECT))
+
+from post.iges_file import Surface, write_iges  # noqa: E402
+
 DIES = ("lower die", "upper die")
 STRIP = {"closing": 12, "n_x": 35, "frames": 2, "history": 10}   # until the dies bend the strip
 
@@ -19,6 +25,17 @@ STRIP = {"closing": 12, "n_x": 35, "frames": 2, "history": 10}   # until the die
 def call(igaform, *words, expect=0):
     done = subprocess.run([igaform, *map(str, words)], capture_output=True, text=True, check=False,
                           env=dict(os.environ, OMP_WAIT_POLICY="passive"), timeout=300)
+    assert done.returncode == expect, done.stderr + done.stdout
+    return done.stdout + done.stderr
+
+
+def iges(igaform, *words, expect=0, limit=None):
+    """What `python -m post iges` says; `limit`: the largest file that the system lets it write."""
+    done = subprocess.run(
+        [sys.executable, "-m", "post", "iges", "--igaform", igaform, *map(str, words)],
+        capture_output=True, text=True, check=False, timeout=300,
+        env=dict(os.environ, OMP_WAIT_POLICY="passive", PYTHONPATH=str(PROJECT)),
+        preexec_fn=limit and (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))))
     assert done.returncode == expect, done.stderr + done.stdout
     return done.stdout + done.stderr
 
@@ -45,7 +62,7 @@ def strip_of_cad_dies(igaform, folder, inputs):
     lines = []
     for die, side in zip(DIES, ("NEGATIVE", "POSITIVE")):
         name = die.replace(" ", "_") + ".igs"
-        told = call(igaform, "iges", strip, "--part", die, "--out", decks / "channel" / name)
+        told = iges(igaform, strip, "--part", die, "--out", decks / "channel" / name)
         assert "1 surfaces in MM" in told, told
         lines.append(f"*TOOL, NAME={die}, TYPE=IGES, SIDE={side}, INPUT={name}\n")
     table, cad = folder / "table.h5", folder / "cad.h5"
@@ -66,24 +83,29 @@ def strip_of_cad_dies(igaform, folder, inputs):
 
     # The formed blank from the result: its faces, and one of them exactly.
     out = folder / "blank.igs"
-    assert "6 surfaces in MM" in call(igaform, "iges", cad, "--out", out)
-    told = call(igaform, "iges", cad, "--part", "sheet", "--out", out, expect=1)
+    assert "6 surfaces in MM" in iges(igaform, cad, "--out", out)
+    told = iges(igaform, cad, "--part", "sheet", "--out", out, expect=1)
     assert "there are blank, lower die, upper die" in told, told
-    call(igaform, "iges", cad, "--face", "ZETA_MAX", "--out", out)
+    iges(igaform, cad, "--face", "ZETA_MAX", "--out", out)
     points = written_points(out)
     net = first["nurbs/blank/points"][-1].reshape(-1, 3)   # zeta last in Fortran, first here
     assert np.array_equal(points[np.lexsort(points.T)], net[np.lexsort(net.T)])
 
 
 def written_points(path):
-    """Control points of the one surface of a file that igaform wrote."""
-    values = "".join(line[:64].strip() for line in path.read_text().splitlines()
-                     if line[72:73] == "P").rstrip(";").split(",")
-    values = [float(value.replace("D", "e")) for value in values]
+    """Control points of the one surface of a file that post wrote."""
+    values = written_values(path)
     k1, k2, m1, m2 = (int(value) for value in values[1:5])
     n = (k1 + 1) * (k2 + 1)
     first = 10 + k1 + m1 + 2 + k2 + m2 + 2 + n
-    return np.array(values[first:first + 3 * n]).reshape(-1, 3)
+    return values[first:first + 3 * n].reshape(-1, 3)
+
+
+def written_values(path):
+    """All values of the entities of a file that post wrote."""
+    values = "".join(line[:64].strip() for line in path.read_text().splitlines()
+                     if line[72:73] == "P").replace(";", ",").rstrip(",").split(",")
+    return np.array([float(value.replace("D", "e")) for value in values])
 
 
 DRUM = """*UNITS
@@ -122,7 +144,7 @@ def four_quarters(igaform, folder, _):
         deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=CYLINDER\n0, -5, 11, 0, 10, 0\n"
                                     f"10, {90 * i + 45}, 90"))
         part = folder / f"quarter{i}.igs"
-        call(igaform, "iges", deck, "--part", "drum", "--out", part)
+        iges(igaform, deck, "--part", "drum", "--out", part)
         quarters.append(part)
     (folder / "four.igs").write_text(joined(quarters, inside_out=(1, 3)))
     four = folder / "four.key"
@@ -206,7 +228,7 @@ def tools_in_place(igaform, folder, _):
     for part, way in ("drum", -20000 * 1e-6), ("lid", 0):
         written = []
         for source in (deck, result):
-            call(igaform, "iges", source, "--part", part, "--out", out)
+            iges(igaform, source, "--part", part, "--out", out)
             written.append(written_points(out))
         assert np.allclose(written[0] + [0, 0, way], written[1], rtol=0, atol=1e-12), written
         lowest.append(written[0][:, 2].max())
@@ -215,7 +237,7 @@ def tools_in_place(igaform, folder, _):
 
 
 def refusals(igaform, folder, _):
-    """What cannot be done is told, with exit code 1 and no file left behind."""
+    """What cannot be done is reported, with exit code 1 and no file left behind."""
     deck = folder / "drum.key"
     deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=IGES, INPUT=missing.igs"))
     told = call(igaform, deck, "--check", expect=1)
@@ -233,7 +255,7 @@ def refusals(igaform, folder, _):
     for units, words, unit in (("mm, t", (), "MM"), ("mm, t", ("--length", "in"), "IN"),
                                ("cm, g", (), "CM"), ("", (), "MM"), ("", ("--length", "m"), "M")):
         other.write_text(text.replace("mm, t", units) if units else text.split("mJ\n")[1])
-        told = call(igaform, "iges", other, "--out", folder / "sheet.igs", *words)
+        told = iges(igaform, other, "--out", folder / "sheet.igs", *words)
         assert f"6 surfaces in {unit}\n" in told, told
         name = unit.replace("IN", "INCH")
         assert f",{len(name)}H{name}," in "".join(
@@ -241,16 +263,35 @@ def refusals(igaform, folder, _):
             if line[72:73] == "G"), unit
         assert ("warning: the deck names no unit of length" in told) == (not units + "".join(words))
     (folder / "sheet.igs").unlink()
+    told = call(igaform, "iges", deck, "--part", "drum", expect=1)
+    assert told.count("\n") == 1 and "'python -m post iges FILE'" in told, told
     for words, told in ((("--length", "furlong"), "option --length needs MM, CM, M"),
                         (("--part", "drum", "--face", "XI_MIN"), "--face goes with the blank"),
                         (("--part", "drun"), "no part 'drun'; there are blank, drum; did you "
                                              "mean drum?"),
                         (("--face", "top"), "no face 'TOP'; there are XI_MIN"),
+                        (("--out", folder / "nowhere" / "x.igs"), "there is no folder"),
+                        (("--set", "x=1"), "x"), (("--igaform", folder), "there is no program"),
                         (("--out", deck), "is the file to read")):
-        said = call(igaform, "iges", deck, *words, expect=1)
-        assert told in said and not list(folder.glob("*.igs")), said
+        said = iges(igaform, deck, *words, expect=1)
+        assert told in said and not list(folder.glob("*.igs*")), said
+    for name, told in (("none.key", "none.key"), ("text.h5", "text.h5"),
+                       ("other.h5", "is not a results file of igaform"),
+                       ("tests.h5", "has no shapes under /nurbs"),
+                       ("cut.h5", "has no whole shapes under /nurbs")):
+        damaged(folder / name)
+        said = iges(igaform, folder / name, "--out", folder / "x.igs", expect=1)
+        assert told in said and "Traceback" not in said and not list(folder.glob("x.*")), said
+        (folder / name).unlink(missing_ok=True)
+    result = folder / "start.h5"
+    call(igaform, deck, "--out", result, "--wall", "1e-9", "--quiet", expect=3)
+    said = iges(igaform, result, "--out", folder / "x.igs", expect=1, limit=300)
+    assert "x.igs': File too large" in said and not list(folder.glob("x.*")), said
+    for path in folder.glob("start.*"):
+        path.unlink()
+    files_of_others(igaform, deck, folder)
     assert "drum.key" in [path.name for path in folder.iterdir()]
-    call(igaform, "iges", deck, "--part", "drum", "--out", folder / "drum.igs", "--length", "CM")
+    iges(igaform, deck, "--part", "drum", "--out", folder / "drum.igs", "--length", "CM")
     text = (folder / "drum.igs").read_text()
     (folder / "drum.igs").write_text(text[:len(text) // 2])
     deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=IGES, INPUT=drum.igs"))
@@ -259,10 +300,105 @@ def refusals(igaform, folder, _):
     assert not list(folder.glob("*.h5")) and not list(pathlib.Path().glob("drum.h5"))
 
 
+def damaged(path):
+    """A file that holds no shapes, by its name."""
+    if path.name == "text.h5":
+        path.write_text("no HDF5")
+    elif path.suffix == ".h5":
+        with h5py.File(path, "w") as file:
+            file.attrs["generator"] = "else" if path.name == "other.h5" else "igaform"
+            if path.name == "cut.h5":
+                file["nurbs/blank/degrees"] = [2, 2, 2]
+
+
+def files_of_others(igaform, deck, folder):
+    """A file of somebody, a link to it, a pipe, a folder stay as they are; an empty file and one
+    that post has written are replaced, by a link that stays one."""
+    place, mine = folder / "b.igs", folder / "mine.txt"
+    words = (deck, "--part", "drum", "--out", place)
+    mine.write_text("mine\n")
+    for make in (lambda: place.write_text("mine\n"), place.mkdir,
+                 lambda: place.symlink_to("mine.txt"), lambda: os.mkfifo(place)):
+        make()
+        before = place.lstat().st_ino
+        said = iges(igaform, *words, expect=1)
+        assert "left alone" in said and "b.igs" in said, said
+        assert mine.read_text() == "mine\n" and place.lstat().st_ino == before, said
+        place.rmdir() if place.is_dir() else place.unlink()
+    mine.write_text("")
+    place.symlink_to("mine.txt")
+    for _ in range(2):
+        iges(igaform, *words)
+        assert place.is_symlink() and len(written_points(mine)) == 18, "a link was replaced"
+    mine.unlink()
+    place.unlink()
+
+
+def awkward_surfaces():
+    """Numbers with many digits, large and small ones, weights and knots of any scale."""
+    random = np.random.default_rng(1)
+    knots = (np.array([0, 0, 0, 1 / 3, 1, 1, 1]) / 3 + 1e5,
+             np.array([-2, -2, 1 / 7, 1 / 7 + 1, 9, 9]))
+    points = np.stack(np.meshgrid(np.arange(4.0), np.arange(4.0), indexing="xy"), axis=-1) / 3
+    points = np.dstack([points, random.normal(size=(4, 4)) * 1e-9])
+    weights = (1 + random.random((4, 4))) * 1e-3
+    yield Surface("a very long label", (2, 1), knots, points, weights)
+    yield Surface("", (2, 1), knots, points * 1e7 + 5e11, np.ones((4, 4)))
+    yield Surface("BALL", (1, 2), knots[::-1], points * [-1, 1, 1] - 1e-7, weights.T)
+
+
+def values_read_back(igaform, folder, _):
+    """What Python writes is what the file says, bit for bit, and what the program reads of it."""
+    path, deck, result = folder / "written.igs", folder / "read.key", folder / "read.h5"
+    for surface in awkward_surfaces():
+        for unit, scale in ("MM", 1), ("IN", 25.4):
+            write_iges(str(path), [surface], unit, "igaform test")
+            n_eta, n_xi = surface.weights.shape
+            heads = [128, n_xi - 1, n_eta - 1, *surface.degrees, 0, 0, np.ptp(surface.weights) == 0,
+                     0, 0]
+            ends = [knots[i] for knots in surface.knots for i in (0, -1)]
+            expected = np.concatenate([heads, *surface.knots, surface.weights.ravel(),
+                                       surface.points.ravel(), ends])
+            assert np.array_equal(written_values(path), expected), surface.label
+            deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=IGES, INPUT=written.igs")
+                            .replace("*CONTACT PAIR, TOOL=drum, FACE=Z_MAX\n", ""))
+            told = call(igaform, deck, "--check")
+            assert f"D1 rational B-spline surface {surface.label[:8]}".rstrip() in told, told
+            call(igaform, deck, "--out", result, "--wall", "1e-9", expect=3)
+            read = numbers(result, "nurbs/tools/drum/surface_1")
+            read = {name.rsplit("/", 1)[1]: values for name, values in read.items()}
+            assert np.array_equal(read["degrees"], surface.degrees)
+            assert np.array_equal(read["weights"], surface.weights)
+            assert all(np.array_equal(read[f"knots_{i + 1}"], surface.knots[i]) for i in (0, 1))
+            error = np.abs(read["points"] / scale - surface.points).max()
+            assert error <= (0 if scale == 1 else 1e-12 * np.abs(surface.points).max()), error
+
+
+def free_faces(igaform, folder, inputs):
+    """Faces where patches are joined, to others or to themselves, are left out; normals point
+    outwards."""
+    out = folder / "part.igs"
+    for name, n_faces in ("two_boxes", 10), ("ring", 4), ("cup_free", 24):
+        deck = pathlib.Path(inputs).parent / "tests" / "verification" / "patches" / f"{name}.key"
+        told = iges(igaform, deck, "--out", out)
+        assert f"{n_faces} surfaces in MM" in told, told
+    deck = folder / "sheet.key"
+    deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=CYLINDER\n0, -5, 11, 0, 10, 0\n10"))
+    for name, n_xi, outwards in (
+            ("XI_MIN", 4, (-1, 0, 0)), ("XI_MAX", 4, (1, 0, 0)), ("ETA_MIN", 18, (0, -1, 0)),
+            ("ETA_MAX", 18, (0, 1, 0)), ("ZETA_MIN", 18, (0, 0, -1)), ("ZETA_MAX", 18, (0, 0, 1))):
+        iges(igaform, deck, "--face", name.lower(), "--out", out)
+        points = written_points(out)
+        normal = np.cross(points[1] - points[0], points[n_xi] - points[0])
+        assert np.allclose(normal / np.linalg.norm(normal), outwards), name
+        assert (points @ outwards == points[0] @ outwards).all(), name
+
+
 def main(igaform, case, inputs):
+    cases = {"strip": strip_of_cad_dies, "quarters": four_quarters, "placed": tools_in_place,
+             "values": values_read_back, "faces": free_faces, "refusals": refusals}
     with tempfile.TemporaryDirectory() as folder:
-        {"strip": strip_of_cad_dies, "quarters": four_quarters, "placed": tools_in_place,
-         "refusals": refusals}[case](igaform, pathlib.Path(folder), inputs)
+        cases[case](igaform, pathlib.Path(folder), inputs)
 
 
 if __name__ == "__main__":

@@ -26,7 +26,6 @@ SCENES = {
     "run": ("deck.key --out a.h5", {"memory": 6, "write": 6, "flush": 3, "rename": 3}),
     "restart": ("deck.key --restart a.ckpt.h5",
                 {"memory": 3, "write": 3, "flush": 2, "rename": 2}),
-    "iges": ("iges deck.key --out a.igs", {"memory": 2, "write": 2, "flush": 2, "rename": 1}),
     "material": ("material deck.key --out a.h5",
                  {"memory": 3, "write": 3, "flush": 2, "rename": 2, "share": 1}),
 }
@@ -90,15 +89,12 @@ def datasets(path):
 
 
 def state(folder):
-    """Datasets of the result and tables of a scene, lines of IGES but for the one with the time;
-    None where the result is unreadable."""
+    """Datasets of the result and tables of a scene; None where the result is unreadable."""
     try:
         found = datasets(folder / "a.h5") if (folder / "a.h5").exists() else {}
     except (OSError, KeyError, RuntimeError):
         return None
     found.update({path.name: path.read_bytes() for path in folder.glob("*.csv")})
-    found.update({path.name: [line for line in path.read_text().splitlines() if line[72] != "G"]
-                  for path in folder.glob("*.igs")})
     return found
 
 
@@ -125,7 +121,7 @@ def check_success(folder, scene, said, reference):
         complaints.append("exit code 0 with another result")
     log, checkpoint = folder / "a.log", folder / "a.ckpt.h5"
     words = said + (log.read_text(errors="replace") if log.exists() else "")
-    if scene in ("material", "iges"):
+    if scene == "material":
         return complaints
     if "nanoseconds" not in words and "per element and step" not in words \
        and "log file" not in said:

@@ -239,8 +239,7 @@ def texts_of_others_are_left_alone(folder):
     words = {"u.msg": user_law,
              "u.log": [STRIP, *SMALL, "--out", "u.h5"],
              "n.err": ["batch", "list.txt"], "list_summary.csv": ["batch", "list.txt"],
-             "m-pull.csv": ["material", "pull.key", "--out", "m.h5"],
-             "b.igs": ["iges", STRIP, "--out", "b.igs"]}
+             "m-pull.csv": ["material", "pull.key", "--out", "m.h5"]}
     for name, command in words.items():
         place, mine = folder / name, folder / "mine.txt"
         mine.write_text("mine\n")
