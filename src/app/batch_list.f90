@@ -156,8 +156,7 @@ contains
         else if (run%command%is_material .or. run%command%is_batch .or. run%command%is_check &
                  .or. run%command%is_iges .or. run%command%n_modes > 0 &
                  .or. run%command%wants_help &
-                 .or. run%command%wants_version .or. run%command%wants_keywords &
-                 .or. run%command%wants_rules) then
+                 .or. run%command%wants_version .or. run%command%wants_keywords) then
           call fail(error, place(path, run%line)//"'"//run%text//"' is no run of a deck")
         else if (is_no_file(run%command%deck)) then
           call fail(error, place(path, run%line)//"the deck '"//run%command%deck//"' is a "// &

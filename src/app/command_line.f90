@@ -31,7 +31,6 @@ module command_line
     logical :: is_probe = .false.          !! with `is_check`: a quick run with fewer elements
     logical :: is_awake = .false.          !! nothing sleeps, for measuring what sleeping saves
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
-    logical :: wants_rules = .false.
     character(:), allocatable :: fault     !! why the command cannot be carried out; else empty
   end type command_t
 
@@ -74,7 +73,7 @@ contains
     if (command%fault == "" .and. command%is_probe .and. .not. command%is_check) &
       command%fault = "option --probe goes with --check"
     if (command%fault == "" .and. command%deck == "" .and. .not. (command%wants_help &
-        .or. command%wants_version .or. command%wants_keywords .or. command%wants_rules)) then
+        .or. command%wants_version .or. command%wants_keywords)) then
       command%fault = "no deck given"
     end if
   end subroutine parse_arguments
@@ -110,7 +109,6 @@ contains
            //"  --awake            let nothing sleep, to see what sleeping saves"//feed &
            //"  --quiet            errors and warnings only"//feed &
            //"  --keywords         print the reference of all keywords"//feed &
-           //"  --rules            print where quadrature rules leave modes without energy"//feed &
            //"  --version          print version, commit, sources and compiler"//feed &
            //"  --help, -h         print this text"//feed &
            //"exit codes: 0 done, 1 the input is at fault, 2 the run failed,"//feed &
@@ -161,8 +159,6 @@ contains
       command%wants_version = .true.
     case ("--keywords")
       command%wants_keywords = .true.
-    case ("--rules")
-      command%wants_rules = .true.
     case ("--out", "--threads", "--set", "--user", "--modes", "--jobs", "--only", &
           "--restart", "--wall")
       if (i == size(arguments)) then
@@ -269,7 +265,7 @@ contains
     options = strings([character(19) :: "--out", "--threads", "--set", "--user", "--check", &
                        "--restart", "--restart-any-build", "--wall", &
                        "--modes", "--probe", "--awake", "--return-study", "--jobs", "--only", &
-                       "--summary", "--quiet", "--keywords", "--rules", "--version", "--help"])
+                       "--summary", "--quiet", "--keywords", "--version", "--help"])
     nearest = nearest_name(word, options)
   end function nearest_option
 

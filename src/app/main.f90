@@ -5,7 +5,6 @@ program main
   use thread_waiting, only: shorten_waiting
   use command_line, only: command_t, read_command_line, usage_text, version_text
   use keyword_manual, only: keyword_manual_text
-  use rule_manual, only: rule_manual_text
   use batch, only: run_batch
   use exit_codes, only: exit_done, exit_input
   use memory_end, only: watch_memory, leave
@@ -36,8 +35,6 @@ program main
     print "(a)", version_text()
   else if (command%wants_keywords) then
     write (output_unit, "(a)", advance="no") keyword_manual_text()
-  else if (command%wants_rules) then
-    write (output_unit, "(a)", advance="no") rule_manual_text()
   else if (command%is_batch) then
     code = run_batch(command)
   else if (command%is_material) then
