@@ -26,7 +26,7 @@ module deck_run
   use frames, only: results_t, results_setup_t, close_results
   use file_lock, only: lock_t, release_lock
   use system_files, only: kind_of_file, remove_file
-  use hdf5_reason, only: is_library_silenced
+  use hdf5_reason, only: is_library_ready
   use run_log, only: run_log_t, timings_t, open_log, silence_log, log_header, log_line, &
                      log_timings, close_log
   use child_process, only: c_text
@@ -289,12 +289,12 @@ contains
     character(kind=c_char), intent(in) :: message(length)
     type(open_run_t), pointer :: open_run
     character(:), allocatable :: line, advice
-    logical :: is_silent
+    logical :: is_ready
     integer :: code, i
 
     call c_f_pointer(context, open_run)
     call silence_log(open_run%log)      ! a unit that subroutines know may be locked
-    is_silent = is_library_silenced()   ! which it keeps for each thread, and this may be any
+    is_ready = is_library_ready()   ! silenced for each thread, and this may be any
     line = "error: "
     do i = 1, length
       line = line//message(i)

@@ -13,7 +13,7 @@ module hdf5_file
   use errors, only: error_t, fail
   use hdf5_library
   use hdf5_lists, only: c_extents, c_text, checked_format, parent_maker, text_type
-  use hdf5_reason, only: failure_reason, is_library_silenced
+  use hdf5_reason, only: failure_reason, is_library_ready
   use result_guard, only: check_replaceable
   use file_identity, only: is_same_file
   use system_files, only: kind_of_file, remove_file, replace_file, sync_file, true_path, &
@@ -82,13 +82,8 @@ contains
     type(hdf5_file_t), intent(inout) :: file
     logical, intent(in) :: is_new
     type(lock_t) :: lock
-    integer(c_int) :: status
 
-    ! At exit the library would touch files again that it could not write, and crash. From the
-    ! second call on this answers that it is known.
-    status = h5dont_atexit()
-    if (h5open() < 0) call note_failure(file, "open HDF5 for", "")
-    if (.not. is_library_silenced()) call note_failure(file, "silence HDF5 for", "")
+    if (.not. is_library_ready()) call note_failure(file, "open HDF5 for", "")
     call hold_folder(file%path, lock)
     call open_locked(file, is_new)
     call release_lock(lock)

@@ -5,7 +5,7 @@ module hdf5_reading
   use text, only: string_t
   use system_files, only: is_no_file
   use hdf5_library
-  use hdf5_reason, only: is_library_silenced
+  use hdf5_reason, only: is_library_ready
   implicit none
   private
 
@@ -20,9 +20,7 @@ contains
 
     file = -1
     if (is_no_file(path)) return
-    if (h5dont_atexit() < 0) continue   ! at exit the library must not touch files again
-    if (h5open() < 0) return
-    if (.not. is_library_silenced()) return
+    if (.not. is_library_ready()) return
     file = h5fopen(path//c_null_char, h5_read_only, h5_default)
   end function open_for_reading
 

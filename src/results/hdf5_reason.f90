@@ -1,12 +1,13 @@
-!> Why a call of the HDF5 library failed, in the system's own words.
+!> The HDF5 library made ready, and why a call of it failed, in the system's own words.
 module hdf5_reason
   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_funloc, c_int, c_loc, &
                                          c_null_char, c_null_funptr, c_null_ptr, c_ptr
-  use hdf5_library, only: h5_default, h5_walk_upward, h5eset_auto, h5ewalk, hid_t
+  use hdf5_library, only: h5_default, h5_walk_upward, h5dont_atexit, h5eset_auto, &
+                          h5ewalk, h5open, hid_t
   implicit none
   private
 
-  public :: failure_reason, is_library_silenced
+  public :: failure_reason, is_library_ready
 
   integer, parameter :: max_length = 512
 
@@ -40,10 +41,14 @@ contains
     if (length > 0) reason = reason(:length)
   end function failure_reason
 
-  !> Keep the library from printing its error stack; false if it refuses.
-  logical function is_library_silenced() result(is_silent)
-    is_silent = h5eset_auto(h5_default, c_null_funptr, c_null_ptr) >= 0
-  end function is_library_silenced
+  !> Open the library and keep it from printing its error stack; false if it refuses. To be called
+  !! before any other call of it: left to itself it closes its files at exit, touches those again
+  !! that it could not write, and crashes.
+  logical function is_library_ready() result(is_ready)
+    if (h5dont_atexit() < 0) continue   ! said from the second call on, and then it is known
+    is_ready = h5open() >= 0
+    if (is_ready) is_ready = h5eset_auto(h5_default, c_null_funptr, c_null_ptr) >= 0
+  end function is_library_ready
 
   ! Called by the library for each entry, innermost first; ends the walk at the first.
   integer(c_int) function take_description(n, entry, data) bind(C)

@@ -6,6 +6,7 @@ module result_guard
   use file_lock, only: is_locked_by_others
   use system_files, only: is_no_file, kind_of_file
   use hdf5_library, only: hid_t, h5fis_hdf5
+  use hdf5_reason, only: is_library_ready
   use hdf5_reading, only: open_for_reading, close_reading, read_text_attribute, is_of_others, &
                           names_in
   use text, only: string_t
@@ -36,7 +37,8 @@ contains
       return
     end if
     inquire (file=path, size=n_bytes)
-    is_result = h5fis_hdf5(path//c_null_char) > 0
+    is_result = is_library_ready()
+    if (is_result) is_result = h5fis_hdf5(path//c_null_char) > 0
     if (is_result) is_result = .not. is_of_others(path)
     is_state = is_checkpoint_state(path)
     if (is_locked_by_others(path)) then

@@ -194,8 +194,10 @@ def prepare(scene, base, n_memory):
     (base / "deck.key").write_text(DECK)
     words = SCENES[scene][0].split()
     if scene == "restart":
-        # Half of the memory that a run asks for is asked for by its frames and checkpoints.
-        code, said = igaform(base, *SCENES["run"][0].split(), refuse=f"memory:{3 * n_memory // 4}+")
+        # The last tenth of the memory that a run asks for is asked for by its frames and
+        # checkpoints.
+        code, said = igaform(base, *SCENES["run"][0].split(),
+                             refuse=f"memory:{19 * n_memory // 20}+")
         assert code == 4 and (base / "a.ckpt.h5").exists(), (code, said)
     with tempfile.TemporaryDirectory() as place:
         trial = pathlib.Path(place)
