@@ -3,7 +3,7 @@
 !! includes, the compiler or its options change.
 module user_build
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_ptr, c_size_t
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: string_t, strings, to_text
   use checksum, only: file_checksum
   use child_process, only: run_program, program_missing, c_text

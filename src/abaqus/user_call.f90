@@ -103,11 +103,11 @@ module user_call
 
     !> The call in hand did what no result can be had from, told behind its routine and place;
     !! the run ends, and its state is saved.
-    subroutine end_by_fault(deed, length) bind(C, name="igaform_end_by_fault")
+    subroutine end_by_problem(deed, length) bind(C, name="igaform_end_by_fault")
       import :: c_char, c_int
       integer(c_int), value :: length
       character(kind=c_char), intent(in) :: deed(length)
-    end subroutine end_by_fault
+    end subroutine end_by_problem
 
     !> A stress update failed: 1 not finite, 2 PNEWDT stays below one.
     subroutine note_failure(noel, npt, reason) bind(C, name="igaform_note_user_failure")
@@ -273,7 +273,7 @@ contains
   subroutine end_user_run(deed)
     character(*), intent(in) :: deed
 
-    call end_by_fault(c_text(deed), int(len(deed), c_int))
+    call end_by_problem(c_text(deed), int(len(deed), c_int))
   end subroutine end_user_run
 
   !> State variables of a point at the start from the user's SDVINI, if there is one.

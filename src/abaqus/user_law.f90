@@ -2,7 +2,7 @@
 module user_law
   use, intrinsic :: iso_c_binding, only: c_associated, c_f_procpointer, c_null_funptr, c_null_ptr
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: joined
   use block_law, only: block_law_t, set_elastic
   use umat_interface, only: umat_procedure, vumat_procedure, sdvini_procedure

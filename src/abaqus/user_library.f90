@@ -3,7 +3,7 @@ module user_library
   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_funptr, c_int, c_funloc, &
                                          c_null_funptr, c_ptr, c_associated, c_size_t
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: string_t, joined, upper_case
   use child_process, only: c_text, run_program
   use whole_file, only: read_whole_file
@@ -155,7 +155,7 @@ contains
     if (index(names, " T vumat_"//new_line("a")) > 0) library%vumat = c_funloc(never_called)
   end subroutine look_up
 
-  !> A subroutine of a library that is not loaded was called, which is a fault of this program.
+  !> A subroutine of a library that is not loaded was called, which is an error of this program.
   subroutine never_called() bind(C)
     write (error_unit, "(a)") "igaform: error: a user's subroutine was called, which is not loaded"
     call c_abort()

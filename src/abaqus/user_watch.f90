@@ -206,7 +206,7 @@ contains
   end subroutine end_by_overrun
 
   !> The call in hand did what no result can be had from: report, save, end.
-  subroutine end_by_fault(deed, length) bind(C, name="igaform_end_by_fault")
+  subroutine end_by_problem(deed, length) bind(C, name="igaform_end_by_fault")
     integer(c_int), value :: length
     character(kind=c_char), intent(in) :: deed(length)   !! such as "returns ..."
     type(message_t) :: message
@@ -219,7 +219,7 @@ contains
     call add_text(message, " ")
     call add_characters(message, deed)
     call save_and_exit(message)
-  end subroutine end_by_fault
+  end subroutine end_by_problem
 
   !> A stress update of the user's subroutine failed; that of the lowest element is kept.
   subroutine note_failure(noel, npt, reason) bind(C, name="igaform_note_user_failure")

@@ -266,7 +266,7 @@ contains
     call check_spare_states(block%state_new(1, self%n_statv + 1), block%n, self%n_statv, &
                             "stateNew(:,")
     call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
-    call leave_user_call()   ! memory refused from here on is not the user's fault
+    call leave_user_call()   ! memory refused from here on is not the user's error
     ok = all(ieee_is_finite(block%stress_new(:, :6))) .and. &
          all(ieee_is_finite(block%state_new(:, :self%n_statv)))
   end subroutine call_vumat

@@ -6,7 +6,7 @@
 module bar_torsion
   use kinds, only: wp
   use text, only: to_text
-  use faults, only: origin_t, fault_list_t, add_warning
+  use input_errors, only: origin_t, error_list_t, add_warning
   use symmetric_eigen, only: principal_values
   use vector_product, only: cross
   use point_volumes, only: determinant
@@ -34,10 +34,10 @@ contains
 
   !> Warn of a bar that can twist and whose frequencies of torsion the masses lower by more than a
   !! tenth.
-  subroutine check_torsion(model, origin, faults)
+  subroutine check_torsion(model, origin, errors)
     type(model_t), intent(in) :: model
     type(origin_t), intent(in) :: origin    !! of the blank
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(moments_t) :: lumped, exact
     real(wp) :: axis(3), length, loss
 
@@ -49,7 +49,7 @@ contains
       loss = 1.0_wp - sqrt(polar_moment(exact, axis)/polar_moment(lumped, axis))
       if (loss <= allowed) return
       if (is_held(blank, prescribed_components(model), lumped%centre, axis, length)) return
-      call add_warning(faults, origin, "a bar with few elements across, whose lumped masses "// &
+      call add_warning(errors, origin, "a bar with few elements across, whose lumped masses "// &
                        "lie so far out that its frequencies of torsion are about "// &
                        to_text(nint(100*loss))//" % too low", "more elements across")
     end associate

@@ -3,8 +3,8 @@ module batch
   use, intrinsic :: iso_c_binding, only: c_null_funptr
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use text, only: string_t, to_text
-  use errors, only: error_t, fail
-  use faults, only: fault_list_t
+  use failure, only: error_t, fail
+  use input_errors, only: error_list_t
   use scene, only: scene_t
   use deck_reader, only: read_deck
   use interrupt, only: end_on_signals, watch_signals, watch_saves, hold_saves, is_stop_wanted, &
@@ -13,7 +13,7 @@ module batch
                            pause_briefly
   use provenance, only: host_cores
   use system_files, only: true_path, is_folder
-  use message_files, only: error_file_fault, begin_error_file, note_failed_run, end_error_file
+  use message_files, only: error_file_problem, begin_error_file, note_failed_run, end_error_file
   use source_file, only: folder_of
   use command_line, only: command_t
   use output_names, only: base_of, file_name
@@ -86,9 +86,9 @@ contains
     type(batch_run_t), intent(in) :: run
     character(:), allocatable :: identity
     type(scene_t) :: scene
-    type(fault_list_t) :: faults
+    type(error_list_t) :: errors
 
-    call read_deck(run%command%deck, run%command%overrides, scene, faults)
+    call read_deck(run%command%deck, run%command%overrides, scene, errors)
     identity = identity_of(run%command, scene)
   end function identity_of_run
 
@@ -176,7 +176,7 @@ contains
         call start(command, runs(next), job)
         if (job%process == 0) then
           if (.not. is_folder(result_folder(runs(next)))) outcomes(next)%status = "refused"
-          if (error_file_fault(runs(next)%base//".err") /= "") outcomes(next)%status = "refused"
+          if (error_file_problem(runs(next)%base//".err") /= "") outcomes(next)%status = "refused"
           outcomes(next)%message = why_unstarted(runs(next))
           n_done = n_done + 1
           call tell(command, n_done, count(is_due), runs(next), outcomes(next))
@@ -221,7 +221,7 @@ contains
       words = [words, words_of("--restart"), words_of(run%base//".ckpt.h5")]
     end if
     job%process = 0
-    if (error_file_fault(run%base//".err") == "") then
+    if (error_file_problem(run%base//".err") == "") then
       call begin_error_file(run%base//".err", run%text)
       call hold_saves()
       call start_program("/proc/self/exe", words, run%base//".err", job%process)
@@ -235,7 +235,7 @@ contains
     character(:), allocatable :: words
 
     if (is_folder(result_folder(run))) then
-      words = error_file_fault(run%base//".err")
+      words = error_file_problem(run%base//".err")
       if (words == "") words = "'"//run%base//".err' for its messages"
       words = "cannot be started with "//words
     else

@@ -1,7 +1,7 @@
 !> The runs of a batch: from a list, one command line a line, or from the decks of a folder.
 module batch_list
   use text, only: string_t, to_text
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use source_file, only: read_source, next_line
   use system_files, only: true_path, matching_files, is_folder, is_no_file, kind_of_file
   use command_line, only: command_t, parse_arguments
@@ -67,7 +67,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: words(:)
     type(batch_run_t) :: run
-    character(:), allocatable :: contents, line, fault
+    character(:), allocatable :: contents, line, reason
     integer, parameter :: longest = 10000         ! characters of a command line
     integer :: next, number
 
@@ -83,13 +83,14 @@ contains
     do while (next <= len(contents))
       call next_line(contents, next, line)
       number = number + 1
-      fault = ""
+      reason = ""
       if (len(line) > longest) then
-        fault = "a line of "//to_text(len(line))//" characters, expected at most "//to_text(longest)
+        reason = "a line of "//to_text(len(line))//" characters, expected at most "// &
+                 to_text(longest)
       else
-        call split_words(line, words, fault)
+        call split_words(line, words, reason)
       end if
-      if (fault /= "") call fail(error, place(path, number)//fault)
+      if (reason /= "") call fail(error, place(path, number)//reason)
       if (allocated(error)) exit
       if (size(words) == 0) cycle
       run%words = words
@@ -100,17 +101,17 @@ contains
   end subroutine take_list
 
   !> Words set apart by blanks; quotes keep blanks together, # begins a comment where a word could.
-  subroutine split_words(line, words, fault)
+  subroutine split_words(line, words, reason)
     character(*), intent(in) :: line
     type(string_t), allocatable, intent(out) :: words(:)
-    character(:), allocatable, intent(out) :: fault    !! empty: none
+    character(:), allocatable, intent(out) :: reason    !! empty: none
     type(string_t) :: word
     character(1) :: quote
     logical :: is_open
     integer :: i
 
     allocate (words(0))
-    fault = ""
+    reason = ""
     word%value = ""
     is_open = .false.
     quote = " "
@@ -138,7 +139,7 @@ contains
       end associate
     end do
     if (is_open) words = [words, word]
-    if (quote /= " ") fault = "a quote "//quote//" that nothing closes"
+    if (quote /= " ") reason = "a quote "//quote//" that nothing closes"
   end subroutine split_words
 
   !> Take all command lines apart.
@@ -151,8 +152,8 @@ contains
     do i = 1, size(runs)
       associate (run => runs(i))
         call parse_arguments(run%words, run%command)
-        if (run%command%fault /= "") then
-          call fail(error, place(path, run%line)//run%command%fault)
+        if (run%command%reason /= "") then
+          call fail(error, place(path, run%line)//run%command%reason)
         else if (run%command%is_material .or. run%command%is_batch .or. run%command%is_check &
                  .or. run%command%is_iges .or. run%command%n_modes > 0 &
                  .or. run%command%wants_help &

@@ -4,7 +4,7 @@ module batch_table
   use, intrinsic :: iso_fortran_env, only: output_unit
   use kinds, only: wp
   use text, only: string_t, to_text, rounded_text
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use result_state, only: result_state_t, read_result_state
   use file_lock, only: is_locked_by_others
   use output_guard, only: why_left_alone

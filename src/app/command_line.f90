@@ -31,7 +31,7 @@ module command_line
     logical :: is_probe = .false.          !! with `is_check`: a quick run with fewer elements
     logical :: is_awake = .false.          !! nothing sleeps, for measuring what sleeping saves
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
-    character(:), allocatable :: fault     !! why the command cannot be carried out; else empty
+    character(:), allocatable :: reason     !! why the command cannot be carried out; else empty
   end type command_t
 
 contains
@@ -49,7 +49,7 @@ contains
     call parse_arguments(arguments, command)
   end subroutine read_command_line
 
-  !> Take a list of arguments apart, as far as the first fault.
+  !> Take a list of arguments apart, as far as the first error.
   subroutine parse_arguments(arguments, command)
     type(string_t), intent(in) :: arguments(:)
     type(command_t), intent(out) :: command
@@ -58,7 +58,7 @@ contains
     command%deck = ""
     command%output = ""
     command%restart = ""
-    command%fault = ""
+    command%reason = ""
     allocate (command%overrides(0), command%user_files(0))
     i = 0
     if (size(arguments) > 0) command%is_material = arguments(1)%value == "material"
@@ -66,15 +66,15 @@ contains
     if (size(arguments) > 0) command%is_iges = arguments(1)%value == "iges"
     if (command%is_iges) return
     if (command%is_material .or. command%is_batch) i = 1
-    do while (i < size(arguments) .and. command%fault == "")
+    do while (i < size(arguments) .and. command%reason == "")
       i = i + 1
       call take_argument(arguments, command, i)
     end do
-    if (command%fault == "" .and. command%is_probe .and. .not. command%is_check) &
-      command%fault = "option --probe goes with --check"
-    if (command%fault == "" .and. command%deck == "" .and. .not. (command%wants_help &
+    if (command%reason == "" .and. command%is_probe .and. .not. command%is_check) &
+      command%reason = "option --probe goes with --check"
+    if (command%reason == "" .and. command%deck == "" .and. .not. (command%wants_help &
         .or. command%wants_version .or. command%wants_keywords)) then
-      command%fault = "no deck given"
+      command%reason = "no deck given"
     end if
   end subroutine parse_arguments
 
@@ -111,7 +111,7 @@ contains
            //"  --keywords         print the reference of all keywords"//feed &
            //"  --version          print version, commit, sources and compiler"//feed &
            //"  --help, -h         print this text"//feed &
-           //"exit codes: 0 done, 1 the input is at fault, 2 the run failed,"//feed &
+           //"exit codes: 0 done, 1 the input is invalid, 2 the run failed,"//feed &
            //"            3 interrupted, 4 the files could not be written"
   end function usage_text
 
@@ -133,8 +133,8 @@ contains
     character(:), allocatable :: word, value
 
     word = arguments(i)%value
-    if (command%is_batch) command%fault = fault_in_batch(word)
-    if (command%fault /= "") return
+    if (command%is_batch) command%reason = error_in_batch(word)
+    if (command%reason /= "") return
     select case (word)
     case ("--check")
       command%is_check = .true.
@@ -146,11 +146,11 @@ contains
       command%is_any_build = .true.
     case ("--return-study")
       command%is_return_study = .true.
-      if (.not. command%is_material) command%fault = "option --return-study goes with "// &
+      if (.not. command%is_material) command%reason = "option --return-study goes with "// &
                                                      "'igaform material'"
     case ("--summary")
       command%is_summary = .true.
-      if (.not. command%is_batch) command%fault = "option --summary goes with 'igaform batch'"
+      if (.not. command%is_batch) command%reason = "option --summary goes with 'igaform batch'"
     case ("--quiet")
       command%is_quiet = .true.
     case ("--help", "-h")
@@ -162,7 +162,7 @@ contains
     case ("--out", "--threads", "--set", "--user", "--modes", "--jobs", "--only", &
           "--restart", "--wall")
       if (i == size(arguments)) then
-        command%fault = "option "//word//" needs a value"
+        command%reason = "option "//word//" needs a value"
         return
       end if
       i = i + 1
@@ -170,11 +170,11 @@ contains
       call take_value(word, value, command)
     case default
       if (index(word, "-") == 1) then
-        command%fault = "unknown option '"//word//"'"
-        if (nearest_option(word) /= "") command%fault = command%fault//"; nearest is "// &
+        command%reason = "unknown option '"//word//"'"
+        if (nearest_option(word) /= "") command%reason = command%reason//"; nearest is "// &
                                                         nearest_option(word)
       else if (command%deck /= "") then
-        command%fault = "one deck at a time: '"//command%deck//"' and '"//word//"' given"
+        command%reason = "one deck at a time: '"//command%deck//"' and '"//word//"' given"
       else
         command%deck = word
       end if
@@ -182,24 +182,24 @@ contains
   end subroutine take_argument
 
   !> Why an option of a run cannot be one of a whole batch, and what to do instead; else empty.
-  pure function fault_in_batch(word) result(fault)
+  pure function error_in_batch(word) result(reason)
     character(*), intent(in) :: word
-    character(:), allocatable :: fault
+    character(:), allocatable :: reason
 
     select case (word)
     case ("--out", "--set", "--user", "--awake", "--restart-any-build")
-      fault = "give it in the lines of the list, behind the decks"
+      reason = "give it in the lines of the list, behind the decks"
     case ("--restart")
-      fault = "a batch goes on from its checkpoints by itself; for another one give it in the "// &
+      reason = "a batch goes on from its checkpoints by itself; for another one give it in the "// &
               "line of the run"
     case ("--check", "--probe", "--modes")
-      fault = "ask for it deck by deck, 'igaform DECK "//word//" ...'"
+      reason = "ask for it deck by deck, 'igaform DECK "//word//" ...'"
     case default
-      fault = ""
+      reason = ""
       return
     end select
-    fault = "option "//word//" does not go with 'igaform batch': "//fault
-  end function fault_in_batch
+    reason = "option "//word//" does not go with 'igaform batch': "//reason
+  end function error_in_batch
 
   !> An option that has a value.
   subroutine take_value(word, value, command)
@@ -218,32 +218,32 @@ contains
       command%restart = value
     case ("--wall")
       call read_real(value, command%wall_minutes, is_number)
-      if (.not. is_number .or. .not. command%wall_minutes > 0.0_wp) command%fault = &
+      if (.not. is_number .or. .not. command%wall_minutes > 0.0_wp) command%reason = &
         "option --wall needs minutes above 0, not '"//value//"'"
     case ("--threads")
-      call take_count(word, value, command%n_threads, command%fault)
+      call take_count(word, value, command%n_threads, command%reason)
     case ("--modes")
-      call take_count(word, value, command%n_modes, command%fault)
+      call take_count(word, value, command%n_modes, command%reason)
     case ("--jobs")
-      call take_count(word, value, command%n_jobs, command%fault)
+      call take_count(word, value, command%n_jobs, command%reason)
     case ("--only")
-      call take_count(word, value, command%only, command%fault)
+      call take_count(word, value, command%only, command%reason)
     end select
     if (.not. command%is_batch .and. (word == "--jobs" .or. word == "--only")) then
-      command%fault = "option "//word//" goes with 'igaform batch'"
+      command%reason = "option "//word//" goes with 'igaform batch'"
     end if
   end subroutine take_value
 
   !> The value of an option that counts something.
-  subroutine take_count(option, value, count, fault)
+  subroutine take_count(option, value, count, reason)
     character(*), intent(in) :: option, value
     integer, intent(inout) :: count
-    character(:), allocatable, intent(inout) :: fault
+    character(:), allocatable, intent(inout) :: reason
     logical :: is_number
 
     call read_integer(value, count, is_number)
     if (.not. is_number .or. count < 1) then
-      fault = "option "//option//" needs a whole number of at least 1, not '"//value//"'"
+      reason = "option "//option//" needs a whole number of at least 1, not '"//value//"'"
     end if
   end subroutine take_count
 

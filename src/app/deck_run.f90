@@ -4,8 +4,8 @@ module deck_run
   use, intrinsic :: iso_fortran_env, only: error_unit
   use omp_lib, only: omp_get_max_threads, omp_set_num_threads, omp_set_dynamic
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: fault_list_t, n_errors
+  use failure, only: error_t
+  use input_errors, only: error_list_t, n_errors
   use text, only: string_t, to_text, rounded_text
   use command_line, only: command_t
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted, exit_files, &
@@ -16,7 +16,7 @@ module deck_run
   use gauss_rule, only: gauss_rule_t
   use scene, only: scene_t
   use deck_reader, only: read_deck
-  use fault_report, only: report_faults
+  use error_report, only: report_errors
   use blank, only: n_elements_of, n_controls_of, mass_of
   use model, only: model_t
   use contact_effect, only: contact_effect_t
@@ -71,20 +71,20 @@ contains
     type(scene_t) :: scene
     type(model_t) :: model
     type(user_library_t), allocatable :: library
-    type(fault_list_t) :: faults
+    type(error_list_t) :: errors
     type(outlook_t) :: outlook
 
     ! The number of threads must not change under way: OpenMP may otherwise adapt it.
     call omp_set_dynamic(.false.)
     if (command%n_threads > 0) call omp_set_num_threads(command%n_threads)
-    call read_deck(command%deck, command%overrides, scene, faults)
-    if (n_errors(faults) == 0) call load_user_files(command, scene, library, faults)
-    if (n_errors(faults) == 0) call build_model(scene, model, faults, library)
-    if (command%is_check .and. n_errors(faults) == 0) &
-      call check_torsion(model, scene%blank%origin, faults)
-    call report_faults(faults, error_unit)
-    if (command%is_awake .and. n_errors(faults) == 0) call keep_awake(model)
-    if (n_errors(faults) > 0) then
+    call read_deck(command%deck, command%overrides, scene, errors)
+    if (n_errors(errors) == 0) call load_user_files(command, scene, library, errors)
+    if (n_errors(errors) == 0) call build_model(scene, model, errors, library)
+    if (command%is_check .and. n_errors(errors) == 0) &
+      call check_torsion(model, scene%blank%origin, errors)
+    call report_errors(errors, error_unit)
+    if (command%is_awake .and. n_errors(errors) == 0) call keep_awake(model)
+    if (n_errors(errors) > 0) then
       code = exit_input
     else if (command%is_check) then
       call cpu_time(outlook%set_up)

@@ -6,7 +6,7 @@ module exit_codes
   public :: status_of
 
   integer, parameter, public :: exit_done = 0
-  integer, parameter, public :: exit_input = 1         !! the input is at fault
+  integer, parameter, public :: exit_input = 1         !! the input is invalid
   integer, parameter, public :: exit_numerics = 2      !! the run failed
   integer, parameter, public :: exit_interrupted = 3
   integer, parameter, public :: exit_files = 4         !! the files could not be written

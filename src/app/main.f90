@@ -25,8 +25,8 @@ program main
     write (error_unit, "(a)") "igaform: IGES files are written by 'python -m post iges FILE', "// &
       "with the same options"
     code = exit_input
-  else if (command%fault /= "") then
-    write (error_unit, "(a)") "igaform: "//command%fault
+  else if (command%reason /= "") then
+    write (error_unit, "(a)") "igaform: "//command%reason
     write (error_unit, "(a)") usage_text()
     code = exit_input
   else if (command%wants_help) then

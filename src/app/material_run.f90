@@ -3,8 +3,8 @@ module material_run
   use, intrinsic :: iso_c_binding, only: c_funloc
   use, intrinsic :: iso_fortran_env, only: error_unit
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: fault_list_t, add_fault, n_errors
+  use failure, only: error_t
+  use input_errors, only: error_list_t, add_error, n_errors
   use text, only: string_t, to_text
   use command_line, only: command_t
   use scene, only: scene_t, material_spec_t, material_test_spec_t
@@ -16,8 +16,8 @@ module material_run
   use material_point, only: material_point_t, new_point
   use user_setup, only: load_user_files
   use deck_reader, only: read_material_deck
-  use fault_report, only: report_faults
-  use material_test, only: test_fault, new_test_rows, fill_table, table_heads, stop_words
+  use error_report, only: report_errors
+  use material_test, only: test_problem, new_test_rows, fill_table, table_heads, stop_words
   use test_processes, only: law_slot_t, perform_tests
   use shared_rows, only: shared_rows_t, free_rows, is_begun, failure_of, warning_of
   use interrupt, only: watch_signals, stop_signal_name
@@ -46,20 +46,20 @@ contains
   integer function run_material_tests(command) result(code)
     type(command_t), intent(in) :: command
     type(scene_t) :: scene
-    type(fault_list_t) :: faults
+    type(error_list_t) :: errors
     type(law_slot_t), allocatable :: slots(:)
     type(user_library_t), allocatable :: library
 
     call read_material_deck(command%deck, command%overrides, .not. command%is_return_study, &
-                            scene, faults)
+                            scene, errors)
     if (command%is_return_study) then
-      code = run_return_study(command, scene, faults)
+      code = run_return_study(command, scene, errors)
       return
     end if
-    if (n_errors(faults) == 0) call load_user_files(command, scene, library, faults)
-    if (n_errors(faults) == 0) call make_laws(scene, slots, faults, library)
-    call report_faults(faults, error_unit)
-    if (n_errors(faults) > 0) then
+    if (n_errors(errors) == 0) call load_user_files(command, scene, library, errors)
+    if (n_errors(errors) == 0) call make_laws(scene, slots, errors, library)
+    call report_errors(errors, error_unit)
+    if (n_errors(errors) > 0) then
       code = exit_input
     else if (command%is_check) then
       call print_tests(scene)
@@ -70,15 +70,15 @@ contains
   end function run_material_tests
 
   !> The study of the returns in place of the tests.
-  integer function run_return_study(command, scene, faults) result(code)
+  integer function run_return_study(command, scene, errors) result(code)
     type(command_t), intent(in) :: command
     type(scene_t), intent(in) :: scene
-    type(fault_list_t), intent(in) :: faults    !! of the deck
+    type(error_list_t), intent(in) :: errors    !! of the deck
     character(:), allocatable :: path
 
-    call report_faults(faults, error_unit)
+    call report_errors(errors, error_unit)
     code = exit_input
-    if (n_errors(faults) > 0) return
+    if (n_errors(errors) > 0) return
     path = result_base(command%output)
     if (path == "") path = base_of(file_name(command%deck))
     if (study_returns(scene, path)) code = exit_done
@@ -86,15 +86,15 @@ contains
 
   !> The law of each test, with its constants checked. Tests lie in the axes of the material, so
   !! its *ORIENTATION, which tells how it lies in a blank, does not matter here.
-  subroutine make_laws(scene, slots, faults, library)
+  subroutine make_laws(scene, slots, errors, library)
     type(scene_t), intent(in) :: scene
     type(law_slot_t), allocatable, intent(out) :: slots(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(user_library_t), intent(in), optional :: library   !! for *USER MATERIAL
     real(wp), parameter :: short = 1.0e-9_wp                ! time of a first call, for the moduli
     real(wp), parameter :: aligned(6) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp]
     type(material_spec_t) :: material
-    character(:), allocatable :: fault
+    character(:), allocatable :: reason
     integer :: i, first
 
     allocate (slots(size(scene%tests)))
@@ -104,16 +104,16 @@ contains
         if (first == i) then
           material = scene%materials(test%material)
           if (material%plasticity%potential /= "") material%plasticity%orientation = aligned
-          call build_law(material, slots(i)%law, faults, library)
-          if (allocated(slots(i)%law)) call ask_law(test, material, short, slots(i)%law, faults)
+          call build_law(material, slots(i)%law, errors, library)
+          if (allocated(slots(i)%law)) call ask_law(test, material, short, slots(i)%law, errors)
         else if (allocated(slots(first)%law)) then
           allocate (slots(i)%law, source=slots(first)%law)
         end if
         if (.not. allocated(slots(i)%law)) cycle
-        fault = test_fault(test, slots(i)%law)
-        if (fault /= "") call add_fault(faults, test%origin, fault, "a law with plasticity")
+        reason = test_problem(test, slots(i)%law)
+        if (reason /= "") call add_error(errors, test%origin, reason, "a law with plasticity")
         associate (n => slots(i)%law%n_state - slots(i)%law%n_hidden)
-          if (first == i .and. size(test%state) > n) call add_fault(faults, test%state_origin, &
+          if (first == i .and. size(test%state) > n) call add_error(errors, test%state_origin, &
             to_text(size(test%state))//" state variables for ALL", to_text(n)//" at most, as "// &
             "material "//scene%materials(test%material)%name//" has")
         end associate
@@ -122,12 +122,12 @@ contains
   end subroutine make_laws
 
   !> Let a user's law that brings no elastic moduli with it tell them, at the start of a test.
-  subroutine ask_law(test, material, dt, law, faults)
+  subroutine ask_law(test, material, dt, law, errors)
     type(material_test_spec_t), intent(in) :: test
     type(material_spec_t), intent(in) :: material
     real(wp), intent(in) :: dt
     class(block_law_t), allocatable, intent(inout) :: law   !! freed where it has none
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(first_point_t) :: first
     type(material_point_t) :: point
     type(error_t), allocatable :: error
@@ -141,7 +141,7 @@ contains
     law%bulk = bulk
     law%shear = shear
     if (.not. allocated(error)) return
-    call add_fault(faults, material%origin, error%message, "a law that can be called")
+    call add_error(errors, material%origin, error%message, "a law that can be called")
     deallocate (law)
   end subroutine ask_law
 

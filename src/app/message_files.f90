@@ -2,14 +2,14 @@
 !! a batch. Their first line tells who wrote them; one with nothing behind it goes at the end.
 module message_files
   use, intrinsic :: iso_fortran_env, only: error_unit, int64
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use output_guard, only: why_left_alone
   use system_files, only: remove_file, true_path
   implicit none
   private
 
   public :: check_message_file, open_message_file, close_message_file
-  public :: error_file_fault, begin_error_file, note_failed_run, end_error_file, first_error
+  public :: error_file_problem, begin_error_file, note_failed_run, end_error_file, first_error
   public :: is_noted_as_failed
 
   integer, parameter :: message_unit = 7   ! where subroutines of users write messages
@@ -71,13 +71,13 @@ contains
 
   !> Why the file for what a run of a batch has to say cannot be written; empty if nothing is known
   !! against it.
-  function error_file_fault(path) result(why)
+  function error_file_problem(path) result(why)
     character(*), intent(in) :: path
     character(:), allocatable :: why
 
     why = why_left_alone(path, error_mark, "file with messages")
     if (why /= "") why = "'"//path//"' for its messages: "//why
-  end function error_file_fault
+  end function error_file_problem
 
   !> Begin the file for what a run of a batch has to say; nothing is done where that is not
   !! possible, which shows when the run is started.

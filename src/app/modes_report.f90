@@ -1,7 +1,7 @@
 !> What `igaform --modes N` tells of a model without running it: its lowest frequencies.
 module modes_report
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: to_text
   use model, only: model_t
   use boundary, only: boundary_t

@@ -1,7 +1,7 @@
 !> Names of the files that a run writes beside its result, none of which may be one that it reads.
 module output_names
   use text, only: string_t, lower_case
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use file_identity, only: is_same_file, is_any_of_files
   use command_line, only: command_t
   use scene, only: scene_t

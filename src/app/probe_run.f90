@@ -3,9 +3,9 @@
 module probe_run
   use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use text, only: string_t, to_text, rounded_text
-  use faults, only: fault_list_t, n_errors
+  use input_errors, only: error_list_t, n_errors
   use scene, only: scene_t
   use coarse_scene, only: coarsen_scene
   use blank, only: blank_t, n_elements_of
@@ -51,7 +51,7 @@ contains
     type(user_library_t), intent(in), optional :: library
     type(scene_t) :: coarse
     type(model_t) :: probe
-    type(fault_list_t) :: faults
+    type(error_list_t) :: errors
     type(inertia_t) :: inertia
     type(string_t), allocatable :: lines(:)
     integer :: i, n_threads
@@ -62,8 +62,8 @@ contains
     if (.not. any([scene%step%has_relaxation, scene%later_steps%step%has_relaxation])) &
       coarse%step%target_step = max(coarse%step%target_step, scene%step%end_time &
                                     /(most_steps*scene%step%safety))
-    call build_model(coarse, probe, faults, library)
-    if (n_errors(faults) > 0) then
+    call build_model(coarse, probe, errors, library)
+    if (n_errors(errors) > 0) then
       print "(a)", "probe            the scene with fewer elements cannot be built"
       return
     end if

@@ -3,13 +3,13 @@
 module return_study
   use, intrinsic :: iso_fortran_env, only: error_unit
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: fault_list_t, origin_t, add_fault, new_origin, n_errors
+  use failure, only: error_t
+  use input_errors, only: error_list_t, origin_t, add_error, new_origin, n_errors
   use text, only: to_text, rounded_text
   use scene, only: scene_t, material_spec_t
   use block_law, only: block_law_t
   use law_setup, only: build_law
-  use fault_report, only: report_faults
+  use error_report, only: report_errors
   use unit_system, only: unit_system_t, new_unit_system
   use result_table, only: result_table_t, add_column, write_csv
   use return_error, only: reference_stresses, time_paths, mean_error, n_points, path_length, &
@@ -29,7 +29,7 @@ contains
   logical function study_returns(scene, base) result(is_done)
     type(scene_t), intent(in) :: scene
     character(*), intent(in) :: base
-    type(fault_list_t) :: faults
+    type(error_list_t) :: errors
     type(origin_t) :: origin
     type(error_t), allocatable :: error
     integer :: i, n
@@ -41,53 +41,53 @@ contains
     do i = 1, size(scene%materials)
       if (scene%materials(i)%law /= "PLASTIC") cycle
       n = n + 1
-      call study(scene%materials(i), base, new_unit_system(scene%units), faults, error)
+      call study(scene%materials(i), base, new_unit_system(scene%units), errors, error)
       if (allocated(error)) write (error_unit, "(a)") "igaform: error: material "// &
         scene%materials(i)%name//": "//error%message
       is_done = is_done .and. .not. allocated(error)
     end do
-    if (n == 0) call add_fault(faults, origin, &
+    if (n == 0) call add_error(errors, origin, &
                                "no material with *PLASTIC to study the return of", &
                                "at least one *PLASTIC")
-    call report_faults(faults, error_unit)
-    is_done = is_done .and. n_errors(faults) == 0
+    call report_errors(errors, error_unit)
+    is_done = is_done .and. n_errors(errors) == 0
   end function study_returns
 
   !> One material.
-  subroutine study(given, base, units, faults, error)
+  subroutine study(given, base, units, errors, error)
     type(material_spec_t), intent(in) :: given
     character(*), intent(in) :: base
     type(unit_system_t), intent(in) :: units
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: aligned(6) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp]
     type(material_spec_t) :: material
     class(block_law_t), allocatable :: law
     real(wp) :: stress(n_points, 6), reference(n_points, 6)
-    real(wp), dimension(size(increments), size(stages)) :: errors, seconds
+    real(wp), dimension(size(increments), size(stages)) :: deviations, seconds
     integer :: i, k
 
     material = given
     if (material%plasticity%potential /= "") material%plasticity%orientation = aligned
     do k = 1, size(stages)
       material%plasticity%n_stages = stages(k)
-      call build_law(material, law, faults)
+      call build_law(material, law, errors)
       if (.not. allocated(law)) return
       if (stages(k) == 0) call reference_stresses(law, reference, error)
       do i = 1, size(increments)
         if (allocated(error)) return
         call time_paths(law, increments(i), stress, seconds(i, k), error)
-        errors(i, k) = mean_error(stress, reference)
+        deviations(i, k) = mean_error(stress, reference)
       end do
     end do
     if (allocated(error)) return
-    call print_table(material%name, errors, seconds)
-    call write_table(base//"-returns-"//material%name//".csv", units, errors, seconds, error)
+    call print_table(material%name, deviations, seconds)
+    call write_table(base//"-returns-"//material%name//".csv", units, deviations, seconds, error)
   end subroutine study
 
-  subroutine print_table(name, errors, seconds)
+  subroutine print_table(name, deviations, seconds)
     character(*), intent(in) :: name
-    real(wp), intent(in) :: errors(:, :), seconds(:, :)   !! (increment, return)
+    real(wp), intent(in) :: deviations(:, :), seconds(:, :)   !! (increment, return)
     integer :: i, k
 
     print "(a)", "material "//name//": error of the stress after turning paths of "// &
@@ -97,7 +97,7 @@ contains
     print "(a,4(es12.0,a))", "increment     ", (increments(i), "      ns", i=1, size(increments))
     do k = 1, size(stages)
       print "(a,4(es12.2,f8.0))", return_name(stages(k)), &
-        (errors(i, k), 1.0e9_wp*seconds(i, k), i=1, size(increments))
+        (deviations(i, k), 1.0e9_wp*seconds(i, k), i=1, size(increments))
     end do
   end subroutine print_table
 
@@ -110,21 +110,21 @@ contains
     if (n_stages == 1) name = "1 stage"
   end function return_name
 
-  subroutine write_table(path, units, errors, seconds, error)
+  subroutine write_table(path, units, deviations, seconds, error)
     character(*), intent(in) :: path
     type(unit_system_t), intent(in) :: units
-    real(wp), intent(in) :: errors(:, :), seconds(:, :)
+    real(wp), intent(in) :: deviations(:, :), seconds(:, :)
     type(error_t), allocatable, intent(out) :: error
     type(result_table_t) :: table
     integer :: n
 
-    n = size(errors)
+    n = size(deviations)
     call add_column(table, "stages", "1", "stages of the return, 0: backward Euler", &
                     reshape(real(spread(stages, 1, size(increments)), wp), [1, n]))
     call add_column(table, "increment", "1", "equivalent strain of one increment", &
                     reshape(spread(increments, 2, size(stages)), [1, n]))
     call add_column(table, "error", "1", "mean relative error of the stress", &
-                    reshape(errors, [1, n]))
+                    reshape(deviations, [1, n]))
     call add_column(table, "nanoseconds", "1", "time per point and increment", &
                     reshape(1.0e9_wp*seconds, [1, n]))
     call write_csv(table, path, units, error)

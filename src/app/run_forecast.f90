@@ -11,7 +11,7 @@
 module run_forecast
   use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_set_num_threads
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use text, only: string_t, to_text, rounded_text, append_text
   use contact_state, only: wake_contact
   use contact_effect, only: contact_effect_t

@@ -1,7 +1,7 @@
 !> From an accepted model to a run that can begin, or go on from a checkpoint.
 module run_start
   use text, only: string_t, to_text, rounded_text
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use timer, only: add_watch
   use build_info, only: version, git_commit
   use scene, only: scene_t
@@ -9,7 +9,7 @@ module run_start
   use state_store, only: state_store_t
   use checkpoint, only: read_checkpoint, draft_t, draw_result, place_result, drop_result, &
                         remove_leftovers, is_replaceable
-  use result_layout, only: layout_fault
+  use result_layout, only: layout_problem
   use kinds, only: wp
   use file_lock, only: lock_t, hold_file
   use system_files, only: kind_of_file
@@ -130,12 +130,12 @@ contains
     if (allocated(error)) return
     call draw_result(command%restart, setup%path, draft, error)
     if (allocated(error)) return
-    why = layout_fault(draft%path, setup)
+    why = layout_problem(draft%path, setup)
     if (why /= "") then
       why = "its result cannot be gone on with: "//why
     else
       call start_from(saver, model, run, store)
-      why = state_fault(store, run)
+      why = state_problem(store, run)
     end if
     if (why /= "") then
       call drop_result(draft)
@@ -151,18 +151,18 @@ contains
   end subroutine start_run
 
   !> Why the state that was taken from a checkpoint cannot be gone on from; empty if it can.
-  function state_fault(store, run) result(why)
+  function state_problem(store, run) result(why)
     type(state_store_t), intent(in) :: store
     type(run_t), intent(in) :: run
     character(:), allocatable :: why
 
     why = ""
-    if (store%fault /= "") then
-      why = "its state does not fit this deck: "//store%fault
+    if (store%reason /= "") then
+      why = "its state does not fit this deck: "//store%reason
     else if (run%instant%time > run%control%end_time*(1 + 1.0e-12_wp)) then
       why = "it is of time "//to_text(run%instant%time)//", which is later than the end time "// &
             to_text(run%control%end_time)
     end if
-  end function state_fault
+  end function state_problem
 
 end module run_start

@@ -5,7 +5,7 @@ module saving_report
   use basis_tables, only: n_lanes
   use knot_vector, only: n_spans
   use scene, only: scene_t
-  use scene_symmetry, only: axis_along, uniformity_fault, mirror_fault
+  use scene_symmetry, only: axis_along, uniformity_problem, mirror_problem
   implicit none
   private
 
@@ -34,14 +34,14 @@ contains
       reduced = n
       reduced(axis) = 1
       if (.not. cost(reduced) < cost(n)) cycle
-      if (uniformity_fault(scene, c) == "") call append_text(lines, "could be         "// &
+      if (uniformity_problem(scene, c) == "") call append_text(lines, "could be         "// &
         "a strip (*REDUCE, TYPE=PLANE STRAIN, AXIS="//letters(c:c)//"), uniform along "// &
         letters(c:c)//": 1 of "//to_text(n(axis))//" elements, saves "// &
         percent(1.0_wp - cost(reduced)/cost(n))//"; exact where the edges are held; with "// &
         "free edges for bending, not for pulling, in which a sheet narrows")
     end do
     do c = 1, 3
-      if (mirror_fault(scene, c) /= "") cycle
+      if (mirror_problem(scene, c) /= "") cycle
       do axis = 1, 2
         if (.not. varies_along(scene, axis, c)) cycle
         reduced = n

@@ -1,8 +1,8 @@
 !> From --user and the materials of a deck to the loaded subroutines of the user.
 module user_setup
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: fault_list_t, add_fault, add_warning, new_origin, n_errors
+  use failure, only: error_t
+  use input_errors, only: error_list_t, add_error, add_warning, new_origin, n_errors
   use text, only: string_t, joined
   use scene, only: is_user_material, scene_t
   use user_library, only: user_library_t, load_user_library
@@ -20,11 +20,11 @@ contains
   !> Compile and load the files of --user, if a material of the deck asks for them. The library is
   !! allocated if that was done. A check does not call them unless it needs what only they know, and
   !! says which it is.
-  subroutine load_user_files(command, scene, library, faults)
+  subroutine load_user_files(command, scene, library, errors)
     type(command_t), intent(in) :: command
     type(scene_t), intent(in) :: scene
     type(user_library_t), allocatable, intent(out) :: library
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(error_t), allocatable :: error
     character(:), allocatable :: folder, reason
     logical :: is_needed
@@ -35,10 +35,10 @@ contains
       is_needed = is_needed .or. is_user_material(scene%materials(i))
     end do
     if (size(command%user_files) == 0) return
-    call check_presence(command%user_files, faults)
-    if (n_errors(faults) > 0) return
+    call check_presence(command%user_files, errors)
+    if (n_errors(errors) > 0) return
     if (.not. is_needed) then
-      call add_warning(faults, new_origin("--user "//joined(command%user_files, " --user "), 0, &
+      call add_warning(errors, new_origin("--user "//joined(command%user_files, " --user "), 0, &
                                           ""), "no *USER MATERIAL in the deck, so it is not used", &
                        "a material whose law is *USER MATERIAL")
       return
@@ -48,13 +48,13 @@ contains
     reason = reason_to_call(command, scene)
     call load_user_library(command%user_files, reason /= "", library, error)
     if (allocated(error)) then
-      call add_fault(faults, new_origin("--user", 0, ""), error%message, &
+      call add_error(errors, new_origin("--user", 0, ""), error%message, &
                      "sources or a library with a UMAT or VUMAT that can be called")
       return
     end if
-    if (library%note /= "") call add_warning(faults, new_origin("--user", 0, ""), library%note, &
+    if (library%note /= "") call add_warning(errors, new_origin("--user", 0, ""), library%note, &
       "source that gfortran compiles as its name says")
-    if (library%uncalled /= "") call add_warning(faults, new_origin("--user", 0, ""), &
+    if (library%uncalled /= "") call add_warning(errors, new_origin("--user", 0, ""), &
       "SUBROUTINE "//library%uncalled//" in the files, which nothing here calls", &
       "UMAT, VUMAT, SDVINI, UEXTERNALDB or VEXTERNALDB")
     if (command%is_check) then
@@ -90,10 +90,10 @@ contains
     end do
   end function reason_to_call
 
-  !> Files that are not there, or are none, are faults, even where no material asks for them.
-  subroutine check_presence(files, faults)
+  !> Files that are not there, or are none, are errors, even where no material asks for them.
+  subroutine check_presence(files, errors)
     type(string_t), intent(in) :: files(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: kind
     integer :: i
 
@@ -101,7 +101,7 @@ contains
       kind = kind_of_file(files(i)%value)
       if (kind == "file") cycle
       if (kind == "") kind = "no file"
-      call add_fault(faults, new_origin("--user", 0, ""), kind//" '"//files(i)%value//"'", &
+      call add_error(errors, new_origin("--user", 0, ""), kind//" '"//files(i)%value//"'", &
                      "sources or a library of the user")
     end do
   end subroutine check_presence

@@ -1,7 +1,7 @@
 !> What can be measured: a piece of the solver's work, with what it costs by count.
 module bench_case
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   implicit none
   private
 

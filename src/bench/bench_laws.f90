@@ -1,7 +1,7 @@
 !> The laws that the benchmark measures: steel, made the way decks make theirs.
 module bench_laws
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use text, only: string_t
   use block_law, only: block_law_t
   use law_spec, only: law_spec_t

@@ -15,7 +15,7 @@ module bench_options
     logical :: is_quick = .false., wants_list = .false., wants_help = .false.
     logical :: wants_vectors = .false.
     logical :: is_judging = .false.          !! asked for what `python -m post bench` does
-    character(:), allocatable :: fault       !! why the command cannot be carried out; else empty
+    character(:), allocatable :: reason       !! why the command cannot be carried out; else empty
   end type options_t
 
 contains
@@ -35,7 +35,7 @@ contains
     call parse_options(arguments, options)
   end subroutine read_options
 
-  !> Take a list of arguments apart, as far as the first fault.
+  !> Take a list of arguments apart, as far as the first error.
   subroutine parse_options(arguments, options)
     type(string_t), intent(in) :: arguments(:)
     type(options_t), intent(out) :: options
@@ -43,9 +43,9 @@ contains
 
     allocate (options%only(0))
     options%json = ""
-    options%fault = ""
+    options%reason = ""
     i = 0
-    do while (i < size(arguments) .and. options%fault == "")
+    do while (i < size(arguments) .and. options%reason == "")
       i = i + 1
       select case (arguments(i)%value)
       case ("--quick")
@@ -56,14 +56,14 @@ contains
         options%wants_vectors = .true.
       case ("--targets", "--compare")
         options%is_judging = .true.
-        options%fault = arguments(i)%value//" is an option of python -m post bench FILE, "// &
+        options%reason = arguments(i)%value//" is an option of python -m post bench FILE, "// &
                         "which judges what --json FILE has stored"
       case ("--help", "-h")
         options%wants_help = .true.
       case ("--only", "--json", "--threads", "--rounds")
         call take_value(arguments, options, i)
       case default
-        options%fault = unknown(arguments(i)%value)
+        options%reason = unknown(arguments(i)%value)
       end select
     end do
   end subroutine parse_options
@@ -75,7 +75,7 @@ contains
     logical :: is_number
 
     if (i == size(arguments)) then
-      options%fault = "option "//arguments(i)%value//" needs a value"
+      options%reason = "option "//arguments(i)%value//" needs a value"
       return
     end if
     i = i + 1
@@ -99,20 +99,20 @@ contains
 
       call read_integer(arguments(i)%value, number, is_number)
       if (.not. is_number .or. number < 1) &
-        options%fault = "option "//arguments(i - 1)%value// &
+        options%reason = "option "//arguments(i - 1)%value// &
                         " needs a whole number of at least 1, not '"//arguments(i)%value//"'"
     end subroutine take_number
   end subroutine take_value
 
-  function unknown(word) result(fault)
+  function unknown(word) result(reason)
     character(*), intent(in) :: word
-    character(:), allocatable :: fault, nearest
+    character(:), allocatable :: reason, nearest
 
     nearest = nearest_name(word, strings([character(9) :: "--quick", "--list", "--vectors", &
                                           "--help", "--only", "--json", "--threads", "--rounds", &
                                           "--targets", "--compare"]))
-    fault = "unknown option '"//word//"'"
-    if (nearest /= "") fault = fault//"; nearest is "//nearest
+    reason = "unknown option '"//word//"'"
+    if (nearest /= "") reason = reason//"; nearest is "//nearest
   end function unknown
 
   !> Does the name hold one of the texts of --only, if there are any?
@@ -141,7 +141,7 @@ contains
            //"  --list             names of all records"//feed &
            //"  --vectors          are the hot loops vectorised? (needs objdump)"//feed &
            //"  --help"//feed &
-           //"exit codes: 0 done, 1 the command is at fault, 2 a measurement failed, 77 no objdump"
+           //"exit codes: 0 done, 1 the command is invalid, 2 a measurement failed, 77 no objdump"
   end function usage_text
 
 end module bench_options

@@ -3,7 +3,7 @@ module bench_run
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use omp_lib, only: omp_get_max_threads, omp_set_dynamic
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: to_text
   use bench_case, only: case_slot_t
   use bench_record, only: record_t, record_list_t, keep_least

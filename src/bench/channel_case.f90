@@ -2,9 +2,9 @@
 module channel_case
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: string_t, strings
-  use faults, only: fault_list_t, n_errors
+  use input_errors, only: error_list_t, n_errors
   use timer, only: watch_seconds, clock_ticks, ticks_to_seconds
   use scene, only: scene_t
   use deck_reader, only: read_deck
@@ -53,17 +53,17 @@ module channel_case
 
 contains
 
-  !> Read the deck and build the model once, so that faults show here.
+  !> Read the deck and build the model once, so that errors show here.
   subroutine prepare(self, error)
     class(channel_case_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
-    type(fault_list_t) :: faults
+    type(error_list_t) :: errors
 
     call make_folder(scratch_folder)
     call read_deck(project_folder()//"/input/channel_forming.key", &
                    strings([character(16) :: self%closing, "frames=1", "history=20"]), &
-                   self%scene, faults)
-    if (n_errors(faults) > 0) then
+                   self%scene, errors)
+    if (n_errors(errors) > 0) then
       call fail(error, self%name//": input/channel_forming.key cannot be read")
       return
     end if
@@ -102,13 +102,13 @@ contains
   subroutine new_model(self, error)
     class(channel_case_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
-    type(fault_list_t) :: faults
+    type(error_list_t) :: errors
     type(results_setup_t) :: setup
     integer :: i
 
     call close_model(self)
-    call build_model(self%scene, self%model, faults)
-    if (n_errors(faults) > 0) then
+    call build_model(self%scene, self%model, errors)
+    if (n_errors(errors) > 0) then
       call fail(error, self%name//": the channel cannot be built")
       return
     end if

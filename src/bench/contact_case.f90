@@ -1,7 +1,7 @@
 !> Contact of a sheet with a wavy tool of any number of faces, all points touching or none.
 module contact_case
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use knot_vector, only: new_knot_vector, greville
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use tool, only: tool_t, new_tool

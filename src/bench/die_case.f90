@@ -1,9 +1,9 @@
 !> Closest points of eight points at a time on the lower die of the channel, warm-started.
 module die_case
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: string_t
-  use faults, only: fault_list_t, n_errors
+  use input_errors, only: error_list_t, n_errors
   use scene, only: scene_t
   use deck_reader, only: read_deck
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
@@ -39,11 +39,11 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(string_t) :: no_overrides(0)
     type(scene_t) :: scene
-    type(fault_list_t) :: faults
+    type(error_list_t) :: errors
     integer :: i, j, n
 
-    call read_deck(project_folder()//"/input/channel_forming.key", no_overrides, scene, faults)
-    if (n_errors(faults) > 0) then
+    call read_deck(project_folder()//"/input/channel_forming.key", no_overrides, scene, errors)
+    if (n_errors(errors) > 0) then
       call fail(error, self%name//": input/channel_forming.key cannot be read")
       return
     end if

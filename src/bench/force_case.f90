@@ -1,7 +1,7 @@
 !> The force routine on a blank whose points are all in the same regime.
 module force_case
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use nurbs_solid, only: nurbs_solid_t
   use primitives, only: box_solid
   use block_law, only: block_law_t

@@ -1,7 +1,7 @@
 !> Records as JSON: a list of flat objects, one a line, which `python -m post bench` reads.
 module json_records
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: to_text
   use bench_record, only: record_t, record_list_t
   implicit none

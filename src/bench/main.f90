@@ -20,8 +20,8 @@ program main
   call shorten_waiting()
   call read_options(options)
   code = 0
-  if (options%fault /= "") then
-    write (error_unit, "(a)") "igaform_bench: "//options%fault
+  if (options%reason /= "") then
+    write (error_unit, "(a)") "igaform_bench: "//options%reason
     if (.not. options%is_judging) write (error_unit, "(a)") usage_text()
     code = 1
   else if (options%wants_help) then

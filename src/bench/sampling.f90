@@ -2,7 +2,7 @@
 module sampling
   use omp_lib, only: omp_set_num_threads
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use bench_clock, only: seconds_now
   use bench_case, only: bench_case_t
   use bench_record, only: record_t

@@ -2,7 +2,7 @@
 !! the arithmetic on doubles in the hot procedures is counted, packed in wide registers or not.
 module vector_check
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: strings, to_text
   use child_process, only: run_program, program_missing
   use whole_file, only: read_whole_file

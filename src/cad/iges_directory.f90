@@ -1,7 +1,7 @@
 !> The directory of an IGES file: two lines of ten fields for each entity (IGES 5.3, section
 !! 2.2.4.4). An entity goes by the number of its first line, D1, D3 and so on.
 module iges_directory
-  use faults, only: fault_list_t, new_origin, add_fault
+  use input_errors, only: error_list_t, new_origin, add_error
   use text, only: read_integer, to_text
   use iges_lines, only: iges_lines_t, section_directory, section_parameters, line_number
   implicit none
@@ -9,7 +9,7 @@ module iges_directory
 
   public :: entry_t, read_directory, entry_name, type_name
 
-  integer, parameter :: most_faults = 10
+  integer, parameter :: most_errors = 10
 
   !> What the reader needs of an entry.
   type :: entry_t
@@ -25,18 +25,18 @@ module iges_directory
 
 contains
 
-  !> Read all entries; their faults are noted.
-  subroutine read_directory(file, entries, faults)
+  !> Read all entries; their errors are noted.
+  subroutine read_directory(file, entries, errors)
     type(iges_lines_t), intent(in) :: file
     type(entry_t), allocatable, intent(out) :: entries(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i, n_before
 
     allocate (entries(file%n(section_directory)/2))
-    n_before = faults%n_items
+    n_before = errors%n_items
     do i = 1, size(entries)
-      call read_entry(file, 2*i - 1, entries(i), faults)
-      if (faults%n_items - n_before >= most_faults) return
+      call read_entry(file, 2*i - 1, entries(i), errors)
+      if (errors%n_items - n_before >= most_errors) return
     end do
   end subroutine read_directory
 
@@ -94,26 +94,26 @@ contains
     end select
   end function type_name
 
-  subroutine read_entry(file, number, entry, faults)
+  subroutine read_entry(file, number, entry, errors)
     type(iges_lines_t), intent(in) :: file
     integer, intent(in) :: number   !! of its first line in the section
     type(entry_t), intent(out) :: entry
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(16) :: code
     integer :: again, i
 
-    call take_field(file, number, 1, "entity type", entry%type, faults)
-    call take_field(file, number, 2, "start of the parameters", entry%first, faults)
-    call take_field(file, number, 7, "transformation matrix", entry%matrix, faults)
-    call take_field(file, number + 1, 1, "entity type", again, faults)
-    call take_field(file, number + 1, 4, "number of parameter lines", entry%n_lines, faults)
-    call take_field(file, number + 1, 5, "form", entry%form, faults)
+    call take_field(file, number, 1, "entity type", entry%type, errors)
+    call take_field(file, number, 2, "start of the parameters", entry%first, errors)
+    call take_field(file, number, 7, "transformation matrix", entry%matrix, errors)
+    call take_field(file, number + 1, 1, "entity type", again, errors)
+    call take_field(file, number + 1, 4, "number of parameter lines", entry%n_lines, errors)
+    call take_field(file, number + 1, 5, "form", entry%form, errors)
     code = field(file, number, 9)
     do i = 1, 8
       if (code(i:i) == " ") code(i:i) = "0"
     end do
     if (verify(code(:8), "0123456789") > 0) then
-      call add_fault(faults, new_origin(file%path, line_number(file, section_directory, number), &
+      call add_error(errors, new_origin(file%path, line_number(file, section_directory, number), &
                                         "IGES section D"), "`"//code(:8)//"` in field 9, "// &
                      "the status", "eight digits")
       code = "00000000"
@@ -122,18 +122,18 @@ contains
     entry%is_part = code(3:4) == "01" .or. code(3:4) == "03"
     read (code(5:6), "(i2)") entry%purpose
     entry%label = trim(adjustl(field(file, number + 1, 8)))
-    call check_entry(file, number, again, entry, faults)
+    call check_entry(file, number, again, entry, errors)
   end subroutine read_entry
 
-  subroutine check_entry(file, number, again, entry, faults)
+  subroutine check_entry(file, number, again, entry, errors)
     type(iges_lines_t), intent(in) :: file
     integer, intent(in) :: number, again   !! the type as the second line has it
     type(entry_t), intent(in) :: entry
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: n
 
     if (again /= entry%type) then
-      call add_fault(faults, new_origin(file%path, line_number(file, section_directory, &
+      call add_error(errors, new_origin(file%path, line_number(file, section_directory, &
                                                                number + 1), "IGES section D"), &
                      "entity type "//to_text(again)//" in the second line of D"// &
                      to_text(number), "the "//to_text(entry%type)//" of its first line")
@@ -142,19 +142,19 @@ contains
     if (entry%type == 0) return   ! a null entity has no parameters
     if (entry%first >= 1 .and. entry%first <= n .and. entry%n_lines >= 1 &
         .and. entry%n_lines <= n - entry%first + 1) return
-    call add_fault(faults, new_origin(file%path, line_number(file, section_directory, number), &
+    call add_error(errors, new_origin(file%path, line_number(file, section_directory, number), &
                                       "IGES section D"), &
                    to_text(entry%n_lines)//" parameter lines from P"//to_text(entry%first)// &
                    " on for D"//to_text(number), "lines between P1 and P"//to_text(n))
   end subroutine check_entry
 
   !> A whole number in a field; 0 where the field is blank.
-  subroutine take_field(file, line, place, name, value, faults)
+  subroutine take_field(file, line, place, name, value, errors)
     type(iges_lines_t), intent(in) :: file
     integer, intent(in) :: line, place
     character(*), intent(in) :: name
     integer, intent(out) :: value
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: given
     logical :: is_number
 
@@ -163,7 +163,7 @@ contains
     if (given == "") return
     call read_integer(given, value, is_number)
     if (is_number) return
-    call add_fault(faults, new_origin(file%path, line_number(file, section_directory, line), &
+    call add_error(errors, new_origin(file%path, line_number(file, section_directory, line), &
                                       "IGES section D"), &
                    "`"//given//"` in field "//to_text(place)//", the "//name, "a whole number")
   end subroutine take_field

@@ -1,7 +1,7 @@
 !> The global section of an IGES file: delimiters, units, scale (IGES 5.3, section 2.2.4.3).
 module iges_global
   use kinds, only: wp
-  use faults, only: fault_list_t, origin_t, new_origin, add_fault
+  use input_errors, only: error_list_t, origin_t, new_origin, add_error
   use text, only: read_integer, read_real, to_text
   use length_units, only: flag_by_name, flag_name, unit_flag, unit_in_mm, unit_names
   use iges_lines, only: iges_lines_t, section_global, line_number
@@ -24,11 +24,11 @@ module iges_global
 
 contains
 
-  !> Read the section; its faults are noted.
-  subroutine read_global(file, global, faults)
+  !> Read the section; its errors are noted.
+  subroutine read_global(file, global, errors)
     type(iges_lines_t), intent(in) :: file
     type(iges_global_t), intent(out) :: global
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: text, problem, expected
     type(token_list_t) :: tokens
     integer :: i, place
@@ -42,16 +42,16 @@ contains
     end do
     call find_delimiters(text, global%delimiters, problem)
     if (problem /= "") then
-      call add_fault(faults, origin_at(file, 1), problem, "the delimiters first, such as 1H,,1H;")
+      call add_error(errors, origin_at(file, 1), problem, "the delimiters first, such as 1H,,1H;")
       return
     end if
     call split_tokens(text, global%delimiters, tokens, problem, expected, place)
     if (problem /= "") then
-      call add_fault(faults, origin_at(file, place), problem, expected)
+      call add_error(errors, origin_at(file, place), problem, expected)
     else
-      call take_unit(file, tokens, global, faults)
-      call take_positive(file, tokens, place_scale, "model space scale", global%scale, faults)
-      call take_positive(file, tokens, place_resolution, "resolution", global%resolution, faults)
+      call take_unit(file, tokens, global, errors)
+      call take_positive(file, tokens, place_scale, "model space scale", global%scale, errors)
+      call take_positive(file, tokens, place_resolution, "resolution", global%resolution, errors)
     end if
   end subroutine read_global
 
@@ -83,11 +83,11 @@ contains
       "`, which numbers and texts are made of"
   end subroutine find_delimiters
 
-  subroutine take_unit(file, tokens, global, faults)
+  subroutine take_unit(file, tokens, global, errors)
     type(iges_lines_t), intent(in) :: file
     type(token_list_t), intent(in) :: tokens
     type(iges_global_t), intent(inout) :: global
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: flag_text
     integer :: flag
     logical :: is_number
@@ -104,21 +104,21 @@ contains
     end if
     if (unit_in_mm(global%unit) > 0.0_wp) return
     if (flag == flag_by_name) then
-      call add_fault(faults, origin_of(file, tokens, place_name), "`"//flag_text//"` as "// &
+      call add_error(errors, origin_of(file, tokens, place_name), "`"//flag_text//"` as "// &
                      "parameter 15, the name of the unit", "one of "//unit_names)
     else
-      call add_fault(faults, origin_of(file, tokens, place_flag), "`"//flag_text//"` as "// &
+      call add_error(errors, origin_of(file, tokens, place_flag), "`"//flag_text//"` as "// &
                      "parameter 14, the unit flag", "a whole number from 1 to 11")
     end if
   end subroutine take_unit
 
-  subroutine take_positive(file, tokens, place, name, value, faults)
+  subroutine take_positive(file, tokens, place, name, value, errors)
     type(iges_lines_t), intent(in) :: file
     type(token_list_t), intent(in) :: tokens
     integer, intent(in) :: place
     character(*), intent(in) :: name
     real(wp), intent(inout) :: value   !! stays as it is where the file says nothing
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: given
     real(wp) :: number
     logical :: is_number
@@ -129,7 +129,7 @@ contains
     if (is_number .and. number >= 0.0_wp) then
       if (number > 0.0_wp) value = number
     else
-      call add_fault(faults, origin_of(file, tokens, place), "`"//given//"` as parameter "// &
+      call add_error(errors, origin_of(file, tokens, place), "`"//given//"` as parameter "// &
                      to_text(place)//", the "//name, "a number above 0")
     end if
   end subroutine take_positive

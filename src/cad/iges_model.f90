@@ -2,7 +2,7 @@
 !! noted with its line, its place in the list and its name.
 module iges_model
   use kinds, only: wp
-  use faults, only: fault_list_t, origin_t, new_origin, add_fault
+  use input_errors, only: error_list_t, origin_t, new_origin, add_error
   use text, only: read_integer, read_real, to_text
   use iges_lines, only: iges_lines_t, read_iges_lines, line_number, section_parameters, &
                         section_directory
@@ -34,26 +34,26 @@ module iges_model
 
 contains
 
-  !> Read a file up to its directory. The model is of use only if no fault was added.
-  subroutine read_iges_model(path, model, faults)
+  !> Read a file up to its directory. The model is of use only if no error was added.
+  subroutine read_iges_model(path, model, errors)
     character(*), intent(in) :: path
     type(iges_model_t), intent(out) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: n_before
 
-    n_before = faults%n_items
-    call read_iges_lines(path, model%file, faults)
-    if (faults%n_items > n_before) return
-    call read_global(model%file, model%global, faults)
-    call read_directory(model%file, model%entries, faults)
+    n_before = errors%n_items
+    call read_iges_lines(path, model%file, errors)
+    if (errors%n_items > n_before) return
+    call read_global(model%file, model%global, errors)
+    call read_directory(model%file, model%entries, errors)
   end subroutine read_iges_model
 
   !> Take the values of an entity apart.
-  subroutine open_values(model, entry, values, faults)
+  subroutine open_values(model, entry, values, errors)
     type(iges_model_t), intent(in) :: model
     integer, intent(in) :: entry   !! place in the list of entries
     type(values_t), intent(out) :: values
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: text, problem, expected
     integer :: i, place, type, owner
     logical :: is_number
@@ -68,30 +68,30 @@ contains
           if (line(n_columns + 1:72) == "" .or. (is_number .and. owner == 2*entry - 1)) cycle
           call refuse(model, values, n_columns*(i - 1) + 1, "`"// &
                       trim(adjustl(line(n_columns + 1:72)))//"` in columns 65 to 72", &
-                      "the directory number "//to_text(2*entry - 1), faults)
+                      "the directory number "//to_text(2*entry - 1), errors)
           return
         end associate
       end do
       call split_tokens(text, model%global%delimiters, values%tokens, problem, expected, place)
       if (problem /= "") then
-        call refuse(model, values, place, problem, expected, faults)
+        call refuse(model, values, place, problem, expected, errors)
         return
       end if
       values%n = values%tokens%n - 1
       call read_integer(token_text(values%tokens, 1), type, is_number)
       if (is_number .and. type == item%type) return
       call refuse(model, values, 1, "`"//token_text(values%tokens, 1)//"` as the first value", &
-                  "its type "//to_text(item%type), faults)
+                  "its type "//to_text(item%type), errors)
     end associate
   end subroutine open_values
 
   !> A whole number; 0 where it is left to its default. The bounds are those of what makes sense.
-  integer function get_integer(model, values, place, name, low, high, faults) result(number)
+  integer function get_integer(model, values, place, name, low, high, errors) result(number)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
     integer, intent(in) :: place, low, high
     character(*), intent(in) :: name
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: given, bounds
     logical :: is_number
 
@@ -106,16 +106,16 @@ contains
     bounds = "a whole number from "//to_text(low)
     if (high < huge(high)) bounds = bounds//" to "//to_text(high)
     if (high == huge(high)) bounds = bounds//" on"
-    call refuse_value(model, values, place, name, bounds, faults)
+    call refuse_value(model, values, place, name, bounds, errors)
   end function get_integer
 
   !> A number; 0 where it is left to its default.
-  real(wp) function get_real(model, values, place, name, faults) result(number)
+  real(wp) function get_real(model, values, place, name, errors) result(number)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
     integer, intent(in) :: place
     character(*), intent(in) :: name
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: given
     logical :: is_number
 
@@ -124,40 +124,40 @@ contains
     given = token_text(values%tokens, place + 1)
     if (given == "") return
     call read_real(given, number, is_number)
-    if (.not. is_number) call refuse_value(model, values, place, name, "a number", faults)
+    if (.not. is_number) call refuse_value(model, values, place, name, "a number", errors)
   end function get_real
 
   !> Several numbers from `place` on.
-  function get_reals(model, values, place, n, name, faults) result(numbers)
+  function get_reals(model, values, place, n, name, errors) result(numbers)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
     integer, intent(in) :: place, n   !! the caller has made sure that there are as many
     character(*), intent(in) :: name
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), allocatable :: numbers(:)
     integer :: i
 
     allocate (numbers(n), source=0.0_wp)
     do i = 1, n
-      numbers(i) = get_real(model, values, place + i - 1, name, faults)
+      numbers(i) = get_real(model, values, place + i - 1, name, errors)
       if (.not. values%is_valid) return
     end do
   end function get_reals
 
   !> Place in the list of entries of an entity that a value points to; 0 if there is none.
-  integer function get_entry(model, values, place, name, faults) result(entry)
+  integer function get_entry(model, values, place, name, errors) result(entry)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
     integer, intent(in) :: place
     character(*), intent(in) :: name
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: last
 
     last = 2*size(model%entries) - 1
-    entry = get_integer(model, values, place, name, 1, last, faults)
+    entry = get_integer(model, values, place, name, 1, last, errors)
     if (values%is_valid .and. mod(entry, 2) == 0) then
       call refuse_value(model, values, place, name, "an odd directory number from 1 to "// &
-                        to_text(last), faults)
+                        to_text(last), errors)
     end if
     entry = (entry + 1)/2
     if (.not. values%is_valid) entry = 0
@@ -173,12 +173,12 @@ contains
                         "IGES "//entry_name(model%entries, entry))
   end function entry_origin
 
-  subroutine refuse_value(model, values, place, name, expected, faults)
+  subroutine refuse_value(model, values, place, name, expected, errors)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
     integer, intent(in) :: place
     character(*), intent(in) :: name, expected
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: given
 
     given = token_text(values%tokens, place + 1)
@@ -190,23 +190,23 @@ contains
     end if
     call refuse(model, values, &
                 values%tokens%first(max(1, min(place + 1, values%tokens%n))), &
-                given//" as parameter "//to_text(place)//", "//name, expected, faults)
+                given//" as parameter "//to_text(place)//", "//name, expected, errors)
   end subroutine refuse_value
 
-  !> Note a fault of the parameters; the entity is of no use any more.
-  subroutine refuse(model, values, place, found, expected, faults)
+  !> Note an error of the parameters; the entity is of no use any more.
+  subroutine refuse(model, values, place, found, expected, errors)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
     integer, intent(in) :: place      !! in the text of the values
     character(*), intent(in) :: found, expected
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: line
 
     values%is_valid = .false.
     associate (item => model%entries(values%entry))
       line = item%first + min((max(place, 1) - 1)/n_columns, item%n_lines - 1)
     end associate
-    call add_fault(faults, new_origin(model%file%path, &
+    call add_error(errors, new_origin(model%file%path, &
                                       line_number(model%file, section_parameters, line), &
                                       "IGES "//entry_name(model%entries, values%entry)//", P"// &
                                       to_text(line)), found, expected)

@@ -5,7 +5,7 @@
 !! their edges are turned so that their normals agree.
 module iges_reader
   use kinds, only: wp
-  use faults, only: fault_list_t, new_origin, add_fault, add_warning, n_errors
+  use input_errors, only: error_list_t, new_origin, add_error, add_warning, n_errors
   use text, only: string_t, to_text, rounded_text, place_text, append_text
   use nurbs_surface, only: nurbs_surface_t
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
@@ -19,37 +19,37 @@ module iges_reader
 
   public :: read_iges
 
-  integer, parameter :: most_faults = 20   !! of surfaces that are told of
+  integer, parameter :: most_errors = 20   !! of surfaces that are told of
   integer, parameter :: most_listed = 40   !! surfaces that are listed one by one
 
 contains
 
-  !> Read the surfaces that a deck asks for. With an error among the faults there are none.
-  subroutine read_iges(request, surfaces, report, faults)
+  !> Read the surfaces that a deck asks for. With an error among the errors there are none.
+  subroutine read_iges(request, surfaces, report, errors)
     type(iges_request_t), intent(in) :: request
     type(nurbs_surface_t), allocatable, intent(out) :: surfaces(:)   !! in the unit of the deck
     type(string_t), allocatable, intent(out) :: report(:)            !! lines for the log
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(iges_model_t) :: model
     type(surface_seams_t) :: seams
     integer, allocatable :: reason(:), taken(:)
     integer :: n_before, i
 
-    n_before = n_errors(faults)
+    n_before = n_errors(errors)
     allocate (surfaces(0), report(0))
-    call read_iges_model(request%path, model, faults)
-    if (n_errors(faults) > n_before) return
-    call select_entries(model, request, reason, faults)
-    if (n_errors(faults) > n_before) return
+    call read_iges_model(request%path, model, errors)
+    if (n_errors(errors) > n_before) return
+    call select_entries(model, request, reason, errors)
+    if (n_errors(errors) > n_before) return
     taken = pack([(i, i=1, size(reason))], reason == 0)
     if (size(taken) == 0) then
-      call add_fault(faults, new_origin(request%path, 0, "IGES"), "no surface for a tool"// &
+      call add_error(errors, new_origin(request%path, 0, "IGES"), "no surface for a tool"// &
                      listed(skipped_lines(model, reason)), "surfaces of type 128, 120 or 122 "// &
                      "that stand for themselves")
       return
     end if
-    call read_taken(model, taken, surfaces, faults)
-    if (n_errors(faults) > n_before) then
+    call read_taken(model, taken, surfaces, errors)
+    if (n_errors(errors) > n_before) then
       deallocate (surfaces)
       allocate (surfaces(0))
       return
@@ -57,15 +57,15 @@ contains
     call convert(model, request, surfaces)
     call find_surface_seams(surfaces, seam_tolerance(model, request, surfaces), seams)
     call orient_surfaces(seams, surfaces)
-    call warn_of_sides(request, seams, faults)
+    call warn_of_sides(request, seams, errors)
     call write_report(model, request, surfaces, taken, reason, seams, report)
   end subroutine read_iges
 
-  subroutine read_taken(model, taken, surfaces, faults)
+  subroutine read_taken(model, taken, surfaces, errors)
     type(iges_model_t), intent(in) :: model
     integer, intent(in) :: taken(:)
     type(nurbs_surface_t), allocatable, intent(inout) :: surfaces(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i, n_bad
     logical :: is_valid
 
@@ -73,9 +73,9 @@ contains
     allocate (surfaces(size(taken)))
     n_bad = 0
     do i = 1, size(taken)
-      call read_surface(model, taken(i), surfaces(i), is_valid, faults)
+      call read_surface(model, taken(i), surfaces(i), is_valid, errors)
       if (.not. is_valid) n_bad = n_bad + 1
-      if (n_bad == most_faults) return
+      if (n_bad == most_errors) return
     end do
   end subroutine read_taken
 
@@ -117,19 +117,19 @@ contains
                     largest*norm2(box(:, 2) - box(:, 1)))
   end function seam_tolerance
 
-  subroutine warn_of_sides(request, seams, faults)
+  subroutine warn_of_sides(request, seams, errors)
     type(iges_request_t), intent(in) :: request
     type(surface_seams_t), intent(in) :: seams
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     if (maxval(seams%group) > 1) then
-      call add_warning(faults, request%origin, "surfaces of `"//request%path//"` in "// &
+      call add_warning(errors, request%origin, "surfaces of `"//request%path//"` in "// &
                        to_text(maxval(seams%group))//" groups that do not meet, so that their "// &
                        "sides cannot be compared", "one connected tool, or normals that point "// &
                        "to the same side in all groups")
     end if
     if (seams%is_one_sided) then
-      call add_warning(faults, request%origin, "surfaces of `"//request%path//"` whose sides "// &
+      call add_warning(errors, request%origin, "surfaces of `"//request%path//"` whose sides "// &
                        "cannot be made to agree", "surfaces that meet in pairs and have two sides")
     end if
   end subroutine warn_of_sides

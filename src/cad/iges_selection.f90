@@ -1,6 +1,6 @@
 !> Which entities of an IGES file become surfaces of a tool, and why the others do not.
 module iges_selection
-  use faults, only: fault_list_t, origin_t, add_fault, add_warning
+  use input_errors, only: error_list_t, origin_t, add_error, add_warning
   use text, only: string_t, to_text, nearest_name, squeezed, upper_case
   use iges_directory, only: entry_t, entry_name, type_name
   use iges_model, only: iges_model_t, entry_origin
@@ -33,12 +33,12 @@ module iges_selection
 contains
 
   !> The reason why each entity is left out, 0 for those that are taken. What the deck asks for and
-  !! cannot have is a fault, as is a trimmed surface; surfaces of other kinds are warned of.
-  subroutine select_entries(model, request, reason, faults)
+  !! cannot have is an error, as is a trimmed surface; surfaces of other kinds are warned of.
+  subroutine select_entries(model, request, reason, errors)
     type(iges_model_t), intent(in) :: model
     type(iges_request_t), intent(in) :: request
     integer, allocatable, intent(out) :: reason(:)   !! shape (number of entities)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i
 
     allocate (reason(size(model%entries)))
@@ -46,11 +46,11 @@ contains
       reason(i) = nature(model%entries(i))
     end do
     if (size(request%numbers) > 0 .or. size(request%labels) > 0) then
-      call choose(model, request, reason, faults)
+      call choose(model, request, reason, errors)
     else
-      call warn_of_unread(model, reason, faults)
+      call warn_of_unread(model, reason, errors)
     end if
-    call refuse_trimmed(model, reason, faults)
+    call refuse_trimmed(model, reason, errors)
   end subroutine select_entries
 
   !> Lines such as `skipped 12 x type 110 (line): no surface`, one for each type and reason.
@@ -109,11 +109,11 @@ contains
   end function nature
 
   !> Take what the deck names, blanked or not, and nothing else.
-  subroutine choose(model, request, reason, faults)
+  subroutine choose(model, request, reason, errors)
     type(iges_model_t), intent(in) :: model
     type(iges_request_t), intent(in) :: request
     integer, intent(inout) :: reason(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     logical :: is_named(size(reason))
     integer :: i, n
 
@@ -121,18 +121,18 @@ contains
     do i = 1, size(request%numbers)
       n = request%numbers(i)
       if (n < 1 .or. n >= 2*size(reason) .or. mod(n, 2) == 0) then
-        call add_fault(faults, request%origin, "entity D"//to_text(n)//", which `"// &
+        call add_error(errors, request%origin, "entity D"//to_text(n)//", which `"// &
                        request%path//"` does not have", "odd directory numbers from 1 to "// &
                        to_text(2*size(reason) - 1))
       else if (.not. any(model%entries((n + 1)/2)%type == [surfaces_read, trimmed])) then
-        call add_fault(faults, request%origin, entry_name(model%entries, (n + 1)/2)// &
+        call add_error(errors, request%origin, entry_name(model%entries, (n + 1)/2)// &
                        " as a tool", hint)
       else
         is_named((n + 1)/2) = .true.
       end if
     end do
     do i = 1, size(request%labels)
-      call find_label(model, request, request%labels(i)%value, is_named, faults)
+      call find_label(model, request, request%labels(i)%value, is_named, errors)
     end do
     do i = 1, size(reason)
       if (is_named(i)) then
@@ -143,12 +143,12 @@ contains
     end do
   end subroutine choose
 
-  subroutine find_label(model, request, label, is_named, faults)
+  subroutine find_label(model, request, label, is_named, errors)
     type(iges_model_t), intent(in) :: model
     type(iges_request_t), intent(in) :: request
     character(*), intent(in) :: label
     logical, intent(inout) :: is_named(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(string_t), allocatable :: known(:)
     type(string_t) :: one
     character(:), allocatable :: nearest
@@ -170,14 +170,14 @@ contains
     if (is_found) return
     nearest = nearest_name(label, known)
     if (nearest /= "") nearest = ", did you mean "//nearest//"?"
-    call add_fault(faults, request%origin, "the label "//label//", which no surface of `"// &
+    call add_error(errors, request%origin, "the label "//label//", which no surface of `"// &
                    request%path//"` has", "the label of a surface"//nearest)
   end subroutine find_label
 
-  subroutine refuse_trimmed(model, reason, faults)
+  subroutine refuse_trimmed(model, reason, errors)
     type(iges_model_t), intent(in) :: model
     integer, intent(in) :: reason(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i, n
 
     n = 0
@@ -185,20 +185,20 @@ contains
       if (reason(i) /= is_trimmed) cycle
       n = n + 1
       if (n == most_told) then
-        call add_fault(faults, entry_origin(model, i), to_text(count(reason == is_trimmed) - n + &
+        call add_error(errors, entry_origin(model, i), to_text(count(reason == is_trimmed) - n + &
                                                                1)//" trimmed surfaces more", hint)
       end if
       if (n >= most_told) return
-      call add_fault(faults, entry_origin(model, i), "a trimmed surface, which is not done yet", &
+      call add_error(errors, entry_origin(model, i), "a trimmed surface, which is not done yet", &
                      hint//"; or name those of the file with ENTITY= or LABEL=")
     end do
   end subroutine refuse_trimmed
 
   !> One warning for each kind of surface that is left out.
-  subroutine warn_of_unread(model, reason, faults)
+  subroutine warn_of_unread(model, reason, errors)
     type(iges_model_t), intent(in) :: model
     integer, intent(in) :: reason(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i, k, n
 
     do k = 1, size(surfaces_unread)
@@ -207,7 +207,7 @@ contains
       do i = 1, size(reason)
         if (model%entries(i)%type == surfaces_unread(k) .and. reason(i) == is_unread) exit
       end do
-      call add_warning(faults, entry_origin(model, i), to_text(n)//" of this type, which is "// &
+      call add_warning(errors, entry_origin(model, i), to_text(n)//" of this type, which is "// &
                        "not read: a part of the tool may be missing", hint)
     end do
   end subroutine warn_of_unread

@@ -2,8 +2,8 @@
 !! tabulated cylinder (122).
 module iges_surfaces
   use kinds, only: wp
-  use errors, only: error_t, fail
-  use faults, only: fault_list_t, add_fault
+  use failure, only: error_t, fail
+  use input_errors, only: error_list_t, add_error
   use text, only: to_text
   use knot_vector, only: max_degree
   use knot_range, only: cut_to_range
@@ -25,27 +25,27 @@ module iges_surfaces
 contains
 
   !> Read a surface of type 120, 122 or 128 in the unit of the file, transformed as it asks.
-  subroutine read_surface(model, entry, surface, is_valid, faults)
+  subroutine read_surface(model, entry, surface, is_valid, errors)
     type(iges_model_t), intent(in) :: model
     integer, intent(in) :: entry
     type(nurbs_surface_t), intent(out) :: surface
     logical, intent(out) :: is_valid
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(values_t) :: values
     type(error_t), allocatable :: error
     real(wp) :: matrix(3, 4)
     integer :: n(3)
 
-    call open_values(model, entry, values, faults)
+    call open_values(model, entry, values, errors)
     is_valid = values%is_valid
     if (.not. is_valid) return
     select case (model%entries(entry)%type)
-    case (120); call read_revolution(model, values, surface, is_valid, error, faults)
-    case (122); call read_cylinder(model, values, surface, is_valid, error, faults)
-    case default; call read_spline(model, values, surface, is_valid, error, faults)
+    case (120); call read_revolution(model, values, surface, is_valid, error, errors)
+    case (122); call read_cylinder(model, values, surface, is_valid, error, errors)
+    case default; call read_spline(model, values, surface, is_valid, error, errors)
     end select
     if (is_valid .and. .not. allocated(error)) then
-      call get_matrix(model, entry, matrix, is_valid, faults)
+      call get_matrix(model, entry, matrix, is_valid, errors)
       if (is_valid .and. model%entries(entry)%matrix /= 0) then
         n = shape(surface%points)
         surface%points = reshape(moved(matrix, reshape(surface%points, [n(1)*n(2), 3])), n)
@@ -54,7 +54,7 @@ contains
     end if
     if (.not. allocated(error)) return
     is_valid = .false.
-    call add_fault(faults, entry_origin(model, entry), "a surface that cannot be made ("// &
+    call add_error(errors, entry_origin(model, entry), "a surface that cannot be made ("// &
                    error%message//")", "a proper surface")
   end subroutine read_surface
 
@@ -70,31 +70,31 @@ contains
     end if
   end subroutine check
 
-  subroutine read_spline(model, values, surface, is_valid, error, faults)
+  subroutine read_spline(model, values, surface, is_valid, error, errors)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
     type(nurbs_surface_t), intent(out) :: surface
     logical, intent(out) :: is_valid
     type(error_t), allocatable, intent(out) :: error
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), allocatable :: rows(:, :, :), knots1(:), knots2(:)
     real(wp) :: range(4)
     integer :: degree(2), n(2), at, c
 
-    call read_sizes(model, values, n, degree, faults)
+    call read_sizes(model, values, n, degree, errors)
     is_valid = values%is_valid
     if (.not. is_valid) return
-    knots1 = get_reals(model, values, 10, n(1) + degree(1) + 1, "a knot of the first axis", faults)
+    knots1 = get_reals(model, values, 10, n(1) + degree(1) + 1, "a knot of the first axis", errors)
     at = 10 + n(1) + degree(1) + 1
-    knots2 = get_reals(model, values, at, n(2) + degree(2) + 1, "a knot of the second axis", faults)
+    knots2 = get_reals(model, values, at, n(2) + degree(2) + 1, "a knot of the second axis", errors)
     at = at + n(2) + degree(2) + 1
     allocate (rows(n(1), n(2), 4))
-    rows(:, :, 4) = reshape(get_reals(model, values, at, n(1)*n(2), "a weight", faults), n)
+    rows(:, :, 4) = reshape(get_reals(model, values, at, n(1)*n(2), "a weight", errors), n)
     at = at + n(1)*n(2)
-    rows(:, :, :3) = reshape(get_reals(model, values, at, 3*n(1)*n(2), "a coordinate", faults), &
+    rows(:, :, :3) = reshape(get_reals(model, values, at, 3*n(1)*n(2), "a coordinate", errors), &
                              [n(1), n(2), 3], order=[3, 1, 2])
     at = at + 3*n(1)*n(2)
-    range = get_reals(model, values, at, 4, "the range", faults)
+    range = get_reals(model, values, at, 4, "the range", errors)
     is_valid = values%is_valid
     if (.not. is_valid) return
     if (.not. all(rows(:, :, 4) > 0.0_wp)) then
@@ -112,19 +112,19 @@ contains
   end subroutine read_spline
 
   !> Counts and degrees; the values that they ask for must be there.
-  subroutine read_sizes(model, values, n, degree, faults)
+  subroutine read_sizes(model, values, n, degree, errors)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
     integer, intent(out) :: n(2), degree(2)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i
     real(wp) :: n_needed
 
     do i = 1, 2
       n(i) = 1 + get_integer(model, values, i, "K"//to_text(i)//", an upper index", 1, &
-                             max(1, values%n), faults)
+                             max(1, values%n), errors)
       degree(i) = get_integer(model, values, 2 + i, "M"//to_text(i)//", a degree", 1, &
-                              max_degree, faults)
+                              max_degree, errors)
     end do
     if (.not. values%is_valid) return
     ! As a real number, for what a damaged file asks for may be more than an integer holds.
@@ -132,7 +132,7 @@ contains
     if (n_needed <= values%n) return
     call refuse(model, values, 1, to_text(values%n)//" parameters", "at least "// &
                 to_text(n_needed)//" for "//to_text(n(1))//" x "//to_text(n(2))// &
-                " control points", faults)
+                " control points", errors)
   end subroutine read_sizes
 
   !> Bring both axes to open knots over the range; what is there already stays bit for bit.
@@ -169,38 +169,38 @@ contains
 
   !> A curve turned about a line, from the start angle to the end angle, right-handed about the
   !! line: axis 1 follows the curve, axis 2 the angle.
-  subroutine read_revolution(model, values, surface, is_valid, error, faults)
+  subroutine read_revolution(model, values, surface, is_valid, error, errors)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
     type(nurbs_surface_t), intent(out) :: surface
     logical, intent(out) :: is_valid
     type(error_t), allocatable, intent(out) :: error
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: degrees = 360/turn
     type(nurbs_curve_t) :: line, curve
     real(wp) :: angles(2), angle
     integer :: axis, generatrix
 
-    axis = get_entry(model, values, 1, "the axis", faults)
-    generatrix = get_entry(model, values, 2, "the generatrix", faults)
-    angles = get_reals(model, values, 3, 2, "an angle", faults)
+    axis = get_entry(model, values, 1, "the axis", errors)
+    generatrix = get_entry(model, values, 2, "the generatrix", errors)
+    angles = get_reals(model, values, 3, 2, "an angle", errors)
     is_valid = values%is_valid
     if (.not. is_valid) return
     if (model%entries(axis)%type /= 110) then
       call refuse(model, values, 1, "entity "//to_text(model%entries(axis)%type)// &
-                  " as the axis", "a line (110)", faults)
+                  " as the axis", "a line (110)", errors)
       is_valid = .false.
       return
     end if
     angle = angles(2) - angles(1)
     if (.not. (angle > 0.0_wp .and. angle <= turn*(1.0_wp + 1.0e-9_wp))) then
       call refuse(model, values, 3, "angles from "//to_text(angles(1))//" to "// &
-                  to_text(angles(2)), "a rising pair, at most a full turn apart", faults)
+                  to_text(angles(2)), "a rising pair, at most a full turn apart", errors)
       is_valid = .false.
       return
     end if
-    call read_curve(model, axis, line, is_valid, faults)
-    if (is_valid) call read_curve(model, generatrix, curve, is_valid, faults)
+    call read_curve(model, axis, line, is_valid, errors)
+    if (is_valid) call read_curve(model, generatrix, curve, is_valid, errors)
     if (.not. is_valid) return
     ! Full turns written with few digits are full turns.
     if (angle > turn*(1.0_wp - 1.0e-9_wp)) angle = turn
@@ -235,21 +235,21 @@ contains
   end subroutine revolve
 
   !> A curve drawn along a line from its first point to the point given.
-  subroutine read_cylinder(model, values, surface, is_valid, error, faults)
+  subroutine read_cylinder(model, values, surface, is_valid, error, errors)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
     type(nurbs_surface_t), intent(out) :: surface
     logical, intent(out) :: is_valid
     type(error_t), allocatable, intent(out) :: error
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(nurbs_curve_t) :: curve
     real(wp) :: end(3)
     integer :: directrix
 
-    directrix = get_entry(model, values, 1, "the directrix", faults)
-    end = get_reals(model, values, 2, 3, "a coordinate", faults)
+    directrix = get_entry(model, values, 1, "the directrix", errors)
+    end = get_reals(model, values, 2, 3, "a coordinate", errors)
     is_valid = values%is_valid
-    if (is_valid) call read_curve(model, directrix, curve, is_valid, faults)
+    if (is_valid) call read_curve(model, directrix, curve, is_valid, errors)
     if (.not. is_valid) return
     call extruded_surface(surface, curve%axis, curve%points, curve%weights, &
                           end - curve%points(1, :), 2, 1, error)

@@ -11,7 +11,7 @@
 !! grown by g.
 module contact
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, place_of, point_position, gather_forces, add_gathered
   use face_motion, only: face_motion_t, new_face_motion, take_turn, point_motion

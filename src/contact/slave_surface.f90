@@ -4,7 +4,7 @@
 !! direction over one-dimensional tables. Each row of points is one unit of work.
 module slave_surface
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use slave_line, only: slave_line_t, area_rule_t, new_slave_line, new_line_at, new_area_rule, &
                         solve_moments, points_gauss, points_knot, points_greville

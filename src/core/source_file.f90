@@ -1,7 +1,7 @@
 !> The bytes of a deck or include file, and its lines whatever ends them.
 module source_file
   use, intrinsic :: iso_fortran_env, only: int64
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: to_text
   use system_files, only: is_no_file, kind_of_file
   implicit none

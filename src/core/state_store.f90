@@ -24,12 +24,12 @@ module state_store
     type(state_entry_t), allocatable :: entries(:)
     logical :: is_taking = .false.        !! what is carried is taken back, else put
     character(:), allocatable :: folder   !! put before every name, see `enter_folder`
-    character(:), allocatable :: fault    !! first name put twice or missed; empty: none
+    character(:), allocatable :: reason    !! first name put twice or missed; empty: none
   end type state_store_t
 
   !> Put a single value, or take it back, as the store stands, so that it is named but once. Whole
   !! numbers up to 2^53. A name counts once; a value that is not there to be taken stays as it is,
-  !! and `fault` tells.
+  !! and `reason` tells.
   interface carry
     module procedure carry_real, carry_integer, carry_long, carry_flag
   end interface carry
@@ -42,7 +42,7 @@ contains
 
     store%n_entries = 0
     store%is_taking = .false.
-    store%fault = ""
+    store%reason = ""
   end subroutine empty_store
 
   !> From now on names mean those of this folder, such as `forces/3`.
@@ -52,7 +52,7 @@ contains
 
     store%folder = folder
     if (folder /= "") store%folder = folder//"/"
-    if (.not. allocated(store%fault)) store%fault = ""
+    if (.not. allocated(store%reason)) store%reason = ""
   end subroutine enter_folder
 
   !> Put an array of any shape.
@@ -181,7 +181,7 @@ contains
     flags = values > 0.5_wp
   end subroutine carry_flags
 
-  !> The same for places in a list, 0 for none: others are a fault.
+  !> The same for places in a list, 0 for none: others are an error.
   pure subroutine carry_indices(store, name, n, largest, indices)
     type(state_store_t), intent(inout) :: store
     character(*), intent(in) :: name
@@ -274,13 +274,13 @@ contains
     end do
   end function find
 
-  !> Keep the first fault.
-  pure subroutine note(store, fault)
+  !> Keep the first error.
+  pure subroutine note(store, reason)
     type(state_store_t), intent(inout) :: store
-    character(*), intent(in) :: fault
+    character(*), intent(in) :: reason
 
-    if (.not. allocated(store%fault)) store%fault = ""
-    if (store%fault == "") store%fault = fault
+    if (.not. allocated(store%reason)) store%reason = ""
+    if (store%reason == "") store%reason = reason
   end subroutine note
 
 end module state_store

@@ -2,7 +2,7 @@
 !! descriptor, so that nothing can be put in their place between the check and the use.
 module trusted_files
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int16_t, c_null_char, c_size_t
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: to_text
   use sha256, only: sha256_t, add_to_digest, sha256_text
   implicit none

@@ -1,7 +1,7 @@
 !> *DRAW BEAD: its entry in the keyword table and its reader.
 module bead_reader
   use kinds, only: wp
-  use faults, only: fault_list_t, add_fault
+  use input_errors, only: error_list_t, add_error
   use text, only: string_t, upper_case, squeezed
   use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                           add_example, kind_real, kind_name, any_number
@@ -61,12 +61,12 @@ contains
   end subroutine add_bead_keywords
 
   !> Fill the list of draw beads in the order of the deck.
-  subroutine read_beads(deck, frame, names, scene, faults)
+  subroutine read_beads(deck, frame, names, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(box_frame_t), intent(in) :: frame
     type(deck_names_t), intent(in) :: names
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: face
     type(string_t), allocatable :: faces(:)
     integer, allocatable :: found(:)
@@ -81,41 +81,41 @@ contains
         bead%origin = record%origin
         bead%name = option_text(deck, record, "NAME")
         if (place_of(names%tools, squeezed(upper_case(bead%name))) > 0) then
-          call add_fault(faults, record%origin, "the name "//bead%name//", which is that of a "// &
+          call add_error(errors, record%origin, "the name "//bead%name//", which is that of a "// &
                          "tool", "a name of its own")
         end if
         bead%given_step = step_of(record%step)
         bead%first_step = bead%given_step
         bead%width = option_real(deck, record, "WIDTH")
         bead%slip = option_real(deck, record, "SLIP")
-        call find_amplitude(deck, record, names, bead%curve, faults)
+        call find_amplitude(deck, record, names, bead%curve, errors)
         if (bead%curve > 0) then
-          if (any(scene%curves(bead%curve)%values < 0.0_wp)) call add_fault(faults, &
+          if (any(scene%curves(bead%curve)%values < 0.0_wp)) call add_error(errors, &
             record%origin, "an amplitude with values below 0", "one that holds the sheet back")
         end if
         if (is_option_given(deck, record, "CLOSING")) then
           call resolve(names%tools, option_text(deck, record, "CLOSING"), "*TOOL", record%origin, &
-                       bead%closing, faults)
-          if (bead%curve == 0) call add_fault(faults, record%origin, "CLOSING without AMPLITUDE", &
+                       bead%closing, errors)
+          if (bead%curve == 0) call add_error(errors, record%origin, "CLOSING without AMPLITUDE", &
                                               "an amplitude of the forces over the way of the tool")
         end if
         face = squeezed(upper_case(option_text(deck, record, "FACE")))
         bead%face = face_of(face, frame)
         if (bead%face < first_large) then
-          call add_fault(faults, record%origin, "FACE="//face, "one of the two large faces"// &
+          call add_error(errors, record%origin, "FACE="//face, "one of the two large faces"// &
                          did_you_mean(face, faces))
         end if
-        if (record%is_valid) call read_line(record, i, scene, faults)
+        if (record%is_valid) call read_line(record, i, scene, errors)
       end associate
     end do
   end subroutine read_beads
 
   !> Forces and corners of bead `i`.
-  subroutine read_line(record, i, scene, faults)
+  subroutine read_line(record, i, scene, errors)
     type(record_t), intent(in) :: record
     integer, intent(in) :: i
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: line, c
 
     associate (bead => scene%beads(i))
@@ -126,7 +126,7 @@ contains
         bead%line(:, line - 1) = [(field_real(record, line, c), c=1, 3)]
         if (line < 3) cycle
         if (norm2(bead%line(:, line - 1) - bead%line(:, line - 2)) > 0.0_wp) cycle
-        call add_fault(faults, record%origin, "a corner of the line twice in a row", &
+        call add_error(errors, record%origin, "a corner of the line twice in a row", &
                        "corners that differ")
       end do
     end associate

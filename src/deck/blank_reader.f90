@@ -1,8 +1,8 @@
 !> *BLANK: the solid, its material and its quadrature.
 module blank_reader
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: fault_list_t, add_fault
+  use failure, only: error_t
+  use input_errors, only: error_list_t, add_error
   use text, only: upper_case, squeezed, to_text, read_integer, strings
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
   use knot_vector, only: knot_vector_t, find_span, basis_derivatives, n_spans
@@ -31,7 +31,7 @@ module blank_reader
   end type box_line_t
 
   !> How a box blank lies in space: what turns coordinates into parametric coordinates. A blank
-  !! that is missing or faulty counts as a box, so that it makes no further faults.
+  !! that is missing or faulty counts as a box, so that it makes no further errors.
   type :: box_frame_t
     logical :: is_box = .true.
     integer :: axis_of(3) = [1, 2, 3]     !! coordinate along which each parametric axis runs
@@ -43,13 +43,13 @@ module blank_reader
 contains
 
   !> Fill the blank of the scene; its solids stay empty if they cannot be made.
-  subroutine read_blank(deck, names, parts, scene, frame, faults)
+  subroutine read_blank(deck, names, parts, scene, frame, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_names_t), intent(in) :: names
     type(patch_parts_t), intent(in) :: parts(:)   !! by place in `names%patches`, blank first
     type(scene_t), intent(inout) :: scene
     type(box_frame_t), intent(out) :: frame
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
     logical :: is_complete
     integer :: p
@@ -63,23 +63,23 @@ contains
       blank%patches(1)%name = blank%name
       if (is_option_given(deck, record, "MATERIAL")) then
         call resolve(names%materials, option_text(deck, record, "MATERIAL"), "*MATERIAL", &
-                     record%origin, blank%material, faults)
+                     record%origin, blank%material, errors)
       end if
       frame%is_box = option_text(deck, record, "TYPE") == "BOX"
-      call read_shape(deck, names, parts, record, blank, frame, is_complete, faults)
-      call refuse_stray_patches(deck, record, faults)
+      call read_shape(deck, names, parts, record, blank, frame, is_complete, errors)
+      call refuse_stray_patches(deck, record, errors)
       if (.not. is_complete) return
       do p = 1, size(blank%patches)
-        call refine(deck, parts(1), blank%patches(p)%solid, faults)
-        call read_rule(option_text(deck, record, "RULE"), record, blank%patches(p), faults)
+        call refine(deck, parts(1), blank%patches(p)%solid, errors)
+        call read_rule(option_text(deck, record, "RULE"), record, blank%patches(p), errors)
       end do
-      call read_projection(deck, record, blank, faults)
-      if (.not. frame%is_box) call join_patches(deck, record, blank, faults)
+      call read_projection(deck, record, blank, errors)
+      if (.not. frame%is_box) call join_patches(deck, record, blank, errors)
     end associate
   end subroutine read_blank
 
   !> The solids of the blank, before any refinement that names the blank.
-  subroutine read_shape(deck, names, parts, record, blank, frame, is_complete, faults)
+  subroutine read_shape(deck, names, parts, record, blank, frame, is_complete, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_names_t), intent(in) :: names
     type(patch_parts_t), intent(in) :: parts(:)
@@ -87,36 +87,36 @@ contains
     type(blank_spec_t), intent(inout) :: blank
     type(box_frame_t), intent(inout) :: frame
     logical, intent(out) :: is_complete
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     is_complete = .false.
     select case (option_text(deck, record, "TYPE"))
     case ("NURBS")
-      call check_parts(deck, parts(1), 3, "the blank", faults)
-      call read_nurbs(deck, parts(1), record, blank%patches(1)%solid, is_complete, faults)
+      call check_parts(deck, parts(1), 3, "the blank", errors)
+      call read_nurbs(deck, parts(1), record, blank%patches(1)%solid, is_complete, errors)
     case ("BOX")
-      call check_parts(deck, parts(1), 0, "a blank of TYPE=BOX", faults)
+      call check_parts(deck, parts(1), 0, "a blank of TYPE=BOX", errors)
       if (record%is_valid) then
         call read_box(record, option_text(deck, record, "SPACING") == "CONTROL POINTS", &
-                      blank%patches(1)%solid, frame, is_complete, faults)
+                      blank%patches(1)%solid, frame, is_complete, errors)
       end if
     case ("PATCHES")
-      call check_parts(deck, parts(1), 0, "a blank of TYPE=PATCHES", faults)
-      call read_patches(deck, names, parts, blank, is_complete, faults)
+      call check_parts(deck, parts(1), 0, "a blank of TYPE=PATCHES", errors)
+      call read_patches(deck, names, parts, blank, is_complete, errors)
     case ("DISK", "BAR", "RING", "TUBE", "CUP")
-      call check_parts(deck, parts(1), 0, "a round blank", faults)
-      call read_round(deck, record, blank, is_complete, faults)
+      call check_parts(deck, parts(1), 0, "a round blank", errors)
+      call read_round(deck, record, blank, is_complete, errors)
     end select
   end subroutine read_shape
 
   !> The patches that *PATCH lists.
-  subroutine read_patches(deck, names, parts, blank, is_complete, faults)
+  subroutine read_patches(deck, names, parts, blank, is_complete, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_names_t), intent(in) :: names
     type(patch_parts_t), intent(in) :: parts(:)   !! by place in `names%patches`
     type(blank_spec_t), intent(inout) :: blank
     logical, intent(out) :: is_complete
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(box_frame_t) :: ignored
     integer, allocatable :: found(:)
     logical :: is_made
@@ -125,7 +125,7 @@ contains
     found = find_records(deck, "PATCH")
     is_complete = size(found) > 0
     if (.not. is_complete) then
-      call add_fault(faults, blank%origin, "TYPE=PATCHES without a *PATCH", "at least one *PATCH")
+      call add_error(errors, blank%origin, "TYPE=PATCHES without a *PATCH", "at least one *PATCH")
       return
     end if
     deallocate (blank%patches)
@@ -136,62 +136,62 @@ contains
         place = place_of(names%patches, squeezed(upper_case(patch%name)))
         is_made = .false.
         if (place > 0 .and. option_text(deck, record, "TYPE") == "NURBS") then
-          call check_parts(deck, parts(place), 3, "a patch", faults)
-          call read_nurbs(deck, parts(place), record, patch%solid, is_made, faults)
+          call check_parts(deck, parts(place), 3, "a patch", errors)
+          call read_nurbs(deck, parts(place), record, patch%solid, is_made, errors)
         else if (place > 0 .and. record%is_valid) then
-          call check_parts(deck, parts(place), 0, "a patch of TYPE=BOX", faults)
-          call read_box(record, .false., patch%solid, ignored, is_made, faults)
+          call check_parts(deck, parts(place), 0, "a patch of TYPE=BOX", errors)
+          call read_box(record, .false., patch%solid, ignored, is_made, errors)
         end if
-        if (is_made) call refine(deck, parts(place), patch%solid, faults)
+        if (is_made) call refine(deck, parts(place), patch%solid, errors)
         is_complete = is_complete .and. is_made
       end associate
     end do
   end subroutine read_patches
 
   !> *PATCH is for blanks of TYPE=PATCHES alone.
-  subroutine refuse_stray_patches(deck, blank_record, faults)
+  subroutine refuse_stray_patches(deck, blank_record, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: blank_record
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
 
     if (option_text(deck, blank_record, "TYPE") == "PATCHES") return
     found = find_records(deck, "PATCH")
     if (size(found) == 0) return
-    call add_fault(faults, deck%records(found(1))%origin, "a *PATCH beside a blank of TYPE="// &
+    call add_error(errors, deck%records(found(1))%origin, "a *PATCH beside a blank of TYPE="// &
                    option_text(deck, blank_record, "TYPE"), "*BLANK with TYPE=PATCHES")
   end subroutine refuse_stray_patches
 
-  subroutine read_nurbs(deck, parts, record, solid, is_complete, faults)
+  subroutine read_nurbs(deck, parts, record, solid, is_complete, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(patch_parts_t), intent(in) :: parts
     type(record_t), intent(in) :: record
     type(nurbs_solid_t), intent(out) :: solid
     logical, intent(out) :: is_complete
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(error_t), allocatable :: error
     type(knot_vector_t) :: axes(3)
     real(wp), allocatable :: points(:, :), weights(:)
     integer :: n(3)
 
-    call read_axes(deck, parts, record, axes, is_complete, faults)
+    call read_axes(deck, parts, record, axes, is_complete, errors)
     if (.not. is_complete) return
-    call read_points(deck, parts, record, axes, points, weights, is_complete, faults)
+    call read_points(deck, parts, record, axes, points, weights, is_complete, errors)
     if (.not. is_complete) return
     n = axes%n_basis
     call new_nurbs_solid(solid, axes, reshape(points, [n(1), n(2), n(3), 3]), &
                          reshape(weights, n), error)
     is_complete = .not. allocated(error)
-    if (allocated(error)) call add_fault(faults, record%origin, error%message, "a proper solid")
+    if (allocated(error)) call add_error(errors, record%origin, error%message, "a proper solid")
   end subroutine read_nurbs
 
-  subroutine read_box(record, is_even, solid, frame, is_complete, faults)
+  subroutine read_box(record, is_even, solid, frame, is_complete, errors)
     type(record_t), intent(in) :: record
     logical, intent(in) :: is_even         !! equal distances of control points
     type(nurbs_solid_t), intent(out) :: solid
     type(box_frame_t), intent(inout) :: frame
     logical, intent(out) :: is_complete
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(error_t), allocatable :: error
     real(wp) :: lower(3), upper(3), n_elements
     integer :: a, axis_of(3), far_end(3)
@@ -199,7 +199,7 @@ contains
     n_elements = product([(field_real(record, a, 5), a=1, 3)])
     is_complete = n_elements <= most_elements
     if (.not. is_complete) then
-      call add_fault(faults, record%origin, to_text(n_elements)//" elements", "at most "// &
+      call add_error(errors, record%origin, to_text(n_elements)//" elements", "at most "// &
                      to_text(most_elements))
       return
     end if
@@ -215,7 +215,7 @@ contains
                    [(field_real(record, a, 6), a=1, 3)], axis_of, error, is_even)
     is_complete = .not. allocated(error)
     if (allocated(error)) then
-      call add_fault(faults, record%origin, "a box that cannot be made ("//error%message//")", &
+      call add_error(errors, record%origin, "a box that cannot be made ("//error%message//")", &
                      "x, y and z in any order, each with `to` above `from`")
       return
     end if
@@ -264,11 +264,11 @@ contains
   end function parametric_of
 
   !> Integration points of an element after all refinement.
-  subroutine read_rule(rule, record, patch, faults)
+  subroutine read_rule(rule, record, patch, errors)
     character(*), intent(in) :: rule
     type(record_t), intent(in) :: record
     type(patch_spec_t), intent(inout) :: patch
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     logical :: is_good
 
     is_good = .true.
@@ -282,7 +282,7 @@ contains
     case default
       call read_count(rule, patch%n_points, patch%n_parts, is_good)
     end select
-    if (.not. is_good) call add_fault(faults, record%origin, "RULE="//rule, &
+    if (.not. is_good) call add_error(errors, record%origin, "RULE="//rule, &
                                       "SHEET, FULL, REDUCED or three counts from 1 to "// &
                                       to_text(most_points)//" such as ""2,2,2x3"""// &
                                       did_you_mean(upper_case(rule), &
@@ -307,11 +307,11 @@ contains
   end subroutine choose_sheet_rule
 
   !> Projection of strains and its samples.
-  subroutine read_projection(deck, record, blank, faults)
+  subroutine read_projection(deck, record, blank, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(blank_spec_t), intent(inout) :: blank
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: samples
     integer :: n_parts(3), p
     logical :: is_good
@@ -319,24 +319,24 @@ contains
     blank%projection = option_text(deck, record, "PROJECTION")
     blank%is_smooth = option_text(deck, record, "SPACE") == "SMOOTH"
     if (blank%is_smooth .and. blank%projection /= "BBAR") &
-      call add_fault(faults, record%origin, "SPACE=SMOOTH with PROJECTION="//blank%projection, &
+      call add_error(errors, record%origin, "SPACE=SMOOTH with PROJECTION="//blank%projection, &
                      "PROJECTION=BBAR, or no SPACE=SMOOTH")
     if (blank%is_smooth) then
       do p = 1, size(blank%patches)
         associate (patch => blank%patches(p))
           if (all(patch%n_points*patch%n_parts >= patch%solid%axes%degree)) cycle
         end associate
-        call add_fault(faults, record%origin, "SPACE=SMOOTH with fewer integration points than "// &
+        call add_error(errors, record%origin, "SPACE=SMOOTH with fewer integration points than "// &
                        "the degree in a direction", "at least as many, such as RULE=REDUCED")
         exit
       end do
     end if
     if (.not. is_option_given(deck, record, "SAMPLES")) return
     samples = option_text(deck, record, "SAMPLES")
-    if (blank%projection == "NONE") call add_fault(faults, record%origin, "SAMPLES="//samples// &
+    if (blank%projection == "NONE") call add_error(errors, record%origin, "SAMPLES="//samples// &
                                                    " without a projection", &
                                                    "PROJECTION=BBAR or ANS beside it")
-    if (blank%is_smooth) call add_fault(faults, record%origin, "SAMPLES="//samples// &
+    if (blank%is_smooth) call add_error(errors, record%origin, "SAMPLES="//samples// &
                                         " beside SPACE=SMOOTH", "SPACE=ELEMENT or no SAMPLES")
     call read_count(samples, blank%n_samples, n_parts, is_good)
     if (is_good) is_good = all(n_parts == 1)
@@ -344,7 +344,7 @@ contains
       if (is_good) is_good = all(blank%n_samples <= blank%patches(p)%n_points &
                                  *blank%patches(p)%n_parts)
     end do
-    if (.not. is_good) call add_fault(faults, record%origin, "SAMPLES="//samples, &
+    if (.not. is_good) call add_error(errors, record%origin, "SAMPLES="//samples, &
                                       "three counts from 1 to the integration points of the "// &
                                       'direction, such as "2,2,1"')
   end subroutine read_projection

@@ -1,7 +1,7 @@
 !> *BOUNDARY and *INITIAL CONDITIONS.
 module boundary_reader
   use kinds, only: wp
-  use faults, only: fault_list_t, add_fault, add_warning
+  use input_errors, only: error_list_t, add_error, add_warning
   use text, only: upper_case, to_text, read_integer, read_real
   use scene, only: scene_t, boundary_spec_t, initial_state_spec_t
   use deck_names, only: deck_names_t
@@ -30,13 +30,13 @@ contains
   end function n_data_lines
 
   !> Only OP=NEW may do without data lines.
-  subroutine check_lines(deck, record, faults)
+  subroutine check_lines(deck, record, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     if (record%n_lines > 0 .or. option_text(deck, record, "OP") == "NEW") return
-    call add_fault(faults, record%origin, "0 data lines", "1 data line or more, or OP=NEW")
+    call add_error(errors, record%origin, "0 data lines", "1 data line or more, or OP=NEW")
   end subroutine check_lines
 
   !> Last step of what earlier steps gave and this one removes; what the step itself gives stays.
@@ -48,12 +48,12 @@ contains
   end function end_before
 
   !> Fill the list of boundary conditions, one for each data line of *BOUNDARY.
-  subroutine read_boundaries(deck, frame, names, scene, faults)
+  subroutine read_boundaries(deck, frame, names, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(box_frame_t), intent(in) :: frame
     type(deck_names_t), intent(inout) :: names
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
     integer :: i, line, n, set, curve, step
 
@@ -62,10 +62,10 @@ contains
     n = 0
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
-        call find_amplitude(deck, record, names, curve, faults)
+        call find_amplitude(deck, record, names, curve, errors)
         if (.not. record%is_valid) cycle
         step = step_of(record%step)
-        call check_lines(deck, record, faults)
+        call check_lines(deck, record, errors)
         associate (before => scene%boundaries(:n))
           if (option_text(deck, record, "OP") == "NEW") &
             before%last_step = end_before(step, before%first_step, before%last_step)
@@ -75,9 +75,9 @@ contains
           scene%boundaries(n)%curve = curve
           scene%boundaries(n)%first_step = step
           scene%boundaries(n)%origin = line_origin(deck, record, line)
-          call read_components(record, line, scene%boundaries(n), faults)
+          call read_components(record, line, scene%boundaries(n), errors)
           call find_set(names, frame, field_word(record, line, 1), &
-                        line_origin(deck, record, line), scene, set, faults)
+                        line_origin(deck, record, line), scene, set, errors)
           scene%boundaries(n)%set = set
         end do
       end associate
@@ -85,11 +85,11 @@ contains
   end subroutine read_boundaries
 
   !> Which components a line prescribes, by number or by one of the names of Abaqus.
-  subroutine read_components(record, line, boundary, faults)
+  subroutine read_components(record, line, boundary, errors)
     type(record_t), intent(in) :: record
     integer, intent(in) :: line
     type(boundary_spec_t), intent(inout) :: boundary
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: word
     integer :: first, last
     logical :: is_number
@@ -112,18 +112,18 @@ contains
     end if
     boundary%velocity = merge(field_real(record, line, 4), 0.0_wp, boundary%is_prescribed)
     if (.not. any(boundary%is_prescribed)) then
-      call add_fault(faults, boundary%origin, "`"//word//"` for the components", "1, 2 or 3, "// &
+      call add_error(errors, boundary%origin, "`"//word//"` for the components", "1, 2 or 3, "// &
                      "first and last, or one of XSYMM, YSYMM, ZSYMM, PINNED, ENCASTRE alone")
     end if
   end subroutine read_components
 
   !> Fill the list of initial velocities, one for each data line of *INITIAL CONDITIONS.
-  subroutine read_initial_velocities(deck, frame, names, scene, faults)
+  subroutine read_initial_velocities(deck, frame, names, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(box_frame_t), intent(in) :: frame
     type(deck_names_t), intent(inout) :: names
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
     integer :: i, j, line, n, set
 
@@ -137,7 +137,7 @@ contains
         do line = 1, record%n_lines
           n = n + 1
           call find_set(names, frame, field_word(record, line, 1), &
-                        line_origin(deck, record, line), scene, set, faults)
+                        line_origin(deck, record, line), scene, set, errors)
           associate (start => scene%initial_velocities(n))
             start%origin = line_origin(deck, record, line)
             start%set = set
@@ -156,34 +156,34 @@ contains
 
   !> Fill the list of initial states, one for each set that *INITIAL CONDITIONS, TYPE=SOLUTION
   !! names.
-  subroutine read_initial_states(deck, frame, names, scene, faults)
+  subroutine read_initial_states(deck, frame, names, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(box_frame_t), intent(in) :: frame
     type(deck_names_t), intent(inout) :: names
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i
 
-    call list_states(deck, scene%initial_states, faults)
+    call list_states(deck, scene%initial_states, errors)
     do i = 1, size(scene%initial_states)
       associate (start => scene%initial_states(i))
-        call find_set(names, frame, start%name, start%origin, scene, start%set, faults)
+        call find_set(names, frame, start%name, start%origin, scene, start%set, errors)
       end associate
     end do
   end subroutine read_initial_states
 
   !> Give the tests of a material deck, which has no sets, the states that its lines for ALL give.
-  subroutine read_test_states(deck, scene, faults)
+  subroutine read_test_states(deck, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(scene_t), intent(inout) :: scene        !! with its materials and tests
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(initial_state_spec_t), allocatable :: starts(:)
     integer :: i, k
 
-    call list_states(deck, starts, faults)
+    call list_states(deck, starts, errors)
     do i = 1, size(starts)
       if (upper_case(starts(i)%name) == "ALL") cycle
-      call add_warning(faults, starts(i)%origin, "the set "//starts(i)%name//", in which the "// &
+      call add_warning(errors, starts(i)%origin, "the set "//starts(i)%name//", in which the "// &
                        "point of a material test does not lie", "ALL for a start of the tests")
     end do
     do i = 1, size(scene%tests)
@@ -204,10 +204,10 @@ contains
   !> Names of sets with their state variables, as Abaqus places them: eight entries on a line, the
   !! name of the set being the first. A line that begins with a number goes on with the values of
   !! the line before, which counts as filled up with zeros.
-  subroutine list_states(deck, starts, faults)
+  subroutine list_states(deck, starts, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(initial_state_spec_t), allocatable, intent(out) :: starts(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(initial_state_spec_t) :: start
     integer, allocatable :: found(:)
     real(wp) :: number
@@ -223,11 +223,11 @@ contains
         n_full = 0
         do line = 1, record%n_lines
           start%name = field_word(record, line, 1)
-          start%values = line_values(deck, record, line, faults)
+          start%values = line_values(deck, record, line, errors)
           call read_real(start%name, number, is_number)
           if (is_number .and. line > 1) then
             associate (last => starts(size(starts)))
-              if (size(last%values) < n_full) call add_warning(faults, line_origin(deck, record, &
+              if (size(last%values) < n_full) call add_warning(errors, line_origin(deck, record, &
                 line - 1), "a line with less than eight entries, which goes on", "eight, the "// &
                 "set among them: what is missing counts as state variables that are zero")
               last%values = [last%values, spread(0.0_wp, 1, max(0, n_full - size(last%values))), &
@@ -245,18 +245,18 @@ contains
   end subroutine list_states
 
   !> The numbers behind the first entry of a line.
-  function line_values(deck, record, line, faults) result(values)
+  function line_values(deck, record, line, errors) result(values)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     integer, intent(in) :: line
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), allocatable :: values(:)
     integer :: j
 
     values = [(field_real(record, line, j), j=2, n_fields(record, line))]
     if (.not. is_filled(record, line, n_fields(record, line))) values = values(:size(values) - 1)
     if (size(values) >= on_a_line) then
-      call add_fault(faults, line_origin(deck, record, line), to_text(size(values) + 1)// &
+      call add_error(errors, line_origin(deck, record, line), to_text(size(values) + 1)// &
                      " entries on a line", "eight at most: the set and seven state variables, "// &
                      "or eight of these")
     end if

@@ -1,6 +1,6 @@
 !> *MODEL CHANGE: tools and draw beads that come or go with a step.
 module change_reader
-  use faults, only: origin_t, fault_list_t, add_fault
+  use input_errors, only: origin_t, error_list_t, add_error
   use text, only: upper_case, squeezed
   use name_table, only: name_table_t, insert
   use scene, only: scene_t, contact_spec_t, bead_spec_t, motion_spec_t
@@ -16,11 +16,11 @@ module change_reader
 contains
 
   !> Cut contact pairs and draw beads where *MODEL CHANGE takes them away, or brings them again.
-  subroutine read_changes(deck, names, scene, faults)
+  subroutine read_changes(deck, names, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_names_t), intent(in) :: names
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(name_table_t) :: known
     type(origin_t) :: origin
     type(motion_spec_t) :: parked(size(scene%tools))
@@ -37,7 +37,7 @@ contains
         if (.not. record%is_valid) cycle
         is_added = is_option_given(deck, record, "ADD")
         if (is_added .eqv. is_option_given(deck, record, "REMOVE")) then
-          call add_fault(faults, record%origin, "not one of ADD and REMOVE", "ADD or REMOVE")
+          call add_error(errors, record%origin, "not one of ADD and REMOVE", "ADD or REMOVE")
           cycle
         end if
         do line = 1, record%n_lines
@@ -45,12 +45,12 @@ contains
           do j = 1, n_fields(record, line)
             if (field_word(record, line, j) == "") cycle
             call resolve(known, field_word(record, line, j), "*TOOL or *DRAW BEAD", origin, &
-                         place, faults)
+                         place, errors)
             if (place > n_tools) then
               call change_bead(known%names(place)%value, step_of(record%step), is_added, origin, &
-                               scene%beads, faults)
+                               scene%beads, errors)
             else if (place > 0) then
-              call change_tool(place, step_of(record%step), is_added, origin, scene, faults)
+              call change_tool(place, step_of(record%step), is_added, origin, scene, errors)
               call park_tool(place, step_of(record%step), is_added, origin, parked(place), &
                              scene%motions)
             end if
@@ -73,12 +73,12 @@ contains
   end subroutine enter_beads
 
   !> One tool comes or goes with a step.
-  subroutine change_tool(tool, step, is_added, origin, scene, faults)
+  subroutine change_tool(tool, step, is_added, origin, scene, errors)
     integer, intent(in) :: tool, step
     logical, intent(in) :: is_added
     type(origin_t), intent(in) :: origin
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(contact_spec_t), allocatable :: again(:)
     logical :: is_there(size(scene%contacts))
     integer :: last(size(scene%contacts))
@@ -86,7 +86,7 @@ contains
     associate (contacts => scene%contacts)
       is_there = contacts%tool == tool .and. contacts%last_step >= step
       if (any(is_there) .eqv. is_added .or. .not. any(contacts%tool == tool)) then
-        call add_fault(faults, origin, "the tool "//scene%tools(tool)%name//", which is "// &
+        call add_error(errors, origin, "the tool "//scene%tools(tool)%name//", which is "// &
                        place_now(is_added)//" already or has no *CONTACT PAIR", "another tool")
       else if (is_added) then
         last = contacts%last_step
@@ -150,20 +150,20 @@ contains
   end subroutine append_motion
 
   !> The beads of a name come or go with a step.
-  subroutine change_bead(name, step, is_added, origin, beads, faults)
+  subroutine change_bead(name, step, is_added, origin, beads, errors)
     character(*), intent(in) :: name       !! in capitals
     integer, intent(in) :: step
     logical, intent(in) :: is_added
     type(origin_t), intent(in) :: origin
     type(bead_spec_t), allocatable, intent(inout) :: beads(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     logical :: is_meant(size(beads)), is_there(size(beads))
     integer :: i, n
 
     is_meant = [(squeezed(upper_case(beads(i)%name)) == name, i=1, size(beads))]
     is_there = is_meant .and. beads%last_step >= step
     if (any(is_there) .eqv. is_added) then
-      call add_fault(faults, origin, "the draw bead "//beads(findloc(is_meant, .true., 1))%name// &
+      call add_error(errors, origin, "the draw bead "//beads(findloc(is_meant, .true., 1))%name// &
                      ", which is "//place_now(is_added)//" already", "another bead")
     else if (is_added) then
       n = maxval(beads%last_step, mask=is_meant)

@@ -1,6 +1,6 @@
 !> *CONTACT PAIR.
 module contact_reader
-  use faults, only: fault_list_t, add_fault
+  use input_errors, only: error_list_t, add_error
   use text, only: upper_case, squeezed, strings
   use scene, only: scene_t, contact_spec_t
   use field_check, only: did_you_mean
@@ -18,12 +18,12 @@ module contact_reader
 contains
 
   !> Fill the list of contact pairs in the order of the deck.
-  subroutine read_contacts(deck, frame, names, scene, faults)
+  subroutine read_contacts(deck, frame, names, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(box_frame_t), intent(in) :: frame
     type(deck_names_t), intent(in) :: names
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
     integer :: i
 
@@ -35,7 +35,7 @@ contains
         contact%first_step = step_of(record%step)
         if (is_option_given(deck, record, "TOOL")) then
           call resolve(names%tools, option_text(deck, record, "TOOL"), "*TOOL", record%origin, &
-                       contact%tool, faults)
+                       contact%tool, errors)
         end if
         contact%points = option_text(deck, record, "POINTS")
         contact%is_corner_start = option_text(deck, record, "START") == "CORNER"
@@ -44,18 +44,18 @@ contains
         contact%friction = option_real(deck, record, "FRICTION")
         contact%damping = option_real(deck, record, "DAMPING")
         contact%overhang = option_real(deck, record, "OVERHANG")
-        call read_face(deck, record, frame, contact, faults)
+        call read_face(deck, record, frame, contact, errors)
       end associate
     end do
   end subroutine read_contacts
 
   !> Face and the number of Gauss points on it.
-  subroutine read_face(deck, record, frame, contact, faults)
+  subroutine read_face(deck, record, frame, contact, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(box_frame_t), intent(in) :: frame
     type(contact_spec_t), intent(inout) :: contact
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: face
     integer :: n_parts(2)
     logical :: is_good
@@ -63,16 +63,16 @@ contains
     face = squeezed(upper_case(option_text(deck, record, "FACE")))
     contact%face = face_of(face, frame)
     if (contact%face == 0 .and. face /= "AUTO") then
-      call add_fault(faults, record%origin, "FACE="//face, "the name of a face, or AUTO"// &
+      call add_error(errors, record%origin, "FACE="//face, "the name of a face, or AUTO"// &
                      did_you_mean(face, [face_names(), strings(["AUTO"])]))
     end if
     if (.not. is_option_given(deck, record, "COUNT")) return
     call read_count(option_text(deck, record, "COUNT"), contact%n_points, n_parts, is_good)
     if (.not. is_good .or. any(n_parts > 1)) then
-      call add_fault(faults, record%origin, "COUNT="//option_text(deck, record, "COUNT"), &
+      call add_error(errors, record%origin, "COUNT="//option_text(deck, record, "COUNT"), &
                      "two whole numbers in quotes such as ""3,3""")
     else if (contact%points /= "GAUSS") then
-      call add_fault(faults, record%origin, "COUNT with POINTS="//contact%points, &
+      call add_error(errors, record%origin, "COUNT with POINTS="//contact%points, &
                      "COUNT only with POINTS=GAUSS")
     end if
   end subroutine read_face

@@ -2,7 +2,7 @@
 module deck_check
   use kinds, only: wp
   use text, only: to_text, rounded_text
-  use faults, only: fault_list_t, add_fault, add_warning
+  use input_errors, only: error_list_t, add_error, add_warning
   use nurbs_solid, only: nurbs_solid_t
   use scene, only: scene_t
   use set_range, only: is_held
@@ -19,10 +19,10 @@ module deck_check
 
 contains
 
-  !> Faults for what every deck must have.
-  subroutine check_presence(deck, faults)
+  !> Errors for what every deck must have.
+  subroutine check_presence(deck, errors)
     type(parsed_deck_t), intent(in) :: deck
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(*), parameter :: needed(2) = [character(7) :: "BLANK", "DYNAMIC"]
     character(:), allocatable :: hint
     integer :: i
@@ -34,45 +34,45 @@ contains
 
     do i = 1, size(needed)
       if (size(find_records(deck, trim(needed(i)))) == 0) then
-        call add_fault(faults, deck_end(deck%lexed), "no *"//trim(needed(i))// &
+        call add_error(errors, deck_end(deck%lexed), "no *"//trim(needed(i))// &
                        " in the deck, which ends here", "one *"//trim(needed(i))//hint)
       end if
     end do
   end subroutine check_presence
 
-  !> Checks of a scene without faults so far.
-  subroutine check_scene(scene, faults)
+  !> Checks of a scene without errors so far.
+  subroutine check_scene(scene, errors)
     type(scene_t), intent(in) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i
 
-    call check_sets(scene, faults)
-    call check_thickness(scene, faults)
-    call check_thickness_degree(scene, faults)
+    call check_sets(scene, errors)
+    call check_thickness(scene, errors)
+    call check_thickness_degree(scene, errors)
     do i = 1, size(scene%tools)
-      call check_tool(scene, i, faults)
+      call check_tool(scene, i, errors)
     end do
   end subroutine check_scene
 
   !> A set must hold control points: their Greville abscissae decide.
-  subroutine check_sets(scene, faults)
+  subroutine check_sets(scene, errors)
     type(scene_t), intent(in) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i, p
 
     do i = 1, size(scene%sets)
       if (any([(any(is_held(scene%blank%patches(p)%solid, scene%sets(i), p)), &
                 p=1, size(scene%blank%patches))])) cycle
-      call add_fault(faults, scene%sets(i)%origin, "the set "//scene%sets(i)%name// &
+      call add_error(errors, scene%sets(i)%origin, "the set "//scene%sets(i)%name// &
                      ", which holds no control point", "bounds that hold Greville abscissae")
     end do
   end subroutine check_sets
 
   !> The third axis must be the thickness, on which contact, thickness and rules rely. A strip of
   !! `*REDUCE`, or one that is held all over along its width, may be narrower than it is thick.
-  subroutine check_thickness(scene, faults)
+  subroutine check_thickness(scene, errors)
     type(scene_t), intent(in) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: clearly = 0.5_wp
     real(wp) :: extent(3)
     integer :: p, i, thin
@@ -86,7 +86,7 @@ contains
                scene%boundaries(i)%set), i=1, size(scene%boundaries))])) then
         cycle
       end if
-      call add_warning(faults, scene%blank%origin, "axis 3 of the blank, "// &
+      call add_warning(errors, scene%blank%origin, "axis 3 of the blank, "// &
                        rounded_text(extent(3))//" long, as its thickness, though axis "// &
                        to_text(minloc(extent, 1))//" is the thinnest, "// &
                        rounded_text(minval(extent)), "the thickness as axis 3 (zeta), on which "// &
@@ -98,9 +98,9 @@ contains
   !> Warn of a sheet of degree 1 through its thickness: in bending, the strain that Poisson's ratio
   !! asks for through the thickness is linear, and degree 1 has none. Without a ratio nothing is
   !! asked for, and a blank that is held all over does not bend through its thickness.
-  subroutine check_thickness_degree(scene, faults)
+  subroutine check_thickness_degree(scene, errors)
     type(scene_t), intent(in) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: thin = 0.2_wp   ! of the longest side: what is thicker hardly bends
     real(wp) :: extent(3)
     integer :: p
@@ -114,7 +114,7 @@ contains
         extent = extents(solid)
         if (solid%axes(3)%degree > 1 .or. extent(3) > thin*maxval(extent)) cycle
       end associate
-      call add_warning(faults, scene%blank%origin, "degree 1 through the thickness of a sheet, "// &
+      call add_warning(errors, scene%blank%origin, "degree 1 through the thickness of a sheet, "// &
                        "which is far too stiff in bending", "PROJECTION=ANS, or degree 2")
       return
     end do
@@ -146,10 +146,10 @@ contains
   end function extents
 
   !> Warn of a tool that no contact pair and no bead names, or that cannot reach the blank.
-  subroutine check_tool(scene, i, faults)
+  subroutine check_tool(scene, i, errors)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: i
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(bounds_t) :: blank, swept
     character(:), allocatable :: found
     real(wp) :: reach
@@ -157,7 +157,7 @@ contains
     associate (tool => scene%tools(i))
       if (.not. any(scene%contacts%tool == i)) then
         if (any(scene%beads%closing == i)) return   ! whose way the forces of a bead run over
-        call add_warning(faults, tool%origin, "the tool "//tool%name//", which touches nothing", &
+        call add_warning(errors, tool%origin, "the tool "//tool%name//", which touches nothing", &
                          "a *CONTACT PAIR that names it")
         return
       end if
@@ -174,7 +174,7 @@ contains
       if (.not. any(abs(travel(scene, i)) > 0.0_wp)) then
         found = "the tool "//tool%name//", which never moves and never touches the blank"
       end if
-      call add_warning(faults, tool%origin, found, "a *TOOL MOTION towards the blank")
+      call add_warning(errors, tool%origin, found, "a *TOOL MOTION towards the blank")
     end associate
   end subroutine check_tool
 

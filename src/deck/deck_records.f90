@@ -1,7 +1,7 @@
 !> Keyword blocks after their check against the keyword table: options and fields by name and place.
 module deck_records
   use kinds, only: wp
-  use faults, only: origin_t, new_origin
+  use input_errors, only: origin_t, new_origin
   use text, only: string_t, read_real
   use keyword_spec, only: keyword_table_t
   use lexer, only: lexed_deck_t
@@ -18,7 +18,7 @@ module deck_records
     integer :: spec = 0                        !! place in the keyword table, 0: unknown keyword
     integer :: parent = 0                      !! record of the keyword that this one follows
     integer :: step = 0                        !! place of the *STEP that it stands in, 0: none
-    logical :: is_valid = .true.               !! no fault in it so far
+    logical :: is_valid = .true.               !! no error in it so far
     type(string_t), allocatable :: options(:)  !! in the order of the table, defaults filled in
     logical, allocatable :: is_given(:)        !! which options the deck gives or have a default
     integer :: n_lines = 0

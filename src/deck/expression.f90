@@ -4,7 +4,7 @@
 module expression
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: read_real, to_text, lower_case, nearest_name, strings
   use parameter_table, only: parameter_table_t, find_parameter, nearest_parameter
   implicit none
@@ -52,7 +52,7 @@ contains
   end subroutine evaluate
 
   !> Replace every `<expression>` of a line by its value; a `<` without `>` stays as it is.
-  !! What cannot be evaluated becomes 1, so that one fault does not bring others along. A line that
+  !! What cannot be evaluated becomes 1, so that one error does not bring others along. A line that
   !! grows beyond `longest` is left as it is then.
   pure subroutine substitute(line, parameters, longest, error)
     character(:), allocatable, intent(inout) :: line
@@ -98,7 +98,7 @@ contains
     if (allocated(error)) words = "1"
   end subroutine value_in_words
 
-  !> Next character that is not blank, without moving past it; empty at the end or after a fault.
+  !> Next character that is not blank, without moving past it; empty at the end or after an error.
   pure function next(reader) result(character_ahead)
     type(reader_t), intent(in) :: reader
     character(:), allocatable :: character_ahead

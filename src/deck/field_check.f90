@@ -16,7 +16,7 @@ contains
     character(*), intent(in) :: given
     real(wp), intent(out) :: number                          !! of a number field, else 0
     character(:), allocatable, intent(inout) :: word         !! set for all other fields
-    character(:), allocatable, intent(inout) :: found, expected   !! set if there is a fault
+    character(:), allocatable, intent(inout) :: found, expected   !! set if there is an error
     real(wp), parameter :: longest = 1.0e50_wp   ! its sixth power, a squared volume, is a number
     integer :: whole
     logical :: is_good

@@ -1,6 +1,6 @@
 !> A keyword line: its keyword and its options.
 module keyword_line
-  use faults, only: origin_t, new_origin, fault_list_t, add_fault
+  use input_errors, only: origin_t, new_origin, error_list_t, add_error
   use text, only: upper_case, squeezed, to_text
   use field_split, only: split_fields, field_text
   use deck_limits, only: most_options, longest_name
@@ -27,10 +27,10 @@ module keyword_line
 contains
 
   !> Keyword and options of a whole keyword line; underscores count as blanks in the keyword.
-  subroutine read_options(line, file, block, faults)
+  subroutine read_options(line, file, block, errors)
     character(*), intent(in) :: line, file       !! and the file that it stands in
     type(block_t), intent(inout) :: block
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: first(:), last(:)
     character(:), allocatable :: closed, option, name
     type(origin_t) :: origin
@@ -48,7 +48,7 @@ contains
     block%keyword = squeezed(upper_case(block%keyword))
     origin = new_origin(file, block%line, "*"//block%keyword)
     n = min(size(first) - 1, most_options)
-    if (n < size(first) - 1) call add_fault(faults, origin, to_text(size(first) - 1)// &
+    if (n < size(first) - 1) call add_error(errors, origin, to_text(size(first) - 1)// &
                                             " options", "at most "//to_text(most_options))
     allocate (block%options(n))
     do i = 1, n
@@ -56,18 +56,18 @@ contains
       equals = index(option//"=", "=")
       name = squeezed(upper_case(option(:equals - 1)))
       if (option_place_before(block, name, i) > 0) then
-        call add_fault(faults, origin, "the option "//name//" twice", "each option once")
+        call add_error(errors, origin, "the option "//name//" twice", "each option once")
       end if
       block%options(i)%name = name
       block%options(i)%has_value = equals <= len(option)
       option = adjustl(option(min(equals, len(option)) + 1:))
       block%options(i)%value = field_text(option, 1, len(option))
       if (name == "NAME" .and. len(block%options(i)%value) > longest_name) &
-        call add_fault(faults, origin, "a name of "// &
+        call add_error(errors, origin, "a name of "// &
                        to_text(len(block%options(i)%value))//" characters: "// &
                        block%options(i)%value, "at most "//to_text(longest_name))
     end do
-    if (is_open) call add_fault(faults, origin, "a quote that is not closed", "quotes in pairs")
+    if (is_open) call add_error(errors, origin, "a quote that is not closed", "quotes in pairs")
   end subroutine read_options
 
   pure integer function option_place_before(block, name, i)

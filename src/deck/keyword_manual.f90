@@ -34,7 +34,7 @@ module keyword_manual
     "  keywords that belong to another (*DENSITY to *MATERIAL) follow it.", &
     "- Units are up to you but must be consistent, such as mm, t, s, N, MPa, mJ.", &
     "", &
-    "All faults of a deck are reported in one go, with file, line, keyword, what was found and", &
+    "All errors of a deck are reported in one go, with file, line, keyword, what was found and", &
     "what was expected. `igaform --check DECK` reads a deck without running it.", &
     "", &
     ""]

@@ -1,8 +1,8 @@
 !> From the files of a deck to its keyword blocks: comments, continued lines, includes, parameters.
 module lexer
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: origin_t, new_origin, fault_list_t, add_fault
+  use failure, only: error_t
+  use input_errors, only: origin_t, new_origin, error_list_t, add_error
   use text, only: string_t, upper_case, to_text
   use checksum, only: contents_checksum
   use source_file, only: read_source, read_plain_source, next_line, path_beside
@@ -56,13 +56,13 @@ module lexer
 
 contains
 
-  !> Read a deck and everything it includes. Faults are collected, reading goes on.
+  !> Read a deck and everything it includes. Errors are collected, reading goes on.
   !! `overrides` are texts `name=value` which win over the *PARAMETER of that name.
-  subroutine lex_deck(path, overrides, deck, faults)
+  subroutine lex_deck(path, overrides, deck, errors)
     character(*), intent(in) :: path
     type(string_t), intent(in) :: overrides(:)
     type(lexed_deck_t), intent(out) :: deck
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(state_t) :: state
     type(origin_t) :: nowhere
     integer :: i
@@ -70,23 +70,23 @@ contains
 
     nowhere = new_origin(path, 0, "")
     allocate (deck%files(8), deck%sums(8), deck%blocks(64))
-    call take_overrides(overrides, state, nowhere, faults)
-    call read_deck_file(path, nowhere, deck, state, faults)
+    call take_overrides(overrides, state, nowhere, errors)
+    call read_deck_file(path, nowhere, deck, state, errors)
     do i = 1, state%overrides%names%n_names
       if (state%is_used(i) .or. deck%is_cut) cycle
       name = state%overrides%names%names(i)%value
       nearest = nearest_parameter(state%parameters, name)
       if (nearest /= "") nearest = ", did you mean "//nearest//"?"
-      call add_fault(faults, nowhere, "--set "//name//", which no *PARAMETER of the deck defines", &
+      call add_error(errors, nowhere, "--set "//name//", which no *PARAMETER of the deck defines", &
                      "the name of a parameter of the deck"//nearest)
     end do
   end subroutine lex_deck
 
-  pure subroutine take_overrides(overrides, state, nowhere, faults)
+  pure subroutine take_overrides(overrides, state, nowhere, errors)
     type(string_t), intent(in) :: overrides(:)
     type(state_t), intent(inout) :: state
     type(origin_t), intent(in) :: nowhere
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(parameter_t) :: given
     integer :: i, equals
     logical :: is_new
@@ -96,40 +96,40 @@ contains
     do i = 1, size(overrides)
       equals = index(overrides(i)%value, "=")
       if (equals < 2) then
-        call add_fault(faults, nowhere, "--set "//overrides(i)%value, "--set NAME=VALUE")
+        call add_error(errors, nowhere, "--set "//overrides(i)%value, "--set NAME=VALUE")
         cycle
       end if
       given%is_text = .true.
       given%words = overrides(i)%value(equals + 1:)
       call define_parameter(state%overrides, trim(adjustl(overrides(i)%value(:equals - 1))), &
                             given, is_new)
-      if (.not. is_new) call add_fault(faults, nowhere, "--set "//overrides(i)%value// &
+      if (.not. is_new) call add_error(errors, nowhere, "--set "//overrides(i)%value// &
                                        " after another --set of that name", "one --set a name")
     end do
   end subroutine take_overrides
 
-  recursive subroutine read_deck_file(path, origin, deck, state, faults)
+  recursive subroutine read_deck_file(path, origin, deck, state, errors)
     character(*), intent(in) :: path
     type(origin_t), intent(in) :: origin   !! of the *INCLUDE
     type(lexed_deck_t), intent(inout) :: deck
     type(state_t), intent(inout) :: state
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(cursor_t) :: cursor
     character(:), allocatable :: line
     logical :: is_end
 
-    call open_source(path, origin, deck, state, cursor, faults)
+    call open_source(path, origin, deck, state, cursor, errors)
     if (cursor%file == 0) return
     is_end = .false.
     do while (cursor%place <= len(cursor%contents) .and. .not. is_end)
       call read_line(cursor, line)
-      call check_line(line, cursor, deck, state, faults)
+      call check_line(line, cursor, deck, state, errors)
       if (deck%is_cut) return
       if (is_comment(line)) cycle
       if (line(verify(line, " "):verify(line, " ")) == "*") then
-        call read_keyword_line(line, cursor, deck, state, is_end, faults)
+        call read_keyword_line(line, cursor, deck, state, is_end, errors)
       else
-        call take_data_line(line, cursor, deck, state, faults)
+        call take_data_line(line, cursor, deck, state, errors)
       end if
       if (deck%is_cut) return
     end do
@@ -138,24 +138,24 @@ contains
   end subroutine read_deck_file
 
   !> Read the bytes of a file that is not open already, whatever path leads to it; `cursor%file`
-  !! stays 0 on a fault. The deck itself may come from a pipe, so nothing reads it once more.
-  subroutine open_source(path, origin, deck, state, cursor, faults)
+  !! stays 0 on an error. The deck itself may come from a pipe, so nothing reads it once more.
+  subroutine open_source(path, origin, deck, state, cursor, errors)
     character(*), intent(in) :: path
     type(origin_t), intent(in) :: origin
     type(lexed_deck_t), intent(inout) :: deck
     type(state_t), intent(inout) :: state
     type(cursor_t), intent(out) :: cursor
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(error_t), allocatable :: error
     integer :: i
 
     if (state%n_open == most_levels) then
-      call add_fault(faults, origin, "more than "//to_text(most_levels)// &
+      call add_error(errors, origin, "more than "//to_text(most_levels)// &
                      " files within each other", "fewer levels of *INCLUDE")
       return
     else if (deck%n_files == most_files) then
       call cut(deck, origin, "more than "//to_text(most_files)//" files in all", &
-               "fewer *INCLUDE", faults)
+               "fewer *INCLUDE", errors)
       return
     end if
     if (deck%n_files == 0) then
@@ -164,17 +164,17 @@ contains
       call read_plain_source(path, cursor%contents, error)
     end if
     if (allocated(error)) then
-      call add_fault(faults, origin, error%message, "a readable text file of keywords or data")
+      call add_error(errors, origin, error%message, "a readable text file of keywords or data")
       return
     end if
     if (len(cursor%contents) > most_characters - deck%n_characters) then
       call cut(deck, origin, "`"//path//"`, with which the files are longer than "// &
-               to_text(most_characters)//" characters in all", "shorter files", faults)
+               to_text(most_characters)//" characters in all", "shorter files", errors)
       return
     end if
     do i = 1, state%n_open
       if (deck%characters(state%first(i):state%last(i)) /= cursor%contents) cycle
-      call add_fault(faults, origin, "`"//path//"`, which is being read already: "// &
+      call add_error(errors, origin, "`"//path//"`, which is being read already: "// &
                      "a file that includes itself", "another file")
       return
     end do
@@ -185,44 +185,44 @@ contains
   end subroutine open_source
 
   !> A limit is passed: say so, and read no more.
-  pure subroutine cut(deck, origin, found, expected, faults)
+  pure subroutine cut(deck, origin, found, expected, errors)
     type(lexed_deck_t), intent(inout) :: deck
     type(origin_t), intent(in) :: origin
     character(*), intent(in) :: found, expected
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     deck%is_cut = .true.
-    call add_fault(faults, origin, found//" (the rest is not read)", expected)
+    call add_error(errors, origin, found//" (the rest is not read)", expected)
   end subroutine cut
 
   !> Count a line, and look whether it is one that can be read. Of a line whose parameters have been
   !! replaced the same is asked once more, by `cut_if_long`.
-  pure subroutine check_line(line, cursor, deck, state, faults)
+  pure subroutine check_line(line, cursor, deck, state, errors)
     character(*), intent(in) :: line
     type(cursor_t), intent(in) :: cursor
     type(lexed_deck_t), intent(inout) :: deck
     type(state_t), intent(inout) :: state
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     state%n_lines = state%n_lines + 1
     if (state%n_lines > most_lines) then
       call cut(deck, new_origin(deck%files(cursor%file)%value, cursor%number, ""), &
-               "more than "//to_text(most_lines)//" lines in all files", "a shorter deck", faults)
+               "more than "//to_text(most_lines)//" lines in all files", "a shorter deck", errors)
     else
-      call cut_if_long(line, cursor, deck, faults)
+      call cut_if_long(line, cursor, deck, errors)
     end if
   end subroutine check_line
 
-  pure subroutine cut_if_long(line, cursor, deck, faults)
+  pure subroutine cut_if_long(line, cursor, deck, errors)
     character(*), intent(in) :: line
     type(cursor_t), intent(in) :: cursor
     type(lexed_deck_t), intent(inout) :: deck
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     if (len(line) <= longest_line) return
     call cut(deck, new_origin(deck%files(cursor%file)%value, cursor%number, ""), &
              "a line of more than "//to_text(longest_line)//" characters, with what continues "// &
-             "it and its parameters replaced", "several lines, or shorter text parameters", faults)
+             "it and its parameters replaced", "several lines, or shorter text parameters", errors)
   end subroutine cut_if_long
 
   subroutine add_file(path, deck, cursor)
@@ -266,13 +266,13 @@ contains
   end function is_comment
 
   !> A keyword line with the lines that continue it, and what it asks of the lexer itself.
-  recursive subroutine read_keyword_line(given, cursor, deck, state, is_end, faults)
+  recursive subroutine read_keyword_line(given, cursor, deck, state, is_end, errors)
     character(*), intent(in) :: given
     type(cursor_t), intent(inout) :: cursor
     type(lexed_deck_t), intent(inout) :: deck
     type(state_t), intent(inout) :: state
     logical, intent(inout) :: is_end   !! set by *END
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: line, more
     type(origin_t) :: origin
     type(error_t), allocatable :: error
@@ -284,11 +284,11 @@ contains
     call read_continuation(cursor, line)
     call substitute(line, state%parameters, longest_line, error)
     block%file = cursor%file
-    call cut_if_long(line, cursor, deck, faults)
+    call cut_if_long(line, cursor, deck, errors)
     if (deck%is_cut) return
-    call read_options(line, deck%files(cursor%file)%value, block, faults)
+    call read_options(line, deck%files(cursor%file)%value, block, errors)
     origin = origin_of(deck, block)
-    if (allocated(error)) call add_fault(faults, origin, error%message, "a value for <...>")
+    if (allocated(error)) call add_error(errors, origin, error%message, "a value for <...>")
 
     is_end = block%keyword == "END"
     state%is_in_parameters = block%keyword == "PARAMETER"
@@ -304,10 +304,10 @@ contains
     if (place == 0) return
     more = path_beside(deck%files(cursor%file)%value, block%options(place)%value)
     if (block%keyword == "INCLUDE") then
-      call read_deck_file(more, origin, deck, state, faults)
+      call read_deck_file(more, origin, deck, state, errors)
       state%is_in_parameters = .false.
     else if (block%keyword /= "TOOL") then   ! whose file is geometry, not lines of a deck
-      call read_data_file(more, origin, deck, state, faults)
+      call read_data_file(more, origin, deck, state, errors)
     end if
   end subroutine read_keyword_line
 
@@ -357,23 +357,23 @@ contains
     deck%blocks(deck%n_blocks) = block
   end subroutine add_block
 
-  pure subroutine take_data_line(line, cursor, deck, state, faults)
+  pure subroutine take_data_line(line, cursor, deck, state, errors)
     character(:), allocatable, intent(inout) :: line
     type(cursor_t), intent(inout) :: cursor
     type(lexed_deck_t), intent(inout) :: deck
     type(state_t), intent(inout) :: state
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(error_t), allocatable :: error
     type(origin_t) :: origin
 
     if (state%block == 0 .and. .not. state%is_in_parameters) then
       origin = new_origin(deck%files(cursor%file)%value, cursor%number, "")
-      call add_fault(faults, origin, "data before the first keyword", "a line such as *HEADING")
+      call add_error(errors, origin, "data before the first keyword", "a line such as *HEADING")
       cursor%place = len(cursor%contents) + 1
       return
     end if
     call substitute(line, state%parameters, longest_line, error)
-    call cut_if_long(line, cursor, deck, faults)
+    call cut_if_long(line, cursor, deck, errors)
     if (deck%is_cut) return
     origin = new_origin(deck%files(cursor%file)%value, cursor%number, "*PARAMETER")
     if (.not. state%is_in_parameters) then
@@ -382,33 +382,33 @@ contains
       deck%blocks(state%block)%last = deck%lines%n_lines
       if (deck%lines%last(deck%lines%n_lines) > most_characters) then
         call cut(deck, origin, "data lines of more than "//to_text(most_characters)// &
-                 " characters in all, their parameters replaced", "a shorter deck", faults)
+                 " characters in all, their parameters replaced", "a shorter deck", errors)
         return
       end if
     end if
     if (allocated(error)) then
-      call add_fault(faults, origin, error%message, "a value for <...>")
+      call add_error(errors, origin, error%message, "a value for <...>")
     else if (state%is_in_parameters) then
-      call take_parameter(trim(adjustl(line)), origin, state, faults)
+      call take_parameter(trim(adjustl(line)), origin, state, errors)
     end if
   end subroutine take_data_line
 
   !> Data lines from a file of their own; a first line of column names and `#` lines are left out.
-  subroutine read_data_file(path, origin, deck, state, faults)
+  subroutine read_data_file(path, origin, deck, state, errors)
     character(*), intent(in) :: path
     type(origin_t), intent(in) :: origin
     type(lexed_deck_t), intent(inout) :: deck
     type(state_t), intent(inout) :: state
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(cursor_t) :: cursor
     character(:), allocatable :: line
     integer :: first
 
-    call open_source(path, origin, deck, state, cursor, faults)
+    call open_source(path, origin, deck, state, cursor, errors)
     if (cursor%file == 0) return
     do while (cursor%place <= len(cursor%contents))
       call read_line(cursor, line)
-      call check_line(line, cursor, deck, state, faults)
+      call check_line(line, cursor, deck, state, errors)
       if (deck%is_cut) return
       if (is_comment(line)) cycle
       first = verify(line, ' "')
@@ -416,18 +416,18 @@ contains
         if (verify(upper_case(line(first:first)), "ABCDEFGHIJKLMNOPQRSTUVWXYZ") == 0) cycle
       end if
       if (index(adjustl(line), "#") == 1) cycle
-      call take_data_line(line, cursor, deck, state, faults)
+      call take_data_line(line, cursor, deck, state, errors)
       if (deck%is_cut) return
     end do
     state%n_open = state%n_open - 1
   end subroutine read_data_file
 
   !> A line `name = expression` or `name = "text"`.
-  pure subroutine take_parameter(line, origin, state, faults)
+  pure subroutine take_parameter(line, origin, state, errors)
     character(*), intent(in) :: line
     type(origin_t), intent(in) :: origin
     type(state_t), intent(inout) :: state
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: name, value
     type(parameter_t) :: parameter
     type(error_t), allocatable :: error
@@ -438,7 +438,7 @@ contains
     name = ""
     if (equals > 1) name = trim(line(:equals - 1))
     if (.not. is_name(name)) then
-      call add_fault(faults, origin, "`"//line//"`", "a line such as thickness = 2.5, with a "// &
+      call add_error(errors, origin, "`"//line//"`", "a line such as thickness = 2.5, with a "// &
                      "name of at most "//to_text(longest_name)//" letters, digits and "// &
                      "underscores other than pi")
       return
@@ -447,14 +447,14 @@ contains
     if (known > 0) then
       associate (other => state%parameters%items(known))
         if (other%name /= name) then
-          call add_fault(faults, origin, "the parameter "//name//", of which there is "// &
+          call add_error(errors, origin, "the parameter "//name//", of which there is "// &
                          other%name//" already", "another name; case does not matter")
           return
         else if (state%is_default .and. other%block /= state%n_parameter_blocks) then
           return
         end if
       end associate
-      call add_fault(faults, origin, "a second value for the parameter "//name, &
+      call add_error(errors, origin, "a second value for the parameter "//name, &
                      "one value a parameter (see *PARAMETER, DEFAULT)")
       return
     end if
@@ -472,7 +472,7 @@ contains
       call evaluate(value, state%parameters, parameter%number, error)
     end if
     if (allocated(error)) then
-      call add_fault(faults, origin, name//" = "//value//": "//error%message, &
+      call add_error(errors, origin, name//" = "//value//": "//error%message, &
                      "an expression of numbers and earlier parameters, or a text in quotes")
       parameter%number = 1.0_wp   ! what uses it is more likely to pass than with 0
     end if

@@ -1,7 +1,7 @@
 !> *PRESSURE, *TRACTION and *GRAVITY.
 module load_reader
   use kinds, only: wp
-  use faults, only: fault_list_t, add_fault
+  use input_errors, only: error_list_t, add_error
   use scene, only: scene_t, load_spec_t
   use deck_names, only: deck_names_t
   use deck_steps, only: step_of
@@ -21,12 +21,12 @@ module load_reader
 contains
 
   !> Fill the list of loads, one for each data line of these keywords.
-  subroutine read_loads(deck, frame, names, scene, faults)
+  subroutine read_loads(deck, frame, names, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(box_frame_t), intent(in) :: frame
     type(deck_names_t), intent(inout) :: names
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
     integer :: kind, i, line, n, curve
 
@@ -36,9 +36,9 @@ contains
       found = find_records(deck, trim(kinds(kind)))
       do i = 1, size(found)
         associate (record => deck%records(found(i)))
-          call find_amplitude(deck, record, names, curve, faults)
+          call find_amplitude(deck, record, names, curve, errors)
           if (.not. record%is_valid) cycle
-          call check_lines(deck, record, faults)
+          call check_lines(deck, record, errors)
           if (option_text(deck, record, "OP") == "NEW") &
             call end_loads(trim(kinds(kind)), step_of(record%step), -1, scene%loads(:n))
           do line = 1, record%n_lines
@@ -47,7 +47,7 @@ contains
             scene%loads(n)%curve = curve
             scene%loads(n)%first_step = step_of(record%step)
             scene%loads(n)%origin = line_origin(deck, record, line)
-            call read_load(deck, record, line, frame, names, scene, n, faults)
+            call read_load(deck, record, line, frame, names, scene, n, errors)
             call end_loads(trim(kinds(kind)), step_of(record%step), scene%loads(n)%set, &
                            scene%loads(:n - 1))
           end do
@@ -70,14 +70,14 @@ contains
   end subroutine end_loads
 
   !> Set and value of load `n`.
-  subroutine read_load(deck, record, line, frame, names, scene, n, faults)
+  subroutine read_load(deck, record, line, frame, names, scene, n, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     integer, intent(in) :: line, n
     type(box_frame_t), intent(in) :: frame
     type(deck_names_t), intent(inout) :: names
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i, set
 
     if (scene%loads(n)%kind == "GRAVITY") then
@@ -85,11 +85,11 @@ contains
       return
     end if
     call find_set(names, frame, field_word(record, line, 1), line_origin(deck, record, line), &
-                  scene, set, faults)
+                  scene, set, errors)
     scene%loads(n)%set = set
     if (set > 0) then
       if (.not. is_on_face(scene, set)) then
-        call add_fault(faults, scene%loads(n)%origin, "the set "//scene%sets(set)%name// &
+        call add_error(errors, scene%loads(n)%origin, "the set "//scene%sets(set)%name// &
                        ", which is no face", "a face of the blank or a part of one")
       end if
     end if

@@ -1,7 +1,7 @@
 !> *MATERIAL with the keywords that belong to it.
 module material_reader
   use kinds, only: wp
-  use faults, only: fault_list_t, add_fault, add_warning
+  use input_errors, only: error_list_t, add_error, add_warning
   use text, only: to_text
   use scene, only: scene_t, material_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
@@ -23,10 +23,10 @@ module material_reader
 contains
 
   !> Fill the list of materials, one for each *MATERIAL in the order of the deck.
-  subroutine read_materials(deck, scene, faults)
+  subroutine read_materials(deck, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:), behind(:)
     integer, allocatable :: has(:, :)   ! record of each part, by that of *MATERIAL
     integer :: i, j, part
@@ -38,7 +38,7 @@ contains
         i = deck%records(behind(j))%parent
         if (i == 0) cycle
         if (has(part, i) > 0) then
-          call add_fault(faults, deck%records(behind(j))%origin, &
+          call add_error(errors, deck%records(behind(j))%origin, &
                          "the keyword a second time for one material", "one in each *MATERIAL")
         end if
         has(part, i) = behind(j)
@@ -50,17 +50,17 @@ contains
       associate (material => scene%materials(i), record => deck%records(found(i)))
         material%origin = record%origin
         material%name = option_text(deck, record, "NAME")
-        call read_law(deck, has(:, found(i)), material, faults)
+        call read_law(deck, has(:, found(i)), material, errors)
       end associate
     end do
   end subroutine read_materials
 
   !> All parts of a material, and whether they belong together.
-  subroutine read_law(deck, has, material, faults)
+  subroutine read_law(deck, has, material, errors)
     type(parsed_deck_t), intent(in) :: deck
     integer, intent(in) :: has(:)   !! record of each part, 0: none
     type(material_spec_t), intent(inout) :: material
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: part
 
     material%law = "ELASTIC"
@@ -68,30 +68,30 @@ contains
     do part = 1, size(parts)
       if (has(part) == 0) then
         if (part == 2 .and. has(4) > 0) cycle
-        if (part <= 2) call add_fault(faults, material%origin, "no *"//trim(parts(part))// &
+        if (part <= 2) call add_error(errors, material%origin, "no *"//trim(parts(part))// &
                                       " behind it", "*"//trim(parts(part))//" with its data line")
         cycle
       end if
       associate (record => deck%records(has(part)))
         if (.not. record%is_valid) cycle
-        call read_part(deck, record, trim(parts(part)), material, faults)
+        call read_part(deck, record, trim(parts(part)), material, errors)
       end associate
     end do
-    call check_one_law(deck, has, faults)
+    call check_one_law(deck, has, errors)
     if (has(5) > 0 .and. has(4) == 0) then
-      call add_fault(faults, deck%records(has(5))%origin, "no *USER MATERIAL in this material", &
+      call add_error(errors, deck%records(has(5))%origin, "no *USER MATERIAL in this material", &
                      "*DEPVAR only with *USER MATERIAL")
     end if
-    call check_plastic_parts(deck, has, faults)
+    call check_plastic_parts(deck, has, errors)
   end subroutine read_law
 
   !> One part of a material.
-  subroutine read_part(deck, record, part, material, faults)
+  subroutine read_part(deck, record, part, material, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     character(*), intent(in) :: part
     type(material_spec_t), intent(inout) :: material
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     select case (part)
     case ("DENSITY")
@@ -110,17 +110,17 @@ contains
       material%plasticity%potential = option_text(deck, record, "TYPE")
       material%plasticity%coefficients = all_numbers(record)
     case ("ORIENTATION")
-      call read_orientation(record, material, faults)
+      call read_orientation(record, material, errors)
     case ("ADIABATIC HEATING")
       material%plasticity%heating = all_numbers(record)
     case ("HYPERELASTIC")
       material%law = "NEO HOOKE"
     case ("USER MATERIAL")
-      call read_user_material(deck, record, material, faults)
+      call read_user_material(deck, record, material, errors)
     case ("DEPVAR")
-      call read_state_names(deck, record, material, faults)
+      call read_state_names(deck, record, material, errors)
       if (is_option_given(deck, record, "DELETE")) then
-        call add_warning(faults, record%origin, "DELETE="//option_text(deck, record, &
+        call add_warning(errors, record%origin, "DELETE="//option_text(deck, record, &
                          "DELETE"), "none, for no element is ever removed: points that "// &
                          "the subroutine deletes go on with the stress it returns")
       end if
@@ -128,99 +128,99 @@ contains
   end subroutine read_part
 
   !> What belongs to *PLASTIC needs it.
-  subroutine check_plastic_parts(deck, has, faults)
+  subroutine check_plastic_parts(deck, has, errors)
     type(parsed_deck_t), intent(in) :: deck
     integer, intent(in) :: has(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: part
 
     do part = first_of_plastic, size(parts)
       if (has(part) == 0) cycle
-      if (parts(part) == "ADIABATIC HEATING") call check_heating(deck, has, part, faults)
+      if (parts(part) == "ADIABATIC HEATING") call check_heating(deck, has, part, errors)
       if (has(plastic_part) > 0) cycle
       if (parts(part) == "ADIABATIC HEATING" .and. has(user_part) > 0) cycle
       if (parts(part) == "ORIENTATION" .and. has(user_part) > 0) then
-        call add_fault(faults, deck%records(has(part))%origin, "axes for *USER MATERIAL", &
+        call add_error(errors, deck%records(has(part))%origin, "axes for *USER MATERIAL", &
                        "none: a UMAT is given components along x, y, z and DROT, a VUMAT those "// &
                        "that turn with the material from x, y, z on (see docs/user-materials.md)")
         cycle
       end if
-      call add_fault(faults, deck%records(has(part))%origin, "no *PLASTIC in this material", &
+      call add_error(errors, deck%records(has(part))%origin, "no *PLASTIC in this material", &
                      "*"//trim(parts(part))//" only with *PLASTIC")
     end do
   end subroutine check_plastic_parts
 
   !> The temperatures of softening are those of *PLASTIC.
-  subroutine check_heating(deck, has, part, faults)
+  subroutine check_heating(deck, has, part, errors)
     type(parsed_deck_t), intent(in) :: deck
     integer, intent(in) :: has(:), part
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     associate (record => deck%records(has(part)))
       if (has(plastic_part) == 0 .or. .not. record%is_valid) return
       if (is_filled(record, 1, 4) .and. is_filled(record, 1, 5)) return
-      call add_fault(faults, record%origin, "no T_ref or no T_melt", "both with *PLASTIC")
+      call add_error(errors, record%origin, "no T_ref or no T_melt", "both with *PLASTIC")
     end associate
   end subroutine check_heating
 
   !> Of *PLASTIC, *USER MATERIAL and *HYPERELASTIC a material has one at most.
-  subroutine check_one_law(deck, has, faults)
+  subroutine check_one_law(deck, has, errors)
     type(parsed_deck_t), intent(in) :: deck
     integer, intent(in) :: has(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, parameter :: laws(3) = [plastic_part, user_part, hyperelastic_part]
     integer, allocatable :: named(:)
     integer :: i
 
     named = pack(laws, has(laws) > 0)
     do i = 2, size(named)
-      call add_fault(faults, deck%records(has(named(i)))%origin, "both *"// &
+      call add_error(errors, deck%records(has(named(i)))%origin, "both *"// &
                      trim(parts(named(1)))//" and *"//trim(parts(named(i))), &
                      "one law for a material")
     end do
   end subroutine check_one_law
 
   !> Kind, constants and thread safety of a user's law; the kind USER is any that the files have.
-  subroutine read_user_material(deck, record, material, faults)
+  subroutine read_user_material(deck, record, material, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(material_spec_t), intent(inout) :: material
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     material%law = option_text(deck, record, "TYPE")
     if (material%law /= "UMAT" .and. material%law /= "VUMAT") material%law = "USER"
     material%thread_safe = option_text(deck, record, "THREADSAFE")
     if (is_option_given(deck, record, "HYBRID FORMULATION")) then
-      call add_warning(faults, record%origin, "HYBRID FORMULATION="//option_text(deck, record, &
+      call add_warning(errors, record%origin, "HYBRID FORMULATION="//option_text(deck, record, &
                        "HYBRID FORMULATION")//", an option without effect here", "none, for "// &
                        "there are no hybrid elements; PROJECTION of *BLANK says how locking "// &
                        "is avoided")
     end if
-    call read_constants(deck, record, material, faults)
+    call read_constants(deck, record, material, errors)
   end subroutine read_user_material
 
   !> The axes; a rotation that Abaqus would apply on top of them must be none.
-  subroutine read_orientation(record, material, faults)
+  subroutine read_orientation(record, material, errors)
     type(record_t), intent(in) :: record
     type(material_spec_t), intent(inout) :: material
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), allocatable :: numbers(:)
 
     numbers = all_numbers(record)
     material%plasticity%orientation = numbers(:6)
     if (size(numbers) < 8) return
     if (abs(numbers(8)) > 0.0_wp) then
-      call add_fault(faults, record%origin, "a further rotation by "//to_text(numbers(8)), &
+      call add_error(errors, record%origin, "a further rotation by "//to_text(numbers(8)), &
                      "vectors a and b that are turned by it, and no angle")
     end if
   end subroutine read_orientation
 
   !> Number of the state variables and the names of some or all of them.
-  subroutine read_state_names(deck, record, material, faults)
+  subroutine read_state_names(deck, record, material, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(material_spec_t), intent(inout) :: material
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: line, number
 
     material%n_state = field_integer(record, 1, 1)
@@ -233,7 +233,7 @@ contains
       if (number <= material%n_state) then
         material%state_names(number)%value = field_word(record, line, 2)
       else
-        call add_fault(faults, line_origin(deck, record, line), "the name of state variable "// &
+        call add_error(errors, line_origin(deck, record, line), "the name of state variable "// &
                        to_text(number), "a number up to NSTATV, which is "// &
                        to_text(material%n_state))
       end if
@@ -256,17 +256,17 @@ contains
 
   !> The constants as Abaqus places them: eight on a line, blank places and the ends of shorter
   !! lines count as zeros.
-  subroutine read_constants(deck, record, material, faults)
+  subroutine read_constants(deck, record, material, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(material_spec_t), intent(inout) :: material
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: n, line, n_wanted, n_given
 
     n = option_integer(deck, record, "CONSTANTS")
     n_wanted = (n + on_a_line - 1)/on_a_line
     if (record%n_lines /= n_wanted) then
-      call add_fault(faults, record%origin, to_text(record%n_lines)//" data lines", &
+      call add_error(errors, record%origin, to_text(record%n_lines)//" data lines", &
                      to_text(n_wanted)//" for CONSTANTS="//to_text(n)//": eight constants on "// &
                      "each, of which a shorter one is filled up with zeros")
       return
@@ -276,7 +276,7 @@ contains
       n_given = n_fields(record, line)
       associate (before => on_a_line*(line - 1))
         if (n_given > min(on_a_line, n - before)) then
-          call add_fault(faults, line_origin(deck, record, line), to_text(n_given)// &
+          call add_error(errors, line_origin(deck, record, line), to_text(n_given)// &
                          " constants on a line", to_text(min(on_a_line, n - before))// &
                          " at most: eight on each line, "//to_text(n)//" in all")
           cycle

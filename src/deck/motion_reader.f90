@@ -1,7 +1,7 @@
 !> *AMPLITUDE and *TOOL MOTION.
 module motion_reader
   use kinds, only: wp
-  use faults, only: fault_list_t, add_fault
+  use input_errors, only: error_list_t, add_error
   use text, only: to_text
   use scene, only: scene_t, curve_spec_t, motion_spec_t
   use deck_names, only: deck_names_t, resolve
@@ -16,10 +16,10 @@ module motion_reader
 contains
 
   !> Fill the list of curves, one for each *AMPLITUDE in the order of the deck.
-  subroutine read_amplitudes(deck, scene, faults)
+  subroutine read_amplitudes(deck, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
     integer :: i
 
@@ -31,14 +31,14 @@ contains
       scene%curves(i)%is_total = option_text(deck, deck%records(found(i)), "TIME") == "TOTAL TIME"
       scene%curves(i)%is_smooth = option_text(deck, deck%records(found(i)), "DEFINITION") &
                                   == "SMOOTH STEP"
-      call read_curve(deck%records(found(i)), scene%curves(i), faults)
+      call read_curve(deck%records(found(i)), scene%curves(i), errors)
     end do
   end subroutine read_amplitudes
 
-  subroutine read_curve(record, curve, faults)
+  subroutine read_curve(record, curve, errors)
     type(record_t), intent(in) :: record
     type(curve_spec_t), intent(inout) :: curve
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), allocatable :: numbers(:)
     integer :: i, n
 
@@ -46,7 +46,7 @@ contains
     if (.not. record%is_valid) return
     numbers = all_numbers(record)
     if (mod(size(numbers), 2) == 1) then
-      call add_fault(faults, record%origin, to_text(size(numbers))//" numbers", &
+      call add_error(errors, record%origin, to_text(size(numbers))//" numbers", &
                      "pairs of time and value")
       return
     end if
@@ -55,32 +55,32 @@ contains
     n = size(curve%times)
     do i = 2, n
       if (curve%times(i) > curve%times(i - 1)) cycle
-      call add_fault(faults, record%origin, "the time "//to_text(curve%times(i))//" after "// &
+      call add_error(errors, record%origin, "the time "//to_text(curve%times(i))//" after "// &
                      to_text(curve%times(i - 1)), "times that rise")
       exit
     end do
   end subroutine read_curve
 
   !> Place of the curve that the AMPLITUDE option names; 0 if there is no such option.
-  subroutine find_amplitude(deck, record, names, curve, faults)
+  subroutine find_amplitude(deck, record, names, curve, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(deck_names_t), intent(in) :: names
     integer, intent(out) :: curve
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     curve = 0
     if (.not. is_option_given(deck, record, "AMPLITUDE")) return
     call resolve(names%curves, option_text(deck, record, "AMPLITUDE"), "*AMPLITUDE", &
-                 record%origin, curve, faults)
+                 record%origin, curve, errors)
   end subroutine find_amplitude
 
   !> Fill the list of motions, one for each *TOOL MOTION and *TOOL FORCE.
-  subroutine read_tool_motions(deck, names, scene, faults)
+  subroutine read_tool_motions(deck, names, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_names_t), intent(in) :: names
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
     integer :: i
 
@@ -88,44 +88,44 @@ contains
     found = [find_records(deck, "TOOL MOTION"), find_records(deck, "TOOL FORCE")]
     do i = 1, size(found)
       call add_motion(deck, found(i), names, i > size(find_records(deck, "TOOL MOTION")), scene, &
-                      faults)
+                      errors)
     end do
   end subroutine read_tool_motions
 
   !> Append the motion or force of one record, if it names its tool.
-  subroutine add_motion(deck, r, names, is_force, scene, faults)
+  subroutine add_motion(deck, r, names, is_force, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     integer, intent(in) :: r                 !! index of the record
     type(deck_names_t), intent(in) :: names
     logical, intent(in) :: is_force
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(motion_spec_t) :: motion
 
     associate (record => deck%records(r))
       if (.not. is_option_given(deck, record, "TOOL")) return
       call resolve(names%tools, option_text(deck, record, "TOOL"), "*TOOL", record%origin, &
-                   motion%tool, faults)
+                   motion%tool, errors)
       if (motion%tool == 0) return
       motion%origin = record%origin
       motion%step = step_of(record%step)
       motion%is_force = is_force
       if (record%is_valid .and. is_force) then
-        call read_force(deck, record, names, motion, faults)
+        call read_force(deck, record, names, motion, errors)
       else if (record%is_valid) then
-        call read_motion(deck, record, names, scene%curves, motion, faults)
+        call read_motion(deck, record, names, scene%curves, motion, errors)
       end if
-      call check_second(scene%tools(motion%tool)%name, scene%motions, motion, faults)
+      call check_second(scene%tools(motion%tool)%name, scene%motions, motion, errors)
     end associate
     scene%motions = [scene%motions, motion]
   end subroutine add_motion
 
   !> Motions of one tool in one step add up, but not along one component; a force stands alone.
-  subroutine check_second(name, motions, motion, faults)
+  subroutine check_second(name, motions, motion, errors)
     character(*), intent(in) :: name              !! of the tool
     type(motion_spec_t), intent(in) :: motions(:)
     type(motion_spec_t), intent(in) :: motion
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i
 
     do i = 1, size(motions)
@@ -135,7 +135,7 @@ contains
         if (.not. motion%is_rotation .and. &
             all(min(abs(motions(i)%vector), abs(motion%vector)) <= 0.0_wp)) cycle
       end if
-      call add_fault(faults, motion%origin, "a second motion of the tool "//name, &
+      call add_error(errors, motion%origin, "a second motion of the tool "//name, &
                      "one *TOOL MOTION a component and one turn, or one *TOOL FORCE, a tool "// &
                      "and step")
       return
@@ -143,45 +143,45 @@ contains
   end subroutine check_second
 
   !> A force, along which the tool is free.
-  subroutine read_force(deck, record, names, motion, faults)
+  subroutine read_force(deck, record, names, motion, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(deck_names_t), intent(in) :: names
     type(motion_spec_t), intent(inout) :: motion
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
-    call find_amplitude(deck, record, names, motion%curve, faults)
+    call find_amplitude(deck, record, names, motion%curve, errors)
     motion%vector = [field_real(record, 1, 1), field_real(record, 1, 2), field_real(record, 1, 3)]
     motion%mass = option_real(deck, record, "MASS")
     motion%damping = option_real(deck, record, "DAMPING")
     if (.not. any(abs(motion%vector) > 0.0_wp)) &
-      call add_fault(faults, record%origin, "a force without direction", "a force that is not 0")
+      call add_error(errors, record%origin, "a force without direction", "a force that is not 0")
   end subroutine read_force
 
-  subroutine read_motion(deck, record, names, curves, motion, faults)
+  subroutine read_motion(deck, record, names, curves, motion, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(deck_names_t), intent(in) :: names
     type(curve_spec_t), intent(in) :: curves(:)
     type(motion_spec_t), intent(inout) :: motion
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: type
 
-    call find_amplitude(deck, record, names, motion%curve, faults)
+    call find_amplitude(deck, record, names, motion%curve, errors)
     type = option_text(deck, record, "TYPE")
     motion%is_displacement = any(type == [character(12) :: "DISPLACEMENT", "ROTATION"])
     motion%is_rotation = any(type == [character(16) :: "ROTATION", "ANGULAR VELOCITY"])
     motion%vector = [field_real(record, 1, 1), field_real(record, 1, 2), field_real(record, 1, 3)]
-    if (motion%is_rotation) call read_axis(record, motion, faults)
+    if (motion%is_rotation) call read_axis(record, motion, errors)
     if (.not. motion%is_displacement) return
     if (.not. is_option_given(deck, record, "AMPLITUDE")) then
-      call add_fault(faults, record%origin, "TYPE="//type//" without AMPLITUDE", &
+      call add_error(errors, record%origin, "TYPE="//type//" without AMPLITUDE", &
                      "an *AMPLITUDE that starts at 0")
     else if (motion%curve > 0) then
       associate (curve => curves(motion%curve))
         if (size(curve%values) == 0) return
         if (abs(curve%values(1)) > 0.0_wp) then
-          call add_fault(faults, record%origin, "the amplitude "//curve%name//", which "// &
+          call add_error(errors, record%origin, "the amplitude "//curve%name//", which "// &
                          "starts at "//to_text(curve%values(1)), "an *AMPLITUDE that starts at 0")
         end if
       end associate
@@ -189,10 +189,10 @@ contains
   end subroutine read_motion
 
   !> Axis and angle of a turn.
-  subroutine read_axis(record, motion, faults)
+  subroutine read_axis(record, motion, errors)
     type(record_t), intent(in) :: record
     type(motion_spec_t), intent(inout) :: motion
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: degree = acos(-1.0_wp)/180
     real(wp) :: axis(3)
     integer :: i
@@ -200,7 +200,7 @@ contains
     motion%point = motion%vector
     axis = [(field_real(record, 1, 3 + i), i=1, 3)]
     motion%vector = axis*degree*field_real(record, 2, 1)/max(norm2(axis), tiny(1.0_wp))
-    if (.not. norm2(axis) > 0.0_wp) call add_fault(faults, record%origin, "a turn about an "// &
+    if (.not. norm2(axis) > 0.0_wp) call add_error(errors, record%origin, "a turn about an "// &
       "axis without direction", "a direction other than 0, 0, 0")
   end subroutine read_axis
 

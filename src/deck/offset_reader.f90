@@ -1,8 +1,8 @@
 !> *TOOL with TYPE=OFFSET: the surfaces of another tool at a distance.
 module offset_reader
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: fault_list_t, add_fault
+  use failure, only: error_t
+  use input_errors, only: error_list_t, add_error
   use text, only: string_t, to_text, rounded_text, place_text
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
@@ -25,49 +25,49 @@ module offset_reader
 contains
 
   !> Refuse the option of offsets for a tool of another type.
-  subroutine check_offset_option(deck, record, faults)
+  subroutine check_offset_option(deck, record, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     if (is_option_given(deck, record, "OF")) &
-      call add_fault(faults, record%origin, "the option OF for a tool of TYPE="// &
+      call add_error(errors, record%origin, "the option OF for a tool of TYPE="// &
                      option_text(deck, record, "TYPE"), "this option with TYPE=OFFSET only")
   end subroutine check_offset_option
 
   !> Surfaces, side and notes of a tool; all others that are no offsets have been read. Without
-  !! surfaces on a fault.
-  subroutine read_offset_tool(deck, record, names, is_offset, scene, tool, faults)
+  !! surfaces on an error.
+  subroutine read_offset_tool(deck, record, names, is_offset, scene, tool, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(deck_names_t), intent(in) :: names
     logical, intent(in) :: is_offset(:)       !! tools of the scene, read or not
     type(scene_t), intent(inout) :: scene
     integer, intent(in) :: tool               !! place in the scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: base, i, c
     real(wp) :: distance, tolerance
 
     if (is_option_given(deck, record, "SIDE")) &
-      call add_fault(faults, record%origin, "the option SIDE for a tool of TYPE=OFFSET", &
+      call add_error(errors, record%origin, "the option SIDE for a tool of TYPE=OFFSET", &
                      "none: it follows from the tool OF and the sign of the distance")
     if (.not. is_option_given(deck, record, "OF")) then
-      call add_fault(faults, record%origin, "no option OF", "OF=name of a tool for TYPE=OFFSET")
+      call add_error(errors, record%origin, "no option OF", "OF=name of a tool for TYPE=OFFSET")
       return
     end if
-    call resolve(names%tools, option_text(deck, record, "OF"), "*TOOL", record%origin, base, faults)
+    call resolve(names%tools, option_text(deck, record, "OF"), "*TOOL", record%origin, base, errors)
     if (base == 0 .or. .not. record%is_valid) return
     distance = field_real(record, 1, 1)
     if (is_offset(base)) then
-      call add_fault(faults, record%origin, "the offset of "//scene%tools(base)%name// &
+      call add_error(errors, record%origin, "the offset of "//scene%tools(base)%name// &
                      ", which is an offset itself", &
                      "a tool that is none, and the distance from it")
     else if (.not. abs(distance) > 0.0_wp) then
-      call add_fault(faults, record%origin, "an offset of no distance", "another number than 0")
+      call add_error(errors, record%origin, "an offset of no distance", "another number than 0")
     else if (size(scene%tools(base)%surfaces) > 0) then
       tolerance = field_real(record, 1, 2)
       if (.not. tolerance > 0.0_wp) tolerance = usual*abs(distance)
-      call make_offset(record, scene%tools(base), distance, tolerance, scene%tools(tool), faults)
+      call make_offset(record, scene%tools(base), distance, tolerance, scene%tools(tool), errors)
       scene%tools(tool)%offset_of = base
       if (record%n_lines < 2) return
       do i = 1, size(scene%tools(tool)%surfaces)
@@ -82,12 +82,12 @@ contains
 
   !> Offset all surfaces of a tool, which are first turned so that their normals agree, and measure
   !! how far the result is from it.
-  subroutine make_offset(record, base, distance, tolerance, tool, faults)
+  subroutine make_offset(record, base, distance, tolerance, tool, errors)
     type(record_t), intent(in) :: record
     type(tool_spec_t), intent(in) :: base
     real(wp), intent(in) :: distance, tolerance
     type(tool_spec_t), intent(inout) :: tool
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(nurbs_surface_t), allocatable :: given(:), offsets(:)
     type(surface_seams_t) :: before, after
     type(offset_report_t) :: report, all
@@ -114,7 +114,7 @@ contains
     if (.not. allocated(error)) call measure_offset(base%name, given, offsets, distance, &
                                                     tolerance, all, error)
     if (allocated(error)) then
-      call add_fault(faults, record%origin, "an offset of "//base%name//" by "// &
+      call add_error(errors, record%origin, "an offset of "//base%name//" by "// &
                      to_text(distance)//" that cannot be made ("//error%message//")", &
                      "a distance below all concave radii of a tool without edges, or a "// &
                      "larger tolerance")

@@ -1,7 +1,7 @@
 !> *TOOL PLACEMENT: its entry in the keyword table and its reader.
 module placement_keywords
   use kinds, only: wp
-  use faults, only: fault_list_t, add_fault
+  use input_errors, only: error_list_t, add_error
   use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                           add_example, kind_name, kind_real
   use deck_names, only: deck_names_t, resolve
@@ -35,11 +35,11 @@ contains
   end subroutine add_placement_keyword
 
   !> Note direction and clearance of tools that are to be placed.
-  subroutine read_placements(deck, names, scene, faults)
+  subroutine read_placements(deck, names, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_names_t), intent(in) :: names
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
     integer :: i, k, tool
     real(wp) :: direction(3)
@@ -49,14 +49,14 @@ contains
       associate (record => deck%records(found(i)))
         if (.not. is_option_given(deck, record, "TOOL")) cycle
         call resolve(names%tools, option_text(deck, record, "TOOL"), "*TOOL", record%origin, &
-                     tool, faults)
+                     tool, errors)
         if (tool == 0 .or. .not. record%is_valid) cycle
         direction = [(field_real(record, 1, k), k=1, 3)]
         if (.not. norm2(direction) > 0.0_wp) then
-          call add_fault(faults, record%origin, "a direction of no length", &
+          call add_error(errors, record%origin, "a direction of no length", &
                          "one that leads from the tool to the sheet")
         else if (any(abs(scene%tools(tool)%placing) > 0.0_wp)) then
-          call add_fault(faults, record%origin, "a second placement of the tool "// &
+          call add_error(errors, record%origin, "a second placement of the tool "// &
                          scene%tools(tool)%name, "one *TOOL PLACEMENT a tool")
         else
           scene%tools(tool)%placing = direction

@@ -1,7 +1,7 @@
 !> From keyword blocks to records: every block is checked against its entry in the keyword table.
 module record_check
   use kinds, only: wp
-  use faults, only: origin_t, new_origin, fault_list_t, add_fault, add_warning
+  use input_errors, only: origin_t, new_origin, error_list_t, add_error, add_warning
   use text, only: string_t, to_text, squeezed
   use keyword_spec, only: keyword_table_t, keyword_spec_t, line_spec_t, field_spec_t, kind_flag, &
                           kind_words, selects_lines, may_be_left_out
@@ -19,15 +19,15 @@ module record_check
 
   public :: check_records
 
-  integer, parameter :: most_faults = 20   ! of the data lines of one block; the rest is the same
+  integer, parameter :: most_errors = 20   ! of the data lines of one block; the rest is the same
 
 contains
 
   !> Check all blocks of a deck; the deck moves from `lexed` into `deck`.
-  subroutine check_records(lexed, deck, faults)
+  subroutine check_records(lexed, deck, errors)
     type(lexed_deck_t), intent(inout) :: lexed   !! empty afterwards
     type(parsed_deck_t), intent(out) :: deck
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i, owner, n_before
 
     call move_alloc(lexed%files, deck%lexed%files)
@@ -45,32 +45,32 @@ contains
       associate (block => deck%lexed%blocks(i), record => deck%records(i))
         record%origin = new_origin(deck%lexed%files(block%file)%value, block%line, &
                                  "*"//block%keyword)
-        n_before = faults%n_items
-        call find_keyword(block, deck%table, record, faults)
+        n_before = errors%n_items
+        call find_keyword(block, deck%table, record, errors)
         if (record%spec > 0) then
-          call rename_options(deck%table%items(record%spec), record%origin, block, faults)
-          call find_owner(deck, i, owner, faults)
-          call check_options(block, deck%table%items(record%spec), record, faults)
+          call rename_options(deck%table%items(record%spec), record%origin, block, errors)
+          call find_owner(deck, i, owner, errors)
+          call check_options(block, deck%table%items(record%spec), record, errors)
         end if
       end associate
       if (is_unnamed_table(deck, i)) then
-        call add_fault(faults, deck%records(i)%origin, "points of a curve without HARDENING", &
+        call add_error(errors, deck%records(i)%origin, "points of a curve without HARDENING", &
                        "*PLASTIC, HARDENING=TABLE for lines of stress and plastic strain; "// &
                        "without it, one line of sigma_0, Q, b (VOCE)")
       else if (has_known_type(deck, i)) then
-        call check_lines(deck, i, faults)
+        call check_lines(deck, i, errors)
       end if
-      deck%records(i)%is_valid = faults%n_items == n_before
+      deck%records(i)%is_valid = errors%n_items == n_before
     end do
     call number_steps(deck)
-    call check_uniqueness(deck, faults)
+    call check_uniqueness(deck, errors)
   end subroutine check_records
 
-  pure subroutine find_keyword(block, table, record, faults)
+  pure subroutine find_keyword(block, table, record, errors)
     type(block_t), intent(in) :: block
     type(keyword_table_t), intent(in) :: table
     type(record_t), intent(inout) :: record
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(string_t) :: names(table%n_keywords)
     integer :: i
 
@@ -80,10 +80,10 @@ contains
     if (foreign_note(block) /= "") then
       record%spec = 0
       if (lost_option(block) == "") then
-        call add_warning(faults, record%origin, "a keyword without effect here", &
+        call add_warning(errors, record%origin, "a keyword without effect here", &
                          foreign_note(block))
       else
-        call add_fault(faults, record%origin, "the option "//lost_option(block)//", which "// &
+        call add_error(errors, record%origin, "the option "//lost_option(block)//", which "// &
                        "is not honoured here", "none, and axes of the "// &
                        "material by *ORIENTATION in *MATERIAL with *PLASTIC; a user's law "// &
                        "works in x, y, z (see docs/user-materials.md)")
@@ -91,22 +91,22 @@ contains
     end if
     if (record%spec > 0 .or. foreign_note(block) /= "") return
     if (counterpart(block%keyword) /= "") then
-      call add_fault(faults, record%origin, "an unknown keyword", counterpart(block%keyword))
+      call add_error(errors, record%origin, "an unknown keyword", counterpart(block%keyword))
       return
     end if
     do i = 1, table%n_keywords
       names(i)%value = "*"//trim(table%items(i)%name)
     end do
-    call add_fault(faults, record%origin, "an unknown keyword", &
+    call add_error(errors, record%origin, "an unknown keyword", &
                    "a keyword of input/KEYWORDS.md"//did_you_mean("*"//block%keyword, names))
   end subroutine find_keyword
 
   !> Give options that go by another name the one of the table.
-  pure subroutine rename_options(spec, origin, block, faults)
+  pure subroutine rename_options(spec, origin, block, errors)
     type(keyword_spec_t), intent(in) :: spec
     type(origin_t), intent(in) :: origin
     type(block_t), intent(inout) :: block
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i, place
 
     do i = 1, spec%n_options
@@ -114,7 +114,7 @@ contains
       place = option_place(block, trim(spec%options(i)%alias))
       if (place == 0) cycle
       if (option_place(block, trim(spec%options(i)%name)) > 0) then
-        call add_fault(faults, origin, "both "//trim(spec%options(i)%name)//" and "// &
+        call add_error(errors, origin, "both "//trim(spec%options(i)%name)//" and "// &
                        trim(spec%options(i)%alias), "the option once")
       end if
       block%options(place)%name = trim(spec%options(i)%name)
@@ -122,11 +122,11 @@ contains
   end subroutine rename_options
 
   !> Keep track of the keyword that others such as *DENSITY belong to.
-  pure subroutine find_owner(deck, i, owner, faults)
+  pure subroutine find_owner(deck, i, owner, errors)
     type(parsed_deck_t), intent(inout) :: deck
     integer, intent(in) :: i         !! record in hand
     integer, intent(inout) :: owner  !! last record that may have others behind it, 0: none
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     logical :: is_there
 
     associate (record => deck%records(i))
@@ -140,18 +140,18 @@ contains
         if (is_there) then
           record%parent = owner
         else
-          call add_fault(faults, record%origin, "no *"//trim(spec%parent)//" that it belongs to", &
+          call add_error(errors, record%origin, "no *"//trim(spec%parent)//" that it belongs to", &
                          "a place right behind *"//trim(spec%parent))
         end if
       end associate
     end associate
   end subroutine find_owner
 
-  subroutine check_options(block, spec, record, faults)
+  subroutine check_options(block, spec, record, errors)
     type(block_t), intent(in) :: block
     type(keyword_spec_t), intent(in) :: spec
     type(record_t), intent(inout) :: record
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(string_t) :: names(spec%n_options)
     integer :: i
 
@@ -159,7 +159,7 @@ contains
     do i = 1, spec%n_options
       names(i)%value = trim(spec%options(i)%name)
       call check_option(block, spec%options(i), record%origin, record%options(i)%value, &
-                        record%is_given(i), faults)
+                        record%is_given(i), errors)
     end do
     do i = 1, size(block%options)
       associate (name => block%options(i)%name)
@@ -167,10 +167,10 @@ contains
           cycle
         else if (is_list_entry(block, i)) then
           if (is_list_entry(block, i - 1)) cycle
-          call add_fault(faults, record%origin, "the option "//name, &
+          call add_error(errors, record%origin, "the option "//name, &
                          "a list in quotes: "//quoted_list(block, i - 1))
         else
-          call add_fault(faults, record%origin, "the unknown option "//name, &
+          call add_error(errors, record%origin, "the unknown option "//name, &
                          listed(names)//did_you_mean(name, names))
         end if
       end associate
@@ -216,13 +216,13 @@ contains
     end do
   end function listed
 
-  subroutine check_option(block, spec, origin, value, is_given, faults)
+  subroutine check_option(block, spec, origin, value, is_given, errors)
     type(block_t), intent(in) :: block
     type(field_spec_t), intent(in) :: spec
     type(origin_t), intent(in) :: origin
     character(:), allocatable, intent(out) :: value
     logical, intent(out) :: is_given   !! by the deck or by default
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: found, expected
     real(wp) :: number
     integer :: place
@@ -231,20 +231,20 @@ contains
     value = trim(spec%default)
     is_given = place > 0 .or. value /= ""
     if (place == 0) then
-      if (spec%is_required) call add_fault(faults, origin, "no option "//trim(spec%name), &
+      if (spec%is_required) call add_error(errors, origin, "no option "//trim(spec%name), &
                                            trim(spec%name)//"="//expectation(spec))
     else if (block%options(place)%has_value .eqv. spec%kind == kind_flag) then
       if (spec%kind == kind_flag) expected = trim(spec%name)//" alone"
       if (spec%kind /= kind_flag) expected = trim(spec%name)//"="//expectation(spec)
       found = trim(spec%name)//" with a value"
       if (spec%kind /= kind_flag) found = trim(spec%name)//" without a value"
-      call add_fault(faults, origin, found, expected)
+      call add_error(errors, origin, found, expected)
     else
       value = block%options(place)%value
       call check_field(spec, squeezed(value), number, value, found, expected)
-      if (allocated(found)) call add_fault(faults, origin, found, expected)
+      if (allocated(found)) call add_error(errors, origin, found, expected)
       if (value == "" .and. spec%kind /= kind_flag .and. .not. allocated(found)) then
-        call add_fault(faults, origin, trim(spec%name)//" without a value", &
+        call add_error(errors, origin, trim(spec%name)//" without a value", &
                        trim(spec%name)//"="//expectation(spec))
       end if
     end if
@@ -285,10 +285,10 @@ contains
   end function is_unnamed_table
 
   !> Give each data line its form and check its fields.
-  subroutine check_lines(deck, i, faults)
+  subroutine check_lines(deck, i, errors)
     type(parsed_deck_t), intent(inout) :: deck
     integer, intent(in) :: i   !! record in hand
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: form, done, n_taken, n_of_form, line, n_before
 
     associate (spec => deck%table%items(deck%records(i)%spec), record => deck%records(i))
@@ -303,28 +303,28 @@ contains
       allocate (record%numbers(4*record%n_lines), source=0.0_wp)
       allocate (record%is_filled(4*record%n_lines), source=.false.)
       record%first(1) = 1
-      n_before = faults%n_items
+      n_before = errors%n_items
       done = 0
       do form = 1, spec%n_lines
         if (.not. is_asked_for(record, spec, spec%lines(form))) cycle
         n_taken = min(record%n_lines - done, spec%lines(form)%n_max)
         n_of_form = done + n_taken
         do line = done + 1, n_of_form
-          if (faults%n_items - n_before >= most_faults) then
+          if (errors%n_items - n_before >= most_errors) then
             record%first(line + 1:) = record%first(line)
             return
           end if
-          call check_line(deck, i, line, spec%lines(form), faults)
+          call check_line(deck, i, line, spec%lines(form), errors)
         end do
         done = n_of_form
         if (n_taken < spec%lines(form)%n_min .and. spec%name /= "PARAMETER") then
-          call add_fault(faults, record%origin, lines_in_words(n_taken), &
+          call add_error(errors, record%origin, lines_in_words(n_taken), &
                          wanted(spec%lines(form)))
           return
         end if
       end do
       if (done < record%n_lines) then
-        call add_fault(faults, line_origin(deck, record, done + 1), "a data line too many", &
+        call add_error(errors, line_origin(deck, record, done + 1), "a data line too many", &
                        lines_in_words(done))
         record%first(done + 2:) = record%first(done + 1)
       end if
@@ -375,11 +375,11 @@ contains
     end do
   end function is_asked_for
 
-  subroutine check_line(deck, i, line, form, faults)
+  subroutine check_line(deck, i, line, form, errors)
     type(parsed_deck_t), intent(inout) :: deck
     integer, intent(in) :: i, line
     type(line_spec_t), intent(in) :: form
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: first(:), last(:)
     character(:), allocatable :: given, field
     integer :: j, n, place
@@ -396,7 +396,7 @@ contains
     end if
     n = size(first)
     if (n > form%n_fields .and. .not. form%is_repeated) then
-      call add_fault(faults, line_origin(deck, deck%records(i), line), to_text(n)//" fields", &
+      call add_error(errors, line_origin(deck, deck%records(i), line), to_text(n)//" fields", &
                      to_text(form%n_fields)//" fields: "//field_names(form))
       n = form%n_fields
     end if
@@ -407,7 +407,7 @@ contains
       field = ""
       if (j <= n) field = field_text(given, first(j), last(j))
       call take_field(deck, i, line, form%fields(min(j, form%n_fields)), place + j - 1, field, &
-                      faults)
+                      errors)
     end do
   end subroutine check_line
 
@@ -429,12 +429,12 @@ contains
     end if
   end subroutine take_part
 
-  subroutine take_field(deck, i, line, spec, place, given, faults)
+  subroutine take_field(deck, i, line, spec, place, given, errors)
     type(parsed_deck_t), intent(inout) :: deck
     integer, intent(in) :: i, line, place
     type(field_spec_t), intent(in) :: spec
     character(*), intent(in) :: given
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: found, expected
 
     associate (record => deck%records(i))
@@ -450,7 +450,7 @@ contains
         expected = expectation(spec)
       end if
       if (allocated(found)) then
-        call add_fault(faults, line_origin(deck, record, line), found, expected)
+        call add_error(errors, line_origin(deck, record, line), found, expected)
       end if
     end associate
   end subroutine take_field
@@ -479,9 +479,9 @@ contains
     call move_alloc(is_filled, record%is_filled)
   end subroutine make_room
 
-  pure subroutine check_uniqueness(deck, faults)
+  pure subroutine check_uniqueness(deck, errors)
     type(parsed_deck_t), intent(in) :: deck
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
     integer :: i, j
 
@@ -490,7 +490,7 @@ contains
       found = find_records(deck, trim(deck%table%items(i)%name))
       do j = 2, size(found)
         if (all(deck%records(found(:j - 1))%step /= deck%records(found(j))%step)) cycle
-        call add_fault(faults, deck%records(found(j))%origin, "the keyword a second time", &
+        call add_error(errors, deck%records(found(j))%origin, "the keyword a second time", &
                        "one *"//trim(deck%table%items(i)%name)//" in the deck"// &
                        trim(merge(", or in a step", "              ", n_deck_steps(deck) > 0)))
       end do

@@ -1,6 +1,6 @@
 !> The entry of the keyword table for checkpoints, and its reader.
 module run_keywords
-  use faults, only: fault_list_t, add_fault
+  use input_errors, only: error_list_t, add_error
   use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_example, kind_real, &
                           kind_integer, kind_flag
   use scene, only: scene_t
@@ -43,10 +43,10 @@ contains
   end subroutine add_run_keywords
 
   !> Take *CHECKPOINT.
-  subroutine read_checkpoints(deck, scene, faults)
+  subroutine read_checkpoints(deck, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
     logical :: is_off
 
@@ -61,13 +61,13 @@ contains
       spec%retry = option_real(deck, record, "RETRY")
       is_off = is_option_given(deck, record, "OFF")
       spec%is_lasting = spec%n_steps > 0 .or. spec%number > 0 .or. spec%minutes > 0
-      if (is_off .and. spec%is_lasting) call add_fault(faults, record%origin, &
+      if (is_off .and. spec%is_lasting) call add_error(errors, record%origin, &
         "OFF beside an interval", "either OFF or STEPS, MINUTES, NUMBER")
       if (.not. (is_off .or. spec%is_lasting)) then
         spec%number = usual_number
         spec%is_lasting = .true.
       end if
-      if (spec%retry > 0.99) call add_fault(faults, record%origin, "a RETRY that leaves the "// &
+      if (spec%retry > 0.99) call add_error(errors, record%origin, "a RETRY that leaves the "// &
         "time step as it was", "a factor below 0.99")
     end associate
   end subroutine read_checkpoints

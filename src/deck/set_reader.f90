@@ -1,7 +1,7 @@
 !> *SET: parts of the blank in parameter space, and the names of its faces.
 module set_reader
   use kinds, only: wp
-  use faults, only: origin_t, fault_list_t, add_fault
+  use input_errors, only: origin_t, error_list_t, add_error
   use text, only: string_t, upper_case, squeezed, to_text, read_real, strings
   use name_table, only: insert, place_of
   use scene, only: scene_t, set_spec_t
@@ -24,11 +24,11 @@ module set_reader
 contains
 
   !> Fill the list of sets, one for each *SET in the order of the deck.
-  subroutine read_sets(deck, frame, scene, faults)
+  subroutine read_sets(deck, frame, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(box_frame_t), intent(in) :: frame
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(set_spec_t) :: set
     integer, allocatable :: found(:)
     integer :: i, line
@@ -41,16 +41,16 @@ contains
         set%name = option_text(deck, record, "NAME")
         call take_whole(scene, set)
         if (is_option_given(deck, record, "PATCH")) then
-          call keep_patch(scene, option_text(deck, record, "PATCH"), set, faults)
+          call keep_patch(scene, option_text(deck, record, "PATCH"), set, errors)
         end if
         if (face_of(set%name, frame) > 0 .or. side_of(set%name) > 0 .or. &
             upper_case(set%name) == "ALL") then
-          call add_fault(faults, record%origin, "the name "//set%name, &
+          call add_error(errors, record%origin, "the name "//set%name, &
                          "a name that is not ALL or that of a face")
         end if
         if (record%is_valid) then
           do line = 1, record%n_lines
-            call read_line(deck, record, line, frame, scene, set, faults)
+            call read_line(deck, record, line, frame, scene, set, errors)
           end do
         end if
         scene%sets(i) = set
@@ -83,14 +83,14 @@ contains
   end function side_of
 
   !> Place of a set; names of faces and ALL become sets when first asked for.
-  subroutine find_set(names, frame, name, origin, scene, place, faults)
+  subroutine find_set(names, frame, name, origin, scene, place, errors)
     type(deck_names_t), intent(inout) :: names
     type(box_frame_t), intent(in) :: frame
     character(*), intent(in) :: name
     type(origin_t), intent(in) :: origin
     type(scene_t), intent(inout) :: scene
     integer, intent(out) :: place
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: key
     type(set_spec_t) :: set
     logical :: is_new
@@ -99,7 +99,7 @@ contains
     place = place_of(names%sets, key)
     if (place > 0) return
     if (key /= "ALL" .and. face_of(key, frame) == 0 .and. side_of(key) == 0) then
-      call add_fault(faults, origin, "the unknown set "//name, "the name of a *SET or of a "// &
+      call add_error(errors, origin, "the unknown set "//name, "the name of a *SET or of a "// &
                      "face, or ALL"//did_you_mean(key, known_sets(names)))
       return
     end if
@@ -153,21 +153,21 @@ contains
   end subroutine take_whole
 
   !> Narrow a set by a line of face names or by an axis with its bounds.
-  subroutine read_line(deck, record, line, frame, scene, set, faults)
+  subroutine read_line(deck, record, line, frame, scene, set, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     integer, intent(in) :: line
     type(box_frame_t), intent(in) :: frame
     type(scene_t), intent(in) :: scene
     type(set_spec_t), intent(inout) :: set
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: word
     integer :: i, axis
 
     word = upper_case(field_word(record, line, 1))
     axis = axis_of(word, frame)
     if (axis > 0) then
-      call read_range(deck, record, line, axis, word, frame, set, faults)
+      call read_range(deck, record, line, axis, word, frame, set, errors)
       return
     end if
     do i = 1, n_fields(record, line)
@@ -175,7 +175,7 @@ contains
       if (face_of(word, frame) > 0 .or. side_of(word) > 0) then
         call narrow(scene, word, frame, set)
       else if (upper_case(word) /= "ALL") then
-        call add_fault(faults, line_origin(deck, record, line), "`"//word//"`", "a face such "// &
+        call add_error(errors, line_origin(deck, record, line), "`"//word//"`", "a face such "// &
                        "as XI_MIN, or an axis such as xi and two bounds"// &
                        did_you_mean(word, face_names()))
       end if
@@ -183,11 +183,11 @@ contains
   end subroutine read_line
 
   !> Keep the patches of this name in a set, with or without a number behind it.
-  subroutine keep_patch(scene, name, set, faults)
+  subroutine keep_patch(scene, name, set, errors)
     type(scene_t), intent(in) :: scene
     character(*), intent(in) :: name
     type(set_spec_t), intent(inout) :: set
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(*), parameter :: digits = "0123456789"
     character(:), allocatable :: given, own
     type(string_t) :: known(size(scene%blank%patches))
@@ -207,7 +207,7 @@ contains
         set%upper(:, p) = -huge(1.0_wp)
       end if
     end do
-    if (.not. is_known) call add_fault(faults, set%origin, "PATCH="//name, &
+    if (.not. is_known) call add_error(errors, set%origin, "PATCH="//name, &
                                        "a patch of the blank"//did_you_mean(name, known))
   end subroutine keep_patch
 
@@ -268,14 +268,14 @@ contains
     end select
   end function axis_of
 
-  subroutine read_range(deck, record, line, axis, word, frame, set, faults)
+  subroutine read_range(deck, record, line, axis, word, frame, set, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     integer, intent(in) :: line, axis
     character(*), intent(in) :: word   !! name of the axis
     type(box_frame_t), intent(in) :: frame
     type(set_spec_t), intent(inout) :: set
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp) :: bounds(2)
     logical :: is_number(2)
     integer :: i
@@ -287,10 +287,10 @@ contains
       end do
     end if
     if (.not. all(is_number)) then
-      call add_fault(faults, line_origin(deck, record, line), "no two numbers behind "//word, &
+      call add_error(errors, line_origin(deck, record, line), "no two numbers behind "//word, &
                      "the lower and the upper bound")
     else if (bounds(1) > bounds(2)) then
-      call add_fault(faults, line_origin(deck, record, line), "the bounds "// &
+      call add_error(errors, line_origin(deck, record, line), "the bounds "// &
                      to_text(bounds(1))//", "//to_text(bounds(2)), "the lower bound first")
     else
       if (verify(word, "XYZ") == 0 .and. .not. frame%is_box) then

@@ -1,8 +1,8 @@
 !> Blanks of several patches: round shapes of *BLANK, and the seams between patches.
 module shape_reader
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: fault_list_t, add_fault, add_warning
+  use failure, only: error_t
+  use input_errors, only: error_list_t, add_error, add_warning
   use text, only: to_text, rounded_text
   use nurbs_solid, only: nurbs_solid_t
   use round_solids, only: round_shape_t, disk_solids, bar_solids, ring_solids, tube_solids, &
@@ -21,12 +21,12 @@ module shape_reader
 contains
 
   !> Patches of a blank of TYPE=DISK, BAR, RING, TUBE or CUP.
-  subroutine read_round(deck, record, blank, is_complete, faults)
+  subroutine read_round(deck, record, blank, is_complete, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(blank_spec_t), intent(inout) :: blank
     logical, intent(out) :: is_complete
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(nurbs_solid_t), allocatable :: solids(:)
     type(error_t), allocatable :: error
     integer :: p
@@ -41,7 +41,7 @@ contains
     case default; call tube_solids(ring_shape(deck, record), solids, error)
     end select
     if (allocated(error)) then
-      call add_fault(faults, record%origin, "a round blank that cannot be made ("// &
+      call add_error(errors, record%origin, "a round blank that cannot be made ("// &
                      error%message//")", "radii, angle and degrees that fit together")
       return
     end if
@@ -113,13 +113,13 @@ contains
                         field_integer(record, 2, 7)]
   end function ring_shape
 
-  !> Find the seams of a blank as its MERGE option asks. Faces that meet but do not fit are faults;
+  !> Find the seams of a blank as its MERGE option asks. Faces that meet but do not fit are errors;
   !! a blank that falls apart is one that the user should know of.
-  subroutine join_patches(deck, record, blank, faults)
+  subroutine join_patches(deck, record, blank, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(blank_spec_t), intent(inout) :: blank
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(nurbs_solid_t) :: solids(size(blank%patches))
     type(seams_t) :: seams
     type(joints_t) :: joints
@@ -135,7 +135,7 @@ contains
     if (tolerance <= 0.0_wp) tolerance = default_tolerance(solids)
     blank%merge_distance = tolerance
     call find_seams(solids, tolerance, seams)
-    call check_neighbours(record, blank, seams, tolerance, is_whole, faults)
+    call check_neighbours(record, blank, seams, tolerance, is_whole, errors)
     if (.not. is_whole) return
     joints = find_joints(solids, seams)
     do p = 1, size(solids)
@@ -143,7 +143,7 @@ contains
       blank%patches(p)%is_joined = joints%is_joined(:, p)
     end do
     do i = 1, size(joints%reasons)
-      call add_fault(faults, record%origin, "patches '"// &
+      call add_error(errors, record%origin, "patches '"// &
                      blank%patches(joints%misfit(1, i))%name//"' and '"// &
                      blank%patches(joints%misfit(3, i))%name//"' that do not fit, "// &
                      joints%reasons(i)%value, "the same degrees, knots, weights and control "// &
@@ -151,19 +151,19 @@ contains
     end do
     if (size(joints%reasons) > 0) return
     call warn_of_tee_joints(record, blank, find_tee_joints(solids, joints%is_joined, tolerance), &
-                            faults)
-    call check_whole(record, blank, joints, faults)
+                            errors)
+    call check_whole(record, blank, joints, errors)
   end subroutine join_patches
 
   !> Refuse a tolerance that makes neighbours in the grid of a patch one point, unless they were one
   !! before but for round-off: the blank would lose volume.
-  subroutine check_neighbours(record, blank, seams, tolerance, is_whole, faults)
+  subroutine check_neighbours(record, blank, seams, tolerance, is_whole, errors)
     type(record_t), intent(in) :: record
     type(blank_spec_t), intent(in) :: blank     !! as it was before the seams were found
     type(seams_t), intent(in) :: seams
     real(wp), intent(in) :: tolerance
     logical, intent(out) :: is_whole            !! no neighbours were lost
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp) :: apart
     integer :: p
 
@@ -174,7 +174,7 @@ contains
                                            shape(solid%weights)))
         if (apart <= default_tolerance([solid])) cycle
         is_whole = .false.
-        call add_fault(faults, record%origin, "TOLERANCE="//to_text(tolerance)//", which makes "// &
+        call add_error(errors, record%origin, "TOLERANCE="//to_text(tolerance)//", which makes "// &
                        "neighbouring control points of the patch '"//blank%patches(p)%name// &
                        "' one that are "//rounded_text(apart)//" apart", "less than that")
       end associate
@@ -205,15 +205,15 @@ contains
   end function widest_loss
 
   !> Warn of faces that lie on each other without being joined.
-  subroutine warn_of_tee_joints(record, blank, pairs, faults)
+  subroutine warn_of_tee_joints(record, blank, pairs, errors)
     type(record_t), intent(in) :: record
     type(blank_spec_t), intent(in) :: blank
     integer, intent(in) :: pairs(:, :)        !! see `find_tee_joints`
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i
 
     do i = 1, size(pairs, 2)
-      call add_warning(faults, record%origin, "the faces "//trim(face_names(pairs(2, i)))// &
+      call add_warning(errors, record%origin, "the faces "//trim(face_names(pairs(2, i)))// &
                        " of '"//blank%patches(pairs(1, i))%name//"' and "// &
                        trim(face_names(pairs(4, i)))//" of '"//blank%patches(pairs(3, i))%name// &
                        "', which lie on each other in part, so that nothing joins them there", &
@@ -222,11 +222,11 @@ contains
   end subroutine warn_of_tee_joints
 
   !> Warn of patches that no common faces lead to.
-  subroutine check_whole(record, blank, joints, faults)
+  subroutine check_whole(record, blank, joints, errors)
     type(record_t), intent(in) :: record
     type(blank_spec_t), intent(in) :: blank
     type(joints_t), intent(in) :: joints
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     logical :: is_reached(size(blank%patches))
     integer :: i, p
 
@@ -239,7 +239,7 @@ contains
     end do
     do p = 1, size(is_reached)
       if (is_reached(p)) cycle
-      call add_warning(faults, record%origin, "the patch '"//blank%patches(p)%name// &
+      call add_warning(errors, record%origin, "the patch '"//blank%patches(p)%name// &
                        "', which has no face in common with the others", &
                        "control points of its face on those of another patch")
     end do

@@ -1,7 +1,7 @@
 !> *HEADING, *UNITS, *DYNAMIC and all that belongs to it, *OUTPUT and *PROBE.
 module step_reader
   use kinds, only: wp
-  use faults, only: fault_list_t, add_fault
+  use input_errors, only: error_list_t, add_error
   use text, only: to_text, upper_case, squeezed
   use scene, only: scene_t, probe_spec_t, step_spec_t, output_spec_t, later_step_t
   use deck_steps, only: n_deck_steps, first_in_step
@@ -34,7 +34,7 @@ contains
     if (i > 0) scene%units = trim(adjustl(field_word(deck%records(i), 1, 1)))
   end subroutine read_labels
 
-  !> The first record of a keyword; 0 if there is none or it has faults.
+  !> The first record of a keyword; 0 if there is none or it has errors.
   pure integer function first_of(deck, keyword)
     type(parsed_deck_t), intent(in) :: deck
     character(*), intent(in) :: keyword
@@ -47,35 +47,35 @@ contains
   end function first_of
 
   !> The end time stands in the one field or the other.
-  subroutine read_end_time(record, end_time, faults)
+  subroutine read_end_time(record, end_time, errors)
     type(record_t), intent(in) :: record
     real(wp), intent(inout) :: end_time
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     if (is_filled(record, 1, 1) .neqv. is_filled(record, 1, 2)) then
       end_time = field_real(record, 1, merge(1, 2, is_filled(record, 1, 1)))
     else if (is_filled(record, 1, 1)) then
-      call add_fault(faults, record%origin, "two times", "the end time alone, for the stable "// &
+      call add_error(errors, record%origin, "two times", "the end time alone, for the stable "// &
                      "step follows from the blank")
     else
-      call add_fault(faults, record%origin, "no end time", "a number > 0")
+      call add_error(errors, record%origin, "no end time", "a number > 0")
     end if
   end subroutine read_end_time
 
   !> All steps. Each takes from the one before what it does not change.
-  subroutine read_steps(deck, scene, faults)
+  subroutine read_steps(deck, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(later_step_t) :: next
     integer :: i
 
-    call read_step(deck, 1, scene%step, scene%output, faults)
+    call read_step(deck, 1, scene%step, scene%output, errors)
     next%step = scene%step
     next%output = scene%output
     allocate (scene%later_steps(0))
     do i = 2, n_deck_steps(deck)
-      call read_step(deck, i, next%step, next%output, faults)
+      call read_step(deck, i, next%step, next%output, errors)
       scene%later_steps = [scene%later_steps, next]
     end do
     scene%output%has_pressure = next%output%has_pressure
@@ -87,12 +87,12 @@ contains
   end subroutine read_steps
 
   !> End time, safety factor, damping, mass scaling, viscosity, limits and output of a step.
-  subroutine read_step(deck, number, step, output, faults)
+  subroutine read_step(deck, number, step, output, errors)
     type(parsed_deck_t), intent(in) :: deck
     integer, intent(in) :: number
     type(step_spec_t), intent(inout) :: step       !! the one before on entry
     type(output_spec_t), intent(inout) :: output
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i
 
     i = first_in_step(deck, "STEP", number)
@@ -101,11 +101,11 @@ contains
     i = first_in_step(deck, "DYNAMIC", number)
     if (i > 0) then
       step%origin = deck%records(i)%origin
-      call read_end_time(deck%records(i), step%end_time, faults)
-      call read_stable_step(deck, deck%records(i), number, step, faults)
+      call read_end_time(deck%records(i), step%end_time, errors)
+      call read_stable_step(deck, deck%records(i), number, step, errors)
     end if
     call read_damping(deck, number, step)
-    call read_mass_scaling(deck, number, step, faults)
+    call read_mass_scaling(deck, number, step, errors)
     i = first_in_step(deck, "BULK VISCOSITY", number)
     if (i > 0) then
       step%viscosity_linear = field_real(deck%records(i), 1, 1)
@@ -118,16 +118,16 @@ contains
     end if
     i = first_in_step(deck, "ENERGY LIMIT", number)
     if (i > 0) step%energy_limit = field_real(deck%records(i), 1, 1)
-    call read_output(deck, number, output, faults)
+    call read_output(deck, number, output, errors)
   end subroutine read_step
 
   !> How the time step follows from the blank: the penalties rest on it, so it is one for all steps.
-  subroutine read_stable_step(deck, record, number, step, faults)
+  subroutine read_stable_step(deck, record, number, step, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record           !! of *DYNAMIC
     integer, intent(in) :: number
     type(step_spec_t), intent(inout) :: step
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(step_spec_t) :: default
     real(wp) :: safety
     logical :: is_element
@@ -139,7 +139,7 @@ contains
       step%is_element_step = is_element
     else if ((abs(safety - step%safety) > 0.0_wp .and. abs(safety - default%safety) > 0.0_wp) &
              .or. (is_element .and. .not. step%is_element_step)) then
-      call add_fault(faults, record%origin, "another SAFETY or STABLE STEP than in the first "// &
+      call add_error(errors, record%origin, "another SAFETY or STABLE STEP than in the first "// &
                      "step", "them in the first step alone; they hold in all")
     end if
   end subroutine read_stable_step
@@ -163,11 +163,11 @@ contains
   end subroutine read_damping
 
   !> Both kinds of mass scaling. The bound of element frequencies does not know scaled columns.
-  subroutine read_mass_scaling(deck, number, step, faults)
+  subroutine read_mass_scaling(deck, number, step, errors)
     type(parsed_deck_t), intent(in) :: deck
     integer, intent(in) :: number
     type(step_spec_t), intent(inout) :: step
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i
     logical :: has_factor
 
@@ -177,20 +177,20 @@ contains
     if (has_factor) step%thickness_factor = option_real(deck, deck%records(i), "THICKNESS")
     step%target_step = option_real(deck, deck%records(i), "STEP")
     if (.not. (has_factor .or. is_option_given(deck, deck%records(i), "STEP"))) &
-      call add_fault(faults, deck%records(i)%origin, "no option", "THICKNESS or STEP or both")
+      call add_error(errors, deck%records(i)%origin, "no option", "THICKNESS or STEP or both")
     if (step%thickness_factor > 1.0_wp .and. step%is_element_step) then
-      call add_fault(faults, deck%records(i)%origin, "THICKNESS with STABLE STEP=ELEMENT", &
+      call add_error(errors, deck%records(i)%origin, "THICKNESS with STABLE STEP=ELEMENT", &
                      "STABLE STEP=ASSEMBLED in *DYNAMIC, which knows the scaled mass")
     end if
   end subroutine read_mass_scaling
 
   !> What is written and how often. Cells are those of the first step; fields that any step asks for
   !! are written in all, since the frames of a file have the same fields.
-  subroutine read_output(deck, number, output, faults)
+  subroutine read_output(deck, number, output, errors)
     type(parsed_deck_t), intent(in) :: deck
     integer, intent(in) :: number
     type(output_spec_t), intent(inout) :: output
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     logical :: is_bezier
     integer :: i
 
@@ -207,16 +207,16 @@ contains
     if (number == 1) output%is_bezier = is_bezier
     if (is_option_given(deck, deck%records(i), "CELLS") .and. &
         (is_bezier .neqv. output%is_bezier)) &
-      call add_fault(faults, output%origin, "CELLS="//option_text(deck, deck%records(i), "CELLS") &
+      call add_error(errors, output%origin, "CELLS="//option_text(deck, deck%records(i), "CELLS") &
                      //", which are not those of the first step", "the cells in the first "// &
                      "step alone; they hold in all")
   end subroutine read_output
 
   !> Fill the list of probes, one for each *PROBE in the order of the deck.
-  subroutine read_probes(deck, scene, faults)
+  subroutine read_probes(deck, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
     integer :: i, a
 
@@ -227,7 +227,7 @@ contains
         probe%origin = record%origin
         probe%name = option_text(deck, record, "NAME")
         if (is_option_given(deck, record, "PATCH")) then
-          call find_patch(scene, option_text(deck, record, "PATCH"), probe, faults)
+          call find_patch(scene, option_text(deck, record, "PATCH"), probe, errors)
         end if
         if (.not. record%is_valid) cycle
         probe%xi = [(field_real(record, 1, a), a=1, 3)]
@@ -236,7 +236,7 @@ contains
             if (.not. allocated(axis%knots)) exit
             if (probe%xi(a) >= axis%knots(1) .and. &
                 probe%xi(a) <= axis%knots(size(axis%knots))) cycle
-            call add_fault(faults, record%origin, "the coordinate "//to_text(probe%xi(a))// &
+            call add_error(errors, record%origin, "the coordinate "//to_text(probe%xi(a))// &
                            " of axis "//to_text(a), "a number from "//to_text(axis%knots(1))// &
                            " to "//to_text(axis%knots(size(axis%knots))))
           end associate
@@ -246,11 +246,11 @@ contains
   end subroutine read_probes
 
   !> The patch that a probe names.
-  subroutine find_patch(scene, name, probe, faults)
+  subroutine find_patch(scene, name, probe, errors)
     type(scene_t), intent(in) :: scene
     character(*), intent(in) :: name
     type(probe_spec_t), intent(inout) :: probe
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: p
 
     do p = 1, size(scene%blank%patches)
@@ -259,7 +259,7 @@ contains
       probe%patch = p
       return
     end do
-    call add_fault(faults, probe%origin, "PATCH="//name, "a patch of the blank, such as "// &
+    call add_error(errors, probe%origin, "PATCH="//name, "a patch of the blank, such as "// &
                    scene%blank%patches(1)%name)
   end subroutine find_patch
 

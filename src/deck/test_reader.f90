@@ -1,7 +1,7 @@
 !> *MATERIAL TEST.
 module test_reader
   use kinds, only: wp
-  use faults, only: fault_list_t, add_fault
+  use input_errors, only: error_list_t, add_error
   use text, only: string_t, strings, to_text, squeezed, joined
   use name_table, only: name_table_t
   use scene, only: scene_t, material_test_spec_t
@@ -17,11 +17,11 @@ module test_reader
 contains
 
   !> Fill the list of tests, one for each *MATERIAL TEST in the order of the deck.
-  subroutine read_tests(deck, names, scene, faults)
+  subroutine read_tests(deck, names, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_names_t), intent(in) :: names
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(name_table_t) :: own
     integer, allocatable :: found(:)
     integer :: i
@@ -30,47 +30,47 @@ contains
     allocate (scene%tests(size(found)))
     do i = 1, size(found)
       associate (record => deck%records(found(i)), test => scene%tests(i))
-        call enter_name(deck, record, own, faults)
+        call enter_name(deck, record, own, errors)
         test%origin = record%origin
         test%name = squeezed(option_text(deck, record, "NAME"))
         test%kind = option_text(deck, record, "TYPE")
-        call check_name(test, faults)
+        call check_name(test, errors)
         call resolve(names%materials, option_text(deck, record, "MATERIAL"), "*MATERIAL", &
-                     record%origin, test%material, faults)
-        if (record%is_valid) call read_test(deck, record, test, faults)
+                     record%origin, test%material, errors)
+        if (record%is_valid) call read_test(deck, record, test, errors)
       end associate
     end do
   end subroutine read_tests
 
   !> The name is that of a group in the results and part of the name of a file.
-  subroutine check_name(test, faults)
+  subroutine check_name(test, errors)
     type(material_test_spec_t), intent(in) :: test
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(*), parameter :: letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
     if (verify(test%name, letters//"0123456789 -_") > 0) then
-      call add_fault(faults, test%origin, "the name "//test%name, &
+      call add_error(errors, test%origin, "the name "//test%name, &
                      "a name of letters, digits, blanks, - and _")
     end if
   end subroutine check_name
 
-  subroutine read_test(deck, record, test, faults)
+  subroutine read_test(deck, record, test, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(material_test_spec_t), intent(inout) :: test
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
 
     test%angle = option_real(deck, record, "ANGLE")
     test%n_increments = option_integer(deck, record, "INCREMENTS")
     test%rate = option_real(deck, record, "RATE")
     if (is_option_given(deck, record, "STRESS") .and. test%kind /= "PATH") then
-      call add_fault(faults, record%origin, "STRESS with TYPE="//test%kind, &
+      call add_error(errors, record%origin, "STRESS with TYPE="//test%kind, &
                      "STRESS with TYPE=PATH alone")
     end if
     select case (test%kind)
     case ("PATH")
-      call read_path(deck, record, test, faults)
-      call read_components(option_text(deck, record, "STRESS"), test, faults)
+      call read_path(deck, record, test, errors)
+      call read_components(option_text(deck, record, "STRESS"), test, errors)
     case ("YIELD LOCUS")
       test%n_repeats = field_integer(record, 1, 1)
       test%threshold = field_real(record, 1, 2)
@@ -80,17 +80,17 @@ contains
         test%n_repeats = field_integer(record, 1, 2)
       end if
       if (abs(test%strain) <= 0.0_wp .or. abs(test%strain) > 10.0_wp) then
-        call add_fault(faults, line_origin(deck, record, 1), "the strain "// &
+        call add_error(errors, line_origin(deck, record, 1), "the strain "// &
                        to_text(test%strain), "a strain from -10 to 10 other than 0")
       end if
     end select
   end subroutine read_test
 
-  subroutine read_path(deck, record, test, faults)
+  subroutine read_path(deck, record, test, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     type(material_test_spec_t), intent(inout) :: test
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: line, i
 
     allocate (test%path(7, record%n_lines))
@@ -98,7 +98,7 @@ contains
       test%path(:, line) = [(field_real(record, line, i), i=1, 7)]
       if (line == 1) cycle
       if (test%path(1, line) > test%path(1, line - 1)) cycle
-      call add_fault(faults, line_origin(deck, record, line), "the time "// &
+      call add_error(errors, line_origin(deck, record, line), "the time "// &
                      to_text(test%path(1, line))//" after "//to_text(test%path(1, line - 1)), &
                      "times that rise")
       exit
@@ -106,10 +106,10 @@ contains
   end subroutine read_path
 
   !> Components that the path gives as stresses, from a list such as `33, 13`.
-  subroutine read_components(list, test, faults)
+  subroutine read_components(list, test, errors)
     character(*), intent(in) :: list
     type(material_test_spec_t), intent(inout) :: test
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(string_t), allocatable :: names(:)
     integer, allocatable :: first(:), last(:)
     character(:), allocatable :: word
@@ -126,7 +126,7 @@ contains
       if (k > 0) then
         test%is_stress(k) = .true.
       else
-        call add_fault(faults, test%origin, "`"//word//"` for STRESS", &
+        call add_error(errors, test%origin, "`"//word//"` for STRESS", &
                        "some of "//joined(names, ", "))
       end if
     end do

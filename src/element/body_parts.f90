@@ -61,7 +61,7 @@ contains
   end function elastic_copies
 
   !> Put fields of all parts, or take them back; those not there yet leave nothing. Others in the
-  !! store, of another shape, are its fault.
+  !! store, of another shape, are its error.
   subroutine carry_fields(store, name, fields)
     type(state_store_t), intent(inout) :: store
     character(*), intent(in) :: name

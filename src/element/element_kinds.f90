@@ -1,6 +1,6 @@
 !> The kinds of elements: the one place that knows them all.
 module element_kinds
-  use errors, only: error_t
+  use failure, only: error_t
   use kinds, only: wp
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t

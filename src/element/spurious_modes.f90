@@ -3,7 +3,7 @@
 !! a row one element wide keeps its width, and more elements in a row add no new kind of mode.
 module spurious_modes
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use nurbs_solid, only: nurbs_solid_t
   use primitives, only: box_solid
   use elastic, only: elastic_t, new_elastic

@@ -3,7 +3,7 @@
 module knot_range
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use knot_vector, only: knot_vector_t, new_knot_vector, max_degree
   implicit none
   private

@@ -4,7 +4,7 @@
 module knot_vector
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   implicit none
   private
 

@@ -1,7 +1,7 @@
 !> Rational B-spline curves in space, and chains of them as one curve.
 module nurbs_curve
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: to_text, rounded_text
   use knot_vector, only: knot_vector_t, new_knot_vector
   use nurbs_surface, only: nurbs_surface_t

@@ -4,7 +4,7 @@
 module nurbs_solid
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use knot_vector, only: knot_vector_t, find_span, basis_derivatives
   use nurbs_surface, only: nurbs_surface_t
   implicit none

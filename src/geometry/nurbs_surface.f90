@@ -4,7 +4,7 @@
 module nurbs_surface
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use knot_vector, only: knot_vector_t, find_span, basis_derivatives
   implicit none
   private

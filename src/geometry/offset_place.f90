@@ -2,7 +2,7 @@
 !! turns more sharply than the distance, or has an edge.
 module offset_place
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: rounded_text, place_text
   use vector_product, only: cross
   use knot_vector, only: span_table

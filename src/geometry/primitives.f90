@@ -5,7 +5,7 @@
 module primitives
   use kinds, only: wp
   use vector_product, only: cross
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use knot_vector, only: knot_vector_t, new_knot_vector, greville
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid

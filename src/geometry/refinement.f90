@@ -6,7 +6,7 @@
 !! L. Ramshaw, Blossoms are polar forms, Computer Aided Geometric Design 6 (1989) 323-358.
 module refinement
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: to_text
   use knot_vector, only: knot_vector_t, find_span, n_spans, span_table, max_degree
   use nurbs_surface, only: nurbs_surface_t

@@ -6,7 +6,7 @@
 !! (L. Piegl and W. Tiller, The NURBS Book, 2nd ed., section 7.3), raised to the degree asked for.
 module round_solids
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use knot_vector, only: knot_vector_t, new_knot_vector
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid

@@ -8,7 +8,7 @@
 !! cylinders, cones, spheres and tori of rational arcs.
 module surface_offset
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: to_text, rounded_text
   use lapack, only: solve_band
   use knot_vector, only: knot_vector_t, greville, find_span, basis_derivatives, n_spans, span_table

@@ -6,7 +6,7 @@
 !! convex yield function gamma/C times the square of the back stress is lost then, never won.
 module back_stress
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use constant_check, only: check_finite, require
   implicit none
   private

@@ -1,7 +1,7 @@
 !> Checks that all constants of materials share.
 module constant_check
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   implicit none
   private
 

@@ -5,7 +5,7 @@
 !! 1 + C ln(rate/reference), 1 below the reference rate.
 module flow_curve
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use hardening, only: hardening_t, harden, is_steep_at_start
   use heating, only: heating_t
   implicit none

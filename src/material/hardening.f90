@@ -4,7 +4,7 @@
 !! mix of both: C. C. Roth and D. Mohr, Int. J. Plasticity 56 (2014), eq. (8).
 module hardening
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use constant_check, only: check_finite, check_count, require
   use fast_exponential, only: exp_nonpositive
   implicit none

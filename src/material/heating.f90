@@ -5,7 +5,7 @@
 !! 1 - ((T - T_ref)/(T_melt - T_ref))^m. The temperature in an increment is that at its start.
 module heating
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   implicit none
   private
 

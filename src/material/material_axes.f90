@@ -4,7 +4,7 @@
 !! state of zeros means axes as the deck gives them.
 module material_axes
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   implicit none
   private
 

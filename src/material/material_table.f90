@@ -1,7 +1,7 @@
 !> The table of constitutive laws: from the name and constants of a deck to a block law.
 module material_table
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use block_law, only: block_law_t
   use elastic, only: new_elastic
   use neo_hooke, only: new_neo_hooke

@@ -1,7 +1,7 @@
 !> Which block law serves what a deck says behind *PLASTIC.
 module plastic_laws
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use block_law, only: block_law_t
   use law_spec, only: law_spec_t
   use hardening, only: new_hardening, voce_kind

@@ -8,7 +8,7 @@
 !! rolling direction, axis 3 the normal of the sheet.
 module yield_function
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use constant_check, only: check_finite, check_count, require
   use symmetric_eigen, only: principal_values
   use hershey, only: hershey_series, evaluate_hershey

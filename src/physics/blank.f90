@@ -1,7 +1,7 @@
 !> The deformable blank: patches joined at seams, and the law of their material.
 module blank
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use nurbs_solid, only: nurbs_solid_t
   use scene, only: patch_spec_t
   use seams, only: seams_t, no_seams, find_seams

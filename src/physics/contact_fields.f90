@@ -8,7 +8,7 @@
 !! the tool. Times the tool's wear coefficient over its hardness it is a depth.
 module contact_fields
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use text, only: to_text
   use state_store, only: state_store_t, carry_array, carry_flags
   use nurbs_surface, only: nurbs_surface_t

@@ -8,7 +8,7 @@
 module checkpoint
   use, intrinsic :: iso_fortran_env, only: int8, int64
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use checksum, only: file_checksum
   use state_store, only: state_store_t, add_entry
   use system_files, only: sync_file, replace_file, remove_file, is_no_file, kind_of_file, &
@@ -73,8 +73,8 @@ contains
     call remove_file(new, reason)
     if (reason /= "") &
       call fail(error, "cannot remove '"//new//"', left by an earlier attempt: "//reason)
-    if (allocated(store%fault) .and. .not. allocated(error)) then
-      if (store%fault /= "") call fail(error, "internal error, "//store%fault)
+    if (allocated(store%reason) .and. .not. allocated(error)) then
+      if (store%reason /= "") call fail(error, "internal error, "//store%reason)
     end if
     if (.not. allocated(error)) call write_state(new, header, store, error)
     if (.not. allocated(error)) call append_result(new, result_file, error)

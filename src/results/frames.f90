@@ -13,7 +13,7 @@
 module frames
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use text, only: joined, string_t, strings, to_text
   use frame_data, only: display_patch_t, display_tool_t, results_setup_t, frame_t, tool_names, &
                         probe_names

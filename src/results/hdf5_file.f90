@@ -10,7 +10,7 @@ module hdf5_file
   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_int64_t, c_loc, &
                                          c_null_char, c_null_ptr, c_ptr, c_size_t
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use hdf5_library
   use hdf5_lists, only: c_extents, c_text, checked_format, parent_maker, text_type
   use hdf5_reason, only: failure_reason, is_library_ready

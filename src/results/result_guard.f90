@@ -2,7 +2,7 @@
 module result_guard
   use, intrinsic :: iso_fortran_env, only: int64
   use, intrinsic :: iso_c_binding, only: c_null_char
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use file_lock, only: is_locked_by_others
   use system_files, only: is_no_file, kind_of_file
   use hdf5_library, only: hid_t, h5fis_hdf5

@@ -11,7 +11,7 @@ module result_layout
   implicit none
   private
 
-  public :: layout_fault
+  public :: layout_problem
 
   character(*), parameter :: weights_name = "RationalWeights"   ! that Bezier cells have
 
@@ -19,63 +19,63 @@ contains
 
   !> What of *OUTPUT is not what the result was begun with, option by option with both values; empty
   !! if the frames of this set-up fit behind those of the file.
-  function layout_fault(path, setup) result(fault)
+  function layout_problem(path, setup) result(reason)
     character(*), intent(in) :: path             !! of a result that is whole
     type(results_setup_t), intent(in) :: setup
-    character(:), allocatable :: fault
+    character(:), allocatable :: reason
     type(string_t), allocatable :: names(:)
     real(wp), allocatable :: n_points(:)
     integer :: n_contact_fields
     integer(hid_t) :: file
 
-    fault = "it cannot be opened"
+    reason = "it cannot be opened"
     file = open_for_reading(path)
     if (file < 0) return
     names = names_in(file, "/VTKHDF/PointData")
     call read_numbers(file, "/VTKHDF/NumberOfPoints", n_points)
     call close_reading(file)
-    fault = ""
+    reason = ""
     n_contact_fields = count([has(names, "contact_pressure"), has(names, "wear")])
     call compare("FIELDS", fields_word(n_contact_fields), fields_word(setup%n_contact_fields), &
-                 fault)
-    call compare("CELLS", cells_word(has(names, weights_name)), cells_word(setup%is_bezier), fault)
-    if (fault == "") fault = other_fault(names, n_points, setup)
-  end function layout_fault
+                 reason)
+    call compare("CELLS", cells_word(has(names, weights_name)), cells_word(setup%is_bezier), reason)
+    if (reason == "") reason = other_problem(names, n_points, setup)
+  end function layout_problem
 
   !> What no option tells: a result of another version of the program.
-  function other_fault(names, n_points, setup) result(fault)
+  function other_problem(names, n_points, setup) result(reason)
     type(string_t), intent(in) :: names(:)                 !! of the fields in the file
     real(wp), allocatable, intent(in) :: n_points(:)       !! points of its grid, as it tells
     type(results_setup_t), intent(in) :: setup
-    character(:), allocatable :: fault
+    character(:), allocatable :: reason
     type(display_field_t), allocatable :: fields(:)
     type(display_t) :: display
     type(cells_t) :: cells
     real(wp), allocatable :: weights(:)
     integer :: i, n
 
-    fault = ""
+    reason = ""
     fields = display_fields_of(setup%n_contact_fields)
     do i = 1, size(fields)
-      if (.not. has(names, trim(fields(i)%name))) fault = "it has no field "//trim(fields(i)%name)
+      if (.not. has(names, trim(fields(i)%name))) reason = "it has no field "//trim(fields(i)%name)
     end do
-    if (size(names) /= size(fields) + merge(1, 0, setup%is_bezier) .and. fault == "") &
-      fault = "it has "//to_text(size(names))//" fields, not those of this program"
-    if (fault /= "") return
+    if (size(names) /= size(fields) + merge(1, 0, setup%is_bezier) .and. reason == "") &
+      reason = "it has "//to_text(size(names))//" fields, not those of this program"
+    if (reason /= "") return
     call new_display(setup, display, cells, weights)
     n = 0
     if (allocated(n_points)) n = nint(sum(n_points))
-    if (n /= display%n_points) fault = "its frames have "//to_text(n)//" points, those of the "// &
+    if (n /= display%n_points) reason = "its frames have "//to_text(n)//" points, those of the "// &
                                        "run now "//to_text(display%n_points)
-  end function other_fault
+  end function other_problem
 
-  pure subroutine compare(option, was, now, fault)
+  pure subroutine compare(option, was, now, reason)
     character(*), intent(in) :: option, was, now
-    character(:), allocatable, intent(inout) :: fault
+    character(:), allocatable, intent(inout) :: reason
 
     if (was == now) return
-    if (fault /= "") fault = fault//", and "
-    fault = fault//"it was begun with *OUTPUT, "//option//"="//was//", and the deck now has "// &
+    if (reason /= "") reason = reason//", and "
+    reason = reason//"it was begun with *OUTPUT, "//option//"="//was//", and the deck now has "// &
             option//"="//now
   end subroutine compare
 

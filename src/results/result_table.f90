@@ -1,7 +1,7 @@
 !> Columns of numbers with names and units: written as a CSV file and as a group of an HDF5 file.
 module result_table
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: string_t, strings, to_text, joined
   use output_guard, only: why_left_alone
   use whole_file, only: write_lines

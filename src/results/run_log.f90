@@ -3,7 +3,7 @@ module run_log
   use, intrinsic :: iso_fortran_env, only: error_unit, int64, output_unit
   use, intrinsic :: iso_c_binding, only: c_int
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use system_files, only: bytes_on_disk
   use timer, only: timer_t, watch_seconds
   use provenance, only: provenance_lines, provenance_t

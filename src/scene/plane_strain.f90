@@ -5,10 +5,10 @@
 !! side (plane_setup): no strain holds both together, so nothing may tell them apart.
 module plane_strain
   use kinds, only: wp
-  use faults, only: fault_list_t, add_fault
+  use input_errors, only: error_list_t, add_error
   use text, only: to_text
   use scene, only: scene_t, set_spec_t, boundary_spec_t
-  use scene_symmetry, only: axis_along, uniformity_fault
+  use scene_symmetry, only: axis_along, uniformity_problem
   implicit none
   private
 
@@ -16,10 +16,10 @@ module plane_strain
 
 contains
 
-  !> Carry out the *REDUCE of a scene, if it has one. A scene that is not uniform is a fault.
-  subroutine reduce_scene(scene, faults)
+  !> Carry out the *REDUCE of a scene, if it has one. A scene that is not uniform is an error.
+  subroutine reduce_scene(scene, errors)
     type(scene_t), intent(inout) :: scene
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: reason, why
     integer :: component, c, n_found
 
@@ -29,7 +29,7 @@ contains
     why = ""
     do c = 1, 3
       if (scene%reduction%component > 0 .and. scene%reduction%component /= c) cycle
-      reason = uniformity_fault(scene, c)
+      reason = uniformity_problem(scene, c)
       if (reason == "") then
         component = c
         n_found = n_found + 1
@@ -39,11 +39,11 @@ contains
     end do
     if (n_found /= 1) then
       if (n_found > 1) why = "it is uniform in several directions"
-      call add_fault(faults, scene%reduction%origin, "a scene that is no strip repeated: "//why, &
+      call add_error(errors, scene%reduction%origin, "a scene that is no strip repeated: "//why, &
                      "tools, blank and loads that are the same all along one coordinate, AXIS")
       return
     end if
-    call cut_strip(scene, component, axis_along(scene, component), faults)
+    call cut_strip(scene, component, axis_along(scene, component), errors)
     scene%reduction%component = component
     if (.not. scene%width_ratio > 0.0_wp) return
     call hold_width(scene, component)
@@ -52,10 +52,10 @@ contains
 
   !> Leave one element of the blank; the deck's forces become those of all the width by
   !! `width_ratio`.
-  subroutine cut_strip(scene, component, axis, faults)
+  subroutine cut_strip(scene, component, axis, errors)
     type(scene_t), intent(inout) :: scene
     integer, intent(in) :: component, axis
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), allocatable :: points(:, :, :, :), weights(:, :, :)
     real(wp) :: full, width, low
     integer :: n(3), i, at(3)
@@ -72,7 +72,7 @@ contains
         width = full/count(knots(2:) > knots(:size(knots) - 1))
         if (scene%reduction%width > 0.0_wp) width = scene%reduction%width
         if (width > full) then
-          call add_fault(faults, scene%reduction%origin, "WIDTH="//to_text(width), &
+          call add_error(errors, scene%reduction%origin, "WIDTH="//to_text(width), &
                          "at most the width of the blank, "//to_text(full))
           scene%width_ratio = 0.0_wp
           return

@@ -2,7 +2,7 @@
 !! Indices point into the lists of this module, 0 meaning none. Names keep the deck's spelling.
 module scene
   use kinds, only: wp
-  use faults, only: origin_t
+  use input_errors, only: origin_t
   use text, only: string_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t

@@ -7,7 +7,7 @@ module scene_symmetry
   implicit none
   private
 
-  public :: axis_along, uniformity_fault, mirror_fault
+  public :: axis_along, uniformity_problem, mirror_problem
 
   real(wp), parameter :: tolerance = 1.0e-9_wp      !! of the size of the blank
 
@@ -27,37 +27,37 @@ contains
   end function axis_along
 
   !> Why the scene is not the same all along a coordinate, as a clause; empty if it is.
-  function uniformity_fault(scene, component) result(fault)
+  function uniformity_problem(scene, component) result(reason)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: component
-    character(:), allocatable :: fault
+    character(:), allocatable :: reason
     real(wp) :: range(2)
     integer :: axis, i
 
-    fault = ""
+    reason = ""
     if (size(scene%blank%patches) > 1) then
-      fault = "the blank has several patches"
+      reason = "the blank has several patches"
       return
     end if
     axis = axis_along(scene, component)
     if (axis == 0) then
-      fault = "the blank is not uniform along "//letter(component)
+      reason = "the blank is not uniform along "//letter(component)
       return
     end if
     associate (x => scene%blank%patches(1)%solid%points(:, :, :, component))
       range = [minval(x), maxval(x)]
     end associate
     do i = 1, size(scene%tools)
-      fault = tool_fault(scene%tools(i), component, range)
+      reason = tool_problem(scene%tools(i), component, range)
       if (moves_along(scene, i, component)) &
-        fault = "tool '"//scene%tools(i)%name//"' moves along "//letter(component)
-      if (fault /= "") return
+        reason = "tool '"//scene%tools(i)%name//"' moves along "//letter(component)
+      if (reason /= "") return
     end do
     do i = 1, size(scene%contacts)
-      if ((scene%contacts(i)%face + 1)/2 == axis) fault = "an edge of the blank is in contact"
+      if ((scene%contacts(i)%face + 1)/2 == axis) reason = "an edge of the blank is in contact"
     end do
-    if (fault == "") fault = condition_fault(scene, component, axis)
-  end function uniformity_fault
+    if (reason == "") reason = condition_problem(scene, component, axis)
+  end function uniformity_problem
 
   !> Has a tool a motion in any step with a share along the coordinate, or a turn not about it?
   pure logical function moves_along(scene, tool, component)
@@ -79,54 +79,54 @@ contains
   end function moves_along
 
   !> The same of one tool, which must reach over the whole blank.
-  pure function tool_fault(tool, component, range) result(fault)
+  pure function tool_problem(tool, component, range) result(reason)
     type(tool_spec_t), intent(in) :: tool
     integer, intent(in) :: component
     real(wp), intent(in) :: range(2)           !! of the blank along the coordinate
-    character(:), allocatable :: fault
+    character(:), allocatable :: reason
     real(wp) :: slack
     integer :: s
 
-    fault = ""
+    reason = ""
     slack = tolerance*(range(2) - range(1))
     do s = 1, size(tool%surfaces)
       associate (surface => tool%surfaces(s))
         if (.not. is_extruded_surface(surface, component)) then
-          fault = "tool '"//tool%name//"' is not extruded along "//letter(component)
+          reason = "tool '"//tool%name//"' is not extruded along "//letter(component)
         else if (minval(surface%points(:, :, component)) > range(1) + slack .or. &
                  maxval(surface%points(:, :, component)) < range(2) - slack) then
-          fault = "tool '"//tool%name//"' does not reach over the whole blank along "// &
+          reason = "tool '"//tool%name//"' does not reach over the whole blank along "// &
                   letter(component)
         end if
       end associate
-      if (fault /= "") return
+      if (reason /= "") return
     end do
-  end function tool_fault
+  end function tool_problem
 
   !> The same of loads, supports and states at the start.
-  pure function condition_fault(scene, component, axis) result(fault)
+  pure function condition_problem(scene, component, axis) result(reason)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: component, axis
-    character(:), allocatable :: fault
+    character(:), allocatable :: reason
     integer :: i
 
-    fault = ""
+    reason = ""
     do i = 1, size(scene%boundaries)
       associate (spec => scene%boundaries(i))
         if (abs(spec%velocity(component)) > 0.0_wp) then
-          fault = "a boundary moves along "//letter(component)
+          reason = "a boundary moves along "//letter(component)
         else if (count(spec%is_prescribed) > merge(1, 0, spec%is_prescribed(component)) &
                  .and. .not. reaches_over(scene, spec%set, axis, component)) then
-          fault = "a boundary holds a part of the width"
+          reason = "a boundary holds a part of the width"
         end if
       end associate
     end do
     do i = 1, size(scene%loads)
       associate (spec => scene%loads(i))
         if (spec%kind /= "PRESSURE" .and. abs(spec%value(component)) > 0.0_wp) then
-          fault = "a load acts along "//letter(component)
+          reason = "a load acts along "//letter(component)
         else if (.not. reaches_over(scene, spec%set, axis, component)) then
-          fault = "a load acts on a part of the width"
+          reason = "a load acts on a part of the width"
         end if
       end associate
     end do
@@ -135,24 +135,24 @@ contains
         if (abs(spec%velocity(component)) > 0.0_wp .or. &
             any(abs(spec%omega([mod(component, 3) + 1, mod(component + 1, 3) + 1])) > 0.0_wp) &
             .or. .not. reaches_over(scene, spec%set, axis, component)) &
-          fault = "the velocities at the start differ along "//letter(component)
+          reason = "the velocities at the start differ along "//letter(component)
       end associate
     end do
     do i = 1, size(scene%initial_states)
       if (.not. reaches_over(scene, scene%initial_states(i)%set, axis, component)) &
-        fault = "the states at the start differ along "//letter(component)
+        reason = "the states at the start differ along "//letter(component)
     end do
     if (allocated(scene%fields)) then
       do i = 1, size(scene%fields)
         associate (spec => scene%fields(i))
           if (abs(spec%gradient(component)) > 0.0_wp .or. &
               .not. reaches_over(scene, spec%set, axis, component)) &
-            fault = "a temperature or field variable differs along "//letter(component)
+            reason = "a temperature or field variable differs along "//letter(component)
         end associate
       end do
     end if
-    if (size(scene%beads) > 0) fault = "a draw bead may differ along "//letter(component)
-  end function condition_fault
+    if (size(scene%beads) > 0) reason = "a draw bead may differ along "//letter(component)
+  end function condition_problem
 
   !> Does a set hold all of the width? Set 0 is all of the blank.
   pure logical function reaches_over(scene, set, axis, component)
@@ -232,16 +232,16 @@ contains
 
   !> Why a scene is not its own picture in the plane through the middle of its blank, across a
   !! coordinate; empty if it is.
-  function mirror_fault(scene, component) result(fault)
+  function mirror_problem(scene, component) result(reason)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: component
-    character(:), allocatable :: fault
+    character(:), allocatable :: reason
     real(wp) :: middle
     integer :: axis, i, s
 
-    fault = ""
+    reason = ""
     if (size(scene%blank%patches) > 1) then
-      fault = "the blank has several patches"
+      reason = "the blank has several patches"
       return
     end if
     associate (solid => scene%blank%patches(1)%solid)
@@ -254,18 +254,18 @@ contains
                         middle)) axis = i
       end do
     end associate
-    if (axis == 0) fault = "the blank is not"
+    if (axis == 0) reason = "the blank is not"
     do i = 1, size(scene%tools)
       associate (tool => scene%tools(i))
-        if (moves_along(scene, i, component)) fault = "tool '"//tool%name//"' moves across it"
+        if (moves_along(scene, i, component)) reason = "tool '"//tool%name//"' moves across it"
         do s = 1, size(tool%surfaces)
           if (.not. has_picture(tool, tool%surfaces(s), component, middle)) &
-            fault = "tool '"//tool%name//"' is not"
+            reason = "tool '"//tool%name//"' is not"
         end do
       end associate
     end do
-    if (fault == "") fault = mirrored_condition_fault(scene, component, axis, middle)
-  end function mirror_fault
+    if (reason == "") reason = mirrored_condition_problem(scene, component, axis, middle)
+  end function mirror_problem
 
   !> Are the knots the same from either end?
   pure logical function is_even(kv)
@@ -328,36 +328,36 @@ contains
   end function has_picture
 
   !> Loads, supports and velocities at the start against the plane.
-  pure function mirrored_condition_fault(scene, component, axis, middle) result(fault)
+  pure function mirrored_condition_problem(scene, component, axis, middle) result(reason)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: component, axis
     real(wp), intent(in) :: middle
-    character(:), allocatable :: fault
+    character(:), allocatable :: reason
     integer :: i
 
-    fault = ""
+    reason = ""
     do i = 1, size(scene%boundaries)
       associate (spec => scene%boundaries(i))
-        if (abs(spec%velocity(component)) > 0.0_wp .or. &
-            .not. is_even_set(scene, spec%set, axis, component, middle)) fault = "a boundary is not"
+        if (abs(spec%velocity(component)) > 0.0_wp .or. .not. &
+            is_even_set(scene, spec%set, axis, component, middle)) reason = "a boundary is not"
       end associate
     end do
     do i = 1, size(scene%loads)
       associate (spec => scene%loads(i))
         if ((spec%kind /= "PRESSURE" .and. abs(spec%value(component)) > 0.0_wp) .or. &
-            .not. is_even_set(scene, spec%set, axis, component, middle)) fault = "a load is not"
+            .not. is_even_set(scene, spec%set, axis, component, middle)) reason = "a load is not"
       end associate
     end do
     do i = 1, size(scene%contacts)
-      if ((scene%contacts(i)%face + 1)/2 == axis) fault = "an edge of the blank is in contact"
+      if ((scene%contacts(i)%face + 1)/2 == axis) reason = "an edge of the blank is in contact"
     end do
     if (size(scene%initial_velocities) + size(scene%initial_states) > 0) &
-      fault = "the state at the start may not be"
+      reason = "the state at the start may not be"
     if (allocated(scene%fields)) then
-      if (size(scene%fields) > 0) fault = "a temperature or field variable may not be"
+      if (size(scene%fields) > 0) reason = "a temperature or field variable may not be"
     end if
-    if (size(scene%beads) > 0) fault = "a draw bead may not be"
-  end function mirrored_condition_fault
+    if (size(scene%beads) > 0) reason = "a draw bead may not be"
+  end function mirrored_condition_problem
 
   !> Does a set lie evenly about the plane?
   pure logical function is_even_set(scene, set, axis, component, middle)

@@ -1,7 +1,7 @@
 !> Draw beads of the scene as effects of the model.
 module bead_setup
   use kinds, only: wp
-  use faults, only: fault_list_t, add_warning
+  use input_errors, only: error_list_t, add_warning
   use text, only: rounded_text, place_text
   use vector_product, only: cross
   use tool, only: tool_t, new_tool
@@ -12,7 +12,7 @@ module bead_setup
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: face_side
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss
-  use errors, only: error_t
+  use failure, only: error_t
   use blank, only: face_slice
   use motion_curve, only: curve_t
   use support_setup, only: curve_of
@@ -29,11 +29,11 @@ contains
   !> Append one bead to the force stage, one effect for each patch whose face is not joined. Warned
   !! of are a bead that is not on the blank at the start, a line that leaves it, and a band too
   !! narrow for the elements.
-  subroutine add_bead(scene, spec, model, faults)
+  subroutine add_bead(scene, spec, model, errors)
     type(scene_t), intent(in) :: scene
     type(bead_spec_t), intent(in) :: spec
     type(model_t), intent(inout) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(draw_bead_t) :: bead
     type(nurbs_surface_t) :: face
     type(nurbs_surface_t), allocatable :: faces(:)
@@ -62,9 +62,9 @@ contains
     end do
     if (spec%first_step > 1) return
     if (is_there) then
-      call check_line(spec, faces, faults)
+      call check_line(spec, faces, errors)
     else
-      call add_warning(faults, spec%origin, "the draw bead "//spec%name//", which is nowhere "// &
+      call add_warning(errors, spec%origin, "the draw bead "//spec%name//", which is nowhere "// &
                        "on the blank", "a line within half its WIDTH of the FACE")
     end if
   end subroutine add_bead
@@ -92,10 +92,10 @@ contains
   end subroutine take_spec
 
   !> Walk along the line: how much of it is off the sheet, and how wide elements are across it.
-  subroutine check_line(spec, faces, faults)
+  subroutine check_line(spec, faces, errors)
     type(bead_spec_t), intent(in) :: spec
     type(nurbs_surface_t), intent(in) :: faces(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer, parameter :: least = 3            ! elements across the band
     integer, parameter :: n_parts = 16         ! of a length as long as the band is wide
     type(tool_t) :: sheet
@@ -106,7 +106,7 @@ contains
 
     call new_tool(sheet, "sheet", faces, 1, spec%width, error)
     if (allocated(error)) then
-      call add_warning(faults, spec%origin, "a line whose place on the blank cannot be checked"// &
+      call add_warning(errors, spec%origin, "a line whose place on the blank cannot be checked"// &
                        " ("//error%message//")", "patches that a tool could be made of as well")
       return
     end if
@@ -127,10 +127,10 @@ contains
         widest = max(widest, width)
       end do
     end do
-    if (off > 0.0_wp) call add_warning(faults, spec%origin, "a line of which "// &
+    if (off > 0.0_wp) call add_warning(errors, spec%origin, "a line of which "// &
       rounded_text(off)//" of "//rounded_text(length)//" is off the sheet by more than WIDTH", &
       "a line on the blank, which its ends may leave by WIDTH")
-    if (least*widest > spec%width*(1.0_wp + 1.0e-6_wp)) call add_warning(faults, spec%origin, &
+    if (least*widest > spec%width*(1.0_wp + 1.0e-6_wp)) call add_warning(errors, spec%origin, &
       "a band of WIDTH="//rounded_text(spec%width)//" over elements that are "// &
       rounded_text(widest)//" wide across the line at "//place_text(worst), &
       "a WIDTH of at least three elements, or the force is not exact")

@@ -1,8 +1,8 @@
 !> Contact pairs of the scene as effects of the model.
 module contact_setup
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: origin_t, fault_list_t, add_fault, add_warning, n_errors
+  use failure, only: error_t
+  use input_errors, only: origin_t, error_list_t, add_error, add_warning, n_errors
   use text, only: to_text, rounded_text
   use scene, only: scene_t, contact_spec_t, blank_spec_t, output_spec_t
   use nurbs_surface, only: nurbs_surface_t
@@ -32,24 +32,24 @@ module contact_setup
 contains
 
   !> Append one pair to the force stage for each patch whose face is not joined to another. A blank
-  !! that starts inside the tool is a fault.
-  subroutine add_contact(scene, spec, model, faults)
+  !! that starts inside the tool is an error.
+  subroutine add_contact(scene, spec, model, errors)
     type(scene_t), intent(in) :: scene
     type(contact_spec_t), intent(in) :: spec
     type(model_t), intent(inout) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(contact_spec_t) :: pair
     integer :: face, p, before
 
     face = spec%face
     if (face == 0) face = facing_face(spec, model)
     if (face == 0) then
-      call add_fault(faults, spec%origin, "tool '"//model%bodies%tools(spec%tool)%name// &
+      call add_error(errors, spec%origin, "tool '"//model%bodies%tools(spec%tool)%name// &
                      "', which lies beside the blank", "a tool that faces the blank, or a FACE")
       return
     end if
     if (all([(scene%blank%patches(p)%is_joined(face), p=1, size(scene%blank%patches))])) then
-      call add_fault(faults, spec%origin, "FACE="//trim(face_names(face))// &
+      call add_error(errors, spec%origin, "FACE="//trim(face_names(face))// &
                      ", which is joined to another in every patch", "a face on the outside")
       return
     end if
@@ -57,25 +57,25 @@ contains
     if (point_kind(spec%points) /= points_gauss) pair%n_points = 0
     ! Points on either side of a strip would part its sides, which no strain holds together.
     where (face_axes(face) == scene%reduction%axis) pair%n_points = 1
-    before = n_errors(faults)
+    before = n_errors(errors)
     if (spec%last_step >= spec%first_step) call check_radii(model%bodies%blank, face, &
       findloc(face_axes(face), scene%reduction%axis, dim=1), model%bodies%tools(spec%tool), &
-      scene%tools(spec%tool)%origin, faults)
+      scene%tools(spec%tool)%origin, errors)
     do p = 1, size(scene%blank%patches)
       if (scene%blank%patches(p)%is_joined(face)) cycle
-      call add_patch_contact(pair, scene%blank, p, face, scene%reduction%axis, model, faults)
-      if (n_errors(faults) > before) return
+      call add_patch_contact(pair, scene%blank, p, face, scene%reduction%axis, model, errors)
+      if (n_errors(errors) > before) return
     end do
   end subroutine add_contact
 
   !> The pair of one patch.
-  subroutine add_patch_contact(spec, blank_spec, part, face, across, model, faults)
+  subroutine add_patch_contact(spec, blank_spec, part, face, across, model, errors)
     type(contact_spec_t), intent(in) :: spec
     type(blank_spec_t), intent(in) :: blank_spec
     integer, intent(in) :: part, face
     integer, intent(in) :: across       !! axis of plane strain, 0: none
     type(model_t), intent(inout) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(contact_effect_t) :: pair
     type(contact_options_t) :: options
     type(slave_surface_t) :: slave
@@ -88,7 +88,7 @@ contains
       call new_slave_surface(slave, body%surface(face), point_kind(spec%points), &
                              spec%n_points, error)
       if (allocated(error)) then
-        call add_fault(faults, spec%origin, error%message, "contact points that fit the blank")
+        call add_error(errors, spec%origin, error%message, "contact points that fit the blank")
         return
       end if
       bounds = face_slice(body%grid%axes%n_basis, face)
@@ -103,7 +103,7 @@ contains
       pair%lower = bounds(:, 1)
       pair%upper = bounds(:, 2)
       if (is_known(model, pair)) then
-        call add_fault(faults, spec%origin, "tool '"//tool%name//"' against "// &
+        call add_error(errors, spec%origin, "tool '"//tool%name//"' against "// &
                        trim(face_names(face))//" a second time", "one pair for a tool and a face")
         return
       end if
@@ -119,12 +119,12 @@ contains
       call new_contact(pair%pair, slave, tool, face_mass(body, bounds), &
                        model%step%safety*model%stable_step, options, error)
       if (allocated(error)) then
-        call add_fault(faults, spec%origin, error%message, "usable contact options")
+        call add_error(errors, spec%origin, error%message, "usable contact options")
         return
       end if
       call new_depth_samples(pair%samples, pair%pair, tool, body%surface(face), &
                              findloc(face_axes(face), across, dim=1))
-      if (spec%first_step == 1) call check_start(spec, blank_spec%origin, model, pair, faults)
+      if (spec%first_step == 1) call check_start(spec, blank_spec%origin, model, pair, errors)
       if (model%output%has_pressure) call add_fields(spec, body, face, tool, model%output, pair)
     end associate
     allocate (slot%item, source=pair)
@@ -228,12 +228,12 @@ contains
   end function mean_gap
 
   !> The blank must not start inside the tool.
-  subroutine check_start(spec, blank_origin, model, pair, faults)
+  subroutine check_start(spec, blank_origin, model, pair, errors)
     type(contact_spec_t), intent(in) :: spec
     type(origin_t), intent(in) :: blank_origin
     type(model_t), intent(in) :: model
     type(contact_effect_t), intent(inout) :: pair
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: small = 1.0e-3_wp   ! of the thickness, that is not worth a word
     real(wp), parameter :: far = 0.1_wp        ! of it, that no tool is meant to be
     real(wp), allocatable :: net(:, :, :)
@@ -251,7 +251,7 @@ contains
               tool%name//"', at ("
       ! Round-off of a blank that starts exactly touching is not a penetration.
       if (gap < -1.0e-9_wp*tool%search_distance) then
-        call add_fault(faults, spec%origin, found//to_text(position(1))//", "// &
+        call add_error(errors, spec%origin, found//to_text(position(1))//", "// &
                        to_text(position(2))//", "//to_text(position(3))//") by "//to_text(-gap), &
                        "a blank outside of all tools; if the side is wrong, change SIDE of the "// &
                        "tool, or of an offset the sign of its distance")
@@ -262,9 +262,9 @@ contains
                 rounded_text(depth)//", where no contact point sees it"
       end associate
       if (pair%deepest%depth > far*pair%thickness) then
-        call add_fault(faults, spec%origin, found, "a blank outside of all tools")
+        call add_error(errors, spec%origin, found, "a blank outside of all tools")
       else if (pair%deepest%depth > small*pair%thickness) then
-        call add_warning(faults, spec%origin, found, "a blank outside of all tools, or "// &
+        call add_warning(errors, spec%origin, found, "a blank outside of all tools, or "// &
                          "elements and contact points (COUNT) as fine as the tool's shape")
       end if
     end associate

@@ -2,7 +2,7 @@
 module drive_setup
   use kinds, only: wp
   use text, only: rounded_text
-  use faults, only: fault_list_t, add_fault, add_warning
+  use input_errors, only: error_list_t, add_error, add_warning
   use scene, only: scene_t, motion_spec_t
   use contact_check, only: sheet_side
   use contact_effect, only: contact_effect_t
@@ -20,25 +20,25 @@ module drive_setup
 contains
 
   !> One drive for each *TOOL FORCE. Contacts of all steps must be in the force stage.
-  subroutine add_drives(scene, model, faults)
+  subroutine add_drives(scene, model, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i
 
     do i = 1, size(scene%motions)
       if (.not. scene%motions(i)%is_force) cycle
-      call check_direction(scene, i, model, faults)
-      call add_drive(scene, i, model, faults)
+      call check_direction(scene, i, model, errors)
+      call add_drive(scene, i, model, errors)
     end do
   end subroutine add_drives
 
   !> Warn of a tool whose first move is a force that never presses it on the sheet.
-  subroutine check_direction(scene, i, model, faults)
+  subroutine check_direction(scene, i, model, errors)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: i             !! the motion
     type(model_t), intent(in) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: clearly = 0.1_wp   ! cosine, below which a force goes along the sheet
     real(wp) :: way(3), towards
     real(wp), allocatable :: factors(:)
@@ -58,7 +58,7 @@ contains
       towards = dot_product(spec%vector, way)/(norm2(spec%vector)*max(norm2(way), tiny(1.0_wp)))
       if (abs(towards) < clearly .or. any(factors*towards > 0.0_wp)) return
       if (.not. any(abs(factors) > 0.0_wp)) return
-      call add_warning(faults, spec%origin, "a force that draws the tool "// &
+      call add_warning(errors, spec%origin, "a force that draws the tool "// &
                        scene%tools(spec%tool)%name//" away from the blank at all times", &
                        "the opposite sign, or the SIDE of the *TOOL on which the blank lies")
     end associate
@@ -79,11 +79,11 @@ contains
 
   !> Mass: a tool that rests on penalty springs of stiffness k in all adds k dt^2/m to what blank
   !! and penalty already take of the limit 4 of a stable step. Twice k dt^2 keeps that below 1/2.
-  subroutine add_drive(scene, i, model, faults)
+  subroutine add_drive(scene, i, model, errors)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: i                   !! the motion
     type(model_t), intent(inout) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(tool_drive_t) :: drive
     type(effect_slot_t) :: slot
     real(wp) :: stiffness, least
@@ -100,13 +100,13 @@ contains
       drive%mass = spec%mass
       if (.not. spec%mass > 0.0_wp) drive%mass = least
       if (.not. drive%mass > 0.0_wp) then
-        call add_fault(faults, spec%origin, "a force on tool "//scene%tools(spec%tool)%name// &
+        call add_error(errors, spec%origin, "a force on tool "//scene%tools(spec%tool)%name// &
                        ", which has no contact to choose its mass by", &
                        "MASS, or a *CONTACT PAIR of the tool")
         return
       end if
       if (drive%mass < 0.5_wp*least) then
-        call add_warning(faults, spec%origin, "a mass of "// &
+        call add_warning(errors, spec%origin, "a mass of "// &
                          rounded_text(model%width_ratio*drive%mass)//", for which the time "// &
                          "step may be too large", &
                          "at least "//rounded_text(model%width_ratio*least))

@@ -2,7 +2,7 @@
 !! and the moduli that a user's law has with them.
 module initial_state
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use scene, only: scene_t, set_spec_t
   use element, only: element_t, point_coordinates, next_element
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid

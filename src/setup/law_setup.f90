@@ -1,7 +1,7 @@
 !> The law of a material: one of the table, or a user's.
 module law_setup
-  use errors, only: error_t
-  use faults, only: fault_list_t, add_fault, add_warning
+  use failure, only: error_t
+  use input_errors, only: error_list_t, add_error, add_warning
   use text, only: upper_case
   use scene, only: material_spec_t, is_user_material
   use block_law, only: block_law_t
@@ -16,27 +16,27 @@ module law_setup
 
 contains
 
-  !> The law with its constants checked; not allocated where a fault was added.
-  subroutine build_law(material, law, faults, library)
+  !> The law with its constants checked; not allocated where an error was added.
+  subroutine build_law(material, law, errors, library)
     type(material_spec_t), intent(in) :: material
     class(block_law_t), allocatable, intent(out) :: law
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(user_library_t), intent(in), optional :: library   !! subroutines of the user
     type(error_t), allocatable :: error
 
     if (is_user_material(material)) then
-      call build_user_law(material, law, faults, library)
+      call build_user_law(material, law, errors, library)
     else
       call new_material_law(material, law, error)
-      if (allocated(error)) call add_fault(faults, material%origin, error%message, &
+      if (allocated(error)) call add_error(errors, material%origin, error%message, &
                                            "constants that the law accepts")
     end if
   end subroutine build_law
 
-  subroutine build_user_law(material, law, faults, library)
+  subroutine build_user_law(material, law, errors, library)
     type(material_spec_t), intent(in) :: material
     class(block_law_t), allocatable, intent(out) :: law
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(user_library_t), intent(in), optional :: library
     type(user_material_t) :: user
     type(error_t), allocatable :: error
@@ -44,7 +44,7 @@ contains
     integer :: i
 
     if (.not. present(library)) then
-      call add_fault(faults, material%origin, "*USER MATERIAL without a subroutine", &
+      call add_error(errors, material%origin, "*USER MATERIAL without a subroutine", &
                      "--user FILE with the UMAT or VUMAT on the command line")
       return
     end if
@@ -60,10 +60,10 @@ contains
     if (allocated(material%plasticity%heating)) user%heating = material%plasticity%heating(:3)
     call new_user_law(library, user, law, note, error)
     if (allocated(error)) then
-      call add_fault(faults, material%origin, error%message, "a law that can be called")
+      call add_error(errors, material%origin, error%message, "a law that can be called")
       return
     end if
-    if (note /= "") call add_warning(faults, material%origin, note, &
+    if (note /= "") call add_warning(errors, material%origin, note, &
                                      "none of these, or THREADSAFE=YES where they do no harm")
     if (.not. allocated(material%state_names)) return
     do i = 1, size(material%state_names)

@@ -1,7 +1,7 @@
 !> Loads of the scene as effects of the model.
 module load_setup
   use kinds, only: wp
-  use faults, only: fault_list_t, add_fault
+  use input_errors, only: error_list_t, add_error
   use scene, only: scene_t, load_spec_t, set_spec_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t, solid_face, face_axes, face_side
@@ -22,12 +22,12 @@ module load_setup
 contains
 
   !> Append one load to the force stage, one effect for each patch that it acts on. A set that is
-  !! on no face or holds no element is a fault; faces joined to others carry no load.
-  subroutine add_load(scene, spec, model, faults)
+  !! on no face or holds no element is an error; faces joined to others carry no load.
+  subroutine add_load(scene, spec, model, errors)
     type(scene_t), intent(in) :: scene
     type(load_spec_t), intent(in) :: spec
     type(model_t), intent(inout) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(effect_slot_t) :: slot
     type(curve_t) :: curve
     logical :: has_face, has_element
@@ -61,10 +61,10 @@ contains
     if (has_element) return
     associate (name => scene%sets(spec%set)%name)
       if (has_face) then
-        call add_fault(faults, spec%origin, "set '"//name//"', which holds no element", &
+        call add_error(errors, spec%origin, "set '"//name//"', which holds no element", &
                        "a set that holds the middle of an element of its face")
       else
-        call add_fault(faults, spec%origin, "set '"//name//"', which is not on a face", &
+        call add_error(errors, spec%origin, "set '"//name//"', which is not on a face", &
                        "a set on one of the faces of the blank")
       end if
     end associate

@@ -1,10 +1,10 @@
 !> Build the model from the scene. What only shows here, such as a blank that starts inside a
-!! tool, is reported like any other fault of the deck.
+!! tool, is reported like any other error of the deck.
 module model_setup
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: fault_list_t, add_fault, add_warning, drop_warnings, n_errors
+  use failure, only: error_t
+  use input_errors, only: error_list_t, add_error, add_warning, drop_warnings, n_errors
   use text, only: to_text, rounded_text
   use scene, only: scene_t, blank_spec_t, patch_spec_t, motion_spec_t, tool_spec_t
   use knot_vector, only: n_spans
@@ -39,15 +39,15 @@ module model_setup
 
 contains
 
-  !> Model of a checked scene; unusable where a fault was added.
-  subroutine build_model(scene, model, faults, library)
+  !> Model of a checked scene; unusable where an error was added.
+  subroutine build_model(scene, model, errors, library)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(out) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(user_library_t), intent(in), optional :: library   !! for *USER MATERIAL
     integer :: i, before
 
-    before = n_errors(faults)
+    before = n_errors(errors)
     model%step = scene%step
     model%output = scene%output
     model%width_ratio = scene%width_ratio
@@ -56,11 +56,11 @@ contains
     allocate (model%forces(0), model%later_forces(0), model%retired(0))
     model%step_starts = [0.0_wp]
     allocate (model%probes, source=scene%probes)
-    call build_blank(scene, model, faults, library)
-    call build_tools(scene, model, faults)
-    if (n_errors(faults) > before) return
+    call build_blank(scene, model, errors, library)
+    call build_tools(scene, model, errors)
+    if (n_errors(errors) > before) return
 
-    if (scene%step%thickness_factor > 1.0_wp) call check_columns(scene, model%bodies%blank, faults)
+    if (scene%step%thickness_factor > 1.0_wp) call check_columns(scene, model%bodies%blank, errors)
     call set_initial_velocities(scene, model)
     call add_supports(scene, model)
     call add_field_changes(scene, model)
@@ -70,64 +70,64 @@ contains
         call reduce_to_plane(blank%parts(1), blank%law, scene%reduction%component)
       end associate
     end if
-    call check_step(scene, model, faults)
-    if (n_errors(faults) > before) return
+    call check_step(scene, model, errors)
+    if (n_errors(errors) > before) return
     do i = 1, size(scene%contacts)
       if (scene%contacts(i)%last_step < scene%contacts(i)%first_step) cycle
-      before = n_errors(faults)
-      call add_contact(scene, scene%contacts(i), model, faults)
-      if (n_errors(faults) > before) &
-        call drop_warnings(faults, scene%tools(scene%contacts(i)%tool)%origin)
+      before = n_errors(errors)
+      call add_contact(scene, scene%contacts(i), model, errors)
+      if (n_errors(errors) > before) &
+        call drop_warnings(errors, scene%tools(scene%contacts(i)%tool)%origin)
     end do
-    if (size(scene%contacts) > 0) call share_penalties(scene%contacts(1)%origin, model, faults)
+    if (size(scene%contacts) > 0) call share_penalties(scene%contacts(1)%origin, model, errors)
     do i = 1, size(scene%loads)
-      call add_load(scene, scene%loads(i), model, faults)
+      call add_load(scene, scene%loads(i), model, errors)
     end do
     do i = 1, size(scene%beads)
       if (scene%beads(i)%last_step < scene%beads(i)%first_step) cycle
-      call add_bead(scene, scene%beads(i), model, faults)
+      call add_bead(scene, scene%beads(i), model, errors)
     end do
-    call add_drives(scene, model, faults)
+    call add_drives(scene, model, errors)
     call add_thickness_scaling(model)
     call add_damping([(last_change(scene, i), i=1, 1 + size(model%later_steps))], model)
     call hold_back_forces(model)
   end subroutine build_model
 
   !> Warn of columns through the thickness that seams keep from being scaled.
-  subroutine check_columns(scene, blank, faults)
+  subroutine check_columns(scene, blank, errors)
     type(scene_t), intent(in) :: scene
     type(blank_t), intent(in) :: blank
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(column_mask_t), allocatable :: is_whole(:)
     integer :: p, n
 
     is_whole = columns_of(blank)
     n = sum([(count(.not. is_whole(p)%values), p=1, size(is_whole))])
-    if (n > 0) call add_warning(faults, scene%step%origin, "mass scaling through the thickness "// &
+    if (n > 0) call add_warning(errors, scene%step%origin, "mass scaling through the thickness "// &
                                 "that leaves out "//to_text(n)//" columns of control points, "// &
                                 "which are not one along each seam they touch", &
                                 "seams that run through the thickness, axis 3 of both patches")
   end subroutine check_columns
 
   !> Refuse a stable step that is no number, and warn of more steps than a machine takes in days.
-  subroutine check_step(scene, model, faults)
+  subroutine check_step(scene, model, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: many = 1.0e9_wp
     real(wp) :: n_steps
 
     if (.not. (ieee_is_finite(model%stable_step) .and. ieee_is_finite(model%rate) &
                .and. model%stable_step > 0.0_wp)) then
-      call add_fault(faults, scene%materials(scene%blank%material)%origin, &
+      call add_error(errors, scene%materials(scene%blank%material)%origin, &
                      "stiffness and density that give no usable stable step ("// &
                      to_text(model%stable_step)//")", "values in consistent units")
       return
     end if
-    if (model%step%safety > 1.0_wp) call add_warning(faults, scene%step%origin, &
+    if (model%step%safety > 1.0_wp) call add_warning(errors, scene%step%origin, &
       "SAFETY="//to_text(model%step%safety)//", steps above the stable one", "at most 1")
     n_steps = model%step%end_time/(model%step%safety*model%stable_step)
-    if (n_steps > many) call add_warning(faults, scene%step%origin, "an end time of about "// &
+    if (n_steps > many) call add_warning(errors, scene%step%origin, "an end time of about "// &
       rounded_text(n_steps)//" steps of "//rounded_text(model%step%safety*model%stable_step), &
       "fewer: check the units of the deck, shorten the process or scale masses")
   end subroutine check_step
@@ -148,10 +148,10 @@ contains
   end function last_change
 
   !> Law, patch and mass.
-  subroutine build_blank(scene, model, faults, library)
+  subroutine build_blank(scene, model, errors, library)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(user_library_t), intent(in), optional :: library
     real(wp), parameter :: short = 1.0e-6_wp   ! of the end time: about a step
     class(block_law_t), allocatable :: law
@@ -160,42 +160,42 @@ contains
 
     associate (spec => scene%blank, material => scene%materials(scene%blank%material))
       do p = 1, size(spec%patches)
-        call check_rule(spec, spec%patches(p), scene%reduction%axis, faults)
+        call check_rule(spec, spec%patches(p), scene%reduction%axis, errors)
       end do
-      call build_law(material, law, faults, library)
+      call build_law(material, law, errors, library)
       if (.not. allocated(law)) return
       if (law%uses_gradient .and. spec%projection == "ANS") &
-        call add_fault(faults, spec%origin, "PROJECTION=ANS with a material whose stress "// &
+        call add_error(errors, spec%origin, "PROJECTION=ANS with a material whose stress "// &
                        "follows from the deformation gradient", "BBAR or NONE")
       call new_blank(model%bodies%blank, spec%name, spec%patches, law, &
                      [scene%step%viscosity_linear, scene%step%viscosity_quadratic], error, &
                      spec%merge_distance, projection_of(spec))
       if (allocated(error)) then
-        call add_fault(faults, spec%origin, error%message, "a right-handed patch "// &
+        call add_error(errors, spec%origin, error%message, "a right-handed patch "// &
                        "with positive volume everywhere")
       else
-        call check_initial_states(scene, model%bodies%blank%law, faults)
+        call check_initial_states(scene, model%bodies%blank%law, errors)
         call set_initial_states(scene, model%bodies%blank)
         call set_initial_fields(scene, model%bodies%blank)
         call find_initial_moduli(short*scene%step%end_time, model%bodies%blank, error)
-        if (allocated(error)) call add_fault(faults, material%origin, error%message, &
+        if (allocated(error)) call add_error(errors, material%origin, error%message, &
                                              "a law that can be called")
       end if
     end associate
   end subroutine build_blank
 
-  !> State variables at the start that the law does not have are faults.
-  subroutine check_initial_states(scene, law, faults)
+  !> State variables at the start that the law does not have are errors.
+  subroutine check_initial_states(scene, law, errors)
     type(scene_t), intent(in) :: scene
     class(block_law_t), intent(in) :: law
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i
 
     if (.not. allocated(scene%initial_states)) return
     do i = 1, size(scene%initial_states)
       associate (start => scene%initial_states(i), n => law%n_state - law%n_hidden)
         if (size(start%values) <= n) cycle
-        call add_fault(faults, start%origin, to_text(size(start%values))// &
+        call add_error(errors, start%origin, to_text(size(start%values))// &
                        " state variables for "//start%name, to_text(n)//" at most, as the "// &
                        "material has")
       end associate
@@ -203,11 +203,11 @@ contains
   end subroutine check_initial_states
 
   !> A rule that leaves deformations without energy is refused, and one that serves is named.
-  subroutine check_rule(spec, patch, across, faults)
+  subroutine check_rule(spec, patch, across, errors)
     type(blank_spec_t), intent(in) :: spec
     type(patch_spec_t), intent(in) :: patch
     integer, intent(in) :: across               !! axis of plane strain, 0: none
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(projection_spec_t) :: projection
     integer :: n_modes, axis, n_elements(3), rule(3)
 
@@ -223,13 +223,13 @@ contains
       rule = serving_rule(degrees, n_elements, patch%n_points, patch%n_parts, projection, across)
       if (any(projection%n_samples > 0)) then
         rule = default_samples(degrees, patch%n_points*patch%n_parts)
-        call add_fault(faults, spec%origin, 'samples that leave '//to_text(n_modes)// &
+        call add_error(errors, spec%origin, 'samples that leave '//to_text(n_modes)// &
                        " or more deformations of this patch without energy", &
                        'more samples, such as SAMPLES='//quoted(rule))
         return
       end if
     end associate
-    call add_fault(faults, spec%origin, "a quadrature rule that leaves "//to_text(n_modes)// &
+    call add_error(errors, spec%origin, "a quadrature rule that leaves "//to_text(n_modes)// &
                    " or more deformations of this patch without energy", "more points, such as "// &
                    'RULE='//quoted(rule))
   end subroutine check_rule
@@ -258,16 +258,16 @@ contains
   end function quoted
 
   !> Tools at their start position.
-  subroutine build_tools(scene, model, faults)
+  subroutine build_tools(scene, model, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: t, before
 
-    before = n_errors(faults)
-    call start_tools(scene, model%bodies%tools, faults)
+    before = n_errors(errors)
+    call start_tools(scene, model%bodies%tools, errors)
     call set_motions(scene, model)
-    if (n_errors(faults) > before) return
+    if (n_errors(errors) > before) return
     do t = 1, size(scene%tools)
       call move_tool(model%motions(t), 0.0_wp, 0.0_wp, model%bodies%tools(t))
     end do

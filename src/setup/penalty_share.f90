@@ -1,7 +1,7 @@
 !> Penalties of the tools on a face of the blank beside what the time step leaves for them.
 module penalty_share
   use kinds, only: wp
-  use faults, only: origin_t, fault_list_t, add_warning
+  use input_errors, only: origin_t, error_list_t, add_warning
   use text, only: to_text, rounded_text
   use contact, only: scale_stiffness
   use contact_effect, only: contact_effect_t
@@ -17,26 +17,26 @@ contains
   !! s m/dt^2 beside the blank's own frequency w is stable for (w dt)^2 + s <= 4, and w dt is twice
   !! the safety factor. A single tool is left as the deck wants it, with a warning. The greatest
   !! sum of a face is kept in the model.
-  subroutine share_penalties(origin, model, faults)
+  subroutine share_penalties(origin, model, errors)
     type(origin_t), intent(in) :: origin   !! of the pairs, for a warning
     type(model_t), intent(inout) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     integer :: i
 
     do i = 1, size(model%forces)
       select type (pair => model%forces(i)%item)
       type is (contact_effect_t)
-        call share_face(origin, pair%part, pair%lower, pair%upper, i, model, faults)
+        call share_face(origin, pair%part, pair%lower, pair%upper, i, model, errors)
       end select
     end do
   end subroutine share_penalties
 
   !> Share the penalty of all pairs of one face, if `first` is the first of them.
-  subroutine share_face(origin, part, lower, upper, first, model, faults)
+  subroutine share_face(origin, part, lower, upper, first, model, errors)
     type(origin_t), intent(in) :: origin
     integer, intent(in) :: part, lower(3), upper(3), first
     type(model_t), intent(inout) :: model
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     real(wp) :: shares(size(model%forces)), limit, left, total
     logical :: is_there(size(model%forces))
     integer :: i, step, n_tools
@@ -51,7 +51,7 @@ contains
       end select
     end do
     left = max(0.0_wp, 4*(1 - model%step%safety**2))
-    if (maxval(shares) > left) call add_warning(faults, origin, &
+    if (maxval(shares) > left) call add_warning(errors, origin, &
       "a penalty of "//rounded_text(maxval(shares))//" times mass over the square of the step", &
       "at most "//rounded_text(left)//", all that the safety factor "// &
       to_text(model%step%safety)//" leaves: beyond it contact may be unstable")
@@ -72,7 +72,7 @@ contains
         if (shares(i) > 0.0_wp) call scale_stiffness(pair%pair, limit/total)
       end select
     end do
-    call add_warning(faults, origin, "penalties of "//to_text(n_tools)// &
+    call add_warning(errors, origin, "penalties of "//to_text(n_tools)// &
                      " tools on one face that add up to "//rounded_text(total), &
                      "at most "//rounded_text(limit)//" beside the safety factor "// &
                      rounded_text(model%step%safety)//"; they are scaled to that")

@@ -2,7 +2,7 @@
 module radius_check
   use kinds, only: wp
   use text, only: rounded_text, place_text
-  use faults, only: origin_t, fault_list_t, add_warning
+  use input_errors, only: origin_t, error_list_t, add_warning
   use knot_vector, only: n_spans
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_grid, only: lines
@@ -28,13 +28,13 @@ contains
   !> Warn where a tool bends towards the sheet with a radius that is shorter than three of the
   !! elements nearest to it, measured along the bend. Bends that look away from the sheet do not
   !! count.
-  subroutine check_radii(blank, face, across, tool, origin, faults)
+  subroutine check_radii(blank, face, across, tool, origin, errors)
     type(blank_t), intent(in) :: blank
     integer, intent(in) :: face            !! of the blank against the tool
     integer, intent(in) :: across          !! direction along which a strip does not change, 0: none
     type(tool_t), intent(in) :: tool
     type(origin_t), intent(in) :: origin   !! of the warning
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(element_t), allocatable :: elements(:)
     type(bend_t), allocatable :: bends(:)
     type(bend_t) :: worst
@@ -65,7 +65,7 @@ contains
     expected = "a radius of three elements: between contact points an edge goes unseen"
     if (worst%radius > 0.0_wp) expected = "elements of at most "// &
       rounded_text(worst%radius/elements_on_radius)//" there, a third of the radius"
-    call add_warning(faults, origin, found_words(tool, worst, size_there), expected)
+    call add_warning(errors, origin, found_words(tool, worst, size_there), expected)
   end subroutine check_radii
 
   !> What the deck has.

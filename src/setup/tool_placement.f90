@@ -5,7 +5,7 @@
 !! which it can never overshoot, until nothing is left (J. C. Hart, The Visual Computer 12, 1996).
 module tool_placement
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: to_text
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t, solid_face

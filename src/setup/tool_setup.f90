@@ -1,8 +1,8 @@
 !> Tools of a scene where they start: as the deck has them, or placed against the sheet.
 module tool_setup
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: fault_list_t, add_fault, add_warning, n_errors
+  use failure, only: error_t
+  use input_errors, only: error_list_t, add_error, add_warning, n_errors
   use text, only: rounded_text
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
@@ -19,17 +19,17 @@ module tool_setup
 
 contains
 
-  !> Tools prepared for contact and put where they start, before any motion. Unusable where a fault
+  !> Tools prepared for contact and put where they start, before any motion. Unusable where an error
   !! was added.
-  subroutine start_tools(scene, tools, faults)
+  subroutine start_tools(scene, tools, errors)
     type(scene_t), intent(in) :: scene
     type(tool_t), allocatable, intent(out) :: tools(:)
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(error_t), allocatable :: error
     real(wp) :: reach, shifts(3, size(scene%tools))
     integer :: t, before
 
-    before = n_errors(faults)
+    before = n_errors(errors)
     reach = 3.0_wp*sheet_thickness(scene)
     shifts = 0.0_wp
     allocate (tools(size(scene%tools)))
@@ -37,14 +37,14 @@ contains
       associate (spec => scene%tools(t))
         call new_tool(tools(t), spec%name, spec%surfaces, spec%side, reach, error)
         if (allocated(error)) then
-          call add_fault(faults, spec%origin, error%message, "a usable tool surface")
+          call add_error(errors, spec%origin, error%message, "a usable tool surface")
           cycle
         end if
         if (any(abs(spec%placing) > 0.0_wp)) &
-          call place_tool(scene, spec, tools(t), shifts(:, t), faults)
+          call place_tool(scene, spec, tools(t), shifts(:, t), errors)
       end associate
     end do
-    if (n_errors(faults) > before) return
+    if (n_errors(errors) > before) return
     do t = 1, size(scene%tools)
       associate (spec => scene%tools(t))
         ! An offset goes with the tool that it belongs to.
@@ -56,12 +56,12 @@ contains
   end subroutine start_tools
 
   !> Put a tool against the sheet as the deck wants it.
-  subroutine place_tool(scene, spec, tool, shift, faults)
+  subroutine place_tool(scene, spec, tool, shift, errors)
     type(scene_t), intent(in) :: scene
     type(tool_spec_t), intent(in) :: spec
     type(tool_t), intent(inout) :: tool
     real(wp), intent(out) :: shift(3)         !! by which it was moved [length]
-    type(fault_list_t), intent(inout) :: faults
+    type(error_list_t), intent(inout) :: errors
     type(nurbs_solid_t) :: solids(size(scene%blank%patches))
     type(error_t), allocatable :: error
     real(wp) :: doubt, reach
@@ -72,7 +72,7 @@ contains
     end do
     call placing_shift(tool, solids, spec%placing, spec%clearance, shift, doubt, error)
     if (allocated(error)) then
-      call add_fault(faults, spec%origin, error%message, "a direction that leads to the sheet")
+      call add_error(errors, spec%origin, error%message, "a direction that leads to the sheet")
       shift = 0.0_wp
       return
     end if
@@ -81,11 +81,11 @@ contains
       reach = max(reach, maxval(abs(solids(i)%points)))
     end do
     if (spec%clearance > far*reach) then
-      call add_warning(faults, spec%origin, "a clearance of "//rounded_text(spec%clearance)// &
+      call add_warning(errors, spec%origin, "a clearance of "//rounded_text(spec%clearance)// &
                        ", more than a hundred times as far as sheet and tool reach", &
                        "a clearance in the deck's unit of length")
     else if (doubt > worth_telling*tool%search_distance) then
-      call add_warning(faults, spec%origin, "a tool so nearly parallel to the sheet that its "// &
+      call add_warning(errors, spec%origin, "a tool so nearly parallel to the sheet that its "// &
                        "distance may be less than the clearance by "//rounded_text(doubt), &
                        "a larger clearance")
     end if

@@ -2,7 +2,7 @@
 module forming_run
   use kinds, only: wp
   use text, only: string_t
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks
   use body_parts, only: field_t, share_external_forces
   use body_parts, only: forces_of_parts

@@ -2,7 +2,7 @@
 !! intervals the balances. The place of a failure is looked for only when there is one.
 module health
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: string_t, to_text, rounded_text, place_text, append_text
   use blank, only: blank_t, mass_of
   use effect, only: effect_slot_t, instant_t

@@ -7,7 +7,7 @@
 module material_point
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: to_text
   use block_law, only: block_law_t
   use point_context, only: point_context_t, new_point_context

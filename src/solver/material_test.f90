@@ -2,7 +2,7 @@
 !! r-values over the angle to the rolling direction, a section of the yield surface.
 module material_test
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: strings, string_t, to_text, rounded_text
   use interrupt, only: is_stop_wanted
   use scene, only: material_test_spec_t
@@ -16,7 +16,7 @@ module material_test
   implicit none
   private
 
-  public :: run_test, test_fault, new_test_rows, fill_rows, fill_table, table_heads
+  public :: run_test, test_problem, new_test_rows, fill_rows, fill_table, table_heads
 
   !> How the failure of a test begins that a signal has stopped.
   character(*), parameter, public :: stop_words = "stopped by a signal"
@@ -36,21 +36,21 @@ module material_test
 contains
 
   !> Why this law cannot go through this test; empty where it can.
-  pure function test_fault(spec, law) result(fault)
+  pure function test_problem(spec, law) result(reason)
     type(material_test_spec_t), intent(in) :: spec
     class(block_law_t), intent(in) :: law
-    character(:), allocatable :: fault
+    character(:), allocatable :: reason
 
-    fault = ""
+    reason = ""
     if ((spec%kind == "R VALUES" .or. spec%kind == "YIELD LOCUS") .and. law%eqps_state == 0) then
-      fault = "TYPE="//spec%kind//" of a material that reports no plastic strain: "
+      reason = "TYPE="//spec%kind//" of a material that reports no plastic strain: "
       if (law%needs_context) then
-        fault = fault//"no state variable of its *DEPVAR is named EQPS or PEEQ"
+        reason = reason//"no state variable of its *DEPVAR is named EQPS or PEEQ"
       else
-        fault = fault//"it has no *PLASTIC"
+        reason = reason//"it has no *PLASTIC"
       end if
     end if
-  end function test_fault
+  end function test_problem
 
   !> Carry out a test. Fails where the point cannot be led on; the table then ends there. Warns of
   !! shear that the law does not bear.

@@ -5,7 +5,7 @@
 module return_error
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use timer, only: clock_ticks, ticks_to_seconds
   use block_law, only: block_law_t
   implicit none

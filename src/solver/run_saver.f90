@@ -2,7 +2,7 @@
 module run_saver
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use text, only: to_text, rounded_text
   use timer, only: clock_ticks, ticks_to_seconds, start_watch, stop_watch, watch_seconds, &
                    set_time
@@ -323,7 +323,7 @@ contains
   end subroutine write_good
 
   !> Take the state of a run from a checkpoint, and keep it. What does not fit is told by
-  !! `store%fault`, and the state is not to be used then.
+  !! `store%reason`, and the state is not to be used then.
   subroutine start_from(saver, model, run, store)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
@@ -332,7 +332,7 @@ contains
 
     if (.not. allocated(saver%good)) allocate (saver%good)
     call unpack_run(model, run, store)
-    if (store%fault == "") call carry_rest(model, run, saver%good%n_frames, store)
+    if (store%reason == "") call carry_rest(model, run, saver%good%n_frames, store)
     saver%good%store = store
     saver%good%step = run%n_steps
     saver%good%time = run%instant%time
@@ -443,9 +443,9 @@ contains
       type(kept_t), intent(inout) :: kept
 
       call unpack_run(model, run, kept%store)
-      if (kept%store%fault /= "") then
-        call log_line(log, "no second try: the state kept last does not fit, "//kept%store%fault)
-        kept%store%fault = ""
+      if (kept%store%reason /= "") then
+        call log_line(log, "no second try: the state kept last does not fit, "//kept%store%reason)
+        kept%store%reason = ""
         return
       end if
       saver%taken_step = kept%step

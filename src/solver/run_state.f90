@@ -33,7 +33,7 @@ contains
   end subroutine pack_run
 
   !> Take it back into a model that was built from the same deck. What does not fit is told by
-  !! `store%fault`; where that is the step of the deck, the model stays as it is.
+  !! `store%reason`; where that is the step of the deck, the model stays as it is.
   subroutine unpack_run(model, run, store)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -42,7 +42,7 @@ contains
     store%is_taking = .true.
     call enter_folder(store, "run")
     call go_to_deck_step(model, run, store)
-    if (store%fault /= "") return
+    if (store%reason /= "") return
     call carry_run(model, run, store)
     run%is_resumed = .true.
   end subroutine unpack_run
@@ -110,7 +110,7 @@ contains
     i_step = 0
     call carry(store, "deck_step", i_step)
     if (i_step < model%i_step .or. i_step > model%i_step + size(model%later_steps)) then
-      if (store%fault == "") store%fault = "it is of step "//to_text(i_step)//" of the deck"
+      if (store%reason == "") store%reason = "it is of step "//to_text(i_step)//" of the deck"
       return
     end if
     allocate (starts(i_step), source=0.0_wp)

@@ -1,7 +1,7 @@
 !> What becomes of the checkpoint of a run that is complete.
 module spent_checkpoint
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use system_files, only: remove_file, sync_file
   use state_store, only: state_store_t, enter_folder, carry
   use checkpoint, only: read_checkpoint

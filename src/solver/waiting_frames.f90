@@ -1,6 +1,6 @@
 !> Frames that are filled and wait for the state behind them to prove good.
 module waiting_frames
-  use errors, only: error_t
+  use failure, only: error_t
   use timer, only: start_watch, stop_watch
   use model, only: model_t
   use frames, only: results_t, frame_t, write_frame

@@ -2,7 +2,7 @@
 !! Math. Comp. 37 (1981); for strains R. P. R. Cardoso and J. M. A. Cesar de Sa, IJNME 97 (2014)).
 module mls_fit
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use lapack, only: solve
   implicit none
   private

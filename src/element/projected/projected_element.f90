@@ -2,7 +2,7 @@
 !! the patch.
 module projected_element
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use text, only: string_t, to_text, append_text
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t

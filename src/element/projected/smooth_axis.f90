@@ -3,7 +3,7 @@
 !! and element lengths. It couples the elements of a row.
 module smooth_axis
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use knot_vector, only: knot_vector_t, basis_derivatives
   use basis_tables, only: axis_table_t
   use lapack, only: band_cholesky

@@ -7,7 +7,7 @@
 !! which the fit leaves out, has its zeros there. Smooth projections couple the elements of a row.
 module strain_projection
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: to_text
   use basis_tables, only: axis_table_t
   use knot_vector, only: knot_vector_t

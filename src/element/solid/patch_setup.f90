@@ -1,7 +1,7 @@
 !> Build a patch from a NURBS solid, a quadrature rule and a law.
 module patch_setup
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use knot_vector, only: span_table
   use gauss_rule, only: gauss_rule_t, new_gauss_rule

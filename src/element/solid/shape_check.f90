@@ -1,7 +1,7 @@
 !> Is a patch folded? The jacobian at the centre and at the outermost places of all elements tells.
 module shape_check
   use kinds, only: wp
-  use errors, only: error_t, fail
+  use failure, only: error_t, fail
   use text, only: place_text
   use knot_vector, only: knot_vector_t, span_table
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid

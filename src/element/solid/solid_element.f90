@@ -1,7 +1,7 @@
 !> Solid elements: a patch worked by the block kernels.
 module solid_element
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use text, only: string_t
   use state_store, only: state_store_t, carry, carry_field
   use gauss_rule, only: gauss_rule_t

@@ -4,8 +4,8 @@
 !!     fuzz_checkpoint DECK PATH      writes a sound one of some steps of the deck
 program fuzz_checkpoint
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: fault_list_t, n_errors
+  use failure, only: error_t
+  use input_errors, only: error_list_t, n_errors
   use text, only: string_t
   use scene, only: scene_t
   use state_store, only: state_store_t
@@ -51,12 +51,12 @@ contains
 
   subroutine set_up()
     type(scene_t) :: scene
-    type(fault_list_t) :: faults
+    type(error_list_t) :: errors
     type(string_t) :: overrides(0)
 
-    call read_deck(header%deck_file, overrides, scene, faults)
-    if (n_errors(faults) == 0) call build_model(scene, model, faults)
-    if (n_errors(faults) > 0) error stop "the deck is at fault"
+    call read_deck(header%deck_file, overrides, scene, errors)
+    if (n_errors(errors) == 0) call build_model(scene, model, errors)
+    if (n_errors(errors) > 0) error stop "the deck is invalid"
     call new_run(model, run)
   end subroutine set_up
 
@@ -93,8 +93,8 @@ contains
     else
       call start_from(saver, model, run, store)
       answer = "taken up"
-      if (store%fault /= "") then
-        answer = store%fault
+      if (store%reason /= "") then
+        answer = store%reason
       else
         call go_on()
       end if

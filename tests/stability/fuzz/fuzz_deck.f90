@@ -1,7 +1,7 @@
 !> Reads decks, and builds the models of small ones, path by path from the standard input, for
 !! fuzz.py.
 program fuzz_deck
-  use faults, only: fault_list_t, n_errors
+  use input_errors, only: error_list_t, n_errors
   use text, only: string_t
   use scene, only: scene_t
   use knot_vector, only: n_spans
@@ -26,23 +26,23 @@ contains
     character(*), intent(in) :: path
     type(scene_t) :: scene
     type(model_t) :: model
-    type(fault_list_t) :: faults
+    type(error_list_t) :: errors
     type(string_t) :: overrides(0)
     character(:), allocatable :: answer
 
-    call read_material_deck(path, overrides, .true., scene, faults)
+    call read_material_deck(path, overrides, .true., scene, errors)
     answer = "refused"
-    if (n_errors(faults) == 0) answer = "material"
-    call read_deck(path, overrides, scene, faults)
-    if (n_errors(faults) == 0) then
+    if (n_errors(errors) == 0) answer = "material"
+    call read_deck(path, overrides, scene, errors)
+    if (n_errors(errors) == 0) then
       answer = "read"
       if (is_small(scene)) then
-        call build_model(scene, model, faults)
+        call build_model(scene, model, errors)
         answer = "built"
-        if (n_errors(faults) > 0) answer = "not built"
+        if (n_errors(errors) > 0) answer = "not built"
       end if
     end if
-    if (faults%n_items > 0) answer = answer//", "//faults%items(1)%expected
+    if (errors%n_items > 0) answer = answer//", "//errors%items(1)%expected
     call answer_with(answer)
   end subroutine read_one
 

@@ -1,6 +1,6 @@
 !> IGES files put together entity by entity, for tests of the reader.
 module iges_drafts
-  use faults, only: fault_list_t, new_origin
+  use input_errors, only: error_list_t, new_origin
   use text, only: string_t, to_text
   use nurbs_surface, only: nurbs_surface_t
   use iges_selection, only: iges_request_t
@@ -9,7 +9,7 @@ module iges_drafts
   implicit none
   private
 
-  public :: draft_t, add_entity, file_text, read_text, read_draft, new_request, has_fault, told
+  public :: draft_t, add_entity, file_text, read_text, read_draft, new_request, has_error, told
   public :: has_line
 
   character(*), parameter, public :: feed = new_line("a")
@@ -110,61 +110,61 @@ contains
   end function new_request
 
   !> Read a file of this text.
-  subroutine read_text(text, surfaces, report, faults, request)
+  subroutine read_text(text, surfaces, report, errors, request)
     character(*), intent(in) :: text
     type(nurbs_surface_t), allocatable, intent(out) :: surfaces(:)
     type(string_t), allocatable, intent(out) :: report(:)
-    type(fault_list_t), intent(out) :: faults
+    type(error_list_t), intent(out) :: errors
     type(iges_request_t), intent(in), optional :: request
 
     call write_file("test.igs", text)
     if (present(request)) then
-      call read_iges(request, surfaces, report, faults)
+      call read_iges(request, surfaces, report, errors)
     else
-      call read_iges(new_request(), surfaces, report, faults)
+      call read_iges(new_request(), surfaces, report, errors)
     end if
   end subroutine read_text
 
-  subroutine read_draft(draft, surfaces, report, faults, request)
+  subroutine read_draft(draft, surfaces, report, errors, request)
     type(draft_t), intent(in) :: draft
     type(nurbs_surface_t), allocatable, intent(out) :: surfaces(:)
     type(string_t), allocatable, intent(out) :: report(:)
-    type(fault_list_t), intent(out) :: faults
+    type(error_list_t), intent(out) :: errors
     type(iges_request_t), intent(in), optional :: request
 
-    call read_text(file_text(draft), surfaces, report, faults, request)
+    call read_text(file_text(draft), surfaces, report, errors, request)
   end subroutine read_draft
 
-  !> Is there a fault in this line of the file that holds all fragments?
-  logical function has_fault(faults, line, fragment, other)
-    type(fault_list_t), intent(in) :: faults
+  !> Is there an error in this line of the file that holds all fragments?
+  logical function has_error(errors, line, fragment, other)
+    type(error_list_t), intent(in) :: errors
     integer, intent(in) :: line
     character(*), intent(in) :: fragment
     character(*), intent(in), optional :: other
     character(:), allocatable :: words
     integer :: i
 
-    has_fault = .false.
-    do i = 1, faults%n_items
-      associate (item => faults%items(i))
+    has_error = .false.
+    do i = 1, errors%n_items
+      associate (item => errors%items(i))
         words = item%origin%keyword//": "//item%found//"; "//item%expected
         if (item%origin%line /= line .or. index(words, fragment) == 0) cycle
-        has_fault = .true.
-        if (present(other)) has_fault = index(words, other) > 0
-        if (has_fault) return
+        has_error = .true.
+        if (present(other)) has_error = index(words, other) > 0
+        if (has_error) return
       end associate
     end do
-  end function has_fault
+  end function has_error
 
-  !> All faults as text.
-  function told(faults) result(text)
-    type(fault_list_t), intent(in) :: faults
+  !> All errors as text.
+  function told(errors) result(text)
+    type(error_list_t), intent(in) :: errors
     character(:), allocatable :: text
     integer :: i
 
     text = ""
-    do i = 1, faults%n_items
-      associate (item => faults%items(i))
+    do i = 1, errors%n_items
+      associate (item => errors%items(i))
         text = text//to_text(item%origin%line)//" "//item%origin%keyword//": "//item%found// &
                "; "//item%expected//feed
       end associate

@@ -1,7 +1,7 @@
 !> The dies of the seed's forming example: tables B1 to B3 of [CA], extruded over z = 0 ... 400.
 module channel_dies
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use knot_vector, only: knot_vector_t, new_knot_vector
   use nurbs_surface, only: nurbs_surface_t
   use primitives, only: extruded_surface

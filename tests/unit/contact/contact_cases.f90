@@ -1,7 +1,7 @@
 !> What the tests of contact share: faces of a blank, a plate as tool, a sheet drawn over a die.
 module contact_cases
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use knot_vector, only: knot_vector_t, new_knot_vector, greville
   use nurbs_surface, only: nurbs_surface_t
   use primitives, only: plane_surface

@@ -1,15 +1,15 @@
 !> Decks written and read by the tests of the deck layer.
 module deck_files
-  use faults, only: fault_list_t
+  use input_errors, only: error_list_t
   use text, only: string_t
   use scene, only: scene_t
   use deck_reader, only: read_deck
-  use fault_report, only: fault_line
+  use error_report, only: error_line
   use text_files, only: write_file, write_bytes
   implicit none
   private
 
-  public :: write_file, write_bytes, read_lines, has_fault, all_faults, no_overrides, source_path
+  public :: write_file, write_bytes, read_lines, has_error, all_errors, no_overrides, source_path
 
   character(*), parameter, public :: feed = new_line("a")
 
@@ -26,13 +26,13 @@ module deck_files
 contains
 
   !> Read a deck of these lines.
-  subroutine read_lines(lines, scene, faults)
+  subroutine read_lines(lines, scene, errors)
     character(*), intent(in) :: lines
     type(scene_t), intent(out) :: scene
-    type(fault_list_t), intent(out) :: faults
+    type(error_list_t), intent(out) :: errors
 
     call write_file("lines.key", lines)
-    call read_deck("lines.key", no_overrides(), scene, faults)
+    call read_deck("lines.key", no_overrides(), scene, errors)
   end subroutine read_lines
 
   !> An empty list of --set options.
@@ -42,17 +42,17 @@ contains
     overrides = [string_t ::]
   end function no_overrides
 
-  !> Does one fault hold all the fragments?
-  logical function has_fault(faults, fragment, other, third)
-    type(fault_list_t), intent(in) :: faults
+  !> Does one error hold all the fragments?
+  logical function has_error(errors, fragment, other, third)
+    type(error_list_t), intent(in) :: errors
     character(*), intent(in) :: fragment
     character(*), intent(in), optional :: other, third
     character(:), allocatable :: line
     integer :: i
 
-    has_fault = .false.
-    do i = 1, faults%n_items
-      line = fault_line(faults%items(i))
+    has_error = .false.
+    do i = 1, errors%n_items
+      line = error_line(errors%items(i))
       if (index(line, fragment) == 0) cycle
       if (present(other)) then
         if (index(line, other) == 0) cycle
@@ -60,21 +60,21 @@ contains
       if (present(third)) then
         if (index(line, third) == 0) cycle
       end if
-      has_fault = .true.
+      has_error = .true.
     end do
-  end function has_fault
+  end function has_error
 
-  !> All faults as text, for a look at what went wrong.
-  function all_faults(faults) result(lines)
-    type(fault_list_t), intent(in) :: faults
+  !> All errors as text, for a look at what went wrong.
+  function all_errors(errors) result(lines)
+    type(error_list_t), intent(in) :: errors
     character(:), allocatable :: lines
     integer :: i
 
     lines = ""
-    do i = 1, faults%n_items
-      lines = lines//fault_line(faults%items(i))//feed
+    do i = 1, errors%n_items
+      lines = lines//error_line(errors%items(i))//feed
     end do
-  end function all_faults
+  end function all_errors
 
   !> Path of a file of the source tree, which CTest names in the environment.
   function source_path(relative) result(path)

@@ -1,7 +1,7 @@
 !> Patches that several tests of the element layer share, and short ways to work with them.
 module element_cases
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use knot_vector, only: knot_vector_t, new_knot_vector, greville
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
   use block_law, only: block_law_t

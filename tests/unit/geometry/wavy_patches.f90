@@ -1,7 +1,7 @@
 !> Surfaces and solids for tests: rational, distorted, with simple and repeated knots.
 module wavy_patches
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use knot_vector, only: knot_vector_t, new_knot_vector
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid

@@ -1,8 +1,8 @@
 !> Small scenes that the tests of the model and of the solver share, and short ways to add to them.
 module scene_cases
   use kinds, only: wp
-  use errors, only: error_t
-  use faults, only: fault_list_t, new_origin, n_errors
+  use failure, only: error_t
+  use input_errors, only: error_list_t, new_origin, n_errors
   use text, only: to_text
   use nurbs_solid, only: nurbs_solid_t
   use primitives, only: box_solid, plane_surface
@@ -72,30 +72,30 @@ contains
     scene%output%n_history = 1
   end function scene_of
 
-  !> The model of a scene that must be without faults.
+  !> The model of a scene that must be without errors.
   function model_of(scene) result(model)
     type(scene_t), intent(in) :: scene
     type(model_t) :: model
-    type(fault_list_t) :: faults
+    type(error_list_t) :: errors
 
-    call build_model(scene, model, faults)
-    if (n_errors(faults) == 0) return
-    print "(a)", messages(faults)
-    error stop "the scene of the test has faults"
+    call build_model(scene, model, errors)
+    if (n_errors(errors) == 0) return
+    print "(a)", messages(errors)
+    error stop "the scene of the test has errors"
   end function model_of
 
-  !> All faults, one a line: keyword, line number, what was found, what was expected.
-  function messages(faults) result(lines)
-    type(fault_list_t), intent(in) :: faults
+  !> All errors, one a line: keyword, line number, what was found, what was expected.
+  function messages(errors) result(lines)
+    type(error_list_t), intent(in) :: errors
     character(:), allocatable :: lines
     integer :: i
 
     lines = ""
-    do i = 1, faults%n_items
-      associate (fault => faults%items(i))
+    do i = 1, errors%n_items
+      associate (reason => errors%items(i))
         if (i > 1) lines = lines//new_line("a")
-        lines = lines//fault%origin%keyword//" "//to_text(fault%origin%line)//": "// &
-                fault%found//"; "//fault%expected
+        lines = lines//reason%origin%keyword//" "//to_text(reason%origin%line)//": "// &
+                reason%found//"; "//reason%expected
       end associate
     end do
   end function messages

@@ -2,7 +2,7 @@
 module solver_cases
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use elastic, only: elastic_t
   use model, only: model_t
   use frames, only: results_t, results_setup_t, open_results, close_results

@@ -6,7 +6,7 @@
 program hard_geometry
   use, intrinsic :: iso_fortran_env, only: int64, output_unit
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use nurbs_surface, only: evaluate_surface
   use tool, only: tool_t, new_tool
   use closest_point, only: hit_t

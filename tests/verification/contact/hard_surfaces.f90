@@ -1,7 +1,7 @@
 !> Tools that are hard for a closest-point search, about 10 to 100 long.
 module hard_surfaces
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use knot_vector, only: new_knot_vector, greville
   use nurbs_surface, only: nurbs_surface_t
   use primitives, only: cylinder_surface, sphere_surface, plane_surface

@@ -3,7 +3,7 @@
 !! writer that never ends is wanted, the word FOREVER.
 program write_example
   use kinds, only: wp
-  use errors, only: error_t
+  use failure, only: error_t
   use timer, only: add_watch, start_watch, stop_watch
   use gauss_rule, only: new_gauss_rule
   use knot_vector, only: greville, knot_vector_t, new_knot_vector

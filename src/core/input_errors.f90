@@ -1,10 +1,10 @@
-!> Faults of a deck: collected while reading, reported all in one go.
-module faults
+!> Errors of a deck: collected while reading, reported all in one go.
+module input_errors
   implicit none
   private
 
-  public :: origin_t, fault_t, fault_list_t, new_origin, n_errors
-  public :: add_fault, add_warning, drop_warnings
+  public :: origin_t, input_error_t, error_list_t, new_origin, n_errors
+  public :: add_error, add_warning, drop_warnings
 
   !> The place in a deck that something came from.
   type :: origin_t
@@ -13,19 +13,19 @@ module faults
     character(:), allocatable :: keyword   !! such as *BLANK, empty outside keywords
   end type origin_t
 
-  !> One fault: where, what stood there, what was expected.
-  type :: fault_t
+  !> One error: where, what stood there, what was expected.
+  type :: input_error_t
     type(origin_t) :: origin
     logical :: is_warning = .false.
     character(:), allocatable :: found      !! what the deck says
     character(:), allocatable :: expected   !! what would be right, with the nearest valid name
-  end type fault_t
+  end type input_error_t
 
-  !> All faults so far, in the order of discovery: the first `n_items` of `items`.
-  type :: fault_list_t
+  !> All errors so far, in the order of discovery: the first `n_items` of `items`.
+  type :: error_list_t
     integer :: n_items = 0
-    type(fault_t), allocatable :: items(:)   !! grown by doubling, so longer than `n_items`
-  end type fault_list_t
+    type(input_error_t), allocatable :: items(:)   !! grown by doubling, so longer than `n_items`
+  end type error_list_t
 
 contains
 
@@ -41,17 +41,17 @@ contains
   end function new_origin
 
   !> Note an error; reading goes on.
-  pure subroutine add_fault(list, origin, found, expected)
-    type(fault_list_t), intent(inout) :: list
+  pure subroutine add_error(list, origin, found, expected)
+    type(error_list_t), intent(inout) :: list
     type(origin_t), intent(in) :: origin
     character(*), intent(in) :: found, expected
 
     call append(list, origin, .false., found, expected)
-  end subroutine add_fault
+  end subroutine add_error
 
   !> Note something suspicious that does not prevent the run.
   pure subroutine add_warning(list, origin, found, expected)
-    type(fault_list_t), intent(inout) :: list
+    type(error_list_t), intent(inout) :: list
     type(origin_t), intent(in) :: origin
     character(*), intent(in) :: found, expected
 
@@ -60,7 +60,7 @@ contains
 
   !> Take back the warnings of a place, where an error has shown what they come from.
   pure subroutine drop_warnings(list, origin)
-    type(fault_list_t), intent(inout) :: list
+    type(error_list_t), intent(inout) :: list
     type(origin_t), intent(in) :: origin
     integer :: i, n_kept
 
@@ -77,9 +77,9 @@ contains
     list%n_items = n_kept
   end subroutine drop_warnings
 
-  !> Number of faults that prevent the run (warnings do not count).
+  !> Number of errors that prevent the run (warnings do not count).
   pure integer function n_errors(list)
-    type(fault_list_t), intent(in) :: list
+    type(error_list_t), intent(in) :: list
 
     n_errors = 0
     if (allocated(list%items)) n_errors = count(.not. list%items(:list%n_items)%is_warning)
@@ -113,11 +113,11 @@ contains
   end function is_inside_character
 
   pure subroutine append(list, origin, is_warning, found, expected)
-    type(fault_list_t), intent(inout) :: list
+    type(error_list_t), intent(inout) :: list
     type(origin_t), intent(in) :: origin
     logical, intent(in) :: is_warning
     character(*), intent(in) :: found, expected
-    type(fault_t), allocatable :: longer(:)
+    type(input_error_t), allocatable :: longer(:)
 
     if (.not. allocated(list%items)) allocate (list%items(8))
     if (list%n_items == size(list%items)) then
@@ -135,4 +135,4 @@ contains
     end associate
   end subroutine append
 
-end module faults
+end module input_errors

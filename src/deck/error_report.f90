@@ -1,67 +1,67 @@
-!> The faults of a deck as lines of text.
-module fault_report
-  use faults, only: fault_t, fault_list_t, n_errors
+!> The errors of a deck as lines of text.
+module error_report
+  use input_errors, only: input_error_t, error_list_t, n_errors
   use text, only: string_t, to_text
   use system_files, only: true_path
   implicit none
   private
 
-  public :: fault_line, report_faults, sort_faults
+  public :: error_line, report_errors, sort_errors
 
   integer, parameter :: most_told = 1000      !! errors, and as many warnings
 
 contains
 
-  !> One fault as `file:line: error: *KEYWORD: found ...; expected ...`.
-  pure function fault_line(fault) result(line)
-    type(fault_t), intent(in) :: fault
+  !> One error as `file:line: error: *KEYWORD: found ...; expected ...`.
+  pure function error_line(reason) result(line)
+    type(input_error_t), intent(in) :: reason
     character(:), allocatable :: line
 
-    line = fault%origin%file
-    if (fault%origin%line > 0) line = line//":"//to_text(fault%origin%line)
-    if (fault%is_warning) then
+    line = reason%origin%file
+    if (reason%origin%line > 0) line = line//":"//to_text(reason%origin%line)
+    if (reason%is_warning) then
       line = line//": warning: "
     else
       line = line//": error: "
     end if
-    if (allocated(fault%origin%keyword)) then
-      if (fault%origin%keyword /= "") line = line//fault%origin%keyword//": "
+    if (allocated(reason%origin%keyword)) then
+      if (reason%origin%keyword /= "") line = line//reason%origin%keyword//": "
     end if
-    line = line//"found "//fault%found//"; expected "//fault%expected
-  end function fault_line
+    line = line//"found "//reason%found//"; expected "//reason%expected
+  end function error_line
 
-  !> Write all faults, where their files truly are if the paths do not tell, and the number of
-  !! faults; nothing if there are none. Of more than a thousand errors, or warnings, the first.
-  subroutine report_faults(faults, unit)
-    type(fault_list_t), intent(in) :: faults
+  !> Write all errors, where their files truly are if the paths do not tell, and the number of
+  !! errors; nothing if there are none. Of more than a thousand errors, or warnings, the first.
+  subroutine report_errors(errors, unit)
+    type(error_list_t), intent(in) :: errors
     integer, intent(in) :: unit   !! such as error_unit
     integer :: i, kind, n_told(2), n_warnings
 
     n_told = 0
-    do i = 1, faults%n_items
-      kind = merge(2, 1, faults%items(i)%is_warning)
+    do i = 1, errors%n_items
+      kind = merge(2, 1, errors%items(i)%is_warning)
       if (n_told(kind) == most_told) cycle
       n_told(kind) = n_told(kind) + 1
-      write (unit, "(a)") fault_line(faults%items(i))
+      write (unit, "(a)") error_line(errors%items(i))
     end do
-    if (faults%n_items == 0) return
-    if (sum(n_told) < faults%n_items) write (unit, "(a)") &
-      "... and "//to_text(faults%n_items - sum(n_told))//" more that are left out here"
-    call tell_true_paths(faults, unit)
-    n_warnings = faults%n_items - n_errors(faults)
-    write (unit, "(a)") number_of(n_errors(faults), "error")//", "//number_of(n_warnings, "warning")
-  end subroutine report_faults
+    if (errors%n_items == 0) return
+    if (sum(n_told) < errors%n_items) write (unit, "(a)") &
+      "... and "//to_text(errors%n_items - sum(n_told))//" more that are left out here"
+    call tell_true_paths(errors, unit)
+    n_warnings = errors%n_items - n_errors(errors)
+    write (unit, "(a)") number_of(n_errors(errors), "error")//", "//number_of(n_warnings, "warning")
+  end subroutine report_errors
 
   !> The true path of each file that is reached by `..` or by a link, once.
-  subroutine tell_true_paths(faults, unit)
-    type(fault_list_t), intent(in) :: faults
+  subroutine tell_true_paths(errors, unit)
+    type(error_list_t), intent(in) :: errors
     integer, intent(in) :: unit
     character(:), allocatable :: path, found, told
     integer :: i
 
     told = new_line("a")
-    do i = 1, min(faults%n_items, most_told)
-      path = faults%items(i)%origin%file
+    do i = 1, min(errors%n_items, most_told)
+      path = errors%items(i)%origin%file
       if (path == "" .or. index(told, new_line("a")//path//new_line("a")) > 0) cycle
       told = told//path//new_line("a")
       found = true_path(path)
@@ -86,30 +86,30 @@ contains
     if (n /= 1) words = words//"s"
   end function number_of
 
-  !> Put the faults in the order of `files` and within a file in that of the lines; faults of one
-  !! line stay in the order of discovery, faults of no listed file come first.
-  pure subroutine sort_faults(faults, files)
-    type(fault_list_t), intent(inout) :: faults
+  !> Put the errors in the order of `files` and within a file in that of the lines; errors of one
+  !! line stay in the order of discovery, errors of no listed file come first.
+  pure subroutine sort_errors(errors, files)
+    type(error_list_t), intent(inout) :: errors
     type(string_t), intent(in) :: files(:)
-    type(fault_list_t) :: sorted
-    integer :: key(2, faults%n_items), order(faults%n_items), i, j
+    type(error_list_t) :: sorted
+    integer :: key(2, errors%n_items), order(errors%n_items), i, j
 
-    if (faults%n_items == 0) return
-    do i = 1, faults%n_items
-      key(:, i) = [0, faults%items(i)%origin%line]
+    if (errors%n_items == 0) return
+    do i = 1, errors%n_items
+      key(:, i) = [0, errors%items(i)%origin%line]
       do j = 1, size(files)
-        if (files(j)%value == faults%items(i)%origin%file) key(1, i) = j
+        if (files(j)%value == errors%items(i)%origin%file) key(1, i) = j
         if (key(1, i) > 0) exit
       end do
     end do
     call merge_sort(key, order)
-    sorted%n_items = faults%n_items
-    allocate (sorted%items(faults%n_items))
-    do i = 1, faults%n_items
-      sorted%items(i) = faults%items(order(i))
+    sorted%n_items = errors%n_items
+    allocate (sorted%items(errors%n_items))
+    do i = 1, errors%n_items
+      sorted%items(i) = errors%items(order(i))
     end do
-    call move_alloc(sorted%items, faults%items)
-  end subroutine sort_faults
+    call move_alloc(sorted%items, errors%items)
+  end subroutine sort_errors
 
   !> Stable order of keys that compare by their first and then their second entry.
   pure subroutine merge_sort(key, order)
@@ -154,4 +154,4 @@ contains
 
   end subroutine merge_sort
 
-end module fault_report
+end module error_report
