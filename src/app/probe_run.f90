@@ -35,6 +35,7 @@ module probe_run
     real(wp) :: largest = 0.0_wp   !! at any time after the early part
     real(wp) :: internal = 0.0_wp  !! internal energy at the end
     real(wp) :: growth = 1.0_wp    !! steps over those of the first size
+    real(wp) :: duration = 1.0_wp  !! time until all relaxations have converged over its limit
     integer :: n_steps = 0
     real(wp) :: seconds = 0.0_wp   !! processor time of all steps [s]
     real(wp) :: clock = 0.0_wp     !! the same by the clock on the wall [s]
@@ -73,7 +74,7 @@ contains
                    inertia)
     call omp_set_num_threads(n_threads)
     if (inertia%is_complete) then
-      outlook%growth = inertia%growth
+      outlook%growth = growth_of(inertia, probe, model)
       outlook%step = scaled_step(inertia, probe, model)
     end if
     print "(a)", "probe            "//to_text(n_elements_of(probe%bodies%blank%parts))// &
@@ -174,7 +175,8 @@ contains
     end do
     call cpu_time(finish)
     inertia%is_complete = .true.
-    inertia%growth = run%n_steps*first_step/time
+    inertia%growth = run%n_steps*first_step/run%instant%time
+    inertia%duration = run%instant%time/time
     inertia%n_steps = int(run%n_steps)
     inertia%seconds = finish - start
     inertia%clock = wall_seconds(run)
@@ -209,6 +211,19 @@ contains
     inertia%mean = sums(1)/max(sums(2), tiny(1.0_wp))
     inertia%internal = run%balance%internal
   end subroutine run_first
+
+  !> Steps of another model of the scene over those of the first size in its whole time. What
+  !! shortens them are elements bent over radii, the more the longer they are: in a square box of
+  !! 8, 12, 16 and 24 elements along its side the growth is 1.48, 1.28, 1.18 and 1.14.
+  pure real(wp) function growth_of(inertia, probe, model) result(growth)
+    type(inertia_t), intent(in) :: inertia
+    type(model_t), intent(in) :: probe, model
+    real(wp) :: coarse, fine   ! elements
+
+    coarse = n_elements_of(probe%bodies%blank%parts)
+    fine = n_elements_of(model%bodies%blank%parts)
+    growth = inertia%duration*(1.0_wp + (inertia%growth - 1.0_wp)*sqrt(coarse/fine))
+  end function growth_of
 
   !> Processor time of the mean step of another model of the scene: contact costs as much for each
   !! of its points, and all else for each block of elements.

@@ -66,18 +66,17 @@ contains
     call carry_array(store, name//"_vector", size(vector), vector)
   end subroutine carry_drag
 
-  !> Let the next call look into all tiles and test every `stride`-th point that has a face near it,
-  !! as it is while a tool forms the sheet: for measuring the cost of that before it happens.
+  !> Let the next call test all points, or every `stride`-th one that has a face near it and no
+  !! other, as many as while a tool forms the sheet: for measuring that cost before it happens.
   pure subroutine wake_contact(contact, stride)
     type(contact_t), intent(inout) :: contact
     integer, intent(in), optional :: stride    !! absent: test all points
 
     contact%tiles%test_at = 0.0_wp
-    if (present(stride)) then
-      where (contact%face(::stride) > 0) contact%test_at(::stride) = 0.0_wp
-    else
-      contact%test_at = 0.0_wp
-    end if
+    contact%test_at = 0.0_wp
+    if (.not. present(stride)) return
+    contact%test_at = huge(1.0_wp)
+    where (contact%face(::stride) > 0) contact%test_at(::stride) = 0.0_wp
   end subroutine wake_contact
 
 end module contact_state
