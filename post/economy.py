@@ -7,8 +7,8 @@ import tempfile
 import h5py
 import numpy as np
 
+from post.program import PROGRAM, PROJECT
 from post.results import ResultsError
-from post.study.command import PROGRAM, PROJECT
 
 # Title, deck below input/, settings.
 SCENES = (

@@ -10,8 +10,8 @@ import h5py
 import numpy as np
 
 from post.iges_file import UNITS, Surface, write_iges
+from post.program import PROGRAM
 from post.results import ResultsError, open_results, text_of
-from post.study.command import PROGRAM
 
 FACES = ("XI_MIN", "XI_MAX", "ETA_MIN", "ETA_MAX", "ZETA_MIN", "ZETA_MAX")
 OUTWARD = ("XI_MAX", "ETA_MIN", "ZETA_MAX")    # their axis 1 x axis 2 points out of the solid

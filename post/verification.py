@@ -11,6 +11,12 @@ COLOURS = ("#1f4e79", "#b35900", "#5a7d2a", "#7a4b94", "#a33b4a", "#3d8f8f")
 FEW = 4      # places that get a tick each
 
 
+def add_arguments(command):
+    command.add_argument("file", metavar="FOLDER", help="records that the tests have left")
+    command.add_argument("-o", "--out", metavar="FOLDER",
+                         help="folder of the pictures (default: that of the records)")
+
+
 def run(arguments):
     """A picture for each record of a folder, then all measured errors as a Markdown table."""
     paths = sorted(glob.glob(os.path.join(arguments.file, "*.json")))

@@ -1,8 +1,8 @@
 """`python -m post study STUDY.toml`: carry the runs of a study out and draw what they cost."""
 import os
-import shutil
 import signal
 
+from post.program import PROGRAM
 from post.results import ResultsError
 from post.study import figures, table
 from post.study.choice import COST, errors_text, front, recommended, score, setting_text
@@ -10,10 +10,6 @@ from post.study.errors import Judge
 from post.study.runs import Program, Run, carry_out, check_all
 from post.study.spec import read_study
 from post.style import save
-
-PROJECT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-BUILT = os.path.join(PROJECT, "build", "native", "bin", "igaform")
-PROGRAM = BUILT if os.path.exists(BUILT) else shutil.which("igaform") or BUILT
 
 
 def add_arguments(command):
