@@ -14,7 +14,7 @@ module bar_torsion
   use vibration, only: fixed_t
   use blank, only: blank_t
   use model, only: model_t
-  use modes_report, only: prescribed_components
+  use boundary, only: prescribed_components
   implicit none
   private
 
@@ -48,7 +48,8 @@ contains
       exact = exact_moments(blank)
       loss = 1.0_wp - sqrt(polar_moment(exact, axis)/polar_moment(lumped, axis))
       if (loss <= allowed) return
-      if (is_held(blank, prescribed_components(model), lumped%centre, axis, length)) return
+      if (is_held(blank, prescribed_components(blank%parts, model%supports, model%i_step), &
+                  lumped%centre, axis, length)) return
       call add_warning(errors, origin, "a bar with few elements across, whose lumped masses "// &
                        "lie so far out that its frequencies of torsion are about "// &
                        to_text(nint(100*loss))//" % too low", "more elements across")

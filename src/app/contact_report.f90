@@ -3,8 +3,7 @@ module contact_report
   use kinds, only: wp
   use text, only: to_text, rounded_text, place_text
   use run_log, only: run_log_t, log_line
-  use effect, only: effect_slot_t
-  use contact_effect, only: contact_effect_t, has_contact
+  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
   use contact_check, only: face_gaps
   use tool, only: tool_t
   use model, only: model_t
@@ -28,108 +27,93 @@ contains
   !> The deepest penetration, what the searches of each pair did, and tools that never touched.
   subroutine log_contact(log, model, run, is_complete)
     type(run_log_t), intent(inout) :: log
-    type(model_t), intent(in) :: model
+    type(model_t), intent(in), target :: model
     type(run_t), intent(in) :: run
     logical, intent(in) :: is_complete     !! the run was not broken off
+    type(contact_view_t), allocatable :: pairs(:)
     type(meeting_t), allocatable :: meetings(:)
     integer :: i
 
-    if (.not. (has_contact(model%forces) .or. has_contact(model%retired))) return
-    call log_depths(log, model, run%largest_penetration)
-    call log_searches(log, model%retired)
-    call log_searches(log, model%forces)
+    pairs = [contact_pairs(model%retired), contact_pairs(model%forces)]
+    if (size(pairs) == 0) return
+    call log_depths(log, pairs, run%largest_penetration)
+    call log_searches(log, pairs)
     if (.not. is_complete) return
-    allocate (meetings(0))
-    call add_meetings(model%retired, model%bodies%tools, meetings)
-    call add_meetings(model%forces, model%bodies%tools, meetings)
+    meetings = meetings_of(pairs, model%bodies%tools)
     do i = 1, size(meetings)
       if (.not. meetings(i)%has_touched) call log_line(log, idle_words(meetings(i), &
         model%bodies%tools(meetings(i)%tool)%name))
     end do
   end subroutine log_contact
 
-  !> Depths at the contact points and between them.
-  subroutine log_depths(log, model, at_points)
+  !> Depths at the contact points and between them, with the pair, time and place of the greatest.
+  subroutine log_depths(log, pairs, at_points)
     type(run_log_t), intent(inout) :: log
-    type(model_t), intent(in) :: model
+    type(contact_view_t), intent(in) :: pairs(:)
     real(wp), intent(in) :: at_points      !! [length]
     character(:), allocatable :: place
     real(wp) :: deepest
+    integer :: i
 
     deepest = at_points
     place = ""
-    call find_greatest(model%retired, deepest, place)
-    call find_greatest(model%forces, deepest, place)
+    do i = 1, size(pairs)
+      associate (pair => pairs(i)%pair)
+        if (.not. pair%greatest%depth > deepest) cycle
+        deepest = pair%greatest%depth
+        place = ", of "//pair%name//" at time "//rounded_text(pair%greatest_time)//", at "// &
+                place_text(pair%greatest%x)
+      end associate
+    end do
     call log_line(log, "contact    deepest penetration "//rounded_text(at_points)// &
                   " at contact points, "//rounded_text(deepest)//" between them too"//place)
   end subroutine log_depths
 
-  !> Depth between contact points if it is greater, with words of where and when.
-  subroutine find_greatest(effects, deepest, place)
-    type(effect_slot_t), intent(in) :: effects(:)
-    real(wp), intent(inout) :: deepest     !! [length]
-    character(:), allocatable, intent(inout) :: place
-    integer :: i
-
-    do i = 1, size(effects)
-      select type (item => effects(i)%item)
-      type is (contact_effect_t)
-        if (.not. item%greatest%depth > deepest) cycle
-        deepest = item%greatest%depth
-        place = ", of "//item%name//" at time "//rounded_text(item%greatest_time)//", at "// &
-                place_text(item%greatest%x)
-      end select
-    end do
-  end subroutine find_greatest
-
   !> What the contact searches did, pair by pair.
-  subroutine log_searches(log, effects)
+  subroutine log_searches(log, pairs)
     type(run_log_t), intent(inout) :: log
-    type(effect_slot_t), intent(in) :: effects(:)
+    type(contact_view_t), intent(in) :: pairs(:)
     integer :: i
 
-    do i = 1, size(effects)
-      select type (item => effects(i)%item)
-      type is (contact_effect_t)
-        associate (s => item%pair%statistics)
-          call log_line(log, item%name//": "//to_text(s%n_tested)//" of "// &
-                        to_text(s%n_points)//" points tested, "// &
-                        percent(1 - real(s%n_tested, wp)/max(1.0_wp, real(s%n_points, wp)))// &
-                        " culled, "// &
-                        rounded_text(real(s%n_iterations, wp)/max(1.0_wp, real(s%n_tested, wp)))// &
-                        " face evaluations a point, at most "//to_text(s%max_iterations)//", "// &
-                        to_text(s%n_fallbacks)//" guarded searches, "// &
-                        to_text(s%n_failures)//" failed")
-        end associate
-      end select
+    do i = 1, size(pairs)
+      associate (s => pairs(i)%pair%pair%statistics)
+        call log_line(log, pairs(i)%pair%name//": "//to_text(s%n_tested)//" of "// &
+                      to_text(s%n_points)//" points tested, "// &
+                      percent(1 - real(s%n_tested, wp)/max(1.0_wp, real(s%n_points, wp)))// &
+                      " culled, "// &
+                      rounded_text(real(s%n_iterations, wp)/max(1.0_wp, real(s%n_tested, wp)))// &
+                      " face evaluations a point, at most "//to_text(s%max_iterations)//", "// &
+                      to_text(s%n_fallbacks)//" guarded searches, "// &
+                      to_text(s%n_failures)//" failed")
+      end associate
     end do
   end subroutine log_searches
 
-  !> Enter what the pairs among effects say of their tools. Of a blank of several patches, and of a
-  !! tool that a deck takes away and brings again, all pairs are one meeting.
-  subroutine add_meetings(effects, tools, meetings)
-    type(effect_slot_t), intent(in) :: effects(:)
+  !> How tools and faces have met. Of a blank of several patches, and of a tool that a deck takes
+  !! away and brings again, all pairs are one meeting.
+  function meetings_of(pairs, tools) result(meetings)
+    type(contact_view_t), intent(in) :: pairs(:)
     type(tool_t), intent(in) :: tools(:)
-    type(meeting_t), allocatable, intent(inout) :: meetings(:)
+    type(meeting_t), allocatable :: meetings(:)
     integer :: i, k
 
-    do i = 1, size(effects)
-      select type (item => effects(i)%item)
-      type is (contact_effect_t)
-        k = findloc(meetings%tool == item%tool .and. meetings%face == item%face, .true., dim=1)
+    allocate (meetings(0))
+    do i = 1, size(pairs)
+      associate (pair => pairs(i)%pair)
+        k = findloc(meetings%tool == pair%tool .and. meetings%face == pair%face, .true., dim=1)
         if (k == 0) then
-          meetings = [meetings, meeting_t(item%tool, item%face)]
+          meetings = [meetings, meeting_t(pair%tool, pair%face)]
           k = size(meetings)
         end if
         associate (meeting => meetings(k))
-          meeting%has_touched = meeting%has_touched .or. item%has_touched
-          meeting%depth = max(meeting%depth, item%greatest%depth)
+          meeting%has_touched = meeting%has_touched .or. pair%has_touched
+          meeting%depth = max(meeting%depth, pair%greatest%depth)
           if (.not. meeting%has_touched) &
-            call find_nearest(item, tools(item%tool), meeting%nearest, meeting%is_behind)
+            call find_nearest(pair, tools(pair%tool), meeting%nearest, meeting%is_behind)
         end associate
-      end select
+      end associate
     end do
-  end subroutine add_meetings
+  end function meetings_of
 
   !> How far from the blank a tool is that did not touch it.
   function idle_words(meeting, name) result(words)

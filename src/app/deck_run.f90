@@ -19,9 +19,9 @@ module deck_run
   use error_report, only: report_errors
   use blank, only: n_elements_of, n_controls_of, mass_of
   use model, only: model_t
-  use contact_effect, only: contact_effect_t
+  use contact_effect, only: contact_view_t, contact_pairs
   use contact_report, only: log_contact
-  use relaxation, only: relaxation_t
+  use relaxation, only: relaxation_outcome
   use model_setup, only: build_model
   use frames, only: results_t, results_setup_t, close_results
   use file_lock, only: lock_t, release_lock
@@ -134,15 +134,14 @@ contains
 
   !> Let no contact and no elastic point sleep.
   subroutine keep_awake(model)
-    type(model_t), intent(inout) :: model
+    type(model_t), intent(inout), target :: model
+    type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
     model%bodies%blank%law%is_awake = .true.
-    do i = 1, size(model%forces)
-      select type (item => model%forces(i)%item)
-      type is (contact_effect_t)
-        item%is_awake = .true.
-      end select
+    pairs = contact_pairs(model%forces)
+    do i = 1, size(pairs)
+      pairs(i)%pair%is_awake = .true.
     end do
   end subroutine keep_awake
 
@@ -323,33 +322,18 @@ contains
     timings%n_threads = omp_get_max_threads()
     timings%n_steps = run%n_steps
     timings%wall_seconds = wall_seconds(run)
-    call close_results(results, status_of(code), timings, error, relaxation_outcome(model))
+    call close_results(results, status_of(code), timings, error, relaxation_outcome(model%supports))
     if (allocated(error) .and. code /= exit_files) then
       call say_error(log, error%message)
       code = exit_files
     end if
     call log_balance(log, run)
     call log_contact(log, model, run, code == exit_done .or. code == exit_numerics)
-    if (relaxation_outcome(model) /= "") then
-      call log_line(log, "relaxation "//relaxation_outcome(model))
+    if (relaxation_outcome(model%supports) /= "") then
+      call log_line(log, "relaxation "//relaxation_outcome(model%supports))
     end if
     call log_timings(log, timings)
   end subroutine finish
-
-  !> How dynamic relaxation went; empty where there is none.
-  function relaxation_outcome(model) result(words)
-    type(model_t), intent(in) :: model
-    character(:), allocatable :: words
-    integer :: i
-
-    words = ""
-    do i = 1, size(model%supports)
-      select type (item => model%supports(i)%item)
-      type is (relaxation_t)
-        words = item%outcome()
-      end select
-    end do
-  end function relaxation_outcome
 
   !> Bodies.
   subroutine log_model(log, model)

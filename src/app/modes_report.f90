@@ -4,12 +4,12 @@ module modes_report
   use failure, only: error_t, fail
   use text, only: to_text
   use model, only: model_t
-  use boundary, only: boundary_t
+  use boundary, only: prescribed_components
   use vibration, only: fixed_t, free_frequencies, n_free
   implicit none
   private
 
-  public :: print_modes, prescribed_components
+  public :: print_modes
 
   !> Free components that one may ask for: the matrix of so many takes 0.2 GB, its eigenvalues
   !! minutes.
@@ -29,7 +29,7 @@ contains
     real(wp), allocatable :: frequency(:)
     integer :: i, n
 
-    fixed = prescribed_components(model)
+    fixed = prescribed_components(model%bodies%blank%parts, model%supports, model%i_step)
     n = n_free(model%bodies%blank%parts, model%bodies%blank%seams, fixed)
     if (n > max_free) then
       call fail(error, "--modes works on at most "//to_text(max_free)//" free components of "// &
@@ -44,29 +44,5 @@ contains
       print "(i4, 2(2x, es16.9))", i, frequency(i), 1.0_wp/max(frequency(i), tiny(1.0_wp))
     end do
   end subroutine print_modes
-
-  !> Components of control points whose velocity the deck prescribes, by patch.
-  function prescribed_components(model) result(fixed)
-    type(model_t), intent(in) :: model
-    type(fixed_t), allocatable :: fixed(:)
-    integer :: i, p
-
-    allocate (fixed(size(model%bodies%blank%parts)))
-    do p = 1, size(fixed)
-      associate (n => model%bodies%blank%parts(p)%element%grid%axes%n_basis)
-        allocate (fixed(p)%is_fixed(n(1), n(2), n(3), 3), source=.false.)
-      end associate
-    end do
-    do i = 1, size(model%supports)
-      select type (item => model%supports(i)%item)
-      type is (boundary_t)
-        do p = 1, size(item%points, 2)
-          associate (at => item%points(:, p))
-            fixed(item%part(p))%is_fixed(at(1), at(2), at(3), item%component) = .true.
-          end associate
-        end do
-      end select
-    end do
-  end function prescribed_components
 
 end module modes_report

@@ -14,7 +14,7 @@ module probe_run
   use model_setup, only: build_model
   use step_control, only: next_step
   use timer, only: watch_seconds
-  use contact_effect, only: contact_effect_t
+  use contact_effect, only: contact_view_t, contact_pairs
   use run_data, only: run_t, wall_seconds
   use forming_run, only: new_run, take_step, has_ended, enter_next_step
   use run_forecast, only: outlook_t
@@ -229,19 +229,19 @@ contains
   !! of its points, and all else for each block of elements.
   real(wp) function scaled_step(inertia, probe, model) result(seconds)
     type(inertia_t), intent(in) :: inertia
-    type(model_t), intent(in) :: probe, model
+    type(model_t), intent(in), target :: probe, model
+    type(contact_view_t), allocatable :: pairs(:), others(:)
     real(wp) :: contact, scaled, watch
     integer :: i
 
     contact = 0.0_wp
     scaled = 0.0_wp
-    do i = 1, size(probe%forces)
-      select type (item => probe%forces(i)%item)
-      type is (contact_effect_t)
-        watch = watch_seconds(probe%timer, item%watch)
-        contact = contact + watch
-        scaled = scaled + watch*n_contact_points(model, i)/size(item%pair%face)
-      end select
+    pairs = contact_pairs(probe%forces)
+    others = contact_pairs(model%forces)
+    do i = 1, min(size(pairs), size(others))
+      watch = watch_seconds(probe%timer, pairs(i)%pair%watch)
+      contact = contact + watch
+      scaled = scaled + watch*size(others(i)%pair%pair%face)/size(pairs(i)%pair%pair%face)
     end do
     scaled = scaled + (inertia%clock - contact) &
              *n_evaluated_of(model%bodies%blank)/n_evaluated_of(probe%bodies%blank)
@@ -258,18 +258,6 @@ contains
       n = n + blank%parts(p)%element%n_evaluated
     end do
   end function n_evaluated_of
-
-  !> Contact points of a pair.
-  pure integer function n_contact_points(model, i) result(n)
-    type(model_t), intent(in) :: model
-    integer, intent(in) :: i        !! among the effects of the model
-
-    n = 0
-    select type (item => model%forces(i)%item)
-    type is (contact_effect_t)
-      n = size(item%pair%face)
-    end select
-  end function n_contact_points
 
   !> From the velocities of half a step ago, which is near enough here.
   pure real(wp) function kinetic_energy(blank) result(energy)

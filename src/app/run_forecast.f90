@@ -14,7 +14,7 @@ module run_forecast
   use failure, only: error_t
   use text, only: string_t, to_text, rounded_text, append_text
   use contact_state, only: wake_contact
-  use contact_effect, only: contact_effect_t
+  use contact_effect, only: contact_view_t, contact_pairs
   use tool_mesh, only: n_mesh_points
   use model, only: model_t
   use run_data, only: run_t
@@ -143,14 +143,13 @@ contains
   end function step_seconds
 
   subroutine wake(model)
-    type(model_t), intent(inout) :: model
+    type(model_t), intent(inout), target :: model
+    type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
-    do i = 1, size(model%forces)
-      select type (item => model%forces(i)%item)
-      type is (contact_effect_t)
-        call wake_contact(item%pair, stride)
-      end select
+    pairs = contact_pairs(model%forces)
+    do i = 1, size(pairs)
+      call wake_contact(pairs(i)%pair%pair, stride)
     end do
   end subroutine wake
 

@@ -4,9 +4,13 @@ module boundary
   use state_store, only: state_store_t, carry
   use assembly, only: assembly_t
   use motion_curve, only: curve_t, curve_value, start_curve
-  use effect, only: effect_t, instant_t
+  use element, only: part_t
+  use vibration, only: fixed_t
+  use effect, only: effect_t, effect_slot_t, instant_t
   implicit none
   private
+
+  public :: prescribed_components
 
   !> One component of a list of control points with a common velocity. Applied to the velocities
   !! of the half step, so the control points follow the curve exactly; the reaction is what the
@@ -27,6 +31,34 @@ module boundary
   end type boundary_t
 
 contains
+
+  !> Components of control points whose velocity boundary conditions prescribe in a step of the
+  !! deck, by patch.
+  function prescribed_components(parts, supports, step) result(fixed)
+    type(part_t), intent(in) :: parts(:)               !! the patches
+    type(effect_slot_t), intent(in) :: supports(:)
+    integer, intent(in) :: step
+    type(fixed_t), allocatable :: fixed(:)
+    integer :: i, p
+
+    allocate (fixed(size(parts)))
+    do p = 1, size(fixed)
+      associate (n => parts(p)%element%grid%axes%n_basis)
+        allocate (fixed(p)%is_fixed(n(1), n(2), n(3), 3), source=.false.)
+      end associate
+    end do
+    do i = 1, size(supports)
+      select type (item => supports(i)%item)
+      type is (boundary_t)
+        if (item%first_step > step .or. item%last_step < step) cycle
+        do p = 1, size(item%points, 2)
+          associate (at => item%points(:, p))
+            fixed(item%part(p))%is_fixed(at(1), at(2), at(3), item%component) = .true.
+          end associate
+        end do
+      end select
+    end do
+  end function prescribed_components
 
   !> Replace the velocities and record the total reaction and its work.
   subroutine apply(self, bodies, instant)

@@ -14,7 +14,7 @@ module contact_effect
   implicit none
   private
 
-  public :: has_contact, forget_depths, measure_depths, depth_of
+  public :: contact_pairs, forget_depths, measure_depths, depth_of
 
   !> A contact pair.
   type, extends(effect_t), public :: contact_effect_t
@@ -47,65 +47,74 @@ module contact_effect
     procedure :: tally => tally_contact
   end type contact_effect_t
 
+  !> A contact pair where it lies in a list of effects.
+  type, public :: contact_view_t
+    type(contact_effect_t), pointer :: pair => null()
+  end type contact_view_t
+
 contains
 
-  !> Is there a contact pair among effects?
-  pure logical function has_contact(effects)
-    type(effect_slot_t), intent(in) :: effects(:)
-    integer :: i
+  !> The contact pairs among effects, in their order. They are views: what holds the list must be
+  !! a target, and a change of the list makes them invalid.
+  function contact_pairs(effects) result(pairs)
+    type(effect_slot_t), intent(in), target :: effects(:)
+    type(contact_view_t), allocatable :: pairs(:)
+    type(contact_view_t) :: found(size(effects))
+    integer :: i, n
 
-    has_contact = .false.
+    n = 0
     do i = 1, size(effects)
       select type (item => effects(i)%item)
       type is (contact_effect_t)
-        has_contact = .true.
+        n = n + 1
+        found(n)%pair => item
       end select
     end do
-  end function has_contact
+    pairs = found(:n)
+  end function contact_pairs
 
   !> For all pairs among effects a new greatest depth begins.
-  pure subroutine forget_depths(effects)
-    type(effect_slot_t), intent(inout) :: effects(:)
+  subroutine forget_depths(effects)
+    type(effect_slot_t), intent(inout), target :: effects(:)
+    type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
-    do i = 1, size(effects)
-      select type (item => effects(i)%item)
-      type is (contact_effect_t)
-        item%max_penetration = 0.0_wp
-      end select
+    pairs = contact_pairs(effects)
+    do i = 1, size(pairs)
+      pairs(i)%pair%max_penetration = 0.0_wp
     end do
   end subroutine forget_depths
 
   !> Find the deepest places of all faces in their tools, as they were when the effects acted last.
   subroutine measure_depths(effects, tools, time, n_looks)
-    type(effect_slot_t), intent(inout) :: effects(:)
+    type(effect_slot_t), intent(inout), target :: effects(:)
     type(tool_t), intent(in) :: tools(:)
     real(wp), intent(in) :: time
     integer, intent(out) :: n_looks        !! samples looked at
+    type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
     n_looks = 0
-    do i = 1, size(effects)
-      select type (item => effects(i)%item)
-      type is (contact_effect_t)
-        if (.not. item%pair%motion%is_started) cycle
-        call measure_pair(item, tools(item%tool), time)
-        n_looks = n_looks + item%samples%n_looks
-      end select
+    pairs = contact_pairs(effects)
+    do i = 1, size(pairs)
+      associate (pair => pairs(i)%pair)
+        if (.not. pair%pair%motion%is_started) cycle
+        call measure_pair(pair, tools(pair%tool), time)
+        n_looks = n_looks + pair%samples%n_looks
+      end associate
     end do
   end subroutine measure_depths
 
   !> Greatest depth of all pairs: as measured last, or of a contact point that is deeper now.
-  pure real(wp) function depth_of(effects) result(depth)
-    type(effect_slot_t), intent(in) :: effects(:)
+  real(wp) function depth_of(effects) result(depth)
+    type(effect_slot_t), intent(in), target :: effects(:)
+    type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
     depth = 0.0_wp
-    do i = 1, size(effects)
-      select type (item => effects(i)%item)
-      type is (contact_effect_t)
-        depth = max(depth, item%deepest%depth, item%depth)
-      end select
+    pairs = contact_pairs(effects)
+    do i = 1, size(pairs)
+      depth = max(depth, pairs(i)%pair%deepest%depth, pairs(i)%pair%depth)
     end do
   end function depth_of
 

@@ -4,13 +4,15 @@ module relaxation
   use state_store, only: state_store_t, carry, has_state
   use text, only: rounded_text
   use assembly, only: assembly_t
-  use effect, only: instant_t
+  use effect, only: effect_slot_t, instant_t
   use column_scaling, only: column_directions, column_differences
   use element, only: element_t
   use body_parts, only: field_t, carry_fields
   use damping, only: damping_t, damp, velocities_before
   implicit none
   private
+
+  public :: relaxation_outcome
 
   !> Damping chosen anew in every step. `is_kinetic`: none, but all motion stops where the kinetic
   !! energy has passed a maximum (P. A. Cundall, Explicit finite-difference methods in
@@ -44,6 +46,21 @@ module relaxation
   end type relaxation_t
 
 contains
+
+  !> How the dynamic relaxation among effects went; empty where there is none.
+  function relaxation_outcome(supports) result(words)
+    type(effect_slot_t), intent(in) :: supports(:)
+    character(:), allocatable :: words
+    integer :: i
+
+    words = ""
+    do i = 1, size(supports)
+      select type (item => supports(i)%item)
+      type is (relaxation_t)
+        words = item%outcome()
+      end select
+    end do
+  end function relaxation_outcome
 
   !> Look at the motion, damp it, and tell whether it has come to rest.
   subroutine apply(self, bodies, instant)

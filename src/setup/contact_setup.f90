@@ -13,7 +13,7 @@ module contact_setup
   use contact_check, only: initial_gap, face_gaps
   use element, only: element_t
   use blank, only: face_slice
-  use contact_effect, only: contact_effect_t
+  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
   use true_depth, only: new_depth_samples, find_deepest
   use radius_check, only: check_radii
   use contact_fields, only: new_contact_fields
@@ -148,19 +148,20 @@ contains
 
   !> Does the model have a pair of this tool and this face? Their penalties would add up.
   logical function is_known(model, pair)
-    type(model_t), intent(in) :: model
+    type(model_t), intent(in), target :: model
     type(contact_effect_t), intent(in) :: pair
+    type(contact_view_t), allocatable :: others(:)
     integer :: i
 
     is_known = .false.
-    do i = 1, size(model%forces)
-      select type (other => model%forces(i)%item)
-      type is (contact_effect_t)
+    others = contact_pairs(model%forces)
+    do i = 1, size(others)
+      associate (other => others(i)%pair)
         if (other%first_step > pair%last_step .or. other%last_step < pair%first_step) cycle
         is_known = is_known .or. (other%tool == pair%tool .and. other%part == pair%part .and. &
                                   all(other%lower == pair%lower) .and. &
                                   all(other%upper == pair%upper))
-      end select
+      end associate
     end do
   end function is_known
 

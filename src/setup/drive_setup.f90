@@ -5,7 +5,7 @@ module drive_setup
   use input_errors, only: error_list_t, add_error, add_warning
   use scene, only: scene_t, motion_spec_t
   use contact_check, only: sheet_side
-  use contact_effect, only: contact_effect_t
+  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
   use tool_drive, only: tool_drive_t
   use support_setup, only: curve_of
   use effect, only: effect_slot_t
@@ -37,11 +37,12 @@ contains
   subroutine check_direction(scene, i, model, errors)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: i             !! the motion
-    type(model_t), intent(in) :: model
+    type(model_t), intent(in), target :: model
     type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: clearly = 0.1_wp   ! cosine, below which a force goes along the sheet
     real(wp) :: way(3), towards
     real(wp), allocatable :: factors(:)
+    type(contact_view_t), allocatable :: pairs(:)
     integer :: k
 
     associate (spec => scene%motions(i))
@@ -49,11 +50,9 @@ contains
       factors = [1.0_wp]
       if (spec%curve > 0) factors = scene%curves(spec%curve)%values
       way = 0.0_wp
-      do k = 1, size(model%forces)
-        select type (pair => model%forces(k)%item)
-        type is (contact_effect_t)
-          if (pair%tool == spec%tool) way = way + way_to_sheet(model, pair)
-        end select
+      pairs = contact_pairs(model%forces)
+      do k = 1, size(pairs)
+        if (pairs(k)%pair%tool == spec%tool) way = way + way_to_sheet(model, pairs(k)%pair)
       end do
       towards = dot_product(spec%vector, way)/(norm2(spec%vector)*max(norm2(way), tiny(1.0_wp)))
       if (abs(towards) < clearly .or. any(factors*towards > 0.0_wp)) return
@@ -129,17 +128,18 @@ contains
   end subroutine add_drive
 
   !> Stiffness of all contact springs of a tool, if all were pressed.
-  pure real(wp) function stiffness_of(model, tool) result(stiffness)
-    type(model_t), intent(in) :: model
+  real(wp) function stiffness_of(model, tool) result(stiffness)
+    type(model_t), intent(in), target :: model
     integer, intent(in) :: tool
+    type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
     stiffness = 0.0_wp
-    do i = 1, size(model%forces)
-      select type (pair => model%forces(i)%item)
-      type is (contact_effect_t)
+    pairs = contact_pairs(model%forces)
+    do i = 1, size(pairs)
+      associate (pair => pairs(i)%pair)
         if (pair%tool == tool) stiffness = stiffness + sum(pair%pair%stiffness)
-      end select
+      end associate
     end do
   end function stiffness_of
 

@@ -4,7 +4,7 @@ module penalty_share
   use input_errors, only: origin_t, error_list_t, add_warning
   use text, only: to_text, rounded_text
   use contact, only: scale_stiffness
-  use contact_effect, only: contact_effect_t
+  use contact_effect, only: contact_view_t, contact_pairs
   use model, only: model_t
   implicit none
   private
@@ -19,36 +19,36 @@ contains
   !! sum of a face is kept in the model.
   subroutine share_penalties(origin, model, errors)
     type(origin_t), intent(in) :: origin   !! of the pairs, for a warning
-    type(model_t), intent(inout) :: model
+    type(model_t), intent(inout), target :: model
     type(error_list_t), intent(inout) :: errors
+    type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
-    do i = 1, size(model%forces)
-      select type (pair => model%forces(i)%item)
-      type is (contact_effect_t)
-        call share_face(origin, pair%part, pair%lower, pair%upper, i, model, errors)
-      end select
+    pairs = contact_pairs(model%forces)
+    do i = 1, size(pairs)
+      call share_face(origin, pairs, i, model, errors)
     end do
   end subroutine share_penalties
 
   !> Share the penalty of all pairs of one face, if `first` is the first of them.
-  subroutine share_face(origin, part, lower, upper, first, model, errors)
+  subroutine share_face(origin, pairs, first, model, errors)
     type(origin_t), intent(in) :: origin
-    integer, intent(in) :: part, lower(3), upper(3), first
+    type(contact_view_t), intent(in) :: pairs(:)    !! of the model
+    integer, intent(in) :: first
     type(model_t), intent(inout) :: model
     type(error_list_t), intent(inout) :: errors
-    real(wp) :: shares(size(model%forces)), limit, left, total
-    logical :: is_there(size(model%forces))
+    real(wp) :: shares(size(pairs)), limit, left, total
+    logical :: is_there(size(pairs))
     integer :: i, step, n_tools
 
     shares = 0.0_wp
-    do i = 1, size(model%forces)
-      select type (pair => model%forces(i)%item)
-      type is (contact_effect_t)
-        if (pair%part /= part .or. any(pair%lower /= lower .or. pair%upper /= upper)) cycle
+    do i = 1, size(pairs)
+      associate (pair => pairs(i)%pair, face => pairs(first)%pair)
+        if (pair%part /= face%part) cycle
+        if (any(pair%lower /= face%lower .or. pair%upper /= face%upper)) cycle
         if (i < first) return
         shares(i) = pair%pair%share
-      end select
+      end associate
     end do
     left = max(0.0_wp, 4*(1 - model%step%safety**2))
     if (maxval(shares) > left) call add_warning(errors, origin, &
@@ -58,19 +58,16 @@ contains
     limit = max(left, maxval(shares))
     total = 0.0_wp
     do step = 1, 1 + size(model%later_steps)
-      is_there = [(model%forces(i)%item%first_step <= step .and. &
-                   model%forces(i)%item%last_step >= step, i=1, size(model%forces))]
+      is_there = [(pairs(i)%pair%first_step <= step .and. &
+                   pairs(i)%pair%last_step >= step, i=1, size(pairs))]
       if (sum(shares, mask=is_there) <= total) cycle
       total = sum(shares, mask=is_there)
       n_tools = count(shares > 0.0_wp .and. is_there)
     end do
     model%penalty = max(model%penalty, min(total, limit))
     if (total <= limit) return
-    do i = 1, size(model%forces)
-      select type (pair => model%forces(i)%item)
-      type is (contact_effect_t)
-        if (shares(i) > 0.0_wp) call scale_stiffness(pair%pair, limit/total)
-      end select
+    do i = 1, size(pairs)
+      if (shares(i) > 0.0_wp) call scale_stiffness(pairs(i)%pair%pair, limit/total)
     end do
     call add_warning(errors, origin, "penalties of "//to_text(n_tools)// &
                      " tools on one face that add up to "//rounded_text(total), &

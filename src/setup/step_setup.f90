@@ -7,7 +7,8 @@ module step_setup
   use element_step, only: stable_element_step
   use body_parts, only: field_t, set_inertia
   use blank, only: blank_t, mass_of, columns_of
-  use boundary, only: boundary_t
+  use boundary, only: prescribed_components
+  use vibration, only: fixed_t
   use damping, only: damping_t, start_damping
   use relaxation, only: relaxation_t
   use thickness_scaling, only: thickness_scaling_t, held_column_t
@@ -96,25 +97,13 @@ contains
     type(effect_slot_t), intent(in) :: supports(:)
     integer, intent(in) :: step              !! of the deck
     type(field_t), allocatable :: is_free(:)
-    integer :: i, p
+    type(fixed_t), allocatable :: fixed(:)
+    integer :: p
 
-    allocate (is_free(size(blank%parts)))
+    fixed = prescribed_components(blank%parts, supports, step)
+    allocate (is_free(size(fixed)))
     do p = 1, size(is_free)
-      allocate (is_free(p)%values, mold=blank%parts(p)%element%motion%x)
-      is_free(p)%values = 1.0_wp
-    end do
-    do i = 1, size(supports)
-      associate (item => supports(i)%item)
-        if (item%first_step > step .or. item%last_step < step) cycle
-      end associate
-      select type (support => supports(i)%item)
-      type is (boundary_t)
-        do p = 1, size(support%points, 2)
-          associate (at => support%points(:, p))
-            is_free(support%part(p))%values(at(1), at(2), at(3), support%component) = 0.0_wp
-          end associate
-        end do
-      end select
+      is_free(p)%values = merge(0.0_wp, 1.0_wp, fixed(p)%is_fixed)
     end do
   end function free_components
 

@@ -68,6 +68,7 @@ contains
     type(members_t), allocatable :: members(:)
     logical :: is_held(3, size(scene%boundaries))
     type(effect_slot_t) :: slot
+    type(boundary_t) :: support
     integer :: i, c, n, p
 
     associate (boundaries => scene%boundaries)
@@ -94,11 +95,13 @@ contains
       do i = 1, size(boundaries)
         do c = 1, 3
           if (.not. is_held(c, i)) cycle
-          call set_support(scene, i, c, 3*(i - 1) + c, holders, slot)
-          slot%item%first_step = first
-          slot%item%last_step = last
-          slot%item%given_step = boundaries(i)%first_step
-          if (first == 1) call start_held(slot, blank)
+          call set_support(scene, i, c, 3*(i - 1) + c, holders, support)
+          support%first_step = first
+          support%last_step = last
+          support%given_step = boundaries(i)%first_step
+          if (first == 1) call start_held(support, blank)
+          if (allocated(slot%item)) deallocate (slot%item)
+          allocate (slot%item, source=support)
           supports = [supports, slot]
         end do
       end do
@@ -107,30 +110,26 @@ contains
 
   !> What a support of the first step holds starts with its velocity: the impulse of a sudden start
   !! would do work that no balance of finite forces can follow.
-  subroutine start_held(slot, blank)
-    type(effect_slot_t), intent(in) :: slot
+  subroutine start_held(support, blank)
+    type(boundary_t), intent(in) :: support
     type(blank_t), intent(inout) :: blank
     integer :: p
 
-    select type (support => slot%item)
-    type is (boundary_t)
-      do p = 1, size(support%part)
-        associate (at => support%points(:, p), v => blank%parts(support%part(p))%element%motion%v)
-          v(at(1), at(2), at(3), support%component) = support%velocity &
-                                                      *curve_value(support%curve, 0.0_wp)
-        end associate
-      end do
-    end select
+    do p = 1, size(support%part)
+      associate (at => support%points(:, p), v => blank%parts(support%part(p))%element%motion%v)
+        v(at(1), at(2), at(3), support%component) = support%velocity &
+                                                    *curve_value(support%curve, 0.0_wp)
+      end associate
+    end do
   end subroutine start_held
 
   !> One component of one boundary condition.
-  subroutine set_support(scene, boundary, component, number, holders, slot)
+  subroutine set_support(scene, boundary, component, number, holders, support)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: boundary, component   !! which boundary condition
     integer, intent(in) :: number                !! of the support, in `holders`
     type(holder_t), intent(in) :: holders(:)
-    type(effect_slot_t), intent(out) :: slot
-    type(boundary_t) :: support
+    type(boundary_t), intent(out) :: support
     integer :: p, i, j, k, n
 
     associate (spec => scene%boundaries(boundary))
@@ -159,7 +158,6 @@ contains
         end do
       end associate
     end do
-    allocate (slot%item, source=support)
   end subroutine set_support
 
 end module support_setup

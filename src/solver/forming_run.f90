@@ -6,7 +6,7 @@ module forming_run
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks
   use body_parts, only: field_t, share_external_forces
   use body_parts, only: forces_of_parts
-  use relaxation, only: relaxation_t
+  use relaxation, only: relaxation_outcome
   use contact_effect, only: forget_depths, measure_depths, depth_of
   use effect, only: apply_effects
   use model, only: model_t
@@ -207,15 +207,10 @@ contains
   subroutine check_relaxation(model, error)
     type(model_t), intent(in) :: model
     type(error_t), allocatable, intent(out) :: error
-    integer :: i
+    character(:), allocatable :: words
 
-    do i = 1, size(model%supports)
-      select type (item => model%supports(i)%item)
-      type is (relaxation_t)
-        if (item%is_done) cycle
-        call fail(error, "dynamic relaxation: "//item%outcome())
-      end select
-    end do
+    words = relaxation_outcome(model%supports)
+    if (words /= "" .and. .not. any_done(model)) call fail(error, "dynamic relaxation: "//words)
   end subroutine check_relaxation
 
   !> One step without any output: what `run_model` repeats, for measuring its cost.

@@ -6,7 +6,7 @@ module health
   use text, only: string_t, to_text, rounded_text, place_text, append_text
   use blank, only: blank_t, mass_of
   use effect, only: effect_slot_t, instant_t
-  use contact_effect, only: contact_effect_t, has_contact
+  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
   use true_depth, only: element_sizes, points_of_element
   use tool_bends, only: elements_on_radius
   use tool, only: tool_t
@@ -128,19 +128,20 @@ contains
   !> Depths of all contact pairs against the limits, parts of the thickness, and searches that
   !! failed. A pair warns once of each.
   subroutine check_pairs(effects, tools, warning_limit, limit, instant, warnings, error)
-    type(effect_slot_t), intent(inout) :: effects(:)
+    type(effect_slot_t), intent(inout), target :: effects(:)
     type(tool_t), intent(in) :: tools(:)
     real(wp), intent(in) :: warning_limit, limit           !! 0: none
     type(instant_t), intent(in) :: instant
     type(string_t), allocatable, intent(out) :: warnings(:)
     type(error_t), allocatable, intent(out) :: error
     type(facts_t) :: none
+    type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
     allocate (warnings(0))
-    do i = 1, size(effects)
-      select type (pair => effects(i)%item)
-      type is (contact_effect_t)
+    pairs = contact_pairs(effects)
+    do i = 1, size(pairs)
+      associate (pair => pairs(i)%pair)
         if (pair%pair%statistics%first_failed > 0 .and. .not. pair%has_told_failure) then
           pair%has_told_failure = .true.
           call append_text(warnings, "warning: "//pair%name// &
@@ -159,34 +160,33 @@ contains
           call append_text(warnings, "warning: "//depth_message(pair, instant)//", "// &
                            deepest_place(pair%pair, tools(pair%tool)))
         end if
-      end select
+      end associate
     end do
   end subroutine check_pairs
 
   !> Places between contact points that are far deeper in the tool than all of these, by more than a
   !! part of the thickness. A pair warns once.
   subroutine check_hidden_depths(effects, instant, warnings)
-    type(effect_slot_t), intent(inout) :: effects(:)     !! whose depths were measured now
+    type(effect_slot_t), intent(inout), target :: effects(:)   !! whose depths were measured now
     type(instant_t), intent(in) :: instant
     type(string_t), allocatable, intent(out) :: warnings(:)
     real(wp), parameter :: small = 0.02_wp, far = 2.0_wp
+    type(contact_view_t), allocatable :: pairs(:)
     integer :: i
 
     allocate (warnings(0))
-    do i = 1, size(effects)
-      select type (pair => effects(i)%item)
-      type is (contact_effect_t)
-        associate (depth => pair%deepest%depth)
-          if (pair%has_warned_between .or. .not. depth > far*pair%depth) cycle
-          if (.not. depth > small*pair%thickness) cycle
-          pair%has_warned_between = .true.
-          call append_text(warnings, "warning: "//pair%name//": between its contact points the "// &
-                           "blank is "//rounded_text(depth)//" deep in the tool ("// &
-                           rounded_text(depth/pair%thickness)//" of its thickness), at them "// &
-                           rounded_text(pair%depth)//", "//when(instant)//", at "// &
-                           place_text(pair%deepest%x)//"; "//cure_of(pair))
-        end associate
-      end select
+    pairs = contact_pairs(effects)
+    do i = 1, size(pairs)
+      associate (pair => pairs(i)%pair, depth => pairs(i)%pair%deepest%depth)
+        if (pair%has_warned_between .or. .not. depth > far*pair%depth) cycle
+        if (.not. depth > small*pair%thickness) cycle
+        pair%has_warned_between = .true.
+        call append_text(warnings, "warning: "//pair%name//": between its contact points the "// &
+                         "blank is "//rounded_text(depth)//" deep in the tool ("// &
+                         rounded_text(depth/pair%thickness)//" of its thickness), at them "// &
+                         rounded_text(pair%depth)//", "//when(instant)//", at "// &
+                         place_text(pair%deepest%x)//"; "//cure_of(pair))
+      end associate
     end do
   end subroutine check_hidden_depths
 
@@ -294,7 +294,7 @@ contains
     facts%safety = control%safety
     ! Jacobians are those of elements from -1 to 1.
     facts%travel = facts%speed*instant%dt*0.5_wp*sqrt(control%rate_at_start)
-    facts%has_contact = has_contact(model%forces)
+    facts%has_contact = size(contact_pairs(model%forces)) > 0
   end function facts_of
 
   function when(instant) result(text)

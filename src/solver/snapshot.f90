@@ -3,11 +3,10 @@ module snapshot
   use kinds, only: wp
   use body_parts, only: field_t
   use tool, only: tool_t
-  use effect, only: effect_slot_t
   use model, only: model_t
   use tool_turn, only: way_of
   use frames, only: frame_t, face_field_t, tool_frame_t
-  use contact_effect, only: contact_effect_t
+  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
   use contact_fields, only: face_pressure, set_tool_pressure
   use history, only: history_row_t
   use knot_vector, only: find_span, basis_derivatives
@@ -74,7 +73,7 @@ contains
 
   !> Pressure and wear of all contact pairs; those of earlier steps have left their wear.
   subroutine fill_contact_fields(model, frame)
-    type(model_t), intent(inout) :: model
+    type(model_t), intent(inout), target :: model
     type(frame_t), intent(inout) :: frame
     integer :: p
 
@@ -84,21 +83,20 @@ contains
     end do
     if (allocated(frame%tool_fields)) deallocate (frame%tool_fields)
     allocate (frame%tool_fields(0))
-    call add_contact_fields(model%forces, model%bodies%tools, frame)
-    call add_contact_fields(model%retired, model%bodies%tools, frame)
+    call add_contact_fields([contact_pairs(model%forces), contact_pairs(model%retired)], &
+                            model%bodies%tools, frame)
   end subroutine fill_contact_fields
 
-  subroutine add_contact_fields(effects, tools, frame)
-    type(effect_slot_t), intent(inout) :: effects(:)
+  subroutine add_contact_fields(pairs, tools, frame)
+    type(contact_view_t), intent(in) :: pairs(:)
     type(tool_t), intent(in) :: tools(:)
     type(frame_t), intent(inout) :: frame
     type(tool_frame_t) :: on_tool
     type(face_field_t) :: on_face
     integer :: i, s
 
-    do i = 1, size(effects)
-      select type (pair => effects(i)%item)
-      type is (contact_effect_t)
+    do i = 1, size(pairs)
+      associate (pair => pairs(i)%pair)
         associate (tool => tools(pair%tool), contacts => frame%patches(pair%part))
           call face_pressure(pair%fields, pair%pair, tool, contacts%points( &
             pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
@@ -115,7 +113,7 @@ contains
           if (pair%fields%has_wear) on_tool%wear = pair%fields%tools(s)%wear
           frame%tool_fields = [frame%tool_fields, on_tool]
         end do
-      end select
+      end associate
     end do
   end subroutine add_contact_fields
 
