@@ -35,6 +35,7 @@ module deck_run
   use run_saver, only: saver_t, save_last_good
   use spent_checkpoint, only: drop_checkpoint
   use run_start, only: new_saver, claim_files, start_run, saving_words
+  use snapshot, only: first_history_row
   use forming_run, only: run_model, save_failed, first_steps
   use check_report, only: print_check, print_forecast
   use run_forecast, only: outlook_t
@@ -400,16 +401,13 @@ contains
       setup%patches(p)%solid = model%bodies%blank%parts(p)%element%grid
       setup%patches(p)%rule = model%bodies%blank%parts(p)%element%rule
     end do
-    allocate (setup%tools(size(scene%tools)), setup%probes(size(scene%probes)))
+    allocate (setup%tools(size(scene%tools)))
     do i = 1, size(scene%tools)
       setup%tools(i)%name = scene%tools(i)%name
       setup%tools(i)%surfaces = model%bodies%tools(i)%surfaces
       setup%tools(i)%cell_length = tool_cell_length(model)
-      setup%tools(i)%is_turning = any(scene%motions%tool == i .and. scene%motions%is_rotation)
     end do
-    do i = 1, size(scene%probes)
-      setup%probes(i)%value = scene%probes(i)%name
-    end do
+    setup%history = first_history_row(model)
     if (allocated(scene%step%name)) then
       allocate (setup%steps(1 + size(scene%later_steps)))
       setup%steps(1)%value = scene%step%name

@@ -13,7 +13,7 @@ module channel_case
   use model_setup, only: build_model
   use frames, only: results_t, results_setup_t, open_results, write_frame, close_results
   use run_log, only: run_log_t, timings_t, open_log, close_log
-  use snapshot, only: fill_frame
+  use snapshot, only: fill_frame, first_history_row
   use solid_forces, only: add_tiles
   use solid_element, only: solid_element_t
   use central_difference, only: advance
@@ -118,11 +118,12 @@ contains
     setup%patches(1)%name = self%model%bodies%blank%parts(1)%element%name
     setup%patches(1)%solid = self%model%bodies%blank%parts(1)%element%grid
     setup%patches(1)%rule = self%model%bodies%blank%parts(1)%element%rule
-    allocate (setup%tools(size(self%scene%tools)), setup%probes(0))
+    allocate (setup%tools(size(self%scene%tools)))
     do i = 1, size(setup%tools)
       setup%tools(i)%name = self%scene%tools(i)%name
       setup%tools(i)%surfaces = self%scene%tools(i)%surfaces
     end do
+    setup%history = first_history_row(self%model)
     setup%n_state = self%model%bodies%blank%law%n_state
     call open_results(self%results, setup, error)
     self%is_open = .not. allocated(error)

@@ -5,13 +5,13 @@ module frame_data
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t
   use nurbs_surface, only: nurbs_surface_t
+  use history, only: history_row_t
   use provenance, only: provenance_t
   use display_fields, only: patch_frame_t, tool_frame_t
   implicit none
   private
 
   public :: display_patch_t, display_tool_t, results_setup_t, frame_t, mesh_place_t
-  public :: tool_names, probe_names
 
   !> A patch of the blank to be shown.
   type :: display_patch_t
@@ -25,7 +25,6 @@ module frame_data
     character(:), allocatable :: name
     real(wp) :: cell_length = huge(1.0_wp)              !! of a Lagrange cell at most [length]
     type(nurbs_surface_t), allocatable :: surfaces(:)   !! in their place at the start
-    logical :: is_turning = .false.                     !! in some step of the deck
   end type display_tool_t
 
   !> What a results file is made from.
@@ -33,7 +32,7 @@ module frame_data
     character(:), allocatable :: path
     type(display_patch_t), allocatable :: patches(:)    !! of the blank
     type(display_tool_t), allocatable :: tools(:)
-    type(string_t), allocatable :: probes(:)            !! names
+    type(history_row_t) :: history                      !! a row filled once, for its columns
     type(string_t), allocatable :: steps(:)             !! of the deck, names; may be none
     integer :: n_state = 0                              !! columns of the frames' state
     type(string_t), allocatable :: state_names(:)       !! of these columns; may be none
@@ -62,27 +61,5 @@ module frame_data
     integer :: tool = 0, surface = 0, first = 0
     real(wp), allocatable :: xi(:), eta(:)
   end type mesh_place_t
-
-contains
-
-  !> Names of the tools.
-  pure function tool_names(setup) result(names)
-    type(results_setup_t), intent(in) :: setup
-    type(string_t) :: names(size(setup%tools))
-    integer :: i
-
-    do i = 1, size(names)
-      names(i)%value = setup%tools(i)%name
-    end do
-  end function tool_names
-
-  !> Names of the probes; none if there is no list.
-  pure function probe_names(setup) result(names)
-    type(results_setup_t), intent(in) :: setup
-    type(string_t), allocatable :: names(:)
-
-    allocate (names(0))
-    if (allocated(setup%probes)) names = setup%probes
-  end function probe_names
 
 end module frame_data

@@ -15,12 +15,11 @@ module frames
   use kinds, only: wp
   use failure, only: error_t
   use text, only: joined, string_t, strings, to_text
-  use frame_data, only: display_patch_t, display_tool_t, results_setup_t, frame_t, tool_names, &
-                        probe_names
+  use frame_data, only: display_patch_t, display_tool_t, results_setup_t, frame_t
   use hdf5_file, only: check_length, close_file, give_up_file, open_file, create_file, &
                        create_group, byte_values, flush_file, hdf5_file_t, integer_values, &
-                       path_of_open, place_file, real_values, take_error, write_reals, &
-                       write_text_attribute, write_integer_attribute
+                       link_object, path_of_open, place_file, real_values, take_error, &
+                       write_reals, write_text_attribute, write_integer_attribute
   use hdf5_series, only: append_chunk, append_integers, create_series
   use deflated_chunk, only: deflated_chunk_t, new_deflated_chunk
   use unit_system, only: new_unit_system, unit_of, unit_system_t
@@ -82,8 +81,8 @@ contains
       call create_file(results%file, setup%path, is_draft=.true.)
       call write_what_stays(results, setup, cells, weights)
     end if
-    call open_history(results%history, results%file, results%units, tool_names(setup), &
-                      setup%tools%is_turning, probe_names(setup))
+    call open_history(results%history, results%file, results%units, setup%history)
+    call mark_tools(results%file, setup%tools)
     if (allocated(setup%steps)) then
       call write_text_attribute(results%file, "/frames/process_step", "names", &
                                 joined(setup%steps, ", "))
@@ -100,6 +99,19 @@ contains
       call give_up_file(results%file)
     end if
   end subroutine open_results
+
+  !> The number of each tool in the pictures, and the times of what the history holds of it.
+  subroutine mark_tools(file, tools)
+    type(hdf5_file_t), intent(inout) :: file
+    type(display_tool_t), intent(in) :: tools(:)
+    integer :: i
+
+    call create_group(file, "/tools")
+    do i = 1, size(tools)
+      call link_object(file, "/history/time", "/tools/"//tools(i)%name//"/time")
+      call write_integer_attribute(file, "/tools/"//tools(i)%name, "part", [i])
+    end do
+  end subroutine mark_tools
 
   !> Everything that does not change, and empty series for what does.
   subroutine write_what_stays(results, setup, cells, weights)

@@ -7,7 +7,7 @@ module forming_run
   use body_parts, only: field_t, share_external_forces
   use body_parts, only: forces_of_parts
   use relaxation, only: relaxation_outcome
-  use contact_effect, only: forget_depths, measure_depths, depth_of
+  use contact_effect, only: forget_depths, measure_depths
   use effect, only: apply_effects
   use model, only: model_t
   use frames, only: results_t, write_frame, record_history
@@ -16,7 +16,7 @@ module forming_run
                           put_off_depths
   use motion_update, only: update_velocities, update_positions
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
-  use snapshot, only: new_frame, fill_frame, new_history_row, fill_history_row
+  use snapshot, only: new_frame, fill_frame, fill_history_row
   use waiting_frames, only: n_waiting_frames, add_frame, release_frames
   use run_data, only: run_t, wall_seconds
   use run_saver, only: saver_t, look_after, keep, save_last_good, try_again
@@ -60,7 +60,6 @@ contains
       end do
     end associate
     call new_frame(model, run%frame)
-    call new_history_row(model, run%row)
   end subroutine new_run
 
   !> Run through all steps of the deck, or until a signal or the clock says stop. On failure `error`
@@ -397,13 +396,10 @@ contains
         elastic = elastic + part
       end associate
     end do
-    run%row%step = run%n_steps
-    run%row%time = run%instant%time
-    run%row%dt = run%instant%dt
     run%has_depths = is_depth_due(run%control, run%instant%time)
     if (run%has_depths) call measure(model, run, n_points)
-    run%row%true_penetration = depth_of(model%forces)
-    call fill_history_row(model, run%balance, elastic, velocity_now(model, run), run%row)
+    call fill_history_row(model, run%balance, run%instant, run%n_steps, &
+                          velocity_now(model, run), elastic, run%row)
     call record_history(results, run%row)
     call note_errors(run)
     run%largest_penetration = max(run%largest_penetration, run%balance%tally%max_penetration)

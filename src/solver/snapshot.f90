@@ -1,21 +1,23 @@
 !> The state of a run as the results file wants it: frames and history rows.
 module snapshot
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use body_parts, only: field_t
   use tool, only: tool_t
+  use effect, only: instant_t
   use model, only: model_t
   use tool_turn, only: way_of
   use frames, only: frame_t, face_field_t, tool_frame_t
-  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
+  use contact_effect, only: contact_view_t, contact_pairs, depth_of
   use contact_fields, only: face_pressure, set_tool_pressure
-  use history, only: history_row_t
+  use history, only: history_row_t, begin_row, enter
   use knot_vector, only: find_span, basis_derivatives
   use nurbs_solid, only: nurbs_solid_t
   use energy_balance, only: energy_balance_t
   implicit none
   private
 
-  public :: new_frame, fill_frame, new_history_row, fill_history_row
+  public :: new_frame, fill_frame, first_history_row, fill_history_row
 
 contains
 
@@ -39,7 +41,7 @@ contains
       end associate
     end do
     allocate (frame%tool_displacement(3, n_tools), frame%tool_velocity(3, n_tools))
-    if (.not. any(model%bodies%tools%is_turning)) return
+    if (.not. any(turning_tools(model))) return
     allocate (frame%tool_turn(3, 3, n_tools), frame%tool_turn_rate(3, 3, n_tools))
   end subroutine new_frame
 
@@ -117,79 +119,130 @@ contains
     end do
   end subroutine add_contact_fields
 
-  !> A history row with room for the tools and probes of the model.
-  subroutine new_history_row(model, row)
-    type(model_t), intent(in) :: model
-    type(history_row_t), intent(out) :: row
-
-    associate (n_tools => size(model%bodies%tools), n_probes => size(model%probes))
-      allocate (row%tool_displacement(3, n_tools), row%tool_force(3, n_tools), &
-                row%tool_torque(3, n_tools))
-      allocate (row%probe_displacement(3, n_probes), row%probe_velocity(3, n_probes))
-    end associate
-  end subroutine new_history_row
-
-  !> Balances, tools and probes now.
-  subroutine fill_history_row(model, balance, elastic, v, row)
+  !> The columns of the history: balances, then tools, then history points. One line enters a
+  !! quantity. Sums over a strip are those of the full width.
+  subroutine fill_history_row(model, balance, instant, n_steps, v, elastic, row)
     type(model_t), intent(in) :: model
     type(energy_balance_t), intent(in) :: balance
-    real(wp), intent(in) :: elastic           !! elastic energy now
+    type(instant_t), intent(in) :: instant
+    integer(int64), intent(in) :: n_steps     !! done
     type(field_t), intent(in) :: v(:)         !! velocities now, not those half a step on;
                                               !! may be none without probes
+    real(wp), intent(in) :: elastic           !! elastic energy now
     type(history_row_t), intent(inout) :: row
-    real(wp) :: start(3)
-    integer :: t, p
 
-    row%process_step = model%i_step
-    row%kinetic_energy = balance%kinetic
-    row%internal_energy = balance%internal
-    row%plastic_work = balance%internal - elastic
-    row%viscous_energy = balance%viscous
-    row%damping_energy = balance%tally%damping_energy
-    row%added_mass = model%bodies%blank%added_mass
-    row%contact_energy = balance%tally%contact_energy
-    row%friction_energy = balance%tally%friction_energy
-    row%external_work = balance%tally%external_work
-    row%max_penetration = balance%tally%max_penetration
-    row%energy_error = balance%error
-    row%momentum = balance%momentum
-    row%angular_momentum = balance%angular_momentum
-    do t = 1, size(model%bodies%tools)
-      row%tool_displacement(:, t) = way_of(model%bodies%tools(t))
-      row%tool_force(:, t) = model%bodies%tools(t)%force
-      row%tool_torque(:, t) = model%bodies%tools(t)%torque
-    end do
-    if (model%width_ratio > 1.0_wp) call widen_row(model%width_ratio, row)
-    do p = 1, size(model%probes)
-      associate (body => model%bodies%blank%parts(model%probes(p)%patch)%element)
-        start = field_at(body%grid, body%grid%points, model%probes(p)%xi)
-        row%probe_displacement(:, p) = field_at(body%grid, body%motion%x, &
-                                                model%probes(p)%xi) - start
-        row%probe_velocity(:, p) = field_at(body%grid, v(model%probes(p)%patch)%values, &
-                                            model%probes(p)%xi)
-      end associate
-    end do
+    call begin_row(row)
+    associate (ratio => model%width_ratio, tally => balance%tally)
+      call enter(row, "/history/step", n_steps, "number of steps done")
+      call enter(row, "/history/process_step", int(model%i_step, int64), &
+                 "step of the deck, from 1 on")
+      call enter(row, "/history/time", instant%time, "time", "time")
+      call enter(row, "/history/dt", instant%dt, "time", "length of the last step")
+      call enter(row, "/history/kinetic_energy", ratio*balance%kinetic, "energy", &
+                 "kinetic energy of the blank")
+      call enter(row, "/history/internal_energy", ratio*balance%internal, "energy", &
+                 "work of the stresses since the start")
+      call enter(row, "/history/plastic_work", ratio*(balance%internal - elastic), "energy", &
+                 "dissipated part of it")
+      call enter(row, "/history/contact_energy", ratio*tally%contact_energy, "energy", &
+                 "work done against the contact springs")
+      call enter(row, "/history/friction_energy", ratio*tally%friction_energy, "energy", &
+                 "work done against friction")
+      call enter(row, "/history/viscous_energy", ratio*balance%viscous, "energy", &
+                 "work done against bulk viscosity")
+      call enter(row, "/history/damping_energy", ratio*tally%damping_energy, "energy", &
+                 "work done against damping")
+      call enter(row, "/history/external_work", ratio*tally%external_work, "energy", &
+                 "work of tools, loads and prescribed motion")
+      call enter(row, "/history/energy_error", balance%error, "1", "balance of all energies "// &
+                 "over the largest of initial energy, |external work| and kinetic + internal "// &
+                 "energy")
+      call enter(row, "/history/max_penetration", tally%max_penetration, "length", "largest "// &
+                 "depth of a contact point of the blank in a tool since the row before")
+      call enter(row, "/history/true_penetration", depth_of(model%forces), "length", "depth "// &
+                 "of the deepest place of the blank in a tool now, between contact points too")
+      call enter(row, "/history/added_mass", ratio*model%bodies%blank%added_mass, "mass", &
+                 "mass added by scaling; of scaling through the thickness a third of the "// &
+                 "trace of the added mass matrix")
+      call enter(row, "/history/momentum", ratio*balance%momentum, "momentum", &
+                 "linear momentum of the blank")
+      call enter(row, "/history/angular_momentum", ratio*balance%angular_momentum, &
+                 "angular momentum", "angular momentum of the blank about the origin, without "// &
+                 "added mass")
+    end associate
+    call enter_tools(model, row)
+    call enter_probes(model, v, row)
   end subroutine fill_history_row
 
-  !> From a strip to the full width.
-  pure subroutine widen_row(ratio, row)
-    real(wp), intent(in) :: ratio
+  subroutine enter_tools(model, row)
+    type(model_t), intent(in) :: model
     type(history_row_t), intent(inout) :: row
+    logical :: is_turning(size(model%bodies%tools))
+    integer :: t
 
-    row%kinetic_energy = ratio*row%kinetic_energy
-    row%internal_energy = ratio*row%internal_energy
-    row%plastic_work = ratio*row%plastic_work
-    row%viscous_energy = ratio*row%viscous_energy
-    row%damping_energy = ratio*row%damping_energy
-    row%contact_energy = ratio*row%contact_energy
-    row%friction_energy = ratio*row%friction_energy
-    row%external_work = ratio*row%external_work
-    row%added_mass = ratio*row%added_mass
-    row%momentum = ratio*row%momentum
-    row%angular_momentum = ratio*row%angular_momentum
-    row%tool_force = ratio*row%tool_force
-    row%tool_torque = ratio*row%tool_torque
-  end subroutine widen_row
+    is_turning = turning_tools(model)
+    do t = 1, size(model%bodies%tools)
+      associate (tool => model%bodies%tools(t), ratio => model%width_ratio, &
+                 folder => "/tools/"//model%bodies%tools(t)%name)
+        call enter(row, folder//"/displacement", way_of(tool), "length", &
+                   "displacement of the tool from its place at the start")
+        call enter(row, folder//"/force", ratio*tool%force, "force", &
+                   "force of the blank on the tool")
+        if (is_turning(t)) call enter(row, folder//"/torque", ratio*tool%torque, "moment", &
+                   "moment of this force about the point on the axis that the deck gives, "// &
+                   "which goes with the tool; its part along the axis turns the tool")
+      end associate
+    end do
+  end subroutine enter_tools
+
+  subroutine enter_probes(model, v, row)
+    type(model_t), intent(in) :: model
+    type(field_t), intent(in) :: v(:)         !! velocities now, by patch
+    type(history_row_t), intent(inout) :: row
+    integer :: p
+
+    do p = 1, size(model%probes)
+      associate (probe => model%probes(p), folder => "/history/probes/"//model%probes(p)%name, &
+                 body => model%bodies%blank%parts(model%probes(p)%patch)%element)
+        call enter(row, folder//"/displacement", field_at(body%grid, body%motion%x, probe%xi) &
+                   - field_at(body%grid, body%grid%points, probe%xi), "length", &
+                   "displacement of the probe")
+        call enter(row, folder//"/velocity", field_at(body%grid, v(probe%patch)%values, &
+                   probe%xi), "velocity", "velocity of the probe")
+      end associate
+    end do
+  end subroutine enter_probes
+
+  !> The history row of a model that has not begun, for its columns.
+  function first_history_row(model) result(row)
+    type(model_t), intent(in) :: model
+    type(history_row_t) :: row
+    type(field_t) :: v(size(model%bodies%blank%parts))
+    type(energy_balance_t) :: balance
+    integer :: p
+
+    do p = 1, size(v)
+      v(p)%values = model%bodies%blank%parts(p)%element%motion%v
+    end do
+    call fill_history_row(model, balance, instant_t(), 0_int64, v, 0.0_wp, row)
+  end function first_history_row
+
+  !> Which tools turn in some step of the deck.
+  pure function turning_tools(model) result(is_turning)
+    type(model_t), intent(in) :: model
+    logical :: is_turning(size(model%bodies%tools))
+    integer :: i
+
+    is_turning = model%bodies%tools%is_turning
+    do i = 1, size(model%motions)
+      is_turning(i) = is_turning(i) .or. any(model%motions(i)%terms%is_rotation)
+    end do
+    do i = 1, size(model%later_motions)
+      associate (motion => model%later_motions(i))
+        if (any(motion%terms%is_rotation)) is_turning(motion%tool) = .true.
+      end associate
+    end do
+  end function turning_tools
 
   !> Value of a control-point field at a parametric point.
   pure function field_at(solid, field, xi) result(value)

@@ -9,6 +9,7 @@ module solver_cases
   use run_log, only: run_log_t, timings_t, open_log, close_log
   use run_data, only: run_t
   use run_saver, only: saver_t
+  use snapshot, only: first_history_row
   use forming_run, only: new_run, run_model
   implicit none
   private
@@ -80,14 +81,12 @@ contains
       setup%patches(i)%solid = model%bodies%blank%parts(i)%element%grid
       setup%patches(i)%rule = model%bodies%blank%parts(i)%element%rule
     end do
-    allocate (setup%tools(size(model%bodies%tools)), setup%probes(size(model%probes)))
+    allocate (setup%tools(size(model%bodies%tools)))
     do i = 1, size(setup%tools)
       setup%tools(i)%name = model%bodies%tools(i)%name
       setup%tools(i)%surfaces = model%bodies%tools(i)%surfaces
     end do
-    do i = 1, size(setup%probes)
-      setup%probes(i)%value = model%probes(i)%name
-    end do
+    setup%history = first_history_row(model)
     setup%n_state = model%bodies%blank%law%n_state
     call new_run(model, run)
     call open_results(results, setup, file_error)

@@ -2,13 +2,14 @@
 !! moves and a quarter cylinder. Arguments: the file's name, then LAGRANGE or BEZIER, then, if a
 !! writer that never ends is wanted, the word FOREVER.
 program write_example
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use failure, only: error_t
   use timer, only: add_watch, start_watch, stop_watch
   use gauss_rule, only: new_gauss_rule
   use knot_vector, only: greville, knot_vector_t, new_knot_vector
   use nurbs_surface, only: nurbs_surface_t
-  use history, only: history_row_t
+  use history, only: history_row_t, begin_row, enter
   use run_log, only: timings_t
   use frames, only: close_results, frame_t, open_results, record_history, results_setup_t, &
                     results_t, write_frame
@@ -63,11 +64,11 @@ contains
     setup%patches(1)%solid%points = bowed(setup, 0.0_wp)
     allocate (setup%tools(2))
     setup%tools(1)%name = "plate"
-    allocate (setup%tools(1)%surfaces(1), setup%tools(2)%surfaces(1), setup%probes(1))
+    allocate (setup%tools(1)%surfaces(1), setup%tools(2)%surfaces(1))
     setup%tools(1)%surfaces(1) = plate()
     setup%tools(2)%name = "cylinder"
     setup%tools(2)%surfaces(1) = quarter_cylinder()
-    setup%probes(1)%value = "middle"
+    setup%history = row_at(0.0_wp)
   end subroutine describe
 
   ! y = curvature*x^2 added to the flat sheet, which quadratic splines hold exactly.
@@ -124,14 +125,21 @@ contains
     real(wp), intent(in) :: time
     type(history_row_t) :: row
 
-    row%step = nint(10*time)
-    row%time = time
-    row%dt = 0.1_wp
-    row%external_work = 3*time
-    row%tool_displacement = reshape([0.0_wp, -2*time, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [3, 2])
-    row%tool_force = reshape([0.0_wp, 7*time, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [3, 2])
-    row%probe_displacement = reshape([1.0_wp, 2.0_wp, 3.0_wp]*time, [3, 1])
-    row%probe_velocity = reshape([1.0_wp, 2.0_wp, 3.0_wp], [3, 1])
+    call begin_row(row)
+    call enter(row, "/history/step", nint(10*time, int64), "number of steps done")
+    call enter(row, "/history/process_step", 1_int64, "step of the deck, from 1 on")
+    call enter(row, "/history/time", time, "time", "time")
+    call enter(row, "/history/dt", 0.1_wp, "time", "length of the last step")
+    call enter(row, "/history/external_work", 3*time, "energy", "work of the tools")
+    call enter(row, "/tools/plate/displacement", [0.0_wp, -2*time, 0.0_wp], "length", "of the tool")
+    call enter(row, "/tools/plate/force", [0.0_wp, 7*time, 0.0_wp], "force", "on the tool")
+    call enter(row, "/tools/cylinder/displacement", [0.0_wp, 0.0_wp, 0.0_wp], "length", &
+               "of the tool")
+    call enter(row, "/tools/cylinder/force", [0.0_wp, 0.0_wp, 0.0_wp], "force", "on the tool")
+    call enter(row, "/history/probes/middle/displacement", [1.0_wp, 2.0_wp, 3.0_wp]*time, &
+               "length", "of the point")
+    call enter(row, "/history/probes/middle/velocity", [1.0_wp, 2.0_wp, 3.0_wp], "velocity", &
+               "of the point")
   end function row_at
 
   subroutine finish(results)
