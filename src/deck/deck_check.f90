@@ -19,11 +19,10 @@ module deck_check
 
 contains
 
-  !> Errors for what every deck must have.
+  !> Errors for keywords that every deck must have.
   subroutine check_presence(deck, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(error_list_t), intent(inout) :: errors
-    character(*), parameter :: needed(2) = [character(7) :: "BLANK", "DYNAMIC"]
     character(:), allocatable :: hint
     integer :: i
 
@@ -32,10 +31,11 @@ contains
       hint = "; `igaform material DECK` carries out its *MATERIAL TEST"
     end if
 
-    do i = 1, size(needed)
-      if (size(find_records(deck, trim(needed(i)))) == 0) then
-        call add_error(errors, deck_end(deck%lexed), "no *"//trim(needed(i))// &
-                       " in the deck, which ends here", "one *"//trim(needed(i))//hint)
+    do i = 1, size(deck%keywords)
+      if (.not. deck%keywords(i)%is_required) cycle
+      if (size(find_records(deck, deck%keywords(i)%name)) == 0) then
+        call add_error(errors, deck_end(deck%lexed), "no *"//deck%keywords(i)%name// &
+                       " in the deck, which ends here", "one *"//deck%keywords(i)%name//hint)
       end if
     end do
   end subroutine check_presence

@@ -3,46 +3,53 @@
 module deck_digest
   use sha256, only: sha256_t, add_to_digest, sha256_text
   use text, only: to_text
-  use line_list, only: line_text
   use lexer, only: lexed_deck_t
+  use data_lines, only: line_text, append_text
+  use deck_records, only: parsed_deck_t
   implicit none
   private
 
   public :: digest_of_deck, digest_line
 
-  character(*), parameter :: free(6) = [character(10) :: "OUTPUT", "CHECKPOINT", "HEADING", &
-                                        "INCLUDE", "PARAMETER", "END"]
-
   integer, parameter :: n_digits = 16      !! of a digest: they show changes, not intent
 
 contains
 
-  !> Digests of all keywords with their options and data, parameters replaced, but for *OUTPUT,
-  !! *CHECKPOINT, *HEADING and the data of the last *DYNAMIC: a line for each, with its name and
-  !! place. Comments and the files that the lines come from do not count.
-  function digest_of_deck(lexed) result(text)
-    type(lexed_deck_t), intent(in) :: lexed
+  !> Digests of all keywords with their options and data, parameters replaced, but for those that
+  !! may change and the data of the last *DYNAMIC: a line for each, with its name and place.
+  !! Comments, the files that the lines come from, and which of two names a keyword or an option
+  !! goes by do not count.
+  function digest_of_deck(deck) result(text)
+    type(parsed_deck_t), intent(in) :: deck       !! checked, so that aliases have been replaced
     character(:), allocatable :: text
-    character(:), allocatable :: line, room     ! doubled when it is full: decks may be long
+    character(:), allocatable :: line
     integer :: i, last_dynamic, used
 
-    allocate (character(4096) :: room)
     used = 0
     last_dynamic = 0
-    do i = 1, lexed%n_blocks
-      if (lexed%blocks(i)%keyword == "DYNAMIC") last_dynamic = i
+    do i = 1, deck%lexed%n_blocks
+      if (deck%lexed%blocks(i)%keyword == "DYNAMIC") last_dynamic = i
     end do
-    do i = 1, lexed%n_blocks
-      if (any(free == lexed%blocks(i)%keyword)) cycle
-      line = digest_of_block(lexed, i, i /= last_dynamic)
-      do while (used + len(line) > len(room))
-        room = room//room
-      end do
-      room(used + 1:used + len(line)) = line
-      used = used + len(line)
+    allocate (character(0) :: text)
+    do i = 1, deck%lexed%n_blocks
+      if (may_change(deck, deck%lexed%blocks(i)%keyword)) cycle
+      line = digest_of_block(deck%lexed, i, i /= last_dynamic)
+      call append_text(text, used, line)
     end do
-    text = room(:used)
+    text = text(:used)
   end function digest_of_deck
+
+  !> May a run be restarted with this keyword changed?
+  pure logical function may_change(deck, keyword)
+    type(parsed_deck_t), intent(in) :: deck
+    character(*), intent(in) :: keyword
+    integer :: i
+
+    may_change = .false.
+    do i = 1, size(deck%keywords)
+      if (deck%keywords(i)%name == keyword) may_change = .not. deck%keywords(i)%is_in_digest
+    end do
+  end function may_change
 
   !> The line of one keyword.
   function digest_of_block(lexed, i, has_data) result(line)

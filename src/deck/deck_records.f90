@@ -3,7 +3,7 @@ module deck_records
   use kinds, only: wp
   use input_errors, only: origin_t, new_origin
   use text, only: string_t, read_real
-  use keyword_spec, only: keyword_table_t
+  use keyword_spec, only: keyword_spec_t, option_index
   use lexer, only: lexed_deck_t
   implicit none
   private
@@ -15,7 +15,7 @@ module deck_records
   !> One keyword block. Field `j` of line `i` is entry `first(i) + j - 1` of the last three lists.
   type :: record_t
     type(origin_t) :: origin
-    integer :: spec = 0                        !! place in the keyword table, 0: unknown keyword
+    integer :: spec = 0                        !! index of the keyword, 0: unknown keyword
     integer :: parent = 0                      !! record of the keyword that this one follows
     integer :: step = 0                        !! place of the *STEP that it stands in, 0: none
     logical :: is_valid = .true.               !! no error in it so far
@@ -33,7 +33,7 @@ module deck_records
   !> A whole deck; `records(i)` comes from block `i` of the lexer.
   type :: parsed_deck_t
     type(lexed_deck_t) :: lexed
-    type(keyword_table_t) :: table
+    type(keyword_spec_t), allocatable :: keywords(:)   !! all that a deck may have
     type(record_t), allocatable :: records(:)
   end type parsed_deck_t
 
@@ -47,23 +47,11 @@ contains
     integer :: i, spec
 
     spec = 0
-    do i = 1, deck%table%n_keywords
-      if (deck%table%items(i)%name == keyword) spec = i
+    do i = 1, size(deck%keywords)
+      if (deck%keywords(i)%name == keyword) spec = i
     end do
     found = pack([(i, i=1, size(deck%records))], deck%records%spec == spec)
   end function find_records
-
-  pure integer function option_index(deck, record, name) result(place)
-    type(parsed_deck_t), intent(in) :: deck
-    type(record_t), intent(in) :: record
-    character(*), intent(in) :: name
-
-    associate (keyword => deck%table%items(record%spec))
-      do place = 1, keyword%n_options
-        if (keyword%options(place)%name == name) exit
-      end do
-    end associate
-  end function option_index
 
   !> Does the record have a value for the option, or the flag?
   pure logical function is_option_given(deck, record, name)
@@ -71,7 +59,7 @@ contains
     type(record_t), intent(in) :: record
     character(*), intent(in) :: name   !! an option of the record's keyword
 
-    is_option_given = record%is_given(option_index(deck, record, name))
+    is_option_given = record%is_given(option_index(deck%keywords(record%spec), name))
   end function is_option_given
 
   !> Value of an option, its default, or nothing.
@@ -82,7 +70,7 @@ contains
     character(:), allocatable :: value
     integer :: place
 
-    place = option_index(deck, record, name)
+    place = option_index(deck%keywords(record%spec), name)
     value = ""
     if (record%is_given(place)) value = record%options(place)%value
   end function option_text

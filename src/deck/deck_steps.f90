@@ -2,18 +2,14 @@
 module deck_steps
   use input_errors, only: error_list_t, add_error
   use text, only: to_text
-  use deck_records, only: parsed_deck_t, find_records
+  use keyword_spec, only: keyword_spec_t, in_first_step, in_any_step, inside_step, needs_step, &
+                          bounds_step, anywhere
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text
   implicit none
   private
 
-  public :: number_steps, check_steps, may_stand_in_step, n_deck_steps, first_in_step, step_of
-
-  character(*), parameter :: of_step(22) = [character(18) :: "STEP", "END STEP", "DYNAMIC", &
-    "TOOL FORCE", "BOUNDARY", "TOOL MOTION", "PRESSURE", "TRACTION", "GRAVITY", "CONTACT PAIR", &
-    "MODEL CHANGE", "DAMPING", "DYNAMIC RELAXATION", "OUTPUT", "ENERGY LIMIT", &
-    "PENETRATION LIMIT", "PARAMETER", "INCLUDE", "SET", "DRAW BEAD", "TEMPERATURE", "FIELD"]
-  !> Of the first step, for all.
-  character(*), parameter :: of_first_step(2) = [character(14) :: "MASS SCALING", "BULK VISCOSITY"]
+  public :: number_steps, check_steps, may_be_in_step, n_deck_steps, first_in_step, step_of
+  public :: check_lines, n_data_lines, end_before
 
 contains
 
@@ -71,7 +67,7 @@ contains
     do i = 1, size(deck%records)
       associate (record => deck%records(i))
         if (record%spec == 0) cycle
-        name = trim(deck%table%items(record%spec)%name)
+        name = deck%keywords(record%spec)%name
         if (name == "STEP") then
           if (is_open) call add_error(errors, record%origin, "the step of line "//to_text( &
             deck%records(starts(record%step - 1))%origin%line)//" still open", &
@@ -82,10 +78,10 @@ contains
                                             "a *STEP before it")
           is_open = .false.
         else if (size(starts) == 0) then
-          if (name == "MODEL CHANGE") call add_error(errors, record%origin, "no step that it "// &
-                                                     "begins with", "a place behind a *STEP")
+          if (deck%keywords(record%spec)%place == needs_step) call add_error(errors, &
+            record%origin, "no step that it belongs to", "it in a *STEP")
         else
-          call check_place(name, i, is_open, deck, errors)
+          call check_place(deck%keywords(record%spec), record, is_open, errors)
         end if
       end associate
     end do
@@ -98,39 +94,62 @@ contains
     end do
   end subroutine check_steps
 
-  !> Is it a keyword of a step, of the first one at least?
-  pure logical function may_stand_in_step(name)
-    character(*), intent(in) :: name
+  !> May a keyword appear in a step, in the first one at least?
+  pure logical function may_be_in_step(keyword)
+    class(keyword_spec_t), intent(in) :: keyword
 
-    may_stand_in_step = any(of_step == name) .or. any(of_first_step == name)
-  end function may_stand_in_step
+    may_be_in_step = any(keyword%place == [in_first_step, in_any_step, inside_step, needs_step, &
+                                           bounds_step])
+  end function may_be_in_step
 
   !> One keyword of a deck with steps.
-  subroutine check_place(name, i, is_open, deck, errors)
-    character(*), intent(in) :: name
-    integer, intent(in) :: i             !! the record
-    logical, intent(in) :: is_open       !! it stands in a step
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine check_place(keyword, record, is_open, errors)
+    type(keyword_spec_t), intent(in) :: keyword
+    type(record_t), intent(in) :: record
+    logical, intent(in) :: is_open       !! the record is in a step
     type(error_list_t), intent(inout) :: errors
 
-    associate (record => deck%records(i))
-      if (record%step == 0) then
-        if (name == "DYNAMIC" .or. name == "MODEL CHANGE") &
-          call add_error(errors, record%origin, "a place before the first *STEP", &
-                         "a place in a step")
-      else if (name == "PARAMETER" .or. name == "INCLUDE" .or. name == "END") then
-        return
-      else if (.not. is_open) then
-        call add_error(errors, record%origin, "a place behind *END STEP", &
-          trim(merge("a place in a step, or before the first", &
-                     "a place before the first *STEP        ", may_stand_in_step(name))))
-      else if (any(of_first_step == name)) then
-        if (record%step > 1) call add_error(errors, record%origin, "it in a later step", &
-          "it before the first *STEP or in the first step; it holds in all")
-      else if (.not. may_stand_in_step(name)) then
-        call add_error(errors, record%origin, "it in a step", "a place before the first *STEP")
-      end if
-    end associate
+    if (record%step == 0) then
+      if (keyword%place == inside_step .or. keyword%place == needs_step) &
+        call add_error(errors, record%origin, "it before the first *STEP", "it in a step")
+    else if (keyword%place == anywhere) then
+      return
+    else if (.not. is_open) then
+      call add_error(errors, record%origin, "it after *END STEP", &
+                     trim(merge("it in a step, or before the first", &
+                                "it before the first *STEP        ", may_be_in_step(keyword))))
+    else if (keyword%place == in_first_step) then
+      if (record%step > 1) call add_error(errors, record%origin, "it in a later step", &
+        "it before the first *STEP or in the first step; it applies in all")
+    else if (.not. may_be_in_step(keyword)) then
+      call add_error(errors, record%origin, "it in a step", "it before the first *STEP")
+    end if
   end subroutine check_place
+
+  !> Number of data lines of all records of a keyword.
+  pure integer function n_data_lines(deck, keyword)
+    type(parsed_deck_t), intent(in) :: deck
+    character(*), intent(in) :: keyword
+
+    n_data_lines = sum(deck%records(find_records(deck, keyword))%n_lines)
+  end function n_data_lines
+
+  !> Only a record with OP=NEW may have no data lines.
+  subroutine check_lines(deck, record, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(error_list_t), intent(inout) :: errors
+
+    if (record%n_lines > 0 .or. option_text(deck, record, "OP") == "NEW") return
+    call add_error(errors, record%origin, "0 data lines", "1 data line or more, or OP=NEW")
+  end subroutine check_lines
+
+  !> Last step of what earlier steps gave and this one removes; what the step itself gives stays.
+  elemental integer function end_before(step, first_step, last_step) result(last)
+    integer, intent(in) :: step, first_step, last_step
+
+    last = last_step
+    if (first_step < step) last = min(last, step - 1)
+  end function end_before
 
 end module deck_steps

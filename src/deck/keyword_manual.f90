@@ -1,12 +1,12 @@
 !> The reference of all keywords as Markdown, made from the keyword table.
 module keyword_manual
   use text, only: to_text, lower_case
-  use keyword_spec, only: keyword_table_t, keyword_spec_t, line_spec_t, field_spec_t, kind_flag, &
-                          kind_name, kind_words, any_number, selects_lines, may_be_left_out
-  use keyword_table, only: new_keyword_table
-  use field_check, only: expectation
-  use deck_steps, only: may_stand_in_step
-  use line_list, only: append_text
+  use keyword_spec, only: keyword_spec_t, line_spec_t, value_spec_t, kind_flag, kind_name, &
+                          kind_words, any_number, selects_lines, may_be_left_out, expectation
+  use keyword_table, only: keyword_table_t
+  use all_keywords, only: list_keywords
+  use deck_steps, only: may_be_in_step
+  use data_lines, only: append_text
   implicit none
   private
 
@@ -41,14 +41,19 @@ module keyword_manual
 
 contains
 
-  !> The whole page, lines ended by line feeds.
-  function keyword_manual_text() result(manual)
+  !> The whole page, lines ended by line feeds, of the keywords of the program or of others.
+  function keyword_manual_text(keywords) result(manual)
+    type(keyword_table_t), intent(in), optional :: keywords
     character(:), allocatable :: manual
     type(keyword_table_t) :: table
     type(page_t) :: page
     integer :: i
 
-    call new_keyword_table(table)
+    if (present(keywords)) then
+      table = keywords
+    else
+      call list_keywords(table)
+    end if
     do i = 1, size(preface)
       call put(page, trim(preface(i)))
     end do
@@ -56,12 +61,12 @@ contains
     call put(page, "|---|---|")
     do i = 1, table%n_keywords
       associate (text => table%items(i)%text)
-        call put(page, "| [*"//trim(table%items(i)%name)//"](#"//anchor(table%items(i)%name)// &
+        call put(page, "| [*"//table%items(i)%name//"](#"//anchor(table%items(i)%name)// &
                  ") | "//escaped(text(:first_sentence(text)))//" |")
       end associate
     end do
     do i = 1, table%n_keywords
-      call put_keyword(page, table%items(i))
+      call put_keyword(page, table%items(i)%keyword_spec_t)
     end do
     manual = page%characters(:page%n_used)
   end function keyword_manual_text
@@ -79,24 +84,25 @@ contains
     integer :: i
 
     call put(page, "")
-    call put(page, "## *"//trim(keyword%name))
+    call put(page, "## *"//keyword%name)
     call put(page, "")
-    call put(page, trim(keyword%text))
-    if (keyword%parent /= "") call put(page, "Belongs to *"//trim(keyword%parent)//".")
-    if (keyword%is_unique .and. may_stand_in_step(trim(keyword%name))) then
+    call put(page, keyword%text)
+    if (keyword%alias /= "") call put(page, "Also: *"//keyword%alias//".")
+    if (keyword%parent /= "") call put(page, "Belongs to *"//keyword%parent//".")
+    if (keyword%is_unique .and. may_be_in_step(keyword)) then
       call put(page, "Once in a deck, or in a step of it.")
     else if (keyword%is_unique) then
       call put(page, "Once in a deck.")
     end if
-    if (keyword%n_options > 0) then
+    if (size(keyword%options) > 0) then
       call put(page, "")
       call put(page, "| Option | Value | Default | Unit | Meaning |")
       call put(page, "|---|---|---|---|---|")
     end if
-    do i = 1, keyword%n_options
+    do i = 1, size(keyword%options)
       call put_field(page, keyword%options(i), option_names(keyword%options(i)))
     end do
-    do i = 1, keyword%n_lines
+    do i = 1, size(keyword%lines)
       call put_line(page, keyword, keyword%lines(i))
     end do
     call put(page, "")
@@ -109,11 +115,11 @@ contains
 
   !> The names of an option.
   pure function option_names(option) result(names)
-    type(field_spec_t), intent(in) :: option
+    type(value_spec_t), intent(in) :: option
     character(:), allocatable :: names
 
-    names = trim(option%name)
-    if (option%alias /= "") names = names//" or "//trim(option%alias)
+    names = option%name
+    if (option%alias /= "") names = names//" (also: "//option%alias//")"
   end function option_names
 
   pure subroutine put_line(page, keyword, line)
@@ -132,10 +138,10 @@ contains
       if (line%n_min == 0) title = "Data lines, may be missing"
     end if
     if (line%when /= "") then
-      do i = 1, keyword%n_options
+      do i = 1, size(keyword%options)
         if (selects_lines(keyword%options(i))) then
-          title = title//" ("//trim(keyword%options(i)%name)//"="// &
-                  listed(trim(line%when))//")"
+          title = title//" ("//keyword%options(i)%name//"="// &
+                  listed(line%when)//")"
         end if
       end do
     end if
@@ -145,9 +151,9 @@ contains
     call put(page, "")
     call put(page, "| Field | Value | Default | Unit | Meaning |")
     call put(page, "|---|---|---|---|---|")
-    do i = 1, line%n_fields
-      name = trim(line%fields(i)%name)
-      if (line%is_repeated .and. i == line%n_fields) name = name//", ..."
+    do i = 1, size(line%fields)
+      name = line%fields(i)%name
+      if (line%is_repeated .and. i == size(line%fields)) name = name//", ..."
       call put_field(page, line%fields(i), name)
     end do
   end subroutine put_line
@@ -173,17 +179,17 @@ contains
 
   pure subroutine put_field(page, field, name)
     type(page_t), intent(inout) :: page
-    type(field_spec_t), intent(in) :: field
+    type(value_spec_t), intent(in) :: field
     character(*), intent(in) :: name
     character(:), allocatable :: value, default
 
     value = expectation(field)
     if (field%kind == kind_name) value = "text"
     if (field%kind == kind_flag) value = "none"
-    default = trim(field%default)
+    default = field%default
     if (default == "" .and. .not. field%is_required) default = "none"
     if (field%is_required) default = "required"
-    call put(page, "| "//name//" | "//value//" | "//default//" | "//trim(field%unit)//" | "// &
+    call put(page, "| "//name//" | "//value//" | "//default//" | "//field%unit//" | "// &
              escaped(field%text)//" |")
   end subroutine put_field
 
@@ -215,7 +221,7 @@ contains
     character(:), allocatable :: link
     integer :: i
 
-    link = lower_case(trim(name))
+    link = lower_case(name)
     do i = 1, len(link)
       if (link(i:i) == " ") link(i:i) = "-"
     end do

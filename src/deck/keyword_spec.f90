@@ -1,213 +1,256 @@
-!> How keywords are described: the types of the keyword table and the calls that fill it.
+!> How a keyword is described, and the check of one value against its description.
 module keyword_spec
-  use text, only: string_t
+  use kinds, only: wp
+  use text, only: string_t, read_real, read_integer, upper_case, squeezed, nearest_name, to_text
   implicit none
   private
 
-  public :: field_spec_t, line_spec_t, keyword_spec_t, keyword_table_t
-  public :: add_keyword, add_option, add_alias, add_line, add_field, add_example, selects_lines
-  public :: may_be_left_out
+  public :: value_spec_t, line_spec_t, keyword_spec_t, option_index, selects_lines
+  public :: may_be_left_out, check_field, expectation, choice_list, did_you_mean, wanted
+  public :: lines_in_words, field_names
 
   integer, parameter, public :: kind_real = 1      !! a number
   integer, parameter, public :: kind_integer = 2   !! a whole number
   integer, parameter, public :: kind_name = 3      !! a name, or a short text in quotes
   integer, parameter, public :: kind_choice = 4    !! one of the words in `choices`
-  integer, parameter, public :: kind_flag = 5      !! an option that stands alone
+  integer, parameter, public :: kind_flag = 5      !! an option without a value
   integer, parameter, public :: kind_words = 6     !! a whole line of free text
 
   integer, parameter, public :: any_number = huge(1)   !! no limit to the number of data lines
 
+  !> Where a keyword may appear in a deck with steps; a deck without *STEP has no such rule.
+  integer, parameter, public :: before_steps = 1    !! before the first *STEP
+  integer, parameter, public :: in_first_step = 2   !! there or in the first step; applies in all
+  integer, parameter, public :: in_any_step = 3     !! before the first *STEP or in any step
+  integer, parameter, public :: inside_step = 4     !! in a step, if the deck has any
+  integer, parameter, public :: needs_step = 5      !! in a step, which the deck must have
+  integer, parameter, public :: bounds_step = 6     !! *STEP and *END STEP
+  integer, parameter, public :: anywhere = 7        !! also between keyword and data lines
+
+  !> What the NAME option of a keyword names: the table of names that it is entered into.
+  integer, parameter, public :: names_nothing = 0, names_material = 1, names_curve = 2
+  integer, parameter, public :: names_patch = 3, names_tool = 4, names_set = 5, names_point = 6
+
   !> An option of a keyword line or a field of a data line.
-  type :: field_spec_t
-    character(20) :: name = ""
-    character(20) :: alias = ""      !! another name of an option, "": none
+  type :: value_spec_t
+    character(:), allocatable :: name
+    character(:), allocatable :: alias     !! another name of an option, "": none
     integer :: kind = kind_real
     logical :: is_required = .true.
-    character(16) :: default = ""    !! value where the deck gives none, as it would write it
-    character(24) :: unit = ""
-    character(24) :: range = ""      !! such as `> 0` or `>= 1 and <= 5`
-    character(120) :: choices = ""    !! words separated by |
-    character(300) :: text = ""      !! meaning
-  end type field_spec_t
+    character(:), allocatable :: default   !! value if the deck gives none, as a deck writes it
+    character(:), allocatable :: unit
+    character(:), allocatable :: range     !! such as `> 0` or `>= 1 and <= 5`
+    character(:), allocatable :: choices   !! words separated by |
+    character(:), allocatable :: text      !! meaning
+  end type value_spec_t
 
   !> Data lines of one form; the lines of a keyword follow each other in the order of the table.
   type :: line_spec_t
-    character(80) :: when = ""       !! values of TYPE or HARDENING, by |; "": always
-    integer :: n_min = 1, n_max = 1  !! how many lines of this form
-    logical :: is_repeated = .false. !! the last field may come any number of times
-    logical :: is_joinable = .false. !! may stand at the end of the line before, which is one line
-    character(300) :: text = ""      !! meaning
-    integer :: n_fields = 0
-    type(field_spec_t), allocatable :: fields(:)
+    character(:), allocatable :: when    !! values of TYPE or HARDENING, by |; "": always
+    integer :: n_min = 1, n_max = 1      !! how many lines of this form
+    logical :: is_repeated = .false.     !! the last field may be repeated any number of times
+    logical :: is_joinable = .false.     !! may follow at the end of the line before
+    character(:), allocatable :: text    !! meaning
+    type(value_spec_t), allocatable :: fields(:)
   end type line_spec_t
 
-  !> One keyword.
+  !> One keyword, as checks and manual need it.
   type :: keyword_spec_t
-    character(20) :: name = ""
-    character(20) :: parent = ""     !! keyword that it must follow, "": none
-    logical :: is_unique = .false.   !! may stand only once in a deck
-    character(800) :: text = ""      !! meaning
-    integer :: n_options = 0, n_lines = 0
-    type(field_spec_t), allocatable :: options(:)
+    character(:), allocatable :: name    !! upper case, without the star
+    character(:), allocatable :: alias   !! another name of the keyword, "": none
+    character(:), allocatable :: parent  !! keyword that it must follow, "": none
+    character(:), allocatable :: text    !! meaning
+    logical :: is_unique = .false.       !! once in a deck, or in a step
+    logical :: is_required = .false.     !! every deck must have it
+    logical :: is_in_digest = .true.     !! a restart needs it unchanged
+    integer :: place = before_steps      !! where it may appear, such as `in_any_step`
+    integer :: names = names_nothing     !! what its NAME names, such as `names_tool`
+    type(value_spec_t), allocatable :: options(:)
     type(line_spec_t), allocatable :: lines(:)
     type(string_t), allocatable :: example(:)
   end type keyword_spec_t
 
-  !> All keywords: the first `n_keywords` of `items`, which grow by doubling.
-  type :: keyword_table_t
-    integer :: n_keywords = 0
-    type(keyword_spec_t), allocatable :: items(:)
-  end type keyword_table_t
-
 contains
 
-  !> Begin a keyword; the calls that follow add to it.
-  pure subroutine add_keyword(table, name, text, parent, is_unique)
-    type(keyword_table_t), intent(inout) :: table
-    character(*), intent(in) :: name, text
-    character(*), intent(in), optional :: parent
-    logical, intent(in), optional :: is_unique
-    type(keyword_spec_t), allocatable :: longer(:)
+  !> Index of an option by its name, 0 if the keyword has none of that name.
+  pure integer function option_index(keyword, name) result(i)
+    class(keyword_spec_t), intent(in) :: keyword
+    character(*), intent(in) :: name
 
-    if (.not. allocated(table%items)) allocate (table%items(64))
-    if (table%n_keywords == size(table%items)) then
-      allocate (longer(2*table%n_keywords))
-      longer(:table%n_keywords) = table%items
-      call move_alloc(longer, table%items)
-    end if
-    table%n_keywords = table%n_keywords + 1
-    associate (keyword => table%items(table%n_keywords))
-      keyword%name = name
-      keyword%text = text
-      if (present(parent)) keyword%parent = parent
-      if (present(is_unique)) keyword%is_unique = is_unique
-      allocate (keyword%example(0), keyword%options(0), keyword%lines(0))
-    end associate
-  end subroutine add_keyword
+    do i = size(keyword%options), 1, -1
+      if (keyword%options(i)%name == name) exit
+    end do
+  end function option_index
 
-  !> Add an option; without a default it must be given unless `is_required` is false.
-  pure subroutine add_option(table, name, kind, text, default, unit, range, choices, is_required)
-    type(keyword_table_t), intent(inout) :: table
-    character(*), intent(in) :: name, text
-    integer, intent(in) :: kind
-    character(*), intent(in), optional :: default, unit, range, choices
-    logical, intent(in), optional :: is_required
-
-    associate (keyword => table%items(table%n_keywords))
-      call append_field(keyword%options, new_field(name, kind, text, default, unit, range, &
-                                                   choices, is_required))
-      keyword%n_options = size(keyword%options)
-    end associate
-  end subroutine add_option
-
-  !> Another name for the option added last.
-  pure subroutine add_alias(table, alias)
-    type(keyword_table_t), intent(inout) :: table
-    character(*), intent(in) :: alias
-
-    associate (keyword => table%items(table%n_keywords))
-      keyword%options(keyword%n_options)%alias = alias
-    end associate
-  end subroutine add_alias
-
-  !> Begin data lines of one form; one line unless said otherwise.
-  pure subroutine add_line(table, text, when, n_min, n_max, is_repeated, is_joinable)
-    type(keyword_table_t), intent(inout) :: table
-    character(*), intent(in) :: text
-    character(*), intent(in), optional :: when
-    integer, intent(in), optional :: n_min, n_max
-    logical, intent(in), optional :: is_repeated, is_joinable
-    type(line_spec_t) :: line
-    type(line_spec_t), allocatable :: longer(:)
-
-    allocate (line%fields(0))
-    line%text = text
-    if (present(when)) line%when = when
-    if (present(n_min)) line%n_min = n_min
-    if (present(n_max)) line%n_max = n_max
-    if (present(is_repeated)) line%is_repeated = is_repeated
-    if (present(is_joinable)) line%is_joinable = is_joinable
-    associate (keyword => table%items(table%n_keywords))
-      keyword%n_lines = keyword%n_lines + 1
-      allocate (longer(keyword%n_lines))
-      longer(:keyword%n_lines - 1) = keyword%lines
-      longer(keyword%n_lines) = line
-      call move_alloc(longer, keyword%lines)
-    end associate
-  end subroutine add_line
-
-  !> Add a field to the data line begun last.
-  pure subroutine add_field(table, name, kind, text, default, unit, range, choices, is_required)
-    type(keyword_table_t), intent(inout) :: table
-    character(*), intent(in) :: name, text
-    integer, intent(in) :: kind
-    character(*), intent(in), optional :: default, unit, range, choices
-    logical, intent(in), optional :: is_required
-
-    associate (keyword => table%items(table%n_keywords))
-      associate (line => keyword%lines(keyword%n_lines))
-        call append_field(line%fields, new_field(name, kind, text, default, unit, range, &
-                                                 choices, is_required))
-        line%n_fields = size(line%fields)
-      end associate
-    end associate
-  end subroutine add_field
-
-  pure subroutine append_field(fields, field)
-    type(field_spec_t), allocatable, intent(inout) :: fields(:)
-    type(field_spec_t), intent(in) :: field
-    type(field_spec_t), allocatable :: longer(:)
-
-    allocate (longer(size(fields) + 1))
-    longer(:size(fields)) = fields
-    longer(size(longer)) = field
-    call move_alloc(longer, fields)
-  end subroutine append_field
-
-  !> Add a line to the example of the keyword.
-  pure subroutine add_example(table, line)
-    type(keyword_table_t), intent(inout) :: table
-    character(*), intent(in) :: line
-    type(string_t) :: added   ! gfortran 12 leaks a structure constructor in an array constructor
-
-    added%value = line
-    associate (keyword => table%items(table%n_keywords))
-      keyword%example = [keyword%example, added]
-    end associate
-  end subroutine add_example
-
-  !> Does the value of this option decide which data lines there are?
+  !> Does the value of this option decide which data lines follow?
   pure logical function selects_lines(option)
-    type(field_spec_t), intent(in) :: option
+    type(value_spec_t), intent(in) :: option
 
     selects_lines = option%name == "TYPE" .or. option%name == "HARDENING"
   end function selects_lines
 
-  !> May the line be missing, because all that it would say has a default?
+  !> Is the line optional, because every field of it has a default?
   pure logical function may_be_left_out(line)
     type(line_spec_t), intent(in) :: line
+    integer :: i
 
-    may_be_left_out = line%n_max == 1 .and. line%n_fields > 0
-    if (may_be_left_out) may_be_left_out = all(line%fields(:line%n_fields)%default /= "")
+    may_be_left_out = line%n_max == 1 .and. size(line%fields) > 0
+    do i = 1, size(line%fields)
+      may_be_left_out = may_be_left_out .and. line%fields(i)%default /= ""
+    end do
   end function may_be_left_out
 
-  pure function new_field(name, kind, text, default, unit, range, choices, is_required) &
-      result(field)
-    character(*), intent(in) :: name, text
-    integer, intent(in) :: kind
-    character(*), intent(in), optional :: default, unit, range, choices
-    logical, intent(in), optional :: is_required
-    type(field_spec_t) :: field
+  !> Take the value of a field; what is wrong with it comes back in `found` and `expected`.
+  pure subroutine check_field(spec, given, number, word, found, expected)
+    type(value_spec_t), intent(in) :: spec
+    character(*), intent(in) :: given
+    real(wp), intent(out) :: number                          !! of a number field, else 0
+    character(:), allocatable, intent(inout) :: word         !! set for all other fields
+    character(:), allocatable, intent(inout) :: found, expected   !! set if there is an error
+    real(wp), parameter :: longest = 1.0e50_wp   ! its sixth power, a squared volume, is a number
+    integer :: whole
+    logical :: is_good
 
-    field%name = name
-    field%kind = kind
-    field%text = text
-    field%is_required = kind /= kind_flag .and. .not. present(default)
-    if (present(default)) field%default = default
-    if (present(unit)) field%unit = unit
-    if (present(range)) field%range = range
-    if (present(choices)) field%choices = choices
-    if (present(is_required)) field%is_required = is_required
-  end function new_field
+    number = 0.0_wp
+    is_good = .true.
+    select case (spec%kind)
+    case (kind_real)
+      call read_real(given, number, is_good)
+    case (kind_integer)
+      call read_integer(given, whole, is_good)
+      number = whole
+    case (kind_choice)
+      word = squeezed(upper_case(given))
+      is_good = is_among(word, choice_list(spec))
+    case default
+      word = given
+    end select
+    if (is_good .and. (spec%kind == kind_real .or. spec%kind == kind_integer)) then
+      is_good = is_within(number, trim(spec%range))
+    end if
+    if (is_good .and. .not. (spec%unit == "length" .and. abs(number) > longest)) return
+    found = "`"//given//"` for "//trim(spec%name)
+    expected = expectation(spec)
+    if (is_good) expected = "a length below 1e50"
+    if (spec%kind == kind_choice) expected = expected//did_you_mean(given, choice_list(spec))
+  end subroutine check_field
+
+  !> What a field may hold, such as `a number > 0`.
+  pure function expectation(spec) result(expected)
+    type(value_spec_t), intent(in) :: spec
+    character(:), allocatable :: expected
+    type(string_t), allocatable :: words(:)
+    integer :: i
+
+    select case (spec%kind)
+    case (kind_real)
+      expected = trim("a number "//spec%range)
+    case (kind_integer)
+      expected = trim("a whole number "//spec%range)
+    case (kind_choice)
+      words = choice_list(spec)
+      expected = words(1)%value
+      do i = 2, size(words) - 1
+        expected = expected//", "//words(i)%value
+      end do
+      if (size(words) > 1) expected = expected//" or "//words(size(words))%value
+    case default
+      expected = "a name"
+    end select
+  end function expectation
+
+  !> The words that a choice allows.
+  pure function choice_list(spec) result(words)
+    type(value_spec_t), intent(in) :: spec
+    type(string_t), allocatable :: words(:)
+    character(:), allocatable :: rest
+    integer :: i, bar
+
+    rest = trim(spec%choices)//"|"
+    allocate (words(count([(rest(i:i) == "|", i=1, len(rest))])))
+    do i = 1, size(words)
+      bar = index(rest, "|")
+      words(i)%value = rest(:bar - 1)
+      rest = rest(bar + 1:)
+    end do
+  end function choice_list
+
+  !> `, did you mean NAME?` for the nearest of the names, empty where none is near.
+  pure function did_you_mean(given, names) result(hint)
+    character(*), intent(in) :: given
+    type(string_t), intent(in) :: names(:)
+    character(:), allocatable :: hint
+
+    hint = nearest_name(given, names)
+    if (hint /= "") hint = ", did you mean "//hint//"?"
+  end function did_you_mean
+
+  pure logical function is_among(word, words)
+    character(*), intent(in) :: word
+    type(string_t), intent(in) :: words(:)
+    integer :: i
+
+    is_among = .false.
+    do i = 1, size(words)
+      is_among = is_among .or. words(i)%value == word
+    end do
+  end function is_among
+
+  !> Is the number in a range such as `> 0`, or `> -1 and < 0.5`? An empty range holds all numbers.
+  pure recursive function is_within(number, range) result(is_inside)
+    real(wp), intent(in) :: number
+    character(*), intent(in) :: range
+    logical :: is_inside
+    real(wp) :: bound
+    integer :: both, blank
+
+    is_inside = range == ""
+    if (is_inside) return
+    both = index(range, " and ")
+    if (both > 0) then
+      is_inside = is_within(number, range(:both - 1))
+      if (is_inside) is_inside = is_within(number, range(both + 5:))
+      return
+    end if
+    blank = index(range, " ")
+    call read_real(range(blank + 1:), bound, is_inside)
+    select case (range(:blank - 1))
+    case (">"); is_inside = number > bound
+    case (">="); is_inside = number >= bound
+    case ("<"); is_inside = number < bound
+    case ("<="); is_inside = number <= bound
+    end select
+  end function is_within
+
+  !> Such as `3 data lines of axis, from, to`.
+  pure function wanted(line) result(expected)
+    type(line_spec_t), intent(in) :: line
+    character(:), allocatable :: expected
+
+    expected = lines_in_words(line%n_min)//" of "//field_names(line)
+    if (line%n_max == any_number) expected = "at least "//expected
+    if (line%is_joinable) expected = expected//", or these at the end of the line before"
+  end function wanted
+
+  !> Such as `1 data line`.
+  pure function lines_in_words(n) result(words)
+    integer, intent(in) :: n
+    character(:), allocatable :: words
+
+    words = to_text(n)//" data line"
+    if (n /= 1) words = words//"s"
+  end function lines_in_words
+
+  !> Names of the fields of a form, separated by commas.
+  pure function field_names(line) result(names)
+    type(line_spec_t), intent(in) :: line
+    character(:), allocatable :: names
+    integer :: i
+
+    names = trim(line%fields(1)%name)
+    do i = 2, size(line%fields)
+      names = names//", "//trim(line%fields(i)%name)
+    end do
+  end function field_names
 
 end module keyword_spec

@@ -3,21 +3,42 @@ module lexer
   use kinds, only: wp
   use failure, only: error_t
   use input_errors, only: origin_t, new_origin, error_list_t, add_error
-  use text, only: string_t, upper_case, to_text
+  use text, only: string_t, upper_case, to_text, squeezed
   use checksum, only: contents_checksum
   use source_file, only: read_source, read_plain_source, next_line, path_beside
-  use line_list, only: line_list_t, append_line, append_text
-  use field_split, only: field_text
-  use parameter_table, only: parameter_table_t, parameter_t, find_parameter, define_parameter, &
-                             nearest_parameter
-  use expression, only: evaluate, substitute
-  use keyword_line, only: block_t, option_t, option_place, read_options
-  use deck_limits, only: most_levels, most_files, most_lines, most_characters, longest_line, &
-                         longest_name
+  use expression, only: parameter_table_t, parameter_t, find_parameter, define_parameter, &
+                        nearest_parameter, evaluate, substitute
+  use data_lines, only: line_list_t, append_line, append_text, split_fields, field_text
   implicit none
   private
 
   public :: lexed_deck_t, block_t, option_t, lex_deck, option_place
+
+  ! How much a deck may hold. Beyond it reading stops with an error.
+  integer, parameter :: most_levels = 20            !! files within each other
+  integer, parameter :: most_files = 1000           !! opened in all, each time counting
+  integer, parameter :: most_lines = 10000000       !! of all files
+  !> Characters of all files, and of all data lines with their parameters replaced.
+  integer, parameter :: most_characters = 2**27
+  !> Of a line with those that continue it and its parameters replaced.
+  integer, parameter :: longest_line = 500000
+  integer, parameter :: most_options = 1000         !! of a keyword
+  integer, parameter :: longest_name = 255          !! of what a deck gives a name to
+
+  !> One `NAME=value` of a keyword line, or a lone `NAME`.
+  type :: option_t
+    character(:), allocatable :: name    !! upper case, single blanks
+    character(:), allocatable :: value   !! as written, without quotes
+    logical :: has_value = .false.
+  end type option_t
+
+  !> A keyword line and the data lines `first` to `last` that belong to it.
+  type :: block_t
+    character(:), allocatable :: keyword       !! upper case, single blanks, without the star
+    type(option_t), allocatable :: options(:)
+    integer :: file = 0, line = 0              !! place of the keyword line
+    integer :: first = 1, last = 0
+  end type block_t
 
   !> A deck with all its includes; lists are longer than their `n_` says.
   type :: lexed_deck_t
@@ -489,5 +510,73 @@ contains
               .and. verify(upper_case(name), letters//"0123456789") == 0
     if (is_name) is_name = verify(upper_case(name(1:1)), letters) == 0
   end function is_name
+
+  !> Keyword and options of a whole keyword line; underscores count as blanks in the keyword.
+  subroutine read_options(line, file, block, errors)
+    character(*), intent(in) :: line, file       !! and the file that it stands in
+    type(block_t), intent(inout) :: block
+    type(error_list_t), intent(inout) :: errors
+    integer, allocatable :: first(:), last(:)
+    character(:), allocatable :: closed, option, name
+    type(origin_t) :: origin
+    logical :: is_open
+    integer :: i, equals, n
+
+    is_open = mod(count([(line(i:i) == '"', i=1, len(line))]), 2) == 1
+    closed = line(2:)//","
+    if (is_open) closed = line(2:)//""","
+    call split_fields(closed, first, last)
+    block%keyword = closed(first(1):last(1))
+    do i = 1, len(block%keyword)
+      if (block%keyword(i:i) == "_") block%keyword(i:i) = " "
+    end do
+    block%keyword = squeezed(upper_case(block%keyword))
+    origin = new_origin(file, block%line, "*"//block%keyword)
+    n = min(size(first) - 1, most_options)
+    if (n < size(first) - 1) call add_error(errors, origin, to_text(size(first) - 1)// &
+                                            " options", "at most "//to_text(most_options))
+    allocate (block%options(n))
+    do i = 1, n
+      option = closed(first(i + 1):last(i + 1))
+      equals = index(option//"=", "=")
+      name = squeezed(upper_case(option(:equals - 1)))
+      if (option_place_before(block, name, i) > 0) then
+        call add_error(errors, origin, "the option "//name//" twice", "each option once")
+      end if
+      block%options(i)%name = name
+      block%options(i)%has_value = equals <= len(option)
+      option = adjustl(option(min(equals, len(option)) + 1:))
+      block%options(i)%value = field_text(option, 1, len(option))
+      if (name == "NAME" .and. len(block%options(i)%value) > longest_name) &
+        call add_error(errors, origin, "a name of "// &
+                       to_text(len(block%options(i)%value))//" characters: "// &
+                       block%options(i)%value, "at most "//to_text(longest_name))
+    end do
+    if (is_open) call add_error(errors, origin, "a quote that is not closed", "quotes in pairs")
+  end subroutine read_options
+
+  pure integer function option_place_before(block, name, i)
+    type(block_t), intent(in) :: block
+    character(*), intent(in) :: name
+    integer, intent(in) :: i
+    integer :: j
+
+    option_place_before = 0
+    do j = 1, i - 1
+      if (block%options(j)%name == name) option_place_before = j
+    end do
+  end function option_place_before
+
+  !> Place of the last option of that name, 0 if the keyword line has none.
+  pure integer function option_place(block, name)
+    type(block_t), intent(in) :: block
+    character(*), intent(in) :: name
+    integer :: i
+
+    option_place = 0
+    do i = 1, size(block%options)
+      if (block%options(i)%name == name) option_place = i
+    end do
+  end function option_place
 
 end module lexer

@@ -12,7 +12,7 @@ module offset_reader
   use tool_search, only: search_all_faces
   use closest_point, only: hit_t
   use scene, only: scene_t, tool_spec_t
-  use deck_names, only: deck_names_t, resolve
+  use deck_context, only: deck_names_t, resolve
   use deck_records, only: record_t, parsed_deck_t, option_text, is_option_given, field_real
   implicit none
   private

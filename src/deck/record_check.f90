@@ -3,15 +3,12 @@ module record_check
   use kinds, only: wp
   use input_errors, only: origin_t, new_origin, error_list_t, add_error, add_warning
   use text, only: string_t, to_text, squeezed
-  use keyword_spec, only: keyword_table_t, keyword_spec_t, line_spec_t, field_spec_t, kind_flag, &
-                          kind_words, selects_lines, may_be_left_out
-  use keyword_table, only: new_keyword_table
-  use form_words, only: wanted, lines_in_words, field_names
+  use keyword_spec, only: keyword_spec_t, line_spec_t, value_spec_t, kind_flag, kind_words, &
+                          anywhere, option_index, selects_lines, may_be_left_out, check_field, &
+                          expectation, did_you_mean, wanted, lines_in_words, field_names
   use lexer, only: lexed_deck_t, block_t, option_place
-  use line_list, only: line_text
   use foreign_keywords, only: foreign_note, counterpart, lost_option
-  use field_split, only: split_fields, field_text
-  use field_check, only: check_field, expectation, did_you_mean
+  use data_lines, only: line_text, split_fields, field_text
   use deck_steps, only: number_steps, n_deck_steps
   use deck_records, only: record_t, parsed_deck_t, find_records, line_origin, line_place
   implicit none
@@ -23,10 +20,10 @@ module record_check
 
 contains
 
-  !> Check all blocks of a deck; the deck moves from `lexed` into `deck`.
+  !> Check all blocks of a deck against `deck%keywords`; the deck moves from `lexed` into `deck`.
   subroutine check_records(lexed, deck, errors)
     type(lexed_deck_t), intent(inout) :: lexed   !! empty afterwards
-    type(parsed_deck_t), intent(out) :: deck
+    type(parsed_deck_t), intent(inout) :: deck   !! on entry its keywords
     type(error_list_t), intent(inout) :: errors
     integer :: i, owner, n_before
 
@@ -38,7 +35,6 @@ contains
     deck%lexed%n_characters = lexed%n_characters
     deck%lexed%end_line = lexed%end_line
     deck%lexed%lines = lexed%lines
-    call new_keyword_table(deck%table)
     allocate (deck%records(deck%lexed%n_blocks))
     owner = 0
     do i = 1, size(deck%records)
@@ -46,11 +42,11 @@ contains
         record%origin = new_origin(deck%lexed%files(block%file)%value, block%line, &
                                  "*"//block%keyword)
         n_before = errors%n_items
-        call find_keyword(block, deck%table, record, errors)
+        call find_keyword(block, deck%keywords, record, errors)
         if (record%spec > 0) then
-          call rename_options(deck%table%items(record%spec), record%origin, block, errors)
+          call rename_options(deck%keywords(record%spec), record%origin, block, errors)
           call find_owner(deck, i, owner, errors)
-          call check_options(block, deck%table%items(record%spec), record, errors)
+          call check_options(block, deck%keywords(record%spec), record, errors)
         end if
       end associate
       if (is_unnamed_table(deck, i)) then
@@ -66,16 +62,24 @@ contains
     call check_uniqueness(deck, errors)
   end subroutine check_records
 
-  pure subroutine find_keyword(block, table, record, errors)
-    type(block_t), intent(in) :: block
-    type(keyword_table_t), intent(in) :: table
+  !> The entry of a keyword. One that goes by its alias gets its name; messages keep what the deck
+  !! says.
+  pure subroutine find_keyword(block, keywords, record, errors)
+    type(block_t), intent(inout) :: block
+    type(keyword_spec_t), intent(in) :: keywords(:)
     type(record_t), intent(inout) :: record
     type(error_list_t), intent(inout) :: errors
-    type(string_t) :: names(table%n_keywords)
+    type(string_t) :: names(size(keywords))
     integer :: i
 
-    do i = 1, table%n_keywords
-      if (table%items(i)%name == block%keyword) record%spec = i
+    do i = 1, size(keywords)
+      if (keywords(i)%name == block%keyword) record%spec = i
+    end do
+    do i = 1, size(keywords)
+      if (record%spec > 0 .or. keywords(i)%alias == "") cycle
+      if (keywords(i)%alias /= block%keyword) cycle
+      record%spec = i
+      block%keyword = keywords(i)%name
     end do
     if (foreign_note(block) /= "") then
       record%spec = 0
@@ -94,8 +98,8 @@ contains
       call add_error(errors, record%origin, "an unknown keyword", counterpart(block%keyword))
       return
     end if
-    do i = 1, table%n_keywords
-      names(i)%value = "*"//trim(table%items(i)%name)
+    do i = 1, size(names)
+      names(i)%value = "*"//keywords(i)%name
     end do
     call add_error(errors, record%origin, "an unknown keyword", &
                    "a keyword of input/KEYWORDS.md"//did_you_mean("*"//block%keyword, names))
@@ -109,15 +113,15 @@ contains
     type(error_list_t), intent(inout) :: errors
     integer :: i, place
 
-    do i = 1, spec%n_options
+    do i = 1, size(spec%options)
       if (spec%options(i)%alias == "") cycle
-      place = option_place(block, trim(spec%options(i)%alias))
+      place = option_place(block, spec%options(i)%alias)
       if (place == 0) cycle
-      if (option_place(block, trim(spec%options(i)%name)) > 0) then
-        call add_error(errors, origin, "both "//trim(spec%options(i)%name)//" and "// &
-                       trim(spec%options(i)%alias), "the option once")
+      if (option_place(block, spec%options(i)%name) > 0) then
+        call add_error(errors, origin, "both "//spec%options(i)%name//" and "// &
+                       spec%options(i)%alias, "the option once")
       end if
-      block%options(place)%name = trim(spec%options(i)%name)
+      block%options(place)%name = spec%options(i)%name
     end do
   end subroutine rename_options
 
@@ -130,9 +134,9 @@ contains
     logical :: is_there
 
     associate (record => deck%records(i))
-      associate (spec => deck%table%items(record%spec))
+      associate (spec => deck%keywords(record%spec))
         if (spec%parent == "") then
-          if (.not. any(spec%name == [character(9) :: "INCLUDE", "PARAMETER", "END"])) owner = i
+          if (spec%place /= anywhere) owner = i
           return
         end if
         is_there = owner > 0
@@ -140,8 +144,8 @@ contains
         if (is_there) then
           record%parent = owner
         else
-          call add_error(errors, record%origin, "no *"//trim(spec%parent)//" that it belongs to", &
-                         "a place right behind *"//trim(spec%parent))
+          call add_error(errors, record%origin, "no *"//spec%parent//" that it belongs to", &
+                         "a place right behind *"//spec%parent)
         end if
       end associate
     end associate
@@ -152,18 +156,18 @@ contains
     type(keyword_spec_t), intent(in) :: spec
     type(record_t), intent(inout) :: record
     type(error_list_t), intent(inout) :: errors
-    type(string_t) :: names(spec%n_options)
+    type(string_t) :: names(size(spec%options))
     integer :: i
 
-    allocate (record%options(spec%n_options), record%is_given(spec%n_options))
-    do i = 1, spec%n_options
-      names(i)%value = trim(spec%options(i)%name)
+    allocate (record%options(size(spec%options)), record%is_given(size(spec%options)))
+    do i = 1, size(spec%options)
+      names(i)%value = spec%options(i)%name
       call check_option(block, spec%options(i), record%origin, record%options(i)%value, &
                         record%is_given(i), errors)
     end do
     do i = 1, size(block%options)
       associate (name => block%options(i)%name)
-        if (any(spec%options(:spec%n_options)%name == name)) then
+        if (option_index(spec, name) > 0) then
           cycle
         else if (is_list_entry(block, i)) then
           if (is_list_entry(block, i - 1)) cycle
@@ -218,7 +222,7 @@ contains
 
   subroutine check_option(block, spec, origin, value, is_given, errors)
     type(block_t), intent(in) :: block
-    type(field_spec_t), intent(in) :: spec
+    type(value_spec_t), intent(in) :: spec
     type(origin_t), intent(in) :: origin
     character(:), allocatable, intent(out) :: value
     logical, intent(out) :: is_given   !! by the deck or by default
@@ -227,25 +231,25 @@ contains
     real(wp) :: number
     integer :: place
 
-    place = option_place(block, trim(spec%name))
-    value = trim(spec%default)
+    place = option_place(block, spec%name)
+    value = spec%default
     is_given = place > 0 .or. value /= ""
     if (place == 0) then
-      if (spec%is_required) call add_error(errors, origin, "no option "//trim(spec%name), &
-                                           trim(spec%name)//"="//expectation(spec))
+      if (spec%is_required) call add_error(errors, origin, "no option "//spec%name, &
+                                           spec%name//"="//expectation(spec))
     else if (block%options(place)%has_value .eqv. spec%kind == kind_flag) then
-      if (spec%kind == kind_flag) expected = trim(spec%name)//" alone"
-      if (spec%kind /= kind_flag) expected = trim(spec%name)//"="//expectation(spec)
-      found = trim(spec%name)//" with a value"
-      if (spec%kind /= kind_flag) found = trim(spec%name)//" without a value"
+      if (spec%kind == kind_flag) expected = spec%name//" alone"
+      if (spec%kind /= kind_flag) expected = spec%name//"="//expectation(spec)
+      found = spec%name//" with a value"
+      if (spec%kind /= kind_flag) found = spec%name//" without a value"
       call add_error(errors, origin, found, expected)
     else
       value = block%options(place)%value
       call check_field(spec, squeezed(value), number, value, found, expected)
       if (allocated(found)) call add_error(errors, origin, found, expected)
       if (value == "" .and. spec%kind /= kind_flag .and. .not. allocated(found)) then
-        call add_error(errors, origin, trim(spec%name)//" without a value", &
-                       trim(spec%name)//"="//expectation(spec))
+        call add_error(errors, origin, spec%name//" without a value", &
+                       spec%name//"="//expectation(spec))
       end if
     end if
   end subroutine check_option
@@ -258,11 +262,11 @@ contains
 
     has_known_type = deck%records(i)%spec > 0
     if (.not. has_known_type) return
-    associate (spec => deck%table%items(deck%records(i)%spec), record => deck%records(i))
-      do place = 1, spec%n_options
+    associate (spec => deck%keywords(deck%records(i)%spec), record => deck%records(i))
+      do place = 1, size(spec%options)
         if (.not. selects_lines(spec%options(place))) cycle
         if (.not. (record%is_given(place) .or. spec%options(place)%is_required)) cycle
-        has_known_type = index("|"//trim(spec%options(place)%choices)//"|", &
+        has_known_type = index("|"//spec%options(place)%choices//"|", &
                                "|"//record%options(place)%value//"|") > 0
       end do
     end associate
@@ -291,10 +295,10 @@ contains
     type(error_list_t), intent(inout) :: errors
     integer :: form, done, n_taken, n_of_form, line, n_before
 
-    associate (spec => deck%table%items(deck%records(i)%spec), record => deck%records(i))
+    associate (spec => deck%keywords(deck%records(i)%spec), record => deck%records(i))
       record%first_line = deck%lexed%blocks(i)%first
       record%n_lines = deck%lexed%blocks(i)%last - record%first_line + 1
-      do form = 1, spec%n_lines
+      do form = 1, size(spec%lines)
         if (record%n_lines > 0 .or. .not. is_asked_for(record, spec, spec%lines(form))) cycle
         if (may_be_left_out(spec%lines(form))) record%n_lines = 1   ! an empty one in its place
       end do
@@ -305,7 +309,7 @@ contains
       record%first(1) = 1
       n_before = errors%n_items
       done = 0
-      do form = 1, spec%n_lines
+      do form = 1, size(spec%lines)
         if (.not. is_asked_for(record, spec, spec%lines(form))) cycle
         n_taken = min(record%n_lines - done, spec%lines(form)%n_max)
         n_of_form = done + n_taken
@@ -317,7 +321,7 @@ contains
           call check_line(deck, i, line, spec%lines(form), errors)
         end do
         done = n_of_form
-        if (n_taken < spec%lines(form)%n_min .and. spec%name /= "PARAMETER") then
+        if (n_taken < spec%lines(form)%n_min .and. spec%place /= anywhere) then
           call add_error(errors, record%origin, lines_in_words(n_taken), &
                          wanted(spec%lines(form)))
           return
@@ -342,7 +346,7 @@ contains
 
     line = 0
     n_before = huge(n_before)   ! no line before the first whose end could stand for it
-    do form = 1, spec%n_lines
+    do form = 1, size(spec%lines)
       if (.not. is_asked_for(record, spec, spec%lines(form))) cycle
       if (spec%lines(form)%is_joinable) then
         call split_fields(line_text(deck%lexed%lines, line_place(record, line)), first, last)
@@ -354,7 +358,7 @@ contains
       end if
       line = line + 1
       if (line > record%n_lines) exit
-      n_before = spec%lines(form)%n_fields
+      n_before = size(spec%lines(form)%fields)
     end do
   end subroutine find_joined
 
@@ -366,10 +370,10 @@ contains
     integer :: place
 
     is_asked_for = line%when == ""
-    do place = 1, spec%n_options
+    do place = 1, size(spec%options)
       if (.not. selects_lines(spec%options(place))) cycle
       if (record%is_given(place) .and. .not. is_asked_for) then
-        is_asked_for = index("|"//trim(line%when)//"|", &
+        is_asked_for = index("|"//line%when//"|", &
                              "|"//record%options(place)%value//"|") > 0
       end if
     end do
@@ -392,21 +396,21 @@ contains
       last = [len(given)]
     else
       call split_fields(given, first, last)
-      call take_part(deck%records(i), line, form%n_fields, first, last)
+      call take_part(deck%records(i), line, size(form%fields), first, last)
     end if
     n = size(first)
-    if (n > form%n_fields .and. .not. form%is_repeated) then
+    if (n > size(form%fields) .and. .not. form%is_repeated) then
       call add_error(errors, line_origin(deck, deck%records(i), line), to_text(n)//" fields", &
-                     to_text(form%n_fields)//" fields: "//field_names(form))
-      n = form%n_fields
+                     to_text(size(form%fields))//" fields: "//field_names(form))
+      n = size(form%fields)
     end if
     place = deck%records(i)%first(line)
-    deck%records(i)%first(line + 1) = place + max(n, form%n_fields)
+    deck%records(i)%first(line + 1) = place + max(n, size(form%fields))
     call make_room(deck%records(i), deck%records(i)%first(line + 1) - 1)
-    do j = 1, max(n, form%n_fields)
+    do j = 1, max(n, size(form%fields))
       field = ""
       if (j <= n) field = field_text(given, first(j), last(j))
-      call take_field(deck, i, line, form%fields(min(j, form%n_fields)), place + j - 1, field, &
+      call take_field(deck, i, line, form%fields(min(j, size(form%fields))), place + j - 1, field, &
                       errors)
     end do
   end subroutine check_line
@@ -432,7 +436,7 @@ contains
   subroutine take_field(deck, i, line, spec, place, given, errors)
     type(parsed_deck_t), intent(inout) :: deck
     integer, intent(in) :: i, line, place
-    type(field_spec_t), intent(in) :: spec
+    type(value_spec_t), intent(in) :: spec
     character(*), intent(in) :: given
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: found, expected
@@ -443,10 +447,10 @@ contains
         call check_field(spec, given, record%numbers(place), record%words(place)%value, found, &
                          expected)
       else if (spec%default /= "") then
-        call check_field(spec, trim(spec%default), record%numbers(place), &
+        call check_field(spec, spec%default, record%numbers(place), &
                          record%words(place)%value, found, expected)
       else if (spec%is_required) then
-        found = "no "//trim(spec%name)
+        found = "no "//spec%name
         expected = expectation(spec)
       end if
       if (allocated(found)) then
@@ -485,13 +489,13 @@ contains
     integer, allocatable :: found(:)
     integer :: i, j
 
-    do i = 1, deck%table%n_keywords
-      if (.not. deck%table%items(i)%is_unique) cycle
-      found = find_records(deck, trim(deck%table%items(i)%name))
+    do i = 1, size(deck%keywords)
+      if (.not. deck%keywords(i)%is_unique) cycle
+      found = find_records(deck, deck%keywords(i)%name)
       do j = 2, size(found)
         if (all(deck%records(found(:j - 1))%step /= deck%records(found(j))%step)) cycle
         call add_error(errors, deck%records(found(j))%origin, "the keyword a second time", &
-                       "one *"//trim(deck%table%items(i)%name)//" in the deck"// &
+                       "one *"//deck%keywords(i)%name//" in the deck"// &
                        trim(merge(", or in a step", "              ", n_deck_steps(deck) > 0)))
       end do
     end do

@@ -1,70 +1,475 @@
-!> The entries of the keyword table for steps.
+!> *STEP, *MODEL CHANGE, and what describes a step: time, damping, mass scaling, limits.
 module step_keywords
-  use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                          add_example, kind_name, kind_real, kind_choice, kind_flag, kind_words
+  use kinds, only: wp
+  use input_errors, only: origin_t, error_list_t, add_error
+  use text, only: upper_case, squeezed, to_text
+  use name_table, only: name_table_t, insert
+  use scene, only: scene_t, contact_spec_t, bead_spec_t, motion_spec_t, step_spec_t, &
+                   output_spec_t, later_step_t
+  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
+                           add_example, kind_real, kind_name, kind_choice, kind_flag, kind_words, &
+                           in_first_step, in_any_step, inside_step, needs_step, bounds_step
+  use deck_records, only: parsed_deck_t, find_records, is_option_given, field_word, line_origin, &
+                          n_fields, option_text, option_real, field_real, record_t, is_filled
+  use deck_steps, only: step_of, n_deck_steps, first_in_step
+  use deck_context, only: resolve, deck_context_t
+  use output_keywords, only: read_output
   implicit none
   private
 
-  public :: add_process_keywords
+  public :: add_step_keywords
 
 contains
 
-  !> Add *STEP, *END STEP and *MODEL CHANGE.
-  pure subroutine add_process_keywords(table)
+  subroutine add_time_keywords(table)
     type(keyword_table_t), intent(inout) :: table
 
-    call add_keyword(table, "TOOL FORCE", "A force that moves a tool, such as a blank holder: "// &
-                     "the tool is free along the force and held across it. It acts until the "// &
-                     "tool gets another motion. A weight is a part of the force.")
-    call add_option(table, "TOOL", kind_name, "name of the tool")
-    call add_option(table, "AMPLITUDE", kind_name, "amplitude that scales the force", &
-                    is_required=.false.)
-    call add_option(table, "MASS", kind_real, "mass of the tool; 0: twice what its contact "// &
-                    "springs and the time step ask for, named in the log", default="0", &
-                    unit="mass", range=">= 0")
-    call add_option(table, "DAMPING", kind_real, "damping of the tool against the ground, part "// &
-                    "of the critical of its mass on all of its contact springs: it adds to "// &
-                    "the force of a tool that gives way, as DAMPING of *CONTACT PAIR does not", &
-                    default="0", range=">= 0")
-    call add_line(table, "The force.")
-    call add_field(table, "x", kind_real, "component", unit="force")
-    call add_field(table, "y", kind_real, "component", unit="force")
-    call add_field(table, "z", kind_real, "component", unit="force")
-    call add_example(table, "*TOOL FORCE, TOOL=blank holder, AMPLITUDE=soft start")
-    call add_example(table, "0, -2450, 0")
+    call add_keyword(table, "DYNAMIC", "The explicit step.", is_unique=.true., place=inside_step, &
+                     is_required=.true., read=read_steps)
+    call add_option(table, "EXPLICIT", kind_flag, "may be given; no other procedure is there")
+    call add_option(table, "SAFETY", kind_real, "fraction of the stable step; above 1, for "// &
+                    "trials, runs are unstable but where that step is too cautious; steps "// &
+                    "that deformation has made shorter may be up to 3 % longer again, to hit "// &
+                    "output times in whole steps", &
+                    default="0.8", range="> 0 and <= 2")
+    call add_option(table, "STABLE STEP", kind_choice, "from the largest frequency of the "// &
+                    "whole blank, or from that of its elements, which lies above it", &
+                    default="ASSEMBLED", choices="ASSEMBLED|ELEMENT")
+    call add_line(table, "The end time, alone or as the second field, where Abaqus has it.")
+    call add_field(table, "end time", kind_real, "end of the run", unit="time", range="> 0", &
+                   is_required=.false.)
+    call add_field(table, "end time", kind_real, "the same, if the first field is empty", &
+                   unit="time", range="> 0", is_required=.false.)
+    call add_example(table, "*DYNAMIC, EXPLICIT, SAFETY=0.8", "4.0e-3")
+
+    call add_keyword(table, "BULK VISCOSITY", "Damping of the volume change; 0, 0 leaves it out.", &
+                     is_unique=.true., place=in_first_step)
+    call add_line(table, "")
+    call add_field(table, "b1", kind_real, "linear part", default="0.06", range=">= 0")
+    call add_field(table, "b2", kind_real, "quadratic part", default="1.2", range=">= 0")
+    call add_example(table, "*BULK VISCOSITY", "0.06, 1.2")
+
+    call add_keyword(table, "ENERGY LIMIT", "Error of the energy balance that ends the run.", &
+                     is_unique=.true., place=in_any_step)
+    call add_line(table, "")
+    call add_field(table, "limit", kind_real, "fraction of the largest energy; 0: never", &
+                   range=">= 0")
+    call add_example(table, "*ENERGY LIMIT", "0.2")
+
+    call add_keyword(table, "PENETRATION LIMIT", "Depths of the blank in a tool, as fractions "// &
+                     "of its thickness, at which a pair warns and at which the run ends.", &
+                     is_unique=.true., place=in_any_step)
+    call add_line(table, "")
+    call add_field(table, "warning", kind_real, "a warning in the log, once a pair; 0: never", &
+                   default="0.1", range=">= 0")
+    call add_field(table, "limit", kind_real, "end of the run with an error; 0: never", &
+                   default="0.5", range=">= 0")
+    call add_example(table, "*PENETRATION LIMIT", "0.05, 0.2")
+  end subroutine add_time_keywords
+
+  !> Add *STEP, *END STEP, *MODEL CHANGE and all that describes a step.
+  subroutine add_step_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "STEP", "Begins a step: its *DYNAMIC, motions, supports, loads, "// &
                      "limits and output follow, up to *END STEP. A deck without *STEP is one "// &
-                     "step. Motions, supports, loads, contact, damping, limits and output "// &
-                     "hold in all later steps until they are replaced or removed; dynamic "// &
+                     "step. Motions, supports, loads, contact, damping, limits and output hold "// &
+                     "in all later steps until they are replaced or removed; dynamic "// &
                      "relaxation is for its step alone. What stands before the first *STEP "// &
-                     "holds from it on.")
+                     "holds from it on.", place=bounds_step)
     call add_option(table, "NAME", kind_name, "name in log and results", is_required=.false.)
     call add_option(table, "NLGEOM", kind_choice, "may be given", default="YES", choices="YES")
     call add_line(table, "Free text, which is passed over.", n_min=0)
     call add_field(table, "title", kind_words, "title", is_required=.false.)
-    call add_example(table, "*STEP, NAME=release")
-    call add_example(table, "*MODEL CHANGE, REMOVE")
-    call add_example(table, "punch, die")
-    call add_example(table, "*DYNAMIC, EXPLICIT")
-    call add_example(table, "0.01")
-    call add_example(table, "*END STEP")
+    call add_example(table, "*STEP, NAME=release", "*MODEL CHANGE, REMOVE", "punch, die", &
+                     "*DYNAMIC, EXPLICIT", "0.01", "*END STEP")
 
-    call add_keyword(table, "END STEP", "Ends a step.")
+    call add_keyword(table, "END STEP", "Ends a step.", place=bounds_step)
     call add_example(table, "*END STEP")
 
     call add_keyword(table, "MODEL CHANGE", "Takes tools and draw beads away from the blank at "// &
                      "the start of a step, or brings them again. A tool that is away has no "// &
                      "contact; it goes on with its *TOOL MOTION, but its *TOOL FORCE waits, "// &
                      "with the tool at rest, and begins anew when it comes. A tool that first "// &
-                     "comes later is removed in the first step.")
+                     "comes later is removed in the first step.", place=needs_step, &
+                     read=read_changes)
     call add_option(table, "REMOVE", kind_flag, "they go")
     call add_option(table, "ADD", kind_flag, "they come")
     call add_line(table, "Names of tools and draw beads.", n_max=huge(1), is_repeated=.true.)
     call add_field(table, "name", kind_name, "name of a tool, or that which one or more draw "// &
                    "beads have")
-    call add_example(table, "*MODEL CHANGE, REMOVE")
-    call add_example(table, "punch, blank holder")
-  end subroutine add_process_keywords
+    call add_example(table, "*MODEL CHANGE, REMOVE", "punch, blank holder")
+    call add_time_keywords(table)
+    call add_dynamics_keywords(table)
+  end subroutine add_step_keywords
+
+  !> Add *DAMPING, *DYNAMIC RELAXATION and *MASS SCALING.
+  subroutine add_dynamics_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "DAMPING", "Damping in proportion to the mass: a force -ALPHA m v "// &
+                     "on all of the blank. A mode of angular frequency w gets the damping "// &
+                     "ratio ALPHA/(2 w). The stable step stays.", is_unique=.true., &
+                     place=in_any_step)
+    call add_option(table, "ALPHA", kind_real, "factor", unit="1/time", range="> 0")
+    call add_example(table, "*DAMPING, ALPHA=500")
+
+    call add_keyword(table, "DYNAMIC RELAXATION", "Leads the blank to rest and ends the run "// &
+                     "there: when both residuals are small, and not before the last time in "// &
+                     "any *AMPLITUDE. The end time of *DYNAMIC is the limit; a run that "// &
+                     "reaches it first ends with an error. Apply loads with an *AMPLITUDE.", &
+                     is_unique=.true., place=in_any_step)
+    call add_option(table, "METHOD", kind_choice, "RAYLEIGH: critical damping of the frequency "// &
+                    "that the motion has in each step; KINETIC: no damping, but all motion "// &
+                    "stops when the kinetic energy has passed a maximum; between stops the "// &
+                    "blank swings freely and may yield more", default="RAYLEIGH", &
+                    choices="RAYLEIGH|KINETIC")
+    call add_option(table, "ENERGY", kind_real, "kinetic energy that counts as rest, over the "// &
+                    "largest change of the internal energy since the step began; with "// &
+                    "KINETIC the largest of the latest maxima, three at least, over half "// &
+                    "of the time since the step began at least", &
+                    default="1e-8", range="> 0")
+    call add_option(table, "FORCE", kind_real, "norm of the unbalanced force that counts as "// &
+                    "rest, over the largest norm of the internal or external forces in the step", &
+                    default="1e-3", range="> 0")
+    call add_example(table, "*DYNAMIC RELAXATION, METHOD=RAYLEIGH, ENERGY=1e-8, FORCE=1e-3")
+
+    call add_keyword(table, "MASS SCALING", "Mass that is added for a larger stable step. "// &
+                     "Weight under *GRAVITY stays that of the real mass.", is_unique=.true., &
+                     place=in_first_step)
+    call add_option(table, "THICKNESS", kind_real, "factor on the mass of motion through the "// &
+                    "thickness, which has next to no energy in a sheet: of a column of control "// &
+                    "points, the differences to their mean along the column; 1: none. "// &
+                    "Supports leave the stable step as it is", range=">= 1", &
+                    is_required=.false.)
+    call add_option(table, "STEP", kind_real, "time step that all masses are raised for, by "// &
+                    "one factor and after the other scaling; 0: none", unit="time", range=">= 0", &
+                    is_required=.false.)
+    call add_example(table, "*MASS SCALING, THICKNESS=4")
+  end subroutine add_dynamics_keywords
+
+  !> Cut contact pairs and draw beads where *MODEL CHANGE takes them away, or brings them again.
+  subroutine read_changes(deck, context, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_context_t), intent(inout) :: context
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    type(name_table_t) :: known
+    type(origin_t) :: origin
+    type(motion_spec_t) :: parked(size(scene%tools))
+    integer, allocatable :: found(:)
+    integer :: i, line, j, place, n_tools
+    logical :: is_added
+
+    known = context%names%tools
+    n_tools = known%n_names
+    call enter_beads(scene%beads, known)
+    found = find_records(deck, "MODEL CHANGE")
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        if (.not. record%is_valid) cycle
+        is_added = is_option_given(deck, record, "ADD")
+        if (is_added .eqv. is_option_given(deck, record, "REMOVE")) then
+          call add_error(errors, record%origin, "not one of ADD and REMOVE", "ADD or REMOVE")
+          cycle
+        end if
+        do line = 1, record%n_lines
+          origin = line_origin(deck, record, line)
+          do j = 1, n_fields(record, line)
+            if (field_word(record, line, j) == "") cycle
+            call resolve(known, field_word(record, line, j), "*TOOL or *DRAW BEAD", origin, &
+                         place, errors)
+            if (place > n_tools) then
+              call change_bead(known%names(place)%value, step_of(record%step), is_added, origin, &
+                               scene%beads, errors)
+            else if (place > 0) then
+              call change_tool(place, step_of(record%step), is_added, origin, scene, errors)
+              call park_tool(place, step_of(record%step), is_added, origin, parked(place), &
+                             scene%motions)
+            end if
+          end do
+        end do
+      end associate
+    end do
+  end subroutine read_changes
+
+  !> Names of beads behind those of tools; several beads may share one.
+  subroutine enter_beads(beads, known)
+    type(bead_spec_t), intent(in) :: beads(:)
+    type(name_table_t), intent(inout) :: known
+    logical :: is_new
+    integer :: i
+
+    do i = 1, size(beads)
+      call insert(known, squeezed(upper_case(beads(i)%name)), is_new)
+    end do
+  end subroutine enter_beads
+
+  !> One tool comes or goes with a step.
+  subroutine change_tool(tool, step, is_added, origin, scene, errors)
+    integer, intent(in) :: tool, step
+    logical, intent(in) :: is_added
+    type(origin_t), intent(in) :: origin
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    type(contact_spec_t), allocatable :: again(:)
+    logical :: is_there(size(scene%contacts))
+    integer :: last(size(scene%contacts))
+
+    associate (contacts => scene%contacts)
+      is_there = contacts%tool == tool .and. contacts%last_step >= step
+      if (any(is_there) .eqv. is_added .or. .not. any(contacts%tool == tool)) then
+        call add_error(errors, origin, "the tool "//scene%tools(tool)%name//", which is "// &
+                       place_now(is_added)//" already or has no *CONTACT PAIR", "another tool")
+      else if (is_added) then
+        last = contacts%last_step
+        again = pack(contacts, contacts%tool == tool .and. &
+                     last == maxval(last, mask=contacts%tool == tool))
+        again%first_step = step
+        again%last_step = huge(1)
+      else
+        where (is_there) contacts%last_step = step - 1
+      end if
+    end associate
+    if (allocated(again)) scene%contacts = [scene%contacts, again]
+  end subroutine change_tool
+
+  !> A tool that a force moves would fly off while it is away: it stands still until it comes again,
+  !! or until the deck gives it another motion.
+  subroutine park_tool(tool, step, is_added, origin, parked, motions)
+    integer, intent(in) :: tool, step
+    logical, intent(in) :: is_added
+    type(origin_t), intent(in) :: origin
+    type(motion_spec_t), intent(inout) :: parked   !! the force that waits; of tool 0: none
+    type(motion_spec_t), allocatable, intent(inout) :: motions(:)
+    type(motion_spec_t) :: new
+    integer :: i, last
+
+    last = 0
+    do i = 1, size(motions)
+      if (motions(i)%tool /= tool .or. motions(i)%step > step) cycle
+      if (last == 0) last = i
+      if (motions(i)%step >= motions(last)%step) last = i
+    end do
+    if (last == 0) return
+    if (is_added) then
+      if (parked%tool == 0 .or. motions(last)%step == step) return
+      new = parked
+      new%step = step
+      parked%tool = 0
+      call append_motion(new, motions)
+    else if (motions(last)%is_force) then
+      parked = motions(last)
+      new%origin = origin
+      new%tool = tool
+      new%step = step
+      if (motions(last)%step == step) motions(last) = new
+      if (motions(last)%is_force) call append_motion(new, motions)
+    end if
+  end subroutine park_tool
+
+  subroutine append_motion(new, motions)
+    type(motion_spec_t), intent(in) :: new
+    type(motion_spec_t), allocatable, intent(inout) :: motions(:)
+    type(motion_spec_t), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(motions) + 1))
+    do i = 1, size(motions)
+      longer(i) = motions(i)
+    end do
+    longer(size(longer)) = new
+    call move_alloc(longer, motions)
+  end subroutine append_motion
+
+  !> The beads of a name come or go with a step.
+  subroutine change_bead(name, step, is_added, origin, beads, errors)
+    character(*), intent(in) :: name       !! in capitals
+    integer, intent(in) :: step
+    logical, intent(in) :: is_added
+    type(origin_t), intent(in) :: origin
+    type(bead_spec_t), allocatable, intent(inout) :: beads(:)
+    type(error_list_t), intent(inout) :: errors
+    logical :: is_meant(size(beads)), is_there(size(beads))
+    integer :: i, n
+
+    is_meant = [(squeezed(upper_case(beads(i)%name)) == name, i=1, size(beads))]
+    is_there = is_meant .and. beads%last_step >= step
+    if (any(is_there) .eqv. is_added) then
+      call add_error(errors, origin, "the draw bead "//beads(findloc(is_meant, .true., 1))%name// &
+                     ", which is "//place_now(is_added)//" already", "another bead")
+    else if (is_added) then
+      n = maxval(beads%last_step, mask=is_meant)
+      is_meant = is_meant .and. beads%last_step == n
+      call bring_again(pack([(i, i=1, size(beads))], is_meant), step, beads)
+    else
+      where (is_there) beads%last_step = step - 1
+    end if
+  end subroutine change_bead
+
+  !> Append beads that begin once more; their curves go on from the step that named them first.
+  subroutine bring_again(which, step, beads)
+    integer, intent(in) :: which(:), step
+    type(bead_spec_t), allocatable, intent(inout) :: beads(:)
+    type(bead_spec_t), allocatable :: longer(:)
+    integer :: i, n
+
+    n = size(beads)
+    allocate (longer(n + size(which)))
+    do i = 1, size(longer)
+      if (i <= n) longer(i) = beads(i)
+      if (i <= n) cycle
+      longer(i) = beads(which(i - n))
+      longer(i)%first_step = step
+      longer(i)%last_step = huge(1)
+    end do
+    call move_alloc(longer, beads)
+  end subroutine bring_again
+
+  pure function place_now(is_added) result(words)
+    logical, intent(in) :: is_added
+    character(:), allocatable :: words
+
+    words = trim(merge("there", "away ", is_added))
+  end function place_now
+
+  !> The end time stands in the one field or the other.
+  subroutine read_end_time(record, end_time, errors)
+    type(record_t), intent(in) :: record
+    real(wp), intent(inout) :: end_time
+    type(error_list_t), intent(inout) :: errors
+
+    if (is_filled(record, 1, 1) .neqv. is_filled(record, 1, 2)) then
+      end_time = field_real(record, 1, merge(1, 2, is_filled(record, 1, 1)))
+    else if (is_filled(record, 1, 1)) then
+      call add_error(errors, record%origin, "two times", "the end time alone, for the stable "// &
+                     "step follows from the blank")
+    else
+      call add_error(errors, record%origin, "no end time", "a number > 0")
+    end if
+  end subroutine read_end_time
+
+  !> All steps. Each takes from the one before what it does not change.
+  subroutine read_steps(deck, context, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_context_t), intent(inout) :: context
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    type(later_step_t) :: next
+    integer :: i
+
+    call read_step(deck, 1, scene%step, scene%output, errors)
+    next%step = scene%step
+    next%output = scene%output
+    allocate (scene%later_steps(0))
+    do i = 2, n_deck_steps(deck)
+      call read_step(deck, i, next%step, next%output, errors)
+      scene%later_steps = [scene%later_steps, next]
+    end do
+    scene%output%has_pressure = next%output%has_pressure
+    scene%output%has_wear = next%output%has_wear
+    do i = 1, size(scene%later_steps)
+      scene%later_steps(i)%output%has_pressure = next%output%has_pressure
+      scene%later_steps(i)%output%has_wear = next%output%has_wear
+    end do
+  end subroutine read_steps
+
+  !> End time, safety factor, damping, mass scaling, viscosity, limits and output of a step.
+  subroutine read_step(deck, number, step, output, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: number
+    type(step_spec_t), intent(inout) :: step       !! the one before on entry
+    type(output_spec_t), intent(inout) :: output
+    type(error_list_t), intent(inout) :: errors
+    integer :: i
+
+    i = first_in_step(deck, "STEP", number)
+    if (i > 0) step%name = option_text(deck, deck%records(i), "NAME")
+    if (i > 0 .and. step%name == "") step%name = "Step-"//to_text(number)
+    i = first_in_step(deck, "DYNAMIC", number)
+    if (i > 0) then
+      step%origin = deck%records(i)%origin
+      call read_end_time(deck%records(i), step%end_time, errors)
+      call read_stable_step(deck, deck%records(i), number, step, errors)
+    end if
+    call read_damping(deck, number, step)
+    call read_mass_scaling(deck, number, step, errors)
+    i = first_in_step(deck, "BULK VISCOSITY", number)
+    if (i > 0) then
+      step%viscosity_linear = field_real(deck%records(i), 1, 1)
+      step%viscosity_quadratic = field_real(deck%records(i), 1, 2)
+    end if
+    i = first_in_step(deck, "PENETRATION LIMIT", number)
+    if (i > 0) then
+      step%depth_warning = field_real(deck%records(i), 1, 1)
+      step%depth_limit = field_real(deck%records(i), 1, 2)
+    end if
+    i = first_in_step(deck, "ENERGY LIMIT", number)
+    if (i > 0) step%energy_limit = field_real(deck%records(i), 1, 1)
+    call read_output(deck, number, output, errors)
+  end subroutine read_step
+
+  !> How the time step follows from the blank: the penalties rest on it, so it is one for all steps.
+  subroutine read_stable_step(deck, record, number, step, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record           !! of *DYNAMIC
+    integer, intent(in) :: number
+    type(step_spec_t), intent(inout) :: step
+    type(error_list_t), intent(inout) :: errors
+    type(step_spec_t) :: default
+    real(wp) :: safety
+    logical :: is_element
+
+    safety = option_real(deck, record, "SAFETY")
+    is_element = option_text(deck, record, "STABLE STEP") == "ELEMENT"
+    if (number == 1) then
+      step%safety = safety
+      step%is_element_step = is_element
+    else if ((abs(safety - step%safety) > 0.0_wp .and. abs(safety - default%safety) > 0.0_wp) &
+             .or. (is_element .and. .not. step%is_element_step)) then
+      call add_error(errors, record%origin, "another SAFETY or STABLE STEP than in the first "// &
+                     "step", "them in the first step alone; they hold in all")
+    end if
+  end subroutine read_stable_step
+
+  !> Damping in proportion to the mass and dynamic relaxation.
+  subroutine read_damping(deck, number, step)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: number
+    type(step_spec_t), intent(inout) :: step
+    integer :: i
+
+    i = first_in_step(deck, "DAMPING", number)
+    if (i > 0) step%alpha = option_real(deck, deck%records(i), "ALPHA")
+    i = first_in_step(deck, "DYNAMIC RELAXATION", number)
+    step%has_relaxation = i > 0
+    if (i > 0) then
+      step%is_kinetic = option_text(deck, deck%records(i), "METHOD") == "KINETIC"
+      step%energy_residual = option_real(deck, deck%records(i), "ENERGY")
+      step%force_residual = option_real(deck, deck%records(i), "FORCE")
+    end if
+  end subroutine read_damping
+
+  !> Both kinds of mass scaling. The bound of element frequencies does not know scaled columns.
+  subroutine read_mass_scaling(deck, number, step, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: number
+    type(step_spec_t), intent(inout) :: step
+    type(error_list_t), intent(inout) :: errors
+    integer :: i
+    logical :: has_factor
+
+    i = first_in_step(deck, "MASS SCALING", number)
+    if (i == 0) return
+    has_factor = is_option_given(deck, deck%records(i), "THICKNESS")
+    if (has_factor) step%thickness_factor = option_real(deck, deck%records(i), "THICKNESS")
+    step%target_step = option_real(deck, deck%records(i), "STEP")
+    if (.not. (has_factor .or. is_option_given(deck, deck%records(i), "STEP"))) &
+      call add_error(errors, deck%records(i)%origin, "no option", "THICKNESS or STEP or both")
+    if (step%thickness_factor > 1.0_wp .and. step%is_element_step) then
+      call add_error(errors, deck%records(i)%origin, "THICKNESS with STABLE STEP=ELEMENT", &
+                     "STABLE STEP=ASSEMBLED in *DYNAMIC, which knows the scaled mass")
+    end if
+  end subroutine read_mass_scaling
 
 end module step_keywords

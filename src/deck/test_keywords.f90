@@ -1,7 +1,16 @@
-!> The keyword of tests on one material point, for the table of all keywords.
+!> *MATERIAL TEST: tests of one material point.
 module test_keywords
-  use keyword_spec, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                          add_example, kind_real, kind_integer, kind_name, kind_choice, any_number
+  use kinds, only: wp
+  use input_errors, only: error_list_t, add_error
+  use text, only: string_t, strings, to_text, squeezed, joined
+  use name_table, only: name_table_t
+  use scene, only: scene_t, material_test_spec_t
+  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
+                           add_example, kind_real, kind_integer, kind_name, kind_choice, any_number
+  use data_lines, only: split_fields, field_text
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
+                          option_integer, is_option_given, line_origin, field_real, field_integer
+  use deck_context, only: enter_name, resolve, deck_context_t
   implicit none
   private
 
@@ -12,13 +21,14 @@ module test_keywords
 contains
 
   !> *MATERIAL TEST.
-  pure subroutine add_test_keyword(table)
+  subroutine add_test_keyword(table)
     type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "MATERIAL TEST", "A test of one material point, carried out by "// &
                      "`igaform material DECK`; a forming run leaves it out. Axes 1 and 2 lie "// &
                      "in the sheet, 3 is its thickness; axis 1 of the material is its rolling "// &
-                     "direction. Strains are logarithmic, shears are engineering ones.")
+                     "direction. Strains are logarithmic, shears are engineering ones.", &
+                     read=read_tests, read_test=read_tests)
     call add_options(table)
     call add_line(table, "UNIAXIAL: strain 11, a negative one compresses. COMPRESSION: through "// &
                   "the thickness. SIMPLE SHEAR: gamma. PLANE STRAIN: strain 11, none along 2. "// &
@@ -44,15 +54,13 @@ contains
     call add_field(table, "time", kind_real, "time, rising", unit="time", range="> 0")
     call add_components(table)
     call add_example(table, "*MATERIAL TEST, NAME=tension, MATERIAL=steel, TYPE=UNIAXIAL, "// &
-                     "INCREMENTS=300")
-    call add_example(table, "0.3")
-    call add_example(table, "*MATERIAL TEST, NAME=reversal, MATERIAL=steel, TYPE=PATH, "// &
-                     'STRESS="22, 33, 13, 23"')
-    call add_example(table, "1, 0.02, 0, 0, 0, 0, 0")
-    call add_example(table, "2, 0.01, 0, 0, 0.02, 0, 0")
+                     "INCREMENTS=300", "0.3", &
+                     "*MATERIAL TEST, NAME=reversal, MATERIAL=steel, TYPE=PATH, "// &
+                     'STRESS="22, 33, 13, 23"', &
+                     "1, 0.02, 0, 0, 0, 0, 0", "2, 0.01, 0, 0, 0.02, 0, 0")
   end subroutine add_test_keyword
 
-  pure subroutine add_options(table)
+  subroutine add_options(table)
     type(keyword_table_t), intent(inout) :: table
 
     call add_option(table, "NAME", kind_name, "name in the results: letters, digits, blanks, "// &
@@ -72,7 +80,7 @@ contains
                     "without a first line of column names", is_required=.false.)
   end subroutine add_options
 
-  pure subroutine add_components(table)
+  subroutine add_components(table)
     type(keyword_table_t), intent(inout) :: table
     character(2), parameter :: names(6) = ["11", "22", "33", "12", "13", "23"]
     integer :: i
@@ -82,5 +90,121 @@ contains
                      unit="none, stress")
     end do
   end subroutine add_components
+
+  !> Fill the list of tests, one for each *MATERIAL TEST in the order of the deck.
+  subroutine read_tests(deck, context, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_context_t), intent(inout) :: context
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    type(name_table_t) :: own
+    integer, allocatable :: found(:)
+    integer :: i
+
+    found = find_records(deck, "MATERIAL TEST")
+    allocate (scene%tests(size(found)))
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)), test => scene%tests(i))
+        call enter_name(deck, record, own, errors)
+        test%origin = record%origin
+        test%name = squeezed(option_text(deck, record, "NAME"))
+        test%kind = option_text(deck, record, "TYPE")
+        call check_name(test, errors)
+        call resolve(context%names%materials, option_text(deck, record, "MATERIAL"), "*MATERIAL", &
+                     record%origin, test%material, errors)
+        if (record%is_valid) call read_test(deck, record, test, errors)
+      end associate
+    end do
+  end subroutine read_tests
+
+  !> The name is that of a group in the results and part of the name of a file.
+  subroutine check_name(test, errors)
+    type(material_test_spec_t), intent(in) :: test
+    type(error_list_t), intent(inout) :: errors
+    character(*), parameter :: letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+
+    if (verify(test%name, letters//"0123456789 -_") > 0) then
+      call add_error(errors, test%origin, "the name "//test%name, &
+                     "a name of letters, digits, blanks, - and _")
+    end if
+  end subroutine check_name
+
+  subroutine read_test(deck, record, test, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(material_test_spec_t), intent(inout) :: test
+    type(error_list_t), intent(inout) :: errors
+
+    test%angle = option_real(deck, record, "ANGLE")
+    test%n_increments = option_integer(deck, record, "INCREMENTS")
+    test%rate = option_real(deck, record, "RATE")
+    if (is_option_given(deck, record, "STRESS") .and. test%kind /= "PATH") then
+      call add_error(errors, record%origin, "STRESS with TYPE="//test%kind, &
+                     "STRESS with TYPE=PATH alone")
+    end if
+    select case (test%kind)
+    case ("PATH")
+      call read_path(deck, record, test, errors)
+      call read_components(option_text(deck, record, "STRESS"), test, errors)
+    case ("YIELD LOCUS")
+      test%n_repeats = field_integer(record, 1, 1)
+      test%threshold = field_real(record, 1, 2)
+    case default
+      test%strain = field_real(record, 1, 1)
+      if (test%kind == "CYCLIC" .or. test%kind == "R VALUES") then
+        test%n_repeats = field_integer(record, 1, 2)
+      end if
+      if (abs(test%strain) <= 0.0_wp .or. abs(test%strain) > 10.0_wp) then
+        call add_error(errors, line_origin(deck, record, 1), "the strain "// &
+                       to_text(test%strain), "a strain from -10 to 10 other than 0")
+      end if
+    end select
+  end subroutine read_test
+
+  subroutine read_path(deck, record, test, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(material_test_spec_t), intent(inout) :: test
+    type(error_list_t), intent(inout) :: errors
+    integer :: line, i
+
+    allocate (test%path(7, record%n_lines))
+    do line = 1, record%n_lines
+      test%path(:, line) = [(field_real(record, line, i), i=1, 7)]
+      if (line == 1) cycle
+      if (test%path(1, line) > test%path(1, line - 1)) cycle
+      call add_error(errors, line_origin(deck, record, line), "the time "// &
+                     to_text(test%path(1, line))//" after "//to_text(test%path(1, line - 1)), &
+                     "times that rise")
+      exit
+    end do
+  end subroutine read_path
+
+  !> Components that the path gives as stresses, from a list such as `33, 13`.
+  subroutine read_components(list, test, errors)
+    character(*), intent(in) :: list
+    type(material_test_spec_t), intent(inout) :: test
+    type(error_list_t), intent(inout) :: errors
+    type(string_t), allocatable :: names(:)
+    integer, allocatable :: first(:), last(:)
+    character(:), allocatable :: word
+    integer :: i, k
+
+    if (list == "") return
+    names = strings(["11", "22", "33", "12", "13", "23"])
+    call split_fields(list, first, last)
+    do i = 1, size(first)
+      word = field_text(list, first(i), last(i))
+      do k = size(names), 1, -1
+        if (names(k)%value == word) exit
+      end do
+      if (k > 0) then
+        test%is_stress(k) = .true.
+      else
+        call add_error(errors, test%origin, "`"//word//"` for STRESS", &
+                       "some of "//joined(names, ", "))
+      end if
+    end do
+  end subroutine read_components
 
 end module test_keywords

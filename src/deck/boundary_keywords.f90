@@ -1,0 +1,261 @@
+!> *BOUNDARY, and the loads *PRESSURE, *TRACTION and *GRAVITY.
+module boundary_keywords
+  use kinds, only: wp
+  use input_errors, only: error_list_t, add_error
+  use text, only: upper_case, read_integer
+  use scene, only: scene_t, boundary_spec_t, load_spec_t
+  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
+                           add_vector, add_example, kind_real, kind_integer, kind_name, &
+                           kind_choice, any_number, in_any_step
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
+                          field_word, field_real, field_integer, is_filled
+  use deck_steps, only: step_of, check_lines, end_before, n_data_lines
+  use deck_context, only: deck_context_t
+  use motion_keywords, only: find_amplitude, add_amplitude_option
+  use set_keywords, only: find_set
+  implicit none
+  private
+
+  public :: add_boundary_keywords, add_op_option
+
+  character(*), parameter :: op_text = &
+    "NEW removes all of this keyword that earlier steps gave; it needs no data lines then. MOD "// &
+    "adds; a load replaces an earlier one on the same set"
+
+  character(*), parameter :: kinds(3) = [character(8) :: "PRESSURE", "TRACTION", "GRAVITY"]
+
+contains
+
+  !> Add *BOUNDARY, *PRESSURE, *TRACTION and *GRAVITY.
+  subroutine add_boundary_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "BOUNDARY", "Prescribed velocity of the control points of a set, "// &
+                     "zero if none is given. Where lines meet, the last one holds.", &
+                     place=in_any_step, read=read_boundaries)
+    call add_option(table, "TYPE", kind_choice, "what the value is", default="VELOCITY", &
+                    choices="VELOCITY")
+    call add_amplitude_option(table, "the value")
+    call add_op_option(table)
+    call add_line(table, "A set and its components.", n_min=0, n_max=any_number)
+    call add_field(table, "set", kind_name, "name of a set or face, or ALL")
+    call add_field(table, "first", kind_name, "first component, 1 to 3, or XSYMM, YSYMM, ZSYMM "// &
+                   "(component 1, 2, 3), PINNED or ENCASTRE (all)")
+    call add_field(table, "last", kind_integer, "last component, the first one if not given", &
+                   is_required=.false., range=">= 1 and <= 3")
+    call add_field(table, "velocity", kind_real, "velocity of these components", default="0", &
+                   unit="length/time")
+    call add_example(table, "*BOUNDARY, AMPLITUDE=soft start", "X_MIN, XSYMM", "X_MAX, 1, 1, 2000")
+
+    call add_load_keywords(table)
+  end subroutine add_boundary_keywords
+
+  !> Add the option OP to the last keyword.
+  pure subroutine add_op_option(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_option(table, "OP", kind_choice, op_text, default="MOD", choices="MOD|NEW")
+  end subroutine add_op_option
+
+  subroutine add_load_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "PRESSURE", "Pressure against the current outer normal of a face.", &
+                     place=in_any_step, read=read_loads)
+    call add_amplitude_option(table, "the load")
+    call add_op_option(table)
+    call add_line(table, "", n_min=0, n_max=any_number)
+    call add_field(table, "set", kind_name, "name of a face, or of a set that is a part of one")
+    call add_field(table, "pressure", kind_real, "pressure, positive when it pushes", &
+                   unit="stress")
+    call add_example(table, "*PRESSURE, AMPLITUDE=soft start", "ZETA_MAX, 0.5")
+
+    call add_keyword(table, "TRACTION", "Load of fixed direction, per area that a face has at "// &
+                     "the start.", place=in_any_step)
+    call add_amplitude_option(table, "the load")
+    call add_op_option(table)
+    call add_line(table, "", n_min=0, n_max=any_number)
+    call add_field(table, "set", kind_name, "name of a face, or of a set that is a part of one")
+    call add_vector(table, "t", "traction", unit="stress")
+    call add_example(table, "*TRACTION", "X_MAX, 10, 0, 0")
+
+    call add_keyword(table, "GRAVITY", "Acceleration that acts on all of the blank.", &
+                     place=in_any_step)
+    call add_amplitude_option(table, "the load")
+    call add_op_option(table)
+    call add_line(table, "", n_min=0)
+    call add_vector(table, "g", "acceleration", unit="length/time^2")
+    call add_example(table, "*GRAVITY", "0, -9810, 0")
+  end subroutine add_load_keywords
+
+  !> Fill the list of boundary conditions, one for each data line of *BOUNDARY.
+  subroutine read_boundaries(deck, context, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_context_t), intent(inout) :: context
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    integer, allocatable :: found(:)
+    integer :: i, line, n, set, curve, step
+
+    allocate (scene%boundaries(n_data_lines(deck, "BOUNDARY")))
+    found = find_records(deck, "BOUNDARY")
+    n = 0
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        call find_amplitude(deck, record, context, curve, errors)
+        if (.not. record%is_valid) cycle
+        step = step_of(record%step)
+        call check_lines(deck, record, errors)
+        associate (before => scene%boundaries(:n))
+          if (option_text(deck, record, "OP") == "NEW") &
+            before%last_step = end_before(step, before%first_step, before%last_step)
+        end associate
+        do line = 1, record%n_lines
+          n = n + 1
+          scene%boundaries(n)%curve = curve
+          scene%boundaries(n)%first_step = step
+          scene%boundaries(n)%origin = line_origin(deck, record, line)
+          call read_components(record, line, scene%boundaries(n), errors)
+          call find_set(context, field_word(record, line, 1), &
+                        line_origin(deck, record, line), scene, set, errors)
+          scene%boundaries(n)%set = set
+        end do
+      end associate
+    end do
+  end subroutine read_boundaries
+
+  !> Which components a line prescribes, by number or by one of the names of Abaqus.
+  subroutine read_components(record, line, boundary, errors)
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line
+    type(boundary_spec_t), intent(inout) :: boundary
+    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable :: word
+    integer :: first, last
+    logical :: is_number
+
+    word = upper_case(field_word(record, line, 2))
+    call read_integer(word, first, is_number)
+    if (is_number) then
+      last = first
+      if (is_filled(record, line, 3)) last = field_integer(record, line, 3)
+      is_number = first >= 1 .and. last <= 3 .and. first <= last
+      if (is_number) boundary%is_prescribed(first:last) = .true.
+    else
+      select case (word)
+      case ("XSYMM"); boundary%is_prescribed(1) = .true.
+      case ("YSYMM"); boundary%is_prescribed(2) = .true.
+      case ("ZSYMM"); boundary%is_prescribed(3) = .true.
+      case ("PINNED", "ENCASTRE"); boundary%is_prescribed = .true.
+      end select
+      if (is_filled(record, line, 3)) boundary%is_prescribed = .false.
+    end if
+    boundary%velocity = merge(field_real(record, line, 4), 0.0_wp, boundary%is_prescribed)
+    if (.not. any(boundary%is_prescribed)) then
+      call add_error(errors, boundary%origin, "`"//word//"` for the components", "1, 2 or 3, "// &
+                     "first and last, or one of XSYMM, YSYMM, ZSYMM, PINNED, ENCASTRE alone")
+    end if
+  end subroutine read_components
+
+  !> Fill the list of loads, one for each data line of these keywords.
+  subroutine read_loads(deck, context, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_context_t), intent(inout) :: context
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    integer, allocatable :: found(:)
+    integer :: kind, i, line, n, curve
+
+    allocate (scene%loads(sum([(n_data_lines(deck, trim(kinds(kind))), kind=1, size(kinds))])))
+    n = 0
+    do kind = 1, size(kinds)
+      found = find_records(deck, trim(kinds(kind)))
+      do i = 1, size(found)
+        associate (record => deck%records(found(i)))
+          call find_amplitude(deck, record, context, curve, errors)
+          if (.not. record%is_valid) cycle
+          call check_lines(deck, record, errors)
+          if (option_text(deck, record, "OP") == "NEW") &
+            call end_loads(trim(kinds(kind)), step_of(record%step), -1, scene%loads(:n))
+          do line = 1, record%n_lines
+            n = n + 1
+            scene%loads(n)%kind = trim(kinds(kind))
+            scene%loads(n)%curve = curve
+            scene%loads(n)%first_step = step_of(record%step)
+            scene%loads(n)%origin = line_origin(deck, record, line)
+            call read_load(deck, record, line, context, scene, n, errors)
+            call end_loads(trim(kinds(kind)), step_of(record%step), scene%loads(n)%set, &
+                           scene%loads(:n - 1))
+          end do
+        end associate
+      end do
+    end do
+  end subroutine read_loads
+
+  !> End loads of a kind that earlier steps gave, on one set or (-1) on all.
+  pure subroutine end_loads(kind, step, set, loads)
+    character(*), intent(in) :: kind
+    integer, intent(in) :: step, set
+    type(load_spec_t), intent(inout) :: loads(:)
+    integer :: i
+
+    do i = 1, size(loads)
+      if (loads(i)%kind /= kind .or. .not. any(set == [-1, loads(i)%set])) cycle
+      loads(i)%last_step = end_before(step, loads(i)%first_step, loads(i)%last_step)
+    end do
+  end subroutine end_loads
+
+  !> Set and value of load `n`.
+  subroutine read_load(deck, record, line, context, scene, n, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line, n
+    type(deck_context_t), intent(inout) :: context
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    integer :: i, set
+
+    if (scene%loads(n)%kind == "GRAVITY") then
+      scene%loads(n)%value = [(field_real(record, line, i), i=1, 3)]
+      return
+    end if
+    call find_set(context, field_word(record, line, 1), line_origin(deck, record, line), &
+                  scene, set, errors)
+    scene%loads(n)%set = set
+    if (set > 0) then
+      if (.not. is_on_face(scene, set)) then
+        call add_error(errors, scene%loads(n)%origin, "the set "//scene%sets(set)%name// &
+                       ", which is no face", "a face of the blank or a part of one")
+      end if
+    end if
+    if (scene%loads(n)%kind == "PRESSURE") then
+      scene%loads(n)%value(1) = field_real(record, line, 2)
+    else
+      scene%loads(n)%value = [(field_real(record, line, 1 + i), i=1, 3)]
+    end if
+  end subroutine read_load
+
+  !> Does the set lie on exactly one face of each patch that it has a part of, by its coordinates
+  !! in the patch alone?
+  pure logical function is_on_face(scene, set)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: set
+    logical :: is_layer(3)
+    integer :: a, p
+
+    is_on_face = .true.
+    do p = 1, size(scene%blank%patches)
+      do a = 1, 3
+        if (.not. allocated(scene%blank%patches(p)%solid%axes(a)%knots)) return
+        associate (knots => scene%blank%patches(p)%solid%axes(a)%knots, spec => scene%sets(set))
+          is_layer(a) = spec%upper(a, p) <= knots(1) .or. spec%lower(a, p) >= knots(size(knots))
+        end associate
+      end do
+      if (any(scene%sets(set)%lower(:, p) > scene%sets(set)%upper(:, p))) cycle
+      is_on_face = is_on_face .and. count(is_layer) == 1
+    end do
+    is_on_face = is_on_face .and. all(scene%sets(set)%from <= -huge(1.0_wp)) &
+                 .and. all(scene%sets(set)%to >= huge(1.0_wp))
+  end function is_on_face
+
+end module boundary_keywords

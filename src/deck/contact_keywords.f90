@@ -1,0 +1,231 @@
+!> *CONTACT PAIR and *DRAW BEAD.
+module contact_keywords
+  use kinds, only: wp
+  use input_errors, only: error_list_t, add_error
+  use text, only: upper_case, squeezed, strings, string_t
+  use name_table, only: place_of
+  use scene, only: scene_t, contact_spec_t
+  use keyword_spec, only: did_you_mean
+  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
+                           add_vector, add_example, kind_real, kind_name, kind_choice, any_number, &
+                           in_any_step
+  use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
+                          is_option_given, field_real
+  use deck_steps, only: step_of
+  use deck_context, only: resolve, deck_context_t, box_frame_t
+  use blank_keywords, only: read_count
+  use motion_keywords, only: find_amplitude, add_amplitude_option
+  use set_keywords, only: face_of, face_names, face_text
+  implicit none
+  private
+
+  public :: add_contact_keywords
+
+  integer, parameter :: first_large = 5   !! faces from here on are the large ones
+
+contains
+
+  subroutine add_contact_keyword(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "CONTACT PAIR", "Contact between a tool and a face of the blank, "// &
+                     "by a penalty on points of the face. Without friction and damping unless "// &
+                     "named.", place=in_any_step, read=read_contacts)
+    call add_option(table, "TOOL", kind_name, "name of the tool")
+    call add_option(table, "FACE", kind_name, "face of the blank: "//face_text// &
+                    "; AUTO: the large face that looks at the tool", default="AUTO")
+    call add_option(table, "POINTS", kind_choice, "points of the face that may touch: Gauss "// &
+                    "points, crossings of knot lines, or Greville points", default="GAUSS", &
+                    choices="GAUSS|KNOT|GREVILLE")
+    call add_option(table, "COUNT", kind_name, "Gauss points per element in the two directions "// &
+                    "of the face, such as ""3,3""; degree + 1 if not given", is_required=.false.)
+    call add_option(table, "PENALTY", kind_real, "factor s of the penalty s m/dt^2, m being "// &
+                    "the mass that the point sees", default="0.5", range="> 0")
+    call add_option(table, "STIFFNESS", kind_real, "penalty per area instead of the one from "// &
+                    "mass and step; 0: none given", default="0", unit="stress/length", &
+                    range=">= 0")
+    call add_option(table, "FRICTION", kind_real, "coefficient of Coulomb friction", &
+                    default="0", range=">= 0")
+    call add_option(table, "DAMPING", kind_real, "damping of the motion along the normal, as "// &
+                    "part of the critical damping of penalty and mass", default="0", &
+                    range=">= 0 and <= 0.5")
+    call add_option(table, "OVERHANG", kind_real, "how far beyond the border of the tool a "// &
+                    "point still touches", default="0", unit="length", range=">= 0")
+    call add_option(table, "START", kind_choice, "start of the closest-point search: the last "// &
+                    "answer, or the corner of the tool's face", default="WARM", &
+                    choices="WARM|CORNER")
+    call add_example(table, "*CONTACT PAIR, TOOL=punch, FACE=ZETA_MAX, POINTS=GAUSS, COUNT=""3,3""")
+  end subroutine add_contact_keyword
+
+  !> Fill the list of contact pairs in the order of the deck.
+  subroutine read_contacts(deck, context, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_context_t), intent(inout) :: context
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    integer, allocatable :: found(:)
+    integer :: i
+
+    found = find_records(deck, "CONTACT PAIR")
+    allocate (scene%contacts(size(found)))
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)), contact => scene%contacts(i))
+        contact%origin = record%origin
+        contact%first_step = step_of(record%step)
+        if (is_option_given(deck, record, "TOOL")) then
+          call resolve(context%names%tools, option_text(deck, record, "TOOL"), "*TOOL", &
+                       record%origin, &
+                       contact%tool, errors)
+        end if
+        contact%points = option_text(deck, record, "POINTS")
+        contact%is_corner_start = option_text(deck, record, "START") == "CORNER"
+        contact%penalty_scale = option_real(deck, record, "PENALTY")
+        contact%stiffness = option_real(deck, record, "STIFFNESS")
+        contact%friction = option_real(deck, record, "FRICTION")
+        contact%damping = option_real(deck, record, "DAMPING")
+        contact%overhang = option_real(deck, record, "OVERHANG")
+        call read_face(deck, record, context%frame, contact, errors)
+      end associate
+    end do
+  end subroutine read_contacts
+
+  !> Face and the number of Gauss points on it.
+  subroutine read_face(deck, record, frame, contact, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(box_frame_t), intent(in) :: frame
+    type(contact_spec_t), intent(inout) :: contact
+    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable :: face
+    integer :: n_parts(2)
+    logical :: is_good
+
+    face = squeezed(upper_case(option_text(deck, record, "FACE")))
+    contact%face = face_of(face, frame)
+    if (contact%face == 0 .and. face /= "AUTO") then
+      call add_error(errors, record%origin, "FACE="//face, "the name of a face, or AUTO"// &
+                     did_you_mean(face, [face_names(), strings(["AUTO"])]))
+    end if
+    if (.not. is_option_given(deck, record, "COUNT")) return
+    call read_count(option_text(deck, record, "COUNT"), contact%n_points, n_parts, is_good)
+    if (.not. is_good .or. any(n_parts > 1)) then
+      call add_error(errors, record%origin, "COUNT="//option_text(deck, record, "COUNT"), &
+                     "two whole numbers in quotes such as ""3,3""")
+    else if (contact%points /= "GAUSS") then
+      call add_error(errors, record%origin, "COUNT with POINTS="//contact%points, &
+                     "COUNT only with POINTS=GAUSS")
+    end if
+  end subroutine read_face
+
+  !> Add *CONTACT PAIR and *DRAW BEAD.
+  subroutine add_contact_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_contact_keyword(table)
+    call add_bead_keywords(table)
+  end subroutine add_contact_keywords
+
+  subroutine add_bead_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "DRAW BEAD", "A draw bead as a line of force: it holds back sheet "// &
+                     "that is drawn across a polyline, in a band along it, up to a force per "// &
+                     "length. Sheet at rest is held by springs, motion along the line is free, "// &
+                     "and beyond the ends of the line nothing acts. Nothing bends the sheet "// &
+                     "there. A bead in a step begins with it; *MODEL CHANGE, REMOVE opens it.", &
+                     place=in_any_step, read=read_beads)
+    call add_option(table, "NAME", kind_name, "name", default="bead")
+    call add_option(table, "WIDTH", kind_real, "width of the band; at least three elements "// &
+                    "across make the force exact within a per cent", unit="length", range="> 0")
+    call add_option(table, "FACE", kind_name, "large face of the blank that the bead is on", &
+                    default="ZETA_MAX")
+    call add_option(table, "SLIP", kind_real, "way at which the springs give in; 0: a "// &
+                    "hundredth of the width. It is raised where the time step needs it", &
+                    default="0", unit="length", range=">= 0")
+    call add_amplitude_option(table, "the forces")
+    call add_option(table, "CLOSING", kind_name, "tool whose way from its start the amplitude "// &
+                    "runs over, instead of the time", is_required=.false.)
+    call add_line(table, "Forces per length of the line.")
+    call add_field(table, "restraint", kind_real, "greatest force across the line", &
+                   unit="force/length", range=">= 0")
+    call add_field(table, "hold-down", kind_real, "force against the outward normal of the face", &
+                   default="0", unit="force/length")
+    call add_line(table, "Corners of the line.", n_min=2, n_max=any_number)
+    call add_vector(table, "", "coordinate")
+    call add_example(table, "*DRAW BEAD, NAME=front, WIDTH=10", "120, 15", "60, -40, 0.8", &
+                     "60, 40, 0.8")
+  end subroutine add_bead_keywords
+
+  !> Fill the list of draw beads in the order of the deck.
+  subroutine read_beads(deck, context, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_context_t), intent(inout) :: context
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable :: face
+    type(string_t), allocatable :: faces(:)
+    integer, allocatable :: found(:)
+    integer :: i
+
+    faces = face_names()
+    faces = pack(faces, [(face_of(faces(i)%value, context%frame) >= first_large, i=1, size(faces))])
+    found = find_records(deck, "DRAW BEAD")
+    allocate (scene%beads(size(found)))
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)), bead => scene%beads(i))
+        bead%origin = record%origin
+        bead%name = option_text(deck, record, "NAME")
+        if (place_of(context%names%tools, squeezed(upper_case(bead%name))) > 0) then
+          call add_error(errors, record%origin, "the name "//bead%name//", which is that of a "// &
+                         "tool", "a name of its own")
+        end if
+        bead%given_step = step_of(record%step)
+        bead%first_step = bead%given_step
+        bead%width = option_real(deck, record, "WIDTH")
+        bead%slip = option_real(deck, record, "SLIP")
+        call find_amplitude(deck, record, context, bead%curve, errors)
+        if (bead%curve > 0) then
+          if (any(scene%curves(bead%curve)%values < 0.0_wp)) call add_error(errors, &
+            record%origin, "an amplitude with values below 0", "one that holds the sheet back")
+        end if
+        if (is_option_given(deck, record, "CLOSING")) then
+          call resolve(context%names%tools, option_text(deck, record, "CLOSING"), "*TOOL", &
+                       record%origin, &
+                       bead%closing, errors)
+          if (bead%curve == 0) call add_error(errors, record%origin, "CLOSING without AMPLITUDE", &
+                                              "an amplitude of the forces over the way of the tool")
+        end if
+        face = squeezed(upper_case(option_text(deck, record, "FACE")))
+        bead%face = face_of(face, context%frame)
+        if (bead%face < first_large) then
+          call add_error(errors, record%origin, "FACE="//face, "one of the two large faces"// &
+                         did_you_mean(face, faces))
+        end if
+        if (record%is_valid) call read_line(record, i, scene, errors)
+      end associate
+    end do
+  end subroutine read_beads
+
+  !> Forces and corners of bead `i`.
+  subroutine read_line(record, i, scene, errors)
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: i
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    integer :: line, c
+
+    associate (bead => scene%beads(i))
+      bead%restraint = field_real(record, 1, 1)
+      bead%hold_down = field_real(record, 1, 2)
+      allocate (bead%line(3, record%n_lines - 1))
+      do line = 2, record%n_lines
+        bead%line(:, line - 1) = [(field_real(record, line, c), c=1, 3)]
+        if (line < 3) cycle
+        if (norm2(bead%line(:, line - 1) - bead%line(:, line - 2)) > 0.0_wp) cycle
+        call add_error(errors, record%origin, "a corner of the line twice in a row", &
+                       "corners that differ")
+      end do
+    end associate
+  end subroutine read_line
+
+end module contact_keywords

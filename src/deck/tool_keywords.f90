@@ -1,0 +1,490 @@
+!> *TOOL: rigid surfaces listed, extruded, generated, from CAD or offset from others; and
+!! *TOOL PLACEMENT.
+module tool_keywords
+  use kinds, only: wp
+  use failure, only: error_t
+  use input_errors, only: error_list_t, add_error
+  use text, only: string_t, upper_case, squeezed, read_integer
+  use name_table, only: place_of
+  use checksum, only: file_checksum
+  use source_file, only: path_beside
+  use length_units, only: unit_names, unit_in_mm
+  use knot_vector, only: knot_vector_t
+  use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
+  use primitives, only: plane_surface, cylinder_surface, sphere_surface, extruded_surface
+  use iges_reader, only: read_iges
+  use iges_selection, only: iges_request_t
+  use scene, only: scene_t, tool_spec_t
+  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
+                           add_vector, add_example, kind_real, kind_integer, kind_name, &
+                           kind_choice, names_tool
+  use deck_records, only: parsed_deck_t, find_records, option_text, option_real, field_real, &
+                          is_option_given, record_t, field_integer
+  use deck_context, only: resolve, deck_context_t, patch_parts_t
+  use offset_reader, only: read_offset_tool, check_offset_option
+  use patch_keywords, only: check_parts, read_axes, read_points, refine
+  implicit none
+  private
+
+  public :: add_tool_keywords
+
+contains
+
+  !> Add *TOOL and *TOOL PLACEMENT.
+  subroutine add_tool_keywords(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "TOOL", "A rigid tool: one surface in its place at the start, or "// &
+                     "several of a CAD file, turned so that they agree at common edges. Its "// &
+                     "normal is the direction of xi crossed with that of eta.", names=names_tool, &
+                     read=read_tools)
+    call add_option(table, "NAME", kind_name, "name")
+    call add_option(table, "TYPE", kind_choice, "SURFACE: knots and points listed; EXTRUDED: a "// &
+                    "curve listed, drawn along a vector; PLANE; CYLINDER; SPHERE; IGES: "// &
+                    "surfaces of a CAD file; OFFSET: those of another tool at a distance", &
+                    choices="SURFACE|EXTRUDED|PLANE|CYLINDER|SPHERE|IGES|OFFSET")
+    call add_option(table, "SIDE", kind_choice, "side of the surface on which the sheet lies: "// &
+                    "where the normal points (POSITIVE, if not given) or the other; "// &
+                    "not for OFFSET", &
+                    choices="POSITIVE|NEGATIVE", is_required=.false.)
+    call add_option(table, "PART OF", kind_name, "name of another *TOOL: this surface is then "// &
+                    "one of that tool, and has no side, motion or contact of its own", &
+                    is_required=.false.)
+    call add_cad_options(table)
+    call add_offset_option(table)
+    call add_line(table, "Extrusion of the curve; it is eta of the surface.", when="EXTRUDED")
+    call add_vector(table, "d", "extrusion")
+    call add_field(table, "rows", kind_integer, "rows of control points", default="2", &
+                   range=">= 2")
+    call add_field(table, "degree", kind_integer, "degree along it, below the number of rows", &
+                   default="1", range=">= 1 and <= 5")
+    call add_line(table, "Shift of the curve before it is extruded.", when="EXTRUDED", n_min=0)
+    call add_vector(table, "s", "shift")
+    call add_line(table, "A corner.", when="PLANE")
+    call add_vector(table, "", "corner")
+    call add_line(table, "Edge from the corner along xi.", when="PLANE")
+    call add_vector(table, "a", "edge")
+    call add_line(table, "Edge from the corner along eta.", when="PLANE")
+    call add_vector(table, "b", "edge")
+    call add_line(table, "A point of the axis where the cylinder begins, and the axis in its "// &
+                  "full length, along eta; the normal points outwards.", when="CYLINDER")
+    call add_vector(table, "", "point")
+    call add_vector(table, "a", "axis")
+    call add_line(table, "Radius and arc. Angle 0 is the x direction (y if the axis is along "// &
+                  "x), angles turn right-handed about the axis, along xi.", when="CYLINDER", &
+                  is_joinable=.true.)
+    call add_field(table, "radius", kind_real, "radius", unit="length", range="> 0")
+    call add_field(table, "start", kind_real, "angle where the arc starts", unit="degrees", &
+                   default="0")
+    call add_field(table, "angle", kind_real, "angle of the arc", unit="degrees", default="360", &
+                   range="> 0 and <= 360")
+    call add_line(table, "The centre; the normal points outwards.", when="SPHERE")
+    call add_vector(table, "", "centre")
+    call add_line(table, "The radius.", when="SPHERE", is_joinable=.true.)
+    call add_field(table, "radius", kind_real, "radius", unit="length", range="> 0")
+    call add_offset_lines(table)
+    call add_example(table, "*TOOL, NAME=punch, TYPE=CYLINDER, SIDE=POSITIVE", &
+                     "0, 60, 0, 0, 0, 100", "50", "*TOOL, NAME=die, TYPE=IGES, INPUT=die.igs, "// &
+                     "SIDE=NEGATIVE", "*TOOL, NAME=lid, TYPE=OFFSET, OF=die", "1.05")
+    call add_placement_keyword(table)
+  end subroutine add_tool_keywords
+
+  !> Add the options to the keyword begun last.
+  subroutine add_cad_options(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_option(table, "INPUT", kind_name, "IGES: the file, relative to the deck", &
+                    is_required=.false.)
+    call add_option(table, "LENGTH", kind_choice, "IGES: unit of the deck's lengths, into "// &
+                    "which those of the file are converted; the one that *UNITS names, else "// &
+                    "MM, if not given", choices=unit_names, is_required=.false.)
+    call add_option(table, "ENTITY", kind_name, "IGES: directory numbers of the surfaces to "// &
+                    "take, such as ""5,9""; all untrimmed ones if neither ENTITY nor LABEL is "// &
+                    "given", is_required=.false.)
+    call add_option(table, "LABEL", kind_name, "IGES: labels of the surfaces to take, such as "// &
+                    """DIE,RADIUS""", is_required=.false.)
+  end subroutine add_cad_options
+
+  !> Add the option to the keyword begun last.
+  subroutine add_offset_option(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_option(table, "OF", kind_name, "OFFSET: name of the tool whose offset it is", &
+                    is_required=.false.)
+  end subroutine add_offset_option
+
+  !> Add the data lines to the keyword begun last.
+  subroutine add_offset_lines(table)
+    type(keyword_table_t), intent(inout) :: table
+    character(*), parameter :: axes = "xyz"
+    integer :: i
+
+    call add_line(table, "Distance from the tool OF. Above 0 it leads to where its sheet is, "// &
+                  "and the sheet lies between the two; below 0 it leads away, and the sheet "// &
+                  "lies on the side that OF has it.", when="OFFSET")
+    call add_field(table, "distance", kind_real, "such as thickness and gap", unit="length")
+    call add_field(table, "tolerance", kind_real, "largest error of the surface; 0: "// &
+                   "1e-4 of the distance", unit="length", default="0", range=">= 0")
+    call add_line(table, "Way from there to where the tool is at the start.", when="OFFSET", &
+                  n_min=0)
+    do i = 1, 3
+      call add_field(table, "s"//axes(i:i), kind_real, "shift", unit="length")
+    end do
+  end subroutine add_offset_lines
+
+  !> Add *TOOL PLACEMENT.
+  subroutine add_placement_keyword(table)
+    type(keyword_table_t), intent(inout) :: table
+
+    call add_keyword(table, "TOOL PLACEMENT", "Puts a tool against the sheet before the run: "// &
+                     "coming from behind along a direction it stops where its smallest "// &
+                     "distance to the sheet is the clearance. Where the deck has it along that "// &
+                     "direction does not matter.", read=read_placements)
+    call add_option(table, "TOOL", kind_name, "name of the tool")
+    call add_option(table, "CLEARANCE", kind_real, "smallest distance to the sheet", &
+                    default="0", unit="length", range=">= 0")
+    call add_line(table, "Direction from the tool towards the sheet, of any length.")
+    call add_vector(table, "", "direction", unit="none")
+    call add_example(table, "*TOOL PLACEMENT, TOOL=punch, CLEARANCE=0.01", "0, 0, -1")
+  end subroutine add_placement_keyword
+
+  !> Note direction and clearance of tools that are to be placed.
+  subroutine read_placements(deck, context, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_context_t), intent(inout) :: context
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    integer, allocatable :: found(:)
+    integer :: i, k, tool
+    real(wp) :: direction(3)
+
+    found = find_records(deck, "TOOL PLACEMENT")
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        if (.not. is_option_given(deck, record, "TOOL")) cycle
+        call resolve(context%names%tools, option_text(deck, record, "TOOL"), "*TOOL", &
+                     record%origin, &
+                     tool, errors)
+        if (tool == 0 .or. .not. record%is_valid) cycle
+        direction = [(field_real(record, 1, k), k=1, 3)]
+        if (.not. norm2(direction) > 0.0_wp) then
+          call add_error(errors, record%origin, "a direction of no length", &
+                         "one that leads from the tool to the sheet")
+        else if (any(abs(scene%tools(tool)%placing) > 0.0_wp)) then
+          call add_error(errors, record%origin, "a second placement of the tool "// &
+                         scene%tools(tool)%name, "one *TOOL PLACEMENT a tool")
+        else
+          scene%tools(tool)%placing = direction
+          scene%tools(tool)%clearance = option_real(deck, record, "CLEARANCE")
+        end if
+      end associate
+    end do
+  end subroutine read_placements
+
+  !> Fill the list of tools, one for each *TOOL that is no part of another in the order of the deck,
+  !! then add the parts, then make the offsets. A tool whose surface cannot be made has none.
+  subroutine read_tools(deck, context, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_context_t), intent(inout) :: context
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    type(nurbs_surface_t) :: surface
+    type(string_t) :: file
+    integer, allocatable :: found(:), all_found(:)
+    integer :: i, s, patch
+    logical :: is_complete
+
+    all_found = find_records(deck, "TOOL")
+    found = pack(all_found, [(.not. is_option_given(deck, deck%records(all_found(i)), "PART OF"), &
+                              i=1, size(all_found))])
+    allocate (scene%tools(size(found)))
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)), tool => scene%tools(i))
+        tool%origin = record%origin
+        tool%name = option_text(deck, record, "NAME")
+        tool%side = merge(-1, 1, option_text(deck, record, "SIDE") == "NEGATIVE")
+        allocate (tool%surfaces(0), tool%notes(0))
+        patch = place_of(context%names%patches, squeezed(upper_case(tool%name)))
+        if (patch == 0) cycle
+        if (option_text(deck, record, "TYPE") == "OFFSET") cycle
+        call check_offset_option(deck, record, errors)
+        if (option_text(deck, record, "TYPE") == "IGES") then
+          call read_cad_tool(deck, record, scene%units, tool, file%value, errors)
+          if (file%value /= "") call add_source(scene, file)
+          call check_parts(deck, context%parts(patch), 0, "a tool of TYPE=IGES", errors)
+          do s = 1, size(tool%surfaces)
+            call refine(deck, context%parts(patch), tool%surfaces(s), errors)
+          end do
+          cycle
+        end if
+        call check_cad_options(deck, record, errors)
+        call read_surface(deck, record, context%parts(patch), surface, is_complete, errors)
+        if (.not. is_complete) cycle
+        call refine(deck, context%parts(patch), surface, errors)
+        tool%surfaces = [surface]
+      end associate
+    end do
+    do i = 1, size(all_found)
+      if (all(found /= all_found(i))) &
+        call read_part(deck, deck%records(all_found(i)), context, scene, errors)
+    end do
+    call read_offsets(deck, found, context, scene, errors)
+  end subroutine read_tools
+
+  !> Make the tools that are offsets of others.
+  subroutine read_offsets(deck, found, context, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: found(:)               !! records of the tools
+    type(deck_context_t), intent(inout) :: context
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    logical :: is_offset(size(found))
+    integer :: i, s, patch
+
+    is_offset = [(option_text(deck, deck%records(found(i)), "TYPE") == "OFFSET", i=1, size(found))]
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        if (.not. is_offset(i)) cycle
+        patch = place_of(context%names%patches, squeezed(upper_case(scene%tools(i)%name)))
+        if (patch == 0) cycle
+        call check_cad_options(deck, record, errors)
+        call check_parts(deck, context%parts(patch), 0, "a tool of TYPE=OFFSET", errors)
+        call read_offset_tool(deck, record, context%names, is_offset, scene, i, errors)
+        do s = 1, size(scene%tools(i)%surfaces)
+          call refine(deck, context%parts(patch), scene%tools(i)%surfaces(s), errors)
+        end do
+      end associate
+    end do
+  end subroutine read_offsets
+
+  !> Add the surface of a *TOOL that is a part of another.
+  subroutine read_part(deck, record, context, scene, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(deck_context_t), intent(inout) :: context
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    type(nurbs_surface_t) :: surface
+    integer :: tool, patch
+    logical :: is_complete
+
+    call resolve(context%names%tools, option_text(deck, record, "PART OF"), "*TOOL", &
+                 record%origin, tool, &
+                 errors)
+    patch = place_of(context%names%patches, squeezed(upper_case(option_text(deck, record, "NAME"))))
+    if (tool == 0 .or. patch == 0) return
+    if (any(option_text(deck, record, "TYPE") == [character(6) :: "IGES", "OFFSET"])) then
+      call add_error(errors, record%origin, "a part of TYPE="// &
+                     option_text(deck, record, "TYPE"), "parts whose surface stands "// &
+                     "in the deck, or a *TOOL of its own")
+      return
+    end if
+    call check_cad_options(deck, record, errors)
+    call check_offset_option(deck, record, errors)
+    call read_surface(deck, record, context%parts(patch), surface, is_complete, errors)
+    if (.not. is_complete) return
+    call refine(deck, context%parts(patch), surface, errors)
+    scene%tools(tool)%surfaces = [scene%tools(tool)%surfaces, surface]
+  end subroutine read_part
+
+  !> A file that is no text of the deck counts to it all the same: by its checksum.
+  subroutine add_source(scene, file)
+    type(scene_t), intent(inout) :: scene
+    type(string_t), intent(in) :: file
+
+    type(string_t) :: sum
+
+    sum%value = file_checksum(file%value)
+    scene%files = [scene%files, file]
+    scene%sums = [scene%sums, sum]
+    scene%text = scene%text//"** file "//file%value//", checksum "//sum%value//new_line("a")
+  end subroutine add_source
+
+  subroutine read_surface(deck, record, parts, surface, is_complete, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(patch_parts_t), intent(in) :: parts
+    type(nurbs_surface_t), intent(out) :: surface
+    logical, intent(out) :: is_complete
+    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable :: type
+    type(error_t), allocatable :: error
+    integer :: n_axes
+
+    type = option_text(deck, record, "TYPE")
+    n_axes = 0
+    if (type == "SURFACE") n_axes = 2
+    if (type == "EXTRUDED") n_axes = 1
+    call check_parts(deck, parts, n_axes, "a tool of TYPE="//type, errors)
+    is_complete = record%is_valid
+    select case (type)
+    case ("SURFACE", "EXTRUDED")
+      call read_listed(deck, record, parts, n_axes, surface, is_complete, error, errors)
+    case ("PLANE")
+      if (is_complete) call plane_surface(surface, vector(record, 1, 1), vector(record, 2, 1), &
+                                          vector(record, 3, 1), error)
+    case ("CYLINDER")
+      if (is_complete) then
+        call cylinder_surface(surface, vector(record, 1, 1), vector(record, 1, 4), &
+                              field_real(record, 2, 1), norm2(vector(record, 1, 4)), &
+                              field_real(record, 2, 2), field_real(record, 2, 3), error)
+      end if
+    case ("SPHERE")
+      if (is_complete) call sphere_surface(surface, vector(record, 1, 1), &
+                                           field_real(record, 2, 1), error)
+    end select
+    is_complete = is_complete .and. .not. allocated(error)
+    if (allocated(error)) then
+      call add_error(errors, record%origin, "a surface that cannot be made ("//error%message//")", &
+                     "a proper surface")
+    end if
+  end subroutine read_surface
+
+  !> A surface, or a curve to be extruded, from knots and control points.
+  subroutine read_listed(deck, record, parts, n_axes, surface, is_complete, error, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(patch_parts_t), intent(in) :: parts
+    integer, intent(in) :: n_axes
+    type(nurbs_surface_t), intent(out) :: surface
+    logical, intent(inout) :: is_complete
+    type(error_t), allocatable, intent(out) :: error
+    type(error_list_t), intent(inout) :: errors
+    type(knot_vector_t) :: axes(n_axes)
+    real(wp), allocatable :: points(:, :), weights(:)
+    real(wp) :: shift(3)
+    integer :: n(2)
+    logical :: has_axes, has_points
+
+    call read_axes(deck, parts, record, axes, has_axes, errors)
+    if (has_axes) call read_points(deck, parts, record, axes, points, weights, has_points, errors)
+    is_complete = is_complete .and. has_axes
+    if (is_complete) is_complete = has_points
+    if (.not. is_complete) return
+    if (n_axes == 2) then
+      n = axes%n_basis
+      call new_nurbs_surface(surface, axes(1), axes(2), reshape(points, [n(1), n(2), 3]), &
+                             reshape(weights, n), error)
+    else
+      shift = 0.0_wp
+      if (record%n_lines > 1) shift = vector(record, 2, 1)
+      points = points + spread(shift, 1, size(points, 1))
+      call extruded_surface(surface, axes(1), points, weights, vector(record, 1, 1), &
+                            field_integer(record, 1, 4), field_integer(record, 1, 5), error)
+    end if
+  end subroutine read_listed
+
+  !> Three fields of a line from `field` on.
+  pure function vector(record, line, field)
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line, field
+    real(wp) :: vector(3)
+    integer :: i
+
+    vector = [(field_real(record, line, field + i), i=0, 2)]
+  end function vector
+
+  !> Read the surfaces of a tool and what the log says of them; without surfaces on an error.
+  subroutine read_cad_tool(deck, record, units, tool, path, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    character(*), intent(in) :: units                     !! what *UNITS says, empty: nothing
+    type(tool_spec_t), intent(inout) :: tool
+    character(:), allocatable, intent(out) :: path        !! of the file, empty if none is named
+    type(error_list_t), intent(inout) :: errors
+    type(iges_request_t) :: request
+    logical :: is_there
+
+    path = ""
+    if (.not. is_option_given(deck, record, "INPUT")) then
+      call add_error(errors, record%origin, "no option INPUT", "INPUT=file.igs for TYPE=IGES")
+      return
+    end if
+    if (.not. record%is_valid) return
+    request%origin = record%origin
+    request%path = path_beside(record%origin%file, option_text(deck, record, "INPUT"))
+    request%unit = deck_unit(deck, record, units)
+    request%labels = entries_of(option_text(deck, record, "LABEL"))
+    call read_numbers(deck, record, request%numbers, errors)
+    inquire (file=request%path, exist=is_there)
+    if (.not. is_there) then
+      call add_error(errors, record%origin, "no file `"//request%path//"`", &
+                     "the path of an IGES file, as the deck's folder sees it")
+      return
+    end if
+    call read_iges(request, tool%surfaces, tool%notes, errors)
+    path = request%path
+  end subroutine read_cad_tool
+
+  !> Refuse the options of CAD files for a tool of another type.
+  subroutine check_cad_options(deck, record, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(error_list_t), intent(inout) :: errors
+    character(*), parameter :: options(4) = [character(6) :: "INPUT", "LENGTH", "ENTITY", "LABEL"]
+    integer :: i
+
+    do i = 1, size(options)
+      if (.not. is_option_given(deck, record, trim(options(i)))) cycle
+      call add_error(errors, record%origin, "the option "//trim(options(i))//" for a tool of "// &
+                     "TYPE="//option_text(deck, record, "TYPE"), "this option with TYPE=IGES only")
+    end do
+  end subroutine check_cad_options
+
+  !> The unit of LENGTH, else that of *UNITS, else millimetres.
+  function deck_unit(deck, record, units) result(unit)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    character(*), intent(in) :: units
+    character(:), allocatable :: unit
+    type(string_t), allocatable :: named(:)
+    integer :: i
+
+    unit = option_text(deck, record, "LENGTH")
+    if (unit /= "") return
+    unit = "MM"
+    named = entries_of(units)
+    do i = 1, size(named)
+      if (.not. unit_in_mm(named(i)%value) > 0.0_wp) cycle
+      unit = upper_case(named(i)%value)
+      return
+    end do
+  end function deck_unit
+
+  subroutine read_numbers(deck, record, numbers, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    integer, allocatable, intent(out) :: numbers(:)
+    type(error_list_t), intent(inout) :: errors
+    type(string_t), allocatable :: words(:)
+    integer :: i, first
+    logical :: is_number
+
+    words = entries_of(option_text(deck, record, "ENTITY"))
+    allocate (numbers(size(words)))
+    do i = 1, size(words)
+      first = merge(2, 1, upper_case(words(i)%value(1:1)) == "D" .and. len(words(i)%value) > 1)
+      call read_integer(words(i)%value(first:), numbers(i), is_number)
+      if (.not. is_number) call add_error(errors, record%origin, "`"//words(i)%value// &
+                                          "` in ENTITY", "directory numbers such as ""5,9""")
+    end do
+  end subroutine read_numbers
+
+  !> The entries of a list that commas separate; empty ones are left out.
+  pure function entries_of(list) result(entries)
+    character(*), intent(in) :: list
+    type(string_t), allocatable :: entries(:)
+    type(string_t) :: entry
+    integer :: first, length
+
+    allocate (entries(0))
+    first = 1
+    do while (first <= len(list))
+      length = index(list(first:)//",", ",") - 1
+      entry%value = squeezed(list(first:first + length - 1))
+      if (entry%value /= "") entries = [entries, entry]
+      first = first + length + 1
+    end do
+  end function entries_of
+
+end module tool_keywords
