@@ -61,24 +61,27 @@ contains
     call add_option(table, "AXIS", kind_choice, "axis of a round shape: thickness of a disk or "// &
                     "ring, length of a bar or tube, from the bottom of a cup to its edge", &
                     default="Z", choices="X|Y|Z")
-    call add_option(table, "RULE", kind_name, "integration points of an element: SHEET "// &
+    call add_option(table, "QUADRATURE", kind_name, "integration points of an element: SHEET "// &
                     "(degree along the sheet, degree + 1 in each half of the thickness, which "// &
                     "is axis 3), FULL (degree + 1 per direction), REDUCED (degree per "// &
                     "direction) or three counts in quotes; 2x3 splits the element in 2 equal "// &
-                    "parts of 3 points each", default="SHEET")
-    call add_option(table, "SPACING", kind_choice, "what lies at equal distances in a box: "// &
-                    "knots, or control points, which makes the elements at the ends longer and "// &
-                    "the stable step larger where the size along the sheet governs it; the "// &
-                    "shape is the same", default="KNOTS", choices="KNOTS|CONTROL POINTS")
+                    "parts of 3 points each", default="SHEET", alias="RULE")
+    call add_option(table, "MESH SPACING", kind_choice, "what lies at equal distances in a "// &
+                    "box: knots, or control points, which makes the elements at the ends "// &
+                    "longer and the stable step larger where the size along the sheet governs "// &
+                    "it; the shape is the same", default="KNOTS", choices="KNOTS|CONTROL POINTS", &
+                    alias="SPACING")
     call add_option(table, "PROJECTION", kind_choice, "strains projected against locking: BBAR "// &
                     "the volume strain, ANS also transverse shear, with the thickness strain "// &
                     "following", default="NONE", choices="NONE|BBAR|ANS")
-    call add_option(table, "SPACE", kind_choice, "what strains are projected onto: polynomials "// &
-                    "of each ELEMENT, or (BBAR only) the SMOOTH splines of one degree less on "// &
-                    "the knots of the patch", default="ELEMENT", choices="ELEMENT|SMOOTH")
-    call add_option(table, "SAMPLES", kind_name, "terms of the projection in each direction of "// &
-                    "an element, three counts in quotes up to the integration points there; "// &
-                    "the degrees where none are given", is_required=.false.)
+    call add_option(table, "PROJECTION SPACE", kind_choice, "what strains are projected onto: "// &
+                    "polynomials of each ELEMENT, or (BBAR only) the SMOOTH splines of one "// &
+                    "degree less on the knots of the patch", default="ELEMENT", &
+                    choices="ELEMENT|SMOOTH", alias="SPACE")
+    call add_option(table, "PROJECTION TERMS", kind_name, "terms of the projection in each "// &
+                    "direction of an element, three counts in quotes up to the integration "// &
+                    "points there; the degrees where none are given", is_required=.false., &
+                    alias="SAMPLES")
     call add_option(table, "MERGE", kind_choice, "whether control points on the outsides of "// &
                     "patches that lie in one place move as one", default="YES", choices="YES|NO")
     call add_option(table, "TOLERANCE", kind_real, "largest distance of such points; 0: a "// &
@@ -86,7 +89,7 @@ contains
                     "must be farther apart, or one", default="0", unit="length", range=">= 0")
     call add_box_lines(table)
     call add_round_lines(table)
-    call add_example(table, "*BLANK, NAME=sheet, MATERIAL=steel, TYPE=BOX, RULE=""2,2,2x3""", &
+    call add_example(table, "*BLANK, NAME=sheet, MATERIAL=steel, QUADRATURE=""2,2,2x3""", &
                      "x, -50, 650, 2, 70", "z, 0, 400, 2, 8", "y, 0, 3, 2, 1")
   end subroutine add_blank_keyword
 
@@ -237,7 +240,7 @@ contains
       if (.not. is_complete) return
       do p = 1, size(blank%patches)
         call refine(deck, context%parts(1), blank%patches(p)%solid, errors)
-        call read_rule(option_text(deck, record, "RULE"), record, blank%patches(p), errors)
+        call read_rule(option_text(deck, record, "QUADRATURE"), record, blank%patches(p), errors)
       end do
       call read_projection(deck, record, blank, errors)
       if (.not. context%frame%is_box) call join_patches(deck, record, blank, errors)
@@ -261,7 +264,7 @@ contains
     case ("BOX")
       call check_parts(deck, context%parts(1), 0, "a blank of TYPE=BOX", errors)
       if (record%is_valid) then
-        call read_box(record, option_text(deck, record, "SPACING") == "CONTROL POINTS", &
+        call read_box(record, option_text(deck, record, "MESH SPACING") == "CONTROL POINTS", &
                       blank%patches(1)%solid, context%frame, is_complete, errors)
       end if
     case ("PATCHES")
@@ -416,7 +419,7 @@ contains
     case default
       call read_count(rule, patch%n_points, patch%n_parts, is_good)
     end select
-    if (.not. is_good) call add_error(errors, record%origin, "RULE="//rule, &
+    if (.not. is_good) call add_error(errors, record%origin, "QUADRATURE="//rule, &
                                       "SHEET, FULL, REDUCED or three counts from 1 to "// &
                                       to_text(most_points)//" such as ""2,2,2x3"""// &
                                       did_you_mean(upper_case(rule), &
@@ -451,34 +454,34 @@ contains
     logical :: is_good
 
     blank%projection = option_text(deck, record, "PROJECTION")
-    blank%is_smooth = option_text(deck, record, "SPACE") == "SMOOTH"
+    blank%is_smooth = option_text(deck, record, "PROJECTION SPACE") == "SMOOTH"
     if (blank%is_smooth .and. blank%projection /= "BBAR") &
-      call add_error(errors, record%origin, "SPACE=SMOOTH with PROJECTION="//blank%projection, &
-                     "PROJECTION=BBAR, or no SPACE=SMOOTH")
+      call add_error(errors, record%origin, "PROJECTION SPACE=SMOOTH with PROJECTION="// &
+                     blank%projection, "PROJECTION=BBAR, or no PROJECTION SPACE=SMOOTH")
     if (blank%is_smooth) then
       do p = 1, size(blank%patches)
         associate (patch => blank%patches(p))
           if (all(patch%n_points*patch%n_parts >= patch%solid%axes%degree)) cycle
         end associate
-        call add_error(errors, record%origin, "SPACE=SMOOTH with fewer integration points than "// &
-                       "the degree in a direction", "at least as many, such as RULE=REDUCED")
+        call add_error(errors, record%origin, "PROJECTION SPACE=SMOOTH with fewer "// &
+                       "integration points than the degree in a direction", "at least as "// &
+                       "many, such as QUADRATURE=REDUCED")
         exit
       end do
     end if
-    if (.not. is_option_given(deck, record, "SAMPLES")) return
-    samples = option_text(deck, record, "SAMPLES")
-    if (blank%projection == "NONE") call add_error(errors, record%origin, "SAMPLES="//samples// &
-                                                   " without a projection", &
-                                                   "PROJECTION=BBAR or ANS beside it")
-    if (blank%is_smooth) call add_error(errors, record%origin, "SAMPLES="//samples// &
-                                        " beside SPACE=SMOOTH", "SPACE=ELEMENT or no SAMPLES")
+    if (.not. is_option_given(deck, record, "PROJECTION TERMS")) return
+    samples = option_text(deck, record, "PROJECTION TERMS")
+    if (blank%projection == "NONE") call add_error(errors, record%origin, &
+      "PROJECTION TERMS="//samples//" without a projection", "also PROJECTION=BBAR or ANS")
+    if (blank%is_smooth) call add_error(errors, record%origin, "PROJECTION TERMS="//samples// &
+      " with PROJECTION SPACE=SMOOTH", "PROJECTION SPACE=ELEMENT or no PROJECTION TERMS")
     call read_count(samples, blank%n_samples, n_parts, is_good)
     if (is_good) is_good = all(n_parts == 1)
     do p = 1, size(blank%patches)
       if (is_good) is_good = all(blank%n_samples <= blank%patches(p)%n_points &
                                  *blank%patches(p)%n_parts)
     end do
-    if (.not. is_good) call add_error(errors, record%origin, "SAMPLES="//samples, &
+    if (.not. is_good) call add_error(errors, record%origin, "PROJECTION TERMS="//samples, &
                                       "three counts from 1 to the integration points of the "// &
                                       'direction, such as "2,2,1"')
   end subroutine read_projection

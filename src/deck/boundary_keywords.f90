@@ -2,7 +2,7 @@
 module boundary_keywords
   use kinds, only: wp
   use input_errors, only: error_list_t, add_error
-  use text, only: upper_case, read_integer
+  use text, only: upper_case, read_integer, to_text
   use scene, only: scene_t, boundary_spec_t, load_spec_t
   use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                            add_vector, add_example, kind_real, kind_integer, kind_name, &
@@ -33,8 +33,9 @@ contains
     call add_keyword(table, "BOUNDARY", "Prescribed velocity of the control points of a set, "// &
                      "zero if none is given. Where lines meet, the last one holds.", &
                      place=in_any_step, read=read_boundaries)
-    call add_option(table, "TYPE", kind_choice, "what the value is", default="VELOCITY", &
-                    choices="VELOCITY")
+    call add_option(table, "TYPE", kind_choice, "what the values are, required if any of them "// &
+                    "is not zero. Displacements cannot be prescribed", is_required=.false., &
+                    choices="VELOCITY|DISPLACEMENT")
     call add_amplitude_option(table, "the value")
     call add_op_option(table)
     call add_line(table, "A set and its components.", n_min=0, n_max=any_number)
@@ -45,7 +46,8 @@ contains
                    is_required=.false., range=">= 1 and <= 3")
     call add_field(table, "velocity", kind_real, "velocity of these components", default="0", &
                    unit="length/time")
-    call add_example(table, "*BOUNDARY, AMPLITUDE=soft start", "X_MIN, XSYMM", "X_MAX, 1, 1, 2000")
+    call add_example(table, "*BOUNDARY, TYPE=VELOCITY, AMPLITUDE=soft start", "X_MIN, XSYMM", &
+                     "X_MAX, 1, 1, 2000")
 
     call add_load_keywords(table)
   end subroutine add_boundary_keywords
@@ -116,6 +118,8 @@ contains
           scene%boundaries(n)%first_step = step
           scene%boundaries(n)%origin = line_origin(deck, record, line)
           call read_components(record, line, scene%boundaries(n), errors)
+          if (any(abs(scene%boundaries(n)%velocity) > 0.0_wp)) &
+            call check_type(option_text(deck, record, "TYPE"), scene%boundaries(n), errors)
           call find_set(context, field_word(record, line, 1), &
                         line_origin(deck, record, line), scene, set, errors)
           scene%boundaries(n)%set = set
@@ -123,6 +127,22 @@ contains
       end associate
     end do
   end subroutine read_boundaries
+
+  !> Values without TYPE could be displacements, which they are in Abaqus.
+  subroutine check_type(type, boundary, errors)
+    character(*), intent(in) :: type              !! empty: not given
+    type(boundary_spec_t), intent(in) :: boundary
+    type(error_list_t), intent(inout) :: errors
+
+    if (type == "DISPLACEMENT") then
+      call add_error(errors, boundary%origin, "TYPE=DISPLACEMENT", "TYPE=VELOCITY and the "// &
+                     "velocity, whose integral over the step is the displacement")
+    else if (type == "") then
+      call add_error(errors, boundary%origin, "a value of "// &
+                     to_text(boundary%velocity(maxloc(abs(boundary%velocity), 1)))// &
+                     " without the option TYPE", "*BOUNDARY, TYPE=VELOCITY: values are velocities")
+    end if
+  end subroutine check_type
 
   !> Which components a line prescribes, by number or by one of the names of Abaqus.
   subroutine read_components(record, line, boundary, errors)

@@ -39,8 +39,9 @@ contains
                     choices="GAUSS|KNOT|GREVILLE")
     call add_option(table, "COUNT", kind_name, "Gauss points per element in the two directions "// &
                     "of the face, such as ""3,3""; degree + 1 if not given", is_required=.false.)
-    call add_option(table, "PENALTY", kind_real, "factor s of the penalty s m/dt^2, m being "// &
-                    "the mass that the point sees", default="0.5", range="> 0")
+    call add_option(table, "PENALTY SCALE", kind_real, "factor s of the penalty s m/dt^2, m "// &
+                    "being the mass that the point sees", default="0.5", range="> 0", &
+                    alias="PENALTY")
     call add_option(table, "STIFFNESS", kind_real, "penalty per area instead of the one from "// &
                     "mass and step; 0: none given", default="0", unit="stress/length", &
                     range=">= 0")
@@ -49,8 +50,9 @@ contains
     call add_option(table, "DAMPING", kind_real, "damping of the motion along the normal, as "// &
                     "part of the critical damping of penalty and mass", default="0", &
                     range=">= 0 and <= 0.5")
-    call add_option(table, "OVERHANG", kind_real, "how far beyond the border of the tool a "// &
-                    "point still touches", default="0", unit="length", range=">= 0")
+    call add_option(table, "EXTENSION ZONE", kind_real, "how far beyond the border of the tool "// &
+                    "a point still touches", default="0", unit="length", range=">= 0", &
+                    alias="OVERHANG")
     call add_option(table, "START", kind_choice, "start of the closest-point search: the last "// &
                     "answer, or the corner of the tool's face", default="WARM", &
                     choices="WARM|CORNER")
@@ -79,11 +81,11 @@ contains
         end if
         contact%points = option_text(deck, record, "POINTS")
         contact%is_corner_start = option_text(deck, record, "START") == "CORNER"
-        contact%penalty_scale = option_real(deck, record, "PENALTY")
+        contact%penalty_scale = option_real(deck, record, "PENALTY SCALE")
         contact%stiffness = option_real(deck, record, "STIFFNESS")
         contact%friction = option_real(deck, record, "FRICTION")
         contact%damping = option_real(deck, record, "DAMPING")
-        contact%overhang = option_real(deck, record, "OVERHANG")
+        contact%overhang = option_real(deck, record, "EXTENSION ZONE")
         call read_face(deck, record, context%frame, contact, errors)
       end associate
     end do
@@ -139,12 +141,13 @@ contains
                     "across make the force exact within a per cent", unit="length", range="> 0")
     call add_option(table, "FACE", kind_name, "large face of the blank that the bead is on", &
                     default="ZETA_MAX")
-    call add_option(table, "SLIP", kind_real, "way at which the springs give in; 0: a "// &
+    call add_option(table, "ELASTIC SLIP", kind_real, "way at which the springs give in; 0: a "// &
                     "hundredth of the width. It is raised where the time step needs it", &
-                    default="0", unit="length", range=">= 0")
+                    default="0", unit="length", range=">= 0", alias="SLIP")
     call add_amplitude_option(table, "the forces")
-    call add_option(table, "CLOSING", kind_name, "tool whose way from its start the amplitude "// &
-                    "runs over, instead of the time", is_required=.false.)
+    call add_option(table, "CLOSING TOOL", kind_name, "tool whose way from its start the "// &
+                    "amplitude runs over, instead of the time", is_required=.false., &
+                    alias="CLOSING")
     call add_line(table, "Forces per length of the line.")
     call add_field(table, "restraint", kind_real, "greatest force across the line", &
                    unit="force/length", range=">= 0")
@@ -182,18 +185,18 @@ contains
         bead%given_step = step_of(record%step)
         bead%first_step = bead%given_step
         bead%width = option_real(deck, record, "WIDTH")
-        bead%slip = option_real(deck, record, "SLIP")
+        bead%slip = option_real(deck, record, "ELASTIC SLIP")
         call find_amplitude(deck, record, context, bead%curve, errors)
         if (bead%curve > 0) then
           if (any(scene%curves(bead%curve)%values < 0.0_wp)) call add_error(errors, &
             record%origin, "an amplitude with values below 0", "one that holds the sheet back")
         end if
-        if (is_option_given(deck, record, "CLOSING")) then
-          call resolve(context%names%tools, option_text(deck, record, "CLOSING"), "*TOOL", &
+        if (is_option_given(deck, record, "CLOSING TOOL")) then
+          call resolve(context%names%tools, option_text(deck, record, "CLOSING TOOL"), "*TOOL", &
                        record%origin, &
                        bead%closing, errors)
-          if (bead%curve == 0) call add_error(errors, record%origin, "CLOSING without AMPLITUDE", &
-                                              "an amplitude of the forces over the way of the tool")
+          if (bead%curve == 0) call add_error(errors, record%origin, "CLOSING TOOL without "// &
+            "AMPLITUDE", "an amplitude of the forces over the stroke of the tool")
         end if
         face = squeezed(upper_case(option_text(deck, record, "FACE")))
         bead%face = face_of(face, context%frame)

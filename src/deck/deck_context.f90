@@ -73,7 +73,7 @@ contains
         case (names_point); call enter_name(deck, record, names%points, errors)
         case (names_tool)
           call enter_name(deck, record, names%patches, errors)
-          if (.not. is_option_given(deck, record, "PART OF")) &
+          if (.not. is_option_given(deck, record, "COMPONENT OF")) &
             call enter_name(deck, record, names%tools, known)
         end select
       end associate

@@ -74,13 +74,13 @@ contains
     call add_option(table, "HARDENING", kind_choice, "hardening law; ISOTROPIC is TABLE, as "// &
                     "Abaqus calls it", default="VOCE", &
                     choices="VOCE|SWIFT|LINEAR|TABLE|ISOTROPIC|VOCE SWIFT|PERFECT")
-    call add_option(table, "RETURN", kind_choice, "return to the yield surface: backward "// &
-                    "Euler, or the semi-implicit scheme of Cardoso and Adetoro (2017, box 1), "// &
-                    "one Newton step for each of STAGES residual levels that fall evenly to "// &
-                    "zero; where the flow stress rises infinitely steeply at the start, the "// &
-                    "first stage solves its level exactly", &
-                    default="BACKWARD EULER", choices="BACKWARD EULER|MULTISTAGE")
-    call add_option(table, "STAGES", kind_integer, "residual levels of RETURN=MULTISTAGE", &
+    call add_option(table, "STRESS UPDATE", kind_choice, "return to the yield surface: "// &
+                    "backward Euler, or the semi-implicit scheme of Cardoso and Adetoro (2017, "// &
+                    "box 1), one Newton step for each of STAGES residual levels that fall "// &
+                    "evenly to zero; where the flow stress rises infinitely steeply at the "// &
+                    "start, the first stage solves its level exactly", default="BACKWARD EULER", &
+                    choices="BACKWARD EULER|MULTISTAGE", alias="RETURN")
+    call add_option(table, "STAGES", kind_integer, "residual levels of STRESS UPDATE=MULTISTAGE", &
                     default="10", range=">= 1")
     call add_hardening_lines(table)
     call add_example(table, "*PLASTIC, HARDENING=VOCE", "250, 250, 6")
@@ -144,6 +144,8 @@ contains
                      "numbers of its *CYCLIC HARDENING, PARAMETERS behind *PLASTIC, "// &
                      "HARDENING=VOCE. In shear beyond 1 a back stress with small gamma brings "// &
                      "too little shear stress (Jaumann rate); runs warn.", parent="MATERIAL")
+    call add_option(table, "HARDENING", kind_choice, "accepted for Abaqus compatibility", &
+                    default="COMBINED", choices="COMBINED")
     call add_line(table, "One line for each back stress.", n_max=any_number)
     call add_field(table, "C", kind_real, "slope at the start", unit="stress", range="> 0")
     call add_field(table, "gamma", kind_real, "rate of saturation; 0: linear", range=">= 0")
@@ -523,7 +525,7 @@ contains
     material%constants = all_numbers(record)
     material%plasticity%hardening = option_text(deck, record, "HARDENING")
     if (material%plasticity%hardening == "ISOTROPIC") material%plasticity%hardening = "TABLE"
-    if (option_text(deck, record, "RETURN") == "MULTISTAGE") then
+    if (option_text(deck, record, "STRESS UPDATE") == "MULTISTAGE") then
       material%plasticity%n_stages = option_integer(deck, record, "STAGES")
     end if
   end subroutine read_plastic

@@ -23,8 +23,9 @@ contains
   subroutine add_output_keywords(table)
     type(keyword_table_t), intent(inout) :: table
 
-    call add_keyword(table, "PROBE", "A point of the blank whose motion goes into the history.", &
-                     names=names_point, read=read_probes)
+    call add_keyword(table, "HISTORY POINT", "A point of the blank whose motion is written to "// &
+                     "the history.", &
+                     alias="PROBE", names=names_point, read=read_probes)
     call add_option(table, "NAME", kind_name, "name in the result file")
     call add_option(table, "PATCH", kind_name, "patch of the blank, the first if none is given", &
                     is_required=.false.)
@@ -32,7 +33,7 @@ contains
     call add_field(table, "xi", kind_real, "parametric coordinate")
     call add_field(table, "eta", kind_real, "parametric coordinate")
     call add_field(table, "zeta", kind_real, "parametric coordinate")
-    call add_example(table, "*PROBE, NAME=middle", "0.5, 0.5, 0.5")
+    call add_example(table, "*HISTORY POINT, NAME=middle", "0.5, 0.5, 0.5")
 
     call add_keyword(table, "OUTPUT", "What is written and how often.", is_unique=.true., &
                      place=in_any_step, is_in_digest=.false.)
@@ -116,7 +117,7 @@ contains
     end associate
   end subroutine read_checkpoints
 
-  !> Fill the list of probes, one for each *PROBE in the order of the deck.
+  !> Fill the list of probes, one for each *HISTORY POINT in the order of the deck.
   subroutine read_probes(deck, context, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_context_t), intent(inout) :: context
@@ -125,7 +126,7 @@ contains
     integer, allocatable :: found(:)
     integer :: i, a
 
-    found = find_records(deck, "PROBE")
+    found = find_records(deck, "HISTORY POINT")
     allocate (scene%probes(size(found)))
     do i = 1, size(found)
       associate (record => deck%records(found(i)), probe => scene%probes(i))

@@ -69,7 +69,7 @@ contains
     type(keyword_spec_t), intent(in) :: keywords(:)
     type(record_t), intent(inout) :: record
     type(error_list_t), intent(inout) :: errors
-    type(string_t) :: names(size(keywords))
+    type(string_t), allocatable :: names(:)
     integer :: i
 
     do i = 1, size(keywords)
@@ -98,8 +98,11 @@ contains
       call add_error(errors, record%origin, "an unknown keyword", counterpart(block%keyword))
       return
     end if
-    do i = 1, size(names)
-      names(i)%value = "*"//keywords(i)%name
+    allocate (names(2*size(keywords)))
+    do i = 1, size(keywords)
+      names(2*i - 1)%value = "*"//keywords(i)%name
+      names(2*i)%value = names(2*i - 1)%value
+      if (keywords(i)%alias /= "") names(2*i)%value = "*"//keywords(i)%alias
     end do
     call add_error(errors, record%origin, "an unknown keyword", &
                    "a keyword of input/KEYWORDS.md"//did_you_mean("*"//block%keyword, names))
@@ -156,12 +159,14 @@ contains
     type(keyword_spec_t), intent(in) :: spec
     type(record_t), intent(inout) :: record
     type(error_list_t), intent(inout) :: errors
-    type(string_t) :: names(size(spec%options))
+    type(string_t) :: names(size(spec%options)), aliases(size(spec%options))
     integer :: i
 
     allocate (record%options(size(spec%options)), record%is_given(size(spec%options)))
     do i = 1, size(spec%options)
       names(i)%value = spec%options(i)%name
+      aliases(i)%value = names(i)%value
+      if (spec%options(i)%alias /= "") aliases(i)%value = spec%options(i)%alias
       call check_option(block, spec%options(i), record%origin, record%options(i)%value, &
                         record%is_given(i), errors)
     end do
@@ -175,7 +180,7 @@ contains
                          "a list in quotes: "//quoted_list(block, i - 1))
         else
           call add_error(errors, record%origin, "the unknown option "//name, &
-                         listed(names)//did_you_mean(name, names))
+                         listed(names)//did_you_mean(name, [names, aliases]))
         end if
       end associate
     end do

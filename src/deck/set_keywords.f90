@@ -8,7 +8,7 @@ module set_keywords
   use scene, only: scene_t, set_spec_t
   use keyword_spec, only: did_you_mean
   use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                           add_example, kind_name, any_number, in_any_step, names_set
+                           add_example, kind_name, any_number, in_any_step, names_set, kind_choice
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given, &
                           line_origin, n_fields, field_word
   use deck_context, only: deck_names_t, deck_context_t, box_frame_t
@@ -32,19 +32,22 @@ contains
   subroutine add_set_keyword(table)
     type(keyword_table_t), intent(inout) :: table
 
-    call add_keyword(table, "SET", "Names a part of the blank: what all its lines have in "// &
-                     "common. A control point belongs to it when its Greville abscissae do. "// &
-                     "Faces and ALL need no set: their names serve wherever a set is asked for.", &
+    call add_keyword(table, "SET", "Names a part of the blank: the intersection of its lines. "// &
+                     "A control point belongs to it when its Greville abscissae do. Faces and "// &
+                     "ALL need no set: their names serve wherever a set is asked for.", &
                      place=in_any_step, names=names_set, read=read_sets)
     call add_option(table, "NAME", kind_name, "name")
     call add_option(table, "PATCH", kind_name, "patch of the blank, all if none is given; a "// &
                     "name without its number stands for all that differ in it alone", &
                     is_required=.false.)
+    call add_option(table, "OPERATION", kind_choice, "how several lines or several names on a "// &
+                    "line combine, required with several lines: the set is their intersection", &
+                    is_required=.false., choices="INTERSECTION")
     call add_line(table, "One or more face names ("//face_text//"; two "// &
                   "make an edge), or an axis (xi, eta, zeta; for a box also x, y, z) with the "// &
                   "lower and the upper bound.", n_max=any_number, is_repeated=.true.)
     call add_field(table, "face or axis", kind_name, "name of a face, or axis and bounds")
-    call add_example(table, "*SET, NAME=gauge", "ZETA_MAX", "x, 20, 40")
+    call add_example(table, "*SET, NAME=gauge, OPERATION=INTERSECTION", "ZETA_MAX", "x, 20, 40")
   end subroutine add_set_keyword
 
   !> Fill the list of sets, one for each *SET in the order of the deck.
@@ -72,6 +75,10 @@ contains
           call add_error(errors, record%origin, "the name "//set%name, &
                          "a name that is not ALL or that of a face")
         end if
+        if (record%n_lines > 1 .and. .not. is_option_given(deck, record, "OPERATION")) &
+          call add_error(errors, record%origin, to_text(record%n_lines)//" data lines without "// &
+                         "the option OPERATION", "OPERATION=INTERSECTION: the set is what "// &
+                         "the lines have in common")
         if (record%is_valid) then
           do line = 1, record%n_lines
             call read_line(deck, record, line, context%frame, scene, set, errors)

@@ -27,11 +27,11 @@ contains
     call add_keyword(table, "DYNAMIC", "The explicit step.", is_unique=.true., place=inside_step, &
                      is_required=.true., read=read_steps)
     call add_option(table, "EXPLICIT", kind_flag, "may be given; no other procedure is there")
-    call add_option(table, "SAFETY", kind_real, "fraction of the stable step; above 1, for "// &
-                    "trials, runs are unstable but where that step is too cautious; steps "// &
+    call add_option(table, "SCALE FACTOR", kind_real, "fraction of the stable step; above 1, "// &
+                    "for trials, runs are unstable but where that step is too cautious; steps "// &
                     "that deformation has made shorter may be up to 3 % longer again, to hit "// &
-                    "output times in whole steps", &
-                    default="0.8", range="> 0 and <= 2")
+                    "output times in whole steps", default="0.8", range="> 0 and <= 2", &
+                    alias="SAFETY")
     call add_option(table, "STABLE STEP", kind_choice, "from the largest frequency of the "// &
                     "whole blank, or from that of its elements, which lies above it", &
                     default="ASSEMBLED", choices="ASSEMBLED|ELEMENT")
@@ -40,7 +40,7 @@ contains
                    is_required=.false.)
     call add_field(table, "end time", kind_real, "the same, if the first field is empty", &
                    unit="time", range="> 0", is_required=.false.)
-    call add_example(table, "*DYNAMIC, EXPLICIT, SAFETY=0.8", "4.0e-3")
+    call add_example(table, "*DYNAMIC, EXPLICIT, SCALE FACTOR=0.8", "4.0e-3")
 
     call add_keyword(table, "BULK VISCOSITY", "Damping of the volume change; 0, 0 leaves it out.", &
                      is_unique=.true., place=in_first_step)
@@ -142,9 +142,9 @@ contains
                     "points, the differences to their mean along the column; 1: none. "// &
                     "Supports leave the stable step as it is", range=">= 1", &
                     is_required=.false.)
-    call add_option(table, "STEP", kind_real, "time step that all masses are raised for, by "// &
-                    "one factor and after the other scaling; 0: none", unit="time", range=">= 0", &
-                    is_required=.false.)
+    call add_option(table, "DT", kind_real, "time step that all masses are raised for, by one "// &
+                    "factor and after the other scaling; 0: none", unit="time", range=">= 0", &
+                    is_required=.false., alias="STEP")
     call add_example(table, "*MASS SCALING, THICKNESS=4")
   end subroutine add_dynamics_keywords
 
@@ -420,15 +420,15 @@ contains
     real(wp) :: safety
     logical :: is_element
 
-    safety = option_real(deck, record, "SAFETY")
+    safety = option_real(deck, record, "SCALE FACTOR")
     is_element = option_text(deck, record, "STABLE STEP") == "ELEMENT"
     if (number == 1) then
       step%safety = safety
       step%is_element_step = is_element
     else if ((abs(safety - step%safety) > 0.0_wp .and. abs(safety - default%safety) > 0.0_wp) &
              .or. (is_element .and. .not. step%is_element_step)) then
-      call add_error(errors, record%origin, "another SAFETY or STABLE STEP than in the first "// &
-                     "step", "them in the first step alone; they hold in all")
+      call add_error(errors, record%origin, "another SCALE FACTOR or STABLE STEP than in "// &
+                     "the first step", "them in the first step alone; they hold in all")
     end if
   end subroutine read_stable_step
 
@@ -463,9 +463,9 @@ contains
     if (i == 0) return
     has_factor = is_option_given(deck, deck%records(i), "THICKNESS")
     if (has_factor) step%thickness_factor = option_real(deck, deck%records(i), "THICKNESS")
-    step%target_step = option_real(deck, deck%records(i), "STEP")
-    if (.not. (has_factor .or. is_option_given(deck, deck%records(i), "STEP"))) &
-      call add_error(errors, deck%records(i)%origin, "no option", "THICKNESS or STEP or both")
+    step%target_step = option_real(deck, deck%records(i), "DT")
+    if (.not. (has_factor .or. is_option_given(deck, deck%records(i), "DT"))) &
+      call add_error(errors, deck%records(i)%origin, "no option", "THICKNESS or DT or both")
     if (step%thickness_factor > 1.0_wp .and. step%is_element_step) then
       call add_error(errors, deck%records(i)%origin, "THICKNESS with STABLE STEP=ELEMENT", &
                      "STABLE STEP=ASSEMBLED in *DYNAMIC, which knows the scaled mass")

@@ -47,9 +47,9 @@ contains
                     "where the normal points (POSITIVE, if not given) or the other; "// &
                     "not for OFFSET", &
                     choices="POSITIVE|NEGATIVE", is_required=.false.)
-    call add_option(table, "PART OF", kind_name, "name of another *TOOL: this surface is then "// &
-                    "one of that tool, and has no side, motion or contact of its own", &
-                    is_required=.false.)
+    call add_option(table, "COMPONENT OF", kind_name, "name of another *TOOL: this surface is "// &
+                    "then one of that tool, and has no side, motion or contact of its own", &
+                    is_required=.false., alias="PART OF")
     call add_cad_options(table)
     call add_offset_option(table)
     call add_line(table, "Extrusion of the curve; it is eta of the surface.", when="EXTRUDED")
@@ -195,8 +195,8 @@ contains
     logical :: is_complete
 
     all_found = find_records(deck, "TOOL")
-    found = pack(all_found, [(.not. is_option_given(deck, deck%records(all_found(i)), "PART OF"), &
-                              i=1, size(all_found))])
+    found = pack(all_found, [(.not. is_option_given(deck, deck%records(all_found(i)), &
+                                                    "COMPONENT OF"), i=1, size(all_found))])
     allocate (scene%tools(size(found)))
     do i = 1, size(found)
       associate (record => deck%records(found(i)), tool => scene%tools(i))
@@ -268,14 +268,14 @@ contains
     integer :: tool, patch
     logical :: is_complete
 
-    call resolve(context%names%tools, option_text(deck, record, "PART OF"), "*TOOL", &
+    call resolve(context%names%tools, option_text(deck, record, "COMPONENT OF"), "*TOOL", &
                  record%origin, tool, &
                  errors)
     patch = place_of(context%names%patches, squeezed(upper_case(option_text(deck, record, "NAME"))))
     if (tool == 0 .or. patch == 0) return
     if (any(option_text(deck, record, "TYPE") == [character(6) :: "IGES", "OFFSET"])) then
-      call add_error(errors, record%origin, "a part of TYPE="// &
-                     option_text(deck, record, "TYPE"), "parts whose surface stands "// &
+      call add_error(errors, record%origin, "a component of TYPE="// &
+                     option_text(deck, record, "TYPE"), "components whose surface is given "// &
                      "in the deck, or a *TOOL of its own")
       return
     end if

@@ -281,7 +281,7 @@ def supports(rng, shape):
     if rng.random() < 0.4:
         name = "part"
         text = f"*SET, NAME=part\n{' '.join(rng.sample(shape.faces, rng.choice((1, 2))))}\n"
-    text += "*BOUNDARY\n"
+    text += "*BOUNDARY, TYPE=VELOCITY\n"
     for _ in range(rng.choice((1, 2))):
         what = rng.choice(("XSYMM", "YSYMM", "ZSYMM", "PINNED", "1, 2", "3, 3, 100"))
         text += f"{name}, {what}\n"

@@ -14,7 +14,7 @@ import tempfile
 import h5py
 import numpy as np
 
-RELEASE = """*BOUNDARY
+RELEASE = """*BOUNDARY, TYPE=VELOCITY
 X_MAX, 1, 1, <speed>
 *END STEP
 *STEP, NAME=release
