@@ -68,9 +68,9 @@ contains
                     "parts of 3 points each", default="SHEET", alias="RULE")
     call add_option(table, "MESH SPACING", kind_choice, "what lies at equal distances in a "// &
                     "box: knots, or control points, which makes the elements at the ends "// &
-                    "longer and the stable step larger where the size along the sheet governs "// &
-                    "it; the shape is the same", default="KNOTS", choices="KNOTS|CONTROL POINTS", &
-                    alias="SPACING")
+                    "longer and the stable time increment larger where the size along the "// &
+                    "sheet governs it; the shape is the same", default="KNOTS", &
+                    choices="KNOTS|CONTROL POINTS", alias="SPACING")
     call add_option(table, "PROJECTION", kind_choice, "strains projected against locking: BBAR "// &
                     "the volume strain, ANS also transverse shear, with the thickness strain "// &
                     "following", default="NONE", choices="NONE|BBAR|ANS")
@@ -324,7 +324,7 @@ contains
     if (option_text(deck, blank_record, "TYPE") == "PATCHES") return
     found = find_records(deck, "PATCH")
     if (size(found) == 0) return
-    call add_error(errors, deck%records(found(1))%origin, "a *PATCH beside a blank of TYPE="// &
+    call add_error(errors, deck%records(found(1))%origin, "a *PATCH with a blank of TYPE="// &
                    option_text(deck, blank_record, "TYPE"), "*BLANK with TYPE=PATCHES")
   end subroutine refuse_stray_patches
 

@@ -32,8 +32,9 @@ contains
                      "by a penalty on points of the face. Without friction and damping unless "// &
                      "named.", place=in_any_step, read=read_contacts)
     call add_option(table, "TOOL", kind_name, "name of the tool")
-    call add_option(table, "FACE", kind_name, "face of the blank: "//face_text// &
-                    "; AUTO: the large face that looks at the tool", default="AUTO")
+    call add_option(table, "FACE", kind_name, &
+                    "face of the blank: "//face_text// &
+                    "; AUTO: the top or bottom surface that faces the tool", default="AUTO")
     call add_option(table, "POINTS", kind_choice, "points of the face that may touch: Gauss "// &
                     "points, crossings of knot lines, or Greville points", default="GAUSS", &
                     choices="GAUSS|KNOT|GREVILLE")
@@ -50,8 +51,8 @@ contains
     call add_option(table, "DAMPING", kind_real, "damping of the motion along the normal, as "// &
                     "part of the critical damping of penalty and mass", default="0", &
                     range=">= 0 and <= 0.5")
-    call add_option(table, "EXTENSION ZONE", kind_real, "how far beyond the border of the tool "// &
-                    "a point still touches", default="0", unit="length", range=">= 0", &
+    call add_option(table, "EXTENSION ZONE", kind_real, "how far beyond the edge of the tool a "// &
+                    "point is still in contact", default="0", unit="length", range=">= 0", &
                     alias="OVERHANG")
     call add_option(table, "START", kind_choice, "start of the closest-point search: the last "// &
                     "answer, or the corner of the tool's face", default="WARM", &
@@ -132,22 +133,21 @@ contains
 
     call add_keyword(table, "DRAW BEAD", "A draw bead as a line of force: it holds back sheet "// &
                      "that is drawn across a polyline, in a band along it, up to a force per "// &
-                     "length. Sheet at rest is held by springs, motion along the line is free, "// &
-                     "and beyond the ends of the line nothing acts. Nothing bends the sheet "// &
-                     "there. A bead in a step begins with it; *MODEL CHANGE, REMOVE opens it.", &
-                     place=in_any_step, read=read_beads)
+                     "length. Sheet at rest is constrained by springs, motion along the line "// &
+                     "is free, and beyond the ends of the line nothing acts. Nothing bends the "// &
+                     "sheet there. A bead in a step begins with it; *MODEL CHANGE, REMOVE "// &
+                     "removes it.", place=in_any_step, read=read_beads)
     call add_option(table, "NAME", kind_name, "name", default="bead")
     call add_option(table, "WIDTH", kind_real, "width of the band; at least three elements "// &
                     "across make the force exact within a per cent", unit="length", range="> 0")
-    call add_option(table, "FACE", kind_name, "large face of the blank that the bead is on", &
-                    default="ZETA_MAX")
-    call add_option(table, "ELASTIC SLIP", kind_real, "way at which the springs give in; 0: a "// &
+    call add_option(table, "FACE", kind_name, "top or bottom surface of the blank that the "// &
+                    "bead is on", default="ZETA_MAX")
+    call add_option(table, "ELASTIC SLIP", kind_real, "slip at which the springs yield; 0: a "// &
                     "hundredth of the width. It is raised where the time step needs it", &
                     default="0", unit="length", range=">= 0", alias="SLIP")
     call add_amplitude_option(table, "the forces")
-    call add_option(table, "CLOSING TOOL", kind_name, "tool whose way from its start the "// &
-                    "amplitude runs over, instead of the time", is_required=.false., &
-                    alias="CLOSING")
+    call add_option(table, "CLOSING TOOL", kind_name, "tool whose stroke the amplitude runs "// &
+                    "over, instead of the time", is_required=.false., alias="CLOSING")
     call add_line(table, "Forces per length of the line.")
     call add_field(table, "restraint", kind_real, "greatest force across the line", &
                    unit="force/length", range=">= 0")
@@ -201,7 +201,8 @@ contains
         face = squeezed(upper_case(option_text(deck, record, "FACE")))
         bead%face = face_of(face, context%frame)
         if (bead%face < first_large) then
-          call add_error(errors, record%origin, "FACE="//face, "one of the two large faces"// &
+          call add_error(errors, record%origin, "FACE="//face, "the top or the bottom "// &
+                         "surface of the sheet"// &
                          did_you_mean(face, faces))
         end if
         if (record%is_valid) call read_line(record, i, scene, errors)

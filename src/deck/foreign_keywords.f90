@@ -25,7 +25,7 @@ module foreign_keywords
     "CONTACT DAMPING", "CONTACT PROPERTY", "SURFACE"]
   character(*), parameter :: of_tools(3) = [character(13) :: "RIGID BODY", "RIGID SURFACE", "MASS"]
   character(*), parameter :: of_loads(4) = [character(8) :: "CLOAD", "DLOAD", "DSLOAD", "VELOCITY"]
-  character(*), parameter :: passed_over = ": it and its lines are passed over"
+  character(*), parameter :: passed_over = ": it and its lines are ignored"
 
 contains
 

@@ -34,13 +34,13 @@ contains
     call add_example(table, "*UNITS", "mm, t, s, N, MPa, mJ")
 
     call add_keyword(table, "INCLUDE", "Reads another file at this place. Data lines at the "// &
-                     "start of that file go on with the keyword before the *INCLUDE.", &
+                     "start of that file continue the keyword before the *INCLUDE.", &
                      place=anywhere, is_in_digest=.false.)
     call add_option(table, "INPUT", kind_name, "path of the file, relative to the file that "// &
                     "includes it")
     call add_example(table, "*INCLUDE, INPUT=channel/dies.inc")
 
-    call add_keyword(table, "END", "Ends the file it stands in; nothing behind it is read.", &
+    call add_keyword(table, "END", "Ends the file that contains it; nothing after it is read.", &
                      place=anywhere, is_in_digest=.false.)
     call add_example(table, "*END")
     call add_parameter_keyword(table)
@@ -51,13 +51,14 @@ contains
     type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "PARAMETER", "Names for numbers and texts. `<name>` or "// &
-                     "`<expression>` anywhere behind stands for the value. Expressions know + "// &
-                     "- * / ** ( ), sqrt, sin, cos, tan (radians), exp, log, abs, floor, ceil, "// &
-                     "round, min, max, pi and earlier parameters. `--set name=value` on the "// &
-                     "command line wins over the deck.", place=anywhere, is_in_digest=.false.)
+                     "`<expression>` anywhere after it is replaced by the value. Expressions "// &
+                     "know + - * / ** ( ), sqrt, sin, cos, tan (radians), exp, log, abs, "// &
+                     "floor, ceil, round, min, max, pi and earlier parameters. `--set "// &
+                     "name=value` on the command line wins over the deck.", place=anywhere, &
+                     is_in_digest=.false.)
     call add_option(table, "DEFAULT", kind_flag, "the lines hold only for parameters that have "// &
                     "no value yet, so a deck can set them before it includes this one")
-    call add_line(table, "One parameter a line: `name = expression` or `name = ""text""`.", &
+    call add_line(table, "One parameter per line: `name = expression` or `name = ""text""`.", &
                   n_max=any_number)
     call add_field(table, "definition", kind_words, "name, equals sign, value")
     call add_example(table, "*PARAMETER", "speed = 18750", "end_time = 150/(2*speed)", &
@@ -71,8 +72,8 @@ contains
     call add_keyword(table, "REDUCE", "Runs a scene that is the same all along its width "// &
                      "(extruded tools, uniform blank and loads) as a strip one element wide "// &
                      "without motion across it. Forces, energies and masses in deck and "// &
-                     "results are those of the full width. `--check` tells which scenes qualify.", &
-                     is_unique=.true., read=read_reduction)
+                     "results are those of the full width. `--check` reports which scenes "// &
+                     "qualify.", is_unique=.true., read=read_reduction)
     call add_option(table, "TYPE", kind_choice, "kind of the reduction", choices="PLANE STRAIN")
     call add_option(table, "AXIS", kind_choice, "coordinate across the width; without it, that "// &
                     "along which the scene is uniform", choices="X|Y|Z", is_required=.false.)

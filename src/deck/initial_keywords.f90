@@ -49,9 +49,9 @@ contains
     call add_vector(table, "", "a point of the axis of rotation")
     call add_line(table, "The state variables of the elements whose middle lies in a set, as "// &
                   "Abaqus places them: eight entries on a line, the set among them. Lines that "// &
-                  "begin with a number go on with the values; what a shorter line before them "// &
-                  "lacks counts as zeros.", &
-                  when="SOLUTION", n_min=0, n_max=any_number, is_repeated=.true.)
+                  "begin with a number continue the values; what a shorter line before them "// &
+                  "lacks counts as zeros.", when="SOLUTION", n_min=0, n_max=any_number, &
+                  is_repeated=.true.)
     call add_field(table, "set", kind_name, "name of a set or face, or ALL; or a value")
     call add_field(table, "value", kind_real, "a state variable", is_required=.false.)
     call add_line(table, "The control points of a set; where lines meet, the last one holds.", &
@@ -171,7 +171,7 @@ contains
           if (is_number .and. line > 1) then
             associate (last => starts(size(starts)))
               if (size(last%values) < n_full) call add_warning(errors, line_origin(deck, record, &
-                line - 1), "a line with less than eight entries, which goes on", "eight, the "// &
+                line - 1), "a line of fewer than eight entries that continues", "eight, the "// &
                 "set among them: what is missing counts as state variables that are zero")
               last%values = [last%values, spread(0.0_wp, 1, max(0, n_full - size(last%values))), &
                              number, start%values]

@@ -24,12 +24,12 @@ module keyword_manual
     "This page is generated: `igaform --keywords` prints it from the table that the reader uses.", &
     "", &
     "- A line that starts with `*` begins a keyword: `*KEYWORD, OPTION=value, FLAG`. Case does", &
-    "  not matter, `_` counts as a blank in keywords. A keyword line that ends with a comma goes", &
-    "  on in the next line.", &
-    "- The lines behind it are its data. Commas separate the fields; in a line without commas", &
-    "  blanks do. An empty field takes its default.", &
-    "- Names may hold blanks; a value that holds a comma stands in double quotes.", &
-    "- Lines that start with `**` or `$` are comments. Empty lines count for nothing.", &
+    "  not matter, `_` counts as a space in keywords. A keyword line that ends with a comma", &
+    "  continues in the next line.", &
+    "- The lines after it are its data. Commas separate the fields; in a line without commas", &
+    "  spaces do. An empty field takes its default.", &
+    "- Names may contain spaces; a value that contains a comma needs double quotes.", &
+    "- Lines that start with `**` or `$` are comments. Empty lines are ignored.", &
     "- The order of keywords is free, but parameters must be defined before they are used, and", &
     "  keywords that belong to another (*DENSITY to *MATERIAL) follow it.", &
     "- Units are up to you but must be consistent, such as mm, t, s, N, MPa, mJ.", &
@@ -130,12 +130,12 @@ contains
     integer :: i
 
     title = "One data line"
-    if (line%n_min == 0 .or. may_be_left_out(line)) title = "Data line, may be missing"
+    if (line%n_min == 0 .or. may_be_left_out(line)) title = "Optional data line"
     if (line%is_joinable) title = "One data line, or the end of the line before"
     if (line%n_min > 1) title = to_text(line%n_min)//" data lines"
     if (line%n_max == any_number) then
       title = "Data lines"
-      if (line%n_min == 0) title = "Data lines, may be missing"
+      if (line%n_min == 0) title = "Optional data lines"
     end if
     if (line%when /= "") then
       do i = 1, size(keyword%options)

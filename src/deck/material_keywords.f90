@@ -30,7 +30,7 @@ contains
   subroutine add_material_keywords(table)
     type(keyword_table_t), intent(inout) :: table
 
-    call add_keyword(table, "MATERIAL", "Begins a material; the keywords behind it that belong "// &
+    call add_keyword(table, "MATERIAL", "Begins a material; the keywords after it that belong "// &
                      "to *MATERIAL describe it.", names=names_material, read=read_materials, &
                      read_test=read_materials)
     call add_option(table, "NAME", kind_name, "name, for the MATERIAL option of *BLANK")
@@ -42,8 +42,8 @@ contains
     call add_example(table, "*DENSITY", "7.85e-9")
 
     call add_keyword(table, "ELASTIC", "Isotropic elastic constants.", parent="MATERIAL")
-    call add_option(table, "TYPE", kind_choice, "may be given; no other elasticity is there", &
-                    default="ISOTROPIC", choices="ISOTROPIC")
+    call add_option(table, "TYPE", kind_choice, "accepted for Abaqus compatibility; elasticity "// &
+                    "is isotropic", default="ISOTROPIC", choices="ISOTROPIC")
     call add_line(table, "")
     call add_field(table, "E", kind_real, "Young's modulus", unit="stress", range="> 0")
     call add_field(table, "nu", kind_real, "Poisson's ratio", range="> -1 and < 0.5")
@@ -53,7 +53,8 @@ contains
                      "C10 (I1 - 3) + (J - 1)^2/D1, I1 without the change of volume. C10 = G/2 "// &
                      "and D1 = 2/K follow from *ELASTIC, so there are no data lines.", &
                      parent="MATERIAL")
-    call add_option(table, "NEO HOOKE", kind_flag, "may be given; no other energy is there")
+    call add_option(table, "NEO HOOKE", kind_flag, "accepted for Abaqus compatibility; no "// &
+                    "other energy is available")
     call add_example(table, "*HYPERELASTIC, NEO HOOKE")
 
     call add_plastic_keywords(table)
@@ -69,12 +70,12 @@ contains
     type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "PLASTIC", "Von Mises plasticity with isotropic hardening: the "// &
-                     "flow stress after the equivalent plastic strain eqps. Curves that fall "// &
-                     "are refused.", parent="MATERIAL")
+                     "flow stress after the equivalent plastic strain eqps. Falling curves are "// &
+                     "rejected.", parent="MATERIAL")
     call add_option(table, "HARDENING", kind_choice, "hardening law; ISOTROPIC is TABLE, as "// &
                     "Abaqus calls it", default="VOCE", &
                     choices="VOCE|SWIFT|LINEAR|TABLE|ISOTROPIC|VOCE SWIFT|PERFECT")
-    call add_option(table, "STRESS UPDATE", kind_choice, "return to the yield surface: "// &
+    call add_option(table, "STRESS UPDATE", kind_choice, "stress integration (return mapping): "// &
                     "backward Euler, or the semi-implicit scheme of Cardoso and Adetoro (2017, "// &
                     "box 1), one Newton step for each of STAGES residual levels that fall "// &
                     "evenly to zero; where the flow stress rises infinitely steeply at the "// &
@@ -111,12 +112,12 @@ contains
                      "Quinney 1934), without conduction, by fraction*work/(density*c), and "// &
                      "heat softens them: factor 1 - ((T - T_ref)/(T_melt - T_ref))^m on the "// &
                      "flow stress (Johnson and Cook 1983), 1 below T_ref, at least 0.001. T is "// &
-                     "that at the start of the increment. Softening gathers strain in single "// &
+                     "that at the start of the increment. Softening localizes strain in single "// &
                      "elements once it outruns the hardening. With *USER MATERIAL the work "// &
                      "that the subroutine reports (SPD + SCD, enerInelas) heats TEMP.", &
                      parent="MATERIAL")
     call add_line(table, "")
-    call add_field(table, "fraction", kind_real, "share of plastic work that turns into heat", &
+    call add_field(table, "fraction", kind_real, "fraction of plastic work that turns into heat", &
                    default="0.9", range=">= 0 and <= 1")
     call add_field(table, "c", kind_real, "specific heat", unit="energy/mass/temperature", &
                    range="> 0")
@@ -141,12 +142,12 @@ contains
                      "exp(-gamma eqps)), on top of the curve of *PLASTIC. With *POTENTIAL they "// &
                      "are kept in the axes of the material. C and gamma are those of "// &
                      "HARDENING=COMBINED, DATA TYPE=PARAMETERS in Abaqus, with the three "// &
-                     "numbers of its *CYCLIC HARDENING, PARAMETERS behind *PLASTIC, "// &
+                     "numbers of its *CYCLIC HARDENING, PARAMETERS after *PLASTIC, "// &
                      "HARDENING=VOCE. In shear beyond 1 a back stress with small gamma brings "// &
                      "too little shear stress (Jaumann rate); runs warn.", parent="MATERIAL")
     call add_option(table, "HARDENING", kind_choice, "accepted for Abaqus compatibility", &
                     default="COMBINED", choices="COMBINED")
-    call add_line(table, "One line for each back stress.", n_max=any_number)
+    call add_line(table, "One line per back stress.", n_max=any_number)
     call add_field(table, "C", kind_real, "slope at the start", unit="stress", range="> 0")
     call add_field(table, "gamma", kind_real, "rate of saturation; 0: linear", range=">= 0")
     call add_example(table, "*BACK STRESS", "20000, 200", "1500, 10")
@@ -185,12 +186,12 @@ contains
     call add_keyword(table, "ORIENTATION", "Axes of the material at the start: 1, the rolling "// &
                      "direction, along a; 3, the normal of the sheet, along a x b. They turn "// &
                      "with the material.", parent="MATERIAL")
-    call add_option(table, "NAME", kind_name, "may be given; the place behind *MATERIAL says "// &
-                    "whose axes they are", is_required=.false.)
-    call add_option(table, "SYSTEM", kind_choice, "may be given", default="RECTANGULAR", &
-                    choices="RECTANGULAR")
-    call add_option(table, "DEFINITION", kind_choice, "may be given", default="COORDINATES", &
-                    choices="COORDINATES")
+    call add_option(table, "NAME", kind_name, "accepted for Abaqus compatibility; the axes are "// &
+                    "those of the *MATERIAL before it", is_required=.false.)
+    call add_option(table, "SYSTEM", kind_choice, "accepted for Abaqus compatibility", &
+                    default="RECTANGULAR", choices="RECTANGULAR")
+    call add_option(table, "DEFINITION", kind_choice, "accepted for Abaqus compatibility", &
+                    default="COORDINATES", choices="COORDINATES")
     call add_line(table, "")
     do i = 1, 6
       call add_field(table, merge("a", "b", i <= 3)//achar(iachar("x") + mod(i - 1, 3)), &
@@ -228,12 +229,12 @@ contains
     call add_field(table, "sigma_0", kind_real, "initial yield stress", unit="stress", range="> 0")
     call add_field(table, "H", kind_real, "hardening modulus, at least 0", unit="stress")
     call add_line(table, "Points of the curve from plastic strain 0 on; linear between them, "// &
-                  "constant behind the last.", when="TABLE|ISOTROPIC", n_max=any_number)
+                  "constant after the last.", when="TABLE|ISOTROPIC", n_max=any_number)
     call add_field(table, "stress", kind_real, "flow stress", unit="stress", range="> 0")
     call add_field(table, "plastic strain", kind_real, "equivalent plastic strain", range=">= 0")
     call add_line(table, "alpha times Swift plus 1 - alpha times Voce, Roth and Mohr (2014).", &
                   when="VOCE SWIFT")
-    call add_field(table, "alpha", kind_real, "share of Swift", range=">= 0 and <= 1")
+    call add_field(table, "alpha", kind_real, "fraction of Swift", range=">= 0 and <= 1")
     call add_swift_fields(table)
     call add_voce_fields(table)
     call add_line(table, "No hardening: sigma_0 always.", when="PERFECT")
@@ -262,20 +263,19 @@ contains
 
     call add_keyword(table, "USER MATERIAL", "Law of a user's subroutine UMAT or VUMAT, given "// &
                      "by `--user FILE`. Where DDSDDE (or the first stress of a VUMAT) is not "// &
-                     "positive at the start, *ELASTIC is needed beside it, for the stable step.", &
-                     parent="MATERIAL")
+                     "positive at the start, *ELASTIC is needed too, for the stable time "// &
+                     "increment.", parent="MATERIAL")
     call add_option(table, "CONSTANTS", kind_integer, "number of constants, NPROPS", range=">= 0", &
                     alias="CONST")
     call add_option(table, "TYPE", kind_choice, "interface of the subroutine; without it, that "// &
-                    "which the file has, a UMAT before a VUMAT. MECHANICAL says nothing more", &
-                    choices="UMAT|VUMAT|MECHANICAL", is_required=.false.)
+                    "which the file has, a UMAT before a VUMAT. MECHANICAL is accepted and "// &
+                    "ignored", choices="UMAT|VUMAT|MECHANICAL", is_required=.false.)
     call add_option(table, "THREADSAFE", kind_choice, "NO: one thread, in the order of the "// &
                     "elements. Without it NO where the compiled files keep data of their own "// &
                     "(COMMON, SAVE, DATA), else YES", choices="YES|NO", is_required=.false.)
-    call add_option(table, "UNSYMM", kind_flag, "taken and without effect: no equations are "// &
-                    "solved")
-    call add_option(table, "HYBRID FORMULATION", kind_name, "taken and without effect, with a "// &
-                    "warning: there are no hybrid elements", is_required=.false.)
+    call add_option(table, "UNSYMM", kind_flag, "accepted and ignored: no equations are solved")
+    call add_option(table, "HYBRID FORMULATION", kind_name, "ignored with a warning: there are "// &
+                    "no hybrid elements", is_required=.false.)
     call add_line(table, "The constants PROPS, eight on a line. Blank places and the ends of "// &
                   "shorter lines count as zeros, as in Abaqus.", n_min=0, n_max=any_number, &
                   is_repeated=.true.)
@@ -284,8 +284,8 @@ contains
 
     call add_keyword(table, "DEPVAR", "State variables of the user material. One that is named "// &
                      "EQPS or PEEQ is shown as the equivalent plastic strain.", parent="MATERIAL")
-    call add_option(table, "DELETE", kind_integer, "taken and without effect: no element is "// &
-                    "removed", is_required=.false., range=">= 1")
+    call add_option(table, "DELETE", kind_integer, "accepted and ignored: no element is removed", &
+                    is_required=.false., range=">= 1")
     call add_line(table, "")
     call add_field(table, "NSTATV", kind_integer, "number of state variables", &
                    range=">= 0 and <= 10000")
@@ -345,7 +345,7 @@ contains
       if (has(part) == 0) then
         if (part == 2 .and. has(4) > 0) cycle
         if (part <= 2) call add_error(errors, material%origin, "no *"//trim(parts(part))// &
-                                      " behind it", "*"//trim(parts(part))//" with its data line")
+                                      " after it", "*"//trim(parts(part))//" with its data line")
         cycle
       end if
       associate (record => deck%records(has(part)))
@@ -398,7 +398,7 @@ contains
       if (is_option_given(deck, record, "DELETE")) then
         call add_warning(errors, record%origin, "DELETE="//option_text(deck, record, &
                          "DELETE"), "none, for no element is ever removed: points that "// &
-                         "the subroutine deletes go on with the stress it returns")
+                         "the subroutine deletes keep the stress it returns")
       end if
     end select
   end subroutine read_part
@@ -468,7 +468,7 @@ contains
     material%thread_safe = option_text(deck, record, "THREADSAFE")
     if (is_option_given(deck, record, "HYBRID FORMULATION")) then
       call add_warning(errors, record%origin, "HYBRID FORMULATION="//option_text(deck, record, &
-                       "HYBRID FORMULATION")//", an option without effect here", "none, for "// &
+                       "HYBRID FORMULATION")//", an option that is ignored here", "none, for "// &
                        "there are no hybrid elements; PROJECTION of *BLANK says how locking "// &
                        "is avoided")
     end if

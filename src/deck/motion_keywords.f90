@@ -41,18 +41,18 @@ contains
     call add_option(table, "TIME", kind_choice, "times since the start of the step that names "// &
                     "the amplitude, or since that of the run", default="STEP TIME", &
                     choices="STEP TIME|TOTAL TIME")
-    call add_option(table, "VALUE", kind_choice, "may be given", default="RELATIVE", &
-                    choices="RELATIVE")
+    call add_option(table, "VALUE", kind_choice, "accepted for Abaqus compatibility", &
+                    default="RELATIVE", choices="RELATIVE")
     call add_line(table, "Pairs of time and value, any number on a line; times rise.", &
                   n_max=any_number, is_repeated=.true.)
     call add_field(table, "time, value", kind_real, "time, then value", unit="time, none")
     call add_example(table, "*AMPLITUDE, NAME=soft start", "0, 0, 0.001, 1")
 
     call add_keyword(table, "TOOL MOTION", "How a tool moves from the start of the step on, in "// &
-                     "which this stands; in later steps it goes on until the tool gets another "// &
-                     "motion. Several of one tool in one step add up if they move different "// &
-                     "components; one of them may turn it. A tool without it stands still.", &
-                     place=in_any_step, read=read_tool_motions)
+                     "which this stands; in later steps it continues until the tool gets "// &
+                     "another motion. Several of one tool in one step add up if they move "// &
+                     "different components; one of them may turn it. A tool without it stands "// &
+                     "still.", place=in_any_step, read=read_tool_motions)
     call add_option(table, "TOOL", kind_name, "name of the tool")
     call add_option(table, "TYPE", kind_choice, "what the data lines are; DISPLACEMENT and "// &
                     "ROTATION count from where the tool is at the start of the step, and need "// &
@@ -67,7 +67,7 @@ contains
     call add_vector(table, "", "point")
     call add_vector(table, "a", "axis", unit="none")
     call add_line(table, "The angle.", when="ROTATION|ANGULAR VELOCITY")
-    call add_field(table, "angle", kind_real, "angle, or angle a time", &
+    call add_field(table, "angle", kind_real, "angle, or angle per time", &
                    unit="degrees, degrees/time")
     call add_example(table, "*TOOL MOTION, TOOL=punch, TYPE=VELOCITY, AMPLITUDE=soft start", &
                      "0, -2000, 0")

@@ -39,14 +39,13 @@ contains
                      place=in_any_step, is_in_digest=.false.)
     call add_option(table, "FRAMES", kind_integer, "frames of the whole model, at equal "// &
                     "intervals after the one at the start", default="20", range=">= 1")
-    call add_option(table, "HISTORY", kind_integer, "rows of energies and forces, likewise. Of "// &
-                    "frames and rows, time steps end at the times of those that are due more "// &
-                    "often; the others come with the first step at or after theirs", &
-                    default="200", range=">= 1")
+    call add_option(table, "HISTORY", kind_integer, "history samples of energies and forces, "// &
+                    "likewise. Of frames and samples, time steps end at the times of those "// &
+                    "that are due more often; the others come with the first step at or after "// &
+                    "theirs", default="200", range=">= 1")
     call add_option(table, "CELLS", kind_choice, "cells of the pictures: LAGRANGE for all "// &
-                    "readers; BEZIER keeps weights, for readers that know them. Those of "// &
-                    "the first step hold in all", &
-                    default="LAGRANGE", choices="LAGRANGE|BEZIER")
+                    "readers; BEZIER keeps weights, for readers that know them. Those of the "// &
+                    "first step apply in all steps", default="LAGRANGE", choices="LAGRANGE|BEZIER")
     call add_option(table, "FIELDS", kind_choice, "more fields: CONTACT: the pressure of the "// &
                     "contact pairs on blank and tools; WEAR: also pressure times slip on the "// &
                     "tools since the start, gathered in every time step. What one *STEP "// &
@@ -62,24 +61,24 @@ contains
     type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "CHECKPOINT", "Saves the state in regular intervals, and at the "// &
-                     "end, to NAME.ckpt.h5 beside the result: `--restart NAME.ckpt.h5` goes on "// &
-                     "from there bit by bit the same. Whichever interval is over first counts; "// &
-                     "without any, NUMBER is 10. A deck without this keyword saves every 15 "// &
-                     "minutes of the clock, and the file goes when the run is complete. "// &
-                     "Signals, `--wall` and failures save the state in any case, see "// &
-                     "docs/running.md.", is_unique=.true., is_in_digest=.false., &
-                     read=read_checkpoints)
+                     "end, to NAME.ckpt.h5 next to the result: `--restart NAME.ckpt.h5` "// &
+                     "continues from there with bitwise identical results. Whichever interval "// &
+                     "is over first counts; without any, NUMBER is 10. A deck without this "// &
+                     "keyword saves every 15 minutes of wall-clock time, and the file is "// &
+                     "deleted when the run is complete. Signals, `--wall` and failures save "// &
+                     "the state in any case, see docs/running.md.", is_unique=.true., &
+                     is_in_digest=.false., read=read_checkpoints)
     call add_option(table, "OFF", kind_flag, "saves in no intervals")
     call add_option(table, "STEPS", kind_integer, "time steps between two checkpoints; below "// &
                     "21 they are 21 apart, for 20 further steps prove each state; 0: none", &
                     default="0", range=">= 0")
-    call add_option(table, "MINUTES", kind_real, "minutes of the clock between them; 0: none", &
-                    default="0", unit="min", range=">= 0")
+    call add_option(table, "MINUTES", kind_real, "minutes of wall-clock time between them; 0: "// &
+                    "none", default="0", unit="min", range=">= 0")
     call add_option(table, "NUMBER", kind_integer, "checkpoints over the run; 0: none", &
                     default="0", range=">= 0")
-    call add_option(table, "WALL", kind_real, "minutes of the clock after which the state is "// &
-                    "saved and the run stops with exit code 3, as with `--wall`; 0: never", &
-                    default="0", unit="min", range=">= 0")
+    call add_option(table, "WALL", kind_real, "minutes of wall-clock time after which the "// &
+                    "state is saved and the run stops with exit code 3, as with `--wall`; 0: "// &
+                    "never", default="0", unit="min", range=">= 0")
     call add_option(table, "RETRY", kind_real, "factor below 1 on the time step for one "// &
                     "more try from the last good state if the numerics fail; 0: none", &
                     default="0", range=">= 0")
@@ -107,7 +106,7 @@ contains
       is_off = is_option_given(deck, record, "OFF")
       spec%is_lasting = spec%n_steps > 0 .or. spec%number > 0 .or. spec%minutes > 0
       if (is_off .and. spec%is_lasting) call add_error(errors, record%origin, &
-        "OFF beside an interval", "either OFF or STEPS, MINUTES, NUMBER")
+        "OFF with an interval", "either OFF or STEPS, MINUTES, NUMBER")
       if (.not. (is_off .or. spec%is_lasting)) then
         spec%number = usual_number
         spec%is_lasting = .true.
@@ -194,7 +193,7 @@ contains
         (is_bezier .neqv. output%is_bezier)) &
       call add_error(errors, output%origin, "CELLS="//option_text(deck, deck%records(i), "CELLS") &
                      //", which are not those of the first step", "the cells in the first "// &
-                     "step alone; they hold in all")
+                     "step alone; they apply in all steps")
   end subroutine read_output
 
 end module output_keywords

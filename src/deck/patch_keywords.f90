@@ -45,8 +45,8 @@ contains
                      "an extruded tool; axis 1 runs fastest. Points are not multiplied by weights.")
     call add_option(table, "PATCH", kind_name, owner)
     call add_option(table, "INPUT", kind_name, "CSV file with the data lines; a first line of "// &
-                    "column names is left out", is_required=.false.)
-    call add_line(table, "One point a line.", n_max=any_number)
+                    "column names is skipped", is_required=.false.)
+    call add_line(table, "One point per line.", n_max=any_number)
     call add_vector(table, "", "coordinate")
     call add_field(table, "w", kind_real, "weight", default="1", range=">= 1e-30 and <= 1e30")
     call add_example(table, "*CONTROL POINTS, PATCH=punch, INPUT=punch.csv")

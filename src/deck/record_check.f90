@@ -84,7 +84,7 @@ contains
     if (foreign_note(block) /= "") then
       record%spec = 0
       if (lost_option(block) == "") then
-        call add_warning(errors, record%origin, "a keyword without effect here", &
+        call add_warning(errors, record%origin, "a keyword that is ignored here", &
                          foreign_note(block))
       else
         call add_error(errors, record%origin, "the option "//lost_option(block)//", which "// &
@@ -148,7 +148,7 @@ contains
           record%parent = owner
         else
           call add_error(errors, record%origin, "no *"//spec%parent//" that it belongs to", &
-                         "a place right behind *"//spec%parent)
+                         "it directly after *"//spec%parent)
         end if
       end associate
     end associate

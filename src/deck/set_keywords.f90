@@ -346,7 +346,7 @@ contains
       end do
     end if
     if (.not. all(is_number)) then
-      call add_error(errors, line_origin(deck, record, line), "no two numbers behind "//word, &
+      call add_error(errors, line_origin(deck, record, line), "no two numbers after "//word, &
                      "the lower and the upper bound")
     else if (bounds(1) > bounds(2)) then
       call add_error(errors, line_origin(deck, record, line), "the bounds "// &

@@ -26,12 +26,13 @@ contains
 
     call add_keyword(table, "DYNAMIC", "The explicit step.", is_unique=.true., place=inside_step, &
                      is_required=.true., read=read_steps)
-    call add_option(table, "EXPLICIT", kind_flag, "may be given; no other procedure is there")
-    call add_option(table, "SCALE FACTOR", kind_real, "fraction of the stable step; above 1, "// &
-                    "for trials, runs are unstable but where that step is too cautious; steps "// &
-                    "that deformation has made shorter may be up to 3 % longer again, to hit "// &
-                    "output times in whole steps", default="0.8", range="> 0 and <= 2", &
-                    alias="SAFETY")
+    call add_option(table, "EXPLICIT", kind_flag, "accepted for Abaqus compatibility; all "// &
+                    "steps are explicit")
+    call add_option(table, "SCALE FACTOR", kind_real, "fraction of the stable time increment; "// &
+                    "above 1, for trials, runs are unstable but where that step is too "// &
+                    "cautious; steps that deformation has made shorter may be up to 3 % longer "// &
+                    "again, to hit output times in whole steps", default="0.8", &
+                    range="> 0 and <= 2", alias="SAFETY")
     call add_option(table, "STABLE STEP", kind_choice, "from the largest frequency of the "// &
                     "whole blank, or from that of its elements, which lies above it", &
                     default="ASSEMBLED", choices="ASSEMBLED|ELEMENT")
@@ -42,8 +43,8 @@ contains
                    unit="time", range="> 0", is_required=.false.)
     call add_example(table, "*DYNAMIC, EXPLICIT, SCALE FACTOR=0.8", "4.0e-3")
 
-    call add_keyword(table, "BULK VISCOSITY", "Damping of the volume change; 0, 0 leaves it out.", &
-                     is_unique=.true., place=in_first_step)
+    call add_keyword(table, "BULK VISCOSITY", "Damping of the volume change; 0, 0 switches it "// &
+                     "off.", is_unique=.true., place=in_first_step)
     call add_line(table, "")
     call add_field(table, "b1", kind_real, "linear part", default="0.06", range=">= 0")
     call add_field(table, "b2", kind_real, "quadratic part", default="1.2", range=">= 0")
@@ -56,11 +57,11 @@ contains
                    range=">= 0")
     call add_example(table, "*ENERGY LIMIT", "0.2")
 
-    call add_keyword(table, "PENETRATION LIMIT", "Depths of the blank in a tool, as fractions "// &
-                     "of its thickness, at which a pair warns and at which the run ends.", &
-                     is_unique=.true., place=in_any_step)
+    call add_keyword(table, "PENETRATION LIMIT", "Penetrations of the blank into a tool, as "// &
+                     "fractions of its thickness, at which a pair warns and at which the run "// &
+                     "ends.", is_unique=.true., place=in_any_step)
     call add_line(table, "")
-    call add_field(table, "warning", kind_real, "a warning in the log, once a pair; 0: never", &
+    call add_field(table, "warning", kind_real, "a warning in the log, once per pair; 0: never", &
                    default="0.1", range=">= 0")
     call add_field(table, "limit", kind_real, "end of the run with an error; 0: never", &
                    default="0.5", range=">= 0")
@@ -71,15 +72,16 @@ contains
   subroutine add_step_keywords(table)
     type(keyword_table_t), intent(inout) :: table
 
-    call add_keyword(table, "STEP", "Begins a step: its *DYNAMIC, motions, supports, loads, "// &
-                     "limits and output follow, up to *END STEP. A deck without *STEP is one "// &
-                     "step. Motions, supports, loads, contact, damping, limits and output hold "// &
-                     "in all later steps until they are replaced or removed; dynamic "// &
-                     "relaxation is for its step alone. What stands before the first *STEP "// &
-                     "holds from it on.", place=bounds_step)
+    call add_keyword(table, "STEP", "Begins a step: its *DYNAMIC, motions, boundary "// &
+                     "conditions, loads, limits and output follow, up to *END STEP. A deck "// &
+                     "without *STEP is one step. Motions, boundary conditions, loads, contact, "// &
+                     "damping, limits and output remain in effect in all later steps until "// &
+                     "they are replaced or removed; dynamic relaxation is for its step alone. "// &
+                     "What stands before the first *STEP holds from it on.", place=bounds_step)
     call add_option(table, "NAME", kind_name, "name in log and results", is_required=.false.)
-    call add_option(table, "NLGEOM", kind_choice, "may be given", default="YES", choices="YES")
-    call add_line(table, "Free text, which is passed over.", n_min=0)
+    call add_option(table, "NLGEOM", kind_choice, "accepted for Abaqus compatibility", &
+                    default="YES", choices="YES")
+    call add_line(table, "Free text, which is ignored.", n_min=0)
     call add_field(table, "title", kind_words, "title", is_required=.false.)
     call add_example(table, "*STEP, NAME=release", "*MODEL CHANGE, REMOVE", "punch, die", &
                      "*DYNAMIC, EXPLICIT", "0.01", "*END STEP")
@@ -89,9 +91,9 @@ contains
 
     call add_keyword(table, "MODEL CHANGE", "Takes tools and draw beads away from the blank at "// &
                      "the start of a step, or brings them again. A tool that is away has no "// &
-                     "contact; it goes on with its *TOOL MOTION, but its *TOOL FORCE waits, "// &
-                     "with the tool at rest, and begins anew when it comes. A tool that first "// &
-                     "comes later is removed in the first step.", place=needs_step, &
+                     "contact; it continues its *TOOL MOTION, but its *TOOL FORCE waits, with "// &
+                     "the tool at rest, and starts again when the tool returns. A tool that "// &
+                     "first comes later is removed in the first step.", place=needs_step, &
                      read=read_changes)
     call add_option(table, "REMOVE", kind_flag, "they go")
     call add_option(table, "ADD", kind_flag, "they come")
@@ -109,38 +111,37 @@ contains
 
     call add_keyword(table, "DAMPING", "Damping in proportion to the mass: a force -ALPHA m v "// &
                      "on all of the blank. A mode of angular frequency w gets the damping "// &
-                     "ratio ALPHA/(2 w). The stable step stays.", is_unique=.true., &
-                     place=in_any_step)
+                     "ratio ALPHA/(2 w). The stable time increment is unchanged.", &
+                     is_unique=.true., place=in_any_step)
     call add_option(table, "ALPHA", kind_real, "factor", unit="1/time", range="> 0")
     call add_example(table, "*DAMPING, ALPHA=500")
 
-    call add_keyword(table, "DYNAMIC RELAXATION", "Leads the blank to rest and ends the run "// &
-                     "there: when both residuals are small, and not before the last time in "// &
-                     "any *AMPLITUDE. The end time of *DYNAMIC is the limit; a run that "// &
-                     "reaches it first ends with an error. Apply loads with an *AMPLITUDE.", &
+    call add_keyword(table, "DYNAMIC RELAXATION", "Converges to static equilibrium and ends "// &
+                     "the run there: when both residuals are small, and not before the last "// &
+                     "time in any *AMPLITUDE. The end time of *DYNAMIC is the limit; a run "// &
+                     "that reaches it first ends with an error. Apply loads with an *AMPLITUDE.", &
                      is_unique=.true., place=in_any_step)
     call add_option(table, "METHOD", kind_choice, "RAYLEIGH: critical damping of the frequency "// &
                     "that the motion has in each step; KINETIC: no damping, but all motion "// &
                     "stops when the kinetic energy has passed a maximum; between stops the "// &
                     "blank swings freely and may yield more", default="RAYLEIGH", &
                     choices="RAYLEIGH|KINETIC")
-    call add_option(table, "ENERGY", kind_real, "kinetic energy that counts as rest, over the "// &
-                    "largest change of the internal energy since the step began; with "// &
-                    "KINETIC the largest of the latest maxima, three at least, over half "// &
-                    "of the time since the step began at least", &
-                    default="1e-8", range="> 0")
-    call add_option(table, "FORCE", kind_real, "norm of the unbalanced force that counts as "// &
-                    "rest, over the largest norm of the internal or external forces in the step", &
+    call add_option(table, "ENERGY", kind_real, "convergence criterion: kinetic energy, over "// &
+                    "the largest change of the internal energy since the step began; with "// &
+                    "KINETIC the largest of the latest maxima, three at least, over half of "// &
+                    "the time since the step began at least", default="1e-8", range="> 0")
+    call add_option(table, "FORCE", kind_real, "convergence criterion: norm of the unbalanced "// &
+                    "force, over the largest norm of the internal or external forces in the step", &
                     default="1e-3", range="> 0")
     call add_example(table, "*DYNAMIC RELAXATION, METHOD=RAYLEIGH, ENERGY=1e-8, FORCE=1e-3")
 
-    call add_keyword(table, "MASS SCALING", "Mass that is added for a larger stable step. "// &
-                     "Weight under *GRAVITY stays that of the real mass.", is_unique=.true., &
-                     place=in_first_step)
+    call add_keyword(table, "MASS SCALING", "Mass that is added for a larger stable time "// &
+                     "increment. Weight under *GRAVITY stays that of the real mass.", &
+                     is_unique=.true., place=in_first_step)
     call add_option(table, "THICKNESS", kind_real, "factor on the mass of motion through the "// &
-                    "thickness, which has next to no energy in a sheet: of a column of control "// &
-                    "points, the differences to their mean along the column; 1: none. "// &
-                    "Supports leave the stable step as it is", range=">= 1", &
+                    "thickness, which has hardly any energy in a sheet: of a column of control "// &
+                    "points, the differences to their mean along the column; 1: none. Boundary "// &
+                    "conditions do not change the stable time increment", range=">= 1", &
                     is_required=.false.)
     call add_option(table, "DT", kind_real, "time step that all masses are raised for, by one "// &
                     "factor and after the other scaling; 0: none", unit="time", range=">= 0", &
@@ -428,7 +429,7 @@ contains
     else if ((abs(safety - step%safety) > 0.0_wp .and. abs(safety - default%safety) > 0.0_wp) &
              .or. (is_element .and. .not. step%is_element_step)) then
       call add_error(errors, record%origin, "another SCALE FACTOR or STABLE STEP than in "// &
-                     "the first step", "them in the first step alone; they hold in all")
+                     "the first step", "them in the first step alone; they apply in all steps")
     end if
   end subroutine read_stable_step
 

@@ -25,8 +25,8 @@ contains
     type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "MATERIAL TEST", "A test of one material point, carried out by "// &
-                     "`igaform material DECK`; a forming run leaves it out. Axes 1 and 2 lie "// &
-                     "in the sheet, 3 is its thickness; axis 1 of the material is its rolling "// &
+                     "`igaform material DECK`; a forming run skips it. Axes 1 and 2 lie in the "// &
+                     "sheet, 3 is its thickness; axis 1 of the material is its rolling "// &
                      "direction. Strains are logarithmic, shears are engineering ones.", &
                      read=read_tests, read_test=read_tests)
     call add_options(table)
@@ -37,7 +37,7 @@ contains
     call add_field(table, "strain", kind_real, "strain at the end")
     call add_line(table, "Uniaxial strain from zero up and then back and forth.", when="CYCLIC")
     call add_field(table, "strain", kind_real, "amplitude")
-    call add_field(table, "cycles", kind_integer, "cycles behind the first rise", default="1", &
+    call add_field(table, "cycles", kind_integer, "cycles after the first rise", default="1", &
                    range=">= 1 and <= 1000")
     call add_line(table, "Tension at angles from 0 to 90 degrees.", when="R VALUES")
     call add_field(table, "strain", kind_real, "strain at which r is taken", default="0.1", &

@@ -35,7 +35,7 @@ contains
     type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "TOOL", "A rigid tool: one surface in its place at the start, or "// &
-                     "several of a CAD file, turned so that they agree at common edges. Its "// &
+                     "several of a CAD file, oriented so that they agree at common edges. Its "// &
                      "normal is the direction of xi crossed with that of eta.", names=names_tool, &
                      read=read_tools)
     call add_option(table, "NAME", kind_name, "name")
@@ -137,7 +137,7 @@ contains
     type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "TOOL PLACEMENT", "Puts a tool against the sheet before the run: "// &
-                     "coming from behind along a direction it stops where its smallest "// &
+                     "coming along a direction from outside it stops where its smallest "// &
                      "distance to the sheet is the clearance. Where the deck has it along that "// &
                      "direction does not matter.", read=read_placements)
     call add_option(table, "TOOL", kind_name, "name of the tool")

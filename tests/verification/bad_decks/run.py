@@ -149,7 +149,7 @@ def check_bombs(program, folder):
     nested += "".join(f'p{i} = "{4*f"<p{i - 1}>"}"\n' for i in range(1, 13))
     heading = "*HEADING\n"
     repeated = "*PARAMETER\nlong = " + '"' + 400_000*"x" + '"\n' + heading + 340*"<long>\n"
-    density, bad_set = "*DENSITY\n", "*SET, NAME=s\n" + 5000*"nonsense\n"
+    density, bad_set = "*DENSITY\n", "*SET, NAME=s, OPERATION=INTERSECTION\n" + 5000*"nonsense\n"
     bombs = {
         "levels": ("*INCLUDE, INPUT=level0.inc\n", "more than 1000 files in all"),
         "nested parameters": (nested, "a line of more than 500000 characters"),
