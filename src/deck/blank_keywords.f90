@@ -16,7 +16,7 @@ module blank_keywords
   use data_lines, only: split_fields
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given, &
                           field_real, field_integer, field_word
-  use deck_context, only: resolve, deck_context_t, patch_parts_t, box_frame_t
+  use deck_context, only: deck_context_t, patch_parts_t, box_frame_t, resolve_option
   use patch_keywords, only: check_parts, read_axes, read_points, refine, collect_parts
   use shape_reader, only: read_round, join_patches
   implicit none
@@ -230,10 +230,8 @@ contains
       blank%origin = record%origin
       blank%name = option_text(deck, record, "NAME")
       blank%patches(1)%name = blank%name
-      if (is_option_given(deck, record, "MATERIAL")) then
-        call resolve(context%names%materials, option_text(deck, record, "MATERIAL"), "*MATERIAL", &
-                     record%origin, blank%material, errors)
-      end if
+      call resolve_option(deck, record, "MATERIAL", context%names%materials, "*MATERIAL", &
+                          blank%material, errors)
       context%frame%is_box = option_text(deck, record, "TYPE") == "BOX"
       call read_shape(deck, context, record, blank, is_complete, errors)
       call refuse_stray_patches(deck, record, errors)

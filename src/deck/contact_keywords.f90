@@ -12,7 +12,7 @@ module contact_keywords
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
                           is_option_given, field_real
   use deck_steps, only: step_of
-  use deck_context, only: resolve, deck_context_t, box_frame_t
+  use deck_context, only: deck_context_t, box_frame_t, resolve_option
   use blank_keywords, only: read_count
   use motion_keywords, only: find_amplitude, add_amplitude_option
   use set_keywords, only: face_of, face_names, face_text
@@ -75,11 +75,8 @@ contains
       associate (record => deck%records(found(i)), contact => scene%contacts(i))
         contact%origin = record%origin
         contact%first_step = step_of(record%step)
-        if (is_option_given(deck, record, "TOOL")) then
-          call resolve(context%names%tools, option_text(deck, record, "TOOL"), "*TOOL", &
-                       record%origin, &
-                       contact%tool, errors)
-        end if
+        call resolve_option(deck, record, "TOOL", context%names%tools, "*TOOL", contact%tool, &
+                            errors)
         contact%points = option_text(deck, record, "POINTS")
         contact%is_corner_start = option_text(deck, record, "START") == "CORNER"
         contact%penalty_scale = option_real(deck, record, "PENALTY SCALE")
@@ -191,13 +188,11 @@ contains
           if (any(scene%curves(bead%curve)%values < 0.0_wp)) call add_error(errors, &
             record%origin, "an amplitude with values below 0", "one that holds the sheet back")
         end if
-        if (is_option_given(deck, record, "CLOSING TOOL")) then
-          call resolve(context%names%tools, option_text(deck, record, "CLOSING TOOL"), "*TOOL", &
-                       record%origin, &
-                       bead%closing, errors)
-          if (bead%curve == 0) call add_error(errors, record%origin, "CLOSING TOOL without "// &
-            "AMPLITUDE", "an amplitude of the forces over the stroke of the tool")
-        end if
+        call resolve_option(deck, record, "CLOSING TOOL", context%names%tools, "*TOOL", &
+                            bead%closing, errors)
+        if (is_option_given(deck, record, "CLOSING TOOL") .and. bead%curve == 0) &
+          call add_error(errors, record%origin, "CLOSING TOOL without AMPLITUDE", &
+                         "an amplitude of the forces over the stroke of the tool")
         face = squeezed(upper_case(option_text(deck, record, "FACE")))
         bead%face = face_of(face, context%frame)
         if (bead%face < first_large) then

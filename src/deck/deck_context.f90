@@ -13,7 +13,7 @@ module deck_context
   private
 
   public :: deck_context_t, deck_names_t, box_frame_t, patch_parts_t, enter_names, enter_name, &
-            resolve
+            resolve, resolve_option
 
   !> Upper-case names; the place of a name is the place of the thing in its list of the scene.
   type :: deck_names_t
@@ -120,5 +120,20 @@ contains
     if (names%n_names > 0) hint = did_you_mean(name, names%names(:names%n_names))
     call add_error(errors, origin, "the unknown name "//name, "the name of a "//what//hint)
   end subroutine resolve
+
+  !> Place of the thing that an option names; 0 if the option is not given or its name is unknown.
+  pure subroutine resolve_option(deck, record, option, names, what, place, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    character(*), intent(in) :: option
+    type(name_table_t), intent(in) :: names
+    character(*), intent(in) :: what   !! such as *MATERIAL
+    integer, intent(out) :: place
+    type(error_list_t), intent(inout) :: errors
+
+    place = 0
+    if (.not. is_option_given(deck, record, option)) return
+    call resolve(names, option_text(deck, record, option), what, record%origin, place, errors)
+  end subroutine resolve_option
 
 end module deck_context

@@ -10,7 +10,7 @@ module motion_keywords
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
                           is_option_given, field_real, all_numbers
   use deck_steps, only: step_of
-  use deck_context, only: resolve, deck_context_t
+  use deck_context, only: deck_context_t, resolve_option
   implicit none
   private
 
@@ -145,10 +145,8 @@ contains
     integer, intent(out) :: curve
     type(error_list_t), intent(inout) :: errors
 
-    curve = 0
-    if (.not. is_option_given(deck, record, "AMPLITUDE")) return
-    call resolve(context%names%curves, option_text(deck, record, "AMPLITUDE"), "*AMPLITUDE", &
-                 record%origin, curve, errors)
+    call resolve_option(deck, record, "AMPLITUDE", context%names%curves, "*AMPLITUDE", curve, &
+                        errors)
   end subroutine find_amplitude
 
   !> Fill the list of motions, one for each *TOOL MOTION and *TOOL FORCE.
@@ -179,9 +177,7 @@ contains
     type(motion_spec_t) :: motion
 
     associate (record => deck%records(r))
-      if (.not. is_option_given(deck, record, "TOOL")) return
-      call resolve(context%names%tools, option_text(deck, record, "TOOL"), "*TOOL", record%origin, &
-                   motion%tool, errors)
+      call resolve_option(deck, record, "TOOL", context%names%tools, "*TOOL", motion%tool, errors)
       if (motion%tool == 0) return
       motion%origin = record%origin
       motion%step = step_of(record%step)

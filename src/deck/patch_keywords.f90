@@ -11,8 +11,8 @@ module patch_keywords
   use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                            add_vector, add_example, kind_real, kind_integer, kind_name, any_number
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
-                          is_option_given, field_real, all_numbers
-  use deck_context, only: deck_names_t, resolve, deck_context_t, patch_parts_t
+                          field_real, all_numbers
+  use deck_context, only: deck_names_t, deck_context_t, patch_parts_t, resolve_option
   implicit none
   private
 
@@ -103,9 +103,8 @@ contains
     found = find_records(deck, keyword)
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
-        if (.not. is_option_given(deck, record, "PATCH")) cycle
-        call resolve(names%patches, option_text(deck, record, "PATCH"), "*BLANK, *PATCH or *TOOL", &
-                     record%origin, owner(found(i)), errors)
+        call resolve_option(deck, record, "PATCH", names%patches, "*BLANK, *PATCH or *TOOL", &
+                            owner(found(i)), errors)
       end associate
     end do
   end subroutine find_owners

@@ -10,7 +10,7 @@ module test_keywords
   use data_lines, only: split_fields, field_text
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
                           option_integer, is_option_given, line_origin, field_real, field_integer
-  use deck_context, only: enter_name, resolve, deck_context_t
+  use deck_context, only: enter_name, deck_context_t, resolve_option
   implicit none
   private
 
@@ -110,8 +110,8 @@ contains
         test%name = squeezed(option_text(deck, record, "NAME"))
         test%kind = option_text(deck, record, "TYPE")
         call check_name(test, errors)
-        call resolve(context%names%materials, option_text(deck, record, "MATERIAL"), "*MATERIAL", &
-                     record%origin, test%material, errors)
+        call resolve_option(deck, record, "MATERIAL", context%names%materials, "*MATERIAL", &
+                            test%material, errors)
         if (record%is_valid) call read_test(deck, record, test, errors)
       end associate
     end do

@@ -20,7 +20,7 @@ module tool_keywords
                            kind_choice, names_tool
   use deck_records, only: parsed_deck_t, find_records, option_text, option_real, field_real, &
                           is_option_given, record_t, field_integer
-  use deck_context, only: resolve, deck_context_t, patch_parts_t
+  use deck_context, only: deck_context_t, patch_parts_t, resolve_option
   use offset_reader, only: read_offset_tool, check_offset_option
   use patch_keywords, only: check_parts, read_axes, read_points, refine
   implicit none
@@ -161,10 +161,7 @@ contains
     found = find_records(deck, "TOOL PLACEMENT")
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
-        if (.not. is_option_given(deck, record, "TOOL")) cycle
-        call resolve(context%names%tools, option_text(deck, record, "TOOL"), "*TOOL", &
-                     record%origin, &
-                     tool, errors)
+        call resolve_option(deck, record, "TOOL", context%names%tools, "*TOOL", tool, errors)
         if (tool == 0 .or. .not. record%is_valid) cycle
         direction = [(field_real(record, 1, k), k=1, 3)]
         if (.not. norm2(direction) > 0.0_wp) then
@@ -181,8 +178,9 @@ contains
     end do
   end subroutine read_placements
 
-  !> Fill the list of tools, one for each *TOOL that is no part of another in the order of the deck,
-  !! then add the parts, then make the offsets. A tool whose surface cannot be made has none.
+  !> Fill the list of tools, one for each *TOOL that is no component of another in the order of
+  !! the deck, then add the components, then make the offsets. A tool whose surface cannot be made
+  !! has none.
   subroutine read_tools(deck, context, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_context_t), intent(inout) :: context
@@ -257,7 +255,7 @@ contains
     end do
   end subroutine read_offsets
 
-  !> Add the surface of a *TOOL that is a part of another.
+  !> Add the surface of a *TOOL that is a component of another.
   subroutine read_part(deck, record, context, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
@@ -268,9 +266,7 @@ contains
     integer :: tool, patch
     logical :: is_complete
 
-    call resolve(context%names%tools, option_text(deck, record, "COMPONENT OF"), "*TOOL", &
-                 record%origin, tool, &
-                 errors)
+    call resolve_option(deck, record, "COMPONENT OF", context%names%tools, "*TOOL", tool, errors)
     patch = place_of(context%names%patches, squeezed(upper_case(option_text(deck, record, "NAME"))))
     if (tool == 0 .or. patch == 0) return
     if (any(option_text(deck, record, "TYPE") == [character(6) :: "IGES", "OFFSET"])) then
