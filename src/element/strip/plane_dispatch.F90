@@ -1,5 +1,4 @@
-!> From a patch in plane strain to the instance of its block kernel. This file is compiled without a
-!! limit of line length.
+!> From a patch in plane strain to the instance of its block kernel.
 module plane_dispatch
   use kinds, only: wp
   use block_law, only: block_law_t
@@ -7,15 +6,14 @@ module plane_dispatch
   use ig_patch, only: ig_patch_t
   use strip_plane, only: plane_strain_t
   use kernel_dispatch, only: viscous_factors
-@PLANE_USES@
-  use plane_strain_general, only: general => block_forces
+#include "plane_strain_uses.inc"
   implicit none
   private
 
   public :: plane_kernel_of, plane_kernel_name, run_plane
 
   !> Degrees and points along axes 1 and 3 of the tuned instances; the general one is behind them.
-  integer, parameter :: tuned(4, @N_PLANE@) = reshape([@PLANE@], [4, @N_PLANE@])
+#include "plane_strain_rules.inc"
 
 contains
 
@@ -23,8 +21,8 @@ contains
   pure integer function plane_kernel_of(degrees, n_points) result(kernel)
     integer, intent(in) :: degrees(3), n_points(3)
 
-    do kernel = 1, size(tuned, 2)
-      if (all(tuned(:, kernel) == [degrees([1, 3]), n_points([1, 3])])) exit
+    do kernel = 1, size(tuned_rules, 2)
+      if (all(tuned_rules(:, kernel) == [degrees([1, 3]), n_points([1, 3])])) exit
     end do
   end function plane_kernel_of
 
@@ -35,18 +33,10 @@ contains
     character(9) :: code
 
     name = "general_plane_strain"
-    if (kernel > size(tuned, 2)) return
-    write (code, "('p', i1, '1', i1, '_q', i1, '1', i1)") tuned(:, kernel)
+    if (kernel > size(tuned_rules, 2)) return
+    write (code, "('p', i1, '1', i1, '_q', i1, '1', i1)") tuned_rules(:, kernel)
     name = code//"_plane_strain"
   end function plane_kernel_name
-
-! Arrays go by their first elements, so that no descriptor is looked at twice.
-#define ARGUMENTS law, dt, patch%viscosity%is_active, viscous, plane, patch%lanes%first(1, b), \
-  patch%lanes%is_contiguous(b), patch%axes(3)%first(e3), patch%n_control, x, v, \
-  patch%lanes%values(1, 1, 1, b), patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), \
-  patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights, \
-  patch%stress(1, 1, 1, 1, block), patch%state(1, 1, 1, 1, block), \
-  patch%push(1, 1, 1, min(block, size(patch%push, 4))), motion, lower, upper, side, sums, ok
 
   !> Stress update and forces of block `b` of the row e3: number `block` of the patch.
   subroutine run_plane(patch, plane, law, b, e3, block, dt, x, v, motion, lower, upper, side, &
@@ -67,9 +57,7 @@ contains
     viscous = viscous_factors(patch%viscosity, block, dt)
     associate (p => patch%axes%degree, q => patch%axes%n_points)
       select case (plane%kernel)
-@PLANE_CASES@
-      case default
-        call general(p(1), p(3), q(1), q(3), ARGUMENTS)
+#include "plane_strain_cases.inc"
       end select
     end associate
   end subroutine run_plane

@@ -1,16 +1,12 @@
-!> From a patch to the instance of the block kernel that serves it. The tuned instances come from
-!! the list in CMakeLists.txt. This file is compiled without a limit of line length: every instance
-!! takes the same arrays, which one macro lists.
+!> From a patch to the instance of the block kernel that serves it. The tuned instances are
+!! those of the list in `generate_kernels.py`, which writes the included statements.
 module kernel_dispatch
   use kinds, only: wp
   use block_law, only: block_law_t
   use point_context, only: point_context_t
   use basis_tables, only: n_lanes
   use ig_patch, only: ig_patch_t, viscosity_t
-@SOLID_USES@
-  use ig_solid_general, only: general => block_forces
-  use ig_solid_general_rational, only: general_rational => block_forces
-  use ig_solid_general_context, only: general_context => block_forces
+#include "ig_solid_uses.inc"
   implicit none
   private
 
@@ -18,7 +14,7 @@ module kernel_dispatch
 
   !> Degrees and points of the tuned instances: kernel 2k - 1 serves column k, kernel 2k the same
   !! with weights. Behind the table: general, general with weights, general with context.
-  integer, parameter :: tuned_rules(6, @N_TUNED@) = reshape([@TUNED@], [6, @N_TUNED@])
+#include "ig_solid_rules.inc"
   integer, parameter :: context_kernel = 2*size(tuned_rules, 2) + 3
 
 contains
@@ -55,18 +51,6 @@ contains
     if (mod(kernel, 2) == 0) name = name//"_rational"
   end function kernel_name
 
-! Arrays go by their first elements, so that no descriptor is looked at twice.
-#define HEAD law, dt, on, viscous, u, AXES
-#define DIRECT_HEAD law, dt, on, viscous, is_direct, patch%n_control, first, x, v, u, AXES
-#define AXES patch%lanes%values(1, 1, 1, b), \
-  patch%lanes%slopes(1, 1, 1, b), patch%lanes%weights(1, 1, b), \
-  patch%axes(2)%values(1, 1, e2), patch%axes(2)%slopes(1, 1, e2), patch%axes(2)%weights, \
-  patch%axes(3)%values(1, 1, e3), patch%axes(3)%slopes(1, 1, e3), patch%axes(3)%weights
-#define TAIL patch%stress(1, 1, 1, 1, block), patch%state(1, 1, 1, 1, block), \
-  patch%push(1, 1, 1, min(block, size(patch%push, 4))), f, sums, ok
-#define WEIGHTS patch%rational(1, 1, 1, 1, block)
-#define COUNTS p(1), p(2), p(3), q(1), q(2), q(3)
-
   !> Stress update and forces of block `b` of the row (e2, e3): number `block` of the patch.
   subroutine run_kernel(patch, law, b, e2, e3, block, dt, x, v, u, context, f, sums, ok)
     type(ig_patch_t), intent(inout) :: patch
@@ -91,13 +75,7 @@ contains
     p = patch%axes%degree
     q = patch%axes%n_points
     select case (patch%kernel)
-@SOLID_CASES@
-    case (context_kernel - 2)
-      call general(COUNTS, HEAD, TAIL)
-    case (context_kernel - 1)
-      call general_rational(COUNTS, HEAD, WEIGHTS, TAIL)
-    case default
-      call general_context(COUNTS, HEAD, WEIGHTS, context, patch%reference(1, 1, 1, 1, block), TAIL)
+#include "ig_solid_cases.inc"
     end select
   end subroutine run_kernel
 

@@ -1,0 +1,171 @@
+"""Write the instances of the block kernels and the statements that choose between them.
+
+    python3 generate_kernels.py FOLDER
+
+A kernel is one source, such as solid/ig_solid_kernel.inc. An instance is a module that includes it
+with degrees and numbers of points as constants, plain or with weights (rational). Instances are
+numbered in the order of the lists below; the general ones, which take any degrees and points as
+arguments, follow. FOLDER receives
+    <module>_<tag>.F90    the instances,
+    <module>_uses.inc, <module>_cases.inc, <module>_rules.inc
+                          USE statements, cases of the SELECT CASE, and table of degrees and points,
+                          which the module of the dispatch includes,
+    kernels.cmake         the names of the instances for CMake.
+A file that would not change is left alone, so that nothing is compiled again without need.
+"""
+import dataclasses
+import pathlib
+import sys
+import textwrap
+
+# Degrees and points along axes 1, 2, 3 of the instances. A new instance is one more entry.
+SOLID_RULES = ["222222", "222223", "222224", "222226", "222333"]
+STRIP_RULES = ["212212", "212213", "212214", "212216"]   # linear across, with one point there
+
+# Arguments of calls. Arrays go by their first elements: no descriptor is read twice.
+BASIS_1 = ["patch%lanes%values(1, 1, 1, b)", "patch%lanes%slopes(1, 1, 1, b)"]
+BASIS_2 = ["patch%axes(2)%values(1, 1, e2)", "patch%axes(2)%slopes(1, 1, e2)"]
+BASIS_3 = ["patch%axes(3)%values(1, 1, e3)", "patch%axes(3)%slopes(1, 1, e3)"]
+AXIS_1 = [*BASIS_1, "patch%lanes%weights(1, 1, b)"]
+AXIS_2 = [*BASIS_2, "patch%axes(2)%weights"]
+AXIS_3 = [*BASIS_3, "patch%axes(3)%weights"]
+STATE = ["patch%stress(1, 1, 1, 1, block)", "patch%state(1, 1, 1, 1, block)",
+         "patch%push(1, 1, 1, min(block, size(patch%push, 4)))"]
+COUNTS = ["p(1)", "p(2)", "p(3)", "q(1)", "q(2)", "q(3)"]
+# Only to instances with weights, with context, and without weights from the fields of the patch:
+RATIONAL = ["patch%rational(1, 1, 1, 1, block)"]
+REFERENCE = ["patch%reference(1, 1, 1, 1, block)"]
+FIELDS = ["patch%n_control", "first", "x", "v"]
+
+
+@dataclasses.dataclass
+class Kernel:
+    module: str          # the instances are modules of this name and their tag
+    procedure: str       # the public one of an instance
+    title: str           # first line of an instance
+    source: str
+    defines: list        # besides those of the instance
+    uses: list           # module and names
+    rules: list
+    variants: list       # of the general instance; those of a rule exist without context
+    counts: list         # arguments that stand for the constants of a rule
+    arguments: object    # is fixed, is rational, has context -> list of the others
+
+    def instances(self):
+        """Tag, rule (None: general) and variant in the order of their numbers."""
+        for rule in [*self.rules, None]:
+            for variant in self.variants:
+                if rule is None or variant != "context":
+                    tag = f"p{rule[:3]}_q{rule[3:]}" if rule else "general"
+                    yield tag + (f"_{variant}" if variant else ""), rule, variant
+
+    def instance(self, tag, rule, variant):
+        """Source of one instance."""
+        defines = self.defines + ["RATIONAL"]*bool(variant) + ["CONTEXT"]*(variant == "context")
+        lines = [f"!> {self.title}, instance {tag} (see {self.source}).",
+                 f"module {self.module}_{tag}", "  use kinds, only: wp",
+                 *[f"  use {name}, only: {what}" for name, what in self.uses],
+                 "  implicit none", "  private", "", f"  public :: {self.procedure}",
+                 *[f"#define {name}" for name in defines + ["FIXED"]*bool(rule)]]
+        if rule:
+            constants = zip(["p1", "p2", "p3", "q1", "q2", "q3"], rule)
+            lines.append("  integer, parameter :: " + ", ".join(f"{n} = {v}" for n, v in constants))
+        return "\n".join([*lines, f'#include "{self.source}"', "",
+                          f"end module {self.module}_{tag}", ""])
+
+    def dispatch(self):
+        """USE statements and cases of all instances, the last one being the default."""
+        uses, cases = "", []
+        for tag, rule, variant in self.instances():
+            name = self.module.split("_")[1] + "_" + tag      # such as solid_p222_q223
+            uses += f"  use {self.module}_{tag}, only: {name} => {self.procedure}\n"
+            arguments = self.arguments(bool(rule), bool(variant), variant == "context")
+            cases.append(wrapped(f"call {name}(", ([] if rule else self.counts) + arguments, ")"))
+        numbers = [f"({number})" for number in range(1, len(cases))] + ["default"]
+        return uses, "".join(f"    case {n}\n{case}" for n, case in zip(numbers, cases))
+
+
+def wrapped(head, items, tail):
+    """A statement with a list, on continued lines of at most 100 characters."""
+    text = head + ", ".join(item.replace(" ", "~") for item in items) + tail
+    lines = textwrap.wrap(text, 90, break_long_words=False, break_on_hyphens=False)
+    return "      " + " &\n        ".join(lines).replace("~", " ") + "\n"
+
+
+def solid_arguments(is_fixed, is_rational, has_context):
+    direct = ["is_direct", *FIELDS] if is_fixed and not is_rational else []
+    return ["law", "dt", "on", "viscous", *direct, "u", *AXIS_1, *AXIS_2, *AXIS_3,
+            *RATIONAL*is_rational, *["context", *REFERENCE]*has_context, *STATE,
+            "f", "sums", "ok"]
+
+
+def strain_arguments(_, is_rational, has_context):
+    context = [*REFERENCE, "fields%gradients(1, 1, 1, slot)", "fields%place(1, 1, 1, slot)"]
+    return ["has_end", "has_jacobian", "has_tangents", "u", *AXIS_1, *AXIS_2, *AXIS_3,
+            *RATIONAL*is_rational, *context*has_context,
+            "fields%dstrain(1, 1, 1, slot)", "fields%spin(1, 1, 1, slot)",
+            "fields%volume(1, 1, slot)", "fields%end_volume(1, 1, slot)", "fields%jacobian",
+            "fields%tangents(1, 1, 1, tangent_slot)", "sums"]
+
+
+def nodal_arguments(_, is_rational, has_context):
+    return ["has_jacobian", "has_plane", "u", *BASIS_1, *BASIS_2, *BASIS_3, *RATIONAL*is_rational,
+            "fields%jacobian", "fields%weighted(1, 1, 1, slot)", "plane", "f"]
+
+
+def strip_arguments(*_):
+    return ["law", "dt", "patch%viscosity%is_active", "viscous", "plane", "patch%lanes%first(1, b)",
+            "patch%lanes%is_contiguous(b)", "patch%axes(3)%first(e3)", "patch%n_control", "x", "v",
+            *AXIS_1, *AXIS_3, *STATE, "motion", "lower", "upper", "side", "sums", "ok"]
+
+
+LAW = ("block_law", "block_law_t")
+GRADIENTS = ("point_kinematics", "deformation_gradients")
+ALL = ["", "rational", "context"]
+KERNELS = [
+    Kernel("ig_solid", "block_forces", "Block force kernel", "ig_solid_kernel.inc", [],
+           [LAW, ("point_context", "point_context_t"),
+            ("tensor_rotation", "rotate_by_spin, turn_to_end"), GRADIENTS],
+           SOLID_RULES, ALL, COUNTS, solid_arguments),
+    Kernel("ig_strain", "block_strain", "Kinematics of projected elements", "ig_solid_kernel.inc",
+           ["PROJECTED", "STRAIN"],
+           [GRADIENTS, ("projected_kinematics", "end_volume_of, point_tangents")],
+           SOLID_RULES, ALL, COUNTS, strain_arguments),
+    # Forces do not depend on the context of points: that of the rational one serves.
+    Kernel("ig_nodal", "block_nodal", "Nodal forces of projected elements", "ig_solid_kernel.inc",
+           ["PROJECTED", "NODAL"], [], SOLID_RULES, ["", "rational"], COUNTS, nodal_arguments),
+    Kernel("plane_strain", "block_forces", "Block force kernel of plane strain",
+           "plane_strain_kernel.inc", [], [LAW, ("strip_plane", "plane_strain_t")],
+           STRIP_RULES, [""], ["p(1)", "p(3)", "q(1)", "q(3)"], strip_arguments),
+]
+
+
+def rule_table(rules, places):
+    """Declaration of the degrees and points of the instances, a column each."""
+    shape = f"{len(places)}, {len(rules)}"
+    return wrapped(f"integer, parameter :: tuned_rules({shape}) = reshape([ ",
+                   [rule[place] for rule in rules for place in places], f"], [{shape}])")
+
+
+def write(path, text):
+    if not path.exists() or path.read_text() != text:
+        path.write_text(text)
+
+
+def main(folder):
+    names = []
+    for kernel in KERNELS:
+        for tag, rule, variant in kernel.instances():
+            names.append(f"{kernel.module}_{tag}.F90")
+            write(folder/names[-1], kernel.instance(tag, rule, variant))
+        uses, cases = kernel.dispatch()
+        write(folder/f"{kernel.module}_uses.inc", uses)
+        write(folder/f"{kernel.module}_cases.inc", cases)
+    write(folder/"ig_solid_rules.inc", rule_table(SOLID_RULES, range(6)))
+    write(folder/"plane_strain_rules.inc", rule_table(STRIP_RULES, [0, 2, 3, 5]))
+    write(folder/"kernels.cmake", "set(kernels " + " ".join(names) + ")\n"
+          "set(rules " + " ".join(SOLID_RULES + STRIP_RULES) + ")\n")
+
+
+if __name__ == "__main__":
+    main(pathlib.Path(sys.argv[1]))
