@@ -2,14 +2,11 @@
 module anisotropic_plastic
   use kinds, only: wp
   use block_law, only: block_law_t, set_elastic
-  use flow_curve, only: flow_curve_t, flow_after, is_steep
-  use heating, only: thermal_factor, heat_up
-  use back_stress, only: back_stresses_t
+  use flow_curve, only: flow_curve_t, flow_after, is_steep, thermal_factor, heat_up
+  use hardening, only: back_stresses_t, back_stress_warning
   use yield_function, only: yield_function_t, evaluate_yield, mises_bound, quadratic
-  use hill_return, only: return_to_hill
-  use yield_return, only: return_problem_t, return_to_yield, return_in_stages
-  use material_axes, only: turn_axes, axes_rotation
-  use tensor_rotation, only: rotate_tensors, transposed
+  use yield_return, only: return_to_hill, return_problem_t, return_to_yield, return_in_stages
+  use tensor_rotation, only: turn_axes, axes_rotation, rotate_tensors, transposed
   use voce, only: elastic_trial
   implicit none
   private
@@ -29,6 +26,7 @@ module anisotropic_plastic
     integer :: n_stages = 0           !! of the multi-stage return, 0: backward Euler
   contains
     procedure :: update
+    procedure :: shear_warning
     procedure :: keeps_plane
   end type anisotropic_plastic_t
 
@@ -182,5 +180,13 @@ contains
       end associate
     end do
   end subroutine return_singly
+
+  !> That of its back stresses.
+  pure function shear_warning(self) result(warning)
+    class(anisotropic_plastic_t), intent(in) :: self
+    character(:), allocatable :: warning
+
+    warning = back_stress_warning(self%back)
+  end function shear_warning
 
 end module anisotropic_plastic

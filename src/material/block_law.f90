@@ -1,6 +1,8 @@
 !> What every constitutive law offers: the stress update of a row of points in one call.
 module block_law
   use kinds, only: wp
+  use failure, only: error_t
+  use law_spec, only: law_spec_t
   use point_context, only: point_context_t
   implicit none
   private
@@ -24,9 +26,27 @@ module block_law
     procedure(update_row), deferred :: update
     procedure :: update_in_context
     procedure :: keeps_plane
+    procedure :: shear_warning
   end type block_law_t
 
+  !> How a deck names a law and what builds it: what the file of a law adds to `material_table`.
+  type, public :: law_entry_t
+    character(16) :: name = ""                !! as in `law_spec_t`
+    integer :: n_constants = -1               !! of its own; -1: the constructor checks them
+    character(64) :: constants = ""           !! in words, such as "two constants: C10, D1"
+    procedure(build_law), pointer, nopass :: build => null()
+  end type law_entry_t
+
   abstract interface
+    !> Build a law from its constants. Density and elastic constants are checked already, and so is
+    !! the number of its own constants unless `n_constants` is -1.
+    subroutine build_law(spec, law, error)
+      import :: law_spec_t, block_law_t, error_t
+      type(law_spec_t), intent(in) :: spec
+      class(block_law_t), allocatable, intent(out) :: law
+      type(error_t), allocatable, intent(out) :: error
+    end subroutine build_law
+
     !> Carry stress and state of `n` points over one increment, elastic predictor inside. The
     !! stress comes rotated by the spin; a law with directions of its own turns them by it too.
     subroutine update_row(self, n, dt, dstrain, stress, state, ok, spin)
@@ -62,6 +82,14 @@ contains
 
     keeps_plane = component >= 1 .and. component <= 3 .and. .not. self%needs_context
   end function keeps_plane
+
+  !> Why the stress of the law is wrong in large shear; empty where it is not.
+  pure function shear_warning(self) result(warning)
+    class(block_law_t), intent(in) :: self
+    character(:), allocatable :: warning
+
+    warning = ""
+  end function shear_warning
 
   !> Update of a law that asks for kinematics and places; others need none of it.
   subroutine update_in_context(self, context, dt, dstrain, stress, state, ok, spin)

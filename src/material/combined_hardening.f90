@@ -6,10 +6,9 @@
 module combined_hardening
   use kinds, only: wp
   use block_law, only: block_law_t, set_elastic
-  use flow_curve, only: flow_curve_t, flow_after, is_steep
-  use back_stress, only: back_stresses_t
+  use flow_curve, only: flow_curve_t, flow_after, is_steep, thermal_factor, heat_up
+  use hardening, only: back_stresses_t, back_stress_warning
   use consistency, only: solve_consistency
-  use heating, only: thermal_factor, heat_up
   use tensor_rotation, only: rotate_by_spin
   use voce, only: elastic_trial
   implicit none
@@ -25,6 +24,7 @@ module combined_hardening
     integer :: n_stages = 0   !! of the multi-stage return, 0: backward Euler
   contains
     procedure :: update
+    procedure :: shear_warning
   end type combined_hardening_t
 
   !> The points of a row that yield, one behind the other.
@@ -263,5 +263,13 @@ contains
                         + (stress(:, 3) - stress(:, 1))**2) &
                 + 3.0_wp*(stress(:, 4)**2 + stress(:, 5)**2 + stress(:, 6)**2))
   end function mises_norm
+
+  !> That of its back stresses.
+  pure function shear_warning(self) result(warning)
+    class(combined_hardening_t), intent(in) :: self
+    character(:), allocatable :: warning
+
+    warning = back_stress_warning(self%back)
+  end function shear_warning
 
 end module combined_hardening

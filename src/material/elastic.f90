@@ -1,19 +1,40 @@
 !> Isotropic linear elasticity in rate form (hypoelastic).
 module elastic
   use kinds, only: wp
-  use block_law, only: block_law_t, set_elastic
+  use failure, only: error_t
+  use law_spec, only: law_spec_t
+  use block_law, only: block_law_t, law_entry_t, set_elastic
   implicit none
   private
 
-  public :: new_elastic
+  public :: new_elastic, elastic_law
 
   !> Elastic law; the moduli are those of the base type.
   type, extends(block_law_t), public :: elastic_t
   contains
     procedure :: update
+    procedure :: shear_warning
   end type elastic_t
 
 contains
+
+  !> *ELASTIC without *PLASTIC.
+  function elastic_law() result(entry)
+    type(law_entry_t) :: entry
+
+    entry%name = "ELASTIC"
+    entry%n_constants = 0
+    entry%constants = "no constants of its own"
+    entry%build => build
+  end function elastic_law
+
+  subroutine build(spec, law, error)
+    type(law_spec_t), intent(in) :: spec
+    class(block_law_t), allocatable, intent(out) :: law
+    type(error_t), allocatable, intent(out) :: error
+
+    allocate (law, source=new_elastic(spec%density, spec%young, spec%poisson))
+  end subroutine build
 
   !> Law from density, Young's modulus and Poisson's ratio.
   pure function new_elastic(density, young, poisson) result(law)
@@ -47,5 +68,14 @@ contains
       stress(l, 6) = stress(l, 6) + self%shear*dstrain(l, 6)
     end do
   end subroutine update
+
+  !> Hooke's law in rates: the shear stress is G sin(gamma).
+  pure function shear_warning(self) result(warning)
+    class(elastic_t), intent(in) :: self
+    character(:), allocatable :: warning
+
+    warning = "the stress of *ELASTIC rotates with the spin (Jaumann rate) and falls in large "// &
+              "shear; *HYPERELASTIC does not"
+  end function shear_warning
 
 end module elastic

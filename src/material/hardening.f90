@@ -1,16 +1,30 @@
-!> Isotropic hardening: flow stress and slope against the equivalent plastic strain.
+!> Hardening. Isotropic: flow stress and slope against the equivalent plastic strain. Kinematic:
+!! the constants of back stresses.
 !!
-!! Sources: E. Voce, J. Inst. Metals 74 (1948); H. W. Swift, J. Mech. Phys. Solids 1 (1952);
+!! Isotropic: E. Voce, J. Inst. Metals 74 (1948); H. W. Swift, J. Mech. Phys. Solids 1 (1952);
 !! mix of both: C. C. Roth and D. Mohr, Int. J. Plasticity 56 (2014), eq. (8).
+!!
+!! Kinematic: P. J. Armstrong and C. O. Frederick, CEGB report RD/B/N 731 (1966), several back
+!! stresses as J. L. Chaboche, Int. J. Plasticity 2 (1986): each grows by 2/3 C deps_p - gamma alpha
+!! deqps with the plastic strain deps_p, so that for von Mises C and gamma are those of a tension
+!! curve. For any convex yield function gamma/C times the square of the back stress is dissipated.
 module hardening
   use kinds, only: wp
   use failure, only: error_t, fail
+  use text, only: to_text, rounded_text
   use constant_check, only: check_finite, check_count, require
   use fast_exponential, only: exp_nonpositive
   implicit none
   private
 
-  public :: new_hardening, harden, is_steep_at_start
+  public :: new_hardening, harden, is_steep_at_start, new_back_stresses, back_stress_warning
+
+  !> Constants of the back stresses of a law.
+  type, public :: back_stresses_t
+    integer :: n = 0
+    real(wp), allocatable :: modulus(:)   !! C, slope at the start [stress], shape (n)
+    real(wp), allocatable :: recall(:)    !! gamma, C/gamma is where it ends, shape (n)
+  end type back_stresses_t
 
   integer, parameter, public :: no_hardening = 0, linear_kind = 1, voce_kind = 2, swift_kind = 3
   integer, parameter, public :: mixed_kind = 4, table_kind = 5
@@ -252,5 +266,40 @@ contains
       flow(l) = curve%stresses(low) + slope(l)*(eqps(l) - curve%strains(low))
     end do
   end subroutine table_row
+
+  !> From pairs of C > 0 and gamma >= 0.
+  pure subroutine new_back_stresses(pairs, back, error)
+    real(wp), intent(in) :: pairs(:)
+    type(back_stresses_t), intent(out) :: back
+    type(error_t), allocatable, intent(out) :: error
+
+    call require(size(pairs) > 0 .and. mod(size(pairs), 2) == 0, &
+                 "material: back stresses take pairs of C and gamma", error)
+    call check_finite("constants of back stresses", pairs, error)
+    call require(all(pairs(1::2) > 0.0_wp), &
+                 "material: the modulus C of a back stress must be positive", error)
+    call require(all(pairs(2::2) >= 0.0_wp), &
+                 "material: the recall gamma of a back stress must not be negative", error)
+    back%n = size(pairs)/2
+    back%modulus = pairs(1::2)
+    back%recall = pairs(2::2)
+  end subroutine new_back_stresses
+
+  !> Why the shear stress of a law with these back stresses is wrong in large simple shear; empty
+  !! without back stresses. In simple shear that lasts, a back stress keeps 1/(1 + 3/gamma^2) of its
+  !! shear.
+  pure function back_stress_warning(back) result(warning)
+    type(back_stresses_t), intent(in) :: back
+    character(:), allocatable :: warning
+    real(wp) :: least
+
+    warning = ""
+    if (back%n == 0) return
+    least = minval(back%recall)
+    warning = "back stresses rotate with the spin (Jaumann rate), so the shear stress is too "// &
+              "low and may fall: of a back stress with gamma "//rounded_text(least)// &
+              " simple shear that goes on leaves "// &
+              to_text(nint(100*least**2/(least**2 + 3.0_wp)))//" %"
+  end function back_stress_warning
 
 end module hardening

@@ -1,4 +1,4 @@
-!> Laws whose stress goes astray in large shear, and the measure of it.
+!> How large a shear is. Which laws it makes wrong they say themselves, see `shear_warning`.
 !!
 !! Tensors that a law keeps turn with the spin (Jaumann rate). In simple shear the spin never ends
 !! while the material's own axes come to rest, so a tensor that remembers where it began turns over:
@@ -7,47 +7,18 @@
 !! Plasticity of metals at finite strain, Stanford 1982).
 module large_shear
   use kinds, only: wp
-  use text, only: to_text, rounded_text
   use block_law, only: block_law_t
-  use elastic, only: elastic_t
-  use combined_hardening, only: combined_hardening_t
-  use anisotropic_plastic, only: anisotropic_plastic_t
   use symmetric_eigen, only: principal_values
   use vector_product, only: cross
   implicit none
   private
 
-  public :: shear_words, simple_shear_of, sheet_shear, equivalent_strain
+  public :: simple_shear_of, sheet_shear, equivalent_strain
 
   real(wp), parameter, public :: shear_limit = 1.0_wp   !! beyond it a warning is due
   real(wp), parameter :: opposite = -0.9999_wp          !! cosine; the turn back has no clear axis
 
 contains
-
-  !> Why the stress of a law is wrong in large shear; empty where it is not. Laws of users do what
-  !! they like. In simple shear that lasts, a back stress keeps 1/(1 + 3/gamma^2) of its shear.
-  pure function shear_words(law) result(words)
-    class(block_law_t), intent(in) :: law
-    character(:), allocatable :: words
-    real(wp), allocatable :: recall(:)
-
-    words = ""
-    allocate (recall(0))
-    select type (law)
-    type is (elastic_t)
-      words = "the stress of *ELASTIC turns with the spin (Jaumann rate) and falls in large "// &
-              "shear; *HYPERELASTIC does not"
-    type is (combined_hardening_t)
-      if (law%back%n > 0) recall = law%back%recall
-    type is (anisotropic_plastic_t)
-      if (law%back%n > 0) recall = law%back%recall
-    end select
-    if (size(recall) > 0) &
-      words = "back stresses turn with the spin (Jaumann rate), so the shear stress is too low "// &
-              "and may fall: of a back stress with gamma "//rounded_text(minval(recall))// &
-              " simple shear that goes on leaves "// &
-              to_text(nint(100*minval(recall)**2/(minval(recall)**2 + 3.0_wp)))//" %"
-  end function shear_words
 
   !> The simple shear that a deformation gradient amounts to: that of its stretches,
   !! sqrt(a/c) - sqrt(c/a) with the largest a and the smallest c, or that of its rotation, two

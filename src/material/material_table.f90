@@ -2,46 +2,63 @@
 module material_table
   use kinds, only: wp
   use failure, only: error_t, fail
-  use block_law, only: block_law_t
-  use elastic, only: new_elastic
-  use neo_hooke, only: new_neo_hooke
+  use text, only: string_t, append_text, joined
+  use block_law, only: block_law_t, law_entry_t
+  use elastic, only: elastic_law
+  use neo_hooke, only: neo_hooke_law
+  use plastic_laws, only: plastic_law
   use law_spec, only: law_spec_t
   use constant_check, only: check_count
-  use plastic_laws, only: new_plastic
   implicit none
   private
 
-  public :: new_law
+  public :: new_law, known_laws
 
 contains
 
+  !> All laws of the program: a new one is one line here and a file of its own.
+  function known_laws() result(laws)
+    type(law_entry_t), allocatable :: laws(:)
+
+    laws = [elastic_law(), &
+            neo_hooke_law(), &
+            plastic_law()]
+  end function known_laws
+
   !> The law that a deck asks for, with its constants checked.
   !!
-  !! Refused: unknown names, constants that are not finite, too many or too few of them, density
+  !! Rejected: unknown names, constants that are not finite, too many or too few of them, density
   !! or stiffness not positive, Poisson's ratio outside (-1, 0.5), hardening constants that give
   !! a yield stress that is not positive or that falls.
-  subroutine new_law(spec, law, error)
+  subroutine new_law(spec, law, error, laws)
     type(law_spec_t), intent(in) :: spec
     class(block_law_t), allocatable, intent(out) :: law
     type(error_t), allocatable, intent(out) :: error
+    type(law_entry_t), intent(in), optional :: laws(:)   !! to choose from; absent: `known_laws`
+
+    type(law_entry_t), allocatable :: table(:)
+    type(string_t), allocatable :: names(:)
+    integer :: i
 
     call check_elastic(spec%density, spec%young, spec%poisson, error)
     if (allocated(error)) return
-    select case (spec%law)
-    case ("ELASTIC")
-      call check_count("the law ELASTIC", spec%constants, 0, "no constants of its own", error)
-      if (.not. allocated(error)) &
-        allocate (law, source=new_elastic(spec%density, spec%young, spec%poisson))
-    case ("NEO HOOKE")
-      call check_count("the law NEO HOOKE", spec%constants, 0, "no constants of its own", error)
-      if (.not. allocated(error)) &
-        allocate (law, source=new_neo_hooke(spec%density, spec%young, spec%poisson))
-    case ("PLASTIC")
-      call new_plastic(spec, law, error)
-    case default
-      call fail(error, "material: unknown law "//trim(spec%law)// &
-                ", known are ELASTIC, NEO HOOKE and PLASTIC")
-    end select
+    if (present(laws)) then
+      table = laws
+    else
+      table = known_laws()
+    end if
+    allocate (names(0))
+    do i = 1, size(table)
+      call append_text(names, trim(table(i)%name))
+      if (table(i)%name /= spec%law) cycle
+      if (table(i)%n_constants >= 0) &
+        call check_count("the law "//spec%law, spec%constants, table(i)%n_constants, &
+                         trim(table(i)%constants), error)
+      if (.not. allocated(error)) call table(i)%build(spec, law, error)
+      return
+    end do
+    call fail(error, "material: unknown law "//trim(spec%law)//"; known laws: "// &
+              joined(names, ", "))
   end subroutine new_law
 
   !> What every law needs for its mass and its stable step. Written so that a NaN is refused.

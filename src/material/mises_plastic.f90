@@ -5,8 +5,7 @@
 module mises_plastic
   use kinds, only: wp
   use block_law, only: block_law_t, set_elastic
-  use flow_curve, only: flow_curve_t
-  use heating, only: thermal_factor, heat_up
+  use flow_curve, only: flow_curve_t, thermal_factor, heat_up
   use consistency, only: solve_consistency, solve_in_stages
   use voce, only: elastic_trial
   implicit none

@@ -6,12 +6,14 @@
 !! Cambridge 2008, section 6.5).
 module neo_hooke
   use kinds, only: wp
-  use block_law, only: block_law_t, set_elastic
+  use failure, only: error_t
+  use law_spec, only: law_spec_t
+  use block_law, only: block_law_t, law_entry_t, set_elastic
   use point_context, only: point_context_t
   implicit none
   private
 
-  public :: new_neo_hooke
+  public :: new_neo_hooke, neo_hooke_law
 
   !> The moduli are those of the base type; the stress follows from the deformation gradient, so
   !! there is no state.
@@ -22,6 +24,24 @@ module neo_hooke
   end type neo_hooke_t
 
 contains
+
+  !> *HYPERELASTIC, NEO HOOKE.
+  function neo_hooke_law() result(entry)
+    type(law_entry_t) :: entry
+
+    entry%name = "NEO HOOKE"
+    entry%n_constants = 0
+    entry%constants = "no constants of its own"
+    entry%build => build
+  end function neo_hooke_law
+
+  subroutine build(spec, law, error)
+    type(law_spec_t), intent(in) :: spec
+    class(block_law_t), allocatable, intent(out) :: law
+    type(error_t), allocatable, intent(out) :: error
+
+    allocate (law, source=new_neo_hooke(spec%density, spec%young, spec%poisson))
+  end subroutine build
 
   !> Law from density and the elastic constants of small strains.
   pure function new_neo_hooke(density, young, poisson) result(law)

@@ -2,26 +2,32 @@
 module plastic_laws
   use kinds, only: wp
   use failure, only: error_t, fail
-  use block_law, only: block_law_t
+  use block_law, only: block_law_t, law_entry_t
   use law_spec, only: law_spec_t
-  use hardening, only: new_hardening, voce_kind
-  use heating, only: set_heating
-  use flow_curve, only: flow_curve_t, set_rate_factor
-  use back_stress, only: back_stresses_t, new_back_stresses
+  use hardening, only: new_hardening, voce_kind, back_stresses_t, new_back_stresses
+  use flow_curve, only: set_heating, flow_curve_t, set_rate_factor
   use voce, only: new_voce
   use mises_plastic, only: new_mises_plastic
   use combined_hardening, only: new_combined_hardening
   use yield_function, only: yield_function_t, new_yield_function
-  use material_axes, only: axes_from_points
+  use tensor_rotation, only: axes_from_points
   use anisotropic_plastic, only: new_anisotropic_plastic
   implicit none
   private
 
-  public :: new_plastic
+  public :: plastic_law
 
 contains
 
-  !> The law with its constants checked together. Elastic constants are taken as checked.
+  !> *PLASTIC with what follows it.
+  function plastic_law() result(entry)
+    type(law_entry_t) :: entry
+
+    entry%name = "PLASTIC"
+    entry%build => new_plastic
+  end function plastic_law
+
+  !> The law with its constants checked together.
   subroutine new_plastic(spec, law, error)
     type(law_spec_t), intent(in) :: spec
     class(block_law_t), allocatable, intent(out) :: law

@@ -15,7 +15,7 @@ module health
   use energy_balance, only: energy_balance_t
   use trouble_spot, only: spot_t, spot_of_failure, spot_of_smallest, words_of, fastest_place, &
                           deepest_place, contact_place, most_sheared
-  use large_shear, only: shear_limit, shear_words
+  use large_shear, only: shear_limit
   use likely_causes, only: facts_t, causes_of, turned_over, no_numbers, step_collapsed, &
                            energy_lost, too_deep, increment_refused
   use user_call, only: take_user_failure
@@ -111,11 +111,11 @@ contains
     real(wp) :: shear
 
     warning = ""
-    if (shear_words(blank%law) == "") return
+    if (blank%law%shear_warning() == "") return
     call most_sheared(blank, spot, shear)
     if (shear > shear_limit) warning = "warning: the blank has sheared by "//rounded_text(shear)// &
                                        ", "//when(instant)//", in "//words_of(blank, spot)//": "// &
-                                       shear_words(blank%law)
+                                       blank%law%shear_warning()
   end function shear_warning
 
   !> Added mass by the real one.

@@ -7,7 +7,7 @@ module material_test
   use interrupt, only: is_stop_wanted
   use scene, only: material_test_spec_t
   use block_law, only: block_law_t
-  use large_shear, only: simple_shear_of, shear_limit, shear_words
+  use large_shear, only: simple_shear_of, shear_limit
   use material_point, only: material_point_t, control_t, new_point, new_control, advance, &
                             strain_to_frame, stress_to_frame, plastic_strain
   use result_table, only: result_table_t, add_column, tensor_components
@@ -117,8 +117,8 @@ contains
       call find_yield_locus(spec, law, rows, error)
     case default
       call follow(new_program(spec), law, spec, point, shear, error, rows)
-      if (shear > shear_limit .and. shear_words(law) /= "") &
-        warning = "the point sheared by "//rounded_text(shear)//": "//shear_words(law)
+      if (shear > shear_limit .and. law%shear_warning() /= "") &
+        warning = "the point sheared by "//rounded_text(shear)//": "//law%shear_warning()
     end select
     if (.not. allocated(error)) allocate (error, source=error_t(""))
     call end_rows(rows, error%message, warning)
