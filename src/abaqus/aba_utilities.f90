@@ -36,7 +36,7 @@ contains
   subroutine refuse(name)
     character(*), intent(in) :: name
 
-    write (error_unit, "(a)") "igaform: error: "//name//" is called, which is not provided"
+    call write_line("error: "//name//" is called, which is not provided")
     call end_run(name)
   end subroutine refuse
 
@@ -72,9 +72,18 @@ contains
     character(longest) :: line
 
     call fill_in(text, intv, realv, charv_length, charv, line)
-    write (error_unit, "(a)") "igaform: message of the user's subroutine: "//trim(line)
+    call write_line("message of the user's subroutine: "//trim(line))
     if (lop == -3) call end_run(name//" with LOP = -3")
   end subroutine report
+
+  !> Write a line to standard error at once: in a buffer it would be lost in a crash, and stand
+  !! behind the words of `end_run`, which use no unit.
+  subroutine write_line(text)
+    character(*), intent(in) :: text
+
+    write (error_unit, "(a)") "igaform: "//text
+    flush (error_unit)
+  end subroutine write_line
 
   !> A text with the next whole number for each %I, real number for %R and word for %S.
   subroutine fill_in(text, intv, realv, charv_length, charv, line)

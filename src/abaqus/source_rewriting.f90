@@ -50,14 +50,11 @@ contains
     logical, intent(in) :: is_fixed
     character(:), allocatable, intent(inout) :: changes
     character(:), allocatable :: before
-    integer :: last
 
     if (len(line) == 0) return
     if (line(1:1) == "#") then
-      last = verify(lower_case(line(2:)), "abcdefghijklmnopqrstuvwxyz ")
-      if (last == 0) last = len(line)
       before = line
-      line(:last) = lower_case(line(:last))
+      call rewrite_directive(line)
       if (line /= before) call note("words of the preprocessor in small letters", changes)
       return
     end if
@@ -72,6 +69,26 @@ contains
     if (line /= before) call note("comparisons with .TRUE. and .FALSE. as the standard has them", &
                                   changes)
   end subroutine rewrite_line
+
+  !> The word of a directive and DEFINED in its condition in lower case; names of macros and files
+  !! stay as they are.
+  pure subroutine rewrite_directive(line)
+    character(*), intent(inout) :: line
+    character(*), parameter :: word = "DEFINED", of_name = "abcdefghijklmnopqrstuvwxyz0123456789_"
+    character(:), allocatable :: padded
+    integer :: first, last, i
+
+    first = verify(line(2:)//"x", " "//achar(9)) + 1
+    last = first + scan(line(first:)//" ", " (<""!"//achar(9)//achar(13)) - 2
+    line(first:last) = lower_case(line(first:last))
+    if (.not. any(line(first:last) == [character(4) :: "if", "elif"])) return
+    padded = lower_case(line)//" "
+    do i = last + 2, len(line) - len(word) + 1
+      if (line(i:i + len(word) - 1) /= word) cycle
+      if (scan(padded(i - 1:i - 1)//padded(i + len(word):i + len(word)), of_name) == 0) &
+        line(i:i + len(word) - 1) = lower_case(word)
+    end do
+  end subroutine rewrite_directive
 
   subroutine note(what, changes)
     character(*), intent(in) :: what
