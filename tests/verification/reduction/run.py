@@ -244,7 +244,7 @@ def steps_do_not_reduce(igaform, source, folder):
             deck.write(changed)
         done = run(igaform, path, "--check")
         assert done.returncode == 1, done.stdout
-        assert "expected a place before the first *STEP" in done.stderr, done.stderr
+        assert "expected it before the first *STEP" in done.stderr, done.stderr
     manual = run(igaform, "--keywords").stdout.split("## *REDUCE")[1].split("##")[0]
     assert "Once in a deck.\n" in manual and "in a step of it" not in manual, manual
 
