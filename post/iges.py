@@ -27,7 +27,7 @@ def add_arguments(command):
                          help="tool, or blank (the default)")
     command.add_argument("--face", default="", metavar="NAME",
                          help="a face of the blank, such as ZETA_MAX")
-    command.add_argument("--length", default="", metavar="UNIT",
+    command.add_argument("--unit", "--length", dest="unit", default="", metavar="UNIT",
                          help="unit of the lengths (default: that of *UNITS)")
     command.add_argument("--quiet", action="store_true", help="errors and warnings only")
     command.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
@@ -47,7 +47,7 @@ def run(arguments):
     else:
         shapes = shapes_of_deck(arguments)
     surfaces = part_of(shapes, arguments)
-    unit = unit_of(shapes, arguments.length.upper())
+    unit = unit_of(shapes, arguments.unit.upper())
     if os.path.exists(path) and os.path.samefile(path, arguments.file):
         raise ResultsError(f"'{path}' is the file to read")
     write_iges(path, surfaces, unit, f"igaform {shapes.version}")
@@ -183,12 +183,12 @@ def is_joined(nets, i, tolerance):
 
 
 def unit_of(shapes, wanted):
-    """The unit of --length, else the one that the deck names, else millimetres with a warning."""
+    """The unit of --unit, else the one that the deck names, else millimetres with a warning."""
     if wanted and wanted not in UNITS:
-        raise ResultsError("option --length needs MM, CM, M, IN, FT or the like, not "
+        raise ResultsError("option --unit needs MM, CM, M, IN, FT or the like, not "
                            f"'{wanted}'")
     if wanted or shapes.unit in UNITS:
         return wanted or shapes.unit
-    print("post: warning: the deck names no unit of length (*UNITS): written as MM; --length UNIT "
+    print("post: warning: the deck names no unit of length (*UNITS): written as MM; --unit UNIT "
           "says otherwise", file=sys.stderr)
     return "MM"

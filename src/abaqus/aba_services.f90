@@ -1,14 +1,21 @@
-!> Utility routines that tell subroutines of users about the run, and locks for their data.
+!> Utility routines that subroutines of users call: about the run, locks for their data, the end of
+!! the run and messages.
+!!
+!! Built into a shared library of its own, which the program and the compiled subroutines both
+!! link. The routines have the names and arguments that Abaqus gives them.
 !!
 !! The calls carry no argument that says where they come from, so this module remembers the name of
 !! the job and keeps the locks.
 module aba_services
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t, c_double
+  use, intrinsic :: iso_fortran_env, only: error_unit
   use omp_lib, only: omp_lock_kind, omp_init_lock, omp_set_lock, omp_unset_lock, &
                      omp_get_thread_num, omp_get_max_threads
+  use user_watch, only: end_run
   implicit none
   private
 
+  integer, parameter :: longest_line = 400   ! of a message
   integer, parameter :: n_locks = 100, longest = 255
   integer(omp_lock_kind) :: locks(n_locks)
   logical :: is_ready(n_locks) = .false.
@@ -38,7 +45,7 @@ contains
     character(kind=c_char), intent(out) :: outdir(outdir_length)
     integer(c_int), intent(out) :: length
 
-    call hand_over(folder, outdir, length)
+    call copy_text(folder, outdir, length)
   end subroutine getoutdir
 
   !> The same from an explicit analysis.
@@ -47,7 +54,7 @@ contains
     character(kind=c_char), intent(out) :: outdir(outdir_length)
     integer(c_int), intent(out) :: length
 
-    call hand_over(folder, outdir, length)
+    call copy_text(folder, outdir, length)
   end subroutine vgetoutdir
 
   !> The name of the job: that of the result file without its ending.
@@ -56,7 +63,7 @@ contains
     character(kind=c_char), intent(out) :: name(name_length)
     integer(c_int), intent(out) :: length
 
-    call hand_over(job, name, length)
+    call copy_text(job, name, length)
   end subroutine getjobname
 
   !> The same from an explicit analysis.
@@ -65,10 +72,10 @@ contains
     character(kind=c_char), intent(out) :: name(name_length)
     integer(c_int), intent(out) :: length
 
-    call hand_over(job, name, length)
+    call copy_text(job, name, length)
   end subroutine vgetjobname
 
-  subroutine hand_over(text, characters, length)
+  subroutine copy_text(text, characters, length)
     character(*), intent(in) :: text
     character(kind=c_char), intent(out) :: characters(:)
     integer(c_int), intent(out) :: length
@@ -79,7 +86,7 @@ contains
     do i = 1, length
       characters(i) = text(i:i)
     end do
-  end subroutine hand_over
+  end subroutine copy_text
 
   !> There is one process, of rank 0.
   subroutine getrank(rank) bind(C, name="getrank_")
@@ -145,5 +152,126 @@ contains
     if (id < 1 .or. id > n_locks) return
     if (is_ready(id)) call omp_unset_lock(locks(id))
   end subroutine mutexunlock
+
+  !> Ends the run: the user's subroutine found no way on.
+  subroutine xit() bind(C, name="xit_")
+    call end_run("XIT")
+  end subroutine xit
+
+  !> The same from an explicit analysis.
+  subroutine xplb_exit() bind(C, name="xplb_exit_")
+    call end_run("XPLB_EXIT")
+  end subroutine xplb_exit
+
+  !> Results of other points and of other parts of a model are not to be had here.
+  subroutine getvrm() bind(C, name="getvrm_")
+    call refuse("GETVRM")
+  end subroutine getvrm
+
+  !> The same from an explicit analysis.
+  subroutine vgetvrm() bind(C, name="vgetvrm_")
+    call refuse("VGETVRM")
+  end subroutine vgetvrm
+
+  subroutine refuse(name)
+    character(*), intent(in) :: name
+
+    call write_line("error: "//name//" is called, which is not provided")
+    call end_run(name)
+  end subroutine refuse
+
+  !> A message of the user's subroutine; LOP = -3 ends the run.
+  subroutine stdb_abqerr(lop, text, intv, realv, charv, text_length, charv_length) &
+      bind(C, name="stdb_abqerr_")
+    integer(c_int), intent(in) :: lop, intv(*)
+    real(c_double), intent(in) :: realv(*)
+    integer(c_size_t), value :: text_length, charv_length
+    character(kind=c_char), intent(in) :: text(text_length), charv(charv_length, *)
+
+    call report("STDB_ABQERR", lop, text, intv, realv, charv_length, charv)
+  end subroutine stdb_abqerr
+
+  !> The same from an explicit analysis.
+  subroutine xplb_abqerr(lop, text, intv, realv, charv, text_length, charv_length) &
+      bind(C, name="xplb_abqerr_")
+    integer(c_int), intent(in) :: lop, intv(*)
+    real(c_double), intent(in) :: realv(*)
+    integer(c_size_t), value :: text_length, charv_length
+    character(kind=c_char), intent(in) :: text(text_length), charv(charv_length, *)
+
+    call report("XPLB_ABQERR", lop, text, intv, realv, charv_length, charv)
+  end subroutine xplb_abqerr
+
+  !> Write a message of the user's subroutine; LOP = -3 ends the run.
+  subroutine report(name, lop, text, intv, realv, charv_length, charv)
+    character(*), intent(in) :: name   ! of the routine that was called
+    integer(c_size_t), intent(in) :: charv_length
+    integer(c_int), intent(in) :: lop, intv(*)
+    real(c_double), intent(in) :: realv(*)
+    character(kind=c_char), intent(in) :: text(:), charv(charv_length, *)
+    character(longest_line) :: line
+
+    call fill_in(text, intv, realv, charv_length, charv, line)
+    call write_line("message of the user's subroutine: "//trim(line))
+    if (lop == -3) call end_run(name//" with LOP = -3")
+  end subroutine report
+
+  !> Write a line to standard error at once: in a buffer it would be lost in a crash, and follow
+  !! the words of `end_run`, which use no unit.
+  subroutine write_line(text)
+    character(*), intent(in) :: text
+
+    write (error_unit, "(a)") "igaform: "//text
+    flush (error_unit)
+  end subroutine write_line
+
+  !> A text with the next whole number for each %I, real number for %R and word for %S.
+  subroutine fill_in(text, intv, realv, charv_length, charv, line)
+    integer(c_size_t), intent(in) :: charv_length
+    character(kind=c_char), intent(in) :: text(:), charv(charv_length, *)
+    integer(c_int), intent(in) :: intv(*)
+    real(c_double), intent(in) :: realv(*)
+    character(*), intent(out) :: line
+    character(24) :: value
+    integer :: i, n, used(3)
+
+    line = ""
+    used = 0
+    n = 0
+    i = 1
+    do while (i <= size(text))
+      value = text(i)
+      if (text(i) == "%" .and. i < size(text)) then
+        i = i + 1
+        select case (text(i))
+        case ("I", "i")
+          used(1) = used(1) + 1
+          write (value, "(i0)") intv(used(1))
+        case ("R", "r")
+          used(2) = used(2) + 1
+          write (value, "(g0.8)") realv(used(2))
+        case ("S", "s")
+          used(3) = used(3) + 1
+          value = word_of(charv(:, used(3)))
+        case default
+          i = i - 1
+        end select
+      end if
+      line(n + 1:) = value
+      n = n + max(1, len_trim(value))
+      i = i + 1
+    end do
+  end subroutine fill_in
+
+  pure function word_of(characters) result(word)
+    character(kind=c_char), intent(in) :: characters(:)
+    character(24) :: word
+    integer :: i
+
+    word = ""
+    do i = 1, min(size(characters), len(word))
+      word(i:i) = characters(i)
+    end do
+  end function word_of
 
 end module aba_services

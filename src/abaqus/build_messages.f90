@@ -1,4 +1,4 @@
-!> What compiler and linker say of the sources of users, in words that tell what to do.
+!> What compiler and linker say of the sources of users, in words that say what to do.
 module build_messages
   use text, only: upper_case
   implicit none
@@ -13,7 +13,7 @@ module build_messages
 contains
 
   !> What the compiler's words mean where the source is written for another compiler; empty where
-  !! they tell it themselves.
+  !! they say it themselves.
   function cause_of(messages) result(cause)
     character(*), intent(in) :: messages
     character(:), allocatable :: cause

@@ -13,7 +13,7 @@ module library_store
 contains
 
   !> The library of these sources that an earlier run has kept, open; below zero if there is none.
-  !! A record of this user tells its digest and the note, which is told at each run. What is no
+  !! A record of this user has its digest and the note, which each run prints. What is no
   !! plain file of this user, or has another digest, is no library: it will be made again.
   subroutine find_kept(cache, key, library, note)
     character(*), intent(in) :: cache, key

@@ -84,7 +84,7 @@ contains
     if (last > 1) name = code(first + 1:first + last - 1)
   end function included_name
 
-  !> Sixteen hexadecimal digits, which tell changes but not intent.
+  !> Sixteen hexadecimal digits, which show changes but not intent.
   function digest_text(digest) result(text)
     type(digest_t), intent(in) :: digest
     character(16) :: text

@@ -170,7 +170,7 @@ contains
     is_in_text = quote /= ""
   end function is_in_text
 
-  !> Where the name, element or bracket begins that the text ends with; 0 where that cannot be told.
+  !> Where the name, element or bracket begins that the text ends with; 0 where that is unknown.
   pure integer function start_of_operand(text) result(first)
     character(*), intent(in) :: text
     character(*), parameter :: of_name = "abcdefghijklmnopqrstuvwxyz0123456789_$%"

@@ -54,7 +54,7 @@ contains
     law%umat => umat
   end function new_umat_adapter
 
-  !> Update without a context. What only a context tells (times, deformation gradients, place and
+  !> Update without a context. What only a context has (times, deformation gradients, place and
   !! size of the element) is passed as not a number, so that a law that needs it fails at once
   !! instead of working with made-up values.
   subroutine update(self, n, dt, dstrain, stress, state, ok, spin)

@@ -22,7 +22,7 @@ module user_build
   public :: setting
 
   !> -frecursive keeps local arrays on the stack, so that threads do not share them. -w: the
-  !! sources are old and not ours. -g: crashes tell the line. The sections let the linker leave out
+  !! sources are old and not ours. -g: crashes name the line. The sections let the linker leave out
   !! what neither UMAT nor VUMAT needs, and with it what is missing there. The protection lets no
   !! large array reach over the end of a stack into what lies behind.
   character(*), parameter :: options(19) = [character(28) :: "-fPIC", "-frecursive", "-O2", "-g", &

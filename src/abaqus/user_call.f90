@@ -101,7 +101,7 @@ module user_call
       character(kind=c_char), intent(in) :: name(length)
     end subroutine end_by_overrun
 
-    !> The call in hand did what no result can be had from, told behind its routine and place;
+    !> The call in hand did what no result can be had from, reported behind its routine and place;
     !! the run ends, and its state is saved.
     subroutine end_by_problem(deed, length) bind(C, name="igaform_end_by_fault")
       import :: c_char, c_int

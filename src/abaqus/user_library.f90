@@ -1,7 +1,9 @@
-!> Subroutines of users, loaded while the program runs.
+!> Subroutines of users, loaded while the program runs, and their call before the first increment:
+!! it gets the name of the job and reads files and fills COMMON blocks.
 module user_library
   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_funptr, c_int, c_funloc, &
-                                         c_null_funptr, c_ptr, c_associated, c_size_t
+                                         c_null_funptr, c_ptr, c_associated, c_size_t, c_double, &
+                                         c_f_procpointer, c_null_ptr
   use, intrinsic :: iso_fortran_env, only: error_unit
   use failure, only: error_t, fail
   use text, only: string_t, joined, upper_case
@@ -10,10 +12,21 @@ module user_library
   use user_build, only: build_user_library, setting
   use trusted_files, only: open_own_folder, open_memory, close_file, path_of
   use user_sources, only: ending_of, uncalled_routines
+  use umat_interface, only: uexternaldb_procedure, vexternaldb_procedure
+  use user_call, only: enter_user_call, leave_user_call, watch_user_calls, in_uexternaldb, &
+                       in_vexternaldb
   implicit none
   private
 
-  public :: load_user_library
+  public :: load_user_library, start_user_code
+
+  interface
+    subroutine set_job(name, name_length, place, place_length) bind(C, name="igaform_set_job")
+      import :: c_char, c_int
+      integer(c_int), value :: name_length, place_length
+      character(kind=c_char), intent(in) :: name(*), place(*)
+    end subroutine set_job
+  end interface
 
   !> What was found in the files. The library stays loaded until the program ends.
   type, public :: user_library_t
@@ -177,7 +190,7 @@ contains
   end function loader_message
 
   !> Names of the data that the library can write to and that are not the linker's own: COMMON
-  !! blocks, SAVE variables and variables with initial values. What cannot be told counts as one.
+  !! blocks, SAVE variables and variables with initial values. What is unknown counts as one.
   subroutine find_writable(path, names)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: names
@@ -202,7 +215,7 @@ contains
     if (names /= "") names = names(3:)
   end subroutine find_writable
 
-  !> What `nm` tells of a library; empty if that failed.
+  !> What `nm` reports of a library; empty if that failed.
   subroutine list_names(path, option, listing)
     character(*), intent(in) :: path, option
     character(:), allocatable, intent(out) :: listing
@@ -248,5 +261,34 @@ contains
     if (dot > 1) name = name(:dot - 1)
     if (name(len(name):) == "_" .and. len(name) > 1) name = name(:len(name) - 1)
   end function plain_name
+
+  !> Pass on the name of the job and the folder of its results, then call UEXTERNALDB and
+  !! VEXTERNALDB where there are such, with LOP = 0.
+  subroutine start_user_code(library, job, folder)
+    type(user_library_t), intent(in) :: library
+    character(*), intent(in) :: job, folder
+    procedure(uexternaldb_procedure), pointer :: uexternaldb
+    procedure(vexternaldb_procedure), pointer :: vexternaldb
+    real(c_double) :: times(10)
+    integer(c_int) :: numbers(10)
+
+    call set_job(c_text(job), int(len(job), c_int), c_text(folder), int(len(folder), c_int))
+    call watch_user_calls(c_null_funptr, c_null_ptr)
+    times = 0.0_c_double
+    numbers = 0_c_int
+    if (c_associated(library%uexternaldb)) then
+      call c_f_procpointer(library%uexternaldb, uexternaldb)
+      call enter_user_call(in_uexternaldb, -1_c_int, -1_c_int, -1_c_int)
+      call uexternaldb(0_c_int, 0_c_int, times(:2), times(1), 1_c_int, 0_c_int)
+    end if
+    if (c_associated(library%vexternaldb)) then
+      call c_f_procpointer(library%vexternaldb, vexternaldb)
+      numbers(3) = 1_c_int   ! the step
+      call enter_user_call(in_vexternaldb, -1_c_int, -1_c_int, -1_c_int)
+      call vexternaldb(0_c_int, numbers, int(size(numbers), c_int), times, &
+                       int(size(times), c_int))
+    end if
+    call leave_user_call()
+  end subroutine start_user_code
 
 end module user_library

@@ -1,4 +1,4 @@
-!> What can be told of a source file of a user without compiling it: its form, the files that it
+!> What is known of a source file of a user without compiling it: its form, the files that it
 !! includes, and the user subroutines in it that nothing here calls.
 module user_sources
   use text, only: string_t, strings, lower_case, upper_case

@@ -1,17 +1,17 @@
-!> Watch over the calls of subroutines of users: how a run ends from inside one, and what is told.
+!> Watch over the calls of subroutines of users: how a run ends from inside one, with which message.
 !!
 !! The calls carry no argument that says where they come from, so this module remembers it: the
 !! routine, element and point in hand for each thread, and what is to be saved when the run ends.
 !!
 !! A run may end inside a statement for input or output, whose unit is then locked for ever, or
 !! with a heap that was written over. So no unit that a subroutine may know is touched on the way
-!! out, and nothing but `write` and `_exit` is called where a crash is told.
+!! out, and nothing but `write` and `_exit` is called where a crash is reported.
 module user_watch
   use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_int64_t, &
                                          c_null_funptr, c_null_ptr, c_ptr, c_associated, &
                                          c_f_procpointer
-  use crash_watch, only: signal_stack_t, catch_crashes, give_signal_stack, is_out_of_stack
-  use safe_message, only: message_t, add_text, add_number, send, open_for_lines
+  use crash_watch, only: signal_stack_t, catch_crashes, give_signal_stack, is_out_of_stack, &
+                         message_t, add_text, add_number, send, open_for_lines
   implicit none
   private
 
@@ -240,7 +240,7 @@ contains
     failure = 0
   end subroutine take_failure
 
-  !> Watch over the calls from now on: an end of the program or a crash inside one is told with
+  !> Watch over the calls from now on: an end of the program or a crash inside one is reported with
   !! element and point, and `action` (may be null) is carried out before. To be called again with
   !! the action once there is something to save, so that it runs before the libraries close down.
   subroutine watch_user_calls(action, context) bind(C, name="igaform_watch_user_calls")
@@ -257,7 +257,7 @@ contains
   end subroutine watch_user_calls
 
   !> A signal asks for the end of the run, which waits for the calls in hand. A call that has not
-  !! returned a second later is told, and ends the run where a signal asks once more. In a handler.
+  !! returned a second later is reported, and ends the run where a signal asks again. In a handler.
   subroutine at_stop(is_again) bind(C, name="igaform_at_stop")
     integer(c_int), value :: is_again
     integer(c_int), parameter :: patience = 1_c_int   ! [s]
@@ -271,7 +271,7 @@ contains
       do i = 0, min(n_records, most_threads)
         records(i)%n_calls_at_stop = records(i)%n_calls
       end do
-      before = c_signal(alarm_signal, c_funloc(tell_of_waiting))
+      before = c_signal(alarm_signal, c_funloc(report_waiting))
       ignored = c_alarm(patience)
       return
     end if
@@ -285,7 +285,7 @@ contains
   end subroutine at_stop
 
   !> The run waits for a call that had begun before the signal.
-  subroutine tell_of_waiting() bind(C)
+  subroutine report_waiting() bind(C)
     type(message_t) :: message
     integer :: i
 
@@ -297,7 +297,7 @@ contains
     call add_place(message, records(i)%current)
     call add_text(message, "; a second signal ends it there at once")
     call send(message, standard_error)
-  end subroutine tell_of_waiting
+  end subroutine report_waiting
 
   !> Number in `records` of a thread in the call that it was in when a signal asked for the end;
   !! negative if there is none.
@@ -319,7 +319,7 @@ contains
   end subroutine at_exit
 
   !> Stands in front of the C library's `abort`, which CALL ABORT and the run-time libraries call:
-  !! gfortran's gives up all handlers of the signal before. Inside a call it is told as a crash.
+  !! gfortran's gives up all handlers of the signal before. Inside a call it is reported as a crash.
   subroutine abort_program() bind(C, name="abort")
     type(c_funptr) :: before
     integer(c_int) :: status
@@ -346,7 +346,7 @@ contains
     call save_and_exit(message)
   end subroutine end_run
 
-  !> The way out of the thread that ends the run: tell, save, close all files, end.
+  !> The way out of the thread that ends the run: report, save, close all files, end.
   subroutine save_and_exit(message)
     type(message_t), intent(in) :: message
     integer(c_int), parameter :: patience = 60_c_int   ! [s], for what must not take for ever
@@ -356,7 +356,7 @@ contains
     integer(c_int) :: ignored
     integer :: i
 
-    call tell(message)
+    call report(message)
     before = c_signal(alarm_signal, c_funloc(at_alarm))
     ignored = c_alarm(patience)
     if (c_associated(farewell)) then
@@ -372,26 +372,26 @@ contains
   end subroutine save_and_exit
 
   !> The message as an error of the program.
-  subroutine tell(message)
+  subroutine report(message)
     type(message_t), intent(in) :: message
     type(message_t) :: line
 
     call add_text(line, "igaform: error: ")
     call add_text(line, message%text(:message%length))
     call send(line, standard_error)
-  end subroutine tell
+  end subroutine report
 
   !> The same, and as a line of the log, for an end at which nobody else adds one.
-  subroutine tell_and_log(message)
+  subroutine report_and_log(message)
     type(message_t), intent(in) :: message
     type(message_t) :: line
 
-    call tell(message)
+    call report(message)
     if (log_descriptor < 0) return
     call add_text(line, "error: ")
     call add_text(line, message%text(:message%length))
     call send(line, log_descriptor)
-  end subroutine tell_and_log
+  end subroutine report_and_log
 
   !> Return in the thread that comes first; the others wait for the end of the program.
   subroutine become_leaver()
@@ -414,7 +414,7 @@ contains
     type(message_t) :: message
 
     call add_text(message, "the state reached could not be saved in time: a file is held")
-    call tell_and_log(message)
+    call report_and_log(message)
     call c_exit_now(int(exit_by_user, c_int))
   end subroutine at_alarm
 
@@ -438,7 +438,7 @@ contains
     call add_place(message, records(own)%current)
     call add_text(message, ": it calls itself without end, or its local arrays are too large; "// &
                   "`ulimit -s unlimited` and OMP_STACKSIZE=256M before the run give more")
-    call tell_and_log(message)
+    call report_and_log(message)
     call c_exit_now(int(exit_by_user, c_int))
   end subroutine at_crash
 
@@ -469,7 +469,7 @@ contains
                     "for plane strain or shells counts on NTENS below 6)")
       call add_latest(message, records(own))
     end if
-    call tell_and_log(message)
+    call report_and_log(message)
     ! What follows is of use, but may crash or wait: the heap or the stack may be written over.
     before = c_signal(number, c_funloc(at_second_crash))
     before = c_signal(segment_fault, c_funloc(at_second_crash))
@@ -480,7 +480,7 @@ contains
     call c_exit_now(int(exit_by_user, c_int))
   end subroutine end_by_crash
 
-  !> The end was told already.
+  !> The end was reported already.
   subroutine at_second_crash() bind(C)
     call c_exit_now(int(exit_by_user, c_int))
   end subroutine at_second_crash
@@ -491,7 +491,7 @@ contains
     integer, intent(in) :: code
 
     call become_leaver()
-    call tell_and_log(message)
+    call report_and_log(message)
     call c_exit_now(int(code, c_int))
   end subroutine end_at_once
 

@@ -81,7 +81,7 @@ contains
     if (allocated(error)) code = exit_input
   end function run_batch
 
-  !> The key that the result of a run must carry. What is wrong with a deck the run itself tells.
+  !> The key that the result of a run must carry. What is wrong with a deck the run itself reports.
   function identity_of_run(run) result(identity)
     type(batch_run_t), intent(in) :: run
     character(:), allocatable :: identity
@@ -130,8 +130,8 @@ contains
         end if
         n_done = n_done + 1
         associate (r => jobs(j)%run)
-          call look_after(runs(r), identities(r)%value, code, outcomes(r))
-          call tell(command, n_done, count(is_due), runs(r), outcomes(r))
+          call record_end(runs(r), identities(r)%value, code, outcomes(r))
+          call report_end(command, n_done, count(is_due), runs(r), outcomes(r))
         end associate
       end do
     end do
@@ -158,7 +158,7 @@ contains
     end do
   end subroutine pass_on_signals
 
-  !> Start the next run that is due. One that cannot be started is told of and passed over.
+  !> Start the next run that is due. One that cannot be started is reported and skipped.
   subroutine start_next(command, runs, is_due, next, n_done, job, outcomes)
     type(command_t), intent(in) :: command
     type(batch_run_t), intent(in) :: runs(:)
@@ -179,7 +179,7 @@ contains
           if (error_file_problem(runs(next)%base//".err") /= "") outcomes(next)%status = "refused"
           outcomes(next)%message = why_unstarted(runs(next))
           n_done = n_done + 1
-          call tell(command, n_done, count(is_due), runs(next), outcomes(next))
+          call report_end(command, n_done, count(is_due), runs(next), outcomes(next))
         end if
       end if
       next = next + 1
@@ -187,7 +187,7 @@ contains
   end subroutine start_next
 
   !> A line of progress.
-  subroutine tell(command, n_done, n_due, run, outcome)
+  subroutine report_end(command, n_done, n_due, run, outcome)
     type(command_t), intent(in) :: command
     integer, intent(in) :: n_done, n_due
     type(batch_run_t), intent(in) :: run
@@ -197,7 +197,7 @@ contains
     write (output_unit, "(a)") "["//to_text(n_done)//"/"//to_text(n_due)//"] "//run%text//": "// &
       outcome%status
     flush (output_unit)
-  end subroutine tell
+  end subroutine report_end
 
   !> Start one run. The cores are shared out evenly unless the user says how many threads.
   !! What the line of a run says goes before what is said of the batch.
@@ -259,7 +259,7 @@ contains
   end function words_of
 
   !> How a run that has ended stands now; a file of messages without any goes away.
-  subroutine look_after(run, identity, code, outcome)
+  subroutine record_end(run, identity, code, outcome)
     type(batch_run_t), intent(in) :: run
     character(*), intent(in) :: identity
     integer, intent(in) :: code
@@ -273,9 +273,9 @@ contains
     if (code == exit_input) outcome%status = "refused"
     if (code > 128 .and. outcome%message == "") outcome%message = "ended by signal "// &
                                                                   to_text(code - 128)
-  end subroutine look_after
+  end subroutine record_end
 
-  !> Does the exit code of a run tell of a failure, or 128 and a signal of a crash?
+  !> Does the exit code of a run mean a failure, or 128 and a signal of a crash?
   pure logical function has_failed(code)
     integer, intent(in) :: code
     integer, parameter :: crashes(5) = [4, 6, 7, 8, 11]   ! SIGILL, ABRT, BUS, FPE, SEGV

@@ -116,24 +116,24 @@ contains
     is_open = .false.
     quote = " "
     do i = 1, len(line)
-      associate (letter => line(i:i))
+      associate (mark => line(i:i))
         if (quote /= " ") then
-          if (letter == quote) then
+          if (mark == quote) then
             quote = " "
           else
-            word%value = word%value//letter
+            word%value = word%value//mark
           end if
-        else if (letter == "'" .or. letter == '"') then
-          quote = letter
+        else if (mark == "'" .or. mark == '"') then
+          quote = mark
           is_open = .true.
-        else if (letter == " " .or. letter == achar(9) .or. letter == achar(13)) then
+        else if (mark == " " .or. mark == achar(9) .or. mark == achar(13)) then
           if (is_open) words = [words, word]
           is_open = .false.
           word%value = ""
-        else if (letter == "#" .and. .not. is_open) then
+        else if (mark == "#" .and. .not. is_open) then
           exit
         else
-          word%value = word%value//letter
+          word%value = word%value//mark
           is_open = .true.
         end if
       end associate

@@ -7,8 +7,7 @@ module batch_table
   use failure, only: error_t, fail
   use result_state, only: result_state_t, read_result_state
   use file_lock, only: is_locked_by_others
-  use output_guard, only: why_left_alone
-  use whole_file, only: write_lines
+  use whole_file, only: why_left_alone, write_lines
   use message_files, only: first_error, is_noted_as_failed
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted
   use batch_list, only: batch_run_t
@@ -20,7 +19,7 @@ module batch_table
   !> How a run stands.
   type :: outcome_t
     character(:), allocatable :: status    !! completed, failed, interrupted, refused, running, due
-    character(:), allocatable :: message   !! first error it told; empty: none
+    character(:), allocatable :: message   !! first error it reported; empty: none
     type(result_state_t) :: state
   end type outcome_t
 
@@ -64,7 +63,7 @@ contains
   end function is_under_way
 
   !> Would the run, once more, end the same, or be in the way of one that is under way? What failed
-  !! counts as final where its result tells so, not where it crashed or could not read its data.
+  !! counts as final where its result says so, not where it crashed or could not read its data.
   pure logical function is_final(outcome)
     type(outcome_t), intent(in) :: outcome
 

@@ -13,7 +13,7 @@ module command_line
   type :: command_t
     character(:), allocatable :: deck      !! path, empty where none is needed
     character(:), allocatable :: output    !! path of the result file, empty: from the deck's name
-    character(:), allocatable :: restart   !! checkpoint to go on from, empty: none
+    character(:), allocatable :: restart   !! checkpoint to continue from, empty: none
     logical :: is_any_build = .false.      !! which another build of the program may have written
     real(wp) :: wall_minutes = 0.0_wp      !! of --wall; 0: no limit
     integer :: n_threads = 0               !! 0: as many as OpenMP gives
@@ -28,8 +28,8 @@ module command_line
     logical :: is_summary = .false.        !! the table of the batch alone
     logical :: is_iges = .false.           !! now of `post`: other arguments are not read
     logical :: is_check = .false., is_quiet = .false.
-    logical :: is_probe = .false.          !! with `is_check`: a quick run with fewer elements
-    logical :: is_awake = .false.          !! nothing sleeps, for measuring what sleeping saves
+    logical :: is_probe = .false.          !! --trial-run: with `is_check`, fewer elements
+    logical :: is_awake = .false.          !! --no-skip: no point is skipped
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
     character(:), allocatable :: reason     !! why the command cannot be carried out; else empty
   end type command_t
@@ -71,7 +71,7 @@ contains
       call take_argument(arguments, command, i)
     end do
     if (command%reason == "" .and. command%is_probe .and. .not. command%is_check) &
-      command%reason = "option --probe goes with --check"
+      command%reason = "option --trial-run goes with --check"
     if (command%reason == "" .and. command%deck == "" .and. .not. (command%wants_help &
         .or. command%wants_version .or. command%wants_keywords)) then
       command%reason = "no deck given"
@@ -92,21 +92,22 @@ contains
            //"                     .fpp .f90 .f95 .f03 .f08 (also in capitals), .c .cc"//feed &
            //"                     .cpp .cxx, .o .a or .so; may come several times"//feed &
            //"  --set NAME=VALUE   replace the value of a *PARAMETER of the deck"//feed &
-           //"  --restart FILE     go on from a checkpoint NAME.ckpt.h5 of this deck"//feed &
+           //"  --restart FILE     continue from a checkpoint NAME.ckpt.h5 of this deck"//feed &
            //"  --restart-any-build  also if another build of igaform wrote it"//feed &
            //"  --wall MINUTES     save the state and stop after so long"//feed &
            //"  --check            read, report counts, mass, step and cost; do not run"//feed &
-           //"  --probe            with --check: a quick run with fewer elements, and what"//feed &
+           //"  --trial-run        with --check: a quick run with fewer elements, and what"//feed &
            //"                     mass scaling its energies allow"//feed &
            //"  --modes N          print the N lowest frequencies of the blank; do not run"//feed &
            //"  --return-study     igaform material: errors and cost of the return"//feed &
            //"                     mapping of each *PLASTIC; no tests"//feed &
            //"  --jobs N           igaform batch: runs side by side (default: 1);"//feed &
            //"                     --threads and --wall then count for each run whose"//feed &
-           //"                     line has none, other options stand in the lines"//feed &
+           //"                     line has none; other options go in the lines"//feed &
            //"  --only N           igaform batch: run number N alone"//feed &
            //"  --summary          igaform batch: the table alone, no runs"//feed &
-           //"  --awake            let nothing sleep, to see what sleeping saves"//feed &
+           //"  --no-skip          skip no inactive point, to measure what skipping"//feed &
+           //"                     saves"//feed &
            //"  --quiet            errors and warnings only"//feed &
            //"  --keywords         print the reference of all keywords"//feed &
            //"  --version          print version, commit, sources and compiler"//feed &
@@ -138,9 +139,9 @@ contains
     select case (word)
     case ("--check")
       command%is_check = .true.
-    case ("--probe")
+    case ("--trial-run", "--probe")   ! the second is the older name
       command%is_probe = .true.
-    case ("--awake")
+    case ("--no-skip", "--awake")
       command%is_awake = .true.
     case ("--restart-any-build")
       command%is_any_build = .true.
@@ -187,12 +188,12 @@ contains
     character(:), allocatable :: reason
 
     select case (word)
-    case ("--out", "--set", "--user", "--awake", "--restart-any-build")
-      reason = "give it in the lines of the list, behind the decks"
+    case ("--out", "--set", "--user", "--no-skip", "--awake", "--restart-any-build")
+      reason = "give it in the lines of the list, after the decks"
     case ("--restart")
-      reason = "a batch goes on from its checkpoints by itself; for another one give it in the "// &
-              "line of the run"
-    case ("--check", "--probe", "--modes")
+      reason = "a batch continues from its checkpoints by itself; for another one give it in "// &
+              "the line of the run"
+    case ("--check", "--trial-run", "--probe", "--modes")
       reason = "ask for it deck by deck, 'igaform DECK "//word//" ...'"
     case default
       reason = ""
@@ -264,8 +265,8 @@ contains
 
     options = strings([character(19) :: "--out", "--threads", "--set", "--user", "--check", &
                        "--restart", "--restart-any-build", "--wall", &
-                       "--modes", "--probe", "--awake", "--return-study", "--jobs", "--only", &
-                       "--summary", "--quiet", "--keywords", "--version", "--help"])
+                       "--modes", "--trial-run", "--no-skip", "--return-study", "--jobs", &
+                       "--only", "--summary", "--quiet", "--keywords", "--version", "--help"])
     nearest = nearest_name(word, options)
   end function nearest_option
 

@@ -1,4 +1,4 @@
-!> What the log tells of contact at the end of a run.
+!> What the log reports of contact at the end of a run.
 module contact_report
   use kinds, only: wp
   use text, only: to_text, rounded_text, place_text

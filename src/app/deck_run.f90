@@ -10,8 +10,7 @@ module deck_run
   use command_line, only: command_t
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted, exit_files, &
                         status_of
-  use run_identity, only: identity_of
-  use run_provenance, only: provenance_of
+  use run_identity, only: identity_of, provenance_of
   use output_names, only: files_read, result_path, path_beside_result
   use gauss_rule, only: gauss_rule_t
   use scene, only: scene_t
@@ -37,14 +36,10 @@ module deck_run
   use run_start, only: new_saver, claim_files, start_run, saving_words
   use snapshot, only: first_history_row
   use forming_run, only: run_model, save_failed, first_steps
-  use check_report, only: print_check, print_forecast
-  use run_forecast, only: outlook_t
-  use bar_torsion, only: check_torsion
-  use tool_display, only: tool_cell_length
-  use saving_report, only: saving_lines
-  use source_report, only: source_lines
+  use check_report, only: print_check, print_forecast, source_lines, saving_lines
+  use run_forecast, only: outlook_t, tool_cell_length
+  use modes_report, only: check_torsion, print_modes
   use probe_run, only: print_probe
-  use modes_report, only: print_modes
   use user_call, only: watch_user_calls, expect_elements, note_log, at_stop
   use user_library, only: user_library_t
   use user_setup, only: load_user_files
@@ -65,7 +60,7 @@ module deck_run
 
 contains
 
-  !> Carry out the command; the exit code tells how it went. Nothing is written before the deck
+  !> Carry out the command; the exit code says how it went. Nothing is written before the deck
   !! and the model are accepted.
   integer function run_deck(command) result(code)
     type(command_t), intent(in) :: command

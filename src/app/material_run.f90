@@ -1,11 +1,13 @@
-!> The tests of one material point that a deck asks for, from reading to closing the results.
+!> The tests of one material point that a deck asks for, from reading to closing the results. And,
+!! for `igaform material DECK --return-study`, the error and cost of the return mappings of its
+!! plastic materials in long increments.
 module material_run
   use, intrinsic :: iso_c_binding, only: c_funloc
   use, intrinsic :: iso_fortran_env, only: error_unit
   use kinds, only: wp
   use failure, only: error_t
-  use input_errors, only: error_list_t, add_error, n_errors
-  use text, only: string_t, to_text
+  use input_errors, only: error_list_t, add_error, n_errors, origin_t, new_origin
+  use text, only: string_t, to_text, rounded_text
   use command_line, only: command_t
   use scene, only: scene_t, material_spec_t, material_test_spec_t
   use block_law, only: block_law_t
@@ -27,21 +29,24 @@ module material_run
   use provenance_record, only: write_provenance
   use result_guard, only: check_replaceable, test_content
   use unit_system, only: unit_system_t, new_unit_system
-  use result_table, only: result_table_t, n_rows, write_csv, write_group
-  use return_study, only: study_returns
-  use run_provenance, only: provenance_of
+  use result_table, only: result_table_t, n_rows, write_csv, write_group, add_column
+  use run_identity, only: provenance_of
   use output_names, only: base_of, result_base, file_name, files_read, result_path, &
                           path_beside_result
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted, exit_files, &
                         status_of
+  use return_error, only: reference_stresses, time_paths, mean_error, n_points, path_length, finest
   implicit none
   private
 
   public :: run_material_tests
 
+  integer, parameter :: stages(7) = [0, 1, 2, 5, 10, 20, 50]   ! 0: backward Euler
+  real(wp), parameter :: increments(4) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp, 1.0e-1_wp]
+
 contains
 
-  !> Carry out the tests of a deck; the exit code tells how it went. Nothing is written before the
+  !> Carry out the tests of a deck; the exit code says how it went. Nothing is written before the
   !! deck and all laws are accepted. Each test becomes a group of `/tests` and a CSV file.
   integer function run_material_tests(command) result(code)
     type(command_t), intent(in) :: command
@@ -85,7 +90,7 @@ contains
   end function run_return_study
 
   !> The law of each test, with its constants checked. Tests lie in the axes of the material, so
-  !! its *ORIENTATION, which tells how it lies in a blank, does not matter here.
+  !! its *ORIENTATION, which says how it lies in a blank, does not matter here.
   subroutine make_laws(scene, slots, errors, library)
     type(scene_t), intent(in) :: scene
     type(law_slot_t), allocatable, intent(out) :: slots(:)
@@ -121,7 +126,7 @@ contains
     end do
   end subroutine make_laws
 
-  !> Let a user's law that brings no elastic moduli with it tell them, at the start of a test.
+  !> Let a user's law without elastic moduli in the deck report them, at the start of a test.
   subroutine ask_law(test, material, dt, law, errors)
     type(material_test_spec_t), intent(in) :: test
     type(material_spec_t), intent(in) :: material
@@ -145,7 +150,7 @@ contains
     deallocate (law)
   end subroutine ask_law
 
-  !> What --check tells.
+  !> What --check reports.
   subroutine print_tests(scene)
     type(scene_t), intent(in) :: scene
     integer :: i
@@ -345,5 +350,111 @@ contains
       if (name(i:i) == " ") word(i:i) = "_"
     end do
   end function underscored
+
+  !> A table for each material with *PLASTIC, printed and as a CSV file `base`-returns-NAME.csv.
+  !! Returns false where one could not be made.
+  logical function study_returns(scene, base) result(is_done)
+    type(scene_t), intent(in) :: scene
+    character(*), intent(in) :: base
+    type(error_list_t) :: errors
+    type(origin_t) :: origin
+    type(error_t), allocatable :: error
+    integer :: i, n
+
+    n = 0
+    is_done = .true.
+    origin = new_origin(scene%file, 0, "")
+    if (size(scene%materials) > 0) origin = scene%materials(1)%origin
+    do i = 1, size(scene%materials)
+      if (scene%materials(i)%law /= "PLASTIC") cycle
+      n = n + 1
+      call study(scene%materials(i), base, new_unit_system(scene%units), errors, error)
+      if (allocated(error)) write (error_unit, "(a)") "igaform: error: material "// &
+        scene%materials(i)%name//": "//error%message
+      is_done = is_done .and. .not. allocated(error)
+    end do
+    if (n == 0) call add_error(errors, origin, &
+                               "no material with *PLASTIC to study the return of", &
+                               "at least one *PLASTIC")
+    call report_errors(errors, error_unit)
+    is_done = is_done .and. n_errors(errors) == 0
+  end function study_returns
+
+  !> One material.
+  subroutine study(given, base, units, errors, error)
+    type(material_spec_t), intent(in) :: given
+    character(*), intent(in) :: base
+    type(unit_system_t), intent(in) :: units
+    type(error_list_t), intent(inout) :: errors
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: aligned(6) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp]
+    type(material_spec_t) :: material
+    class(block_law_t), allocatable :: law
+    real(wp) :: stress(n_points, 6), reference(n_points, 6)
+    real(wp), dimension(size(increments), size(stages)) :: deviations, seconds
+    integer :: i, k
+
+    material = given
+    if (material%plasticity%potential /= "") material%plasticity%orientation = aligned
+    do k = 1, size(stages)
+      material%plasticity%n_stages = stages(k)
+      call build_law(material, law, errors)
+      if (.not. allocated(law)) return
+      if (stages(k) == 0) call reference_stresses(law, reference, error)
+      do i = 1, size(increments)
+        if (allocated(error)) return
+        call time_paths(law, increments(i), stress, seconds(i, k), error)
+        deviations(i, k) = mean_error(stress, reference)
+      end do
+    end do
+    if (allocated(error)) return
+    call print_table(material%name, deviations, seconds)
+    call write_table(base//"-returns-"//material%name//".csv", units, deviations, seconds, error)
+  end subroutine study
+
+  subroutine print_table(name, deviations, seconds)
+    character(*), intent(in) :: name
+    real(wp), intent(in) :: deviations(:, :), seconds(:, :)   !! (increment, return)
+    integer :: i, k
+
+    print "(a)", "material "//name//": error of the stress after turning paths of "// &
+      to_text(path_length)//" strain, mean of "//to_text(n_points)//" points,"
+    print "(a)", "against increments of "//rounded_text(finest)//" extrapolated to zero; "// &
+      "ns per point and increment, of this run"
+    print "(a,4(es12.0,a))", "increment     ", (increments(i), "      ns", i=1, size(increments))
+    do k = 1, size(stages)
+      print "(a,4(es12.2,f8.0))", return_name(stages(k)), &
+        (deviations(i, k), 1.0e9_wp*seconds(i, k), i=1, size(increments))
+    end do
+  end subroutine print_table
+
+  pure function return_name(n_stages) result(name)
+    integer, intent(in) :: n_stages
+    character(14) :: name
+
+    name = "backward Euler"
+    if (n_stages > 0) name = to_text(n_stages)//" stages"
+    if (n_stages == 1) name = "1 stage"
+  end function return_name
+
+  subroutine write_table(path, units, deviations, seconds, error)
+    character(*), intent(in) :: path
+    type(unit_system_t), intent(in) :: units
+    real(wp), intent(in) :: deviations(:, :), seconds(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    type(result_table_t) :: table
+    integer :: n
+
+    n = size(deviations)
+    call add_column(table, "stages", "1", "stages of the return, 0: backward Euler", &
+                    reshape(real(spread(stages, 1, size(increments)), wp), [1, n]))
+    call add_column(table, "increment", "1", "equivalent strain of one increment", &
+                    reshape(spread(increments, 2, size(stages)), [1, n]))
+    call add_column(table, "error", "1", "mean relative error of the stress", &
+                    reshape(deviations, [1, n]))
+    call add_column(table, "nanoseconds", "1", "time per point and increment", &
+                    reshape(1.0e9_wp*seconds, [1, n]))
+    call write_csv(table, path, units, error)
+  end subroutine write_table
 
 end module material_run

@@ -5,7 +5,7 @@
 !! words of its runtime and exit code 1, or goes on without the memory and crashes, and so does
 !! HDF5. The linker leads all calls for memory in objects and archives to this module (`--wrap` of
 !! the GNU linker), and where the system refuses, the program ends here, at once: with STAT=, too.
-!! Of what shared libraries ask for, such as the runtimes, the exit code tells.
+!! Of what shared libraries ask for, such as the runtimes, the exit code says so.
 module memory_end
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funloc, c_funptr, c_int, &
                                          c_null_ptr, c_ptr, c_size_t
@@ -20,7 +20,7 @@ module memory_end
   character(*), parameter :: what_is_left = "; files written before are whole, and where there "// &
     "is a checkpoint --restart goes on from it"//new_line("a")
 
-  ! What kernels of degree 5 take of a stack, with a margin; a stack that runs out tells nothing.
+  ! What kernels of degree 5 take of a stack, with a margin; a stack that runs out reports nothing.
   integer(c_size_t), parameter :: least_stack = 1048576_c_size_t
 
   logical, volatile :: is_leaving = .false.   ! the end that comes is the program's own
@@ -99,7 +99,7 @@ contains
       call c_exit_now(int(exit_files, c_int))
     end if
     reserve = real_malloc(reserve_bytes)
-    status = c_on_exit(c_funloc(look_at_end), c_null_ptr)
+    status = c_on_exit(c_funloc(check_end), c_null_ptr)
   end subroutine watch_memory
 
   !> End the program. STOP would print its code; the C library's exit does not.
@@ -158,14 +158,14 @@ contains
   !> An end that is not the program's own: the runtimes of Fortran and of OpenMP give up with code
   !! 1 for want of memory or threads, and have said so. They may hold locks of units, so none is
   !! touched.
-  subroutine look_at_end(code, argument) bind(C)
+  subroutine check_end(code, argument) bind(C)
     integer(c_int), value :: code
     type(c_ptr), value :: argument   ! that of on_exit
 
     if (is_leaving .or. code /= 1_c_int .or. c_associated(argument)) return
     call put("igaform: error: the system refuses memory or threads, see above"//what_is_left)
     call c_exit_now(int(exit_files, c_int))
-  end subroutine look_at_end
+  end subroutine check_end
 
   !> Words on standard error, without Fortran's units and without memory for them.
   subroutine put(words)

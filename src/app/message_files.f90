@@ -1,9 +1,9 @@
 !> The files with messages beside a result: NAME.msg of a user's subroutines, NAME.err of a run in
-!! a batch. Their first line tells who wrote them; one with nothing behind it goes at the end.
+!! a batch. Their first line names who wrote them; one with nothing behind it goes at the end.
 module message_files
   use, intrinsic :: iso_fortran_env, only: error_unit, int64
   use failure, only: error_t, fail
-  use output_guard, only: why_left_alone
+  use whole_file, only: why_left_alone
   use system_files, only: remove_file, true_path
   implicit none
   private
@@ -93,7 +93,7 @@ contains
   end subroutine begin_error_file
 
   !> Note at the end of that file that the run of this identity has failed, for one whose result
-  !! does not tell so.
+  !! does not say so.
   subroutine note_failed_run(path, command, identity)
     character(*), intent(in) :: path, command
     character(*), intent(in) :: identity    !! that its result has, or would have
@@ -135,7 +135,7 @@ contains
     if (n_bytes <= len(error_mark//command) + 1) call remove_file(true_path(path))
   end subroutine end_error_file
 
-  !> The first line of such a file that tells of an error, without the program's name.
+  !> The first line of such a file that reports an error, without the program's name.
   function first_error(path) result(message)
     character(*), intent(in) :: path
     character(:), allocatable :: message

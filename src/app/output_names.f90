@@ -2,7 +2,7 @@
 module output_names
   use text, only: string_t, lower_case
   use failure, only: error_t, fail
-  use file_identity, only: is_same_file, is_any_of_files
+  use system_files, only: is_same_file, is_any_of_files
   use command_line, only: command_t
   use scene, only: scene_t
   implicit none
@@ -46,7 +46,7 @@ contains
     end if
   end subroutine result_path
 
-  !> The result that a checkpoint lies beside; empty where its name does not tell.
+  !> The result that a checkpoint lies beside; empty where its name does not say.
   pure function result_of_checkpoint(checkpoint) result(path)
     character(*), intent(in) :: checkpoint
     character(:), allocatable :: path

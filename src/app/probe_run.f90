@@ -1,5 +1,5 @@
-!> `igaform --check --probe`: a quick run with fewer elements tells how much inertia a process has,
-!! and so how much mass may be added for a larger step.
+!> `igaform --check --trial-run`: a quick run with fewer elements shows how much inertia a process
+!! has, and so how much mass may be added for a larger step.
 module probe_run
   use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use kinds, only: wp

@@ -5,7 +5,9 @@
 !!
 !! What the first steps of a run cost says little: the tools are still away, and nothing flows. So
 !! before each of them all contacts are woken, which makes it as costly as a step of forming; and
-!! what the flow of the blank's points adds is measured by itself, see `flow_cost`.
+!! what the flow of the blank's points adds is measured by itself, with the model's own kernels and
+!! law on a copy of the blank that is stretched until all of its points flow.
+!!
 !! What the mean step of a run takes, and how far steps fall, a run with fewer elements shows: see
 !! `probe_run`.
 module run_forecast
@@ -19,12 +21,31 @@ module run_forecast
   use model, only: model_t
   use run_data, only: run_t
   use forming_run, only: new_run, take_step
-  use tool_display, only: tool_cell_length
-  use flow_cost, only: flow_seconds
+  use surface_grid, only: element_size_of, no_length
+  use seams, only: seams_t
+  use block_law, only: block_law_t
+  use element, only: part_t, force_report_t
+  use body_parts, only: forces_of_parts
+  use blank, only: blank_t
   implicit none
   private
 
   public :: forecast_t, outlook_t, new_forecast, forecast_lines, frame_values
+  public :: tool_cell_length, flow_seconds
+
+  !> Strains of the stretch: from the first to the second, as in a flange that is drawn in, with a
+  !! shear beside them so that they lie along no axes.
+  real(wp), parameter :: load(3) = [1.0_wp, -0.8_wp, -0.2_wp], shear = 0.2_wp
+  real(wp), parameter :: first_strain = 0.01_wp    !! of each increment that brings the flow about
+  integer, parameter :: n_first = 3
+  integer, parameter :: least_flow = 2, most_flow = 1000   !! increments that are timed
+  real(wp), parameter :: enough_flow = 0.1_wp              !! so long [s]
+
+  !> A copy of the blank.
+  type :: trial_t
+    type(part_t), allocatable :: parts(:)
+    type(seams_t) :: seams
+  end type trial_t
 
   integer, parameter :: warm_up = 3              !! steps that are not timed
   !> Of the contact points that are tested. A run tests 1 to 14 % of them in the mean, which its log
@@ -97,7 +118,7 @@ contains
       forecast%n_threads = min(n_threads, omp_get_num_procs())
   end function new_forecast
 
-  !> What is foretold, for standard output; where the flow of the points decides, what it would be
+  !> The forecast, for standard output; where the flow of the points decides, what it would be
   !! without and with all of them.
   function forecast_lines(forecast) result(lines)
     type(forecast_t), intent(in) :: forecast
@@ -178,5 +199,89 @@ contains
       end associate
     end do
   end function frame_values
+
+  !> Longest cell of a tool [length]: with contact pressure as long as the elements of the blank's
+  !! first patch are on average, else without limit.
+  real(wp) function tool_cell_length(model) result(length)
+    type(model_t), intent(in) :: model
+
+    length = no_length
+    if (model%output%has_pressure) then
+      length = element_size_of(model%bodies%blank%parts(1)%element%surface(6))
+    end if
+  end function tool_cell_length
+
+  !> Seconds that one evaluation of the blank's forces takes while all points flow less those while
+  !! none does, with strain increments as the run has them. Zero where the law fails.
+  real(wp) function flow_seconds(blank, dt, dstrain) result(seconds)
+    type(blank_t), intent(in) :: blank
+    real(wp), intent(in) :: dt         !! time step [time]
+    real(wp), intent(in) :: dstrain    !! strain increment of a step of the run
+    type(trial_t) :: trial
+    real(wp) :: elastic, plastic
+    logical :: ok
+    integer :: i
+
+    seconds = 0.0_wp
+    trial%parts = blank%parts
+    trial%seams = blank%seams
+    ! To and fro, so that the strain stays elastic.
+    call time_steps(trial, blank%law, dt, [dstrain, -dstrain], elastic, ok)
+    if (.not. ok) return
+    do i = 1, n_first
+      call stretch(trial, blank%law, dt, first_strain, ok)
+      if (.not. ok) return
+    end do
+    call time_steps(trial, blank%law, dt, [dstrain, dstrain], plastic, ok)
+    if (ok) seconds = max(0.0_wp, plastic - elastic)
+  end function flow_seconds
+
+  !> Mean seconds of an increment; they take turns.
+  subroutine time_steps(trial, law, dt, dstrain, seconds, ok)
+    type(trial_t), intent(inout) :: trial
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt, dstrain(2)
+    real(wp), intent(out) :: seconds
+    logical, intent(out) :: ok
+    real(wp) :: start, finish
+    integer :: i, n
+
+    n = 0
+    seconds = 0.0_wp
+    call stretch(trial, law, dt, dstrain(1), ok)
+    if (ok) call stretch(trial, law, dt, dstrain(2), ok)
+    do i = 1, most_flow
+      if (.not. ok) exit
+      call cpu_time(start)
+      call stretch(trial, law, dt, dstrain(1 + mod(i, 2)), ok)
+      call cpu_time(finish)
+      seconds = seconds + finish - start
+      n = n + 1
+      if (n >= least_flow .and. seconds > enough_flow) exit
+    end do
+    seconds = seconds/max(n, 1)
+  end subroutine time_steps
+
+  !> Strain all of the blank alike: the speeds that do it, and forces from the new places.
+  subroutine stretch(trial, law, dt, dstrain, ok)
+    type(trial_t), intent(inout) :: trial
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt, dstrain
+    logical, intent(out) :: ok
+    type(force_report_t) :: report
+    integer :: p, c
+
+    do p = 1, size(trial%parts)
+      associate (motion => trial%parts(p)%element%motion)
+        do c = 1, 3
+          motion%v(:, :, :, c) = dstrain/dt*load(c)*motion%x(:, :, :, c)
+        end do
+        motion%v(:, :, :, 1) = motion%v(:, :, :, 1) + dstrain/dt*shear*motion%x(:, :, :, 2)
+        motion%x = motion%x + dt*motion%v
+      end associate
+    end do
+    call forces_of_parts(trial%parts, trial%seams, law, dt, report)
+    ok = report%failed_block == huge(1)
+  end subroutine stretch
 
 end module run_forecast

@@ -1,14 +1,17 @@
 !> The key of a run: two runs with the same key give the same result. And the key of the user's
-!! subroutines alone, for checkpoints.
+!! subroutines alone, for checkpoints. And what a result file states of its origin.
 module run_identity
   use source_digest, only: digest_t, add_text, add_contents, digest_text
   use checksum, only: file_checksum
   use command_line, only: command_t
   use scene, only: is_user_material, scene_t
+  use build_info, only: version, git_commit, source_digest, build_flags, kernels
+  use build_fingerprint, only: fingerprint
+  use provenance, only: provenance_t
   implicit none
   private
 
-  public :: identity_of, key_of_user_files
+  public :: identity_of, key_of_user_files, provenance_of, build_of_program
 
 contains
 
@@ -57,5 +60,32 @@ contains
     end do
     key = digest_text(digest)
   end function key_of_user_files
+
+  !> This program, the command that it was started with, and the deck.
+  function provenance_of(scene) result(source)
+    type(scene_t), intent(in) :: scene
+    type(provenance_t) :: source
+    integer :: length
+
+    ! One by one: gfortran 12 takes wrong lengths from a structure constructor here.
+    source%version = version
+    source%git_commit = git_commit
+    source%build_flags = build_flags
+    source%build = build_of_program()
+    call get_command(length=length)
+    allocate (character(length) :: source%command_line)
+    call get_command(source%command_line)
+    source%deck_file = scene%file
+    source%deck_text = scene%text
+    source%heading = scene%heading
+    source%units = scene%units
+  end function provenance_of
+
+  !> How this program was built, as `fingerprint` has it.
+  function build_of_program() result(build)
+    character(:), allocatable :: build
+
+    build = fingerprint(version//" (sources "//source_digest//")", kernels)
+  end function build_of_program
 
 end module run_identity

@@ -12,19 +12,17 @@ module run_start
   use result_layout, only: layout_problem
   use kinds, only: wp
   use file_lock, only: lock_t, hold_file
-  use system_files, only: kind_of_file
+  use system_files, only: kind_of_file, is_same_file
   use frames, only: results_t, results_setup_t, open_results
   use provenance, only: log_mark
-  use output_guard, only: why_left_alone
+  use whole_file, only: why_left_alone
   use message_files, only: check_message_file
   use forming_run, only: new_run
   use run_data, only: run_t
   use run_saver, only: saver_t, start_from, least_steps
   use command_line, only: command_t
-  use run_provenance, only: build_of_program
-  use run_identity, only: key_of_user_files
+  use run_identity, only: build_of_program, key_of_user_files
   use output_names, only: path_beside_result
-  use file_identity, only: is_same_file
   implicit none
   private
 

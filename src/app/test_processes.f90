@@ -105,7 +105,7 @@ contains
     call end_process()
   end subroutine go_on
 
-  !> How a test ended that has not told its end.
+  !> How a test ended that has not reported its end.
   function end_words(code) result(words)
     integer, intent(in) :: code    !! exit code, or 128 and the number of the signal
     character(:), allocatable :: words
@@ -117,7 +117,7 @@ contains
     else if (code == exit_files) then
       words = "the system refused memory (see above)"
     else
-      words = "the user's subroutine ended it (told above)"
+      words = "the user's subroutine ended it (reported above)"
     end if
     words = words//"; the rows up to there are kept"
   end function end_words

@@ -5,8 +5,7 @@ module user_setup
   use input_errors, only: error_list_t, add_error, add_warning, new_origin, n_errors
   use text, only: string_t, joined
   use scene, only: is_user_material, scene_t
-  use user_library, only: user_library_t, load_user_library
-  use user_start, only: start_user_code
+  use user_library, only: user_library_t, load_user_library, start_user_code
   use command_line, only: command_t
   use system_files, only: kind_of_file
   use output_names, only: base_of, result_base, file_name
@@ -80,12 +79,12 @@ contains
 
     reason = ""
     if (.not. command%is_check) reason = "the run"
-    if (command%is_probe) reason = "--probe runs the deck with fewer elements"
+    if (command%is_probe) reason = "--trial-run runs the deck with fewer elements"
     do i = 1, size(scene%materials)
       associate (material => scene%materials(i))
         if (reason /= "" .or. .not. is_user_material(material)) cycle
         if (.not. material%young > 0.0_wp) reason = "material "//material%name// &
-          " has no *ELASTIC, so its first call tells the stiffness"
+          " has no *ELASTIC, so its first call gives the stiffness"
       end associate
     end do
   end function reason_to_call

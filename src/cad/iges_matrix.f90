@@ -110,7 +110,7 @@ contains
       end do
     end do
     form = model%entries(entry)%form
-    is_known = is_told(errors, entry_origin(model, entry))
+    is_known = is_reported(errors, entry_origin(model, entry))
     is_valid = values%is_valid
     if (.not. is_valid) return
     is_valid = any(form == [0, 1, 10])
@@ -149,17 +149,17 @@ contains
   end function determinant
 
   !> Has something been said of this place already?
-  logical function is_told(errors, origin)
+  logical function is_reported(errors, origin)
     type(error_list_t), intent(in) :: errors
     type(origin_t), intent(in) :: origin
     integer :: i
 
-    is_told = .false.
+    is_reported = .false.
     do i = 1, errors%n_items
       associate (other => errors%items(i)%origin)
-        is_told = is_told .or. (other%line == origin%line .and. other%file == origin%file)
+        is_reported = is_reported .or. (other%line == origin%line .and. other%file == origin%file)
       end associate
     end do
-  end function is_told
+  end function is_reported
 
 end module iges_matrix

@@ -4,11 +4,9 @@ module iges_model
   use kinds, only: wp
   use input_errors, only: error_list_t, origin_t, new_origin, add_error
   use text, only: read_integer, read_real, to_text
-  use iges_lines, only: iges_lines_t, read_iges_lines, line_number, section_parameters, &
-                        section_directory
-  use iges_tokens, only: token_list_t, split_tokens, token_text
-  use iges_global, only: iges_global_t, read_global
-  use iges_directory, only: entry_t, read_directory, entry_name
+  use iges_directory, only: iges_lines_t, read_iges_lines, line_number, section_parameters, &
+                            section_directory, entry_t, read_directory, entry_name
+  use iges_global, only: token_list_t, split_tokens, token_text, iges_global_t, read_global
   implicit none
   private
 

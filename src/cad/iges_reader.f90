@@ -19,7 +19,7 @@ module iges_reader
 
   public :: read_iges
 
-  integer, parameter :: most_errors = 20   !! of surfaces that are told of
+  integer, parameter :: most_errors = 20   !! of surfaces that are reported
   integer, parameter :: most_listed = 40   !! surfaces that are listed one by one
 
 contains

@@ -1,4 +1,4 @@
-!> Checksums of files, to tell a whole file from a damaged one.
+!> Checksums of files, to distinguish a whole file from a damaged one.
 module checksum
   use, intrinsic :: iso_fortran_env, only: int8, int32, int64
   use system_files, only: is_no_file

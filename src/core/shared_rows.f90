@@ -19,7 +19,7 @@ module shared_rows
     character(kind=c_char) :: failure(longest) = " ", warning(longest) = " "
   end type head_t
 
-  !> Rows and what is told of them.
+  !> Rows and what is reported of them.
   type :: shared_rows_t
     private
     type(c_ptr) :: start = c_null_ptr
@@ -98,7 +98,7 @@ contains
     rows%head%n = rows%head%n + 1
   end subroutine add_row
 
-  !> All is done; the texts are empty where there is nothing to tell.
+  !> All is done; the texts are empty where there is nothing to report.
   subroutine end_rows(rows, failure, warning)
     type(shared_rows_t), intent(inout) :: rows
     character(*), intent(in) :: failure, warning
@@ -120,7 +120,7 @@ contains
     is_begun = rows%head%stage >= begun
   end function is_begun
 
-  !> Was the end told?
+  !> Was the end reported?
   logical function is_ended(rows)
     type(shared_rows_t), intent(in) :: rows
 

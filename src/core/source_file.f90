@@ -73,7 +73,7 @@ contains
     end if
   end subroutine read_plain_source
 
-  !> All that comes, for a pipe tells no size; up to the first byte that no text has, for some
+  !> All that comes, for a pipe has no size; up to the first byte that no text has, for some
   !! have no end.
   subroutine read_to_end(unit, contents, status)
     integer, intent(in) :: unit

@@ -29,7 +29,7 @@ module state_store
 
   !> Put a single value, or take it back, as the store stands, so that it is named but once. Whole
   !! numbers up to 2^53. A name counts once; a value that is not there to be taken stays as it is,
-  !! and `reason` tells.
+  !! and `reason` says why.
   interface carry
     module procedure carry_real, carry_integer, carry_long, carry_flag
   end interface carry

@@ -1,7 +1,8 @@
-!> Services of the operating system for files: true paths, files by pattern, safe replacement.
+!> Services of the operating system for files: true paths, files by pattern, safe replacement;
+!! whether two paths lead to one file; which shared libraries the program runs with.
 module system_files
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, &
-                                         c_int16_t, c_null_char, c_null_ptr, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int16_t, &
+                                         c_null_char, c_null_ptr, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
   use text, only: string_t
   implicit none
@@ -9,12 +10,31 @@ module system_files
 
   public :: true_path, matching_files, is_folder, kind_of_file, is_no_file, bytes_on_disk
   public :: sync_file, replace_file, remove_file, why_protected
+  public :: c_fopen, c_fileno, c_fclose, fortran_text, is_same_file, is_any_of_files, library_of
+
+  !> What dladdr knows of an address (Dl_info of the C library).
+  type, bind(C) :: place_t
+    type(c_ptr) :: path = c_null_ptr, base = c_null_ptr, name = c_null_ptr, address = c_null_ptr
+  end type place_t
+
+  interface
+    type(c_ptr) function c_dlsym(library, symbol) bind(C, name="dlsym")
+      import :: c_char, c_ptr
+      type(c_ptr), value :: library
+      character(kind=c_char), intent(in) :: symbol(*)
+    end function c_dlsym
+
+    integer(c_int) function c_dladdr(address, place) bind(C, name="dladdr")
+      import :: c_int, c_ptr, place_t
+      type(c_ptr), value :: address
+      type(place_t), intent(out) :: place
+    end function c_dladdr
+  end interface
 
   !> What the program appends to the name of a file that it will put in the place of another. Nobody
   !! else's files have such names.
   character(*), parameter, public :: draft_ending = ".igaform-new"
 
-  public :: c_fopen, c_fileno, c_fclose, fortran_text
 
   !> The result of glob; the tail is room for what the C library keeps there.
   type, bind(C) :: glob_t
@@ -194,7 +214,7 @@ contains
   end function is_folder
 
   !> What a path leads to: "file", "folder", "pipe", "device" or "socket"; empty if to nothing, or
-  !! if that cannot be told. Nothing is opened, for a pipe may keep who opens it waiting for ever.
+  !! if that is unknown. Nothing is opened, for a pipe may keep who opens it waiting for ever.
   function kind_of_file(path) result(kind)
     character(*), intent(in) :: path
     character(:), allocatable :: kind
@@ -315,5 +335,58 @@ contains
     call c_f_pointer(c_errno_place(), number)
     reason = fortran_text(c_strerror(number))
   end function system_reason
+
+  !> Do both paths lead to the same file that is there? Links count as the file that they lead to;
+  !! a file that is not there yet is the same as none.
+  logical function is_same_file(one, other) result(is_same)
+    character(*), intent(in) :: one, other
+    character(:), allocatable :: kind
+    integer :: unit, status, found
+
+    is_same = one == other
+    if (is_same) return
+    kind = kind_of_file(one)
+    if (kind == "") return
+    is_same = true_path(one) == true_path(other)
+    if (is_same .or. kind /= "file") return
+    ! That leaves hard links. The library of gfortran knows an open file by device and inode, under
+    ! whatever name it is asked for; one that goes by the name finds no unit.
+    open (newunit=unit, file=one, status="old", action="read", iostat=status)
+    if (status /= 0) return
+    inquire (file=other, number=found)
+    is_same = found == unit
+    close (unit)
+  end function is_same_file
+
+  !> Does the path lead to one of these files?
+  logical function is_any_of_files(path, files) result(is_any)
+    character(*), intent(in) :: path
+    type(string_t), intent(in) :: files(:)
+    integer :: i
+
+    is_any = .false.
+    do i = 1, size(files)
+      if (.not. is_any) is_any = is_same_file(path, files(i)%value)
+    end do
+  end function is_any_of_files
+
+  !> File name, with its version and its length, of the shared library that a symbol comes from,
+  !! links resolved, without its folder; "static" where it comes from none. Libraries of one name
+  !! that were built otherwise hardly ever have the same length.
+  function library_of(symbol) result(name)
+    character(*), intent(in) :: symbol
+    character(:), allocatable :: name
+    type(place_t) :: place
+    type(c_ptr) :: address
+    character(40) :: length
+
+    name = "static"
+    address = c_dlsym(c_null_ptr, symbol//c_null_char)
+    if (.not. c_associated(address)) return
+    if (c_dladdr(address, place) == 0 .or. .not. c_associated(place%path)) return
+    name = true_path(fortran_text(place%path))
+    write (length, "(a,i0,a)") " (", bytes_on_disk(name), " bytes)"
+    name = name(index(name, "/", back=.true.) + 1:)//trim(length)
+  end function library_of
 
 end module system_files

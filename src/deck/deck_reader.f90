@@ -3,7 +3,7 @@ module deck_reader
   use input_errors, only: error_list_t, add_error, n_errors
   use text, only: string_t
   use scene, only: scene_t
-  use plane_strain, only: reduce_scene
+  use scene_symmetry, only: reduce_scene
   use lexer, only: lexed_deck_t, lex_deck
   use deck_records, only: parsed_deck_t, find_records, deck_end
   use deck_context, only: deck_context_t, enter_names

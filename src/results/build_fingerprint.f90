@@ -1,7 +1,7 @@
 !> What the bits of a result depend on beside the deck: how the program was built. Two builds of the
 !! same sources round differently.
 module build_fingerprint
-  use loaded_library, only: library_of
+  use system_files, only: library_of
   use provenance, only: compiler_flags, compiler_name
   implicit none
   private

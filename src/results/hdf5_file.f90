@@ -15,9 +15,8 @@ module hdf5_file
   use hdf5_lists, only: c_extents, c_text, checked_format, parent_maker, text_type
   use hdf5_reason, only: failure_reason, is_library_ready
   use result_guard, only: check_replaceable
-  use file_identity, only: is_same_file
-  use system_files, only: kind_of_file, remove_file, replace_file, sync_file, true_path, &
-                          why_protected, draft_ending
+  use system_files, only: is_same_file, kind_of_file, remove_file, replace_file, sync_file, &
+                          true_path, why_protected, draft_ending
   use text, only: to_text
   use file_lock, only: is_lock_shared, is_locked_by_others, lock_t, hold_folder, release_lock
   implicit none

@@ -1,13 +1,20 @@
-!> What of a scene repeats itself: across its width, or on the other side of a plane.
+!> What of a scene repeats itself: across its width, or on the other side of a plane. And the scene
+!! reduced to a strip of it: one element wide, without motion across the width.
+!!
+!! The strip is linear across, with one point of integration, contact and pressure there: its two
+!! sides then move alike, and nothing that is uniform across is lost. A kernel of its own sees one
+!! side (plane_setup): no strain holds both together, so nothing may distinguish them.
 module scene_symmetry
   use kinds, only: wp
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t
-  use scene, only: scene_t, tool_spec_t
+  use scene, only: scene_t, tool_spec_t, set_spec_t, boundary_spec_t
+  use input_errors, only: error_list_t, add_error
+  use text, only: to_text
   implicit none
   private
 
-  public :: axis_along, uniformity_problem, mirror_problem
+  public :: axis_along, uniformity_problem, mirror_problem, reduce_scene
 
   real(wp), parameter :: tolerance = 1.0e-9_wp      !! of the size of the blank
 
@@ -41,7 +48,7 @@ contains
     end if
     axis = axis_along(scene, component)
     if (axis == 0) then
-      reason = "the blank is not uniform along "//letter(component)
+      reason = "the blank is not uniform along "//axis_name(component)
       return
     end if
     associate (x => scene%blank%patches(1)%solid%points(:, :, :, component))
@@ -50,7 +57,7 @@ contains
     do i = 1, size(scene%tools)
       reason = tool_problem(scene%tools(i), component, range)
       if (moves_along(scene, i, component)) &
-        reason = "tool '"//scene%tools(i)%name//"' moves along "//letter(component)
+        reason = "tool '"//scene%tools(i)%name//"' moves along "//axis_name(component)
       if (reason /= "") return
     end do
     do i = 1, size(scene%contacts)
@@ -92,11 +99,11 @@ contains
     do s = 1, size(tool%surfaces)
       associate (surface => tool%surfaces(s))
         if (.not. is_extruded_surface(surface, component)) then
-          reason = "tool '"//tool%name//"' is not extruded along "//letter(component)
+          reason = "tool '"//tool%name//"' is not extruded along "//axis_name(component)
         else if (minval(surface%points(:, :, component)) > range(1) + slack .or. &
                  maxval(surface%points(:, :, component)) < range(2) - slack) then
           reason = "tool '"//tool%name//"' does not reach over the whole blank along "// &
-                  letter(component)
+                  axis_name(component)
         end if
       end associate
       if (reason /= "") return
@@ -114,7 +121,7 @@ contains
     do i = 1, size(scene%boundaries)
       associate (spec => scene%boundaries(i))
         if (abs(spec%velocity(component)) > 0.0_wp) then
-          reason = "a boundary moves along "//letter(component)
+          reason = "a boundary moves along "//axis_name(component)
         else if (count(spec%is_prescribed) > merge(1, 0, spec%is_prescribed(component)) &
                  .and. .not. reaches_over(scene, spec%set, axis, component)) then
           reason = "a boundary holds a part of the width"
@@ -124,7 +131,7 @@ contains
     do i = 1, size(scene%loads)
       associate (spec => scene%loads(i))
         if (spec%kind /= "PRESSURE" .and. abs(spec%value(component)) > 0.0_wp) then
-          reason = "a load acts along "//letter(component)
+          reason = "a load acts along "//axis_name(component)
         else if (.not. reaches_over(scene, spec%set, axis, component)) then
           reason = "a load acts on a part of the width"
         end if
@@ -135,23 +142,23 @@ contains
         if (abs(spec%velocity(component)) > 0.0_wp .or. &
             any(abs(spec%omega([mod(component, 3) + 1, mod(component + 1, 3) + 1])) > 0.0_wp) &
             .or. .not. reaches_over(scene, spec%set, axis, component)) &
-          reason = "the velocities at the start differ along "//letter(component)
+          reason = "the velocities at the start differ along "//axis_name(component)
       end associate
     end do
     do i = 1, size(scene%initial_states)
       if (.not. reaches_over(scene, scene%initial_states(i)%set, axis, component)) &
-        reason = "the states at the start differ along "//letter(component)
+        reason = "the states at the start differ along "//axis_name(component)
     end do
     if (allocated(scene%fields)) then
       do i = 1, size(scene%fields)
         associate (spec => scene%fields(i))
           if (abs(spec%gradient(component)) > 0.0_wp .or. &
               .not. reaches_over(scene, spec%set, axis, component)) &
-            reason = "a temperature or field variable differs along "//letter(component)
+            reason = "a temperature or field variable differs along "//axis_name(component)
         end associate
       end do
     end if
-    if (size(scene%beads) > 0) reason = "a draw bead may differ along "//letter(component)
+    if (size(scene%beads) > 0) reason = "a draw bead may differ along "//axis_name(component)
   end function condition_problem
 
   !> Does a set hold all of the width? Set 0 is all of the blank.
@@ -378,11 +385,138 @@ contains
     end associate
   end function is_even_set
 
-  pure character(1) function letter(component)
+  pure character(1) function axis_name(component)
     integer, intent(in) :: component
     character(3), parameter :: letters = "xyz"
 
-    letter = letters(component:component)
-  end function letter
+    axis_name = letters(component:component)
+  end function axis_name
+
+  !> Carry out the *REDUCE of a scene, if it has one. A scene that is not uniform is an error.
+  subroutine reduce_scene(scene, errors)
+    type(scene_t), intent(inout) :: scene
+    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable :: reason, why
+    integer :: component, c, n_found
+
+    if (scene%reduction%component < 0) return
+    component = 0
+    n_found = 0
+    why = ""
+    do c = 1, 3
+      if (scene%reduction%component > 0 .and. scene%reduction%component /= c) cycle
+      reason = uniformity_problem(scene, c)
+      if (reason == "") then
+        component = c
+        n_found = n_found + 1
+      else if (why == "" .or. axis_along(scene, c) > 0) then
+        why = reason
+      end if
+    end do
+    if (n_found /= 1) then
+      if (n_found > 1) why = "it is uniform in several directions"
+      call add_error(errors, scene%reduction%origin, "a scene that is no strip repeated: "//why, &
+                     "tools, blank and loads that are the same all along one coordinate, AXIS")
+      return
+    end if
+    call cut_strip(scene, component, axis_along(scene, component), errors)
+    scene%reduction%component = component
+    if (.not. scene%width_ratio > 0.0_wp) return
+    call hold_width(scene, component)
+    call share_tool_forces(scene)
+  end subroutine reduce_scene
+
+  !> Leave one element of the blank; the deck's forces become those of all the width by
+  !! `width_ratio`.
+  subroutine cut_strip(scene, component, axis, errors)
+    type(scene_t), intent(inout) :: scene
+    integer, intent(in) :: component, axis
+    type(error_list_t), intent(inout) :: errors
+    real(wp), allocatable :: points(:, :, :, :), weights(:, :, :)
+    real(wp) :: full, width, low
+    integer :: n(3), i, at(3)
+    logical :: is_falling
+
+    associate (solid => scene%blank%patches(1)%solid)
+      low = minval(solid%points(:, :, :, component))
+      full = maxval(solid%points(:, :, :, component)) - low
+      at = 1
+      at(axis) = 2
+      is_falling = solid%points(at(1), at(2), at(3), component) < &
+                   solid%points(1, 1, 1, component)
+      associate (knots => solid%axes(axis)%knots)
+        width = full/count(knots(2:) > knots(:size(knots) - 1))
+        if (scene%reduction%width > 0.0_wp) width = scene%reduction%width
+        if (width > full) then
+          call add_error(errors, scene%reduction%origin, "WIDTH="//to_text(width), &
+                         "at most the width of the blank, "//to_text(full))
+          scene%width_ratio = 0.0_wp
+          return
+        end if
+        solid%axes(axis)%knots = [spread(knots(1), 1, 2), spread(knots(size(knots)), 1, 2)]
+      end associate
+      solid%axes(axis)%degree = 1
+      solid%axes(axis)%n_basis = 2
+      n = shape(solid%weights)
+      n(axis) = 2
+      points = solid%points(:n(1), :n(2), :n(3), :)
+      weights = solid%weights(:n(1), :n(2), :n(3))
+      do i = 1, 2
+        associate (x => low + width*merge(2 - i, i - 1, is_falling))
+          select case (axis)
+          case (1)
+            points(i, :, :, :) = solid%points(1, :n(2), :n(3), :)
+            points(i, :, :, component) = x
+          case default
+            points(:, i, :, :) = solid%points(:n(1), 1, :n(3), :)
+            points(:, i, :, component) = x
+          end select
+        end associate
+      end do
+      call move_alloc(points, solid%points)
+      call move_alloc(weights, solid%weights)
+    end associate
+    scene%blank%patches(1)%n_points(axis) = 1
+    scene%blank%patches(1)%n_parts(axis) = 1
+    scene%blank%n_samples(axis) = min(scene%blank%n_samples(axis), 1)
+    scene%reduction%axis = axis
+    scene%width_ratio = full/width
+  end subroutine cut_strip
+
+  !> Forces on tools, and masses that they move: the deck gives those of all the width.
+  pure subroutine share_tool_forces(scene)
+    type(scene_t), intent(inout) :: scene
+    integer :: i
+
+    do i = 1, size(scene%motions)
+      if (.not. scene%motions(i)%is_force) cycle
+      scene%motions(i)%vector = scene%motions(i)%vector/scene%width_ratio
+      scene%motions(i)%mass = scene%motions(i)%mass/scene%width_ratio
+    end do
+  end subroutine share_tool_forces
+
+  !> No motion across the strip, in no control point. It comes last, so it holds all of them.
+  subroutine hold_width(scene, component)
+    type(scene_t), intent(inout) :: scene
+    integer, intent(in) :: component
+    type(set_spec_t) :: all_points
+    type(boundary_spec_t) :: support
+    integer :: c
+
+    all_points%name = "PLANE STRAIN"
+    all_points%origin = scene%reduction%origin
+    allocate (all_points%lower(3, 1), all_points%upper(3, 1))
+    do c = 1, 3
+      associate (knots => scene%blank%patches(1)%solid%axes(c)%knots)
+        all_points%lower(c, 1) = knots(1)
+        all_points%upper(c, 1) = knots(size(knots))
+      end associate
+    end do
+    support%origin = scene%reduction%origin
+    support%set = size(scene%sets) + 1
+    support%is_prescribed(component) = .true.
+    scene%sets = [scene%sets, all_points]
+    scene%boundaries = [scene%boundaries, support]
+  end subroutine hold_width
 
 end module scene_symmetry

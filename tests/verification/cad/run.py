@@ -252,7 +252,7 @@ def refusals(igaform, folder, _):
     deck.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=CYLINDER\n0, -5, 11, 0, 10, 0\n10"))
     other = folder / "other.key"
     text = deck.read_text()
-    for units, words, unit in (("mm, t", (), "MM"), ("mm, t", ("--length", "in"), "IN"),
+    for units, words, unit in (("mm, t", (), "MM"), ("mm, t", ("--unit", "in"), "IN"),
                                ("cm, g", (), "CM"), ("", (), "MM"), ("", ("--length", "m"), "M")):
         other.write_text(text.replace("mm, t", units) if units else text.split("mJ\n")[1])
         told = iges(igaform, other, "--out", folder / "sheet.igs", *words)
@@ -265,7 +265,7 @@ def refusals(igaform, folder, _):
     (folder / "sheet.igs").unlink()
     told = call(igaform, "iges", deck, "--part", "drum", expect=1)
     assert told.count("\n") == 1 and "'python -m post iges FILE'" in told, told
-    for words, told in ((("--length", "furlong"), "option --length needs MM, CM, M"),
+    for words, told in ((("--unit", "furlong"), "option --unit needs MM, CM, M"),
                         (("--part", "drum", "--face", "XI_MIN"), "--face goes with the blank"),
                         (("--part", "drun"), "no part 'drun'; there are blank, drum; did you "
                                              "mean drum?"),
