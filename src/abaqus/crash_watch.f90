@@ -5,6 +5,7 @@ module crash_watch
   use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_int64_t, c_intptr_t, c_loc, &
                                          c_null_funptr, c_null_ptr, c_ptr, c_size_t, c_f_pointer, &
                                          c_char
+  use c_library, only: c_open, c_write
   implicit none
   private
 
@@ -18,21 +19,6 @@ module crash_watch
     character(longest) :: text = ""
     integer :: length = 0
   end type message_t
-
-  interface
-    integer(c_size_t) function c_write(descriptor, text, length) bind(C, name="write")
-      import :: c_char, c_int, c_size_t
-      integer(c_int), value :: descriptor
-      character(kind=c_char), intent(in) :: text(*)
-      integer(c_size_t), value :: length
-    end function c_write
-
-    integer(c_int) function c_open(path, flags) bind(C, name="open")
-      import :: c_char, c_int
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_int), value :: flags
-    end function c_open
-  end interface
 
   integer, parameter :: stack_bytes = 262144   ! for messages and the list of calls
 

@@ -2,24 +2,24 @@
 !! it says is handed on. The library is kept and used again until a source, a file that one
 !! includes, the compiler or its options change.
 module user_build
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_ptr
   use failure, only: error_t, fail
   use text, only: string_t, strings, to_text
   use checksum, only: file_checksum
   use child_process, only: run_program, program_missing, c_text
+  use system_files, only: folder_of, program_folder, replace_file
   use whole_file, only: read_whole_file
   use source_digest, only: digest_t, add_text, add_file, whole_digest_text
   use trusted_files, only: open_own_file, digest_of, keep_to_owner
   use user_sources, only: is_source, is_c_source, is_fixed_form, has_directives, provide_includes, &
-                          folder_of, as_file, ending_of, kinds_of
+                          as_file, ending_of, kinds_of
   use source_rewriting, only: rewrite_source
   use library_store, only: find_kept, library_name
   use build_messages, only: cause_of, link_message
   implicit none
   private
 
-  public :: build_user_library, make_folder, remove_file, program_folder
-  public :: setting
+  public :: build_user_library, setting
 
   !> -frecursive keeps local arrays on the stack, so that threads do not share them. -w: the
   !! sources are old and not ours. -g: crashes name the line. The sections let the linker leave out
@@ -48,33 +48,10 @@ module user_build
   end type build_t
 
   interface
-    integer(c_int) function c_mkdir(path, mode) bind(C, name="mkdir")
-      import :: c_char, c_int
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_int), value :: mode
-    end function c_mkdir
-
     type(c_ptr) function c_mkdtemp(path) bind(C, name="mkdtemp")
       import :: c_char, c_ptr
       character(kind=c_char), intent(inout) :: path(*)
     end function c_mkdtemp
-
-    integer(c_int) function c_rename(from, to) bind(C, name="rename")
-      import :: c_char, c_int
-      character(kind=c_char), intent(in) :: from(*), to(*)
-    end function c_rename
-
-    integer(c_int) function c_remove(path) bind(C, name="remove")
-      import :: c_char, c_int
-      character(kind=c_char), intent(in) :: path(*)
-    end function c_remove
-
-    integer(c_size_t) function c_readlink(path, target_path, length) bind(C, name="readlink")
-      import :: c_char, c_size_t
-      character(kind=c_char), intent(in) :: path(*)
-      character(kind=c_char), intent(out) :: target_path(*)
-      integer(c_size_t), value :: length
-    end function c_readlink
   end interface
 
 contains
@@ -124,6 +101,7 @@ contains
     integer, intent(out) :: library
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: digest, record
+    logical :: is_kept
     integer :: unit, status, closing
 
     call keep_to_owner(fresh_library(build))
@@ -140,10 +118,10 @@ contains
       call keep_to_owner(record)
     end if
     if (digest == "") status = 1
-    if (status == 0) status = int(c_rename(c_text(fresh_library(build)), &
-                                           c_text(cache//"/"//library_name(digest))))
-    if (status == 0) status = int(c_rename(c_text(record), c_text(cache//"/"//key//".txt")))
-    if (status /= 0) call fail(error, "cannot write the compiled user subroutine: "//no_room)
+    is_kept = status == 0
+    if (is_kept) is_kept = replace_file(fresh_library(build), cache//"/"//library_name(digest))
+    if (is_kept) is_kept = replace_file(record, cache//"/"//key//".txt")
+    if (.not. is_kept) call fail(error, "cannot write the compiled user subroutine: "//no_room)
   end subroutine keep
 
   pure function fresh_library(build) result(path)
@@ -185,22 +163,6 @@ contains
               "lib/libigaform_user.so above the folder of the program, "//program_folder())
   end subroutine find_support
 
-  !> The folder of the running program.
-  function program_folder() result(folder)
-    character(:), allocatable :: folder
-    integer(c_size_t), parameter :: room = 4096_c_size_t
-    character(kind=c_char) :: path(room)
-    integer(c_size_t) :: length
-    integer :: i
-
-    length = c_readlink(c_text("/proc/self/exe"), path, room)
-    folder = ""
-    do i = 1, int(length)
-      folder = folder//path(i)
-    end do
-    folder = folder(:max(1, index(folder, "/", back=.true.)) - 1)
-  end function program_folder
-
   !> Create a folder that no other run has, on this machine or another that shares the cache.
   subroutine new_folder(pattern, folder, error)
     character(*), intent(in) :: pattern                  !! ends with XXXXXX
@@ -217,23 +179,6 @@ contains
       folder(i:i) = path(i)
     end do
   end subroutine new_folder
-
-  !> Create a folder if it is not there. If that fails, so does what wants to write there.
-  subroutine make_folder(path)
-    character(*), intent(in) :: path
-    integer(c_int), parameter :: mode = 493_c_int
-    integer(c_int) :: ignored
-
-    ignored = c_mkdir(c_text(path), mode)
-  end subroutine make_folder
-
-  !> Remove a file or an empty folder, if it is there.
-  subroutine remove_file(path)
-    character(*), intent(in) :: path
-    integer(c_int) :: ignored
-
-    ignored = c_remove(c_text(path))
-  end subroutine remove_file
 
   !> A key of everything the library depends on; asks the compiler for its version on the way.
   subroutine find_key(build, files, key, error)

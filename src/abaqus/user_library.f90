@@ -8,6 +8,7 @@ module user_library
   use failure, only: error_t, fail
   use text, only: string_t, joined, upper_case
   use child_process, only: c_text, run_program
+  use system_files, only: fortran_text
   use whole_file, only: read_whole_file
   use user_build, only: build_user_library, setting
   use trusted_files, only: open_own_folder, open_memory, close_file, path_of
@@ -60,11 +61,6 @@ module user_library
 
     subroutine c_abort() bind(C, name="abort")
     end subroutine c_abort
-
-    integer(c_size_t) function c_strlen(text) bind(C, name="strlen")
-      import :: c_ptr, c_size_t
-      type(c_ptr), value :: text
-    end function c_strlen
   end interface
 
 contains
@@ -177,16 +173,10 @@ contains
   function loader_message() result(message)
     character(:), allocatable :: message
     type(c_ptr) :: text
-    character(kind=c_char), pointer :: characters(:)
-    integer :: i
 
     message = ""
     text = c_dlerror()
-    if (.not. c_associated(text)) return
-    call c_f_pointer(text, characters, [c_strlen(text)])
-    do i = 1, size(characters)
-      message = message//characters(i)
-    end do
+    if (c_associated(text)) message = fortran_text(text)
   end function loader_message
 
   !> Names of the data that the library can write to and that are not the linker's own: COMMON

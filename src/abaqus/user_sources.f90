@@ -3,13 +3,14 @@
 module user_sources
   use text, only: string_t, strings, lower_case, upper_case
   use child_process, only: run_program
+  use system_files, only: folder_of
   use whole_file, only: read_whole_file
   use source_digest, only: included_name
   implicit none
   private
 
   public :: is_source, is_c_source, kinds_of, is_fixed_form, has_directives, provide_includes
-  public :: uncalled_routines, ending_of, folder_of, as_file
+  public :: uncalled_routines, ending_of, as_file
 
   integer, parameter :: backslash = 92   ! its code
 
@@ -324,16 +325,5 @@ contains
     file = path
     if (path(1:1) == "-") file = "./"//path
   end function as_file
-
-  !> The folder of a file, without a slash at its end unless it is the root.
-  pure function folder_of(path) result(folder)
-    character(*), intent(in) :: path
-    character(:), allocatable :: folder
-    integer :: last
-
-    last = index(path, "/", back=.true.)
-    folder = path(:max(last - 1, min(last, 1)))
-    if (last == 0) folder = "."
-  end function folder_of
 
 end module user_sources

@@ -10,6 +10,7 @@ module user_watch
   use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_int64_t, &
                                          c_null_funptr, c_null_ptr, c_ptr, c_associated, &
                                          c_f_procpointer
+  use c_library, only: c_exit, c_exit_now, c_raise, c_signal
   use crash_watch, only: signal_stack_t, catch_crashes, give_signal_stack, is_out_of_stack, &
                          message_t, add_text, add_number, send, open_for_lines
   implicit none
@@ -45,17 +46,6 @@ module user_watch
       type(c_funptr), value :: action
     end function c_atexit
 
-    type(c_funptr) function c_signal(number, action) bind(C, name="signal")
-      import :: c_int, c_funptr
-      integer(c_int), value :: number
-      type(c_funptr), value :: action
-    end function c_signal
-
-    integer(c_int) function c_raise(number) bind(C, name="raise")
-      import :: c_int
-      integer(c_int), value :: number
-    end function c_raise
-
     integer(c_int) function c_signal_mask(how, signals, before) bind(C, name="pthread_sigmask")
       import :: c_int, c_int64_t, c_ptr
       integer(c_int), value :: how
@@ -75,16 +65,6 @@ module user_watch
     integer(c_int) function c_pause() bind(C, name="pause")
       import :: c_int
     end function c_pause
-
-    subroutine c_exit(code) bind(C, name="exit")
-      import :: c_int
-      integer(c_int), value :: code
-    end subroutine c_exit
-
-    subroutine c_exit_now(code) bind(C, name="_exit")
-      import :: c_int
-      integer(c_int), value :: code
-    end subroutine c_exit_now
 
     subroutine c_backtrace() bind(C, name="_gfortran_backtrace")
     end subroutine c_backtrace

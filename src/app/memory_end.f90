@@ -9,6 +9,7 @@
 module memory_end
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funloc, c_funptr, c_int, &
                                          c_null_ptr, c_ptr, c_size_t
+  use c_library, only: c_exit, c_exit_now, c_free, c_write
   use exit_codes, only: exit_files
   implicit none
   private
@@ -45,18 +46,6 @@ module memory_end
       integer(c_size_t), value :: n_bytes
     end function real_realloc
 
-    subroutine c_free(memory) bind(C, name="free")
-      import :: c_ptr
-      type(c_ptr), value :: memory
-    end subroutine c_free
-
-    integer(c_size_t) function c_write(file, text, n) bind(C, name="write")
-      import :: c_char, c_int, c_size_t
-      integer(c_int), value :: file
-      character(kind=c_char), intent(in) :: text(*)
-      integer(c_size_t), value :: n
-    end function c_write
-
     integer(c_int) function c_getrlimit(kind, limits) bind(C, name="getrlimit")
       import :: c_int, c_size_t
       integer(c_int), value :: kind
@@ -68,16 +57,6 @@ module memory_end
       type(c_funptr), value :: action
       type(c_ptr), value :: argument
     end function c_on_exit
-
-    subroutine c_exit(code) bind(C, name="exit")
-      import :: c_int
-      integer(c_int), value :: code
-    end subroutine c_exit
-
-    subroutine c_exit_now(code) bind(C, name="_exit")
-      import :: c_int
-      integer(c_int), value :: code
-    end subroutine c_exit_now
   end interface
 
 contains

@@ -23,7 +23,7 @@ module channel_case
   use forming_run, only: new_run, run_model, take_balances, record_row
   use bench_case, only: bench_case_t
   use bench_record, only: record_t, record_list_t, keep_least
-  use user_build, only: make_folder, remove_file
+  use system_files, only: make_folder, remove_file
   use bench_paths, only: project_folder, scratch_folder
   implicit none
   private

@@ -2,17 +2,11 @@
 program main
   use, intrinsic :: iso_c_binding, only: c_int
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use c_library, only: c_exit
   use thread_waiting, only: shorten_waiting
   use bench_options, only: options_t, read_options, usage_text
   use bench_run, only: run_benchmark, list_names, check_vectors
   implicit none
-
-  interface
-    subroutine c_exit(code) bind(C, name="exit")
-      import :: c_int
-      integer(c_int), value :: code
-    end subroutine c_exit
-  end interface
 
   type(options_t) :: options
   integer :: code

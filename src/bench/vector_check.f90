@@ -6,7 +6,7 @@ module vector_check
   use text, only: strings, to_text
   use child_process, only: run_program, program_missing
   use whole_file, only: read_whole_file
-  use user_build, only: make_folder, remove_file, program_folder
+  use system_files, only: make_folder, remove_file, program_folder
   use bench_paths, only: scratch_folder
   implicit none
   private

@@ -2,6 +2,7 @@
 module child_process
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_long, c_ptr, c_loc, &
                                          c_null_char, c_null_ptr, c_f_pointer
+  use c_library, only: c_dlsym, c_exit
   use text, only: string_t
   implicit none
   private
@@ -67,11 +68,6 @@ module child_process
       integer(c_long), value :: value
     end function c_trait
 
-    subroutine c_exit(code) bind(C, name="exit")
-      import :: c_int
-      integer(c_int), value :: code
-    end subroutine c_exit
-
     integer(c_int) function c_kill(pid, signal) bind(C, name="kill")
       import :: c_int
       integer(c_int), value :: pid, signal
@@ -81,12 +77,6 @@ module child_process
       import :: c_int
       integer(c_int), value :: microseconds
     end function c_usleep
-
-    type(c_ptr) function c_dlsym(library, symbol) bind(C, name="dlsym")
-      import :: c_ptr, c_char
-      type(c_ptr), value :: library
-      character(kind=c_char), intent(in) :: symbol(*)
-    end function c_dlsym
   end interface
 
   !> What compilers and binary tools look at, beside the language of their messages.

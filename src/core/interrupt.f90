@@ -9,6 +9,7 @@ module interrupt
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_procpointer, c_funloc, &
                                          c_funptr, c_int, c_int64_t, c_intptr_t, c_long, &
                                          c_null_funptr, c_null_ptr, c_ptr, c_size_t
+  use c_library, only: c_exit_now, c_raise, c_signal, c_write
   implicit none
   private
 
@@ -39,17 +40,6 @@ module interrupt
   end interface
 
   interface
-    type(c_funptr) function c_signal(number, handler) bind(C, name="signal")
-      import :: c_funptr, c_int
-      integer(c_int), value :: number
-      type(c_funptr), value :: handler
-    end function c_signal
-
-    integer(c_int) function c_raise(number) bind(C, name="raise")
-      import :: c_int
-      integer(c_int), value :: number
-    end function c_raise
-
     integer(c_int) function c_empty_set(signals) bind(C, name="sigemptyset")
       import :: c_int, c_int64_t
       integer(c_int64_t), intent(out) :: signals(*)
@@ -67,18 +57,6 @@ module interrupt
       integer(c_int64_t), intent(in) :: signals(*)
       type(c_ptr), value :: before
     end function c_mask
-
-    integer(c_size_t) function c_write(descriptor, text, n) bind(C, name="write")
-      import :: c_char, c_int, c_size_t
-      integer(c_int), value :: descriptor
-      character(kind=c_char), intent(in) :: text(*)
-      integer(c_size_t), value :: n
-    end function c_write
-
-    subroutine c_exit_at_once(code) bind(C, name="_exit")
-      import :: c_int
-      integer(c_int), value :: code
-    end subroutine c_exit_at_once
 
     integer(c_long) function c_time(place) bind(C, name="time")
       import :: c_long, c_ptr
@@ -208,7 +186,7 @@ contains
       save_signal = number
     else if (end_code /= 0) then
       ignored = c_write(2_c_int, last_words, len(last_words, c_size_t))
-      call c_exit_at_once(end_code)
+      call c_exit_now(end_code)
     else if (stop_signal == 0) then
       stop_time = c_time(c_null_ptr)
       stop_signal = number

@@ -4,13 +4,15 @@ module system_files
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_int16_t, &
                                          c_null_char, c_null_ptr, c_ptr, c_size_t
   use, intrinsic :: iso_fortran_env, only: int64
+  use c_library, only: c_dlsym, c_fclose, c_fileno, c_fopen, c_free, c_mkdir, c_rename, c_statx, &
+                       c_strlen
   use text, only: string_t
   implicit none
   private
 
   public :: true_path, matching_files, is_folder, kind_of_file, is_no_file, bytes_on_disk
-  public :: sync_file, replace_file, remove_file, why_protected
-  public :: c_fopen, c_fileno, c_fclose, fortran_text, is_same_file, is_any_of_files, library_of
+  public :: sync_file, replace_file, remove_file, make_folder, why_protected, fortran_text
+  public :: program_folder, folder_of, is_same_file, is_any_of_files, library_of
 
   !> What dladdr knows of an address (Dl_info of the C library).
   type, bind(C) :: place_t
@@ -18,12 +20,6 @@ module system_files
   end type place_t
 
   interface
-    type(c_ptr) function c_dlsym(library, symbol) bind(C, name="dlsym")
-      import :: c_char, c_ptr
-      type(c_ptr), value :: library
-      character(kind=c_char), intent(in) :: symbol(*)
-    end function c_dlsym
-
     integer(c_int) function c_dladdr(address, place) bind(C, name="dladdr")
       import :: c_int, c_ptr, place_t
       type(c_ptr), value :: address
@@ -34,7 +30,6 @@ module system_files
   !> What the program appends to the name of a file that it will put in the place of another. Nobody
   !! else's files have such names.
   character(*), parameter, public :: draft_ending = ".igaform-new"
-
 
   !> The result of glob; the tail is room for what the C library keeps there.
   type, bind(C) :: glob_t
@@ -50,16 +45,6 @@ module system_files
       type(c_ptr), value :: resolved
     end function c_realpath
 
-    subroutine c_free(memory) bind(C, name="free")
-      import :: c_ptr
-      type(c_ptr), value :: memory
-    end subroutine c_free
-
-    integer(c_size_t) function c_strlen(text) bind(C, name="strlen")
-      import :: c_ptr, c_size_t
-      type(c_ptr), value :: text
-    end function c_strlen
-
     integer(c_int) function c_glob(pattern, flags, on_error, found) bind(C, name="glob")
       import :: c_char, c_int, c_ptr, glob_t
       character(kind=c_char), intent(in) :: pattern(*)
@@ -73,37 +58,10 @@ module system_files
       type(glob_t), intent(inout) :: found
     end subroutine c_globfree
 
-    type(c_ptr) function c_fopen(path, mode) bind(C, name="fopen")
-      import :: c_char, c_ptr
-      character(kind=c_char), intent(in) :: path(*), mode(*)
-    end function c_fopen
-
-    integer(c_int) function c_fileno(stream) bind(C, name="fileno")
-      import :: c_int, c_ptr
-      type(c_ptr), value :: stream
-    end function c_fileno
-
-    integer(c_int) function c_fclose(stream) bind(C, name="fclose")
-      import :: c_int, c_ptr
-      type(c_ptr), value :: stream
-    end function c_fclose
-
-    integer(c_int) function c_statx(folder, path, flags, mask, facts) bind(C, name="statx")
-      import :: c_char, c_int, c_int16_t
-      integer(c_int), value :: folder, flags, mask
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_int16_t), intent(inout) :: facts(*)
-    end function c_statx
-
     integer(c_int) function c_fsync(descriptor) bind(C, name="fsync")
       import :: c_int
       integer(c_int), value :: descriptor
     end function c_fsync
-
-    integer(c_int) function c_rename(old, new) bind(C, name="rename")
-      import :: c_char, c_int
-      character(kind=c_char), intent(in) :: old(*), new(*)
-    end function c_rename
 
     type(c_ptr) function c_errno_place() bind(C, name="__errno_location")
       import :: c_ptr
@@ -142,14 +100,23 @@ contains
     end if
   end function true_path
 
-  !> The folder of a file.
+  !> The folder of a file, without a slash at its end unless it is the root.
   pure function folder_of(path) result(folder)
     character(*), intent(in) :: path
     character(:), allocatable :: folder
+    integer :: last
 
-    folder = path(:index(path, "/", back=.true.))
-    if (folder == "") folder = "."
+    last = index(path, "/", back=.true.)
+    folder = path(:max(last - 1, min(last, 1)))
+    if (last == 0) folder = "."
   end function folder_of
+
+  !> The folder of the running program.
+  function program_folder() result(folder)
+    character(:), allocatable :: folder
+
+    folder = folder_of(true_path("/proc/self/exe"))
+  end function program_folder
 
   !> What realpath gives, empty if it gives nothing.
   function resolve(path) result(resolved)
@@ -326,6 +293,15 @@ contains
     if (status /= 0) reason = system_reason()
     if (kind_of_file(path) == "") reason = ""
   end subroutine remove_file
+
+  !> Create a folder if it is not there. If that fails, so does what wants to write there.
+  subroutine make_folder(path)
+    character(*), intent(in) :: path
+    integer(c_int), parameter :: mode = 493_c_int   ! 0755
+    integer(c_int) :: ignored
+
+    ignored = c_mkdir(path//c_null_char, mode)
+  end subroutine make_folder
 
   !> Why the last call of the system failed, in its words.
   function system_reason() result(reason)

@@ -2,6 +2,7 @@
 !! descriptor, so that nothing can be put in their place between the check and the use.
 module trusted_files
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int16_t, c_null_char, c_size_t
+  use c_library, only: c_mkdir, c_open, c_statx
   use failure, only: error_t, fail
   use text, only: to_text
   use sha256, only: sha256_t, add_to_digest, sha256_text
@@ -23,12 +24,6 @@ module trusted_files
   end type access_t
 
   interface
-    integer(c_int) function c_open(path, flags) bind(C, name="open")
-      import :: c_char, c_int
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_int), value :: flags
-    end function c_open
-
     integer(c_int) function c_memory(name, flags) bind(C, name="memfd_create")
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: name(*)
@@ -47,12 +42,6 @@ module trusted_files
       integer(c_size_t), value :: length, offset
     end function c_pread
 
-    integer(c_int) function c_mkdir(path, mode) bind(C, name="mkdir")
-      import :: c_char, c_int
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_int), value :: mode
-    end function c_mkdir
-
     integer(c_int) function c_chmod(path, mode) bind(C, name="chmod")
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: path(*)
@@ -62,13 +51,6 @@ module trusted_files
     integer(c_int) function c_user() bind(C, name="geteuid")
       import :: c_int
     end function c_user
-
-    integer(c_int) function c_statx(folder, path, flags, mask, facts) bind(C, name="statx")
-      import :: c_char, c_int, c_int16_t
-      integer(c_int), value :: folder, flags, mask
-      character(kind=c_char), intent(in) :: path(*)
-      integer(c_int16_t), intent(inout) :: facts(*)
-    end function c_statx
   end interface
 
 contains

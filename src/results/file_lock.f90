@@ -1,7 +1,8 @@
 !> Advisory locks of whole files (flock), as the HDF5 library uses them.
 module file_lock
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_char, c_null_ptr, c_ptr
-  use system_files, only: is_no_file, c_fopen, c_fileno, c_fclose
+  use c_library, only: c_fopen, c_fileno, c_fclose
+  use system_files, only: is_no_file
   implicit none
   private
 
