@@ -2,7 +2,7 @@
 module source_digest
   use text, only: string_t, lower_case
   use sha256, only: sha256_t, add_to_digest, sha256_text
-  use whole_file, only: read_whole_file
+  use whole_file, only: read_whole_file, take_line
   implicit none
   private
 
@@ -39,9 +39,9 @@ contains
   recursive subroutine add_contents(digest, path)
     type(digest_t), intent(inout) :: digest
     character(*), intent(in) :: path
-    character(:), allocatable :: content, folder, name
+    character(:), allocatable :: content, folder, name, line
     type(string_t) :: entry
-    integer :: i, first, length
+    integer :: i, first
     logical :: is_there
 
     if (.not. allocated(digest%files)) allocate (digest%files(0))
@@ -55,10 +55,8 @@ contains
     folder = path(:index(path, "/", back=.true.))
     first = 1
     do while (first <= len(content))
-      length = index(content(first:), new_line("a"))
-      if (length == 0) length = len(content) - first + 2
-      name = included_name(content(first:first + length - 2))
-      first = first + length
+      call take_line(content, first, line)
+      name = included_name(line)
       if (name == "") cycle
       if (name(1:1) /= "/") name = folder//name
       inquire (file=name, exist=is_there)

@@ -2,7 +2,7 @@
 !! by line, so that messages name the lines of the file itself.
 module source_rewriting
   use text, only: lower_case
-  use whole_file, only: read_whole_file
+  use whole_file, only: read_whole_file, take_line
   implicit none
   private
 
@@ -23,17 +23,14 @@ contains
     character(:), allocatable, intent(out) :: changes   !! what was changed, for the user
     character(:), allocatable :: content, line, copy
     logical :: is_there
-    integer :: first, length, unit, status
+    integer :: first, unit, status
 
     changes = ""
     copy = "# 1 """//path//""""//new_line("a")
     call read_whole_file(path, content, is_there)
     first = 1
     do while (first <= len(content))
-      length = index(content(first:), new_line("a"))
-      if (length == 0) length = len(content) - first + 2
-      line = content(first:first + length - 2)
-      first = first + length
+      call take_line(content, first, line)
       call rewrite_line(line, is_fixed, changes)
       copy = copy//line//new_line("a")
     end do

@@ -9,7 +9,7 @@ module user_library
   use text, only: string_t, joined, upper_case
   use child_process, only: c_text, run_program
   use system_files, only: fortran_text
-  use whole_file, only: read_whole_file
+  use whole_file, only: read_whole_file, take_line
   use user_build, only: build_user_library, setting
   use trusted_files, only: open_own_folder, open_memory, close_file, path_of
   use user_sources, only: ending_of, uncalled_routines
@@ -186,7 +186,7 @@ contains
     character(:), allocatable, intent(out) :: names
     character(*), parameter :: unknown = "what the library keeps cannot be seen"
     character(:), allocatable :: listing, line
-    integer :: first, length
+    integer :: first
 
     names = ""
     call list_names(path, "--no-demangle", listing)
@@ -196,10 +196,7 @@ contains
     end if
     first = 1
     do while (first <= len(listing))
-      length = index(listing(first:), new_line("a"))
-      if (length == 0) length = len(listing) - first + 2
-      line = listing(first:first + length - 2)
-      first = first + length
+      call take_line(listing, first, line)
       if (is_writable(line)) names = names//", "//plain_name(line(20:))
     end do
     if (names /= "") names = names(3:)

@@ -4,7 +4,7 @@ module user_sources
   use text, only: string_t, strings, lower_case, upper_case
   use child_process, only: run_program
   use system_files, only: folder_of
-  use whole_file, only: read_whole_file
+  use whole_file, only: read_whole_file, take_line
   use source_digest, only: included_name
   implicit none
   private
@@ -123,19 +123,17 @@ contains
   subroutine list_includes(path, names)
     character(*), intent(in) :: path
     type(string_t), allocatable, intent(out) :: names(:)
-    character(:), allocatable :: content
+    character(:), allocatable :: content, line
     type(string_t) :: entry
     logical :: is_there
-    integer :: first, length
+    integer :: first
 
     allocate (names(0))
     call read_whole_file(path, content, is_there)
     first = 1
     do while (first <= len(content))
-      length = index(content(first:), new_line("a"))
-      if (length == 0) length = len(content) - first + 2
-      entry%value = included_name(content(first:first + length - 2))
-      first = first + length
+      call take_line(content, first, line)
+      entry%value = included_name(line)
       if (entry%value /= "") names = [names, entry]
     end do
   end subroutine list_includes
@@ -188,7 +186,7 @@ contains
     character(:), allocatable :: entry, listing
     type(string_t) :: words(2)
     logical :: is_there
-    integer :: code, first, length
+    integer :: code, first
 
     words(1)%value = "ls"
     words(2)%value = as_file(folder)
@@ -196,10 +194,7 @@ contains
     call read_whole_file(room//"/listing.txt", listing, is_there)
     first = 1
     do while (first <= len(listing))
-      length = index(listing(first:), new_line("a"))
-      if (length == 0) length = len(listing) - first + 2
-      entry = listing(first:first + length - 2)
-      first = first + length
+      call take_line(listing, first, entry)
       if (lower_case(entry) == lower_case(name)) return
     end do
     entry = ""

@@ -9,7 +9,7 @@ module whole_file
   implicit none
   private
 
-  public :: write_lines, read_whole_file, is_of_size, why_left_alone
+  public :: write_lines, read_whole_file, take_line, is_of_size, why_left_alone
 
 contains
 
@@ -83,6 +83,20 @@ contains
     if (.not. is_there) content = ""
     close (unit)
   end subroutine read_whole_file
+
+  !> The line of a text from `place` on, without its line feed; `place` moves to the start of the
+  !! next, after the last one beyond the end.
+  pure subroutine take_line(content, place, line)
+    character(*), intent(in) :: content
+    integer, intent(inout) :: place
+    character(:), allocatable, intent(out) :: line
+    integer :: length
+
+    length = index(content(place:), new_line("a")) - 1
+    if (length < 0) length = len(content) - place + 1
+    line = content(place:place + length - 1)
+    place = place + length + 1
+  end subroutine take_line
 
   !> Why a file may not be written under this name; empty if it may. It may where there is none,
   !! an empty one, or one whose first line begins as `mark` does; what stands in brackets, such as
