@@ -22,6 +22,7 @@ module deck_run
   use contact_report, only: log_contact
   use relaxation, only: relaxation_outcome
   use model_setup, only: build_model
+  use display_fields, only: output_fields
   use frames, only: results_t, results_setup_t, close_results
   use file_lock, only: lock_t, release_lock
   use system_files, only: kind_of_file, remove_file
@@ -415,7 +416,7 @@ contains
       if (allocated(material%state_names)) setup%state_names = material%state_names
     end associate
     setup%is_bezier = scene%output%is_bezier
-    setup%n_contact_fields = count([scene%output%has_pressure, scene%output%has_wear])
+    setup%fields = output_fields(count([scene%output%has_pressure, scene%output%has_wear]))
     setup%width_ratio = model%width_ratio
     setup%blank_mass = model%width_ratio*mass_of(model%bodies%blank%parts) &
                        /model%bodies%blank%mass_factor

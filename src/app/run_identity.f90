@@ -6,8 +6,7 @@ module run_identity
   use command_line, only: command_t
   use scene, only: is_user_material, scene_t
   use build_info, only: version, git_commit, source_digest, build_flags, kernels
-  use build_fingerprint, only: fingerprint
-  use provenance, only: provenance_t
+  use provenance, only: fingerprint, provenance_t
   implicit none
   private
 

@@ -15,7 +15,7 @@ module checkpoint
                           true_path, draft_ending
   use whole_file, only: is_of_size
   use file_lock, only: is_locked_by_others, lock_t, hold_folder, release_lock
-  use build_fingerprint, only: fingerprint_difference
+  use provenance, only: fingerprint_difference
   use hdf5_library, only: hid_t
   use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_reals, write_text, &
                        write_text_attribute

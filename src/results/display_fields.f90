@@ -1,27 +1,27 @@
-!> The fields at the display points of a frame: one line in `display_fields_of` and one in
-!! `fill_share` each.
+!> The output fields of a frame. Each is an entry of `output_fields`: name, quantity, description,
+!! components, and procedures that compute its values at the display points of the blank and of the
+!! tools. Columns follow from the list.
 module display_fields
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use kinds, only: wp
   use nurbs_solid, only: nurbs_solid_t, face_axes
   use surface_grid, only: surface_grid_t, grid_values
-  use line_operator, only: joined_places
-  use bezier_operator, only: equal_places
+  use line_operator, only: equal_places, joined_places
   use display_grid, only: display_grid_t, display_scalars, display_thickness, display_vectors, &
                           mises_stress, point_grid
   use point_geometry, only: plane_strains, point_geometry_t
+  use tool_mesh, only: carried
   implicit none
   private
 
-  public :: display_field_t, patch_view_t, patch_frame_t, face_field_t, tool_frame_t
-  public :: display_fields_of, fill_share, add_face_fields, add_tool_fields
+  public :: display_field_t, field_entry_t, patch_view_t, patch_frame_t, face_field_t, tool_frame_t
+  public :: frame_t, mesh_place_t, tools_view_t
+  public :: output_fields, add_entry, fields_of, first_columns
 
-  !> Parts of the fields of a patch that do not need each other.
-  integer, parameter, public :: n_shares = 6
-
-  !> Name, quantity (as `unit_of` takes it) and meaning of a field.
+  !> A field in the file.
   type :: display_field_t
     character(16) :: name
-    character(8) :: quantity
+    character(8) :: quantity                 !! as `unit_of` takes it
     character(80) :: description
     integer :: n_components = 1
   end type display_field_t
@@ -34,6 +34,7 @@ module display_fields
     type(point_geometry_t) :: geometry
     integer :: rule_size(3) = 0
     real(wp), allocatable :: thickness(:)               !! at the display points at the start
+    real(wp), allocatable :: places(:, :)               !! of display points in the frame, (n, 3)
     !> Fields of the frame at hand at the integration points as `point_grid` orders them.
     real(wp), allocatable :: eqps(:), stress(:, :), strains(:, :)
   end type patch_view_t
@@ -64,65 +65,235 @@ module display_fields
     type(face_field_t), allocatable :: contacts(:)         !! may be missing
   end type patch_frame_t
 
+  !> Where the display points of a surface of a tool are.
+  type :: mesh_place_t
+    integer :: tool = 0, surface = 0
+    integer :: first = 0                     !! of its display points, among those of all tools
+    real(wp), allocatable :: xi(:), eta(:)
+  end type mesh_place_t
+
+  !> Display points of the tools.
+  type :: tools_view_t
+    real(wp), allocatable :: points(:, :)    !! at the start, (n, 3)
+    integer, allocatable :: tool_of_point(:)
+    type(mesh_place_t), allocatable :: meshes(:)   !! of the tools' surfaces
+  end type tools_view_t
+
+  !> One frame.
+  type :: frame_t
+    real(wp) :: time = 0.0_wp
+    integer :: process_step = 1                         !! step of the deck
+    type(patch_frame_t), allocatable :: patches(:)
+    real(wp), allocatable :: tool_displacement(:, :)    !! (3, tools)
+    real(wp), allocatable :: tool_velocity(:, :)        !! (3, tools)
+    real(wp), allocatable :: tool_turn(:, :, :)         !! rotation less one, (3, 3, tools); may be
+    real(wp), allocatable :: tool_turn_rate(:, :, :)    !! missing, as this: [1/time]
+    type(tool_frame_t), allocatable :: tool_fields(:)   !! may be missing
+    logical :: is_failed = .false.                      !! the state at which a run failed
+  end type frame_t
+
+  !> One or more fields that are computed together.
+  type :: field_entry_t
+    type(display_field_t), allocatable :: fields(:)
+    procedure(patch_values), pointer, nopass :: on_patch => null()   !! none: NaN on the blank
+    procedure(tool_values), pointer, nopass :: on_tools => null()    !! none: NaN on tools
+  end type field_entry_t
+
+  abstract interface
+    !> Values at the display points of a patch. Threads work on different entries of a patch at
+    !! once: an entry changes only what no other one reads.
+    subroutine patch_values(view, frame, values)
+      import :: patch_view_t, patch_frame_t, wp
+      type(patch_view_t), intent(inout) :: view
+      type(patch_frame_t), intent(in) :: frame
+      real(wp), intent(inout) :: values(:, :)   !! (n, components of all fields of the entry)
+    end subroutine patch_values
+
+    !> Values at the display points of all tools.
+    subroutine tool_values(view, frame, values)
+      import :: tools_view_t, frame_t, wp
+      type(tools_view_t), intent(in) :: view
+      type(frame_t), intent(in) :: frame
+      real(wp), intent(inout) :: values(:, :)   !! (n, components of all fields of the entry)
+    end subroutine tool_values
+  end interface
+
 contains
 
-  !> The vectors, the scalars, then those of contact, of which there are none, one or two.
-  pure function display_fields_of(n_contact) result(fields)
-    integer, intent(in) :: n_contact
-    type(display_field_t), allocatable :: fields(:)
+  !> All output fields in the order of the file. Threads start with the last entries: long ones come
+  !! late.
+  function output_fields(n_contact) result(entries)
+    integer, intent(in) :: n_contact    !! contact fields: 0 none, 1 pressure, 2 and wear
+    type(field_entry_t), allocatable :: entries(:)
     type(display_field_t) :: contact(2)
 
-    contact = [ &
-      display_field_t("contact_pressure", "stress", "pressure of contact"), &
-      display_field_t("wear", "wear", "contact pressure times slip since the start (NaN on blank)")]
-    fields = [ &
-      display_field_t("displacement", "length", "displacement since the start", n_components=3), &
-      display_field_t("velocity", "velocity", "velocity", n_components=3), &
-      display_field_t("eqps", "1", "equivalent plastic strain (NaN on tools)"), &
-      display_field_t("mises", "stress", "von Mises stress (NaN on tools)"), &
-      display_field_t("thickness", "length", "distance between both faces (NaN on tools)"), &
-      display_field_t("thinning", "1", "loss of thickness over that at the start (NaN on tools)"), &
-      display_field_t("major_strain", "1", &
-                      "major logarithmic strain in the sheet's plane (NaN on tools)"), &
+    call add_entry(entries, [display_field_t("displacement", "length", &
+      "displacement since the start", n_components=3)], displacement_on_patch, &
+      displacement_on_tools)
+    call add_entry(entries, [display_field_t("velocity", "velocity", "velocity", &
+      n_components=3)], velocity_on_patch, velocity_on_tools)
+    call add_entry(entries, [display_field_t("eqps", "1", &
+      "equivalent plastic strain (NaN on tools)")], plastic_strain)
+    call add_entry(entries, [display_field_t("mises", "stress", &
+      "von Mises stress (NaN on tools)")], von_mises_stress)
+    call add_entry(entries, [display_field_t("thickness", "length", &
+      "distance between both faces (NaN on tools)"), display_field_t("thinning", "1", &
+      "loss of thickness over that at the start (NaN on tools)")], thickness_and_thinning)
+    call add_entry(entries, [display_field_t("major_strain", "1", &
+      "major logarithmic strain in the sheet's plane (NaN on tools)"), &
       display_field_t("minor_strain", "1", &
-                      "minor logarithmic strain in the sheet's plane (NaN on tools)"), &
-      contact(:n_contact)]
-  end function display_fields_of
+      "minor logarithmic strain in the sheet's plane (NaN on tools)")], sheet_strains)
+    if (n_contact == 0) return
+    contact = [display_field_t("contact_pressure", "stress", "pressure of contact"), &
+      display_field_t("wear", "wear", "contact pressure times slip since the start (NaN on blank)")]
+    call add_entry(entries, contact(:n_contact), contact_on_patch, contact_on_tools)
+  end function output_fields
 
-  !> One share of the fields at the display points of a patch, in the order of `display_fields_of`
-  !! but for contact. Threads may work different shares at once; the longest come first.
-  subroutine fill_share(share, view, fields, points, values)
-    integer, intent(in) :: share              !! 1 ... `n_shares`
+  !> Append an entry to a list.
+  subroutine add_entry(entries, fields, on_patch, on_tools)
+    type(field_entry_t), allocatable, intent(inout) :: entries(:)
+    type(display_field_t), intent(in) :: fields(:)       !! computed together
+    procedure(patch_values) :: on_patch
+    procedure(tool_values), optional :: on_tools         !! absent: NaN on tools
+    type(field_entry_t), allocatable :: longer(:)
+    integer :: n
+
+    n = 0
+    if (allocated(entries)) n = size(entries)
+    allocate (longer(n + 1))
+    if (n > 0) longer(:n) = entries
+    longer(n + 1)%fields = fields
+    longer(n + 1)%on_patch => on_patch
+    if (present(on_tools)) longer(n + 1)%on_tools => on_tools
+    call move_alloc(longer, entries)
+  end subroutine add_entry
+
+  !> The fields of all entries.
+  pure function fields_of(entries) result(fields)
+    type(field_entry_t), intent(in) :: entries(:)
+    type(display_field_t), allocatable :: fields(:)
+    integer :: i
+
+    allocate (fields(0))
+    do i = 1, size(entries)
+      fields = [fields, entries(i)%fields]
+    end do
+  end function fields_of
+
+  !> First column of each entry, and behind them the number of all columns plus one.
+  pure function first_columns(entries) result(first)
+    type(field_entry_t), intent(in) :: entries(:)
+    integer :: first(size(entries) + 1)
+    integer :: i
+
+    first(1) = 1
+    do i = 1, size(entries)
+      first(i + 1) = first(i) + sum(entries(i)%fields%n_components)
+    end do
+  end function first_columns
+
+  subroutine displacement_on_patch(view, frame, values)
     type(patch_view_t), intent(inout) :: view
-    type(patch_frame_t), intent(in) :: fields
-    real(wp), intent(inout) :: points(:, :)   !! places of the display points, (n, 3)
-    real(wp), intent(inout) :: values(:, :)   !! (n, components of all fields)
-    integer :: n_controls
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
 
-    n_controls = size(view%solid%weights)
-    select case (share)
-    case (1)
-      view%strains = plane_strains(view%geometry, reshape(fields%points, [n_controls, 3]))
-      values(:, 11) = display_scalars(view%grid, view%strains(1, :))
-      values(:, 12) = display_scalars(view%grid, view%strains(2, :))
-    case (2)
-      view%stress = reshape(point_grid(6, view%rule_size, view%grid%n_elements, fields%stress), &
-                            [6, size(fields%eqps)])
-      values(:, 8) = display_scalars(view%grid, mises_stress(view%stress))
-    case (3)
-      points = display_vectors(view%grid, reshape(fields%points, [n_controls, 3]))
-      values(:, 9) = [display_thickness(view%grid, points)]
-      values(:, 10) = 1.0_wp - values(:, 9)/view%thickness
-    case (4)
-      values(:, 1:3) = display_vectors(view%grid, reshape(fields%points - view%solid%points, &
-                                                          [n_controls, 3]))
-    case (5)
-      values(:, 4:6) = display_vectors(view%grid, reshape(fields%velocity, [n_controls, 3]))
-    case (6)
-      view%eqps = [point_grid(1, view%rule_size, view%grid%n_elements, fields%eqps)]
-      values(:, 7) = display_scalars(view%grid, view%eqps)
-    end select
-  end subroutine fill_share
+    values = display_vectors(view%grid, reshape(frame%points - view%solid%points, &
+                                                [size(view%solid%weights), 3]))
+  end subroutine displacement_on_patch
+
+  subroutine displacement_on_tools(view, frame, values)
+    type(tools_view_t), intent(in) :: view
+    type(frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+
+    values = carried(view%points, view%tool_of_point, frame%tool_displacement, frame%tool_turn)
+  end subroutine displacement_on_tools
+
+  subroutine velocity_on_patch(view, frame, values)
+    type(patch_view_t), intent(inout) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+
+    values = display_vectors(view%grid, reshape(frame%velocity, [size(view%solid%weights), 3]))
+  end subroutine velocity_on_patch
+
+  subroutine velocity_on_tools(view, frame, values)
+    type(tools_view_t), intent(in) :: view
+    type(frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+
+    values = carried(view%points, view%tool_of_point, frame%tool_velocity, frame%tool_turn_rate)
+  end subroutine velocity_on_tools
+
+  subroutine plastic_strain(view, frame, values)
+    type(patch_view_t), intent(inout) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+
+    view%eqps = [point_grid(1, view%rule_size, view%grid%n_elements, frame%eqps)]
+    values(:, 1) = display_scalars(view%grid, view%eqps)
+  end subroutine plastic_strain
+
+  subroutine von_mises_stress(view, frame, values)
+    type(patch_view_t), intent(inout) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+
+    view%stress = reshape(point_grid(6, view%rule_size, view%grid%n_elements, frame%stress), &
+                          [6, size(frame%eqps)])
+    values(:, 1) = display_scalars(view%grid, mises_stress(view%stress))
+  end subroutine von_mises_stress
+
+  ! The places of the display points, which the thickness needs, are kept for the frame.
+  subroutine thickness_and_thinning(view, frame, values)
+    type(patch_view_t), intent(inout) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+
+    view%places = display_vectors(view%grid, reshape(frame%points, [size(view%solid%weights), 3]))
+    values(:, 1) = [display_thickness(view%grid, view%places)]
+    values(:, 2) = 1.0_wp - values(:, 1)/view%thickness
+  end subroutine thickness_and_thinning
+
+  subroutine sheet_strains(view, frame, values)
+    type(patch_view_t), intent(inout) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+
+    view%strains = plane_strains(view%geometry, reshape(frame%points, &
+                                                        [size(view%solid%weights), 3]))
+    values(:, 1) = display_scalars(view%grid, view%strains(1, :))
+    values(:, 2) = display_scalars(view%grid, view%strains(2, :))
+  end subroutine sheet_strains
+
+  subroutine contact_on_patch(view, frame, values)
+    type(patch_view_t), intent(inout) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+
+    values(:, 1) = 0.0_wp
+    values(:, 2:) = ieee_value(1.0_wp, ieee_quiet_nan)
+    call add_face_fields(view, frame, values(:, 1))
+  end subroutine contact_on_patch
+
+  subroutine contact_on_tools(view, frame, values)
+    type(tools_view_t), intent(in) :: view
+    type(frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+    integer :: f, m, last
+
+    values = 0.0_wp
+    if (.not. allocated(frame%tool_fields)) return
+    do f = 1, size(frame%tool_fields)
+      do m = 1, size(view%meshes)
+        associate (mesh => view%meshes(m), field => frame%tool_fields(f))
+          if (mesh%tool /= field%tool .or. mesh%surface /= field%surface) cycle
+          last = mesh%first + size(mesh%xi)*size(mesh%eta) - 1
+          call add_tool_fields(field, mesh%xi, mesh%eta, values(mesh%first:last, :))
+        end associate
+      end do
+    end do
+  end subroutine contact_on_tools
 
   !> Add the pressures on the faces of a patch to a field that is zero elsewhere.
   pure subroutine add_face_fields(view, fields, values)

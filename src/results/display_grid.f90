@@ -11,9 +11,8 @@ module display_grid
   use gauss_rule, only: gauss_rule_t
   use knot_vector, only: n_spans
   use nurbs_solid, only: nurbs_solid_t
-  use line_operator, only: apply_tensor, basis_operator, grid_size, line_operator_t, &
-                           spread_operator
-  use bezier_operator, only: equal_places, joined_bezier_operator
+  use line_operator, only: apply_tensor, basis_operator, equal_places, grid_size, &
+                           joined_bezier_operator, line_operator_t, spread_operator
   implicit none
   private
 

@@ -3,15 +3,14 @@ module frame_values
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use frame_data, only: display_patch_t, display_tool_t, results_setup_t, frame_t, mesh_place_t
+  use frame_data, only: display_patch_t, display_tool_t, results_setup_t
   use display_grid, only: display_thickness, display_vectors, new_display_grid
-  use display_fields, only: add_face_fields, add_tool_fields, fill_share, n_shares, patch_view_t
+  use display_fields, only: display_field_t, field_entry_t, fields_of, first_columns, frame_t, &
+                            output_fields, patch_view_t, tools_view_t
   use point_geometry, only: new_point_geometry
-  use tool_mesh, only: new_surface_mesh, surface_mesh_t
-  use tool_places, only: carried
-  use vtk_cells, only: hexahedra_on_grid, vtk_bezier_hexahedron, vtk_bezier_quadrilateral, &
-                       vtk_lagrange_hexahedron, vtk_lagrange_quadrilateral
-  use vtkhdf, only: add_cells, cells_t
+  use tool_mesh, only: carried, new_surface_mesh, surface_mesh_t
+  use vtkhdf, only: add_cells, cells_t, hexahedra_on_grid, vtk_bezier_hexahedron, &
+                    vtk_bezier_quadrilateral, vtk_lagrange_hexahedron, vtk_lagrange_quadrilateral
   implicit none
   private
 
@@ -22,11 +21,10 @@ module frame_values
   type :: display_t
     type(patch_view_t), allocatable :: patches(:)
     type(display_tool_t), allocatable :: tools(:)
+    type(tools_view_t) :: tool_points                   !! display points of the tools
+    type(field_entry_t), allocatable :: entries(:)      !! output fields
+    type(display_field_t), allocatable :: fields(:)     !! all of them
     integer, allocatable :: last(:)                     !! last display point of each patch
-    real(wp), allocatable :: tool_points(:, :)          !! display points of the tools, (n, 3)
-    integer, allocatable :: tool_of_point(:)
-    type(mesh_place_t), allocatable :: meshes(:)        !! of the tools' surfaces
-    integer :: n_contact_fields = 0
     integer :: n_points = 0                             !! display points of blank and tools
     logical :: is_bezier = .false.
   end type display_t
@@ -45,7 +43,12 @@ contains
 
     display%tools = setup%tools
     display%is_bezier = setup%is_bezier
-    display%n_contact_fields = setup%n_contact_fields
+    if (allocated(setup%fields)) then
+      display%entries = setup%fields
+    else
+      display%entries = output_fields(0)
+    end if
+    display%fields = fields_of(display%entries)
     n_patches = size(setup%patches)
     allocate (display%patches(n_patches))
     tools = [((i, s=1, size(setup%tools(i)%surfaces)), i=1, size(setup%tools))]
@@ -111,21 +114,24 @@ contains
     integer :: m, j, n_blank
 
     n_blank = size(weights)
-    allocate (display%tool_points(0, 3), display%tool_of_point(0), display%meshes(size(meshes)))
+    allocate (display%tool_points%points(0, 3), display%tool_points%tool_of_point(0))
+    allocate (display%tool_points%meshes(size(meshes)))
     do m = 1, size(meshes)
-      associate (mesh => meshes(m), place => display%meshes(m))
-        place%tool = tools(m)
-        place%surface = surfaces(m)
-        place%first = size(weights) + 1
-        place%xi = mesh%xi
-        place%eta = mesh%eta
+      associate (mesh => meshes(m), view => display%tool_points)
+        associate (place => view%meshes(m))
+          place%tool = tools(m)
+          place%surface = surfaces(m)
+          place%first = size(weights) - n_blank + 1
+          place%xi = mesh%xi
+          place%eta = mesh%eta
+        end associate
         call add_cells(cells, mesh%connectivity + size(weights), &
                        merge(vtk_bezier_quadrilateral, vtk_lagrange_quadrilateral, &
                              display%is_bezier), tools(m))
         weights = [weights, mesh%weights]
-        display%tool_points = transpose(reshape( &
-          [transpose(display%tool_points), transpose(mesh%points)], [3, size(weights) - n_blank]))
-        display%tool_of_point = [display%tool_of_point, (tools(m), j=1, size(mesh%weights))]
+        view%points = transpose(reshape( &
+          [transpose(view%points), transpose(mesh%points)], [3, size(weights) - n_blank]))
+        view%tool_of_point = [view%tool_of_point, (tools(m), j=1, size(mesh%weights))]
       end associate
     end do
   end subroutine place_tools
@@ -136,70 +142,60 @@ contains
     type(display_t), intent(inout) :: display   !! the views hold fields at integration points
     type(frame_t), intent(in) :: frame
     real(wp), intent(inout) :: points(:, :)     !! places, (n_points, 3)
-    real(wp), intent(inout) :: values(:, :)     !! fields in the order of `display_fields_of`
-    integer :: job, p, first
+    real(wp), intent(inout) :: values(:, :)     !! columns of all fields
+    integer :: job, p, first, i, n_entries, columns(size(display%entries) + 1)
 
+    n_entries = size(display%entries)
+    columns = first_columns(display%entries)
     !$omp do schedule(dynamic)
-    do job = 0, n_shares*size(display%patches)
-      if (job == n_shares*size(display%patches)) then
-        call fill_tools(display, frame, points, values)
+    do job = 0, n_entries*size(display%patches)
+      if (job == n_entries*size(display%patches)) then
+        call fill_tools(display, frame, columns, points, values)
       else
         p = mod(job, size(display%patches)) + 1
+        i = n_entries - job/size(display%patches)
         first = display%last(p) - size(display%patches(p)%grid%weights) + 1
-        call fill_share(job/size(display%patches) + 1, display%patches(p), frame%patches(p), &
-                        points(first:display%last(p), :), values(first:display%last(p), :))
+        associate (entry => display%entries(i), last => display%last(p), &
+                   from => columns(i), to => columns(i + 1) - 1)
+          if (associated(entry%on_patch)) then
+            call entry%on_patch(display%patches(p), frame%patches(p), values(first:last, from:to))
+          else
+            values(first:last, from:to) = ieee_value(1.0_wp, ieee_quiet_nan)
+          end if
+        end associate
       end if
+    end do
+    !$omp end do
+    !$omp do
+    do p = 1, size(display%patches)
+      first = display%last(p) - size(display%patches(p)%grid%weights) + 1
+      points(first:display%last(p), :) = display%patches(p)%places
     end do
     !$omp end do
   end subroutine fill_values
 
-  !> Places and fields at the display points of the tools, and those of contact at all.
-  subroutine fill_tools(display, frame, points, values)
+  !> Places and fields at the display points of the tools.
+  subroutine fill_tools(display, frame, columns, points, values)
     type(display_t), intent(in) :: display
     type(frame_t), intent(in) :: frame
+    integer, intent(in) :: columns(:)           !! first one of each entry
     real(wp), intent(inout) :: points(:, :), values(:, :)
-    integer :: p, first, last, n
+    integer :: i, first
 
-    n = size(values, 2)
-    last = display%n_points - size(display%tool_of_point)
-    associate (displacement => values(last + 1:, :3), velocity => values(last + 1:, 4:6), &
-               contact => values(:, n - display%n_contact_fields + 1:))
-      values(last + 1:, 7:) = ieee_value(1.0_wp, ieee_quiet_nan)
-      displacement = carried(display%tool_points, display%tool_of_point, &
-                             frame%tool_displacement, frame%tool_turn)
-      points(last + 1:, :) = display%tool_points + displacement
-      velocity = carried(display%tool_points, display%tool_of_point, frame%tool_velocity, &
-                         frame%tool_turn_rate)
-      if (display%n_contact_fields == 0) return
-      contact(:last, :) = ieee_value(1.0_wp, ieee_quiet_nan)
-      do p = 1, size(display%patches)
-        first = display%last(p) - size(display%patches(p)%grid%weights) + 1
-        contact(first:display%last(p), 1) = 0.0_wp
-        call add_face_fields(display%patches(p), frame%patches(p), &
-                             contact(first:display%last(p), 1))
-      end do
-      call fill_tool_fields(display, frame, contact)
-    end associate
-  end subroutine fill_tools
-
-  !> Pressure and wear at the display points of the tools.
-  pure subroutine fill_tool_fields(display, frame, values)
-    type(display_t), intent(in) :: display
-    type(frame_t), intent(in) :: frame
-    real(wp), intent(inout) :: values(:, :)
-    integer :: f, m, last
-
-    values(display%n_points - size(display%tool_of_point) + 1:, :) = 0.0_wp
-    if (.not. allocated(frame%tool_fields)) return
-    do f = 1, size(frame%tool_fields)
-      do m = 1, size(display%meshes)
-        associate (mesh => display%meshes(m), field => frame%tool_fields(f))
-          if (mesh%tool /= field%tool .or. mesh%surface /= field%surface) cycle
-          last = mesh%first + size(mesh%xi)*size(mesh%eta) - 1
-          call add_tool_fields(field, mesh%xi, mesh%eta, values(mesh%first:last, :))
+    associate (view => display%tool_points)
+      first = display%n_points - size(view%tool_of_point) + 1
+      points(first:, :) = view%points + carried(view%points, view%tool_of_point, &
+                                                frame%tool_displacement, frame%tool_turn)
+      do i = 1, size(display%entries)
+        associate (entry => display%entries(i), from => columns(i), to => columns(i + 1) - 1)
+          if (associated(entry%on_tools)) then
+            call entry%on_tools(view, frame, values(first:, from:to))
+          else
+            values(first:, from:to) = ieee_value(1.0_wp, ieee_quiet_nan)
+          end if
         end associate
       end do
-    end do
-  end subroutine fill_tool_fields
+    end associate
+  end subroutine fill_tools
 
 end module frame_values

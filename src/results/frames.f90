@@ -28,10 +28,9 @@ module frames
                                write_timings
   use run_log, only: timings_t
   use display_grid, only: point_grid
-  use display_fields, only: display_field_t, display_fields_of, face_field_t, patch_frame_t, &
-                            tool_frame_t
+  use display_fields, only: face_field_t, patch_frame_t, tool_frame_t
   use frame_values, only: display_t, fill_values, new_display
-  use tool_places, only: carried
+  use tool_mesh, only: carried
   use vtkhdf, only: append_point_data, append_points, append_step, cells_t, create_grid, &
                     create_point_data, write_rational_weights
   use nurbs_record, only: update_points, write_solid, write_surface
@@ -192,15 +191,13 @@ contains
     type(frame_t), intent(in) :: frame
     type(error_t), allocatable, intent(out) :: error
     integer, intent(in), optional :: n_rows   !! absent: all that wait
-    type(display_field_t), allocatable :: fields(:)
     type(deflated_chunk_t), allocatable :: chunks(:)
     real(wp), allocatable :: points(:, :), values(:, :)
 
     call check_length(results%file)
-    fields = display_fields_of(results%display%n_contact_fields)
     allocate (points(results%display%n_points, 3))
-    allocate (values(results%display%n_points, sum(fields%n_components)))
-    allocate (chunks(size(fields) + size(results%display%patches)))
+    allocate (values(results%display%n_points, sum(results%display%fields%n_components)))
+    allocate (chunks(size(results%display%fields) + size(results%display%patches)))
     ! One thread writes what is there already while the others work on the rest.
     !$omp parallel default(shared)
     !$omp master
@@ -211,9 +208,9 @@ contains
     call append_points(results%file, points)
     call write_points(results, frame)
     !$omp end master
-    call pack_values(results%display, fields%n_components, values, chunks)
+    call pack_values(results%display, values, chunks)
     !$omp end parallel
-    call append_values(results, strings(fields%name), fields%n_components, chunks)
+    call append_values(results, chunks)
     call flush_file(results%file)
     call append_step(results%file, frame%time, results%display%n_points, results%n_frames)
     call flush_file(results%file)
@@ -238,19 +235,18 @@ contains
 
   ! All fields, and behind them the plastic strain at the integration points of each patch. The
   ! threads of a region share them.
-  subroutine pack_values(display, n_components, values, chunks)
+  subroutine pack_values(display, values, chunks)
     type(display_t), intent(in) :: display
-    integer, intent(in) :: n_components(:)
     real(wp), intent(in) :: values(:, :)
     type(deflated_chunk_t), intent(inout) :: chunks(:)
     integer :: i, n, last
 
-    n = size(n_components)
+    n = size(display%fields)
     !$omp do schedule(dynamic)
     do i = 1, size(chunks)
       if (i <= n) then
-        last = sum(n_components(:i))
-        chunks(i) = new_deflated_chunk(values(:, last - n_components(i) + 1:last))
+        last = sum(display%fields(:i)%n_components)
+        chunks(i) = new_deflated_chunk(values(:, last - display%fields(i)%n_components + 1:last))
       else
         associate (eqps => display%patches(i - n)%eqps)
           chunks(i) = new_deflated_chunk(reshape(eqps, [size(eqps), 1]))
@@ -261,19 +257,19 @@ contains
   end subroutine pack_values
 
   ! What `pack_values` has packed.
-  subroutine append_values(results, names, n_components, chunks)
+  subroutine append_values(results, chunks)
     type(results_t), intent(inout) :: results
-    type(string_t), intent(in) :: names(:)
-    integer, intent(in) :: n_components(size(names))
     type(deflated_chunk_t), intent(in) :: chunks(:)
-    integer :: p
+    integer :: n, p
 
-    call append_point_data(results%file, names, n_components, chunks(:size(names)), &
+    n = size(results%display%fields)
+    call append_point_data(results%file, strings(results%display%fields%name), &
+                           results%display%fields%n_components, chunks(:n), &
                            results%display%n_points)
     do p = 1, size(results%display%patches)
       associate (view => results%display%patches(p))
         call append_chunk(results%file, patch_folder(results, "/frames", p)//"/eqps", &
-                          chunks(size(names) + p), view%geometry%n, 1)
+                          chunks(n + p), view%geometry%n, 1)
       end associate
     end do
   end subroutine append_values
@@ -310,12 +306,10 @@ contains
 
   subroutine create_fields(results)
     type(results_t), intent(inout) :: results
-    type(display_field_t), allocatable :: fields(:)
     integer :: i
 
-    fields = display_fields_of(results%display%n_contact_fields)
-    do i = 1, size(fields)
-      associate (field => fields(i))
+    do i = 1, size(results%display%fields)
+      associate (field => results%display%fields(i))
         call create_point_data(results%file, trim(field%name), field%n_components, &
                                results%display%n_points, &
                                unit_of(results%units, trim(field%quantity)), &

@@ -1,13 +1,15 @@
-!> Where a result comes from: program, machine, command and deck.
+!> Where a result comes from: program, machine, command and deck; and what its bits depend on beside
+!! the deck: how the program was built. Two builds of the same sources round differently.
 module provenance
   use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
   use, intrinsic :: iso_c_binding, only: c_int, c_long
+  use system_files, only: library_of
   use text, only: to_text
   implicit none
   private
 
   public :: provenance_t, provenance_lines, host_cores, timestamp, compiler_name, compiler_flags
-  public :: text_or_empty
+  public :: text_or_empty, fingerprint, fingerprint_difference, options_that_count
 
   !> What the head of every log begins with.
   character(*), parameter, public :: log_mark = "igaform "
@@ -36,13 +38,16 @@ module provenance
     end function c_sysconf
   end interface
 
+  integer, parameter :: width = 11          ! of the names in front of the lines of a fingerprint
+  integer, parameter :: most_options = 6    ! listed of each build
+  character(1), parameter :: feed = new_line("a")
+
 contains
 
   !> The head of a log: version, compiler, threads, command and deck, one a line.
   function provenance_lines(source) result(lines)
     type(provenance_t), intent(in) :: source
     character(:), allocatable :: lines   !! separated by new_line
-    character(1), parameter :: feed = new_line("a")
 
     lines = log_mark//text_or_empty(source%version)
     if (len(text_or_empty(source%git_commit)) > 0) then
@@ -97,5 +102,125 @@ contains
     now = date(1:4)//"-"//date(5:6)//"-"//date(7:8)//"T"//time(1:2)//":"//time(3:4)//":" &
           //time(5:6)//zone
   end function timestamp
+
+  !> The build of this program, a line for each property: program, compiler, its options with
+  !! `-march=native` resolved, LAPACK and BLAS as loaded, instances of the kernel.
+  function fingerprint(program, kernels) result(lines)
+    character(*), intent(in) :: program     !! version and digest of the sources
+    character(*), intent(in) :: kernels     !! tuned instances of the block kernel
+    character(:), allocatable :: lines
+    character(:), allocatable :: lapack, blas
+
+    lapack = library_of("dpbtrf_")
+    blas = library_of("dgemm_")
+    if (blas /= lapack) lapack = lapack//" "//blas
+    lines = line("program", program)//line("compiler", compiler_name()) &
+            //line("options", options_that_count(compiler_flags())) &
+            //line("lapack", lapack)//line("kernels", kernels)
+  end function fingerprint
+
+  pure function line(name, value)
+    character(*), intent(in) :: name, value
+    character(:), allocatable :: line
+    character(width) :: head
+
+    head = name
+    line = head//value//feed
+  end function line
+
+  !> The options of a compiler on which the bits of results may depend: those of machine,
+  !! optimisation and code, but neither folders nor messages nor the sizes of caches.
+  pure function options_that_count(options) result(kept)
+    character(*), intent(in) :: options      !! set apart by blanks
+    character(:), allocatable :: kept
+    character(:), allocatable :: rest, word
+
+    kept = ""
+    rest = options
+    do
+      call take_word(rest, word)
+      if (word == "") exit
+      if (len(word) < 2) cycle
+      if (.not. any(word(:2) == ["-m", "-O", "-f"])) cycle
+      if (index(word, "-fdiagnostics") == 1 .or. index(word, "/") > 0) cycle
+      if (word == "-fpreprocessed") cycle          ! by the generator of CMake
+      if (kept /= "") kept = kept//" "
+      kept = kept//word
+    end do
+  end function options_that_count
+
+  !> In which lines two builds differ, with both values; empty if they are the same.
+  pure function fingerprint_difference(was, now) result(words)
+    character(*), intent(in) :: was, now     !! as from `fingerprint`
+    character(:), allocatable :: words
+    character(:), allocatable :: rest, name, then_value, now_value
+    integer :: n
+
+    words = ""
+    rest = now
+    do
+      n = index(rest, feed)
+      if (n <= width) exit
+      name = rest(:width)
+      now_value = rest(width + 1:n - 1)
+      rest = rest(n + 1:)
+      then_value = value_of(was, name)
+      if (then_value == now_value) cycle
+      if (words /= "") words = words//"; "
+      if (name == "options") then
+        words = words//trim(name)//" then "//only_in(then_value, now_value)//", now "// &
+                only_in(now_value, then_value)
+      else
+        words = words//trim(name)//" then "//then_value//", now "//now_value
+      end if
+    end do
+  end function fingerprint_difference
+
+  !> The value of a line; "not known" where there is no such line.
+  pure function value_of(lines, name) result(value)
+    character(*), intent(in) :: lines, name
+    character(:), allocatable :: value
+    integer :: first, last
+
+    value = "not known"
+    first = index(feed//lines, feed//name)
+    if (first == 0) return
+    last = first + index(lines(first:)//feed, feed) - 2
+    value = lines(first + width:last)
+  end function value_of
+
+  !> Words of the one list that the other has not, the first few; "without these" for none.
+  pure function only_in(one, other) result(words)
+    character(*), intent(in) :: one, other
+    character(:), allocatable :: words
+    character(:), allocatable :: rest, word
+    integer :: n
+
+    words = ""
+    rest = one
+    n = 0
+    do
+      call take_word(rest, word)
+      if (word == "") exit
+      if (index(" "//other//" ", " "//word//" ") > 0) cycle
+      n = n + 1
+      if (n <= most_options) words = words//" "//word
+    end do
+    if (n > most_options) words = words//" ..."
+    if (n == 0) words = " without these"
+    words = words(2:)
+  end function only_in
+
+  !> Take the first word off a text; empty where there is none left.
+  pure subroutine take_word(rest, word)
+    character(:), allocatable, intent(inout) :: rest
+    character(:), allocatable, intent(out) :: word
+    integer :: n
+
+    rest = trim(adjustl(rest))
+    n = index(rest//" ", " ")
+    word = rest(:n - 1)
+    rest = rest(n:)
+  end subroutine take_word
 
 end module provenance

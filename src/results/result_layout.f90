@@ -1,8 +1,7 @@
 !> Whether a result that is to be gone on with has the datasets that the run would add to.
 module result_layout
   use kinds, only: wp
-  use text, only: string_t, to_text
-  use display_fields, only: display_field_t, display_fields_of
+  use text, only: string_t, strings, to_text
   use frame_data, only: results_setup_t
   use frame_values, only: display_t, new_display
   use hdf5_library, only: hid_t
@@ -25,7 +24,9 @@ contains
     character(:), allocatable :: reason
     type(string_t), allocatable :: names(:)
     real(wp), allocatable :: n_points(:)
-    integer :: n_contact_fields
+    type(display_t) :: display
+    type(cells_t) :: cells
+    real(wp), allocatable :: weights(:)
     integer(hid_t) :: file
 
     reason = "it cannot be opened"
@@ -35,34 +36,28 @@ contains
     call read_numbers(file, "/VTKHDF/NumberOfPoints", n_points)
     call close_reading(file)
     reason = ""
-    n_contact_fields = count([has(names, "contact_pressure"), has(names, "wear")])
-    call compare("FIELDS", fields_word(n_contact_fields), fields_word(setup%n_contact_fields), &
-                 reason)
+    call new_display(setup, display, cells, weights)
+    call compare("FIELDS", fields_word(names), fields_word(strings(display%fields%name)), reason)
     call compare("CELLS", cells_word(has(names, weights_name)), cells_word(setup%is_bezier), reason)
-    if (reason == "") reason = other_problem(names, n_points, setup)
+    if (reason == "") reason = other_problem(names, n_points, display)
   end function layout_problem
 
   !> What no option tells: a result of another version of the program.
-  function other_problem(names, n_points, setup) result(reason)
+  function other_problem(names, n_points, display) result(reason)
     type(string_t), intent(in) :: names(:)                 !! of the fields in the file
-    real(wp), allocatable, intent(in) :: n_points(:)       !! points of its grid, as it tells
-    type(results_setup_t), intent(in) :: setup
+    real(wp), allocatable, intent(in) :: n_points(:)       !! points of its grid, as it says
+    type(display_t), intent(in) :: display                 !! of the run now
     character(:), allocatable :: reason
-    type(display_field_t), allocatable :: fields(:)
-    type(display_t) :: display
-    type(cells_t) :: cells
-    real(wp), allocatable :: weights(:)
     integer :: i, n
 
     reason = ""
-    fields = display_fields_of(setup%n_contact_fields)
-    do i = 1, size(fields)
-      if (.not. has(names, trim(fields(i)%name))) reason = "it has no field "//trim(fields(i)%name)
+    do i = 1, size(display%fields)
+      if (.not. has(names, trim(display%fields(i)%name))) &
+        reason = "it has no field "//trim(display%fields(i)%name)
     end do
-    if (size(names) /= size(fields) + merge(1, 0, setup%is_bezier) .and. reason == "") &
+    if (size(names) /= size(display%fields) + merge(1, 0, display%is_bezier) .and. reason == "") &
       reason = "it has "//to_text(size(names))//" fields, not those of this program"
     if (reason /= "") return
-    call new_display(setup, display, cells, weights)
     n = 0
     if (allocated(n_points)) n = nint(sum(n_points))
     if (n /= display%n_points) reason = "its frames have "//to_text(n)//" points, those of the "// &
@@ -79,12 +74,13 @@ contains
             option//"="//now
   end subroutine compare
 
-  pure function fields_word(n_contact_fields) result(word)
-    integer, intent(in) :: n_contact_fields
+  !> The value of FIELDS that gives these fields.
+  pure function fields_word(names) result(word)
+    type(string_t), intent(in) :: names(:)
     character(:), allocatable :: word
     character(7), parameter :: words(0:2) = [character(7) :: "NONE", "CONTACT", "WEAR"]
 
-    word = trim(words(n_contact_fields))
+    word = trim(words(count([has(names, "contact_pressure"), has(names, "wear")])))
   end function fields_word
 
   pure function cells_word(is_bezier) result(word)

@@ -1,4 +1,4 @@
-!> Tool surfaces as curved VTK cells.
+!> Tool surfaces as curved VTK cells, and where their points are in a frame.
 !!
 !! One exact cell per element, but Lagrange cells of an eighth of a right angle along directions in
 !! which the weights vary: a circle of degree 2 is then met within 1e-4 of its radius, on any number
@@ -9,13 +9,13 @@ module tool_mesh
   use knot_vector, only: n_spans
   use nurbs_surface, only: nurbs_surface_t
   use surface_grid, only: parts_along, turns_along
-  use line_operator, only: apply_tensor, basis_operator, grid_size, joined_places, line_operator_t
-  use bezier_operator, only: equal_places, joined_bezier_operator
-  use vtk_cells, only: quadrilaterals_on_grid
+  use line_operator, only: apply_tensor, basis_operator, equal_places, grid_size, &
+                           joined_bezier_operator, joined_places, line_operator_t
+  use vtkhdf, only: quadrilaterals_on_grid
   implicit none
   private
 
-  public :: surface_mesh_t, new_surface_mesh, n_mesh_points
+  public :: surface_mesh_t, new_surface_mesh, n_mesh_points, carried
 
   integer, parameter :: n_rational_parts = 8   !! Lagrange cells of a right angle
   real(wp), parameter :: even_weights = 2.1_wp   !! ratio of neighbours: arcs of up to 120 degrees
@@ -109,5 +109,22 @@ contains
                                                     /right_angle - slack))
     where (ratio > even_weights) n_parts = max(n_parts, n_rational_parts)
   end function rational_parts
+
+  !> A vector for each tool, and a matrix times the place where some turn, at points of the tools:
+  !! with the displacement of its frame and its rotation less one, how far each point has come.
+  pure function carried(points, tool_of_point, vectors, matrices) result(values)
+    real(wp), intent(in) :: points(:, :)                  !! at the start, (n, 3) [length]
+    integer, intent(in) :: tool_of_point(:)
+    real(wp), intent(in) :: vectors(:, :)                 !! (3, tools)
+    real(wp), intent(in), optional :: matrices(:, :, :)   !! (3, 3, tools)
+    real(wp) :: values(size(points, 1), 3)
+    integer :: i
+
+    values = transpose(vectors(:, tool_of_point))
+    if (.not. present(matrices)) return
+    do i = 1, size(tool_of_point)
+      values(i, :) = values(i, :) + matmul(matrices(:, :, tool_of_point(i)), points(i, :))
+    end do
+  end function carried
 
 end module tool_mesh
