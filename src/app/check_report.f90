@@ -84,7 +84,7 @@ contains
     type(step_control_t) :: control
 
     control = new_step_control(model)
-    n_steps_of = (model%step%end_time + sum(model%later_steps%step%end_time)) &
+    n_steps_of = (model%step%duration + sum(model%later_steps%step%duration)) &
                  /next_step(control, 0.0_wp, model%rate)
   end function n_steps_of
 

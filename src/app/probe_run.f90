@@ -10,7 +10,7 @@ module probe_run
   use coarse_scene, only: coarsen_scene
   use blank, only: blank_t, n_elements_of
   use user_library, only: user_library_t
-  use model, only: model_t
+  use model, only: model_t, increment_limit
   use model_setup, only: build_model
   use step_control, only: next_step
   use timer, only: watch_seconds
@@ -61,7 +61,7 @@ contains
     call coarsen_scene(coarse, coarsening, least_elements)
     ! How long a relaxation takes depends on the masses.
     if (.not. any([scene%step%has_relaxation, scene%later_steps%step%has_relaxation])) &
-      coarse%step%target_step = max(coarse%step%target_step, scene%step%end_time &
+      coarse%step%target_step = max(coarse%step%target_step, scene%step%duration &
                                     /(most_steps*scene%step%safety))
     call build_model(coarse, probe, errors, library)
     if (n_errors(errors) > 0) then
@@ -103,7 +103,7 @@ contains
       return
     end if
     factor = suggested_factor(inertia)
-    lines(1)%value = mass_advice(model%stable_step*model%step%safety, factor)
+    lines(1)%value = mass_advice(increment_limit(model), factor)
     if (factor < 1.0_wp .or. .not. can_scale_thickness(scene, model)) return
     lines = [lines, lines]
     lines(2)%value = "*MASS SCALING, THICKNESS=4: 0.53 times the cost in the stored study of "// &
@@ -158,7 +158,7 @@ contains
     type(error_t), allocatable :: error
     real(wp) :: rate, dt, time, first_step, start, finish
 
-    time = model%step%end_time + sum(model%later_steps%step%end_time)
+    time = model%step%duration + sum(model%later_steps%step%duration)
     call new_run(model, run)
     rate = model%rate
     dt = 0.0_wp
@@ -196,15 +196,15 @@ contains
 
     sums = 0.0_wp
     taken = 0
-    associate (end_time => model%step%end_time)
+    associate (duration => model%step%duration)
       do while (.not. has_ended(model, run))
         call take_step(model, run, rate, dt, error)
         if (allocated(error)) return
-        if (run%instant%time < taken*end_time/n_samples) cycle
+        if (run%instant%time < taken*duration/n_samples) cycle
         taken = taken + 1
         kinetic = kinetic_energy(model%bodies%blank)/added
         sums = sums + [kinetic, run%balance%internal]
-        if (run%instant%time > early*end_time) inertia%largest = &
+        if (run%instant%time > early*duration) inertia%largest = &
           max(inertia%largest, kinetic/max(run%balance%internal, tiny(1.0_wp)))
       end do
     end associate

@@ -154,7 +154,7 @@ contains
       call cpu_time(start)
       call take_step(model, run, rate, dt, error)
       call cpu_time(finish)
-      if (allocated(error) .or. run%instant%time >= model%step%end_time) exit
+      if (allocated(error) .or. run%instant%time >= model%step%duration) exit
       if (i <= warm_up) cycle
       spent = spent + finish - start
       n = n + 1

@@ -235,8 +235,8 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
 
-    time = sum(scene%later_steps(max(1, step - 1):)%step%end_time)
-    if (step == 1) time = time + scene%step%end_time
+    time = sum(scene%later_steps(max(1, step - 1):)%step%duration)
+    if (step == 1) time = time + scene%step%duration
   end function time_from
 
   !> Values of a curve, 1 where there is none.

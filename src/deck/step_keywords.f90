@@ -390,7 +390,7 @@ contains
     i = first_in_step(deck, "DYNAMIC", number)
     if (i > 0) then
       step%origin = deck%records(i)%origin
-      call read_end_time(deck%records(i), step%end_time, errors)
+      call read_end_time(deck%records(i), step%duration, errors)
       call read_stable_step(deck, deck%records(i), number, step, errors)
     end if
     call read_damping(deck, number, step)

@@ -6,7 +6,7 @@ module boundary
   use motion_curve, only: curve_t, curve_value, start_curve
   use element, only: part_t
   use vibration, only: fixed_t
-  use effect, only: effect_t, effect_slot_t, instant_t
+  use effect, only: effect_t, effect_slot_t, instant_t, previous_increment
   implicit none
   private
 
@@ -136,7 +136,7 @@ contains
     integer :: p
 
     velocity = self%velocity*curve_value(self%curve, instant%time + 0.5_wp*instant%dt)
-    dt_before = 2.0_wp*instant%dt_mean - instant%dt
+    dt_before = previous_increment(instant)
     do p = 1, size(self%points, 2)
       associate (i => self%points(1, p), j => self%points(2, p), k => self%points(3, p), &
                  c => self%component, body => bodies%blank%parts(self%part(p))%element)

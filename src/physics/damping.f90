@@ -7,7 +7,7 @@ module damping
   use column_scaling, only: column_directions, shrink_differences
   use element, only: element_t
   use body_parts, only: field_t, carry_fields
-  use effect, only: effect_t, instant_t, tally_t
+  use effect, only: effect_t, instant_t, tally_t, previous_increment
   implicit none
   private
 
@@ -55,7 +55,7 @@ contains
     real(wp) :: dt_before, share
     integer :: c, p
 
-    dt_before = 2.0_wp*instant%dt_mean - instant%dt
+    dt_before = previous_increment(instant)
     share = 0.5_wp*alpha*instant%dt_mean
     self%force = 0.0_wp
     do p = 1, size(bodies%blank%parts)

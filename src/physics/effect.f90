@@ -9,13 +9,13 @@ module effect
   implicit none
   private
 
-  public :: apply_effects, carry_effects, sort_effects
+  public :: apply_effects, carry_effects, sort_effects, previous_increment
 
   !> Where the step stands.
   type, public :: instant_t
     real(wp) :: time = 0.0_wp       !! of the positions
-    real(wp) :: dt = 0.0_wp         !! step that led to them (forces) or leads on (velocities)
-    real(wp) :: dt_mean = 0.0_wp    !! between the last two half steps (velocities)
+    real(wp) :: dt = 0.0_wp         !! increment that led to them (forces) or leads on (velocities)
+    real(wp) :: dt_mean = 0.0_wp    !! mean of `dt` and the increment before it (velocities)
   end type instant_t
 
   !> What the effects add to the balances: work since the start, the rest as it is now but for
@@ -71,6 +71,13 @@ module effect
   end interface
 
 contains
+
+  !> The time increment before `dt`, at the stage of velocities [time].
+  pure real(wp) function previous_increment(instant)
+    type(instant_t), intent(in) :: instant
+
+    previous_increment = 2.0_wp*instant%dt_mean - instant%dt
+  end function previous_increment
 
   !> Let the effects of a list act in their order, each timed by its own watch.
   subroutine apply_effects(effects, timer, bodies, instant)

@@ -9,6 +9,8 @@ module model
   implicit none
   private
 
+  public :: increment_limit
+
   !> All that a run needs; built by `model_setup`.
   type, public :: model_t
     type(assembly_t) :: bodies
@@ -30,5 +32,14 @@ module model
     real(wp) :: width_ratio = 1.0_wp    !! of what the results tell to what is computed
     type(timer_t) :: timer
   end type model_t
+
+contains
+
+  !> Largest time increment of the run at its start: safety factor times stable increment [time].
+  pure real(wp) function increment_limit(model)
+    type(model_t), intent(in) :: model
+
+    increment_limit = model%step%safety*model%stable_step
+  end function increment_limit
 
 end module model

@@ -4,7 +4,7 @@ module relaxation
   use state_store, only: state_store_t, carry, has_state
   use text, only: rounded_text
   use assembly, only: assembly_t
-  use effect, only: effect_slot_t, instant_t
+  use effect, only: effect_slot_t, instant_t, previous_increment
   use column_scaling, only: column_directions, column_differences
   use element, only: element_t
   use body_parts, only: field_t, carry_fields
@@ -161,8 +161,7 @@ contains
     do c = 1, 3
       change(:, :, :, c) = change(:, :, :, c)*(body%mass/body%inertia)
     end do
-    stiffness = stiffness + sum(v_before*change)/max(2.0_wp*instant%dt_mean - instant%dt, &
-                                                     tiny(1.0_wp))
+    stiffness = stiffness + sum(v_before*change)/max(previous_increment(instant), tiny(1.0_wp))
     do c = 1, 3
       inertia = inertia + sum(body%mass*v_before(:, :, :, c)**2)
     end do

@@ -4,7 +4,7 @@ module tool_drive
   use state_store, only: state_store_t, carry
   use assembly, only: assembly_t
   use motion_curve, only: curve_t, curve_value, start_curve
-  use effect, only: effect_t, instant_t, tally_t
+  use effect, only: effect_t, instant_t, tally_t, previous_increment
   implicit none
   private
 
@@ -48,7 +48,7 @@ contains
       share = 0.5_wp*self%alpha*instant%dt_mean
       self%speed = ((1.0_wp - share)*before + instant%dt_mean*net/self%mass)/(1.0_wp + share)
       drag = -0.5_wp*self%alpha*self%mass*(before + self%speed)
-      moved = (2.0_wp*instant%dt_mean - instant%dt)*before
+      moved = previous_increment(instant)*before
       self%external_work = self%external_work + 0.5_wp*(self%net + net)*moved
       self%lost = self%lost - 0.5_wp*(self%drag + drag)*moved
       self%kinetic = 0.5_wp*self%mass*before*self%speed

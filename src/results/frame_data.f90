@@ -43,5 +43,4 @@ module frame_data
     type(provenance_t) :: provenance
   end type results_setup_t
 
-
 end module frame_data

@@ -184,7 +184,7 @@ module scene
   type, public :: step_spec_t
     type(origin_t) :: origin
     character(:), allocatable :: name       !! as *STEP has it; a deck without *STEP has none
-    real(wp) :: end_time = 0.0_wp           !! since its start, its duration
+    real(wp) :: duration = 0.0_wp
     real(wp) :: safety = 0.8_wp             !! fraction of the stable step
     real(wp) :: energy_limit = 0.2_wp       !! balance error that ends the run; 0: never
     real(wp) :: depth_warning = 0.1_wp      !! penetration, part of the thickness; 0: never

@@ -18,7 +18,7 @@ module bead_setup
   use support_setup, only: curve_of
   use draw_bead, only: draw_bead_t, new_draw_bead, set_slip, is_on
   use effect, only: effect_slot_t
-  use model, only: model_t
+  use model, only: model_t, increment_limit
   implicit none
   private
 
@@ -54,7 +54,7 @@ contains
         call new_draw_bead(bead, face, bead_name(spec, scene%blank, p))
         is_there = is_there .or. is_on(bead, face)
         call set_slip(bead, merge(spec%slip, part_of_width*spec%width, spec%slip > 0.0_wp), &
-                      sum(body%mass)/area_of(face), model%step%safety*model%stable_step)
+                      sum(body%mass)/area_of(face), increment_limit(model))
       end associate
       allocate (slot%item, source=bead)
       model%forces = [model%forces, slot]

@@ -20,7 +20,7 @@ module contact_setup
   use surface_grid, only: element_size_of
   use tool, only: tool_t
   use effect, only: effect_slot_t
-  use model, only: model_t
+  use model, only: model_t, increment_limit
   implicit none
   private
 
@@ -117,7 +117,7 @@ contains
       pair%thickness = tool%search_distance/3.0_wp
       options%max_depth = pair%thickness
       call new_contact(pair%pair, slave, tool, face_mass(body, bounds), &
-                       model%step%safety*model%stable_step, options, error)
+                       increment_limit(model), options, error)
       if (allocated(error)) then
         call add_error(errors, spec%origin, error%message, "usable contact options")
         return

@@ -9,7 +9,7 @@ module drive_setup
   use tool_drive, only: tool_drive_t
   use support_setup, only: curve_of
   use effect, only: effect_slot_t
-  use model, only: model_t
+  use model, only: model_t, increment_limit
   implicit none
   private
 
@@ -88,7 +88,7 @@ contains
     real(wp) :: stiffness, least
     integer :: j
 
-    associate (spec => scene%motions(i), step => model%step%safety*model%stable_step)
+    associate (spec => scene%motions(i), step => increment_limit(model))
       stiffness = stiffness_of(model, spec%tool)
       least = mass_factor*stiffness*step**2
       drive%name = "force on "//scene%tools(spec%tool)%name

@@ -31,7 +31,7 @@ module model_setup
   use bead_setup, only: add_bead
   use contact_setup, only: add_contact
   use penalty_share, only: share_penalties
-  use model, only: model_t
+  use model, only: model_t, increment_limit
   implicit none
   private
 
@@ -126,9 +126,9 @@ contains
     end if
     if (model%step%safety > 1.0_wp) call add_warning(errors, scene%step%origin, &
       "SAFETY="//to_text(model%step%safety)//", steps above the stable one", "at most 1")
-    n_steps = model%step%end_time/(model%step%safety*model%stable_step)
+    n_steps = model%step%duration/increment_limit(model)
     if (n_steps > many) call add_warning(errors, scene%step%origin, "an end time of about "// &
-      rounded_text(n_steps)//" steps of "//rounded_text(model%step%safety*model%stable_step), &
+      rounded_text(n_steps)//" steps of "//rounded_text(increment_limit(model)), &
       "fewer: check the units of the deck, shorten the process or scale masses")
   end subroutine check_step
 
@@ -177,7 +177,7 @@ contains
         call check_initial_states(scene, model%bodies%blank%law, errors)
         call set_initial_states(scene, model%bodies%blank)
         call set_initial_fields(scene, model%bodies%blank)
-        call find_initial_moduli(short*scene%step%end_time, model%bodies%blank, error)
+        call find_initial_moduli(short*scene%step%duration, model%bodies%blank, error)
         if (allocated(error)) call add_error(errors, material%origin, error%message, &
                                              "a law that can be called")
       end if

@@ -14,7 +14,7 @@ module step_setup
   use thickness_scaling, only: thickness_scaling_t, held_column_t
   use effect, only: effect_slot_t, sort_effects
   use scene, only: step_spec_t
-  use model, only: model_t
+  use model, only: model_t, increment_limit
   implicit none
   private
 
@@ -35,8 +35,8 @@ contains
         call largest_frequency(blank%parts, blank%seams, blank%law, omega, model%rate)
         model%stable_step = viscous_step(blank%parts, blank%seams, blank%law, omega)
       end if
-      if (step%target_step > step%safety*model%stable_step) then
-        call scale_uniformly(blank, (step%target_step/(step%safety*model%stable_step))**2)
+      if (step%target_step > increment_limit(model)) then
+        call scale_uniformly(blank, (step%target_step/increment_limit(model))**2)
         model%stable_step = step%target_step/step%safety
       end if
     end associate

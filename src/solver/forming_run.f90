@@ -370,7 +370,7 @@ contains
     if (run%n_steps > 0) call count_output(run%control%history)
     call record_row(model, run, results)
     call log_progress(log, run%n_steps, run%instant%time, &
-                      run%control%end_time + sum(model%later_steps%step%end_time), &
+                      run%control%end_time + sum(model%later_steps%step%duration), &
                       run%instant%dt, run%balance%error, &
                       wall_seconds(run))
     call warn_of_depths(model, run, log)

@@ -178,7 +178,7 @@ contains
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
 
-    final_time = run%control%end_time + sum(model%later_steps%step%end_time)
+    final_time = run%control%end_time + sum(model%later_steps%step%duration)
   end function final_time
 
   !> The state of this step, which may turn out to be bad. Frames that are not written yet belong

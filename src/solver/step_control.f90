@@ -6,7 +6,7 @@
 module step_control
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use model, only: model_t
+  use model, only: model_t, increment_limit
   implicit none
   private
 
@@ -42,9 +42,9 @@ contains
     type(step_control_t) :: control
 
     if (present(start_time)) control%start_time = start_time
-    control%duration = model%step%end_time
-    control%end_time = control%start_time + model%step%end_time
-    control%largest = model%step%safety*model%stable_step
+    control%duration = model%step%duration
+    control%end_time = control%start_time + model%step%duration
+    control%largest = increment_limit(model)
     control%safety = model%step%safety
     control%stretch = stretch_for(model%step%safety, model%penalty)
     control%rate_at_start = model%rate

@@ -23,7 +23,7 @@ contains
 
     if (allocated(model%step%name)) &
       call log_line(log, "step       "//to_text(model%i_step)//" "//model%step%name// &
-                    ", from time "//rounded_text(time)//" for "//rounded_text(model%step%end_time))
+                    ", from time "//rounded_text(time)//" for "//rounded_text(model%step%duration))
     names = effect_names(model)
     do i = 1, size(names)
       call log_line(log, "effect     "//names(i)%value)

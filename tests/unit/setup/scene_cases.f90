@@ -65,7 +65,7 @@ contains
     scene%blank%patches(1)%solid = solid
     scene%blank%material = 1
     scene%blank%patches(1)%n_points = solid%axes%degree + 1
-    scene%step%end_time = 1.0e-6_wp
+    scene%step%duration = 1.0e-6_wp
     scene%step%viscosity_linear = 0.0_wp
     scene%step%viscosity_quadratic = 0.0_wp
     scene%output%n_frames = 1
