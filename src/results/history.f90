@@ -143,19 +143,24 @@ contains
     type(history_t), intent(out) :: history
     type(hdf5_file_t), intent(inout) :: file
     type(unit_system_t), intent(in) :: units
-    type(history_row_t), intent(in) :: row
-    integer :: i
+    type(history_row_t), intent(in) :: row   !! none of it filled: no history
+    integer :: i, n
 
-    history%columns = row%columns
-    do i = 1, size(row%columns)
-      associate (column => row%columns(i))
+    n = 0
+    allocate (history%columns(0))
+    if (allocated(row%columns)) then
+      history%columns = row%columns
+      n = size(row%values)
+    end if
+    do i = 1, size(history%columns)
+      associate (column => history%columns(i))
         call create_series(file, column%path, merge(integer_values, real_values, &
                                                     column%is_integer), row_shape(column%n), &
                            n_chunk_rows, .false., unit_of(units, column%quantity), &
                            column%description)
       end associate
     end do
-    allocate (history%rows(size(row%values), n_chunk_rows))
+    allocate (history%rows(n, n_chunk_rows))
   end subroutine open_history
 
   !> Keep a row until the next `write_history`; nothing is written here.
