@@ -134,7 +134,7 @@ contains
       line = "no mass scaling of all masses: it would save little"
     else
       used = min(factor, most)
-      line = "*MASS SCALING, STEP="//rounded_text(safe_step*sqrt(used))//" : "// &
+      line = "*MASS SCALING, DT="//rounded_text(safe_step*sqrt(used))//" : "// &
              rounded_text(used)//" times the mass, "//percent(1.0_wp/sqrt(used))// &
              " of the steps, kinetic energy about "//percent(allowed*used/factor)// &
              " of the internal"

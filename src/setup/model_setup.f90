@@ -26,6 +26,7 @@ module model_setup
   use element_kinds, only: reduce_to_plane
   use support_setup, only: add_supports, curve_of
   use drive_setup, only: add_drives
+  use effect, only: sort_effects
   use step_change, only: hold_back_forces
   use load_setup, only: add_load
   use bead_setup, only: add_bead
@@ -90,6 +91,8 @@ contains
     call add_drives(scene, model, errors)
     call add_thickness_scaling(model)
     call add_damping([(last_change(scene, i), i=1, 1 + size(model%later_steps))], model)
+    call sort_effects(model%forces)
+    call sort_effects(model%supports)
     call hold_back_forces(model)
   end subroutine build_model
 
@@ -125,7 +128,7 @@ contains
       return
     end if
     if (model%step%safety > 1.0_wp) call add_warning(errors, scene%step%origin, &
-      "SAFETY="//to_text(model%step%safety)//", steps above the stable one", "at most 1")
+      "SCALE FACTOR="//to_text(model%step%safety)//", steps above the stable one", "at most 1")
     n_steps = model%step%duration/increment_limit(model)
     if (n_steps > many) call add_warning(errors, scene%step%origin, "an end time of about "// &
       rounded_text(n_steps)//" steps of "//rounded_text(increment_limit(model)), &
@@ -225,13 +228,13 @@ contains
         rule = default_samples(degrees, patch%n_points*patch%n_parts)
         call add_error(errors, spec%origin, 'samples that leave '//to_text(n_modes)// &
                        " or more deformations of this patch without energy", &
-                       'more samples, such as SAMPLES='//quoted(rule))
+                       'more samples, such as PROJECTION TERMS='//quoted(rule))
         return
       end if
     end associate
     call add_error(errors, spec%origin, "a quadrature rule that leaves "//to_text(n_modes)// &
                    " or more deformations of this patch without energy", "more points, such as "// &
-                   'RULE='//quoted(rule))
+                   'QUADRATURE='//quoted(rule))
   end subroutine check_rule
 
   !> The projection that the deck asks for, in the terms of the element.

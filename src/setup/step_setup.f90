@@ -12,7 +12,7 @@ module step_setup
   use damping, only: damping_t, start_damping
   use relaxation, only: relaxation_t
   use thickness_scaling, only: thickness_scaling_t, held_column_t
-  use effect, only: effect_slot_t, sort_effects
+  use effect, only: effect_slot_t
   use scene, only: step_spec_t
   use model, only: model_t, increment_limit
   implicit none
@@ -214,7 +214,6 @@ contains
       slot%item%last_step = last
       if (s == 1) then
         model%supports = [model%supports, slot]
-        call sort_effects(model%supports)
       else
         model%later_supports = [model%later_supports, slot]
       end if

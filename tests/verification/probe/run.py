@@ -97,7 +97,7 @@ def main(igaform, source):
     expected = 100*expected_ratio()
     assert abs(mean/expected - 1) < 0.1, f"ratio {mean} %, closed form {expected:.4g} %"
     step, factor, share = found(
-        r"\*MASS SCALING, STEP=(\S+) : (\S+) times the mass, (\S+) % of the steps", said)
+        r"\*MASS SCALING, DT=(\S+) : (\S+) times the mass, (\S+) % of the steps", said)
     assert abs(factor*mean/100 - ALLOWED) < 0.01*ALLOWED, (factor, mean)
     with tempfile.TemporaryDirectory() as folder:
         paths = [os.path.join(folder, name) for name in ("real.h5", "scaled.h5")]
