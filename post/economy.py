@@ -1,5 +1,5 @@
 """What ran and what slept in five scenes, and what sleeping saved: each runs as it is and with
-`--awake`, one thread, processor time."""
+`--no-skip`, one thread, processor time."""
 import os
 import re
 import tempfile
@@ -49,7 +49,7 @@ def run(arguments):
 
 def row(program, folder, title, deck, settings):
     asleep = Outcome(program, folder, deck, settings)
-    awake = Outcome(program, folder, deck, (*settings, "--awake"))
+    awake = Outcome(program, folder, deck, (*settings, "--no-skip"))
     for name in ("internal_energy", "kinetic_energy"):
         one, two = (outcome.history[name] for outcome in (asleep, awake))
         if not np.allclose(one, two, rtol=0, atol=1e-3*np.abs(one).max()):

@@ -4,9 +4,8 @@
 !! energies SSE, SPD, SCD (3).
 module umat_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite, ieee_is_nan
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use kinds, only: wp
-  use block_law, only: block_law_t
   use point_context, only: point_context_t, new_point_context
   use umat_interface, only: umat_procedure, name_length
   use user_call, only: user_law_t, first_point_t, set_user_law, slack, most_fields, n_guard, &

@@ -1,9 +1,9 @@
 !> Subroutines of users, loaded while the program runs, and their call before the first increment:
 !! it gets the name of the job and reads files and fills COMMON blocks.
 module user_library
-  use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_funptr, c_int, c_funloc, &
-                                         c_null_funptr, c_ptr, c_associated, c_size_t, c_double, &
-                                         c_f_procpointer, c_null_ptr
+  use, intrinsic :: iso_c_binding, only: c_char, c_funptr, c_int, c_funloc, c_null_funptr, &
+                                         c_ptr, c_associated, c_double, c_f_procpointer, &
+                                         c_null_ptr
   use, intrinsic :: iso_fortran_env, only: error_unit
   use failure, only: error_t, fail
   use text, only: string_t, joined, upper_case

@@ -12,7 +12,6 @@ module deck_run
                         status_of
   use run_identity, only: identity_of, provenance_of
   use output_names, only: files_read, result_path, path_beside_result
-  use gauss_rule, only: gauss_rule_t
   use scene, only: scene_t
   use deck_reader, only: read_deck
   use error_report, only: report_errors
@@ -35,12 +34,12 @@ module deck_run
   use run_saver, only: saver_t, save_last_good
   use spent_checkpoint, only: drop_checkpoint
   use run_start, only: new_saver, claim_files, start_run, saving_words
-  use snapshot, only: first_history_row
+  use history_columns, only: first_history_row
   use forming_run, only: run_model, save_failed, first_steps
   use check_report, only: print_check, print_forecast, source_lines, saving_lines
   use run_forecast, only: outlook_t, tool_cell_length
   use modes_report, only: check_torsion, print_modes
-  use probe_run, only: print_probe
+  use trial_run, only: print_probe
   use user_call, only: watch_user_calls, expect_elements, note_log, at_stop
   use user_library, only: user_library_t
   use user_setup, only: load_user_files
@@ -136,7 +135,7 @@ contains
     integer :: i
 
     model%bodies%blank%law%is_awake = .true.
-    pairs = contact_pairs(model%forces)
+    pairs = [contact_pairs(model%forces), contact_pairs(model%later_forces)]
     do i = 1, size(pairs)
       pairs(i)%pair%is_awake = .true.
     end do

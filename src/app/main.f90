@@ -7,7 +7,7 @@ program main
   use keyword_manual, only: keyword_manual_text
   use batch, only: run_batch
   use exit_codes, only: exit_done, exit_input
-  use memory_end, only: watch_memory, leave
+  use out_of_memory, only: watch_memory, leave
   use deck_run, only: run_deck
   use material_run, only: run_material_tests
   implicit none

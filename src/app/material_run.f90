@@ -20,7 +20,7 @@ module material_run
   use deck_reader, only: read_material_deck
   use error_report, only: report_errors
   use material_test, only: test_problem, new_test_rows, fill_table, table_heads, stop_words
-  use test_processes, only: law_slot_t, perform_tests
+  use isolated_tests, only: law_slot_t, perform_tests
   use shared_rows, only: shared_rows_t, free_rows, is_begun, failure_of, warning_of
   use interrupt, only: watch_signals, stop_signal_name
   use message_files, only: check_message_file

@@ -9,7 +9,7 @@
 !! law on a copy of the blank that is stretched until all of its points flow.
 !!
 !! What the mean step of a run takes, and how far steps fall, a run with fewer elements shows: see
-!! `probe_run`.
+!! `trial_run`.
 module run_forecast
   use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_set_num_threads
   use kinds, only: wp

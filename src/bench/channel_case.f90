@@ -3,7 +3,7 @@ module channel_case
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use failure, only: error_t, fail
-  use text, only: string_t, strings
+  use text, only: strings
   use input_errors, only: error_list_t, n_errors
   use timer, only: watch_seconds, clock_ticks, ticks_to_seconds
   use scene, only: scene_t
@@ -13,7 +13,8 @@ module channel_case
   use model_setup, only: build_model
   use frames, only: results_t, results_setup_t, open_results, write_frame, close_results
   use run_log, only: run_log_t, timings_t, open_log, close_log
-  use snapshot, only: fill_frame, first_history_row
+  use frame_content, only: fill_frame
+  use history_columns, only: first_history_row
   use solid_forces, only: add_tiles
   use solid_element, only: solid_element_t
   use central_difference, only: advance

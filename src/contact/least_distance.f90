@@ -12,7 +12,7 @@ module least_distance
   use tool_face, only: face_derivatives
   use closest_point, only: hit_t, follow
   use tool_search, only: search_all_faces
-  use hull_tree, only: hull_node_t, hull_tree_t, new_hull_tree, clear, cut_node, rises_of
+  use hull_tree, only: hull_tree_t, new_hull_tree, clear, cut_node, rises_of
   use hull_gap, only: bound_gap, box_gap
   use pair_queue, only: pair_t, pair_queue_t, push_pair, pop_pair, lowest_bound
   implicit none

@@ -6,7 +6,7 @@ module expression
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
   use failure, only: error_t, fail
-  use text, only: read_real, to_text, lower_case, nearest_name, strings, string_t, upper_case
+  use text, only: read_real, to_text, lower_case, nearest_name, strings, upper_case
   use name_table, only: name_table_t, insert, place_of
   implicit none
   private

@@ -8,7 +8,7 @@ module element_kinds
   use strain_projection, only: projection_spec_t, project_nothing
   use solid_element, only: solid_element_t, new_solid_element
   use projected_element, only: projected_element_t, new_projected_element
-  use strip_element, only: strip_element_t, strip_of
+  use plane_strain_element, only: plane_strain_element_t, strip_of
   implicit none
   private
 
@@ -51,7 +51,7 @@ contains
     type(part_t), intent(inout) :: part
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: component                 !! that is held: 1 x, 2 y, 3 z
-    type(strip_element_t), allocatable :: strip
+    type(plane_strain_element_t), allocatable :: strip
 
     select type (element => part%element)
     type is (solid_element_t)

@@ -135,7 +135,7 @@ KERNELS = [
     Kernel("ig_nodal", "block_nodal", "Nodal forces of projected elements", "ig_solid_kernel.inc",
            ["PROJECTED", "NODAL"], [], SOLID_RULES, ["", "rational"], COUNTS, nodal_arguments),
     Kernel("plane_strain", "block_forces", "Block force kernel of plane strain",
-           "plane_strain_kernel.inc", [], [LAW, ("strip_plane", "plane_strain_t")],
+           "plane_strain_kernel.inc", [], [LAW, ("plane_strain_data", "plane_strain_t")],
            STRIP_RULES, [""], ["p(1)", "p(3)", "q(1)", "q(3)"], strip_arguments),
 ]
 

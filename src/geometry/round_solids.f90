@@ -7,7 +7,7 @@
 module round_solids
   use kinds, only: wp
   use failure, only: error_t, fail
-  use knot_vector, only: knot_vector_t, new_knot_vector
+  use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
   use primitives, only: arc_t, unit_arc

@@ -12,7 +12,7 @@ module surface_offset
   use text, only: to_text, rounded_text
   use lapack, only: solve_band
   use knot_vector, only: knot_vector_t, greville, find_span, basis_derivatives, n_spans, span_table
-  use nurbs_surface, only: nurbs_surface_t, evaluate_surface
+  use nurbs_surface, only: nurbs_surface_t
   use refinement, only: insert_knots, elevate_degree
   use offset_place, only: find_offset_place, check_offset, places_along, shortest_tangents
   implicit none

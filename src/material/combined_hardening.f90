@@ -1,6 +1,6 @@
 !> Von Mises plasticity with isotropic hardening and several back stresses.
 !!
-!! Back stresses as in `back_stress`: with the direction n = (s - alpha)/|s - alpha|, of unit von
+!! Back stresses as in `hardening`: with the direction n = (s - alpha)/|s - alpha|, of unit von
 !! Mises norm, each grows by C n dgamma - gamma alpha dgamma. Backward Euler leaves one scalar
 !! equation (M. Kobayashi and N. Ohno, IJNME 53 (2002), for rules of this kind).
 module combined_hardening

@@ -10,7 +10,7 @@ module contact_effect
   use contact, only: contact_t, apply_contact
   use contact_state, only: carry_contact, wake_contact
   use contact_fields, only: contact_fields_t, add_wear, carry_wear
-  use true_depth, only: depth_samples_t, deep_place_t, find_deepest
+  use face_penetration, only: depth_samples_t, deep_place_t, find_deepest
   implicit none
   private
 

@@ -3,7 +3,7 @@ module frame_values
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use frame_data, only: display_patch_t, display_tool_t, results_setup_t
+  use results_setup, only: display_patch_t, display_tool_t, results_setup_t
   use display_grid, only: display_thickness, display_vectors, new_display_grid
   use display_fields, only: display_field_t, field_entry_t, fields_of, first_columns, frame_t, &
                             output_fields, patch_view_t, tools_view_t

@@ -14,8 +14,8 @@ module frames
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use failure, only: error_t
-  use text, only: joined, string_t, strings, to_text
-  use frame_data, only: display_patch_t, display_tool_t, results_setup_t, frame_t
+  use text, only: joined, strings, to_text
+  use results_setup, only: display_patch_t, display_tool_t, results_setup_t, frame_t
   use hdf5_file, only: check_length, close_file, give_up_file, open_file, create_file, &
                        create_group, byte_values, flush_file, hdf5_file_t, integer_values, &
                        link_object, path_of_open, place_file, real_values, take_error, &

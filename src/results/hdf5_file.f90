@@ -8,7 +8,7 @@
 module hdf5_file
   use, intrinsic :: iso_fortran_env, only: int64
   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_int, c_int64_t, c_loc, &
-                                         c_null_char, c_null_ptr, c_ptr, c_size_t
+                                         c_null_char, c_ptr
   use kinds, only: wp
   use failure, only: error_t, fail
   use hdf5_library

@@ -30,7 +30,7 @@ module history
     private
     type(column_t), allocatable :: columns(:)
     real(wp), allocatable :: values(:)
-    integer :: n_entered = 0                   ! columns, since `begin_row`
+    integer :: at = 0                          ! column entered last
   end type history_row_t
 
   !> Columns and the rows not written yet.
@@ -48,22 +48,24 @@ module history
 
 contains
 
-  !> All quantities of the row are entered anew, in the same order as before.
+  !> All quantities of the row are entered again.
   pure subroutine begin_row(row)
     type(history_row_t), intent(inout) :: row
 
     if (.not. allocated(row%columns)) allocate (row%columns(0), row%values(0))
-    row%n_entered = 0
+    row%at = 0
   end subroutine begin_row
 
   subroutine enter_vector(row, path, values, quantity, description)
     type(history_row_t), intent(inout) :: row
     character(*), intent(in) :: path, quantity, description
     real(wp), intent(in) :: values(:)
+    integer :: n
 
     call take_column(row, path, size(values), quantity, description, .false.)
-    associate (first => row%columns(row%n_entered)%first)
-      row%values(first:first + size(values) - 1) = values
+    associate (column => row%columns(row%at))
+      n = min(column%n, size(values))
+      row%values(column%first:column%first + n - 1) = values(:n)
     end associate
   end subroutine enter_vector
 
@@ -73,7 +75,7 @@ contains
     real(wp), intent(in) :: value
 
     call take_column(row, path, 1, quantity, description, .false.)
-    row%values(row%columns(row%n_entered)%first) = value
+    row%values(row%columns(row%at)%first) = value
   end subroutine enter_number
 
   subroutine enter_integer(row, path, value, description)
@@ -82,10 +84,10 @@ contains
     integer(int64), intent(in) :: value
 
     call take_column(row, path, 1, "1", description, .true.)
-    row%values(row%columns(row%n_entered)%first) = real(value, wp)
+    row%values(row%columns(row%at)%first) = real(value, wp)
   end subroutine enter_integer
 
-  !> The next column of a row, which the first filling of the row creates.
+  !> The column of a path, which the first filling of the row creates.
   subroutine take_column(row, path, n, quantity, description, is_integer)
     type(history_row_t), intent(inout) :: row
     character(*), intent(in) :: path, quantity, description
@@ -94,8 +96,11 @@ contains
     type(column_t) :: column
     integer :: i
 
-    row%n_entered = row%n_entered + 1
-    if (row%n_entered <= size(row%columns)) return
+    do i = 1, size(row%columns)
+      row%at = mod(row%at, size(row%columns)) + 1   ! that after the last one is the likely one
+      if (row%columns(row%at)%path == path) return
+    end do
+    row%at = size(row%columns) + 1
     column%path = path
     column%quantity = quantity
     column%description = description
@@ -116,7 +121,7 @@ contains
 
     c = 1
     if (present(component)) c = component
-    values(:c) = row_vector(row, path, c)
+    values = row_vector(row, path, 3)
     value = values(c)
   end function row_value
 
@@ -126,13 +131,14 @@ contains
     character(*), intent(in) :: path
     integer, intent(in) :: n
     real(wp) :: values(n)
-    integer :: i
+    integer :: i, last
 
     values = 0.0_wp
     if (.not. allocated(row%columns)) return
     do i = 1, size(row%columns)
       associate (column => row%columns(i))
-        if (column%path == path) values = row%values(column%first:column%first + n - 1)
+        last = min(n, column%n)
+        if (column%path == path) values(:last) = row%values(column%first:column%first + last - 1)
       end associate
     end do
   end function row_vector
@@ -167,6 +173,7 @@ contains
   subroutine record_row(history, row)
     type(history_t), intent(inout) :: history
     type(history_row_t), intent(in) :: row
+    integer :: n
     real(wp), allocatable :: wider(:, :)
 
     if (history%n_rows == size(history%rows, 2)) then
@@ -175,7 +182,8 @@ contains
       call move_alloc(wider, history%rows)
     end if
     history%n_rows = history%n_rows + 1
-    history%rows(:, history%n_rows) = row%values
+    n = min(size(row%values), size(history%rows, 1))  ! columns after `open_history` have no dataset
+    history%rows(:n, history%n_rows) = row%values(:n)
   end subroutine record_row
 
   !> Rows that wait.

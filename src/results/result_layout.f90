@@ -2,7 +2,7 @@
 module result_layout
   use kinds, only: wp
   use text, only: string_t, strings, to_text
-  use frame_data, only: results_setup_t
+  use results_setup, only: results_setup_t
   use frame_values, only: display_t, new_display
   use hdf5_library, only: hid_t
   use hdf5_reading, only: open_for_reading, close_reading, names_in, read_numbers

@@ -14,7 +14,7 @@ module contact_setup
   use element, only: element_t
   use blank, only: face_slice
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
-  use true_depth, only: new_depth_samples, find_deepest
+  use face_penetration, only: new_depth_samples, find_deepest
   use radius_check, only: check_radii
   use contact_fields, only: new_contact_fields
   use surface_grid, only: element_size_of

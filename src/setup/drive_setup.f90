@@ -3,7 +3,7 @@ module drive_setup
   use kinds, only: wp
   use text, only: rounded_text
   use input_errors, only: error_list_t, add_error, add_warning
-  use scene, only: scene_t, motion_spec_t
+  use scene, only: scene_t
   use contact_check, only: sheet_side
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
   use tool_drive, only: tool_drive_t

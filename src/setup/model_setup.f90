@@ -6,11 +6,9 @@ module model_setup
   use failure, only: error_t
   use input_errors, only: error_list_t, add_error, add_warning, drop_warnings, n_errors
   use text, only: to_text, rounded_text
-  use scene, only: scene_t, blank_spec_t, patch_spec_t, motion_spec_t, tool_spec_t
+  use scene, only: scene_t, blank_spec_t, patch_spec_t, motion_spec_t
   use knot_vector, only: n_spans
   use seam_columns, only: column_mask_t
-  use nurbs_surface, only: nurbs_surface_t
-  use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use block_law, only: block_law_t
   use user_library, only: user_library_t
   use law_setup, only: build_law

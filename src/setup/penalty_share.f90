@@ -35,7 +35,7 @@ contains
     type(origin_t), intent(in) :: origin
     type(contact_view_t), intent(in) :: pairs(:)    !! of the model
     integer, intent(in) :: first
-    type(model_t), intent(inout) :: model
+    type(model_t), intent(inout), target :: model   ! which holds the pairs
     type(error_list_t), intent(inout) :: errors
     real(wp) :: shares(size(pairs)), limit, left, total
     logical :: is_there(size(pairs))

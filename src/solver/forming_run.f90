@@ -16,7 +16,8 @@ module forming_run
                           put_off_depths
   use motion_update, only: update_velocities, update_positions
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
-  use snapshot, only: new_frame, fill_frame, fill_history_row
+  use frame_content, only: new_frame, fill_frame
+  use history_columns, only: fill_history_row
   use waiting_frames, only: n_waiting_frames, add_frame, release_frames
   use run_data, only: run_t, wall_seconds
   use run_saver, only: saver_t, look_after, keep, save_last_good, try_again

@@ -7,7 +7,7 @@ module health
   use blank, only: blank_t, mass_of
   use effect, only: effect_slot_t, instant_t
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
-  use true_depth, only: element_sizes, points_of_element
+  use face_penetration, only: element_sizes, points_of_element
   use tool_bends, only: elements_on_radius
   use tool, only: tool_t
   use model, only: model_t

@@ -54,8 +54,8 @@ contains
       call add_energy(list, facts)
     case (too_deep)
       call add(list, .true., "tools that leave the sheet less room than its thickness")
-      call add(list, .true., "a penalty that is too soft for the force: PENALTY or STIFFNESS "// &
-               "of *CONTACT PAIR")
+      call add(list, .true., "a penalty that is too soft for the force: PENALTY SCALE or "// &
+               "STIFFNESS of *CONTACT PAIR")
       call add(list, .true., "too few contact points for an edge or radius of the tool: COUNT "// &
                "of *CONTACT PAIR, or smaller elements")
     end select

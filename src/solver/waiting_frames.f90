@@ -4,7 +4,7 @@ module waiting_frames
   use timer, only: start_watch, stop_watch
   use model, only: model_t
   use frames, only: results_t, frame_t, write_frame
-  use snapshot, only: fill_frame
+  use frame_content, only: fill_frame
   use run_data, only: run_t
   implicit none
   private

@@ -9,7 +9,7 @@ module solver_cases
   use run_log, only: run_log_t, timings_t, open_log, close_log
   use run_data, only: run_t
   use run_saver, only: saver_t
-  use snapshot, only: first_history_row
+  use history_columns, only: first_history_row
   use forming_run, only: new_run, run_model
   implicit none
   private

@@ -1,11 +1,11 @@
 !> Internal forces of a patch in plane strain: tiles in parallel, then added up on both sides.
-module strip_forces
+module plane_strain_forces
   use kinds, only: wp
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use element, only: force_report_t
   use ig_patch, only: ig_patch_t, tile_t
-  use strip_plane, only: plane_strain_t
+  use plane_strain_data, only: plane_strain_t
   use plane_dispatch, only: run_plane
   use tile_forces, only: add_report
   use solid_forces, only: finish_evaluation
@@ -96,4 +96,4 @@ contains
     !$omp end do nowait
   end subroutine add_sides
 
-end module strip_forces
+end module plane_strain_forces

@@ -1,6 +1,6 @@
 !> `igaform --check --trial-run`: a quick run with fewer elements shows how much inertia a process
 !! has, and so how much mass may be added for a larger step.
-module probe_run
+module trial_run
   use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use kinds, only: wp
   use failure, only: error_t
@@ -281,4 +281,4 @@ contains
     text = rounded_text(100.0_wp*share)//" %"
   end function percent
 
-end module probe_run
+end module trial_run

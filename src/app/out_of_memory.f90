@@ -6,9 +6,9 @@
 !! HDF5. The linker leads all calls for memory in objects and archives to this module (`--wrap` of
 !! the GNU linker), and where the system refuses, the program ends here, at once: with STAT=, too.
 !! Of what shared libraries ask for, such as the runtimes, the exit code says so.
-module memory_end
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_funloc, c_funptr, c_int, &
-                                         c_null_ptr, c_ptr, c_size_t
+module out_of_memory
+  use, intrinsic :: iso_c_binding, only: c_associated, c_funloc, c_funptr, c_int, c_null_ptr, &
+                                         c_ptr, c_size_t
   use c_library, only: c_exit, c_exit_now, c_free, c_write
   use exit_codes, only: exit_files
   implicit none
@@ -170,4 +170,4 @@ contains
     call put(text(i:))
   end subroutine put_number
 
-end module memory_end
+end module out_of_memory

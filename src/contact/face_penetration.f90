@@ -8,7 +8,7 @@
 !! As in `contact`, distances to a tool change by no more than the points move. So a tile of samples
 !! that are all clear of the tool needs no look until its travel has grown by that distance, less
 !! what may lie between two samples.
-module true_depth
+module face_penetration
   use kinds, only: wp
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use knot_vector, only: n_spans, find_span
@@ -21,8 +21,8 @@ module true_depth
   use tool_bends, only: bend_t, tool_bends_below, sharpest_radius
   use closest_point, only: hit_t, follow
   use closest_point_lanes, only: lanes_t, n_lanes
-  use depth_sample, only: deep_place_t, sample_t, follow_samples, make_sure, look, note, keep, &
-                          width_of, hides_depth, nowhere
+  use penetration_sample, only: deep_place_t, sample_t, follow_samples, make_sure, look, note, &
+                                keep, width_of, hides_depth, nowhere
   implicit none
   private
 
@@ -429,4 +429,4 @@ contains
     end do
   end subroutine climb
 
-end module true_depth
+end module face_penetration

@@ -1,26 +1,26 @@
 !> Strips: solids one element wide in plane strain, worked in the plane.
-module strip_element
+module plane_strain_element
   use kinds, only: wp
   use block_law, only: block_law_t
   use element, only: element_t, force_report_t
   use ig_patch, only: ig_patch_t
-  use strip_plane, only: plane_strain_t
+  use plane_strain_data, only: plane_strain_t
   use plane_dispatch, only: plane_kernel_of, plane_kernel_name
   use solid_element, only: solid_element_t
-  use strip_forces, only: forces_in_plane
+  use plane_strain_forces, only: forces_in_plane
   implicit none
   private
 
   public :: strip_of, new_plane
 
   !> A solid that is worked in the plane.
-  type, extends(solid_element_t), public :: strip_element_t
+  type, extends(solid_element_t), public :: plane_strain_element_t
     type(plane_strain_t) :: plane
   contains
     procedure :: forces
     procedure :: elastic_copy
     procedure :: kernel_name
-  end type strip_element_t
+  end type plane_strain_element_t
 
 contains
 
@@ -31,7 +31,7 @@ contains
     type(solid_element_t), intent(in) :: solid
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: component         !! that is held: 1 x, 2 y, 3 z
-    type(strip_element_t), allocatable, intent(out) :: strip
+    type(plane_strain_element_t), allocatable, intent(out) :: strip
     type(plane_strain_t), allocatable :: plane
 
     call new_plane(solid%patch, law, component, solid%motion%x, plane)
@@ -81,7 +81,7 @@ contains
   end subroutine new_plane
 
   subroutine forces(self, law, dt, report)
-    class(strip_element_t), intent(inout) :: self
+    class(plane_strain_element_t), intent(inout) :: self
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt
     type(force_report_t), intent(out) :: report
@@ -92,17 +92,17 @@ contains
 
   !> A solid, for trial motions may go out of the plane.
   subroutine elastic_copy(self, copy)
-    class(strip_element_t), intent(in) :: self
+    class(plane_strain_element_t), intent(in) :: self
     class(element_t), allocatable, intent(out) :: copy
 
     call self%solid_element_t%elastic_copy(copy)
   end subroutine elastic_copy
 
   pure function kernel_name(self) result(name)
-    class(strip_element_t), intent(in) :: self
+    class(plane_strain_element_t), intent(in) :: self
     character(:), allocatable :: name
 
     name = plane_kernel_name(self%plane%kernel)
   end function kernel_name
 
-end module strip_element
+end module plane_strain_element

@@ -1,5 +1,5 @@
 !> The plane in which a strip is worked.
-module strip_plane
+module plane_strain_data
   use kinds, only: wp
   use ig_patch, only: tile_buffer_t
   implicit none
@@ -17,4 +17,4 @@ module strip_plane
     type(tile_buffer_t), allocatable :: sides(:)
   end type plane_strain_t
 
-end module strip_plane
+end module plane_strain_data

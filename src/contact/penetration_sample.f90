@@ -1,5 +1,5 @@
 !> How a place of a face of the blank lies to a tool: what the search for the deepest one asks.
-module depth_sample
+module penetration_sample
   use kinds, only: wp
   use tool, only: tool_t
   use closest_point, only: hit_t, follow, is_beside
@@ -200,4 +200,4 @@ contains
     end do
   end function hides_depth
 
-end module depth_sample
+end module penetration_sample

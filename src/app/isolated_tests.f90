@@ -1,6 +1,6 @@
 !> Tests of the laws of users, carried out by a process of their own: where the user's code ends the
 !! program, whatever the way, the rows up to there are kept and the next test is begun.
-module test_processes
+module isolated_tests
   use, intrinsic :: iso_c_binding, only: c_funloc
   use scene, only: material_test_spec_t
   use block_law, only: block_law_t
@@ -134,4 +134,4 @@ contains
     end do
   end subroutine flush_units
 
-end module test_processes
+end module isolated_tests

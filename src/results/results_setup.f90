@@ -1,5 +1,5 @@
 !> What a results file is made from.
-module frame_data
+module results_setup
   use kinds, only: wp
   use text, only: string_t
   use gauss_rule, only: gauss_rule_t
@@ -37,10 +37,10 @@ module frame_data
     integer :: n_state = 0                              !! columns of the frames' state
     type(string_t), allocatable :: state_names(:)       !! of these columns; may be none
     logical :: is_bezier = .false.                      !! Bezier cells instead of Lagrange
-    type(field_entry_t), allocatable :: fields(:)       !! missing: `output_fields(0)`
+    type(field_entry_t), allocatable :: fields(:)       !! `output_fields(n)` first; missing: n = 0
     real(wp) :: blank_mass = 0.0_wp                     !! without what scaling has added
     real(wp) :: width_ratio = 1.0_wp                    !! full width over that of the blank
     type(provenance_t) :: provenance
   end type results_setup_t
 
-end module frame_data
+end module results_setup

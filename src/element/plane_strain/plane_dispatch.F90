@@ -4,7 +4,7 @@ module plane_dispatch
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use ig_patch, only: ig_patch_t
-  use strip_plane, only: plane_strain_t
+  use plane_strain_data, only: plane_strain_t
   use kernel_dispatch, only: viscous_factors
 #include "plane_strain_uses.inc"
   implicit none
