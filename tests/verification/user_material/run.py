@@ -89,7 +89,7 @@ def states_start_as_told(bench):
     assert points.shape[-1] == 3
     long = conditions.replace("7, 8", "7\n8")   # filled up to the seventh: the eighth of five
     bench.run(deck(user(STEEL, 5), speed=0.0) + long, FILES / "sdvini.f", code=1)
-    bench.says("less than eight entries", "8 state variables for ALL", "5 at most")
+    bench.says("fewer than eight entries", "8 state variables for ALL", "5 at most")
 
 
 def failures_name_element_and_point(bench):
