@@ -137,7 +137,7 @@ def a_complete_run_leaves_no_checkpoint(folder):
     assert "failures; goes" in (igaform(folder, path, *words[:-1], "o.h5") or
                                 (folder / "o.log").read_text())
     path = deck(folder, STRIP, "*CHECKPOINT, OFF, STEPS=5")
-    assert "OFF beside an interval" in igaform(folder, path, code=1)
+    assert "OFF with an interval" in igaform(folder, path, code=1)
 
 
 def an_overtaken_checkpoint_goes(folder):
@@ -280,8 +280,8 @@ def strangers_are_refused(folder):
     # The end time of this deck is in its amplitude too.
     refused(whole, f"*AMPLITUDE ({STRIP}:{line_of(STRIP, '*AMPL')}) is new or not what it was",
             *settings("n_x=4 end_time=2e-4"))
-    longer = deck(folder, STRIP, "*PROBE, NAME=middle", "0.5, 0.5, 0.5", name="longer.key")
-    refused(whole, f"*PROBE ({longer}:2) is new", *words, deck_path=longer)
+    longer = deck(folder, STRIP, "*HISTORY POINT, NAME=middle", "0.5, 0.5, 0.5", name="longer.key")
+    refused(whole, f"*HISTORY POINT ({longer}:2) is new", *words, deck_path=longer)
     short = folder / "short.key"
     short.write_text(STRIP.read_text().replace("<end_time>\n", "5e-5\n"))
     refused(whole, "later than the end time", *words, deck_path=short)
