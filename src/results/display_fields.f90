@@ -16,7 +16,10 @@ module display_fields
 
   public :: display_field_t, field_entry_t, patch_view_t, patch_frame_t, face_field_t, tool_frame_t
   public :: frame_t, mesh_place_t, tools_view_t
-  public :: output_fields, add_entry, fields_of, first_columns
+  public :: output_fields, add_entry, fields_of, first_columns, derive_part
+
+  !> Parts of what `derive_part` derives of a frame, for threads; the longest comes first.
+  integer, parameter, public :: n_derived_parts = 4
 
   !> A field in the file.
   type :: display_field_t
@@ -34,9 +37,9 @@ module display_fields
     type(point_geometry_t) :: geometry
     integer :: rule_size(3) = 0
     real(wp), allocatable :: thickness(:)               !! at the display points at the start
-    real(wp), allocatable :: places(:, :)               !! of display points in the frame, (n, 3)
-    !> Fields of the frame at hand at the integration points as `point_grid` orders them.
-    real(wp), allocatable :: eqps(:), stress(:, :), strains(:, :)
+    !> Derived from the frame at hand: coordinates of the display points, (n, 3), and fields at the
+    !! integration points as `point_grid` orders them.
+    real(wp), allocatable :: places(:, :), eqps(:), stress(:, :), strains(:, :)
   end type patch_view_t
 
   !> Contact pressure on a face of a patch, on the grid of its contact points.
@@ -100,11 +103,10 @@ module display_fields
   end type field_entry_t
 
   abstract interface
-    !> Values at the display points of a patch. Threads work on different entries of a patch at
-    !! once: an entry changes only what no other one reads.
+    !> Values at the display points of a patch, from the frame and what is derived from it.
     subroutine patch_values(view, frame, values)
       import :: patch_view_t, patch_frame_t, wp
-      type(patch_view_t), intent(inout) :: view
+      type(patch_view_t), intent(in) :: view
       type(patch_frame_t), intent(in) :: frame
       real(wp), intent(inout) :: values(:, :)   !! (n, components of all fields of the entry)
     end subroutine patch_values
@@ -192,8 +194,29 @@ contains
     end do
   end function first_columns
 
-  subroutine displacement_on_patch(view, frame, values)
+  !> Derive one part of what entries and other datasets need of a frame.
+  subroutine derive_part(part, view, frame)
+    integer, intent(in) :: part                       !! 1 ... `n_derived_parts`
     type(patch_view_t), intent(inout) :: view
+    type(patch_frame_t), intent(in) :: frame
+    integer :: n_controls
+
+    n_controls = size(view%solid%weights)
+    select case (part)
+    case (1)
+      view%strains = plane_strains(view%geometry, reshape(frame%points, [n_controls, 3]))
+    case (2)
+      view%stress = reshape(point_grid(6, view%rule_size, view%grid%n_elements, frame%stress), &
+                            [6, size(frame%eqps)])
+    case (3)
+      view%places = display_vectors(view%grid, reshape(frame%points, [n_controls, 3]))
+    case (4)
+      view%eqps = [point_grid(1, view%rule_size, view%grid%n_elements, frame%eqps)]
+    end select
+  end subroutine derive_part
+
+  subroutine displacement_on_patch(view, frame, values)
+    type(patch_view_t), intent(in) :: view
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 
@@ -210,7 +233,7 @@ contains
   end subroutine displacement_on_tools
 
   subroutine velocity_on_patch(view, frame, values)
-    type(patch_view_t), intent(inout) :: view
+    type(patch_view_t), intent(in) :: view
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 
@@ -226,48 +249,41 @@ contains
   end subroutine velocity_on_tools
 
   subroutine plastic_strain(view, frame, values)
-    type(patch_view_t), intent(inout) :: view
+    type(patch_view_t), intent(in) :: view
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 
-    view%eqps = [point_grid(1, view%rule_size, view%grid%n_elements, frame%eqps)]
     values(:, 1) = display_scalars(view%grid, view%eqps)
   end subroutine plastic_strain
 
   subroutine von_mises_stress(view, frame, values)
-    type(patch_view_t), intent(inout) :: view
+    type(patch_view_t), intent(in) :: view
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 
-    view%stress = reshape(point_grid(6, view%rule_size, view%grid%n_elements, frame%stress), &
-                          [6, size(frame%eqps)])
     values(:, 1) = display_scalars(view%grid, mises_stress(view%stress))
   end subroutine von_mises_stress
 
-  ! The places of the display points, which the thickness needs, are kept for the frame.
   subroutine thickness_and_thinning(view, frame, values)
-    type(patch_view_t), intent(inout) :: view
+    type(patch_view_t), intent(in) :: view
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 
-    view%places = display_vectors(view%grid, reshape(frame%points, [size(view%solid%weights), 3]))
     values(:, 1) = [display_thickness(view%grid, view%places)]
     values(:, 2) = 1.0_wp - values(:, 1)/view%thickness
   end subroutine thickness_and_thinning
 
   subroutine sheet_strains(view, frame, values)
-    type(patch_view_t), intent(inout) :: view
+    type(patch_view_t), intent(in) :: view
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 
-    view%strains = plane_strains(view%geometry, reshape(frame%points, &
-                                                        [size(view%solid%weights), 3]))
     values(:, 1) = display_scalars(view%grid, view%strains(1, :))
     values(:, 2) = display_scalars(view%grid, view%strains(2, :))
   end subroutine sheet_strains
 
   subroutine contact_on_patch(view, frame, values)
-    type(patch_view_t), intent(inout) :: view
+    type(patch_view_t), intent(in) :: view
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 

@@ -5,8 +5,8 @@ module frame_values
   use kinds, only: wp
   use results_setup, only: display_patch_t, display_tool_t, results_setup_t
   use display_grid, only: display_thickness, display_vectors, new_display_grid
-  use display_fields, only: display_field_t, field_entry_t, fields_of, first_columns, frame_t, &
-                            output_fields, patch_view_t, tools_view_t
+  use display_fields, only: derive_part, display_field_t, field_entry_t, fields_of, first_columns, &
+                            frame_t, n_derived_parts, output_fields, patch_view_t, tools_view_t
   use point_geometry, only: new_point_geometry
   use tool_mesh, only: carried, new_surface_mesh, surface_mesh_t
   use vtkhdf, only: add_cells, cells_t, hexahedra_on_grid, vtk_bezier_hexahedron, &
@@ -139,7 +139,7 @@ contains
   !> Places and fields of a frame. All threads of a region call this and share the work, of which
   !! the parts are long: they take them one by one.
   subroutine fill_values(display, frame, points, values)
-    type(display_t), intent(inout) :: display   !! the views hold fields at integration points
+    type(display_t), intent(inout) :: display   !! its views hold what is derived from the frame
     type(frame_t), intent(in) :: frame
     real(wp), intent(inout) :: points(:, :)     !! places, (n_points, 3)
     real(wp), intent(inout) :: values(:, :)     !! columns of all fields
@@ -147,6 +147,12 @@ contains
 
     n_entries = size(display%entries)
     columns = first_columns(display%entries)
+    !$omp do schedule(dynamic)
+    do job = 0, n_derived_parts*size(display%patches) - 1
+      p = mod(job, size(display%patches)) + 1
+      call derive_part(job/size(display%patches) + 1, display%patches(p), frame%patches(p))
+    end do
+    !$omp end do
     !$omp do schedule(dynamic)
     do job = 0, n_entries*size(display%patches)
       if (job == n_entries*size(display%patches)) then

@@ -37,7 +37,7 @@ module results_setup
     integer :: n_state = 0                              !! columns of the frames' state
     type(string_t), allocatable :: state_names(:)       !! of these columns; may be none
     logical :: is_bezier = .false.                      !! Bezier cells instead of Lagrange
-    type(field_entry_t), allocatable :: fields(:)       !! `output_fields(n)` first; missing: n = 0
+    type(field_entry_t), allocatable :: fields(:)       !! missing: `output_fields(0)`
     real(wp) :: blank_mass = 0.0_wp                     !! without what scaling has added
     real(wp) :: width_ratio = 1.0_wp                    !! full width over that of the blank
     type(provenance_t) :: provenance
