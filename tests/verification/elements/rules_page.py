@@ -23,7 +23,7 @@ DECK = """*MATERIAL, NAME=steel
 7.85e-9
 *ELASTIC
 210000, 0.3
-*BLANK, NAME=block, MATERIAL=steel, TYPE=BOX, RULE="{},{},{}x{}"
+*BLANK, NAME=block, MATERIAL=steel, TYPE=BOX, QUADRATURE="{},{},{}x{}"
 x, 0, 1, {}, {}
 y, 0, 1, {}, {}
 z, 0, 1, {}, {}
