@@ -14,7 +14,7 @@ module batch
   use provenance, only: host_cores
   use system_files, only: true_path, is_folder
   use message_files, only: error_file_problem, begin_error_file, note_failed_run, end_error_file
-  use source_file, only: folder_of
+  use source_file, only: folder_part
   use command_line, only: command_t
   use output_names, only: base_of, file_name
   use run_identity, only: identity_of
@@ -247,7 +247,7 @@ contains
     type(batch_run_t), intent(in) :: run
     character(:), allocatable :: folder
 
-    folder = folder_of(run%base)
+    folder = folder_part(run%base)
     if (folder == "") folder = "."
   end function result_folder
 

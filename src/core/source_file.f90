@@ -7,7 +7,7 @@ module source_file
   implicit none
   private
 
-  public :: read_source, read_plain_source, next_line, folder_of, path_beside
+  public :: read_source, read_plain_source, next_line, folder_part, path_beside
 
   integer, parameter :: longest = 2**29          !! bytes of a file
 
@@ -142,12 +142,12 @@ contains
   end subroutine next_line
 
   !> The folder part of a path with its last slash; empty for a mere file name.
-  pure function folder_of(path) result(folder)
+  pure function folder_part(path) result(folder)
     character(*), intent(in) :: path
     character(:), allocatable :: folder
 
     folder = path(:index(path, "/", back=.true.))
-  end function folder_of
+  end function folder_part
 
   !> Path that `name` has when it is meant relative to the file `base`, without `.` and `x/..`.
   pure function path_beside(base, name) result(path)
@@ -157,7 +157,7 @@ contains
     integer :: slash, before
 
     rest = name
-    if (index(name, "/") /= 1) rest = folder_of(base)//name
+    if (index(name, "/") /= 1) rest = folder_part(base)//name
     path = ""
     if (index(rest, "/") == 1) path = "/"
     do while (len(rest) > 0)
