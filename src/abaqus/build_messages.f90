@@ -29,7 +29,7 @@ contains
       cause = "a module is missing: give its source as a --user before this file; modules that "// &
               "came with another compiler (IFWIN, MKL ...) are not there"
     else if (index(messages, "No such file or directory") > 0) then
-      cause = "an included file is missing: it is looked for beside the source"
+      cause = "an included file is missing: it is looked for next to the source"
     end if
     if (cause /= "") cause = "The cause: "//cause
   end function cause_of

@@ -345,8 +345,8 @@ contains
     if (code == 0) return
     call read_whole_file(build%log, messages, is_there)
     if (index(messages, "cc1") > 0) then
-      call fail(error, path//" needs a compiler of C or C++ beside gfortran (Debian: apt "// &
-                "install g++), or give it compiled with -fPIC (.o)")
+      call fail(error, path//" needs a compiler of C or C++ in addition to gfortran (Debian: "// &
+                "apt install g++), or give it compiled with -fPIC (.o)")
     else
       call fail(error, path//" does not compile:"//new_line("a")//messages)
     end if

@@ -173,8 +173,8 @@ contains
     else if (uneven_stiffness(is_stiff) /= "") then
       call fail(error, "material: "//source//" is "//uneven_stiffness(is_stiff))
     else if (.not. (bulk > 0.0_wp .and. shear > 0.0_wp)) then
-      call fail(error, "material: "//source//" is not positive, so the stable step is not "// &
-                "known; an *ELASTIC beside *USER MATERIAL gives it")
+      call fail(error, "material: "//source//" is not positive, so the stable time "// &
+                "increment is not known; an *ELASTIC together with *USER MATERIAL gives it")
     end if
   end subroutine check_moduli
 

@@ -38,7 +38,7 @@ contains
     if (allocated(error)) return
     if (size(runs) == 0) then
       call fail(error, "batch '"//path//"': found no run, expected decks (*.key) in a folder, "// &
-                "or a file with the words behind 'igaform' of one run a line")
+                "or a file with the words after 'igaform' of one run a line")
       return
     end if
     call check_commands(path, runs, error)
@@ -193,7 +193,7 @@ contains
               .or. is_beside(results(i)%value, bases(j)%value) &
               .or. is_beside(results(j)%value, bases(i)%value)) then
             call fail(error, place(path, runs(i)%line)//"the run writes '"//runs(i)%result_file &
-                      //"' and files beside it, as does that of line "//to_text(runs(j)%line)// &
+                      //"' and files next to it, as does that of line "//to_text(runs(j)%line)// &
                       " ('"//runs(j)%result_file//"'); give one of them another --out")
             return
           end if

@@ -48,7 +48,7 @@ contains
     do i = 1, size(effects)
       print "(a)", "effect           "//effects(i)%value
     end do
-    print "(a)", "stable step      "//rounded_text(model%stable_step)
+    print "(a)", "stable increment "//rounded_text(model%stable_step)
     print "(a)", "steps            about "//rounded_text(n_steps_of(model))
   end subroutine print_check
 

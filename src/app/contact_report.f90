@@ -132,7 +132,7 @@ contains
       words = words//"in the end it is "//rounded_text(meeting%nearest)//" away; check its "// &
               "place, its motion, its SIDE and the units of the deck"
     else
-      words = words//"in the end it lies beside the blank; check its place and its motion"
+      words = words//"in the end it lies next to the blank; check its place and its motion"
     end if
   end function idle_words
 

@@ -189,7 +189,8 @@ contains
     end if
     call open_log(log, log_file, command%is_quiet, error, is_going_on=run%is_resumed)
     if (allocated(error)) then
-      write (error_unit, "(a)") "igaform: warning: "//error%message//"; the run goes on without it"
+      write (error_unit, "(a)") "igaform: warning: "//error%message// &
+        "; the run continues without it"
     end if
     call log_start(log, command, scene, model, setup, saver, run)
     open_run = open_run_t(model, run, results, log, saver)
@@ -213,7 +214,7 @@ contains
     end if
     call finish(model, run, results, log, code)
     if (code == exit_done) call drop_checkpoint(saver, run, log)
-    if (code == exit_interrupted) call log_line(log, "go on with --restart "//saver%path)
+    if (code == exit_interrupted) call log_line(log, "continue with --restart "//saver%path)
     call close_log(log)
     call release_lock(lock)
     if (message_file /= "") call close_message_file(message_file)
@@ -269,8 +270,8 @@ contains
     type(saver_t), intent(in) :: saver
 
     if (saver%saved_step >= 0) then
-      call say_error(log, "the run stops; when the files can be written, go on with --restart "// &
-                     saver%path)
+      call say_error(log, "the run stops; when the files can be written, continue with "// &
+                     "--restart "//saver%path)
     else
       call say_error(log, "the run stops; no checkpoint was written before (see *CHECKPOINT)")
     end if
@@ -369,7 +370,7 @@ contains
                   " at the end, relative")
     if (run%balance%kinetic > small*run%balance%internal) then
       call log_line(log, "warning: the kinetic energy "//rounded_text(run%balance%kinetic)// &
-                    " is not small beside the internal energy "// &
+                    " is not small compared with the internal energy "// &
                     rounded_text(run%balance%internal)//": this is an impact; a forming "// &
                     "process should stay below 10 %")
     end if

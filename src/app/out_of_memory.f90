@@ -19,7 +19,7 @@ module out_of_memory
   integer(c_int), parameter :: standard_error = 2_c_int
   integer(c_size_t), parameter :: reserve_bytes = 1048576_c_size_t   ! for closing what is open
   character(*), parameter :: what_is_left = "; files written before are whole, and where there "// &
-    "is a checkpoint --restart goes on from it"//new_line("a")
+    "is a checkpoint --restart continues from it"//new_line("a")
 
   ! What kernels of degree 5 take of a stack, with a margin; a stack that runs out reports nothing.
   integer(c_size_t), parameter :: least_stack = 1048576_c_size_t

@@ -95,7 +95,7 @@ contains
     if (saver%every_steps > 0) words = words//", every "// &
       to_text(max(saver%every_steps, least_steps))//" steps"
     if (saver%every_steps > 0 .and. saver%every_steps < least_steps) words = words//" (not "// &
-      to_text(saver%every_steps)//": the steps behind a state prove it first)"
+      to_text(saver%every_steps)//": the steps after a state verify it first)"
     if (saver%every_seconds > 0) words = words//", every "// &
       rounded_text(saver%every_seconds/60)//" minutes"
     if (saver%number > 0) words = words//", "//to_text(saver%number)//" times"

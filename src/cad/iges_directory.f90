@@ -278,7 +278,7 @@ contains
                      "the letter of a section: S, G, D, P or T")
     else if (any(file%n(section + 1:) > 0)) then
       call add_error(errors, new_origin(file%path, i, "IGES"), "a line of section "// &
-                     letters(section:section)//" behind those of a later one", &
+                     letters(section:section)//" after those of a later one", &
                      "the sections in the order S, G, D, P, T")
     else
       file%n(section) = file%n(section) + 1

@@ -182,7 +182,7 @@ contains
       place = next_filled(text, place)
       if (place > len(text)) then
         problem = "the end of the record without its delimiter"
-        expected = "`"//delimiters(2:2)//"` behind the last value"
+        expected = "`"//delimiters(2:2)//"` after the last value"
         return
       end if
       tokens%n = tokens%n + 1
@@ -238,9 +238,9 @@ contains
     end associate
     if (place > len(text)) then
       problem = "the end of the record without its delimiter"
-      expected = "`"//delimiters(2:2)//"` behind the last value"
+      expected = "`"//delimiters(2:2)//"` after the last value"
     else if (scan(text(place:place), delimiters) == 0) then
-      problem = "`"//text(place:place)//"` behind a text"
+      problem = "`"//text(place:place)//"` after a text"
       expected = "`"//delimiters(1:1)//"` or `"//delimiters(2:2)//"`"
     end if
   end subroutine take_value

@@ -298,7 +298,7 @@ contains
     least = minval(back%recall)
     warning = "back stresses rotate with the spin (Jaumann rate), so the shear stress is too "// &
               "low and may fall: of a back stress with gamma "//rounded_text(least)// &
-              " simple shear that goes on leaves "// &
+              " continued simple shear leaves "// &
               to_text(nint(100*least**2/(least**2 + 3.0_wp)))//" %"
   end function back_stress_warning
 

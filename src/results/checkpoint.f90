@@ -3,8 +3,8 @@
 !! The file is HDF5 with the named numbers under /state. Behind that come the bytes of the result
 !! file as they are, and a last line with both lengths and a checksum of everything before it. So
 !! a damaged file is known as such before any library reads it, and whatever has become of the
-!! result file meanwhile, the run goes on with a whole one. The file is written under another name,
-!! brought to the disk, and put in the place of the one before.
+!! result file meanwhile, the run continues with a whole one. The file is written under another
+!! name, brought to the disk, and put in the place of the one before.
 module checkpoint
   use, intrinsic :: iso_fortran_env, only: int8, int64
   use kinds, only: wp
@@ -102,7 +102,7 @@ contains
     call create_file(file, path, is_checked=.true.)
     call write_text_attribute(file, "/", "program", header%program)
     call write_text(file, "/build", header%build, &
-                    "what the bits of results depend on beside the deck, one a line")
+                    "what the bits of results depend on besides the deck, one a line")
     call write_text(file, "/deck", header%deck, "keywords of the deck with their digests")
     call write_text_attribute(file, "/", "user", header%user)
     call write_text_attribute(file, "/", "deck_file", header%deck_file)
@@ -221,7 +221,7 @@ contains
     difference = first_difference(read_text(file, "/deck"), header%deck)
     if (build /= "" .and. .not. header%is_any_build) then
       call refuse(path, "it was written by another build of igaform ("//build// &
-                  "), which rounds differently; --restart-any-build goes on all the same", error)
+                  "), which rounds differently; --restart-any-build continues all the same", error)
     else if (difference /= "") then
       call refuse(path, "it belongs to another deck or to other parameters than '"// &
                   header%deck_file//"' now (it was '"// &

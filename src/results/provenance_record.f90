@@ -34,7 +34,7 @@ contains
     call write_text(file, folder//"compiler", compiler_name(), "compiler of the program")
     call write_text(file, folder//"compiler_flags", flags, "options of the compiler")
     call write_text(file, folder//"build", text_or_empty(source%build), &
-                    "what the bits of results depend on beside the deck, one a line")
+                    "what the bits of results depend on besides the deck, one a line")
     call write_text(file, folder//"command_line", text_or_empty(source%command_line), &
                     "command that made this file")
     call write_text(file, folder//"deck_file", text_or_empty(source%deck_file), "name of the deck")

@@ -46,7 +46,7 @@ contains
                 "name or close it there")
     else if (is_state) then
       call fail(error, "result file '"//path//"': there is a checkpoint of this name; it is "// &
-                "left alone; go on from it with --restart, and name another result with --out")
+                "left alone; continue from it with --restart, and name another result with --out")
     else if (n_bytes > 0 .and. .not. is_result) then
       call fail(error, "result file '"//path//"': there is a file of this name that is not a "// &
                 "result file; it is left alone")

@@ -222,7 +222,7 @@ contains
     log%n_bytes = log%n_bytes + len(line) + 1
     if (bytes_on_disk(log%path) >= log%n_bytes) return
     write (error_unit, "(a)") "igaform: warning: log file: lines of it cannot be written; is "// &
-      "the disk full? The run goes on"
+      "the disk full? The run continues"
     log%n_bytes = -1
   end subroutine write_to_file
 

@@ -45,7 +45,7 @@ contains
     if (face == 0) face = facing_face(spec, model)
     if (face == 0) then
       call add_error(errors, spec%origin, "tool '"//model%bodies%tools(spec%tool)%name// &
-                     "', which lies beside the blank", "a tool that faces the blank, or a FACE")
+                     "', which lies next to the blank", "a tool that faces the blank, or a FACE")
       return
     end if
     if (all([(scene%blank%patches(p)%is_joined(face), p=1, size(scene%blank%patches))])) then

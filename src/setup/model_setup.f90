@@ -121,12 +121,13 @@ contains
     if (.not. (ieee_is_finite(model%stable_step) .and. ieee_is_finite(model%rate) &
                .and. model%stable_step > 0.0_wp)) then
       call add_error(errors, scene%materials(scene%blank%material)%origin, &
-                     "stiffness and density that give no usable stable step ("// &
+                     "stiffness and density that give no usable stable time increment ("// &
                      to_text(model%stable_step)//")", "values in consistent units")
       return
     end if
     if (model%step%safety > 1.0_wp) call add_warning(errors, scene%step%origin, &
-      "SCALE FACTOR="//to_text(model%step%safety)//", steps above the stable one", "at most 1")
+      "SCALE FACTOR="//to_text(model%step%safety)//", time increments above the stable one", &
+      "at most 1")
     n_steps = model%step%duration/increment_limit(model)
     if (n_steps > many) call add_warning(errors, scene%step%origin, "an end time of about "// &
       rounded_text(n_steps)//" steps of "//rounded_text(increment_limit(model)), &

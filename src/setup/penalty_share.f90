@@ -71,7 +71,7 @@ contains
     end do
     call add_warning(errors, origin, "penalties of "//to_text(n_tools)// &
                      " tools on one face that add up to "//rounded_text(total), &
-                     "at most "//rounded_text(limit)//" beside the safety factor "// &
+                     "at most "//rounded_text(limit)//" with the scale factor "// &
                      rounded_text(model%step%safety)//"; they are scaled to that")
   end subroutine share_face
 

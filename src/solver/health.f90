@@ -30,7 +30,7 @@ module health
 
 contains
 
-  !> Turned elements, laws that failed, values that are no numbers, a collapsed step.
+  !> Inverted elements, laws that failed, NaN or infinite values, a collapsed step.
   subroutine check_health(model, instant, control, error)
     type(model_t), intent(in) :: model
     type(instant_t), intent(in) :: instant
@@ -41,8 +41,8 @@ contains
       if (blank%report%failed_block < huge(1)) then
         call fail(error, failed_message(model, instant, control))
       else if (blank%report%largest_rate*collapse**2 > control%rate_at_start) then
-        call fail(error, "blank '"//blank%name//"': the stable step fell below a thousandth of "// &
-                  "that at the start, "//when(instant)//", by "// &
+        call fail(error, "blank '"//blank%name//"': the stable time increment fell below a "// &
+                  "thousandth of that at the start, "//when(instant)//", by "// &
                   words_of(blank, spot_of_smallest(blank))// &
                   causes_of(step_collapsed, facts_of(model, instant, control)))
       end if
@@ -51,26 +51,26 @@ contains
 
   !> The balance of energy against the deck's limit; and, where steps are above the stable one, the
   !! sign of the kinetic energy: that is the product of the velocities half a step before and after,
-  !! and below zero where most of the motion turns round in each step. Plastic flow feeds on such a
-  !! motion and keeps the balance all the same.
+  !! and below zero where most of the velocities change sign in each increment.
+  !! Plastic flow feeds on such a motion and keeps the balance all the same.
   subroutine check_balance(model, balance, is_early, instant, control, error)
     type(model_t), intent(in) :: model
     type(energy_balance_t), intent(in) :: balance
-    logical, intent(in) :: is_early       !! all but values that are no numbers pass
+    logical, intent(in) :: is_early       !! all but NaN or infinite values pass
     type(instant_t), intent(in) :: instant
     type(step_control_t), intent(in) :: control
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: what
 
     if (.not. abs(balance%alarm) <= huge(1.0_wp)) then
-      what = "the energies are no numbers "//when(instant)
+      what = "the energies are NaN or infinite "//when(instant)
     else if (is_early .or. .not. model%step%energy_limit > 0.0_wp) then
       return
     else if (abs(balance%alarm) > model%step%energy_limit) then
       what = "energy balance lost "//when(instant)//": error "//to_text(balance%alarm)// &
              ", limit "//to_text(model%step%energy_limit)
     else if (control%safety > 1.0_wp .and. balance%kinetic < -alternation*balance%reference) then
-      what = "the motion turns round in each step "//when(instant)// &
+      what = "the velocities change sign in each increment "//when(instant)// &
              ": kinetic energy, of velocities half a step before and after, "// &
              rounded_text(balance%kinetic)//", largest energy so far "// &
              rounded_text(balance%reference)
@@ -239,12 +239,12 @@ contains
       failure = merge(turned_over, no_numbers, blank%report%smallest_det <= 0.0_wp)
       message = "blank '"//blank%name//"': "
       if (failure == turned_over) then
-        message = message//"an element turned inside out"
+        message = message//"an inverted element (negative Jacobian)"
       else if (user_failure /= "") then
         message = user_failure//"; "//message//"the stress update failed"
         if (is_refusal) failure = increment_refused
       else
-        message = message//"the stress update failed or met values that are no numbers"
+        message = message//"the stress update failed or met NaN or infinite values"
       end if
       spot = spot_of_failure(blank)
       message = message//", "//when(instant)//", in "
@@ -274,7 +274,7 @@ contains
     end associate
   end function block_words
 
-  !> What tells causes apart. Speeds that are no numbers do not count.
+  !> What distinguishes causes. NaN or infinite speeds do not count.
   function facts_of(model, instant, control) result(facts)
     type(model_t), intent(in) :: model
     type(instant_t), intent(in) :: instant

@@ -68,7 +68,7 @@ contains
     type(facts_t), intent(in) :: facts
     real(wp), parameter :: far = 0.1_wp, heavy = 10.0_wp
 
-    call add(list, facts%safety > 1.0_wp, "steps above the stable one: SCALE FACTOR="// &
+    call add(list, facts%safety > 1.0_wp, "time increments above the stable one: SCALE FACTOR="// &
              rounded_text(facts%safety)//" of *DYNAMIC, where at most 1 is stable")
     ! Of steps too large a great speed is what follows.
     call add(list, .not. (facts%travel < far .or. facts%safety > 1.0_wp), "a speed of "// &
@@ -118,8 +118,8 @@ contains
     call add(list, .true., "an impact: tools or loads that begin at full speed, see "// &
              "*AMPLITUDE")
     call add(list, .true., "strain that gathers in few elements, which are about to turn over")
-    call add(list, .true., "a step that is close to the stable one: a smaller SCALE FACTOR of "// &
-             "*DYNAMIC")
+    call add(list, .true., "a time increment close to the stable one: a smaller SCALE "// &
+             "FACTOR of *DYNAMIC")
   end subroutine add_energy
 
   subroutine add(list, is_likely, cause)

@@ -49,14 +49,14 @@ module run_saver
   type :: saver_t
     character(:), allocatable :: path, result_file
     type(checkpoint_header_t) :: header
-    character(:), allocatable :: other_build  !! that the run goes on from, how it differs
+    character(:), allocatable :: other_build  !! that the run continues from, how it differs
     integer :: every_steps = 0                !! 0: not by steps
     real(wp) :: every_seconds = 0.0_wp        !! of the clock; 0: not by the clock
     integer :: number = 0                     !! over the run; 0: not by its time
     logical :: is_lasting = .false.           !! the end is saved too, and the file stays
     real(wp) :: wall_seconds = 0.0_wp         !! after which the run stops; 0: never
     real(wp) :: retry = 0.0_wp                !! factor on the step for one more try; 0: none
-    integer(int64) :: began_step = 0          !! of the checkpoint that the run goes on from
+    integer(int64) :: began_step = 0          !! of the checkpoint that the run continues from
     character(:), allocatable :: stopped_by   !! why the run stopped before its end, if it did
     logical :: is_state_lost = .false.        !! where it stopped, since it could not be written
     integer(int64) :: saved_step = -1         !! of the file; negative: there is none of this run
@@ -295,7 +295,7 @@ contains
     saver%tried_ticks = clock_ticks()
     if (run%is_file_lost) return
     if (allocated(error)) then
-      if (is_going_on) error%message = error%message//"; the run goes on"
+      if (is_going_on) error%message = error%message//"; the run continues"
       call log_line(log, "warning: "//error%message)
       deallocate (error)
     else

@@ -30,8 +30,8 @@ module trouble_spot
 
 contains
 
-  !> The point to blame in the block that failed: one with values that are no numbers, or the one
-  !! that is turned inside out most. None is found where a law gave up on sound values.
+  !> The point to blame in the block that failed: one with NaN or infinite values, or the one
+  !! with the most negative Jacobian. None is found where a law gave up on sound values.
   function spot_of_failure(blank) result(spot)
     type(blank_t), intent(in) :: blank
     type(spot_t) :: spot

@@ -77,7 +77,7 @@ def finite(run):
     """Nothing in the results may be other than a number."""
     bad = sum((~np.isfinite(values)).sum() for values in
               [*run.history.values(), *run.at_points.values(), run.points])
-    return Mark("values that are no numbers", float(bad), 0.5)
+    return Mark("NaN or infinite values", float(bad), 0.5)
 
 
 def stopped(run):
@@ -89,7 +89,7 @@ def stopped(run):
 
 def finite_before(run):
     bad = sum((~np.isfinite(values[:-1])).sum() for values in [*run.history.values(), run.frames])
-    return Mark("values that are no numbers before", float(bad), 0.5)
+    return Mark("NaN or infinite values before", float(bad), 0.5)
 
 
 def stopped_at_once(run):

@@ -50,7 +50,7 @@ def table():
 
 def mark_text(row):
     quantity, value, limit = row["quantity"], row["value"], row["limit"]
-    if quantity == "values that are no numbers":
+    if quantity == "NaN or infinite values":
         return "all finite"
     if float(value) < ROUND_OFF and float(limit) < ROUND_OFF:
         return f"{quantity} < {limit}"

@@ -245,7 +245,7 @@ contains
         metric = matmul(transpose(jacobian), jacobian)
         smallest = minval(eigenvalues(metric))
         if (.not. (det > 0.0_wp .and. smallest > 0.0_wp)) then
-          call fail(error, "blank: an element is turned inside out or flat (its jacobian is "// &
+          call fail(error, "blank: an element is inverted or flat (its Jacobian is "// &
                     "not positive); axes 1, 2, 3 must form a right-handed patch")
           return
         end if

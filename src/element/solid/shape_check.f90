@@ -82,7 +82,7 @@ contains
     end if
     if (centre > 0.0_wp .and. volume >= -round_off*centre) return
     call evaluate_solid(solid, xi, x)
-    call fail(error, "the patch "//name//", folded, turned inside out or flat at "// &
+    call fail(error, "the patch "//name//", folded, inverted or flat at "// &
               place_text(x)//": its jacobian there is not positive")
   end subroutine check_element
 

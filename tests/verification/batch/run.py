@@ -248,7 +248,7 @@ def one_run_that_fails_spoils_no_other(folder):
     assert told == ["completed", "failed", "refused", "completed"], said
     rows = table(folder)
     assert [rows[f"{name}.h5"]["status"] for name in "abnc"] == told, rows
-    assert "turned inside out" in rows["b.h5"]["message"] and int(rows["b.h5"]["steps"]) > 10, rows
+    assert "inverted element" in rows["b.h5"]["message"] and int(rows["b.h5"]["steps"]) > 10, rows
     assert (folder / "b.ckpt.h5").exists() and is_without_error(folder / "c.err")
     failed = (folder / "b.h5").stat().st_mtime_ns
     said = igaform(folder, "batch", "list.txt", "--jobs", 2, code=2)

@@ -70,7 +70,7 @@ def counts_are_those_of_the_run(folder):
     assert told["tools"] == "0" and "patch" not in told and "seams" not in told, told
     close(told["mass"], mass, 1e-3)
     close(told["mass"], 7.85e-9 * 40 * 10 * 1, 1e-3)
-    close(told["stable step"], dt / 0.8, 0.2)      # equal shares between outputs round it down
+    close(told["stable increment"], dt / 0.8, 0.2)      # equal shares between outputs round it down
     close(told["steps"], steps, 0.05)
     assert told["effect"] == effects_of(folder / "a.log"), told
     assert told["effect"] == [f"boundary {face}" for face in ("X_MIN", "Y_MIN", "Z_MIN", "X_MAX")]
@@ -79,13 +79,13 @@ def counts_are_those_of_the_run(folder):
 def more_mass_makes_steps_longer(folder):
     """The share of the mass that is added goes with the square of the step."""
     plain = check(folder, STRIP, *SMALL)
-    step = float(plain["stable step"])
+    step = float(plain["stable increment"])
     deck = folder / "scaled.key"
     deck.write_text(STRIP.read_text() + f"*MASS SCALING, STEP={3 * 0.8 * step}\n")
     told = check(folder, deck, *SMALL)
     added = [words for words in told["effect"] if words.startswith("mass scaling")]
     assert len(added) == 1 and added[0].startswith("mass scaling, added mass "), told
-    ratio = float(told["stable step"]) / step
+    ratio = float(told["stable increment"]) / step
     assert ratio > 1.5, ratio
     close(added[0].split()[-1], (ratio**2 - 1) * float(plain["mass"]), 0.01)
     close(told["steps"], float(plain["steps"].split()[1]) / ratio, 0.05)

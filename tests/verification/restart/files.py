@@ -36,7 +36,7 @@ def a_full_disk_is_no_fault_of_the_numerics(folder):
         assert word not in said, said
     path = deck(folder, STRIP, "*CHECKPOINT, STEPS=20", name="saved.key")
     said = igaform(folder, path, *SMALL, "--out", "b.h5", code=4, preexec_fn=limit)
-    assert "go on with --restart b.ckpt.h5" in said, said
+    assert "continue with --restart b.ckpt.h5" in said, said
     igaform(folder, path, *SMALL, "--restart", "b.ckpt.h5")
     assert opens(folder / "b.h5")
 
@@ -51,7 +51,7 @@ def a_checkpoint_that_finds_no_room_leaves_the_one_before(folder):
     igaform(folder, path, *SMALL, "--out", "a.h5",
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
     log = (folder / "a.log").read_text()
-    assert "warning: checkpoint 'a.ckpt.h5' not written" in log and "the run goes on" in log, log
+    assert "warning: checkpoint 'a.ckpt.h5' not written" in log and "the run continues" in log, log
     assert not (folder / "a.ckpt.h5.igaform-new").exists()
     assert (folder / "a.ckpt.h5").stat().st_size <= room
     written = [line for line in log.splitlines() if line.startswith("checkpoint a.ckpt.h5 at")]
@@ -122,7 +122,7 @@ def a_folder_that_is_sealed_under_way(folder):
     told = "warning: checkpoint 'place/a.ckpt.h5' not written: "
     assert told in log and f"igaform: {told}" in said, (log, said)
     assert "Permission denied" in said and "there is a checkpoint" not in said, said
-    assert "the run goes on" in log and opens(place / "a.h5")
+    assert "the run continues" in log and opens(place / "a.h5")
     reference = datasets(place / "a.h5")
     igaform(folder, path, *words, "--restart", "place/a.ckpt.h5")
     check_same(place / "a.h5", reference)

@@ -83,7 +83,7 @@ def signals_save_and_stop(folder):
         assert run.wait(60) == 3, run.returncode
         log = (folder / "s.log").read_text()
         assert f"stopped by {number.name} at step" in log and "checkpoint s.ckpt.h5" in log, log
-        assert log.endswith("go on with --restart s.ckpt.h5\n"), log
+        assert log.endswith("continue with --restart s.ckpt.h5\n"), log
         with h5py.File(folder / "s.h5") as file:
             assert file["provenance"].attrs["status"] == b"interrupted"
         (folder / "s.log").unlink()
@@ -309,7 +309,7 @@ def what_may_differ(folder):
 
 def another_build_is_refused(folder):
     """By what it was built with, of the same commit too; older files do not tell. With the option
-    the run goes on, and the log says so."""
+    the run continues, and the log says so."""
     path, words = deck(folder, STRIP, "*CHECKPOINT, NUMBER=2"), settings("n_x=4 end_time=2e-5")
     igaform(folder, path, *words, "--out", "a.h5")
     with h5py.File(folder / "a.h5") as file:

@@ -47,7 +47,7 @@ def causes_are_named(bench):
             ("arrays.for", law_with("K=SMALOCALINTARRAYCREATE(1,2)"),
              ("SMALOCALINTARRAYCREATE", "not provided", "SAVE arrays")),
             ("nowhere.for", law_with("X=1").replace("      X=1\n", '#include "no.inc"\n'),
-             ("no.inc", "looked for beside the source")),
+             ("no.inc", "looked for next to the source")),
             ("law.doc", "text", ("neither source of Fortran", ".cpp"))):
         path = bench.folder / name
         path.write_text(text)

@@ -1,5 +1,5 @@
 """What user subroutines are given: the state of the first call, times, steps, temperature and field
-variables, with a restart in between; and how values that are no numbers are named.
+variables, with a restart in between; and how NaN or infinite values are named.
 
 usage: given.py IGAFORM
 """
@@ -15,7 +15,7 @@ from run import run_checks
 
 def step_of(said):
     """The stable step that --check tells."""
-    return float(re.search(r"stable step\D*([0-9.E+-]+)", said)[1])
+    return float(re.search(r"stable increment\D*([0-9.E+-]+)", said)[1])
 
 
 def steps(first, second, output="*OUTPUT, FRAMES=4, HISTORY=8\n", more=""):
