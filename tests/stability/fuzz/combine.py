@@ -1,5 +1,5 @@
 """Check decks that combine features, and run some of them: exit code 0 if none ends in a way that
-the manual does not name, tells a mass that is not density times volume, or no stable step.
+the manual does not name, tells a mass that is not density times volume, or no stable increment.
 
     combine.py IGAFORM [--decks N] [--seed N] [--runs N] [--seconds N] [--keep FOLDER]
 
@@ -47,9 +47,9 @@ def check(igaform, deck, path):
         return f"ended with {code}: {err[:2000]}", 0
     if code == 1:
         return ("" if FAULT.search(err) else f"refused without a reason: {err[:500]}"), 0
-    facts = dict(re.findall(r"^(mass|stable step|steps) +(?:about )?(\S+)$", out, re.M))
+    facts = dict(re.findall(r"^(mass|stable increment|steps) +(?:about )?(\S+)$", out, re.M))
     try:
-        mass, step, n_steps = (float(facts[name]) for name in ("mass", "stable step", "steps"))
+        mass, step, n_steps = (float(facts[name]) for name in ("mass", "stable increment", "steps"))
     except (KeyError, ValueError):
         return f"without mass, step or number of steps: {out[:2000]}", 0
     ratio = mass/(deck.volume*DENSITY)
@@ -57,7 +57,7 @@ def check(igaform, deck, path):
     if not ratio > 1 - slack or (ratio > 1 + slack and not deck.is_scaled):
         return f"a mass of {ratio} times that of the volume", 0
     if not 0 < step < 1 or not n_steps > 0:
-        return f"a stable step of {step}, {n_steps} steps", 0
+        return f"a stable increment of {step}, {n_steps} steps", 0
     return "", n_steps
 
 
