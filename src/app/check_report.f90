@@ -65,15 +65,15 @@ contains
         "(--check --trial-run does)"
       return
     end if
-    if (outlook%step >= 0.0_wp) print "(a)", "steps            about "// &
+    if (outlook%is_tried) print "(a)", "steps            about "// &
       rounded_text(outlook%growth*n_steps_of(model))//", as the run with fewer elements shows"
     ! Not in a PRINT: a user's law may write as well.
     lines = forecast_lines(new_forecast(model, n_steps_of(model), outlook))
     do i = 1, size(lines)
       print "(a)", lines(i)%value
     end do
-    if (outlook%step < 0.0_wp .and. any([model%step%has_relaxation, &
-                                         model%later_steps%step%has_relaxation])) &
+    if (.not. outlook%is_tried .and. any([model%step%has_relaxation, &
+                                          model%later_steps%step%has_relaxation])) &
       print "(a)", "                 less where a relaxation ends before its time limit "// &
         "(--check --trial-run estimates when)"
   end subroutine print_forecast

@@ -8,7 +8,7 @@
 !! what the flow of the blank's points adds is measured by itself, with the model's own kernels and
 !! law on a copy of the blank that is stretched until all of its points flow.
 !!
-!! What the mean step of a run takes, and how far steps fall, a run with fewer elements shows: see
+!! How far steps fall and how much of the blank flows, a run with fewer elements shows: see
 !! `trial_run`.
 module run_forecast
   use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_set_num_threads
@@ -30,7 +30,8 @@ module run_forecast
   implicit none
   private
 
-  public :: forecast_t, outlook_t, new_forecast, forecast_lines, frame_values
+  public :: forecast_t, outlook_t, step_cost_t, new_forecast, step_cost, forecast_lines
+  public :: frame_values
   public :: tool_cell_length, flow_seconds
 
   !> Strains of the stretch: from the first to the second, as in a flange that is drawn in, with a
@@ -53,9 +54,6 @@ module run_forecast
   integer, parameter :: stride = 20
   integer, parameter :: least = 3, most = 2000   !! steps that are timed
   real(wp), parameter :: enough = 0.3_wp         !! so long [s]
-  !> Fraction of the points that flow at a time, the mean of a run: 0.44 in a deep cup with Yld2004,
-  !! 0.64 in a square box with Hill and back stress, worked out from their run times.
-  real(wp), parameter :: flowing = 0.55_wp
   real(wp), parameter :: strain_of_run = 0.3_wp  !! that a point goes through, in equal steps
   !> Compressing and writing a value of a frame, measured on the channel decks [s].
   real(wp), parameter :: value_seconds = 5.0e-8_wp
@@ -64,15 +62,24 @@ module run_forecast
   integer, parameter :: values_of_tool_node = 7  !! the others are empty and cost little
   integer, parameter :: values_of_point = 7      !! of an integration point, state left out
 
-  !> What the first steps of a run do not show; as a probe has found it, if there was one.
+  !> What the first steps of a run do not show; as a trial run has found it, if there was one.
   type :: outlook_t
     !> Steps over those of the first size. They shorten as elements deform: 1.01 to 1.08 in the
     !! channels, cups and domes of docs/studies.md, but 1.26 in a box of few elements.
     real(wp) :: growth = 1.05_wp
-    real(wp) :: step = -1.0_wp       !! seconds of the mean step, with all that flows and touches in
-                                     !! it; below zero: to be measured here
+    !> Fraction of the points that flow at a time, the mean of a run: 0.44 in a deep cup with
+    !! Yld2004, 0.64 in a square box with Hill and back stress, worked out from their run times.
+    real(wp) :: flowing = 0.55_wp
+    real(wp) :: ratio = 1.0_wp       !! of the mean step to what `step_cost` foretells for it
     real(wp) :: set_up = 0.0_wp      !! before the first step [s]
+    logical :: is_tried = .false.    !! these are what a trial run shows
   end type outlook_t
+
+  !> Processor time of one step [s].
+  type :: step_cost_t
+    real(wp) :: elastic = 0.0_wp     !! while nothing flows
+    real(wp) :: flow = 0.0_wp        !! added where all points flow
+  end type step_cost_t
 
   !> What a run will take.
   type :: forecast_t
@@ -92,31 +99,40 @@ contains
     real(wp), intent(in) :: n_steps         !! steps at the present size
     type(outlook_t), intent(in) :: outlook
     type(forecast_t) :: forecast
+    type(step_cost_t) :: cost
     real(wp) :: n_calls, flow, rest
-    integer :: n_frames, n_threads
+    integer :: n_frames
 
     associate (now => model%output, later => model%later_steps%output)
       n_calls = outlook%growth*n_steps + now%n_history + sum(later%n_history)
       n_frames = now%n_frames + sum(later%n_frames) + 1
     end associate
-    n_threads = omp_get_max_threads()
-    flow = 0.0_wp
-    forecast%step = outlook%step
-    if (outlook%step < 0.0_wp) then
-      call omp_set_num_threads(1)
-      forecast%step = step_seconds(model)
-      flow = n_calls*flow_seconds(model%bodies%blank, model%stable_step, &
-                                  strain_of_run/max(n_steps, fewest_steps))
-      call omp_set_num_threads(n_threads)
-    end if
+    cost = step_cost(model, n_steps)
+    forecast%step = outlook%ratio*cost%elastic
+    flow = n_calls*outlook%ratio*cost%flow
     rest = outlook%set_up + n_calls*forecast%step &
            + n_frames*value_seconds*frame_values(model)
-    forecast%at_least = rest
-    forecast%seconds = rest + flowing*flow
-    forecast%at_most = rest + flow
+    forecast%seconds = rest + outlook%flowing*flow
+    forecast%at_least = merge(forecast%seconds, rest, outlook%is_tried)
+    forecast%at_most = merge(forecast%seconds, rest + flow, outlook%is_tried)
     if (.not. model%bodies%blank%law%is_serial) &
-      forecast%n_threads = min(n_threads, omp_get_num_procs())
+      forecast%n_threads = min(omp_get_max_threads(), omp_get_num_procs())
   end function new_forecast
+
+  !> What a step takes in the mean over a run of so many, measured with one thread.
+  function step_cost(model, n_steps) result(cost)
+    type(model_t), intent(inout) :: model   !! some steps of it are taken
+    real(wp), intent(in) :: n_steps
+    type(step_cost_t) :: cost
+    integer :: n_threads
+
+    n_threads = omp_get_max_threads()
+    call omp_set_num_threads(1)
+    cost%elastic = step_seconds(model)
+    cost%flow = flow_seconds(model%bodies%blank, model%stable_step, &
+                             strain_of_run/max(n_steps, fewest_steps))
+    call omp_set_num_threads(n_threads)
+  end function step_cost
 
   !> The forecast, for standard output; where the flow of the points decides, what it would be
   !! without and with all of them.

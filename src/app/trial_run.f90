@@ -13,11 +13,9 @@ module trial_run
   use model, only: model_t, increment_limit
   use model_setup, only: build_model
   use step_control, only: next_step
-  use timer, only: watch_seconds
-  use contact_effect, only: contact_view_t, contact_pairs
-  use run_data, only: run_t, wall_seconds
+  use run_data, only: run_t
   use forming_run, only: new_run, take_step, has_ended, enter_next_step
-  use run_forecast, only: outlook_t
+  use run_forecast, only: outlook_t, step_cost_t, step_cost
   implicit none
   private
 
@@ -38,7 +36,6 @@ module trial_run
     real(wp) :: duration = 1.0_wp  !! time until all relaxations have converged over its limit
     integer :: n_steps = 0
     real(wp) :: seconds = 0.0_wp   !! processor time of all steps [s]
-    real(wp) :: clock = 0.0_wp     !! the same by the clock on the wall [s]
     logical :: is_complete = .false.
   end type inertia_t
 
@@ -75,7 +72,9 @@ contains
     call omp_set_num_threads(n_threads)
     if (inertia%is_complete) then
       outlook%growth = growth_of(inertia, probe, model)
-      outlook%step = scaled_step(inertia, probe, model)
+      call build_model(coarse, probe, errors, library)   ! as it was before its steps
+      call compare_cost(step_cost(probe, real(inertia%n_steps, wp)), &
+                        inertia%seconds/inertia%n_steps, outlook)
     end if
     print "(a)", "probe            "//to_text(n_elements_of(probe%bodies%blank%parts))// &
       " elements, kinetic over internal energy "//percent(inertia%mean)//" in the mean, "// &
@@ -179,7 +178,6 @@ contains
     inertia%duration = run%instant%time/time
     inertia%n_steps = int(run%n_steps)
     inertia%seconds = finish - start
-    inertia%clock = wall_seconds(run)
   end subroutine run_probe
 
   !> The first step of the deck, with its energies at equal times.
@@ -225,39 +223,18 @@ contains
     growth = inertia%duration*(1.0_wp + (inertia%growth - 1.0_wp)*sqrt(coarse/fine))
   end function growth_of
 
-  !> Processor time of the mean step of another model of the scene: contact costs as much for each
-  !! of its points, and all else for each block of elements.
-  real(wp) function scaled_step(inertia, probe, model) result(seconds)
-    type(inertia_t), intent(in) :: inertia
-    type(model_t), intent(in), target :: probe, model
-    type(contact_view_t), allocatable :: pairs(:), others(:)
-    real(wp) :: contact, scaled, watch
-    integer :: i
+  !> What part of the points flowed, and what the mean step took beside what was foretold for it.
+  pure subroutine compare_cost(foretold, mean_step, outlook)
+    type(step_cost_t), intent(in) :: foretold
+    real(wp), intent(in) :: mean_step   !! processor time [s]
+    type(outlook_t), intent(inout) :: outlook
+    real(wp), parameter :: no_time = 1.0e-9_wp   ! [s]
 
-    contact = 0.0_wp
-    scaled = 0.0_wp
-    pairs = contact_pairs(probe%forces)
-    others = contact_pairs(model%forces)
-    do i = 1, min(size(pairs), size(others))
-      watch = watch_seconds(probe%timer, pairs(i)%pair%watch)
-      contact = contact + watch
-      scaled = scaled + watch*size(others(i)%pair%pair%face)/size(pairs(i)%pair%pair%face)
-    end do
-    scaled = scaled + (inertia%clock - contact) &
-             *n_evaluated_of(model%bodies%blank)/n_evaluated_of(probe%bodies%blank)
-    seconds = inertia%seconds/inertia%n_steps*scaled/inertia%clock
-  end function scaled_step
-
-  !> Integration points that a force evaluation of the blank works.
-  pure real(wp) function n_evaluated_of(blank) result(n)
-    type(blank_t), intent(in) :: blank
-    integer :: p
-
-    n = 0.0_wp
-    do p = 1, size(blank%parts)
-      n = n + blank%parts(p)%element%n_evaluated
-    end do
-  end function n_evaluated_of
+    outlook%flowing = min(1.0_wp, max(0.0_wp, mean_step - foretold%elastic) &
+                                  /max(foretold%flow, no_time))
+    outlook%ratio = mean_step/max(foretold%elastic + outlook%flowing*foretold%flow, no_time)
+    outlook%is_tried = .true.
+  end subroutine compare_cost
 
   !> From the velocities of half a step ago, which is near enough here.
   pure real(wp) function kinetic_energy(blank) result(energy)
