@@ -7,7 +7,7 @@ module contact_report
   use contact_check, only: face_gaps
   use tool, only: tool_t
   use model, only: model_t
-  use run_data, only: run_t
+  use run_state, only: run_t
   implicit none
   private
 

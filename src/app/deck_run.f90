@@ -11,7 +11,8 @@ module deck_run
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted, exit_files, &
                         status_of
   use run_identity, only: identity_of, provenance_of
-  use output_names, only: files_read, result_path, path_beside_result
+  use output_files, only: files_read, result_path, path_beside_result, open_message_file, &
+                          close_message_file
   use scene, only: scene_t
   use deck_reader, only: read_deck
   use error_report, only: report_errors
@@ -25,25 +26,23 @@ module deck_run
   use frames, only: results_t, results_setup_t, close_results
   use file_lock, only: lock_t, release_lock
   use system_files, only: kind_of_file, remove_file
-  use hdf5_reason, only: is_library_ready
+  use hdf5_library, only: is_library_ready
   use run_log, only: run_log_t, timings_t, open_log, silence_log, log_header, log_line, &
                      log_timings, close_log
   use child_process, only: c_text
   use interrupt, only: watch_signals
-  use run_data, only: run_t, wall_seconds
-  use run_saver, only: saver_t, save_last_good
-  use spent_checkpoint, only: drop_checkpoint
+  use run_state, only: run_t, wall_seconds
+  use run_saver, only: saver_t, save_last_good, drop_checkpoint
   use run_start, only: new_saver, claim_files, start_run, saving_words
   use history_columns, only: first_history_row
   use forming_run, only: run_model, save_failed, first_steps
-  use check_report, only: print_check, print_forecast, source_lines, saving_lines
+  use check_report, only: print_check, print_forecast, source_lines, saving_lines, check_torsion, &
+                          print_modes
   use run_forecast, only: outlook_t, tool_cell_length
-  use modes_report, only: check_torsion, print_modes
   use trial_run, only: print_probe
   use user_call, only: watch_user_calls, expect_elements, note_log, at_stop
   use user_library, only: user_library_t
   use user_setup, only: load_user_files
-  use message_files, only: open_message_file, close_message_file
   implicit none
   private
 

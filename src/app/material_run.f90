@@ -1,48 +1,54 @@
-!> The tests of one material point that a deck asks for, from reading to closing the results. And,
-!! for `igaform material DECK --return-study`, the error and cost of the return mappings of its
-!! plastic materials in long increments.
+!> The tests of one material point that a deck asks for, from reading to closing the results.
+!!
+!! Tests of the laws of users run in a process of their own: wherever the user's code ends the
+!! program, the rows up to there are kept and the next test begins.
 module material_run
   use, intrinsic :: iso_c_binding, only: c_funloc
   use, intrinsic :: iso_fortran_env, only: error_unit
   use kinds, only: wp
   use failure, only: error_t
-  use input_errors, only: error_list_t, add_error, n_errors, origin_t, new_origin
-  use text, only: string_t, to_text, rounded_text
+  use input_errors, only: error_list_t, add_error, n_errors
+  use text, only: string_t, to_text
   use command_line, only: command_t
   use scene, only: scene_t, material_spec_t, material_test_spec_t
   use block_law, only: block_law_t
   use user_library, only: user_library_t
   use law_setup, only: build_law
-  use user_call, only: at_stop
+  use user_call, only: at_stop, forget_thread
   use user_law, only: lacks_moduli, find_moduli, first_point_t
   use material_point, only: material_point_t, new_point
   use user_setup, only: load_user_files
   use deck_reader, only: read_material_deck
   use error_report, only: report_errors
-  use material_test, only: test_problem, new_test_rows, fill_table, table_heads, stop_words
-  use isolated_tests, only: law_slot_t, perform_tests
-  use shared_rows, only: shared_rows_t, free_rows, is_begun, failure_of, warning_of
-  use interrupt, only: watch_signals, stop_signal_name
-  use message_files, only: check_message_file
+  use material_test, only: test_problem, new_test_rows, fill_table, table_heads, stop_words, &
+                           fill_rows
+  use shared_rows, only: shared_rows_t, free_rows, is_begun, failure_of, warning_of, begin_rows, &
+                         end_rows, is_ended
+  use interrupt, only: watch_signals, stop_signal_name, is_stop_wanted, is_end_wanted
+  use output_files, only: check_message_file, result_base, files_read, result_path, &
+                          path_beside_result, open_message_file, close_message_file
   use hdf5_file, only: hdf5_file_t, create_file, place_file, give_up_file, close_file, flush_file, &
                        take_error, write_text_attribute, write_integer_attribute
-  use provenance_record, only: write_provenance
-  use result_guard, only: check_replaceable, test_content
+  use provenance, only: write_provenance
+  use existing_result, only: check_replaceable, test_content
   use unit_system, only: unit_system_t, new_unit_system
-  use result_table, only: result_table_t, n_rows, write_csv, write_group, add_column
+  use result_table, only: result_table_t, n_rows, write_csv, write_group
   use run_identity, only: provenance_of
-  use output_names, only: base_of, result_base, file_name, files_read, result_path, &
-                          path_beside_result
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted, exit_files, &
                         status_of
-  use return_error, only: reference_stresses, time_paths, mean_error, n_points, path_length, finest
+  use return_study, only: run_return_study
+  use child_process, only: fork_process, has_ended, ask_to_stop, insist_on_end, pause_briefly, &
+                           end_with_parent, end_process
   implicit none
   private
 
   public :: run_material_tests
+  public :: law_slot_t, perform_tests
 
-  integer, parameter :: stages(7) = [0, 1, 2, 5, 10, 20, 50]   ! 0: backward Euler
-  real(wp), parameter :: increments(4) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp, 1.0e-1_wp]
+  !> The law of a test.
+  type :: law_slot_t
+    class(block_law_t), allocatable :: law
+  end type law_slot_t
 
 contains
 
@@ -73,21 +79,6 @@ contains
       code = run_accepted(command, scene, slots)
     end if
   end function run_material_tests
-
-  !> The study of the returns in place of the tests.
-  integer function run_return_study(command, scene, errors) result(code)
-    type(command_t), intent(in) :: command
-    type(scene_t), intent(in) :: scene
-    type(error_list_t), intent(in) :: errors    !! of the deck
-    character(:), allocatable :: path
-
-    call report_errors(errors, error_unit)
-    code = exit_input
-    if (n_errors(errors) > 0) return
-    path = result_base(command%output)
-    if (path == "") path = base_of(file_name(command%deck))
-    if (study_returns(scene, path)) code = exit_done
-  end function run_return_study
 
   !> The law of each test, with its constants checked. Tests lie in the axes of the material, so
   !! its *ORIENTATION, which says how it lies in a blank, does not matter here.
@@ -351,110 +342,113 @@ contains
     end do
   end function underscored
 
-  !> A table for each material with *PLASTIC, printed and as a CSV file `base`-returns-NAME.csv.
-  !! Returns false where one could not be made.
-  logical function study_returns(scene, base) result(is_done)
-    type(scene_t), intent(in) :: scene
-    character(*), intent(in) :: base
-    type(error_list_t) :: errors
-    type(origin_t) :: origin
-    type(error_t), allocatable :: error
-    integer :: i, n
+  !> Carry out all tests, one after the other, until a signal says stop.
+  subroutine perform_tests(tests, slots, rows, messages, is_refused)
+    type(material_test_spec_t), intent(in) :: tests(:)
+    type(law_slot_t), intent(in) :: slots(:)            !! for each test
+    type(shared_rows_t), intent(inout) :: rows(:)       !! for each test, with room for it
+    character(*), intent(in) :: messages                !! path of the file for unit 7, or empty
+    logical, intent(out) :: is_refused                  !! memory, to one of the processes
+    logical :: is_going_on
+    integer :: i, process, code
 
-    n = 0
-    is_done = .true.
-    origin = new_origin(scene%file, 0, "")
-    if (size(scene%materials) > 0) origin = scene%materials(1)%origin
-    do i = 1, size(scene%materials)
-      if (scene%materials(i)%law /= "PLASTIC") cycle
-      n = n + 1
-      call study(scene%materials(i), base, new_unit_system(scene%units), errors, error)
-      if (allocated(error)) write (error_unit, "(a)") "igaform: error: material "// &
-        scene%materials(i)%name//": "//error%message
-      is_done = is_done .and. .not. allocated(error)
+    is_refused = .false.
+    is_going_on = .false.
+    i = 1
+    do while (i <= size(tests) .and. .not. is_stop_wanted())
+      process = -1
+      call begin_rows(rows(i))
+      if (slots(i)%law%needs_context) then
+        call flush_units()    ! else both processes would write what waits there
+        process = fork_process()
+      end if
+      if (process < 0) then
+        call fill_rows(tests(i), slots(i)%law, rows(i))
+      else if (process == 0) then
+        call open_message_file(messages, is_going_on)
+        call go_on(tests(i:), slots(i:), rows(i:))
+      else
+        call wait_for_end(process, code)
+        ! Looked at from here, for this process knows nothing of what the other one wrote.
+        call open_message_file(messages, is_going_on=.true.)
+        call close_message_file(messages)
+        is_going_on = .true.
+        do while (is_ended(rows(i)))
+          i = i + 1
+          if (i > size(tests)) return
+        end do
+        if (is_stop_wanted() .and. .not. is_begun(rows(i))) return
+        is_refused = is_refused .or. code == exit_files
+        call end_rows(rows(i), end_words(code), "")
+      end if
+      i = i + 1
     end do
-    if (n == 0) call add_error(errors, origin, &
-                               "no material with *PLASTIC to study the return of", &
-                               "at least one *PLASTIC")
-    call report_errors(errors, error_unit)
-    is_done = is_done .and. n_errors(errors) == 0
-  end function study_returns
+  end subroutine perform_tests
 
-  !> One material.
-  subroutine study(given, base, units, errors, error)
-    type(material_spec_t), intent(in) :: given
-    character(*), intent(in) :: base
-    type(unit_system_t), intent(in) :: units
-    type(error_list_t), intent(inout) :: errors
-    type(error_t), allocatable, intent(out) :: error
-    real(wp), parameter :: aligned(6) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp]
-    type(material_spec_t) :: material
-    class(block_law_t), allocatable :: law
-    real(wp) :: stress(n_points, 6), reference(n_points, 6)
-    real(wp), dimension(size(increments), size(stages)) :: deviations, seconds
-    integer :: i, k
+  !> Wait for the end of the other process, which is asked to stop where a signal says so.
+  subroutine wait_for_end(process, code)
+    integer, intent(in) :: process
+    integer, intent(out) :: code
+    logical :: is_asked
+    integer :: n_asked
 
-    material = given
-    if (material%plasticity%potential /= "") material%plasticity%orientation = aligned
-    do k = 1, size(stages)
-      material%plasticity%n_stages = stages(k)
-      call build_law(material, law, errors)
-      if (.not. allocated(law)) return
-      if (stages(k) == 0) call reference_stresses(law, reference, error)
-      do i = 1, size(increments)
-        if (allocated(error)) return
-        call time_paths(law, increments(i), stress, seconds(i, k), error)
-        deviations(i, k) = mean_error(stress, reference)
-      end do
+    is_asked = .false.
+    n_asked = 0
+    do while (.not. has_ended(process, code))
+      if (is_end_wanted()) then
+        call insist_on_end(process, n_asked)
+      else if (is_stop_wanted() .and. .not. is_asked) then
+        is_asked = .true.
+        call ask_to_stop(process)
+      end if
+      call pause_briefly()
     end do
-    if (allocated(error)) return
-    call print_table(material%name, deviations, seconds)
-    call write_table(base//"-returns-"//material%name//".csv", units, deviations, seconds, error)
-  end subroutine study
+  end subroutine wait_for_end
 
-  subroutine print_table(name, deviations, seconds)
-    character(*), intent(in) :: name
-    real(wp), intent(in) :: deviations(:, :), seconds(:, :)   !! (increment, return)
-    integer :: i, k
+  !> In the other process: these tests, with what the subroutines keep from one to the next.
+  subroutine go_on(tests, slots, rows)
+    type(material_test_spec_t), intent(in) :: tests(:)
+    type(law_slot_t), intent(in) :: slots(:)
+    type(shared_rows_t), intent(inout) :: rows(:)
+    integer :: i
 
-    print "(a)", "material "//name//": error of the stress after turning paths of "// &
-      to_text(path_length)//" strain, mean of "//to_text(n_points)//" points,"
-    print "(a)", "against increments of "//rounded_text(finest)//" extrapolated to zero; "// &
-      "ns per point and increment, of this run"
-    print "(a,4(es12.0,a))", "increment     ", (increments(i), "      ns", i=1, size(increments))
-    do k = 1, size(stages)
-      print "(a,4(es12.2,f8.0))", return_name(stages(k)), &
-        (deviations(i, k), 1.0e9_wp*seconds(i, k), i=1, size(increments))
+    call end_with_parent()
+    call forget_thread()
+    call watch_signals(c_funloc(at_stop), waits_for_others=.false.)
+    do i = 1, size(tests)
+      if (is_stop_wanted() .and. i > 1) exit
+      call fill_rows(tests(i), slots(i)%law, rows(i))
     end do
-  end subroutine print_table
+    call end_process()
+  end subroutine go_on
 
-  pure function return_name(n_stages) result(name)
-    integer, intent(in) :: n_stages
-    character(14) :: name
+  !> How a test ended that has not reported its end.
+  function end_words(code) result(words)
+    integer, intent(in) :: code    !! exit code, or 128 and the number of the signal
+    character(:), allocatable :: words
 
-    name = "backward Euler"
-    if (n_stages > 0) name = to_text(n_stages)//" stages"
-    if (n_stages == 1) name = "1 stage"
-  end function return_name
+    if (is_stop_wanted() .and. (code >= 128 .or. code == exit_interrupted)) then
+      words = stop_words//" inside the user's subroutine"
+    else if (code >= 128) then
+      words = "the user's subroutine was ended by signal "//to_text(code - 128)
+    else if (code == exit_files) then
+      words = "the system refused memory (see above)"
+    else
+      words = "the user's subroutine ended it (reported above)"
+    end if
+    words = words//"; the rows up to there are kept"
+  end function end_words
 
-  subroutine write_table(path, units, deviations, seconds, error)
-    character(*), intent(in) :: path
-    type(unit_system_t), intent(in) :: units
-    real(wp), intent(in) :: deviations(:, :), seconds(:, :)
-    type(error_t), allocatable, intent(out) :: error
-    type(result_table_t) :: table
-    integer :: n
+  !> Write what waits in the units that are open.
+  subroutine flush_units()
+    integer, parameter :: last = 200   ! those from NEWUNIT have no numbers that can be asked for
+    integer :: unit
+    logical :: is_open
 
-    n = size(deviations)
-    call add_column(table, "stages", "1", "stages of the return, 0: backward Euler", &
-                    reshape(real(spread(stages, 1, size(increments)), wp), [1, n]))
-    call add_column(table, "increment", "1", "equivalent strain of one increment", &
-                    reshape(spread(increments, 2, size(stages)), [1, n]))
-    call add_column(table, "error", "1", "mean relative error of the stress", &
-                    reshape(deviations, [1, n]))
-    call add_column(table, "nanoseconds", "1", "time per point and increment", &
-                    reshape(1.0e9_wp*seconds, [1, n]))
-    call write_csv(table, path, units, error)
-  end subroutine write_table
+    do unit = 0, last
+      inquire (unit=unit, opened=is_open)
+      if (is_open) flush (unit)
+    end do
+  end subroutine flush_units
 
 end module material_run

@@ -19,7 +19,7 @@ module run_forecast
   use contact_effect, only: contact_view_t, contact_pairs
   use tool_mesh, only: n_mesh_points
   use model, only: model_t
-  use run_data, only: run_t
+  use run_state, only: run_t
   use forming_run, only: new_run, take_step
   use surface_grid, only: element_size_of, no_length
   use seams, only: seams_t

@@ -9,20 +9,18 @@ module run_start
   use state_store, only: state_store_t
   use checkpoint, only: read_checkpoint, draft_t, draw_result, place_result, drop_result, &
                         remove_leftovers, is_replaceable
-  use result_layout, only: layout_problem
+  use frames, only: layout_problem, results_t, results_setup_t, open_results
   use kinds, only: wp
   use file_lock, only: lock_t, hold_file
   use system_files, only: kind_of_file, is_same_file
-  use frames, only: results_t, results_setup_t, open_results
   use provenance, only: log_mark
   use whole_file, only: why_left_alone
-  use message_files, only: check_message_file
+  use output_files, only: check_message_file, path_beside_result
   use forming_run, only: new_run
-  use run_data, only: run_t
+  use run_state, only: run_t
   use run_saver, only: saver_t, start_from, least_steps
   use command_line, only: command_t
   use run_identity, only: build_of_program, key_of_user_files
-  use output_names, only: path_beside_result
   implicit none
   private
 

@@ -13,7 +13,7 @@ module trial_run
   use model, only: model_t, increment_limit
   use model_setup, only: build_model
   use step_control, only: next_step
-  use run_data, only: run_t
+  use run_state, only: run_t
   use forming_run, only: new_run, take_step, has_ended, enter_next_step
   use run_forecast, only: outlook_t, step_cost_t, step_cost
   implicit none

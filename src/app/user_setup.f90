@@ -8,7 +8,7 @@ module user_setup
   use user_library, only: user_library_t, load_user_library, start_user_code
   use command_line, only: command_t
   use system_files, only: kind_of_file
-  use output_names, only: base_of, result_base, file_name
+  use output_files, only: base_of, result_base, file_name
   implicit none
   private
 

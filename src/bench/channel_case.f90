@@ -13,12 +13,12 @@ module channel_case
   use model_setup, only: build_model
   use frames, only: results_t, results_setup_t, open_results, write_frame, close_results
   use run_log, only: run_log_t, timings_t, open_log, close_log
-  use frame_content, only: fill_frame
+  use run_frames, only: fill_frame
   use history_columns, only: first_history_row
   use solid_forces, only: add_tiles
   use solid_element, only: solid_element_t
   use central_difference, only: advance
-  use run_data, only: run_t
+  use run_state, only: run_t
   use energy_balance, only: energy_balance_t
   use run_saver, only: saver_t
   use forming_run, only: new_run, run_model, take_balances, record_row

@@ -19,7 +19,7 @@ module checkpoint
   use hdf5_library, only: hid_t
   use hdf5_file, only: hdf5_file_t, create_file, close_file, take_error, write_reals, write_text, &
                        write_text_attribute
-  use result_guard, only: check_replaceable, is_checkpoint_state
+  use existing_result, only: check_replaceable, is_checkpoint_state
   use hdf5_reading, only: open_for_reading, close_reading, read_text_attribute, read_text, &
                           read_numbers
   implicit none

@@ -5,7 +5,7 @@ module deflated_chunk
   use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_int8_t, c_loc, c_long, c_null_ptr, &
                                          c_ptr, c_sizeof
   use kinds, only: wp
-  use hdf5_lists, only: deflate_level
+  use hdf5_library, only: deflate_level
   implicit none
   private
 

@@ -3,7 +3,6 @@ module frame_values
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use results_setup, only: display_patch_t, display_tool_t, results_setup_t
   use display_grid, only: display_thickness, display_vectors, new_display_grid
   use display_fields, only: derive_part, display_field_t, field_entry_t, fields_of, first_columns, &
                             frame_t, n_derived_parts, output_fields, patch_view_t, tools_view_t
@@ -11,10 +10,47 @@ module frame_values
   use tool_mesh, only: carried, new_surface_mesh, surface_mesh_t
   use vtkhdf, only: add_cells, cells_t, hexahedra_on_grid, vtk_bezier_hexahedron, &
                     vtk_bezier_quadrilateral, vtk_lagrange_hexahedron, vtk_lagrange_quadrilateral
+  use text, only: string_t
+  use gauss_rule, only: gauss_rule_t
+  use nurbs_solid, only: nurbs_solid_t
+  use nurbs_surface, only: nurbs_surface_t
+  use history, only: history_row_t
+  use provenance, only: provenance_t
   implicit none
   private
 
   public :: display_t, new_display, fill_values
+  public :: display_patch_t, display_tool_t, results_setup_t, frame_t
+
+  !> A patch of the blank to be shown.
+  type :: display_patch_t
+    character(:), allocatable :: name
+    type(nurbs_solid_t) :: solid                        !! at the start
+    type(gauss_rule_t) :: rule(3)                       !! integration points of an element
+  end type display_patch_t
+
+  !> A tool to be shown.
+  type :: display_tool_t
+    character(:), allocatable :: name
+    real(wp) :: cell_length = huge(1.0_wp)              !! of a Lagrange cell at most [length]
+    type(nurbs_surface_t), allocatable :: surfaces(:)   !! in their place at the start
+  end type display_tool_t
+
+  !> What a results file is made from.
+  type :: results_setup_t
+    character(:), allocatable :: path
+    type(display_patch_t), allocatable :: patches(:)    !! of the blank
+    type(display_tool_t), allocatable :: tools(:)
+    type(history_row_t) :: history                      !! a row filled once, for its columns
+    type(string_t), allocatable :: steps(:)             !! of the deck, names; may be none
+    integer :: n_state = 0                              !! columns of the frames' state
+    type(string_t), allocatable :: state_names(:)       !! of these columns; may be none
+    logical :: is_bezier = .false.                      !! Bezier cells instead of Lagrange
+    type(field_entry_t), allocatable :: fields(:)       !! missing: `output_fields(0)`
+    real(wp) :: blank_mass = 0.0_wp                     !! without what scaling has added
+    real(wp) :: width_ratio = 1.0_wp                    !! full width over that of the blank
+    type(provenance_t) :: provenance
+  end type results_setup_t
 
   !> All that is shown, and where its display points are: first those of the patches, then those of
   !! the tools.

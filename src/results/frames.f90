@@ -14,28 +14,31 @@ module frames
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use failure, only: error_t
-  use text, only: joined, strings, to_text
-  use results_setup, only: display_patch_t, display_tool_t, results_setup_t, frame_t
+  use text, only: joined, strings, to_text, string_t
+  use frame_values, only: display_patch_t, display_tool_t, results_setup_t, frame_t, display_t, &
+                          fill_values, new_display
   use hdf5_file, only: check_length, close_file, give_up_file, open_file, create_file, &
                        create_group, byte_values, flush_file, hdf5_file_t, integer_values, &
                        link_object, path_of_open, place_file, real_values, take_error, &
-                       write_reals, write_text_attribute, write_integer_attribute
-  use hdf5_series, only: append_chunk, append_integers, create_series
+                       write_reals, write_text_attribute, write_integer_attribute, append_chunk, &
+                       append_integers, create_series, write_integers
   use deflated_chunk, only: deflated_chunk_t, new_deflated_chunk
   use unit_system, only: new_unit_system, unit_of, unit_system_t
-  use provenance, only: text_or_empty
-  use provenance_record, only: write_provenance, write_blank_mass, write_width_ratio, &
-                               write_timings
-  use run_log, only: timings_t
+  use provenance, only: text_or_empty, write_provenance
+  use run_log, only: timings_t, ns_per_element_step
   use display_grid, only: point_grid
   use display_fields, only: face_field_t, patch_frame_t, tool_frame_t
-  use frame_values, only: display_t, fill_values, new_display
   use tool_mesh, only: carried
   use vtkhdf, only: append_point_data, append_points, append_step, cells_t, create_grid, &
                     create_point_data, write_rational_weights
-  use nurbs_record, only: update_points, write_solid, write_surface
   use history, only: history_row_t, history_t, open_history, record_row, write_history, &
                      forget_rows, n_waiting_rows
+  use hdf5_library, only: hid_t
+  use hdf5_reading, only: open_for_reading, close_reading, names_in, read_numbers
+  use knot_vector, only: knot_vector_t
+  use nurbs_solid, only: nurbs_solid_t
+  use nurbs_surface, only: nurbs_surface_t
+  use timer, only: watch_seconds
   implicit none
   private
 
@@ -43,6 +46,8 @@ module frames
   public :: face_field_t, tool_frame_t
   public :: open_results, write_frame, record_history, close_results
   public :: flush_results, forget_history, n_frames_of, n_rows_of, path_of_results
+  public :: layout_problem
+  public :: write_solid, write_surface, update_points
 
   !> An open results file.
   type :: results_t
@@ -55,6 +60,8 @@ module frames
     character(:), allocatable :: state_names            ! set apart by commas, or empty
     integer :: n_frames = 0
   end type results_t
+
+  character(*), parameter :: weights_name = "RationalWeights"   ! that Bezier cells have
 
 contains
 
@@ -122,8 +129,12 @@ contains
 
     associate (file => results%file)
       call write_provenance(file, setup%provenance)
-      call write_blank_mass(file, setup%blank_mass, unit_of(results%units, "mass"))
-      if (setup%width_ratio > 1.0_wp) call write_width_ratio(file, setup%width_ratio)
+      call write_reals(file, "/provenance/blank_mass", [setup%blank_mass], [integer ::], &
+                       unit_of(results%units, "mass"), &
+                       "mass of the blank without what scaling has added")
+      if (setup%width_ratio > 1.0_wp) call write_reals(file, "/provenance/width_ratio", &
+        [setup%width_ratio], [integer ::], "1", &
+        "full width, of which forces, energies and masses are, over that of the blank")
       call create_grid(file, cells, results%display%n_points, unit_of(results%units, "length"), &
                        unit_of(results%units, "time"))
       if (setup%is_bezier) call write_rational_weights(file, weights)
@@ -304,6 +315,33 @@ contains
     call take_error(results%file, error)
   end subroutine close_results
 
+  !> Write /timings: one group for each effect, and the cost of the whole run.
+  subroutine write_timings(file, timings)
+    type(hdf5_file_t), intent(inout) :: file
+    type(timings_t), intent(in) :: timings
+    character(:), allocatable :: folder
+    integer :: i
+
+    call create_group(file, "/timings/effects")
+    do i = 1, size(timings%timer%watches)
+      associate (watch => timings%timer%watches(i))
+        folder = "/timings/effects/"//watch%name
+        call write_reals(file, folder//"/seconds", [watch_seconds(timings%timer, i)], &
+                         [integer ::], "s", "wall-clock time of this effect")
+        call write_integers(file, folder//"/calls", [watch%n_calls], [integer ::], &
+                            "number of calls", integer_values)
+      end associate
+    end do
+    call write_reals(file, "/timings/wall_seconds", [timings%wall_seconds], [integer ::], "s", &
+                     "wall-clock time of all steps")
+    call write_integers(file, "/timings/steps", [timings%n_steps], [integer ::], &
+                        "number of steps", integer_values)
+    call write_integers(file, "/timings/elements", [int(timings%n_elements, int64)], &
+                        [integer ::], "number of elements", integer_values)
+    call write_reals(file, "/timings/ns_per_element_step", [ns_per_element_step(timings)], &
+                     [integer ::], "ns", "wall-clock time per element and step")
+  end subroutine write_timings
+
   subroutine create_fields(results)
     type(results_t), intent(inout) :: results
     integer :: i
@@ -427,5 +465,146 @@ contains
 
     folder = "/nurbs/tools/"//results%display%tools(i_tool)%name//"/surface_"//to_text(i_surface)
   end function surface_folder
+
+  !> What of *OUTPUT is not what the result was begun with, option by option with both values; empty
+  !! if the frames of this set-up fit behind those of the file.
+  function layout_problem(path, setup) result(reason)
+    character(*), intent(in) :: path             !! of a result that is whole
+    type(results_setup_t), intent(in) :: setup
+    character(:), allocatable :: reason
+    type(string_t), allocatable :: names(:)
+    real(wp), allocatable :: n_points(:)
+    type(display_t) :: display
+    type(cells_t) :: cells
+    real(wp), allocatable :: weights(:)
+    integer(hid_t) :: file
+
+    reason = "it cannot be opened"
+    file = open_for_reading(path)
+    if (file < 0) return
+    names = names_in(file, "/VTKHDF/PointData")
+    call read_numbers(file, "/VTKHDF/NumberOfPoints", n_points)
+    call close_reading(file)
+    reason = ""
+    call new_display(setup, display, cells, weights)
+    call compare("FIELDS", fields_word(names), fields_word(strings(display%fields%name)), reason)
+    call compare("CELLS", cells_word(has(names, weights_name)), cells_word(setup%is_bezier), reason)
+    if (reason == "") reason = other_problem(names, n_points, display)
+  end function layout_problem
+
+  !> What no option tells: a result of another version of the program.
+  function other_problem(names, n_points, display) result(reason)
+    type(string_t), intent(in) :: names(:)                 !! of the fields in the file
+    real(wp), allocatable, intent(in) :: n_points(:)       !! points of its grid, as it says
+    type(display_t), intent(in) :: display                 !! of the run now
+    character(:), allocatable :: reason
+    integer :: i, n
+
+    reason = ""
+    do i = 1, size(display%fields)
+      if (.not. has(names, trim(display%fields(i)%name))) &
+        reason = "it has no field "//trim(display%fields(i)%name)
+    end do
+    if (size(names) /= size(display%fields) + merge(1, 0, display%is_bezier) .and. reason == "") &
+      reason = "it has "//to_text(size(names))//" fields, not those of this program"
+    if (reason /= "") return
+    n = 0
+    if (allocated(n_points)) n = nint(sum(n_points))
+    if (n /= display%n_points) reason = "its frames have "//to_text(n)//" points, those of the "// &
+                                       "run now "//to_text(display%n_points)
+  end function other_problem
+
+  pure subroutine compare(option, was, now, reason)
+    character(*), intent(in) :: option, was, now
+    character(:), allocatable, intent(inout) :: reason
+
+    if (was == now) return
+    if (reason /= "") reason = reason//", and "
+    reason = reason//"it was begun with *OUTPUT, "//option//"="//was//", and the deck now has "// &
+            option//"="//now
+  end subroutine compare
+
+  !> The value of FIELDS that gives these fields.
+  pure function fields_word(names) result(word)
+    type(string_t), intent(in) :: names(:)
+    character(:), allocatable :: word
+    character(7), parameter :: words(0:2) = [character(7) :: "NONE", "CONTACT", "WEAR"]
+
+    word = trim(words(count([has(names, "contact_pressure"), has(names, "wear")])))
+  end function fields_word
+
+  pure function cells_word(is_bezier) result(word)
+    logical, intent(in) :: is_bezier
+    character(:), allocatable :: word
+
+    word = trim(merge("BEZIER  ", "LAGRANGE", is_bezier))
+  end function cells_word
+
+  pure logical function has(names, name)
+    type(string_t), intent(in) :: names(:)
+    character(*), intent(in) :: name
+    integer :: i
+
+    has = .false.
+    do i = 1, size(names)
+      has = has .or. names(i)%value == name
+    end do
+  end function has
+
+  !> Write a solid: degrees, knots, weights and control points.
+  subroutine write_solid(file, folder, solid, length_unit)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: folder, length_unit
+    type(nurbs_solid_t), intent(in) :: solid
+    integer :: n(4)
+
+    n = shape(solid%points)
+    call write_axes(file, folder, solid%axes)
+    call write_reals(file, folder//"/weights", solid%weights, n(:3), "1", &
+                     "weights of the control points, indices (zeta, eta, xi)")
+    call update_points(file, folder, reshape(solid%points, [product(n(:3)), 3]), n(:3), &
+                       length_unit)
+  end subroutine write_solid
+
+  !> Write a surface: degrees, knots, weights and control points.
+  subroutine write_surface(file, folder, surface, length_unit)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: folder, length_unit
+    type(nurbs_surface_t), intent(in) :: surface
+    integer :: n(3)
+
+    n = shape(surface%points)
+    call write_axes(file, folder, surface%axes)
+    call write_reals(file, folder//"/weights", surface%weights, n(:2), "1", &
+                     "weights of the control points, indices (eta, xi)")
+    call update_points(file, folder, reshape(surface%points, [product(n(:2)), 3]), n(:2), &
+                       length_unit)
+  end subroutine write_surface
+
+  !> Write control points, or overwrite them with those of a later time.
+  subroutine update_points(file, folder, points, grid, length_unit)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: folder, length_unit
+    real(wp), intent(in) :: points(:, :)   !! shape (product(grid), 3)
+    integer, intent(in) :: grid(:)         !! control points per direction
+
+    call write_reals(file, folder//"/points", transpose(points), [3, grid], length_unit, &
+                     "control points of the last frame, not multiplied by their weights, " &
+                     //"last axis first, components last")
+  end subroutine update_points
+
+  subroutine write_axes(file, folder, axes)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: folder
+    type(knot_vector_t), intent(in) :: axes(:)
+    integer :: d
+
+    call write_integers(file, folder//"/degrees", int(axes%degree, int64), [size(axes)], &
+                        "polynomial degrees", integer_values)
+    do d = 1, size(axes)
+      call write_reals(file, folder//"/knots_"//to_text(d), axes(d)%knots, &
+                       [size(axes(d)%knots)], "1", "knot vector of axis "//to_text(d))
+    end do
+  end subroutine write_axes
 
 end module frames

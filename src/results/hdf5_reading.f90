@@ -5,7 +5,6 @@ module hdf5_reading
   use text, only: string_t
   use system_files, only: is_no_file
   use hdf5_library
-  use hdf5_reason, only: is_library_ready
   implicit none
   private
 

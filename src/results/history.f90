@@ -4,8 +4,7 @@
 module history
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use hdf5_file, only: hdf5_file_t, integer_values, real_values
-  use hdf5_series, only: append_reals, create_series
+  use hdf5_file, only: hdf5_file_t, integer_values, real_values, append_reals, create_series
   use unit_system, only: unit_of, unit_system_t
   implicit none
   private

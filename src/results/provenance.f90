@@ -1,15 +1,17 @@
 !> Where a result comes from: program, machine, command and deck; and what its bits depend on beside
 !! the deck: how the program was built. Two builds of the same sources round differently.
 module provenance
-  use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
+  use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version, int64
   use, intrinsic :: iso_c_binding, only: c_int, c_long
   use system_files, only: library_of
   use text, only: to_text
+  use hdf5_file, only: create_group, hdf5_file_t, integer_values, write_integers, write_text, &
+                       write_text_attribute
   implicit none
   private
 
   public :: provenance_t, provenance_lines, host_cores, timestamp, compiler_name, compiler_flags
-  public :: text_or_empty, fingerprint, fingerprint_difference, options_that_count
+  public :: write_provenance, text_or_empty, fingerprint, fingerprint_difference, options_that_count
 
   !> What the head of every log begins with.
   character(*), parameter, public :: log_mark = "igaform "
@@ -222,5 +224,39 @@ contains
     word = rest(:n - 1)
     rest = rest(n:)
   end subroutine take_word
+
+  !> Write /provenance; its attribute `status` says running until the file is closed in order.
+  subroutine write_provenance(file, source)
+    type(hdf5_file_t), intent(inout) :: file
+    type(provenance_t), intent(in) :: source
+    character(*), parameter :: folder = "/provenance/"
+    character(:), allocatable :: flags
+
+    flags = text_or_empty(source%build_flags)
+    if (len(flags) == 0) flags = compiler_flags()
+    call create_group(file, "/provenance")
+    call write_text_attribute(file, "/provenance", "status", "running")
+    call write_text_attribute(file, "/provenance", "identity", text_or_empty(source%identity))
+    call write_text(file, folder//"version", text_or_empty(source%version), &
+                    "version of the program")
+    call write_text(file, folder//"git_commit", text_or_empty(source%git_commit), &
+                    "commit of the program's sources")
+    call write_text(file, folder//"compiler", compiler_name(), "compiler of the program")
+    call write_text(file, folder//"compiler_flags", flags, "options of the compiler")
+    call write_text(file, folder//"build", text_or_empty(source%build), &
+                    "what the bits of results depend on besides the deck, one a line")
+    call write_text(file, folder//"command_line", text_or_empty(source%command_line), &
+                    "command that made this file")
+    call write_text(file, folder//"deck_file", text_or_empty(source%deck_file), "name of the deck")
+    call write_text(file, folder//"deck_text", text_or_empty(source%deck_text), &
+                    "the deck as it was read")
+    call write_text(file, folder//"heading", text_or_empty(source%heading), "heading of the deck")
+    call write_text(file, folder//"units", text_or_empty(source%units), "units label of the deck")
+    call write_text(file, folder//"start_time", timestamp(), "local time at the start")
+    call write_integers(file, folder//"threads", [int(source%n_threads, int64)], [integer ::], &
+                        "threads of the run", integer_values)
+    call write_integers(file, folder//"host_cores", [int(host_cores(), int64)], [integer ::], &
+                        "processors of the machine", integer_values)
+  end subroutine write_provenance
 
 end module provenance

@@ -12,9 +12,9 @@ module vtkhdf
   use text, only: string_t
   use deflated_chunk, only: deflated_chunk_t
   use hdf5_file, only: byte_values, create_group, hdf5_file_t, integer_values, link_object, &
-                       real_values, &
-                       write_integer_attribute, write_integers, write_reals, write_text_attribute
-  use hdf5_series, only: append_chunk, append_integers, append_reals, create_series
+                       real_values, write_integer_attribute, write_integers, write_reals, &
+                       write_text_attribute, append_chunk, append_integers, append_reals, &
+                       create_series
   implicit none
   private
 

@@ -1,11 +1,10 @@
 !> The run: one explicit step after the other, with what is due in between.
 module forming_run
   use kinds, only: wp
-  use text, only: string_t
+  use text, only: string_t, to_text, rounded_text, append_text
   use failure, only: error_t, fail
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks
-  use body_parts, only: field_t, share_external_forces
-  use body_parts, only: forces_of_parts
+  use body_parts, only: field_t, share_external_forces, forces_of_parts
   use relaxation, only: relaxation_outcome
   use contact_effect, only: forget_depths, measure_depths
   use effect, only: apply_effects
@@ -14,22 +13,22 @@ module forming_run
   use run_log, only: run_log_t, log_line, log_progress
   use step_control, only: new_step_control, next_step, is_due, count_output, is_depth_due, &
                           put_off_depths
-  use motion_update, only: update_velocities, update_positions
+  use central_difference, only: update_velocities, update_positions
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
-  use frame_content, only: new_frame, fill_frame
+  use run_frames, only: new_frame, fill_frame, n_waiting_frames, add_frame, release_frames
   use history_columns, only: fill_history_row
-  use waiting_frames, only: n_waiting_frames, add_frame, release_frames
-  use run_data, only: run_t, wall_seconds
+  use run_state, only: run_t, wall_seconds
   use run_saver, only: saver_t, look_after, keep, save_last_good, try_again
   use health, only: check_health, check_balance, check_pairs, check_hidden_depths, &
                     added_mass_warning, shear_warning
   use step_change, only: begin_next_step
-  use step_report, only: log_step
+  use rigid_motion, only: rigid_motion_t
   implicit none
   private
 
   public :: run_t, new_run, run_model, take_step, has_ended, enter_next_step, save_failed
   public :: take_balances, record_row
+  public :: effect_names
 
   !> Steps before the energy balance may end a run: of a motion that rises from rest the n-th step
   !! misses the share 1/(4 n^2).
@@ -480,5 +479,54 @@ contains
     run%frame%is_failed = .true.
     call write_frame(results, run%frame, ignored)
   end subroutine save_failed
+
+  !> Name and time of the step that begins, and what acts in it. Of a deck without *STEP the effects
+  !! alone.
+  subroutine log_step(log, model, time)
+    type(run_log_t), intent(inout) :: log
+    type(model_t), intent(in) :: model
+    real(wp), intent(in) :: time
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    if (allocated(model%step%name)) &
+      call log_line(log, "step       "//to_text(model%i_step)//" "//model%step%name// &
+                    ", from time "//rounded_text(time)//" for "//rounded_text(model%step%duration))
+    names = effect_names(model)
+    do i = 1, size(names)
+      call log_line(log, "effect     "//names(i)%value)
+    end do
+    do i = 1, size(model%motions)
+      if (.not. is_moving(model%motions(i))) cycle
+      call log_line(log, "motion     "//model%bodies%tools(i)%name)
+    end do
+  end subroutine log_step
+
+  !> What acts in the step of the deck under way.
+  function effect_names(model) result(names)
+    type(model_t), intent(in) :: model
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    allocate (names(0))
+    if (model%bodies%blank%parts(1)%element%has_viscosity) &
+      call append_text(names, "bulk viscosity")
+    if (model%bodies%blank%added_mass > 0.0_wp) &
+      call append_text(names, "mass scaling, added mass "// &
+                              rounded_text(model%bodies%blank%added_mass))
+    do i = 1, size(model%forces)
+      call append_text(names, model%forces(i)%item%name)
+    end do
+    do i = 1, size(model%supports)
+      call append_text(names, model%supports(i)%item%name)
+    end do
+  end function effect_names
+
+  pure logical function is_moving(motion)
+    type(rigid_motion_t), intent(in) :: motion
+    integer :: i
+
+    is_moving = any([(any(abs(motion%terms(i)%vector) > 0.0_wp), i=1, size(motion%terms))])
+  end function is_moving
 
 end module forming_run

@@ -4,23 +4,23 @@ module run_saver
   use kinds, only: wp
   use failure, only: error_t
   use text, only: to_text, rounded_text
-  use timer, only: clock_ticks, ticks_to_seconds, start_watch, stop_watch, watch_seconds, &
-                   set_time
+  use timer, only: clock_ticks, ticks_to_seconds, start_watch, stop_watch, watch_seconds, set_time
   use interrupt, only: is_save_wanted, forget_save, stop_signal_name
   use state_store, only: state_store_t, enter_folder, carry, carry_array
   use model, only: model_t
   use frames, only: results_t, flush_results, forget_history, n_frames_of, n_rows_of, &
                     path_of_results
   use run_log, only: run_log_t, log_line
-  use checkpoint, only: checkpoint_header_t, write_checkpoint
-  use run_data, only: run_t, wall_seconds
-  use waiting_frames, only: n_waiting_frames, release_frames, keep_first_frames
-  use run_state, only: pack_run, unpack_run
+  use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint
+  use run_state, only: run_t, wall_seconds, pack_run, unpack_run
+  use run_frames, only: n_waiting_frames, release_frames, keep_first_frames
+  use system_files, only: remove_file, sync_file
   implicit none
   private
 
   public :: saver_t, look_after, keep, save_last_good, try_again, pack_for_file, start_from
   public :: is_interval_over, is_clock_due
+  public :: drop_checkpoint
 
   !> Steps before the state is kept anew, which costs about as much as half of one.
   integer, parameter :: steps_between = 200
@@ -460,5 +460,49 @@ contains
       is_trying = .true.
     end subroutine go_back
   end function try_again
+
+  !> The run is complete: a checkpoint that was to save it alone goes, once the result is on the
+  !! disk, and so does one that an earlier run of this deck has left half way.
+  subroutine drop_checkpoint(saver, run, log)
+    type(saver_t), intent(inout) :: saver
+    type(run_t), intent(in) :: run
+    type(run_log_t), intent(inout) :: log
+    character(:), allocatable :: reason
+
+    if (saver%is_lasting) return
+    if (saver%saved_step < 0) then
+      if (.not. is_overtaken(saver, run)) return
+    end if
+    if (.not. sync_file(saver%result_file, reason)) then
+      call log_line(log, "warning: checkpoint "//saver%path//" stays: the result cannot be "// &
+                    "brought to the disk: "//reason)
+      return
+    end if
+    call remove_file(saver%path, reason)
+    if (reason == "") then
+      call log_line(log, "checkpoint "//saver%path//" removed, since the run is complete")
+    else
+      call log_line(log, "warning: checkpoint "//saver%path//" cannot be removed: "//reason)
+    end if
+  end subroutine drop_checkpoint
+
+  !> Is there a checkpoint of this deck in which it had come no further?
+  logical function is_overtaken(saver, run)
+    type(saver_t), intent(in) :: saver
+    type(run_t), intent(in) :: run
+    type(state_store_t) :: store
+    type(error_t), allocatable :: error
+    real(wp) :: time
+
+    inquire (file=saver%path, exist=is_overtaken)
+    if (is_overtaken) call read_checkpoint(saver%path, saver%header, store, error)
+    is_overtaken = is_overtaken .and. .not. allocated(error)
+    if (.not. is_overtaken) return
+    store%is_taking = .true.
+    time = huge(1.0_wp)
+    call enter_folder(store, "run")
+    call carry(store, "time", time)
+    is_overtaken = time <= run%instant%time
+  end function is_overtaken
 
 end module run_saver

@@ -14,7 +14,7 @@ program fuzz_checkpoint
   use model_setup, only: build_model
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint, &
                         draft_t, draw_result, place_result
-  use run_data, only: run_t
+  use run_state, only: run_t
   use run_saver, only: saver_t, pack_for_file, start_from
   use forming_run, only: new_run, take_step
   use fuzz_talk, only: argument, next_path, answer_with

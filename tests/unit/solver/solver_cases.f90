@@ -7,7 +7,7 @@ module solver_cases
   use model, only: model_t
   use frames, only: results_t, results_setup_t, open_results, close_results
   use run_log, only: run_log_t, timings_t, open_log, close_log
-  use run_data, only: run_t
+  use run_state, only: run_t
   use run_saver, only: saver_t
   use history_columns, only: first_history_row
   use forming_run, only: new_run, run_model

@@ -1,5 +1,5 @@
 !> Where in the blank a run went wrong. Looked for only when it has, so the steps pay nothing.
-module trouble_spot
+module failure_location
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
   use text, only: to_text, place_text
@@ -318,4 +318,4 @@ contains
     words = "contact point ("//to_text(i)//", "//to_text(j)//"), at "//place_text(x)
   end function contact_place
 
-end module trouble_spot
+end module failure_location
