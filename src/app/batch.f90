@@ -12,10 +12,9 @@ module batch
   use child_process, only: start_program, take_ended, ask_to_stop, insist_on_end, ask_to_save, &
                            pause_briefly
   use provenance, only: host_cores
-  use system_files, only: true_path, is_folder
+  use system_files, only: true_path, is_folder, folder_of
   use output_files, only: error_file_problem, begin_error_file, note_failed_run, end_error_file, &
                           base_of, file_name, first_error, is_noted_as_failed
-  use source_file, only: folder_part
   use command_line, only: command_t
   use run_identity, only: identity_of
   use exit_codes, only: exit_input, exit_numerics, exit_interrupted, exit_done
@@ -23,6 +22,7 @@ module batch
   use existing_result, only: result_state_t, read_result_state
   use file_lock, only: is_locked_by_others
   use whole_file, only: why_left_alone, write_lines
+  use result_table, only: quoted
   implicit none
   private
 
@@ -188,7 +188,7 @@ contains
                                                .or. outcomes(next)%status == "failed")
         call start(command, runs(next), job)
         if (job%process == 0) then
-          if (.not. is_folder(result_folder(runs(next)))) outcomes(next)%status = "refused"
+          if (.not. is_folder(folder_of(runs(next)%base))) outcomes(next)%status = "refused"
           if (error_file_problem(runs(next)%base//".err") /= "") outcomes(next)%status = "refused"
           outcomes(next)%message = why_unstarted(runs(next))
           n_done = n_done + 1
@@ -247,22 +247,14 @@ contains
     type(batch_run_t), intent(in) :: run
     character(:), allocatable :: words
 
-    if (is_folder(result_folder(run))) then
+    if (is_folder(folder_of(run%base))) then
       words = error_file_problem(run%base//".err")
       if (words == "") words = "'"//run%base//".err' for its messages"
       words = "cannot be started with "//words
     else
-      words = "found no folder '"//result_folder(run)//"' for its result; make it first"
+      words = "found no folder '"//folder_of(run%base)//"' for its result; make it first"
     end if
   end function why_unstarted
-
-  function result_folder(run) result(folder)
-    type(batch_run_t), intent(in) :: run
-    character(:), allocatable :: folder
-
-    folder = folder_part(run%base)
-    if (folder == "") folder = "."
-  end function result_folder
 
   function words_of(word) result(list)
     character(*), intent(in) :: word
@@ -433,19 +425,5 @@ contains
            rounded_text(outcome%state%energy_error)//","//quoted(run%result_file)//","// &
            quoted(outcome%message)//","//quoted(run%text)
   end function csv_line
-
-  !> A field of CSV.
-  pure function quoted(given) result(field)
-    character(*), intent(in) :: given
-    character(:), allocatable :: field
-    integer :: i
-
-    field = '"'
-    do i = 1, len(given)
-      field = field//given(i:i)
-      if (given(i:i) == '"') field = field//'"'
-    end do
-    field = field//'"'
-  end function quoted
 
 end module batch

@@ -13,7 +13,7 @@ module check_report
   use blank, only: n_elements_of, mass_of, blank_t
   use model, only: model_t
   use step_control, only: step_control_t, new_step_control, next_step
-  use forming_run, only: effect_names
+  use forming_run, only: effect_lines
   use run_forecast, only: new_forecast, forecast_lines, outlook_t
   use scene, only: scene_t
   use system_files, only: true_path
@@ -30,7 +30,7 @@ module check_report
   implicit none
   private
 
-  public :: print_check, print_forecast, source_lines, saving_lines
+  public :: print_check, print_forecast, print_lines, source_lines, saving_lines
   public :: print_modes, check_torsion
 
   real(wp), parameter :: slender = 4.0_wp    !! length over the larger width of a bar
@@ -52,14 +52,17 @@ contains
   !> Counts, mass, stable step and number of steps, to standard output.
   subroutine print_check(model)
     type(model_t), intent(in) :: model
-    type(string_t), allocatable :: effects(:)
+    type(string_t), allocatable :: lines(:)
     integer :: i
 
     associate (blank => model%bodies%blank)
       print "(a)", "blank            "//blank%name
       do i = 1, size(blank%parts)
         if (size(blank%parts) > 1) print "(a)", "patch            "//blank%parts(i)%element%name
-        call print_lines(blank%parts(i)%element)
+        allocate (lines(0))
+        call blank%parts(i)%element%describe(lines)
+        call print_lines(lines)
+        deallocate (lines)
       end do
       if (size(blank%parts) > 1) print "(a)", "all patches      "// &
         to_text(n_elements_of(blank%parts))//" elements"
@@ -71,10 +74,7 @@ contains
     print "(a)", "tools            "//to_text(size(model%bodies%tools))
     if (allocated(model%step%name)) print "(a)", "steps of deck    "// &
       to_text(1 + size(model%later_steps))//", of the first these effects"
-    effects = effect_names(model)
-    do i = 1, size(effects)
-      print "(a)", "effect           "//effects(i)%value
-    end do
+    call print_lines(effect_lines(model, "effect           "))
     print "(a)", "stable increment "//rounded_text(model%stable_step)
     print "(a)", "steps            about "//rounded_text(n_steps_of(model))
   end subroutine print_check
@@ -84,8 +84,6 @@ contains
     type(model_t), intent(inout) :: model   !! some steps of it are taken
     type(outlook_t), intent(in) :: outlook
     logical, intent(in) :: may_step         !! unless the law must not be called
-    type(string_t), allocatable :: lines(:)
-    integer :: i
 
     if (.not. may_step) then
       print "(a)", "run time         no forecast, for that would call the user's subroutine "// &
@@ -94,11 +92,7 @@ contains
     end if
     if (outlook%is_tried) print "(a)", "steps            about "// &
       rounded_text(outlook%growth*n_steps_of(model))//", as the run with fewer elements shows"
-    ! Not in a PRINT: a user's law may write as well.
-    lines = forecast_lines(new_forecast(model, n_steps_of(model), outlook))
-    do i = 1, size(lines)
-      print "(a)", lines(i)%value
-    end do
+    call print_lines(forecast_lines(new_forecast(model, n_steps_of(model), outlook)))
     if (.not. outlook%is_tried .and. any([model%step%has_relaxation, &
                                           model%later_steps%step%has_relaxation])) &
       print "(a)", "                 less where a relaxation ends before its time limit "// &
@@ -115,13 +109,11 @@ contains
                  /next_step(control, 0.0_wp, model%rate)
   end function n_steps_of
 
-  subroutine print_lines(element)
-    class(element_t), intent(in) :: element
-    type(string_t), allocatable :: lines(:)
+  !> Print lines to standard output.
+  subroutine print_lines(lines)
+    type(string_t), intent(in) :: lines(:)
     integer :: i
 
-    allocate (lines(0))
-    call element%describe(lines)
     do i = 1, size(lines)
       print "(a)", lines(i)%value
     end do
@@ -266,6 +258,7 @@ contains
     real(wp), parameter :: two_pi = 2.0_wp*acos(-1.0_wp)
     type(fixed_t), allocatable :: fixed(:)
     real(wp), allocatable :: frequency(:)
+    character(16) :: period
     integer :: i, n
 
     fixed = prescribed_components(model%bodies%blank%parts, model%supports, model%i_step)
@@ -280,7 +273,9 @@ contains
     end associate
     print "(a)", "mode         frequency            period"
     do i = 1, min(n_modes, size(frequency))
-      print "(i4, 2(2x, es16.9))", i, frequency(i), 1.0_wp/max(frequency(i), tiny(1.0_wp))
+      period = repeat(" ", 15)//"-"   ! of a motion as a rigid body
+      if (frequency(i) > 0.0_wp) write (period, "(es16.9)") 1.0_wp/frequency(i)
+      print "(i4, 2x, es16.9, 2x, a)", i, frequency(i), period
     end do
   end subroutine print_modes
 

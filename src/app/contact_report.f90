@@ -25,48 +25,54 @@ module contact_report
 contains
 
   !> The deepest penetration, what the searches of each pair did, and tools that never touched.
-  subroutine log_contact(log, model, run, is_complete)
+  subroutine log_contact(log, model, run, is_complete, length_unit)
     type(run_log_t), intent(inout) :: log
     type(model_t), intent(in), target :: model
     type(run_t), intent(in) :: run
     logical, intent(in) :: is_complete     !! the run was not broken off
+    character(*), intent(in) :: length_unit   !! for the log, or empty
     type(contact_view_t), allocatable :: pairs(:)
     type(meeting_t), allocatable :: meetings(:)
+    character(:), allocatable :: unit
     integer :: i
 
+    unit = ""
+    if (length_unit /= "") unit = " "//length_unit
     pairs = [contact_pairs(model%retired), contact_pairs(model%forces)]
     if (size(pairs) == 0) return
-    call log_depths(log, pairs, run%largest_penetration)
+    call log_depths(log, pairs, run%largest_penetration, unit)
     call log_searches(log, pairs)
     if (.not. is_complete) return
     meetings = meetings_of(pairs, model%bodies%tools)
     do i = 1, size(meetings)
       if (.not. meetings(i)%has_touched) call log_line(log, idle_words(meetings(i), &
-        model%bodies%tools(meetings(i)%tool)%name))
+        model%bodies%tools(meetings(i)%tool)%name, unit))
     end do
   end subroutine log_contact
 
-  !> Depths at the contact points and between them, with the pair, time and place of the greatest.
-  subroutine log_depths(log, pairs, at_points)
+  !> Depths at the contact points and between them, with pair, time and location of the greatest.
+  subroutine log_depths(log, pairs, at_points, unit)
     type(run_log_t), intent(inout) :: log
     type(contact_view_t), intent(in) :: pairs(:)
     real(wp), intent(in) :: at_points      !! [length]
-    character(:), allocatable :: place
+    character(*), intent(in) :: unit       !! of lengths, after a space; or empty
+    character(:), allocatable :: location
     real(wp) :: deepest
     integer :: i
 
     deepest = at_points
-    place = ""
+    location = ""
     do i = 1, size(pairs)
       associate (pair => pairs(i)%pair)
         if (.not. pair%greatest%depth > deepest) cycle
         deepest = pair%greatest%depth
-        place = ", of "//pair%name//" at time "//rounded_text(pair%greatest_time)//", at "// &
+        location = ", of "//pair%name//" at time "//rounded_text(pair%greatest_time)//", at "// &
                 place_text(pair%greatest%x)
       end associate
     end do
-    call log_line(log, "contact    deepest penetration "//rounded_text(at_points)// &
-                  " at contact points, "//rounded_text(deepest)//" between them too"//place)
+    call log_line(log, "contact    deepest penetration "//rounded_text(at_points)//unit// &
+                  " at contact points, "//rounded_text(deepest)//unit//" between them too"// &
+                  location)
   end subroutine log_depths
 
   !> What the contact searches did, pair by pair.
@@ -116,23 +122,24 @@ contains
   end function meetings_of
 
   !> How far from the blank a tool is that did not touch it.
-  function idle_words(meeting, name) result(words)
+  function idle_words(meeting, name, unit) result(words)
     type(meeting_t), intent(in) :: meeting
     character(*), intent(in) :: name         !! of the tool
+    character(*), intent(in) :: unit         !! of lengths, after a space; or empty
     character(:), allocatable :: words
 
     words = "warning: tool "//name//" never touched the blank at a contact point: "
     if (meeting%depth > 0.0_wp) then
-      words = words//"between these the blank was up to "//rounded_text(meeting%depth)// &
+      words = words//"between these the blank was up to "//rounded_text(meeting%depth)//unit// &
               " deep in it, so use smaller elements or more contact points (COUNT)"
     else if (meeting%is_behind) then
       words = words//"in the end the blank is behind its surface, "// &
-              rounded_text(meeting%nearest)//" away, so the SIDE of the tool may be wrong"
+              rounded_text(meeting%nearest)//unit//" away, so the SIDE of the tool may be wrong"
     else if (meeting%nearest < huge(1.0_wp)) then
-      words = words//"in the end it is "//rounded_text(meeting%nearest)//" away; check its "// &
-              "place, its motion, its SIDE and the units of the deck"
+      words = words//"in the end it is "//rounded_text(meeting%nearest)//unit// &
+              " away; check its location, its motion, its SIDE and the units of the deck"
     else
-      words = words//"in the end it lies next to the blank; check its place and its motion"
+      words = words//"in the end it lies next to the blank; check its location and its motion"
     end if
   end function idle_words
 

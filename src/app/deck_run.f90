@@ -2,8 +2,8 @@
 module deck_run
   use, intrinsic :: iso_c_binding, only: c_char, c_f_pointer, c_funloc, c_int, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use omp_lib, only: omp_get_max_threads, omp_set_num_threads, omp_set_dynamic
   use kinds, only: wp
+  use omp_lib, only: omp_get_max_threads, omp_set_num_threads, omp_set_dynamic
   use failure, only: error_t
   use input_errors, only: error_list_t, n_errors
   use text, only: string_t, to_text, rounded_text
@@ -23,12 +23,12 @@ module deck_run
   use relaxation, only: relaxation_outcome
   use model_setup, only: build_model
   use display_fields, only: output_fields
-  use frames, only: results_t, results_setup_t, close_results
+  use frames, only: results_t, results_setup_t, close_results, length_unit
   use file_lock, only: lock_t, release_lock
   use system_files, only: kind_of_file, remove_file
   use hdf5_library, only: is_library_ready
-  use run_log, only: run_log_t, timings_t, open_log, silence_log, log_header, log_line, &
-                     log_timings, close_log
+  use run_log, only: run_log_t, timings_t, open_log, silence_log, log_line, log_timings, &
+                     close_log, log_lines
   use child_process, only: c_text
   use interrupt, only: watch_signals
   use run_state, only: run_t, wall_seconds
@@ -37,12 +37,13 @@ module deck_run
   use history_columns, only: first_history_row
   use forming_run, only: run_model, save_failed, first_steps
   use check_report, only: print_check, print_forecast, source_lines, saving_lines, check_torsion, &
-                          print_modes
+                          print_modes, print_lines
   use run_forecast, only: outlook_t, tool_cell_length
   use trial_run, only: print_probe
   use user_call, only: watch_user_calls, expect_elements, note_log, at_stop
   use user_library, only: user_library_t
   use user_setup, only: load_user_files
+  use provenance, only: provenance_lines
   implicit none
   private
 
@@ -103,29 +104,6 @@ contains
     may_be_called = .true.
     if (present(library)) may_be_called = library%is_loaded
   end function may_be_called
-
-  subroutine print_lines(lines)
-    type(string_t), intent(in) :: lines(:)
-    integer :: i
-
-    do i = 1, size(lines)
-      print "(a)", lines(i)%value
-    end do
-  end subroutine print_lines
-
-  !> Log where the surfaces of tools come from and where tools were put.
-  subroutine log_sources(log, scene, model)
-    type(run_log_t), intent(inout) :: log
-    type(scene_t), intent(in) :: scene
-    type(model_t), intent(in) :: model
-    type(string_t), allocatable :: lines(:)
-    integer :: i
-
-    lines = source_lines(scene, model)
-    do i = 1, size(lines)
-      call log_line(log, lines(i)%value)
-    end do
-  end subroutine log_sources
 
   !> Let no contact and no elastic point sleep.
   subroutine keep_awake(model)
@@ -229,9 +207,9 @@ contains
     type(saver_t), intent(in) :: saver
     type(run_t), intent(in) :: run
 
-    call log_header(log, setup%provenance)
+    call log_line(log, provenance_lines(setup%provenance))
     call log_model(log, model)
-    call log_sources(log, scene, model)
+    call log_lines(log, source_lines(scene, model))
     call log_line(log, saving_words(saver))
     if (run%is_resumed) call log_line(log, "restart    from "//command%restart//", step "// &
                                       to_text(run%n_steps)//", time "//to_text(run%instant%time))
@@ -324,7 +302,8 @@ contains
       code = exit_files
     end if
     call log_balance(log, run)
-    call log_contact(log, model, run, code == exit_done .or. code == exit_numerics)
+    call log_contact(log, model, run, code == exit_done .or. code == exit_numerics, &
+                     length_unit(results))
     if (relaxation_outcome(model%supports) /= "") then
       call log_line(log, "relaxation "//relaxation_outcome(model%supports))
     end if

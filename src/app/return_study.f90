@@ -18,6 +18,7 @@ module return_study
   use result_table, only: result_table_t, write_csv, add_column
   use exit_codes, only: exit_done, exit_input
   use timer, only: clock_ticks, ticks_to_seconds
+  use display_grid, only: mises_stress
   implicit none
   private
 
@@ -25,55 +26,59 @@ module return_study
 
   integer, parameter :: stages(7) = [0, 1, 2, 5, 10, 20, 50]   ! 0: backward Euler
   real(wp), parameter :: increments(4) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp, 1.0e-1_wp]
-  integer, parameter, public :: n_points = 24        !! of the row, as in a forming run
-  real(wp), parameter, public :: path_length = 0.2_wp   !! equivalent strain of each path
-  real(wp), parameter, public :: finest = 2.0e-5_wp     !! increment of the reference
+  integer, parameter :: n_points = 24        !! of the row, as in a forming run
+  real(wp), parameter :: path_length = 0.2_wp   !! equivalent strain of each path
+  real(wp), parameter :: finest = 2.0e-5_wp     !! increment of the reference
 
 contains
 
-  !> The study of the returns in place of the tests.
+  !> A table for each material with *PLASTIC of a deck that was read, printed and as a CSV file
+  !! BASE-returns-NAME.csv; the exit code says how it went.
   integer function run_return_study(command, scene, errors) result(code)
     type(command_t), intent(in) :: command
     type(scene_t), intent(in) :: scene
-    type(error_list_t), intent(in) :: errors    !! of the deck
-    character(:), allocatable :: path
+    type(error_list_t), intent(inout) :: errors    !! of the deck
+    type(error_t), allocatable :: error
+    character(:), allocatable :: base
+    integer :: i
 
+    if (n_errors(errors) == 0) then
+      if (.not. any(is_plastic(scene%materials))) call add_error(errors, origin_of(scene), &
+        "no material with *PLASTIC to study the return of", "at least one *PLASTIC")
+    end if
+    call report_errors(errors, error_unit)
+    code = merge(exit_input, exit_done, n_errors(errors) > 0)
+    if (code == exit_input) return
+    base = result_base(command%output)
+    if (base == "") base = base_of(file_name(command%deck))
+    do i = 1, size(scene%materials)
+      if (.not. is_plastic(scene%materials(i))) cycle
+      call study(scene%materials(i), base, new_unit_system(scene%units), errors, error)
+      if (n_errors(errors) > 0) exit
+      if (.not. allocated(error)) cycle
+      write (error_unit, "(a)") "igaform: error: material "//scene%materials(i)%name//": "// &
+        error%message
+      code = exit_input
+    end do
+    if (n_errors(errors) == 0) return
     call report_errors(errors, error_unit)
     code = exit_input
-    if (n_errors(errors) > 0) return
-    path = result_base(command%output)
-    if (path == "") path = base_of(file_name(command%deck))
-    if (study_returns(scene, path)) code = exit_done
   end function run_return_study
 
-  !> A table for each material with *PLASTIC, printed and as a CSV file `base`-returns-NAME.csv.
-  !! Returns false where one could not be made.
-  logical function study_returns(scene, base) result(is_done)
-    type(scene_t), intent(in) :: scene
-    character(*), intent(in) :: base
-    type(error_list_t) :: errors
-    type(origin_t) :: origin
-    type(error_t), allocatable :: error
-    integer :: i, n
+  elemental logical function is_plastic(material)
+    type(material_spec_t), intent(in) :: material
 
-    n = 0
-    is_done = .true.
+    is_plastic = material%law == "PLASTIC"
+  end function is_plastic
+
+  !> Where a deck speaks of materials, for messages.
+  pure function origin_of(scene) result(origin)
+    type(scene_t), intent(in) :: scene
+    type(origin_t) :: origin
+
     origin = new_origin(scene%file, 0, "")
     if (size(scene%materials) > 0) origin = scene%materials(1)%origin
-    do i = 1, size(scene%materials)
-      if (scene%materials(i)%law /= "PLASTIC") cycle
-      n = n + 1
-      call study(scene%materials(i), base, new_unit_system(scene%units), errors, error)
-      if (allocated(error)) write (error_unit, "(a)") "igaform: error: material "// &
-        scene%materials(i)%name//": "//error%message
-      is_done = is_done .and. .not. allocated(error)
-    end do
-    if (n == 0) call add_error(errors, origin, &
-                               "no material with *PLASTIC to study the return of", &
-                               "at least one *PLASTIC")
-    call report_errors(errors, error_unit)
-    is_done = is_done .and. n_errors(errors) == 0
-  end function study_returns
+  end function origin_of
 
   !> One material.
   subroutine study(given, base, units, errors, error)
@@ -197,7 +202,8 @@ contains
   pure real(wp) function mean_error(stress, reference)
     real(wp), intent(in) :: stress(n_points, 6), reference(n_points, 6)
 
-    mean_error = sum(mises(stress - reference)/mises(reference))/n_points
+    mean_error = sum(mises_stress(transpose(stress - reference)) &
+                     /mises_stress(transpose(reference)))/n_points
   end function mean_error
 
   !> Stresses at the ends of the paths, and the time of the law for one point and increment. The
@@ -223,14 +229,6 @@ contains
     end do
     seconds = elapsed/(real(max(n_repeats, 1), wp)*n_points*max(1, nint(path_length/increment)))
   end subroutine time_paths
-
-  pure function mises(stress) result(norm)
-    real(wp), intent(in) :: stress(n_points, 6)
-    real(wp) :: norm(n_points)
-
-    norm = sqrt(0.5_wp*((stress(:, 1) - stress(:, 2))**2 + (stress(:, 2) - stress(:, 3))**2 &
-                        + (stress(:, 3) - stress(:, 1))**2) + 3.0_wp*sum(stress(:, 4:)**2, 2))
-  end function mises
 
   !> Strain directions at the starts and ends of the paths: no change of volume, unit equivalent
   !! strain, spread over all directions by a sequence that is the same on each machine.

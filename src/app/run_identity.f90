@@ -43,17 +43,11 @@ contains
     type(scene_t), intent(in) :: scene
     character(:), allocatable :: key
     type(digest_t) :: digest
-    logical :: is_needed
     integer :: i
 
     key = ""
-    is_needed = .false.
-    if (allocated(scene%materials)) then
-      do i = 1, size(scene%materials)
-        is_needed = is_needed .or. is_user_material(scene%materials(i))
-      end do
-    end if
-    if (.not. is_needed) return
+    if (.not. allocated(scene%materials)) return
+    if (.not. any(is_user_material(scene%materials))) return
     do i = 1, size(command%user_files)
       call add_contents(digest, command%user_files(i)%value)
     end do

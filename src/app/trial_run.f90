@@ -1,8 +1,8 @@
 !> `igaform --check --trial-run`: a quick run with fewer elements shows how much inertia a process
 !! has, and so how much mass may be added for a larger step.
 module trial_run
-  use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use kinds, only: wp
+  use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use failure, only: error_t
   use text, only: string_t, to_text, rounded_text
   use input_errors, only: error_list_t, n_errors

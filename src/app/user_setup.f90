@@ -7,7 +7,7 @@ module user_setup
   use scene, only: is_user_material, scene_t
   use user_library, only: user_library_t, load_user_library, start_user_code
   use command_line, only: command_t
-  use system_files, only: kind_of_file
+  use system_files, only: kind_of_file, folder_of
   use output_files, only: base_of, result_base, file_name
   implicit none
   private
@@ -25,24 +25,17 @@ contains
     type(user_library_t), allocatable, intent(out) :: library
     type(error_list_t), intent(inout) :: errors
     type(error_t), allocatable :: error
-    character(:), allocatable :: folder, reason
-    logical :: is_needed
-    integer :: i
+    character(:), allocatable :: reason
 
-    is_needed = .false.
-    do i = 1, size(scene%materials)
-      is_needed = is_needed .or. is_user_material(scene%materials(i))
-    end do
     if (size(command%user_files) == 0) return
     call check_presence(command%user_files, errors)
     if (n_errors(errors) > 0) return
-    if (.not. is_needed) then
+    if (.not. any(is_user_material(scene%materials))) then
       call add_warning(errors, new_origin("--user "//joined(command%user_files, " --user "), 0, &
                                           ""), "no *USER MATERIAL in the deck, so it is not used", &
                        "a material whose law is *USER MATERIAL")
       return
     end if
-    folder = command%output(:index(command%output, "/", back=.true.))
     allocate (library)
     reason = reason_to_call(command, scene)
     call load_user_library(command%user_files, reason /= "", library, error)
@@ -66,7 +59,7 @@ contains
         print "(a)", "user code  called by this check: "//reason
       end if
     end if
-    if (reason /= "") call start_user_code(library, job_name(command), folder_name(folder))
+    if (reason /= "") call start_user_code(library, job_name(command), folder_of(command%output))
   end subroutine load_user_files
 
   !> What the subroutines are called for; empty where they need not be: a check asks them for the
@@ -113,15 +106,5 @@ contains
     name = result_base(file_name(command%output))
     if (name == "") name = base_of(file_name(command%deck))
   end function job_name
-
-  !> Without the slash at its end.
-  function folder_name(path) result(name)
-    character(*), intent(in) :: path
-    character(:), allocatable :: name
-
-    name = path
-    if (name == "") name = "."
-    if (len(name) > 1) name = name(:len(name) - 1)
-  end function folder_name
 
 end module user_setup

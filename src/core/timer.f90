@@ -5,7 +5,7 @@ module timer
   implicit none
   private
 
-  public :: stopwatch_t, timer_t, add_watch, start_watch, stop_watch, watch_seconds
+  public :: stopwatch_t, timer_t, add_watch, start_watch, stop_watch, watch_seconds, n_watches
   public :: clock_ticks, ticks_to_seconds, set_time
 
   !> One stopwatch; it may be started and stopped any number of times.
@@ -37,6 +37,14 @@ contains
     new%name = name
     timer%watches = [timer%watches, new]
   end subroutine add_watch
+
+  !> Number of stopwatches.
+  pure integer function n_watches(timer)
+    type(timer_t), intent(in) :: timer
+
+    n_watches = 0
+    if (allocated(timer%watches)) n_watches = size(timer%watches)
+  end function n_watches
 
   !> Start a stopwatch (index from `add_watch`).
   subroutine start_watch(timer, watch)

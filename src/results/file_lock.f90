@@ -2,7 +2,7 @@
 module file_lock
   use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_char, c_null_ptr, c_ptr
   use c_library, only: c_fopen, c_fileno, c_fclose
-  use system_files, only: is_no_file
+  use system_files, only: is_no_file, folder_of
   implicit none
   private
 
@@ -49,11 +49,7 @@ contains
     type(lock_t), intent(out) :: lock
     integer(c_int) :: ignored
 
-    character(:), allocatable :: folder
-
-    folder = path(:index(path, "/", back=.true.))
-    if (folder == "") folder = "."
-    lock%stream = c_fopen(folder//c_null_char, "r"//c_null_char)
+    lock%stream = c_fopen(folder_of(path)//c_null_char, "r"//c_null_char)
     if (c_associated(lock%stream)) ignored = c_flock(c_fileno(lock%stream), lock_exclusive)
   end subroutine hold_folder
 

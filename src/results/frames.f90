@@ -38,14 +38,14 @@ module frames
   use knot_vector, only: knot_vector_t
   use nurbs_solid, only: nurbs_solid_t
   use nurbs_surface, only: nurbs_surface_t
-  use timer, only: watch_seconds
+  use timer, only: watch_seconds, n_watches
   implicit none
   private
 
   public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
   public :: face_field_t, tool_frame_t
   public :: open_results, write_frame, record_history, close_results
-  public :: flush_results, forget_history, n_frames_of, n_rows_of, path_of_results
+  public :: flush_results, forget_history, length_unit, n_frames_of, n_rows_of, path_of_results
   public :: layout_problem
   public :: write_solid, write_surface, update_points
 
@@ -189,6 +189,15 @@ contains
     n_rows_of = n_waiting_rows(results%history)
   end function n_rows_of
 
+  !> Unit of a length in this file; empty where the deck has no label of its units.
+  pure function length_unit(results) result(unit)
+    type(results_t), intent(in) :: results
+    character(:), allocatable :: unit
+
+    unit = unit_of(results%units, "length")
+    if (unit == "length") unit = ""
+  end function length_unit
+
   !> Frames written so far.
   pure integer function n_frames_of(results)
     type(results_t), intent(in) :: results
@@ -323,7 +332,7 @@ contains
     integer :: i
 
     call create_group(file, "/timings/effects")
-    do i = 1, size(timings%timer%watches)
+    do i = 1, n_watches(timings%timer)
       associate (watch => timings%timer%watches(i))
         folder = "/timings/effects/"//watch%name
         call write_reals(file, folder//"/seconds", [watch_seconds(timings%timer, i)], &

@@ -25,7 +25,7 @@ module hdf5_file
   public :: has_object, create_group, link_object, write_text_attribute, write_integer_attribute
   public :: write_text, write_reals, write_integers, create_dataset, note_failure, file_type
   public :: path_of_open, check_length, place_file
-  public :: create_series, append_reals, append_integers, append_chunk
+  public :: create_series, row_shape, append_reals, append_integers, append_chunk
 
   integer, parameter, public :: real_values = 1, integer_values = 2, byte_values = 3
 
@@ -504,6 +504,15 @@ contains
     call create_dataset(file, name, file_type(kind_of_values), space, list, unit, description)
     if (any([h5sclose(space), h5pclose(list)] < 0)) call note_failure(file, "write", name)
   end subroutine create_series
+
+  !> Shape of a row of so many components: none for one number.
+  pure function row_shape(n_components) result(shape)
+    integer, intent(in) :: n_components
+    integer, allocatable :: shape(:)
+
+    allocate (shape(0))
+    if (n_components > 1) shape = [n_components]
+  end function row_shape
 
   !> Append rows of reals to a dataset made by `create_series`.
   subroutine append_reals(file, name, values, row_shape, n_rows)

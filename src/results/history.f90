@@ -4,7 +4,8 @@
 module history
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use hdf5_file, only: hdf5_file_t, integer_values, real_values, append_reals, create_series
+  use hdf5_file, only: hdf5_file_t, integer_values, real_values, append_reals, create_series, &
+                       row_shape
   use unit_system, only: unit_of, unit_system_t
   implicit none
   private
@@ -218,13 +219,5 @@ contains
     history%rows(:, :history%n_rows - n) = history%rows(:, n + 1:history%n_rows)
     history%n_rows = history%n_rows - n
   end subroutine write_history
-
-  pure function row_shape(n) result(shape)
-    integer, intent(in) :: n
-    integer, allocatable :: shape(:)
-
-    allocate (shape(0))
-    if (n > 1) shape = [n]
-  end function row_shape
 
 end module history

@@ -9,7 +9,7 @@ module result_table
   implicit none
   private
 
-  public :: add_column, n_rows, write_csv, write_group, tensor_components
+  public :: add_column, n_rows, write_csv, write_group, tensor_components, quoted
 
   !> A quantity with one or more components.
   type, public :: column_t
@@ -111,17 +111,24 @@ contains
   pure function csv_field(given) result(field)
     character(*), intent(in) :: given
     character(:), allocatable :: field
-    integer :: i
 
     field = given
-    if (scan(given, ',"') == 0) return
+    if (scan(given, ',"') > 0) field = quoted(given)
+  end function csv_field
+
+  !> The text in quotes, as a field of CSV.
+  pure function quoted(given) result(field)
+    character(*), intent(in) :: given
+    character(:), allocatable :: field
+    integer :: i
+
     field = '"'
     do i = 1, len(given)
       field = field//given(i:i)
       if (given(i:i) == '"') field = field//'"'
     end do
     field = field//'"'
-  end function csv_field
+  end function quoted
 
   function row_line(table, row) result(line)
     type(result_table_t), intent(in) :: table

@@ -5,12 +5,12 @@ module run_log
   use kinds, only: wp
   use failure, only: error_t, fail
   use system_files, only: bytes_on_disk
-  use timer, only: timer_t, watch_seconds
-  use provenance, only: provenance_lines, provenance_t
+  use timer, only: timer_t, watch_seconds, n_watches
+  use text, only: string_t
   implicit none
   private
 
-  public :: run_log_t, timings_t, open_log, silence_log, close_log, log_line, log_header
+  public :: run_log_t, timings_t, open_log, silence_log, close_log, log_line, log_lines
   public :: log_progress, log_timings, ns_per_element_step
 
   !> What a run cost. The stopwatches must not overlap: they are the effects of the step.
@@ -104,13 +104,16 @@ contains
     call write_to_file(log, line)
   end subroutine log_line
 
-  !> Write what the run is: version, compiler, threads, command and deck.
-  subroutine log_header(log, source)
+  !> Write several lines.
+  subroutine log_lines(log, lines)
     type(run_log_t), intent(inout) :: log
-    type(provenance_t), intent(in) :: source
+    type(string_t), intent(in) :: lines(:)
+    integer :: i
 
-    call log_line(log, provenance_lines(source))
-  end subroutine log_header
+    do i = 1, size(lines)
+      call log_line(log, lines(i)%value)
+    end do
+  end subroutine log_lines
 
   !> Write where the run is. On a terminal the line replaces the one before.
   subroutine log_progress(log, step, time, end_time, dt, energy_error, elapsed)
@@ -150,7 +153,7 @@ contains
 
     call log_line(log, "effect                                seconds   share %         calls")
     measured = 0.0_wp
-    do i = 1, size(timings%timer%watches)
+    do i = 1, n_watches(timings%timer)
       seconds = watch_seconds(timings%timer, i)
       measured = measured + seconds
       write (line, "(a32, f13.3, f10.1, i14)") timings%timer%watches(i)%name//repeat(" ", 32), &

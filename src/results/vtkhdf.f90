@@ -14,7 +14,7 @@ module vtkhdf
   use hdf5_file, only: byte_values, create_group, hdf5_file_t, integer_values, link_object, &
                        real_values, write_integer_attribute, write_integers, write_reals, &
                        write_text_attribute, append_chunk, append_integers, append_reals, &
-                       create_series
+                       create_series, row_shape
   implicit none
   private
 
@@ -185,17 +185,6 @@ contains
     call append_integers(file, steps//"/CellOffsets", zero, [1], 1)
     call write_integer_attribute(file, steps, "NSteps", [i_step + 1])
   end subroutine append_step
-
-  pure function row_shape(n_components) result(shape)
-    integer, intent(in) :: n_components
-    integer, allocatable :: shape(:)
-
-    if (n_components == 1) then
-      allocate (shape(0))
-    else
-      shape = [n_components]
-    end if
-  end function row_shape
 
   !> Places of the nodes of a hexahedron, each index from 0 to the degree.
   pure function hexahedron_nodes(degree) result(nodes)

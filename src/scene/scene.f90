@@ -288,7 +288,7 @@ module scene
 contains
 
   !> Is the law of this material a user's subroutine?
-  pure logical function is_user_material(material)
+  elemental logical function is_user_material(material)
     type(material_spec_t), intent(in) :: material
 
     is_user_material = any(material%law == ["UMAT ", "VUMAT", "USER "])

@@ -10,12 +10,12 @@ module forming_run
   use effect, only: apply_effects
   use model, only: model_t
   use frames, only: results_t, write_frame, record_history
-  use run_log, only: run_log_t, log_line, log_progress
+  use run_log, only: run_log_t, log_line, log_progress, log_lines
   use step_control, only: new_step_control, next_step, is_due, count_output, is_depth_due, &
                           put_off_depths
   use central_difference, only: update_velocities, update_positions
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
-  use run_frames, only: new_frame, fill_frame, n_waiting_frames, add_frame, release_frames
+  use run_frames, only: new_frame, fill_frame, add_frame, release_frames
   use history_columns, only: fill_history_row
   use run_state, only: run_t, wall_seconds
   use run_saver, only: saver_t, look_after, keep, save_last_good, try_again
@@ -28,7 +28,7 @@ module forming_run
 
   public :: run_t, new_run, run_model, take_step, has_ended, enter_next_step, save_failed
   public :: take_balances, record_row
-  public :: effect_names
+  public :: effect_lines
 
   !> Steps before the energy balance may end a run: of a motion that rises from rest the n-th step
   !! misses the share 1/(4 n^2).
@@ -59,7 +59,8 @@ contains
         run%v_before(i)%values = parts(i)%element%motion%v
       end do
     end associate
-    call new_frame(model, run%frame)
+    allocate (run%frames(1))
+    call new_frame(model, run%frames(1))
   end subroutine new_run
 
   !> Run through all steps of the deck, or until a signal or the clock says stop. On failure `error`
@@ -164,7 +165,7 @@ contains
     if (is_frame) call take_frame(model, run)
     if (is_end) then
       if (size(model%later_steps) == 0) then
-        call release_frames(model, run, results, n_waiting_frames(run), error)
+        call release_frames(model, run, results, run%n_waiting, error)
         return
       end if
       is_end = .false.
@@ -182,13 +183,10 @@ contains
     type(run_log_t), intent(inout) :: log
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: warnings(:)
-    integer :: i
 
     call check_pairs(model%forces, model%bodies%tools, model%step%depth_warning, &
                      model%step%depth_limit, run%instant, warnings, error)
-    do i = 1, size(warnings)
-      call log_line(log, warnings(i)%value)
-    end do
+    call log_lines(log, warnings)
   end subroutine watch_pairs
 
   !> Has an effect reached what the run was for?
@@ -316,48 +314,36 @@ contains
     if (run%n_steps == 0) balance%error = 0.0_wp
   end subroutine take_balances
 
-  !> Warn once of depths that no contact point sees.
-  subroutine warn_of_depths(model, run, log)
+  !> Warn once of penetration that no contact point sees, of scaled masses that show, and of a point
+  !! that has sheared more than the law allows for.
+  subroutine warn(model, run, log)
     type(model_t), intent(inout) :: model
-    type(run_t), intent(in) :: run
+    type(run_t), intent(inout) :: run
     type(run_log_t), intent(inout) :: log
     type(string_t), allocatable :: warnings(:)
-    integer :: i
 
-    if (.not. run%has_depths) return
-    call check_hidden_depths(model%forces, run%instant, warnings)
-    do i = 1, size(warnings)
-      call log_line(log, warnings(i)%value)
-    end do
-  end subroutine warn_of_depths
-
-  !> Warn once where scaled masses show.
-  subroutine warn_of_mass(model, run, log)
-    type(model_t), intent(in) :: model
-    type(run_t), intent(inout) :: run
-    type(run_log_t), intent(inout) :: log
-    character(:), allocatable :: warning
-
-    if (run%has_warned_of_mass .or. run%n_steps <= first_steps) return
+    if (run%has_depths) then
+      call check_hidden_depths(model%forces, run%instant, warnings)
+      call log_lines(log, warnings)
+    end if
     ! A sheet that is hardly deformed yet has next to no internal energy.
-    if (run%instant%time < 0.5_wp*(run%control%start_time + run%control%end_time)) return
-    warning = added_mass_warning(model%bodies%blank, run%balance, run%instant)
-    run%has_warned_of_mass = warning /= ""
-    if (warning /= "") call log_line(log, warning)
-  end subroutine warn_of_mass
+    if (.not. run%has_warned_of_mass .and. run%n_steps > first_steps .and. run%instant%time &
+        >= 0.5_wp*(run%control%start_time + run%control%end_time)) &
+      call warn_once(added_mass_warning(model%bodies%blank, run%balance, run%instant), &
+                     run%has_warned_of_mass)
+    if (.not. run%has_warned_of_shear) &
+      call warn_once(shear_warning(model%bodies%blank, run%instant), run%has_warned_of_shear)
 
-  !> Warn once where a point has sheared more than the law bears.
-  subroutine warn_of_shear(model, run, log)
-    type(model_t), intent(in) :: model
-    type(run_t), intent(inout) :: run
-    type(run_log_t), intent(inout) :: log
-    character(:), allocatable :: warning
+  contains
 
-    if (run%has_warned_of_shear) return
-    warning = shear_warning(model%bodies%blank, run%instant)
-    run%has_warned_of_shear = warning /= ""
-    if (warning /= "") call log_line(log, warning)
-  end subroutine warn_of_shear
+    subroutine warn_once(warning, has_warned)
+      character(*), intent(in) :: warning    ! or empty
+      logical, intent(out) :: has_warned
+
+      has_warned = warning /= ""
+      if (has_warned) call log_line(log, warning)
+    end subroutine warn_once
+  end subroutine warn
 
   !> History row of this instant, from its balances, and a line in the log.
   subroutine take_row(model, run, results, log)
@@ -373,9 +359,7 @@ contains
                       run%control%end_time + sum(model%later_steps%step%duration), &
                       run%instant%dt, run%balance%error, &
                       wall_seconds(run))
-    call warn_of_depths(model, run, log)
-    call warn_of_mass(model, run, log)
-    call warn_of_shear(model, run, log)
+    call warn(model, run, log)
     call stop_watch(model%timer, run%watch_output)
   end subroutine take_row
 
@@ -473,11 +457,13 @@ contains
     type(error_t), allocatable :: ignored
 
     ! The end of a step of the deck that failed has a frame already.
-    if (run%has_frame .and. run%frame%time >= run%instant%time) run%has_frame = .false.
-    call release_frames(model, run, results, n_waiting_frames(run), ignored)
-    call fill_frame(model, run%instant%time, run%frame)
-    run%frame%is_failed = .true.
-    call write_frame(results, run%frame, ignored)
+    if (run%n_waiting > 0) then
+      if (run%frames(run%n_waiting)%time >= run%instant%time) run%n_waiting = run%n_waiting - 1
+    end if
+    call release_frames(model, run, results, run%n_waiting, ignored)
+    call fill_frame(model, run%instant%time, run%frames(1))
+    run%frames(1)%is_failed = .true.
+    call write_frame(results, run%frames(1), ignored)
   end subroutine save_failed
 
   !> Name and time of the step that begins, and what acts in it. Of a deck without *STEP the effects
@@ -486,41 +472,38 @@ contains
     type(run_log_t), intent(inout) :: log
     type(model_t), intent(in) :: model
     real(wp), intent(in) :: time
-    type(string_t), allocatable :: names(:)
     integer :: i
 
     if (allocated(model%step%name)) &
       call log_line(log, "step       "//to_text(model%i_step)//" "//model%step%name// &
                     ", from time "//rounded_text(time)//" for "//rounded_text(model%step%duration))
-    names = effect_names(model)
-    do i = 1, size(names)
-      call log_line(log, "effect     "//names(i)%value)
-    end do
+    call log_lines(log, effect_lines(model, "effect     "))
     do i = 1, size(model%motions)
       if (.not. is_moving(model%motions(i))) cycle
       call log_line(log, "motion     "//model%bodies%tools(i)%name)
     end do
   end subroutine log_step
 
-  !> What acts in the step of the deck under way.
-  function effect_names(model) result(names)
+  !> What acts in the present step of the deck, a line for each effect.
+  function effect_lines(model, head) result(lines)
     type(model_t), intent(in) :: model
-    type(string_t), allocatable :: names(:)
+    character(*), intent(in) :: head               !! what lines begin with
+    type(string_t), allocatable :: lines(:)
     integer :: i
 
-    allocate (names(0))
+    allocate (lines(0))
     if (model%bodies%blank%parts(1)%element%has_viscosity) &
-      call append_text(names, "bulk viscosity")
+      call append_text(lines, head//"bulk viscosity")
     if (model%bodies%blank%added_mass > 0.0_wp) &
-      call append_text(names, "mass scaling, added mass "// &
+      call append_text(lines, head//"mass scaling, added mass "// &
                               rounded_text(model%bodies%blank%added_mass))
     do i = 1, size(model%forces)
-      call append_text(names, model%forces(i)%item%name)
+      call append_text(lines, head//model%forces(i)%item%name)
     end do
     do i = 1, size(model%supports)
-      call append_text(names, model%supports(i)%item%name)
+      call append_text(lines, head//model%supports(i)%item%name)
     end do
-  end function effect_names
+  end function effect_lines
 
   pure logical function is_moving(motion)
     type(rigid_motion_t), intent(in) :: motion

@@ -13,7 +13,7 @@ module run_saver
   use run_log, only: run_log_t, log_line
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint
   use run_state, only: run_t, wall_seconds, pack_run, unpack_run
-  use run_frames, only: n_waiting_frames, release_frames, keep_first_frames
+  use run_frames, only: release_frames
   use system_files, only: remove_file, sync_file
   implicit none
   private
@@ -98,7 +98,7 @@ contains
     is_at_once = .not. allocated(saver%good) .or. is_end
     if (run%n_steps <= saver%taken_step + proof .and. .not. is_at_once) return
     is_over = is_interval_over(saver, model, run) .or. is_end
-    is_due = is_at_once .or. is_over .or. n_waiting_frames(run) > 0 &
+    is_due = is_at_once .or. is_over .or. run%n_waiting > 0 &
              .or. run%n_steps - saver%taken_step >= steps_between
     if (.not. is_due) return
     saver%is_saving = is_over
@@ -191,7 +191,7 @@ contains
 
     call start_watch(model%timer, run%watch_state)
     if (.not. allocated(kept)) allocate (kept)
-    kept%n_frames = n_frames_of(results) + n_waiting_frames(run)
+    kept%n_frames = n_frames_of(results) + run%n_waiting
     call pack_for_file(model, run, kept%n_frames, kept%store)
     kept%step = run%n_steps
     kept%time = run%instant%time
@@ -214,7 +214,7 @@ contains
     logical :: is_due, is_wish
 
     if (.not. allocated(saver%path)) &
-      call release_frames(model, run, results, n_waiting_frames(run), error)
+      call release_frames(model, run, results, run%n_waiting, error)
     is_due = saver%is_waiting .and. run%n_steps >= saver%proof_step
     if (is_due) then
       call accept_next(saver, model, run, results, error)
@@ -237,7 +237,7 @@ contains
       call log_line(log, "warning: no state since the restart is proved good yet, so that the "// &
                     "next one begins at the same step: let it run for "// &
                     to_text(steps_between + proof)//" steps or longer")
-    call release_frames(model, run, results, n_waiting_frames(run), error)
+    call release_frames(model, run, results, run%n_waiting, error)
   end subroutine keep
 
   !> Is the last good state in the file already, and the file there?
@@ -451,7 +451,7 @@ contains
       saver%taken_step = kept%step
       saver%taken_time = kept%time
       call forget_history(results, kept%n_rows)
-      call keep_first_frames(run, kept%n_frames - n_frames_of(results))
+      run%n_waiting = min(run%n_waiting, kept%n_frames - n_frames_of(results))
       run%step_factor = saver%retry
       run%control%largest = saver%retry*run%control%largest
       call log_line(log, "one more try from step "//to_text(run%n_steps)//", time "// &

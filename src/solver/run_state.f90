@@ -32,8 +32,7 @@ module run_state
     real(wp) :: seconds_before = 0.0_wp      !! from the start up to what it was taken up from
     logical :: is_resumed = .false.          !! it goes on from a checkpoint
     logical :: is_file_lost = .false.        !! the results could not be written
-    logical :: has_frame = .false.           !! `frame` is filled and not written yet
-    integer :: n_earlier = 0                 !! frames before that one that are not either
+    integer :: n_waiting = 0                 !! frames that are filled and not written yet
     logical :: has_depths = .false.          !! the last row has measured them
     logical :: has_warned_of_mass = .false.  !! that scaled masses show
     logical :: has_warned_of_shear = .false. !! where a law does not bear it
@@ -45,8 +44,7 @@ module run_state
     real(wp) :: step_factor = 1.0_wp         !! on the time step; below 1 after a second try
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0, watch_state = 0
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
-    type(frame_t) :: frame                     !! the last one
-    type(frame_t), allocatable :: earlier(:)   !! room for those that wait before it
+    type(frame_t), allocatable :: frames(:)    !! first those that wait, then room for more
     type(history_row_t) :: row
   end type run_t
 
