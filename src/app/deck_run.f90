@@ -32,14 +32,14 @@ module deck_run
   use child_process, only: c_text
   use interrupt, only: watch_signals
   use run_state, only: run_t, wall_seconds
-  use run_saver, only: saver_t, save_last_good, drop_checkpoint
+  use run_saver, only: saver_t, save_verified, drop_checkpoint
   use run_start, only: new_saver, claim_files, start_run, saving_words
-  use history_columns, only: first_history_row
+  use history_columns, only: first_history_sample
   use forming_run, only: run_model, save_failed, first_steps
   use check_report, only: print_check, print_forecast, source_lines, saving_lines, check_torsion, &
                           print_modes, print_lines
   use run_forecast, only: outlook_t, tool_cell_length
-  use trial_run, only: print_probe
+  use trial_run, only: print_trial_run
   use user_call, only: watch_user_calls, expect_elements, note_log, at_stop
   use user_library, only: user_library_t
   use user_setup, only: load_user_files
@@ -79,19 +79,19 @@ contains
     if (command%is_check .and. n_errors(errors) == 0) &
       call check_torsion(model, scene%blank%origin, errors)
     call report_errors(errors, error_unit)
-    if (command%is_awake .and. n_errors(errors) == 0) call keep_awake(model)
+    if (command%is_awake .and. n_errors(errors) == 0) call skip_nothing(model)
     if (n_errors(errors) > 0) then
       code = exit_input
     else if (command%is_check) then
       call cpu_time(outlook%set_up)
       call print_check(model)
-      if (command%is_probe) call print_probe(scene, model, outlook, library)
+      if (command%is_probe) call print_trial_run(scene, model, outlook, library)
       call print_forecast(model, outlook, may_be_called(library))
       call print_lines(saving_lines(scene))
       call print_lines(source_lines(scene, model))
       code = exit_done
     else if (command%n_modes > 0) then
-      code = tell_modes(model, command%n_modes)
+      code = report_modes(model, command%n_modes)
     else
       code = run_accepted(command, scene, model)
     end if
@@ -106,7 +106,7 @@ contains
   end function may_be_called
 
   !> Let no contact and no elastic point sleep.
-  subroutine keep_awake(model)
+  subroutine skip_nothing(model)
     type(model_t), intent(inout), target :: model
     type(contact_view_t), allocatable :: pairs(:)
     integer :: i
@@ -116,10 +116,10 @@ contains
     do i = 1, size(pairs)
       pairs(i)%pair%is_awake = .true.
     end do
-  end subroutine keep_awake
+  end subroutine skip_nothing
 
   !> Print the lowest frequencies of an accepted model.
-  integer function tell_modes(model, n_modes) result(code)
+  integer function report_modes(model, n_modes) result(code)
     type(model_t), intent(in) :: model
     integer, intent(in) :: n_modes
     type(error_t), allocatable :: error
@@ -127,7 +127,7 @@ contains
     call print_modes(model, n_modes, error)
     code = merge(exit_input, exit_done, allocated(error))
     if (allocated(error)) write (error_unit, "(a)") "igaform: "//error%message
-  end function tell_modes
+  end function report_modes
 
   !> Run an accepted model.
   integer function run_accepted(command, scene, model) result(code)
@@ -181,13 +181,13 @@ contains
     code = merge(exit_numerics, exit_done, allocated(error))
     if (allocated(saver%stopped_by)) code = merge(exit_files, exit_interrupted, &
                                                   saver%is_state_lost)
-    if (saver%is_state_lost) call say_error(log, "stopped by "//saver%stopped_by// &
+    if (saver%is_state_lost) call report_error(log, "stopped by "//saver%stopped_by// &
                                             ", and the state cannot be written")
-    if (saver%is_state_lost) call say_how_to_go_on(log, saver)
+    if (saver%is_state_lost) call report_restart(log, saver)
     if (run%is_file_lost) code = exit_files
     if (allocated(error)) then
-      call say_error(log, error%message)
-      if (code == exit_files) call say_how_to_go_on(log, saver)
+      call report_error(log, error%message)
+      if (code == exit_files) call report_restart(log, saver)
     end if
     call finish(model, run, results, log, code)
     if (code == exit_done) call drop_checkpoint(saver, run, log)
@@ -242,17 +242,17 @@ contains
   end subroutine begin
 
   !> The results could not be written: the run itself is sound.
-  subroutine say_how_to_go_on(log, saver)
+  subroutine report_restart(log, saver)
     type(run_log_t), intent(inout) :: log
     type(saver_t), intent(in) :: saver
 
     if (saver%saved_step >= 0) then
-      call say_error(log, "the run stops; when the files can be written, continue with "// &
+      call report_error(log, "the run stops; when the files can be written, continue with "// &
                      "--restart "//saver%path)
     else
-      call say_error(log, "the run stops; no checkpoint was written before (see *CHECKPOINT)")
+      call report_error(log, "the run stops; no checkpoint was written before (see *CHECKPOINT)")
     end if
-  end subroutine say_how_to_go_on
+  end subroutine report_restart
 
   !> The program ends inside a user's subroutine: write the state reached as a frame marked failed
   !! and close the files.
@@ -274,7 +274,7 @@ contains
     end do
     call log_line(open_run%log, line)
     code = exit_numerics
-    call save_last_good(open_run%saver, open_run%results, advice)
+    call save_verified(open_run%saver, open_run%results, advice)
     if (advice /= "") call log_line(open_run%log, advice)
     call save_failed(open_run%model, open_run%run, open_run%results)
     call finish(open_run%model, open_run%run, open_run%results, open_run%log, code)
@@ -298,7 +298,7 @@ contains
     timings%wall_seconds = wall_seconds(run)
     call close_results(results, status_of(code), timings, error, relaxation_outcome(model%supports))
     if (allocated(error) .and. code /= exit_files) then
-      call say_error(log, error%message)
+      call report_error(log, error%message)
       code = exit_files
     end if
     call log_balance(log, run)
@@ -338,8 +338,8 @@ contains
     real(wp), parameter :: small = 0.1_wp
 
     call log_line(log, "energy     largest balance error in the history "// &
-                  rounded_text(100*run%row_error)//" % of the energies at that time, step "// &
-                  to_text(run%row_error_step)//", time "//rounded_text(run%row_error_time))
+                  rounded_text(100*run%history_error)//" % of the energies at that time, step "// &
+                  to_text(run%history_error_step)//", time "//rounded_text(run%history_error_time))
     call log_line(log, "energy     largest balance error "// &
                   rounded_text(100*run%largest_error)//" % of the largest energy up to its "// &
                   "time, or of the blank's at the speed of a tool; *ENERGY LIMIT takes this "// &
@@ -354,13 +354,13 @@ contains
     end if
   end subroutine log_balance
 
-  subroutine say_error(log, message)
+  subroutine report_error(log, message)
     type(run_log_t), intent(inout) :: log
     character(*), intent(in) :: message
 
     write (error_unit, "(a)") "igaform: error: "//message
     call log_line(log, "error: "//message)
-  end subroutine say_error
+  end subroutine report_error
 
   !> What the result file, but for its path, needs to know of the model and of this program.
   subroutine fill_setup(scene, model, setup)
@@ -381,7 +381,7 @@ contains
       setup%tools(i)%surfaces = model%bodies%tools(i)%surfaces
       setup%tools(i)%cell_length = tool_cell_length(model)
     end do
-    setup%history = first_history_row(model)
+    setup%history = first_history_sample(model)
     if (allocated(scene%step%name)) then
       allocate (setup%steps(1 + size(scene%later_steps)))
       setup%steps(1)%value = scene%step%name

@@ -43,7 +43,6 @@ module material_run
   private
 
   public :: run_material_tests
-  public :: law_slot_t, perform_tests
 
   !> The law of a test.
   type :: law_slot_t
@@ -185,7 +184,7 @@ contains
     if (.not. allocated(error)) then
       call watch_signals(c_funloc(at_stop), waits_for_others=.true.)
       call perform_tests(scene%tests, slots, rows, messages, is_refused)
-      call tell_of_stop(scene, rows, code)
+      call report_stop(scene, rows, code)
       if (is_begun(rows(1))) &
         call write_all(command, scene, slots, rows, path, read_files, code, error)
       if (is_refused) code = exit_files
@@ -197,7 +196,7 @@ contains
   end function run_accepted
 
   !> Name the signal that has left tests undone, and these tests.
-  subroutine tell_of_stop(scene, rows, code)
+  subroutine report_stop(scene, rows, code)
     type(scene_t), intent(in) :: scene
     type(shared_rows_t), intent(in) :: rows(:)
     integer, intent(inout) :: code           !! set where there are any
@@ -215,7 +214,7 @@ contains
     if (names /= "") names = "; tests not begun: "//names(3:)
     write (error_unit, "(a)") "igaform: stopped by "//stop_signal_name()//names
     code = exit_interrupted
-  end subroutine tell_of_stop
+  end subroutine report_stop
 
   !> How a test ended, as an exit code.
   integer function code_of(rows) result(code)

@@ -141,13 +141,9 @@ contains
     integer(int64) :: n_bytes
     integer :: status
 
-    if (is_going_on) then
-      open (unit=message_unit, file=path, action="write", position="append", iostat=status, &
-            iomsg=message)
-    else
-      open (unit=message_unit, file=path, action="write", status="replace", iostat=status, &
-            iomsg=message)
-    end if
+    open (unit=message_unit, file=path, action="write", iostat=status, iomsg=message, &
+          status=merge("unknown", "replace", is_going_on), &
+          position=merge("append", "asis  ", is_going_on))
     if (status == 0) then
       inquire (unit=message_unit, size=n_bytes)
       if (n_bytes == 0) write (message_unit, "(a)") message_mark

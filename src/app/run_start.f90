@@ -18,7 +18,7 @@ module run_start
   use output_files, only: check_message_file, path_beside_result
   use forming_run, only: new_run
   use run_state, only: run_t
-  use run_saver, only: saver_t, start_from, least_steps
+  use run_saver, only: saver_t, resume_from, least_steps
   use command_line, only: command_t
   use run_identity, only: build_of_program, key_of_user_files
   implicit none
@@ -130,7 +130,7 @@ contains
     if (why /= "") then
       why = "its result cannot be gone on with: "//why
     else
-      call start_from(saver, model, run, store)
+      call resume_from(saver, model, run, store)
       why = state_problem(store, run)
     end if
     if (why /= "") then
@@ -140,7 +140,7 @@ contains
     end if
     call place_result(draft, error)
     if (allocated(error)) return
-    call open_results(results, setup, error, saver%good%n_frames)
+    call open_results(results, setup, error, saver%verified%n_frames)
     run%is_file_lost = allocated(error)   ! what was there before is replaced already
     if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
     if (is_same_file(command%restart, saver%path)) saver%saved_step = run%n_steps

@@ -19,7 +19,7 @@ module trial_run
   implicit none
   private
 
-  public :: print_probe, inertia_t, advice_lines
+  public :: print_trial_run, inertia_t, advice_lines
 
   integer, parameter :: coarsening = 3, least_elements = 8
   integer, parameter :: n_samples = 400            !! of the energies
@@ -42,7 +42,7 @@ module trial_run
 contains
 
   !> Run the scene with fewer elements and print what follows from its energies.
-  subroutine print_probe(scene, model, outlook, library)
+  subroutine print_trial_run(scene, model, outlook, library)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model               !! of the scene as it is
     type(outlook_t), intent(inout) :: outlook        !! as the run shows it, if it can be done
@@ -67,7 +67,7 @@ contains
     end if
     n_threads = omp_get_max_threads()
     call omp_set_num_threads(1)   ! for its processor time to be work
-    call run_probe(probe, probe%bodies%blank%mass_factor/model%bodies%blank%mass_factor, &
+    call run_all(probe, probe%bodies%blank%mass_factor/model%bodies%blank%mass_factor, &
                    inertia)
     call omp_set_num_threads(n_threads)
     if (inertia%is_complete) then
@@ -83,7 +83,7 @@ contains
     do i = 1, size(lines)
       print "(a)", "advice           "//lines(i)%value
     end do
-  end subroutine print_probe
+  end subroutine print_trial_run
 
   !> What follows from the inertia of a scene: mass scaling that pays, or why none does.
   function advice_lines(scene, model, inertia) result(lines)
@@ -149,7 +149,7 @@ contains
   end function can_scale_thickness
 
   !> All steps of the deck without output. The energies are those of its first step.
-  subroutine run_probe(model, added, inertia)
+  subroutine run_all(model, added, inertia)
     type(model_t), intent(inout) :: model
     real(wp), intent(in) :: added       !! factor on all masses for the probe alone
     type(inertia_t), intent(out) :: inertia
@@ -178,7 +178,7 @@ contains
     inertia%duration = run%instant%time/time
     inertia%n_steps = int(run%n_steps)
     inertia%seconds = finish - start
-  end subroutine run_probe
+  end subroutine run_all
 
   !> The first step of the deck, with its energies at equal times.
   subroutine run_first(model, added, run, rate, dt, inertia, error)

@@ -14,14 +14,14 @@ module channel_case
   use frames, only: results_t, results_setup_t, open_results, write_frame, close_results
   use run_log, only: run_log_t, timings_t, open_log, close_log
   use run_frames, only: fill_frame
-  use history_columns, only: first_history_row
+  use history_columns, only: first_history_sample
   use solid_forces, only: add_tiles
   use solid_element, only: solid_element_t
   use central_difference, only: advance
   use run_state, only: run_t
   use energy_balance, only: energy_balance_t
   use run_saver, only: saver_t
-  use forming_run, only: new_run, run_model, take_balances, record_row
+  use forming_run, only: new_run, run_model, take_balances, record_sample
   use bench_case, only: bench_case_t
   use bench_record, only: record_t, record_list_t, keep_least
   use system_files, only: make_folder, remove_file
@@ -124,7 +124,7 @@ contains
       setup%tools(i)%name = self%scene%tools(i)%name
       setup%tools(i)%surfaces = self%scene%tools(i)%surfaces
     end do
-    setup%history = first_history_row(self%model)
+    setup%history = first_history_sample(self%model)
     setup%n_state = self%model%bodies%blank%law%n_state
     call open_results(self%results, setup, error)
     self%is_open = .not. allocated(error)
@@ -177,7 +177,7 @@ contains
     case ("history")
       do i = 1, self%n_calls
         call take_balances(self%model, self%solver, balance)
-        call record_row(self%model, self%solver, self%results)
+        call record_sample(self%model, self%solver, self%results)
       end do
     case ("frame")
       call run_frame(self)

@@ -11,7 +11,8 @@ module system_files
   private
 
   public :: true_path, matching_files, is_folder, kind_of_file, is_no_file, bytes_on_disk
-  public :: sync_file, replace_file, remove_file, make_folder, why_protected, fortran_text
+  public :: sync_file, replace_file, install_file, remove_file, make_folder, why_protected
+  public :: fortran_text
   public :: program_folder, folder_of, is_same_file, is_any_of_files, library_of
 
   !> What dladdr knows of an address (Dl_info of the C library).
@@ -280,6 +281,21 @@ contains
     ! Some file systems know no sync of a folder; the file itself is safe.
     if (is_replaced) ignored = sync_file(folder_of(path))
   end function replace_file
+
+  !> Bring a finished file to the disk, then put it in the place of an older one, which stays if
+  !! that fails.
+  subroutine install_file(new, path, why)
+    character(*), intent(in) :: new, path
+    character(:), allocatable, intent(out) :: why    !! what failed; empty if nothing did
+    character(:), allocatable :: reason
+
+    why = ""
+    if (.not. sync_file(new, reason)) then
+      why = "cannot bring it to the disk: "//reason
+    else if (.not. replace_file(new, path, reason)) then
+      why = "cannot put it in its place: "//reason
+    end if
+  end subroutine install_file
 
   !> Delete a file, if it is there.
   subroutine remove_file(path, reason)

@@ -4,8 +4,8 @@
 module whole_file
   use, intrinsic :: iso_fortran_env, only: int64
   use text, only: string_t
-  use system_files, only: true_path, sync_file, replace_file, remove_file, bytes_on_disk, &
-                          why_protected, is_no_file, draft_ending, kind_of_file
+  use system_files, only: true_path, remove_file, bytes_on_disk, why_protected, is_no_file, &
+                          draft_ending, kind_of_file, install_file
   implicit none
   private
 
@@ -19,7 +19,7 @@ contains
     character(*), intent(in) :: path
     type(string_t), intent(in) :: lines(:)
     character(:), allocatable, intent(out) :: why   !! what failed; empty if nothing did
-    character(:), allocatable :: new, reason
+    character(:), allocatable :: new
     character(256) :: message
     integer(int64) :: n_bytes
     integer :: unit, status, i
@@ -45,10 +45,8 @@ contains
       why = "cannot write it: "//trim(message)
     else if (.not. is_of_size(new, n_bytes)) then
       why = "cannot write all of it; is the disk full?"
-    else if (.not. sync_file(new, reason)) then
-      why = "cannot bring it to the disk: "//reason
-    else if (.not. replace_file(new, true_path(path), reason)) then
-      why = "cannot put it in its place: "//reason
+    else
+      call install_file(new, true_path(path), why)
     end if
     if (why /= "") call remove_file(new)
   end subroutine write_lines

@@ -11,8 +11,8 @@ module checkpoint
   use failure, only: error_t, fail
   use checksum, only: file_checksum
   use state_store, only: state_store_t, add_entry
-  use system_files, only: sync_file, replace_file, remove_file, is_no_file, kind_of_file, &
-                          true_path, draft_ending
+  use system_files, only: remove_file, is_no_file, kind_of_file, true_path, draft_ending, &
+                          install_file
   use whole_file, only: is_of_size
   use file_lock, only: is_locked_by_others, lock_t, hold_folder, release_lock
   use provenance, only: fingerprint_difference
@@ -42,7 +42,7 @@ module checkpoint
   !> A result that is taken out of a checkpoint and not in its place yet.
   type :: draft_t
     character(:), allocatable :: path                   !! where it is now
-    character(:), allocatable, private :: result_file, place   ! its name, and where that leads to
+    character(:), allocatable, private :: result_file, location   ! its name and true path
     type(lock_t), private :: lock
   end type draft_t
 
@@ -65,11 +65,10 @@ contains
     type(state_store_t), intent(in) :: store
     character(*), intent(in) :: result_file      !! flushed; a path to the open file itself
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: place, new   ! where the name leads to, and beside that
-    character(:), allocatable :: reason
+    character(:), allocatable :: location, new, reason
 
-    place = true_path(path)
-    new = place//draft_ending
+    location = true_path(path)
+    new = location//draft_ending
     call remove_file(new, reason)
     if (reason /= "") &
       call fail(error, "cannot remove '"//new//"', left by an earlier attempt: "//reason)
@@ -79,11 +78,8 @@ contains
     if (.not. allocated(error)) call write_state(new, header, store, error)
     if (.not. allocated(error)) call append_result(new, result_file, error)
     if (.not. allocated(error)) then
-      if (.not. sync_file(new, reason)) then
-        call fail(error, "cannot bring it to the disk: "//reason)
-      else if (.not. replace_file(new, place, reason)) then
-        call fail(error, "cannot put it in the place of the one before: "//reason)
-      end if
+      call install_file(new, location, reason)
+      if (reason /= "") call fail(error, reason)
     end if
     if (.not. allocated(error)) return
     call remove_file(new)
@@ -320,8 +316,8 @@ contains
     type(last_line_t) :: last
 
     draft%result_file = result_file
-    draft%place = true_path(result_file)
-    draft%path = draft%place//draft_ending
+    draft%location = true_path(result_file)
+    draft%path = draft%location//draft_ending
     call check_whole(path, last, error)
     if (allocated(error)) return
     call hold_folder(result_file, draft%lock)
@@ -341,14 +337,11 @@ contains
   subroutine place_result(draft, error)
     type(draft_t), intent(inout) :: draft
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: reason
+    character(:), allocatable :: why
 
-    if (.not. sync_file(draft%path, reason)) then
-      call fail(error, "cannot bring it to the disk: "//reason)
-    else if (.not. replace_file(draft%path, draft%place, reason)) then
-      call fail(error, "cannot put it in its place: "//reason)
-    end if
-    if (allocated(error)) then
+    call install_file(draft%path, draft%location, why)
+    if (why /= "") then
+      call fail(error, why)
       call give_up_draft(draft, error)
     else
       call release_lock(draft%lock)
@@ -385,63 +378,76 @@ contains
   !! be it cut or damaged?
   logical function is_replaceable(path)
     character(*), intent(in) :: path
-    character(len(mark)) :: line
+    character(last_length) :: line
+    character(:), allocatable :: why
     integer(int64) :: n_bytes
-    integer :: unit, status
+    integer(int8) :: format
 
     is_replaceable = .not. is_no_file(path)
     if (.not. is_replaceable) return
-    open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
-          status="old", iostat=status)
-    if (status /= 0) return
-    inquire (unit=unit, size=n_bytes)
-    line = ""
-    if (n_bytes > last_length) read (unit, pos=n_bytes - last_length + 1, iostat=status) line
-    close (unit)
-    if (n_bytes == 0 .or. line == mark) return
+    call read_ends(path, n_bytes, format, line, why)
+    if (why /= "" .or. n_bytes == 0 .or. line(:len(mark)) == mark) return
     is_replaceable = is_checkpoint_state(path)
   end function is_replaceable
+
+  !> What a checkpoint is known by: its length, the version of its HDF5 format, its last line.
+  subroutine read_ends(path, n_bytes, format, line, why)
+    character(*), intent(in) :: path
+    integer(int64), intent(out) :: n_bytes
+    integer(int8), intent(out) :: format
+    character(last_length), intent(out) :: line         !! spaces where the file is too short
+    character(:), allocatable, intent(out) :: why       !! why it cannot be read; else empty
+    integer, parameter :: position_of_format = 9        ! in an HDF5 file
+    character(256) :: message
+    integer :: unit, status
+
+    why = ""
+    line = ""
+    format = 0
+    n_bytes = 0
+    open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
+          status="old", iostat=status, iomsg=message)
+    if (status /= 0) then
+      why = trim(message)
+      return
+    end if
+    inquire (unit=unit, size=n_bytes)
+    if (n_bytes > last_length) then
+      read (unit, pos=n_bytes - last_length + 1, iostat=status) line
+      read (unit, pos=position_of_format, iostat=status) format
+    end if
+    close (unit)
+  end subroutine read_ends
 
   !> Is this a checkpoint, as it was written to the last byte?
   subroutine check_whole(path, last, error)
     character(*), intent(in) :: path
     type(last_line_t), intent(out) :: last
     type(error_t), allocatable, intent(out) :: error
-    integer, parameter :: place_of_format = 9   ! in an HDF5 file
     integer(int8), parameter :: format_110 = 3
     character(last_length) :: line
-    character(256) :: message
+    character(:), allocatable :: why
     integer(int64) :: n_bytes
     integer(int8) :: format
-    integer :: unit, status
+    integer :: status
 
     if (is_no_file(path)) then
       call refuse(path, "it is a "//kind_of_file(path)//", expected a file", error)
       return
     end if
-    open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
-          status="old", iostat=status, iomsg=message)
-    if (status /= 0) then
-      call refuse(path, trim(message), error)
+    call read_ends(path, n_bytes, format, line, why)
+    if (why /= "") then
+      call refuse(path, why, error)
       return
     end if
-    inquire (unit=unit, size=n_bytes)
-    line = ""
-    format = 0
-    if (n_bytes > last_length) then
-      read (unit, pos=n_bytes - last_length + 1, iostat=status) line
-      read (unit, pos=place_of_format, iostat=status) format
-    end if
-    close (unit)
     if (line(:len(mark)) /= mark) then
       call refuse(path, "it is no checkpoint of igaform, or its end is missing", error)
       return
     end if
     read (line(len(mark) + 1:), "(2i20)", iostat=status) last%n_state, last%n_result
-    if (status == 0) status = merge(0, 1, min(last%n_state, last%n_result) >= 0)
-    if (status == 0) status = merge(0, 1, last%n_state <= n_bytes .and. last%n_result <= n_bytes)
-    if (status == 0) status = merge(0, 1, last%n_state + last%n_result + last_length == n_bytes)
-    if (status /= 0) then
+    if (status /= 0) last%n_state = -1
+    if (min(last%n_state, last%n_result) < 0 .or. max(last%n_state, last%n_result) > n_bytes &
+        .or. last%n_state + last%n_result + last_length /= n_bytes) then
       call refuse(path, "its length is not what its last line says", error)
     else if (file_checksum(path, n_bytes - last_length) /= line(len(mark) + 41:len(mark) + 56)) then
       call refuse(path, "it is damaged: its checksum is wrong", error)

@@ -15,7 +15,7 @@ module display_fields
   private
 
   public :: display_field_t, field_entry_t, patch_view_t, patch_frame_t, face_field_t, tool_frame_t
-  public :: frame_t, mesh_place_t, tools_view_t
+  public :: frame_t, tools_view_t
   public :: output_fields, add_entry, fields_of, first_columns, derive_part
 
   !> Parts of what `derive_part` derives of a frame, for threads; the longest comes first.

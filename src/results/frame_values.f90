@@ -14,7 +14,7 @@ module frame_values
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t
   use nurbs_surface, only: nurbs_surface_t
-  use history, only: history_row_t
+  use history, only: history_sample_t
   use provenance, only: provenance_t
   implicit none
   private
@@ -41,7 +41,7 @@ module frame_values
     character(:), allocatable :: path
     type(display_patch_t), allocatable :: patches(:)    !! of the blank
     type(display_tool_t), allocatable :: tools(:)
-    type(history_row_t) :: history                      !! a row filled once, for its columns
+    type(history_sample_t) :: history                      !! a row filled once, for its columns
     type(string_t), allocatable :: steps(:)             !! of the deck, names; may be none
     integer :: n_state = 0                              !! columns of the frames' state
     type(string_t), allocatable :: state_names(:)       !! of these columns; may be none

@@ -31,8 +31,8 @@ module frames
   use tool_mesh, only: carried
   use vtkhdf, only: append_point_data, append_points, append_step, cells_t, create_grid, &
                     create_point_data, write_rational_weights
-  use history, only: history_row_t, history_t, open_history, record_row, write_history, &
-                     forget_rows, n_waiting_rows
+  use history, only: history_sample_t, history_t, open_history, record_sample, write_history, &
+                     drop_samples, n_waiting_samples
   use hdf5_library, only: hid_t
   use hdf5_reading, only: open_for_reading, close_reading, names_in, read_numbers
   use knot_vector, only: knot_vector_t
@@ -45,9 +45,8 @@ module frames
   public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
   public :: face_field_t, tool_frame_t
   public :: open_results, write_frame, record_history, close_results
-  public :: flush_results, forget_history, length_unit, n_frames_of, n_rows_of, path_of_results
+  public :: flush_results, forget_history, length_unit, n_frames_of, n_samples_of, path_of_results
   public :: layout_problem
-  public :: write_solid, write_surface, update_points
 
   !> An open results file.
   type :: results_t
@@ -155,13 +154,13 @@ contains
 
   !> Write the history so far, or its first rows since the last frame, and hand all to the operating
   !! system: what a checkpoint needs.
-  subroutine flush_results(results, error, n_rows)
+  subroutine flush_results(results, error, n_samples)
     type(results_t), intent(inout) :: results
     type(error_t), allocatable, intent(out) :: error
-    integer, intent(in), optional :: n_rows
+    integer, intent(in), optional :: n_samples
 
     call check_length(results%file)
-    call write_history(results%history, results%file, n_rows)
+    call write_history(results%history, results%file, n_samples)
     call flush_file(results%file)
     call take_error(results%file, error)
   end subroutine flush_results
@@ -175,19 +174,19 @@ contains
   end function path_of_results
 
   !> Let go of the history since the last frame or flush but for its first rows.
-  subroutine forget_history(results, n_rows)
+  subroutine forget_history(results, n_samples)
     type(results_t), intent(inout) :: results
-    integer, intent(in) :: n_rows
+    integer, intent(in) :: n_samples
 
-    call forget_rows(results%history, n_rows)
+    call drop_samples(results%history, n_samples)
   end subroutine forget_history
 
   !> Rows of the history since the last frame or flush.
-  pure integer function n_rows_of(results)
+  pure integer function n_samples_of(results)
     type(results_t), intent(in) :: results
 
-    n_rows_of = n_waiting_rows(results%history)
-  end function n_rows_of
+    n_samples_of = n_waiting_samples(results%history)
+  end function n_samples_of
 
   !> Unit of a length in this file; empty where the deck has no label of its units.
   pure function length_unit(results) result(unit)
@@ -206,11 +205,11 @@ contains
   end function n_frames_of
 
   !> Write a frame and the history up to it, or its first rows, then flush the file.
-  subroutine write_frame(results, frame, error, n_rows)
+  subroutine write_frame(results, frame, error, n_samples)
     type(results_t), intent(inout) :: results
     type(frame_t), intent(in) :: frame
     type(error_t), allocatable, intent(out) :: error
-    integer, intent(in), optional :: n_rows   !! absent: all that wait
+    integer, intent(in), optional :: n_samples   !! absent: all that wait
     type(deflated_chunk_t), allocatable :: chunks(:)
     real(wp), allocatable :: points(:, :), values(:, :)
 
@@ -221,7 +220,7 @@ contains
     ! One thread writes what is there already while the others work on the rest.
     !$omp parallel default(shared)
     !$omp master
-    call write_lists(results, frame, n_rows)
+    call write_lists(results, frame, n_samples)
     !$omp end master
     call fill_values(results%display, frame, points, values)
     !$omp master
@@ -239,14 +238,14 @@ contains
   end subroutine write_frame
 
   ! What is known of a frame before its fields are: history, geometry, marks.
-  subroutine write_lists(results, frame, n_rows)
+  subroutine write_lists(results, frame, n_samples)
     type(results_t), intent(inout) :: results
     type(frame_t), intent(in) :: frame
-    integer, intent(in), optional :: n_rows
+    integer, intent(in), optional :: n_samples
     integer(int64) :: mark(1)
 
     call update_geometry(results, frame)
-    call write_history(results%history, results%file, n_rows)
+    call write_history(results%history, results%file, n_samples)
     mark = merge(1, 0, frame%is_failed)
     call append_integers(results%file, "/frames/is_failed", mark, [integer ::], 1)
     mark = frame%process_step
@@ -297,9 +296,9 @@ contains
   !> Keep a row of the history in memory until the next frame.
   subroutine record_history(results, row)
     type(results_t), intent(inout) :: results
-    type(history_row_t), intent(in) :: row
+    type(history_sample_t), intent(in) :: row
 
-    call record_row(results%history, row)
+    call record_sample(results%history, row)
   end subroutine record_history
 
   !> Write what is left of the history, how the run ended and what it cost; close the file.

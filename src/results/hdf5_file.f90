@@ -13,8 +13,8 @@ module hdf5_file
   use failure, only: error_t, fail
   use hdf5_library
   use existing_result, only: check_replaceable
-  use system_files, only: is_same_file, kind_of_file, remove_file, replace_file, sync_file, &
-                          true_path, why_protected, draft_ending
+  use system_files, only: is_same_file, kind_of_file, remove_file, true_path, why_protected, &
+                          draft_ending, install_file
   use text, only: to_text
   use file_lock, only: is_lock_shared, is_locked_by_others, lock_t, hold_folder, release_lock
   use deflated_chunk, only: deflated_chunk_t
@@ -23,7 +23,7 @@ module hdf5_file
 
   public :: hdf5_file_t, create_file, open_file, close_file, give_up_file, flush_file, take_error
   public :: has_object, create_group, link_object, write_text_attribute, write_integer_attribute
-  public :: write_text, write_reals, write_integers, create_dataset, note_failure, file_type
+  public :: write_text, write_reals, write_integers
   public :: path_of_open, check_length, place_file
   public :: create_series, row_shape, append_reals, append_integers, append_chunk
 
@@ -143,19 +143,19 @@ contains
   subroutine place_file(file)
     type(hdf5_file_t), intent(inout) :: file
     type(lock_t) :: lock
-    logical :: is_placed
-    character(:), allocatable :: reason
+    character(:), allocatable :: why
 
     if (allocated(file%error)) return
     call hold_folder(file%path, lock)
     if (kind_of_file(file%path) /= "") &
       call check_replaceable(file%path, file%content, file%error)
     if (.not. allocated(file%error)) then
-      is_placed = sync_file(file%draft, reason)
-      if (is_placed) is_placed = replace_file(file%draft, true_path(file%path), reason)
-      if (is_placed) deallocate (file%draft)
-      if (.not. is_placed) call fail(file%error, "result file '"//file%path// &
-                                     "': cannot bring it to its place on the disk: "//reason)
+      call install_file(file%draft, true_path(file%path), why)
+      if (why == "") then
+        deallocate (file%draft)
+      else
+        call fail(file%error, "result file '"//file%path//"': "//why)
+      end if
     end if
     call release_lock(lock)
   end subroutine place_file
@@ -304,17 +304,25 @@ contains
     character(kind=c_char), target :: buffer(max(len(value), 1))
     type(c_ptr) :: address
     integer(hid_t) :: type
-    integer :: i
 
-    buffer = c_null_char
-    do i = 1, len(value)
-      buffer(i) = value(i:i)
-    end do
+    buffer = letters_of(value)
     type = text_type(value)
     address = c_loc(buffer)
     call put_attribute(file, owner, object, name, type, [integer(hsize_t) ::], address)
     if (h5tclose(type) < 0) call note_failure(file, "write", object)
   end subroutine put_text_attribute
+
+  !> The letters of a text, a zero for an empty one.
+  pure function letters_of(value) result(letters)
+    character(*), intent(in) :: value
+    character(kind=c_char) :: letters(max(len(value), 1))
+    integer :: i
+
+    letters = c_null_char
+    do i = 1, len(value)
+      letters(i) = value(i:i)
+    end do
+  end function letters_of
 
   !> Write integers as an attribute of an object, replacing an older one; one value as a scalar.
   subroutine write_integer_attribute(file, object, name, values)
@@ -328,12 +336,8 @@ contains
     if (allocated(file%error)) return
     buffer = values
     owner = h5oopen(file%id, c_text(object), h5_default)
-    if (size(values) == 1) then
-      call put_attribute(file, owner, object, name, h5_int64, [integer(hsize_t) ::], c_loc(buffer))
-    else
-      call put_attribute(file, owner, object, name, h5_int64, [size(values, kind=hsize_t)], &
-                         c_loc(buffer))
-    end if
+    call put_attribute(file, owner, object, name, h5_int64, &
+                       int(row_shape(size(values)), hsize_t), c_loc(buffer))
     if (h5oclose(owner) < 0) call note_failure(file, "write", object)
   end subroutine write_integer_attribute
 
@@ -344,13 +348,9 @@ contains
     character(kind=c_char), target :: buffer(max(len(value), 1))
     type(c_ptr) :: address
     integer(hid_t) :: type
-    integer :: i
 
     if (allocated(file%error)) return
-    buffer = c_null_char
-    do i = 1, len(value)
-      buffer(i) = value(i:i)
-    end do
+    buffer = letters_of(value)
     type = text_type(value)
     address = c_loc(buffer)   ! in place of the argument gfortran 12 mixes up the lengths of texts
     call write_fixed(file, name, type, type, [integer ::], address, "", description)

@@ -35,15 +35,13 @@ module hdf5_library
   !> Level 4 saves 2 % of the size for half as much time again.
   integer, parameter, public :: deflate_level = 1
 
-  public :: h5dont_atexit, h5open, h5fcreate, h5fclose, h5fflush, h5fis_hdf5, h5fget_vfd_handle
-  public :: h5fget_size, h5gcreate, h5oopen, h5oclose, h5lexists, h5lcreate_hard, h5lget_name
-  public :: h5fopen, h5dread, h5dget_storage, h5dget_type, h5aread, h5aget_type, h5aget_space
-  public :: h5tget_size, h5tget_class, h5tis_variable, h5sget_npoints, h5acreate, h5aopen
-  public :: h5aexists, h5awrite, h5adelete, h5aclose, h5dcreate, h5dopen, h5dwrite, h5dwrite_chunk
-  public :: h5dset_extent, h5dget_space, h5dclose, h5screate_simple, h5sget_extent
-  public :: h5sselect_hyperslab, h5sclose, h5pcreate, h5pset_chunk, h5pset_deflate, h5pset_shuffle
-  public :: h5pset_parents, h5pclose, h5pset_formats, h5tcopy, h5tset_size, h5tset_strpad
-  public :: h5tset_cset, h5tclose, h5eset_auto, h5ewalk
+  public :: h5fcreate, h5fclose, h5fflush, h5fis_hdf5, h5fget_vfd_handle, h5fget_size, h5gcreate
+  public :: h5oopen, h5oclose, h5lexists, h5lcreate_hard, h5lget_name, h5fopen, h5dread
+  public :: h5dget_storage, h5dget_type, h5aread, h5aget_type, h5aget_space, h5tget_size
+  public :: h5tget_class, h5tis_variable, h5sget_npoints, h5acreate, h5aopen, h5aexists, h5awrite
+  public :: h5adelete, h5aclose, h5dcreate, h5dopen, h5dwrite, h5dwrite_chunk, h5dset_extent
+  public :: h5dget_space, h5dclose, h5screate_simple, h5sget_extent, h5sselect_hyperslab, h5sclose
+  public :: h5pcreate, h5pclose, h5tclose
 
   interface
     integer(c_int) function h5dont_atexit() bind(C, name="H5dont_atexit")

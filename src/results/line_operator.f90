@@ -9,7 +9,7 @@ module line_operator
   implicit none
   private
 
-  public :: line_operator_t, basis_operator, spread_operator, grid_size, apply_tensor, span_bounds
+  public :: line_operator_t, basis_operator, spread_operator, grid_size, apply_tensor
   public :: joined_places, joined_bezier_operator, equal_places
 
   !> output(s) = sum over i of values(i, s)*input(first(s) + i - 1).

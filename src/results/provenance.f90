@@ -10,8 +10,8 @@ module provenance
   implicit none
   private
 
-  public :: provenance_t, provenance_lines, host_cores, timestamp, compiler_name, compiler_flags
-  public :: write_provenance, text_or_empty, fingerprint, fingerprint_difference, options_that_count
+  public :: provenance_t, provenance_lines, write_provenance, host_cores, compiler_name
+  public :: text_or_empty, fingerprint, fingerprint_difference, options_that_count
 
   !> What the head of every log begins with.
   character(*), parameter, public :: log_mark = "igaform "

@@ -55,13 +55,9 @@ contains
 
     is_added = .false.
     if (present(is_going_on)) is_added = is_going_on
-    if (is_added) then
-      open (newunit=log%unit, file=path, action="write", position="append", iostat=status, &
-            iomsg=message)
-    else
-      open (newunit=log%unit, file=path, action="write", status="replace", iostat=status, &
-            iomsg=message)
-    end if
+    open (newunit=log%unit, file=path, action="write", iostat=status, iomsg=message, &
+          status=merge("unknown", "replace", is_added), &
+          position=merge("append", "asis  ", is_added))
     if (status /= 0) then
       call fail(error, "log file '"//path//"': "//trim(message))
       log%unit = -1

@@ -1,4 +1,4 @@
-!> Where in the blank a run went wrong. Looked for only when it has, so the steps pay nothing.
+!> Where in the blank a run failed. Searched for only when it has, so increments cost nothing more.
 module failure_location
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
@@ -17,24 +17,24 @@ module failure_location
   implicit none
   private
 
-  public :: spot_t, spot_of_failure, spot_of_smallest, most_sheared, words_of, fastest_place
-  public :: deepest_place, contact_place
+  public :: location_t, location_of_failure, location_of_smallest, most_sheared, location_text
+  public :: block_text, fastest_point, deepest_point, contact_point_text
 
-  !> A point of the rule in an element of a patch.
-  type :: spot_t
-    integer :: part = 0                       !! patch of the blank, 0: no spot was found
+  !> An integration point of an element of a patch.
+  type :: location_t
+    integer :: part = 0                       !! patch of the blank, 0: no location was found
     integer :: element(3) = 0, point(3) = 0   !! along xi, eta, zeta
-    real(wp) :: place(3) = 0.0_wp             !! [length]
-    logical :: is_place_at_start = .false.    !! for it is nowhere now
-  end type spot_t
+    real(wp) :: position(3) = 0.0_wp             !! [length]
+    logical :: is_at_start = .false.          !! in the initial shape, for now it is not finite
+  end type location_t
 
 contains
 
-  !> The point to blame in the block that failed: one with NaN or infinite values, or the one
-  !! with the most negative Jacobian. None is found where a law gave up on sound values.
-  function spot_of_failure(blank) result(spot)
+  !> The point of the block that failed with NaN or infinite values, or with the most negative
+  !! Jacobian. None is found where a law failed for finite values.
+  function location_of_failure(blank) result(location)
     type(blank_t), intent(in) :: blank
-    type(spot_t) :: spot
+    type(location_t) :: location
     type(nurbs_solid_t) :: now
     real(wp), allocatable :: stress(:, :, :, :), state(:, :, :, :)
     real(wp) :: j(3, 3), x(3), least, det
@@ -60,21 +60,21 @@ contains
               else
                 det = -huge(det)
               end if
-              if (spot%part > 0 .and. .not. det < least) cycle
-              spot = new_spot(blank%report%failed_part, elements(:, n), [qa, qb, qc])
+              if (location%part > 0 .and. .not. det < least) cycle
+              location = new_location(blank%report%failed_part, elements(:, n), [qa, qb, qc])
               if (det < least) least = det
             end do
           end do
         end do
       end do
-      if (spot%part > 0) call set_place(element, now, spot)
+      if (location%part > 0) call set_position(element, now, location)
     end associate
-  end function spot_of_failure
+  end function location_of_failure
 
-  !> The point whose jacobian has the largest inverse, which asks for the smallest step.
-  function spot_of_smallest(blank) result(spot)
+  !> The point whose Jacobian has the largest inverse, which requires the smallest time increment.
+  function location_of_smallest(blank) result(location)
     type(blank_t), intent(in) :: blank
-    type(spot_t) :: spot
+    type(location_t) :: location
     type(nurbs_solid_t) :: now
     real(wp) :: j(3, 3), x(3), rate, largest
     integer :: p, n, q(3), qa, qb, qc, e(3)
@@ -94,21 +94,21 @@ contains
                 rate = sum(inverse_rows(j)**2)
                 if (.not. rate > largest) cycle
                 largest = rate
-                spot = new_spot(p, e, [qa, qb, qc])
+                location = new_location(p, e, [qa, qb, qc])
               end do
             end do
           end do
         end do
-        if (spot%part == p) call set_place(element, now, spot)
+        if (location%part == p) call set_position(element, now, location)
       end associate
     end do
-  end function spot_of_smallest
+  end function location_of_smallest
 
-  !> The point with the largest simple shear, see `sheet_shear`, among those most strained of
-  !! their elements; no spot where none can have sheared by one.
-  subroutine most_sheared(blank, spot, shear)
+  !> The point with the largest simple shear, see `sheet_shear`, among the most strained ones of all
+  !! elements; none found where none can have sheared by one.
+  subroutine most_sheared(blank, location, shear)
     type(blank_t), intent(in) :: blank
-    type(spot_t), intent(out) :: spot
+    type(location_t), intent(out) :: location
     real(wp), intent(out) :: shear
     type(nurbs_solid_t) :: now
     real(wp), allocatable :: stress(:, :, :, :), state(:, :, :, :)
@@ -131,15 +131,15 @@ contains
           here = shear_at(element, now, e, point)
           if (.not. here > shear) cycle
           shear = here
-          spot = new_spot(p, e, point)
+          location = new_location(p, e, point)
         end do
-        if (spot%part == p) call set_place(element, now, spot)
+        if (location%part == p) call set_position(element, now, location)
       end associate
     end do
   end subroutine most_sheared
 
-  !> The point of an element that is strained most, zeros where it is strained less than a simple
-  !! shear of one would.
+  !> The most strained point of an element; zeros where its strain is below that of a simple shear
+  !! of one.
   pure function most_strained(law, stress, state) result(point)
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: stress(:, :, :, :), state(:, :, :, :)
@@ -182,40 +182,64 @@ contains
     grid%points = element%motion%x
   end function grid_now
 
-  pure function new_spot(part, element, point) result(spot)
+  pure function new_location(part, element, point) result(location)
     integer, intent(in) :: part, element(3), point(3)
-    type(spot_t) :: spot
+    type(location_t) :: location
 
-    spot%part = part
-    spot%element = element
-    spot%point = point
-  end function new_spot
+    location%part = part
+    location%element = element
+    location%point = point
+  end function new_location
 
-  !> Where the point is now, or was at the start if that is no number.
-  pure subroutine set_place(element, now, spot)
+  !> Position of the point now, or at the start if that is not finite.
+  pure subroutine set_position(element, now, location)
     class(element_t), intent(in) :: element
     type(nurbs_solid_t), intent(in) :: now
-    type(spot_t), intent(inout) :: spot
+    type(location_t), intent(inout) :: location
     real(wp) :: j(3, 3)
 
-    call element%jacobian(now, spot%element, spot%point, j, spot%place)
-    spot%is_place_at_start = .not. all(abs(spot%place) < 1.0e100_wp)
-    if (spot%is_place_at_start) &
-      call element%jacobian(element%grid, spot%element, spot%point, j, spot%place)
-  end subroutine set_place
+    call element%jacobian(now, location%element, location%point, j, location%position)
+    location%is_at_start = .not. all(abs(location%position) < 1.0e100_wp)
+    if (location%is_at_start) &
+      call element%jacobian(element%grid, location%element, location%point, j, location%position)
+  end subroutine set_position
 
-  !> The spot in words, such as `element (3, 1, 2), point (1, 1, 2), at (10.5, 0.2, 0)`.
-  function words_of(blank, spot) result(words)
+  !> The location as text, such as `element (3, 1, 2), point (1, 1, 2), at (10.5, 0.2, 0)`.
+  function location_text(blank, location) result(words)
     type(blank_t), intent(in) :: blank
-    type(spot_t), intent(in) :: spot
+    type(location_t), intent(in) :: location
+    character(:), allocatable :: words
+
+    words = patch_text(blank, location%part)//"element "//triple(location%element)//", point "// &
+            triple(location%point)//" along xi, eta, zeta, at "//place_text(location%position)
+    if (location%is_at_start) words = words//" in the shape at the start"
+  end function location_text
+
+  !> The elements of the block that failed, for a law that failed for finite values.
+  function block_text(blank) result(words)
+    type(blank_t), intent(in) :: blank
+    character(:), allocatable :: words
+    integer, allocatable :: elements(:, :)
+
+    associate (report => blank%report)
+      elements = blank%parts(report%failed_part)%element%elements_of_block(report%failed_block)
+      words = patch_text(blank, report%failed_part)
+    end associate
+    associate (first => elements(:, 1), last => elements(:, size(elements, 2)))
+      words = words//"elements ("//to_text(first(1))//" to "//to_text(last(1))//", "// &
+              to_text(first(2))//", "//to_text(first(3))//") along xi, eta, zeta"
+    end associate
+  end function block_text
+
+  !> The patch of a blank of several, for the beginning of a text.
+  function patch_text(blank, part) result(words)
+    type(blank_t), intent(in) :: blank
+    integer, intent(in) :: part
     character(:), allocatable :: words
 
     words = ""
-    if (size(blank%parts) > 1) words = "patch '"//blank%parts(spot%part)%element%name//"', "
-    words = words//"element "//triple(spot%element)//", point "//triple(spot%point)// &
-            " along xi, eta, zeta, at "//place_text(spot%place)
-    if (spot%is_place_at_start) words = words//" in the shape at the start"
-  end function words_of
+    if (size(blank%parts) > 1) words = "patch '"//blank%parts(part)%element%name//"', "
+  end function patch_text
 
   pure function triple(counts) result(words)
     integer, intent(in) :: counts(3)
@@ -224,8 +248,8 @@ contains
     words = "("//to_text(counts(1))//", "//to_text(counts(2))//", "//to_text(counts(3))//")"
   end function triple
 
-  !> The control point that moves fastest, with its place: where an unstable run shows first.
-  function fastest_place(blank) result(words)
+  !> The fastest control point and its position: where instability shows first.
+  function fastest_point(blank) result(words)
     type(blank_t), intent(in) :: blank
     character(:), allocatable :: words
     real(wp) :: largest, speed
@@ -249,10 +273,8 @@ contains
         end do
       end associate
     end do
-    words = ""
-    if (size(blank%parts) > 1) words = "patch '"//blank%parts(part)%element%name//"', "
     associate (body => blank%parts(part)%element)
-      words = words//"control point "//triple(at)//", by element "// &
+      words = patch_text(blank, part)//"control point "//triple(at)//", by element "// &
               triple([(element_of(at(i), i), i=1, 3)])//", at "// &
               place_text(body%motion%x(at(1), at(2), at(3), :))
     end associate
@@ -269,11 +291,11 @@ contains
         end associate
       end associate
     end function element_of
-  end function fastest_place
+  end function fastest_point
 
-  !> Where a contact is deepest. Its forces do not tell: a spring may be loaded from a depth on, and
-  !! friction adds to it.
-  function deepest_place(contact, tool) result(words)
+  !> The contact point with the largest penetration. Forces do not show it: a spring may be loaded
+  !! from a penetration on, and friction adds to it.
+  function deepest_point(contact, tool) result(words)
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
     character(:), allocatable :: words
@@ -283,15 +305,15 @@ contains
     depths = 0.0_wp
     do n = 1, contact%slave%n_points
       if (contact%start(n) < 0.0_wp) cycle   ! it does not touch
-      depths(n) = norm2(place_now(contact, n) - contact%motion%displacement &
+      depths(n) = norm2(position_now(contact, n) - contact%motion%displacement &
                         - face_position(tool%orders, tool%coefficients(:, :, :, contact%face(n)), &
                                         contact%at(n, :)))
     end do
-    words = contact_place(contact, tool, maxloc(depths, 1))
-  end function deepest_place
+    words = contact_point_text(contact, tool, maxloc(depths, 1))
+  end function deepest_point
 
-  !> Place of a slave point at the last call, for a tool that turns in its frame.
-  pure function place_now(contact, n) result(x)
+  !> Position of a contact point at the last call, in the frame of a tool that rotates.
+  pure function position_now(contact, n) result(x)
     type(contact_t), intent(in) :: contact
     integer, intent(in) :: n                !! number of the point
     real(wp) :: x(3)
@@ -300,10 +322,11 @@ contains
     j = (n - 1)/contact%slave%n_along(1) + 1
     i = n - contact%slave%n_along(1)*(j - 1)
     x = point_position(contact%slave, contact%motion%now, i, j)
-  end function place_now
+  end function position_now
 
-  !> A slave point and where it is. The contact of a tool that turns keeps places in its frame.
-  function contact_place(contact, tool, n) result(words)
+  !> A contact point and its position. Contact with a tool that rotates keeps positions in its
+  !! frame.
+  function contact_point_text(contact, tool, n) result(words)
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: n                !! number of the point
@@ -313,9 +336,9 @@ contains
 
     j = (n - 1)/contact%slave%n_along(1) + 1
     i = n - contact%slave%n_along(1)*(j - 1)
-    x = place_now(contact, n)
+    x = position_now(contact, n)
     if (tool%is_turning) x = matmul(tool%rotation, x - tool%displacement) + tool%displacement
     words = "contact point ("//to_text(i)//", "//to_text(j)//"), at "//place_text(x)
-  end function contact_place
+  end function contact_point_text
 
 end module failure_location

@@ -16,9 +16,9 @@ module forming_run
   use central_difference, only: update_velocities, update_positions
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
   use run_frames, only: new_frame, fill_frame, add_frame, release_frames
-  use history_columns, only: fill_history_row
+  use history_columns, only: fill_history_sample
   use run_state, only: run_t, wall_seconds
-  use run_saver, only: saver_t, look_after, keep, save_last_good, try_again
+  use run_saver, only: saver_t, take_due_state, keep_verified, save_verified, retry_run
   use health, only: check_health, check_balance, check_pairs, check_hidden_depths, &
                     added_mass_warning, shear_warning
   use step_change, only: begin_next_step
@@ -27,7 +27,7 @@ module forming_run
   private
 
   public :: run_t, new_run, run_model, take_step, has_ended, enter_next_step, save_failed
-  public :: take_balances, record_row
+  public :: take_balances, record_sample
   public :: effect_lines
 
   !> Steps before the energy balance may end a run: of a motion that rises from rest the n-th step
@@ -80,17 +80,17 @@ contains
     call log_step(log, model, run%control%start_time)
     if (.not. run%is_resumed) call apply_forces(model, run)
     do
-      call go_one_step(model, run, results, log, saver, is_end, error)
+      call run_increment(model, run, results, log, saver, is_end, error)
       if (.not. allocated(error)) then
         if (is_end .or. allocated(saver%stopped_by)) exit
       else if (run%is_file_lost) then
         return
-      else if (.not. try_again(saver, model, run, results, log)) then
+      else if (.not. retry_run(saver, model, run, results, log)) then
         exit
       end if
     end do
     if (allocated(error)) then
-      call save_last_good(saver, results, advice)
+      call save_verified(saver, results, advice)
       if (advice /= "") error%message = error%message//new_line("a")//advice
       call save_failed(model, run, results)
     else if (.not. allocated(saver%stopped_by)) then
@@ -133,7 +133,7 @@ contains
   !> What is due now, then the step; at the end of the last step of the deck no more, nor where the
   !! run stops. A frame is filled at its time and written when the step has gone well and the state
   !! behind it is good: if not, the result ends where the last good state was kept.
-  subroutine go_one_step(model, run, results, log, saver, is_end, error)
+  subroutine run_increment(model, run, results, log, saver, is_end, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
@@ -142,25 +142,25 @@ contains
     logical, intent(out) :: is_end
     type(error_t), allocatable, intent(out) :: error
     real(wp) :: dt, rate
-    logical :: is_row, is_frame, is_balanced, is_through
+    logical :: is_sample, is_frame, is_balanced, is_through
 
     dt = run%instant%dt
     rate = model%rate
     if (run%n_steps > 0) rate = model%bodies%blank%report%largest_rate
     is_end = has_ended(model, run)
-    is_row = is_end .or. run%n_steps == 0
-    is_frame = is_row
-    if (.not. is_row) is_row = is_due(run%control, run%control%history, run%instant%time)
+    is_sample = is_end .or. run%n_steps == 0
+    is_frame = is_sample
+    if (.not. is_sample) is_sample = is_due(run%control, run%control%history, run%instant%time)
     if (.not. is_frame) is_frame = is_due(run%control, run%control%frames, run%instant%time)
-    call look_after(saver, model, run, results, is_end .and. size(model%later_steps) == 0)
-    is_balanced = is_row .or. saver%is_checking
+    call take_due_state(saver, model, run, results, is_end .and. size(model%later_steps) == 0)
+    is_balanced = is_sample .or. saver%is_checking
     call advance_step_size(run, rate, is_end, dt)
     is_through = size(model%supports) == 0 .and. .not. (is_balanced .or. is_frame)
     call update_velocities(model, run, is_balanced, is_through)
-    if (is_balanced) call check_state(model, run, is_row, error)
-    if (.not. allocated(error)) call keep(saver, model, run, results, log, error)
+    if (is_balanced) call check_state(model, run, is_sample, error)
+    if (.not. allocated(error)) call keep_verified(saver, model, run, results, log, error)
     if (run%is_file_lost .or. allocated(saver%stopped_by)) return
-    if (is_row) call take_row(model, run, results, log)
+    if (is_sample) call take_sample(model, run, results, log)
     if (allocated(error)) return
     if (is_frame) call take_frame(model, run)
     if (is_end) then
@@ -174,7 +174,7 @@ contains
     end if
     call finish_step(model, run, is_through, rate, error)
     if (.not. allocated(error)) call watch_pairs(model, run, log, error)
-  end subroutine go_one_step
+  end subroutine run_increment
 
   !> Warn of deep penetration, or end the run; warn of searches that failed.
   subroutine watch_pairs(model, run, log, error)
@@ -285,19 +285,19 @@ contains
 
   !> Take the balances of this instant and look whether they are sound: those of the row, if one is
   !! due, else without a trace.
-  subroutine check_state(model, run, is_row, error)
+  subroutine check_state(model, run, is_sample, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
-    logical, intent(in) :: is_row
+    logical, intent(in) :: is_sample
     type(error_t), allocatable, intent(out) :: error
     type(energy_balance_t) :: balance
     integer :: watch
 
-    watch = merge(run%watch_output, run%watch_state, is_row)
+    watch = merge(run%watch_output, run%watch_state, is_sample)
     call start_watch(model%timer, watch)
     call take_balances(model, run, balance)
     call check_balance(model, balance, run%n_steps <= first_steps, run%instant, run%control, error)
-    if (is_row) run%balance = balance
+    if (is_sample) run%balance = balance
     call stop_watch(model%timer, watch)
   end subroutine check_state
 
@@ -346,7 +346,7 @@ contains
   end subroutine warn
 
   !> History row of this instant, from its balances, and a line in the log.
-  subroutine take_row(model, run, results, log)
+  subroutine take_sample(model, run, results, log)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
@@ -354,17 +354,17 @@ contains
 
     call start_watch(model%timer, run%watch_output)
     if (run%n_steps > 0) call count_output(run%control%history)
-    call record_row(model, run, results)
+    call record_sample(model, run, results)
     call log_progress(log, run%n_steps, run%instant%time, &
                       run%control%end_time + sum(model%later_steps%step%duration), &
                       run%instant%dt, run%balance%error, &
                       wall_seconds(run))
     call warn(model, run, log)
     call stop_watch(model%timer, run%watch_output)
-  end subroutine take_row
+  end subroutine take_sample
 
   !> The row, and what is largest up to now.
-  subroutine record_row(model, run, results)
+  subroutine record_sample(model, run, results)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
@@ -382,14 +382,14 @@ contains
     end do
     run%has_depths = is_depth_due(run%control, run%instant%time)
     if (run%has_depths) call measure(model, run, n_points)
-    call fill_history_row(model, run%balance, run%instant, run%n_steps, &
-                          velocity_now(model, run), elastic, run%row)
-    call record_history(results, run%row)
+    call fill_history_sample(model, run%balance, run%instant, run%n_steps, &
+                          velocity_now(model, run), elastic, run%sample)
+    call record_history(results, run%sample)
     call note_errors(run)
     run%largest_penetration = max(run%largest_penetration, run%balance%tally%max_penetration)
     call forget_depths(model%forces)
     call forget_depths(model%retired)
-  end subroutine record_row
+  end subroutine record_sample
 
   !> Measure depths between contact points, and put off the next time in proportion to the work.
   subroutine measure(model, run, n_points)
@@ -412,10 +412,10 @@ contains
     if (run%n_steps == 0) return
     if (.not. abs(run%balance%alarm) <= run%largest_error) &
       run%largest_error = abs(run%balance%alarm)
-    if (abs(run%balance%error) <= abs(run%row_error)) return
-    run%row_error = run%balance%error
-    run%row_error_time = run%instant%time
-    run%row_error_step = run%n_steps
+    if (abs(run%balance%error) <= abs(run%history_error)) return
+    run%history_error = run%balance%error
+    run%history_error_time = run%instant%time
+    run%history_error_step = run%n_steps
   end subroutine note_errors
 
   !> Fill a frame, to be written when the state behind it has proved good.

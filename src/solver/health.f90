@@ -1,5 +1,6 @@
-!> Is the run still sound? The steps check what the force evaluation reports anyway, the history
-!! intervals the balances. The place of a failure is looked for only when there is one.
+!> Checks of a run: in each increment what the force evaluation reports anyway, at each history
+!! sample the balances. The location and likely causes of a failure are determined only when there
+!! is one.
 module health
   use kinds, only: wp
   use failure, only: error_t, fail
@@ -13,8 +14,9 @@ module health
   use model, only: model_t
   use step_control, only: step_control_t
   use energy_balance, only: energy_balance_t
-  use failure_location, only: spot_t, spot_of_failure, spot_of_smallest, words_of, fastest_place, &
-                              deepest_place, contact_place, most_sheared
+  use failure_location, only: location_t, location_of_failure, location_of_smallest, &
+                              location_text, block_text, fastest_point, deepest_point, &
+                              contact_point_text, most_sheared
   use large_shear, only: shear_limit
   use user_call, only: take_user_failure
   implicit none
@@ -22,19 +24,18 @@ module health
 
   public :: check_health, check_balance, check_pairs, check_hidden_depths, added_mass_warning
   public :: shear_warning
-  public :: facts_t, causes_of
 
-  integer, parameter, public :: turned_over = 1, no_numbers = 2, step_collapsed = 3, &
+  integer, parameter :: inverted = 1, not_finite = 2, increment_collapsed = 3, &
                                 energy_lost = 4, too_deep = 5, increment_refused = 6
-  character(*), parameter :: larger_than_meant = &
-    "loads or prescribed velocities larger than meant: units, signs, amplitudes", &
-    outside_of_law = "constants of the material outside of what its law is made for"
+  character(*), parameter :: larger_than_intended = &
+    "loads or prescribed velocities larger than intended: units, signs, amplitudes", &
+    outside_of_law = "material constants outside the range of the law"
 
-  !> What tells the causes apart.
+  !> What distinguishes causes.
   type :: facts_t
-    real(wp) :: safety = 0.0_wp         !! part of the stable step that is used
+    real(wp) :: safety = 0.0_wp         !! scale factor on the stable time increment
     real(wp) :: speed = 0.0_wp          !! of the fastest control point
-    real(wp) :: travel = 0.0_wp         !! its way in a step, part of the smallest element
+    real(wp) :: travel = 0.0_wp         !! its travel per increment over the smallest element
     real(wp) :: added_mass = 0.0_wp     !! part of the real one
     logical :: is_user_law = .false.
     logical :: has_contact = .false.
@@ -64,8 +65,8 @@ contains
       else if (blank%report%largest_rate*collapse**2 > control%rate_at_start) then
         call fail(error, "blank '"//blank%name//"': the stable time increment fell below a "// &
                   "thousandth of that at the start, "//when(instant)//", by "// &
-                  words_of(blank, spot_of_smallest(blank))// &
-                  causes_of(step_collapsed, facts_of(model, instant, control)))
+                  location_text(blank, location_of_smallest(blank))// &
+                  causes_of(increment_collapsed, facts_of(model, instant, control)))
       end if
     end associate
   end subroutine check_health
@@ -98,13 +99,12 @@ contains
     else
       return
     end if
-    call fail(error, what//"; fastest is "//fastest_place(model%bodies%blank)// &
+    call fail(error, what//"; fastest is "//fastest_point(model%bodies%blank)// &
               causes_of(energy_lost, facts_of(model, instant, control)))
   end subroutine check_balance
 
-  !> Words of warning where masses are scaled and their inertia shows; empty otherwise. Of scaled
-  !! masses the kinetic energy is to stay below a twentieth of the internal energy, as it is custom
-  !! for quasi-static forming.
+  !> Warning where masses are scaled and the kinetic energy exceeds a twentieth of the internal
+  !! energy, a customary limit for quasi-static forming; empty otherwise.
   function added_mass_warning(blank, balance, instant) result(warning)
     type(blank_t), intent(in) :: blank
     type(energy_balance_t), intent(in) :: balance
@@ -122,21 +122,21 @@ contains
               ": less scaling, or a slower process"
   end function added_mass_warning
 
-  !> Words of warning where a law keeps a tensor that turns over in large shear, and a point has
-  !! sheared so; empty otherwise.
+  !> Warning where the tensors of a law oscillate in large shear, and a point has sheared so much;
+  !! empty otherwise.
   function shear_warning(blank, instant) result(warning)
     type(blank_t), intent(in) :: blank
     type(instant_t), intent(in) :: instant
     character(:), allocatable :: warning
-    type(spot_t) :: spot
+    type(location_t) :: location
     real(wp) :: shear
 
     warning = ""
     if (blank%law%shear_warning() == "") return
-    call most_sheared(blank, spot, shear)
-    if (shear > shear_limit) warning = "warning: the blank has sheared by "//rounded_text(shear)// &
-                                       ", "//when(instant)//", in "//words_of(blank, spot)//": "// &
-                                       blank%law%shear_warning()
+    call most_sheared(blank, location, shear)
+    if (shear > shear_limit) warning = "warning: the blank has sheared by "// &
+      rounded_text(shear)//", "//when(instant)//", in "//location_text(blank, location)//": "// &
+      blank%law%shear_warning()
   end function shear_warning
 
   !> Added mass by the real one.
@@ -146,8 +146,8 @@ contains
     added_part = blank%added_mass*blank%mass_factor/max(mass_of(blank%parts), tiny(1.0_wp))
   end function added_part
 
-  !> Depths of all contact pairs against the limits, parts of the thickness, and searches that
-  !! failed. A pair warns once of each.
+  !> Penetrations of all contact pairs against the limits, as fractions of the thickness, and
+  !! searches that failed. A pair warns once of each.
   subroutine check_pairs(effects, tools, warning_limit, limit, instant, warnings, error)
     type(effect_slot_t), intent(inout), target :: effects(:)
     type(tool_t), intent(in) :: tools(:)
@@ -167,26 +167,26 @@ contains
           pair%has_told_failure = .true.
           call append_text(warnings, "warning: "//pair%name// &
                            ": no closest point was found, "//when(instant)//", for "// &
-                           contact_place(pair%pair, tools(pair%tool), &
-                                         pair%pair%statistics%first_failed)//", which goes "// &
-                           "without contact there; the count of failed searches is at the end")
+                           contact_point_text(pair%pair, tools(pair%tool), &
+                                         pair%pair%statistics%first_failed)//", which has "// &
+                           "no contact there; the number of failed searches is at the end")
         end if
         if (limit > 0.0_wp .and. pair%depth > limit*pair%thickness) then
           call fail(error, depth_message(pair, instant)//", limit "//to_text(limit)//", "// &
-                    deepest_place(pair%pair, tools(pair%tool))//causes_of(too_deep, none))
+                    deepest_point(pair%pair, tools(pair%tool))//causes_of(too_deep, none))
           return
         else if (warning_limit > 0.0_wp .and. pair%depth > warning_limit*pair%thickness &
                  .and. .not. pair%has_warned) then
           pair%has_warned = .true.
           call append_text(warnings, "warning: "//depth_message(pair, instant)//", "// &
-                           deepest_place(pair%pair, tools(pair%tool)))
+                           deepest_point(pair%pair, tools(pair%tool)))
         end if
       end associate
     end do
   end subroutine check_pairs
 
-  !> Places between contact points that are far deeper in the tool than all of these, by more than a
-  !! part of the thickness. A pair warns once.
+  !> Penetrations between contact points that are far larger than at all of these, by more than a
+  !! fraction of the thickness. A pair warns once.
   subroutine check_hidden_depths(effects, instant, warnings)
     type(effect_slot_t), intent(inout), target :: effects(:)   !! whose depths were measured now
     type(instant_t), intent(in) :: instant
@@ -251,15 +251,15 @@ contains
     type(instant_t), intent(in) :: instant
     type(step_control_t), intent(in) :: control
     character(:), allocatable :: message, user_failure
-    type(spot_t) :: spot
+    type(location_t) :: location
     integer :: failure
     logical :: is_refusal
 
     call take_user_failure(user_failure, is_refusal)
     associate (blank => model%bodies%blank)
-      failure = merge(turned_over, no_numbers, blank%report%smallest_det <= 0.0_wp)
+      failure = merge(inverted, not_finite, blank%report%smallest_det <= 0.0_wp)
       message = "blank '"//blank%name//"': "
-      if (failure == turned_over) then
+      if (failure == inverted) then
         message = message//"an inverted element (negative Jacobian)"
       else if (user_failure /= "") then
         message = user_failure//"; "//message//"the stress update failed"
@@ -267,33 +267,16 @@ contains
       else
         message = message//"the stress update failed or met NaN or infinite values"
       end if
-      spot = spot_of_failure(blank)
+      location = location_of_failure(blank)
       message = message//", "//when(instant)//", in "
-      if (spot%part > 0) then
-        message = message//words_of(blank, spot)
+      if (location%part > 0) then
+        message = message//location_text(blank, location)
       else
-        message = message//block_words(blank)
+        message = message//block_text(blank)
       end if
       message = message//causes_of(failure, facts_of(model, instant, control))
     end associate
   end function failed_message
-
-  !> The elements of the block that failed, where the law gave up on sound values.
-  function block_words(blank) result(words)
-    type(blank_t), intent(in) :: blank
-    character(:), allocatable :: words
-    integer, allocatable :: elements(:, :)
-
-    associate (body => blank%parts(blank%report%failed_part)%element)
-      elements = body%elements_of_block(blank%report%failed_block)
-      words = ""
-      if (size(blank%parts) > 1) words = "patch '"//body%name//"', "
-    end associate
-    associate (first => elements(:, 1), last => elements(:, size(elements, 2)))
-      words = words//"elements ("//to_text(first(1))//" to "//to_text(last(1))//", "// &
-            to_text(first(2))//", "//to_text(first(3))//") along xi, eta, zeta"
-    end associate
-  end function block_words
 
   !> What distinguishes causes. NaN or infinite speeds do not count.
   function facts_of(model, instant, control) result(facts)
@@ -327,7 +310,7 @@ contains
 
   !> Lines `  1. cause` under a heading, each with a line feed before it.
   function causes_of(failure, facts) result(text)
-    integer, intent(in) :: failure      !! `turned_over` ... `increment_refused`
+    integer, intent(in) :: failure      !! `inverted` ... `increment_refused`
     type(facts_t), intent(in) :: facts
     character(:), allocatable :: text
     type(list_t) :: list
@@ -335,14 +318,14 @@ contains
     list%text = new_line("a")//"likely causes:"
     if (failure /= too_deep) call add_evident(list, facts)
     select case (failure)
-    case (turned_over, step_collapsed)
+    case (inverted, increment_collapsed)
       call add_shape(list, facts)
-    case (no_numbers)
+    case (not_finite)
       call add_numbers(list, facts)
     case (increment_refused)
       call add(list, .true., "the user's subroutine: an iteration of its own that does not "// &
                "converge, or a PNEWDT that it sets below 1 for increments of any size")
-      call add(list, .true., larger_than_meant)
+      call add(list, .true., larger_than_intended)
       call add(list, .true., outside_of_law)
     case (energy_lost)
       call add_energy(list, facts)
@@ -356,7 +339,7 @@ contains
     text = list%text
   end function causes_of
 
-  !> What the numbers of the run show.
+  !> What the data of the run show.
   subroutine add_evident(list, facts)
     type(list_t), intent(inout) :: list
     type(facts_t), intent(in) :: facts
@@ -364,11 +347,11 @@ contains
 
     call add(list, facts%safety > 1.0_wp, "time increments above the stable one: SCALE FACTOR="// &
              rounded_text(facts%safety)//" of *DYNAMIC, where at most 1 is stable")
-    ! Of steps too large a great speed is what follows.
+    ! High speeds also follow from increments that are too large.
     call add(list, .not. (facts%travel < far .or. facts%safety > 1.0_wp), "a speed of "// &
-             rounded_text(facts%speed)//", which carries a point over "// &
-             rounded_text(facts%travel)//" of the smallest element in one step: velocities, "// &
-             "loads, or units that do not fit together")
+             rounded_text(facts%speed)//", which moves a point by "// &
+             rounded_text(facts%travel)//" of the smallest element per increment: velocities, "// &
+             "loads, or units that are not consistent")
     call add(list, facts%added_mass > heavy, "masses scaled up to "// &
              rounded_text(1.0_wp + facts%added_mass)//" times the real ones, too far for the "// &
              "speed of the process")
@@ -382,11 +365,11 @@ contains
              "what squeezes the element")
     call add(list, facts%has_contact, "tools that squeeze or bend the sheet more than its "// &
              "elements can follow: gap, stroke, radii")
-    call add(list, .true., "elements too large or too flat for the strain at this place: "// &
+    call add(list, .true., "elements too large or too flat for the strain at this location: "// &
              "refine, or raise the degree")
-    call add(list, .true., "a material that hardens too little, so that the strain gathers in "// &
-             "one row of elements")
-    call add(list, .true., larger_than_meant)
+    call add(list, .true., "a material that hardens too little, so that the strain localizes "// &
+             "in one row of elements")
+    call add(list, .true., larger_than_intended)
   end subroutine add_shape
 
   subroutine add_numbers(list, facts)
@@ -395,9 +378,9 @@ contains
 
     call add(list, facts%is_user_law, "the user's subroutine: a division by zero, a root or "// &
              "logarithm of what is negative, state variables that start at zero")
-    call add(list, .true., "numbers of the deck that do not fit together: density, stiffness, "// &
-             "lengths and times in one system of units")
-    call add(list, .true., larger_than_meant)
+    call add(list, .true., "inconsistent units in the deck: density, stiffness, lengths and "// &
+             "times")
+    call add(list, .true., larger_than_intended)
     call add(list, .true., outside_of_law)
   end subroutine add_numbers
 
@@ -407,11 +390,11 @@ contains
 
     call add(list, facts%is_user_law, "the user's subroutine: a stress that does not follow "// &
              "its strain increments, or a stiffness above the one of the deck")
-    call add(list, facts%has_contact, "contact: a penalty near all that the time step bears, "// &
-             "or points too far apart for the edges of the tool")
+    call add(list, facts%has_contact, "contact: a penalty near the limit of the time "// &
+             "increment, or points too far apart for the edges of the tool")
     call add(list, .true., "an impact: tools or loads that begin at full speed, see "// &
              "*AMPLITUDE")
-    call add(list, .true., "strain that gathers in few elements, which are about to turn over")
+    call add(list, .true., "strain that localizes in few elements, which are about to invert")
     call add(list, .true., "a time increment close to the stable one: a smaller SCALE "// &
              "FACTOR of *DYNAMIC")
   end subroutine add_energy

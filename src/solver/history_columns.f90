@@ -4,7 +4,7 @@ module history_columns
   use kinds, only: wp
   use body_parts, only: field_t
   use tool_turn, only: way_of
-  use history, only: history_row_t, begin_row, enter
+  use history, only: history_sample_t, begin_sample, enter
   use contact_effect, only: depth_of
   use knot_vector, only: find_span, basis_derivatives
   use nurbs_solid, only: nurbs_solid_t
@@ -14,13 +14,13 @@ module history_columns
   implicit none
   private
 
-  public :: first_history_row, fill_history_row, turning_tools
+  public :: first_history_sample, fill_history_sample, turning_tools
 
 contains
 
   !> The columns of the history: balances, then tools, then history points. One line enters a
   !! quantity. Sums over a strip are those of the full width.
-  subroutine fill_history_row(model, balance, instant, n_steps, v, elastic, row)
+  subroutine fill_history_sample(model, balance, instant, n_steps, v, elastic, sample)
     type(model_t), intent(in) :: model
     type(energy_balance_t), intent(in) :: balance
     type(instant_t), intent(in) :: instant
@@ -28,54 +28,54 @@ contains
     type(field_t), intent(in) :: v(:)         !! velocities now, not those half a step on;
                                               !! may be none without probes
     real(wp), intent(in) :: elastic           !! elastic energy now
-    type(history_row_t), intent(inout) :: row
+    type(history_sample_t), intent(inout) :: sample
 
-    call begin_row(row)
+    call begin_sample(sample)
     associate (ratio => model%width_ratio, tally => balance%tally)
-      call enter(row, "/history/step", n_steps, "number of steps done")
-      call enter(row, "/history/process_step", int(model%i_step, int64), &
+      call enter(sample, "/history/step", n_steps, "number of steps done")
+      call enter(sample, "/history/process_step", int(model%i_step, int64), &
                  "step of the deck, from 1 on")
-      call enter(row, "/history/time", instant%time, "time", "time")
-      call enter(row, "/history/dt", instant%dt, "time", "length of the last step")
-      call enter(row, "/history/kinetic_energy", ratio*balance%kinetic, "energy", &
+      call enter(sample, "/history/time", instant%time, "time", "time")
+      call enter(sample, "/history/dt", instant%dt, "time", "length of the last step")
+      call enter(sample, "/history/kinetic_energy", ratio*balance%kinetic, "energy", &
                  "kinetic energy of the blank")
-      call enter(row, "/history/internal_energy", ratio*balance%internal, "energy", &
+      call enter(sample, "/history/internal_energy", ratio*balance%internal, "energy", &
                  "work of the stresses since the start")
-      call enter(row, "/history/plastic_work", ratio*(balance%internal - elastic), "energy", &
+      call enter(sample, "/history/plastic_work", ratio*(balance%internal - elastic), "energy", &
                  "dissipated part of it")
-      call enter(row, "/history/contact_energy", ratio*tally%contact_energy, "energy", &
+      call enter(sample, "/history/contact_energy", ratio*tally%contact_energy, "energy", &
                  "work done against the contact springs")
-      call enter(row, "/history/friction_energy", ratio*tally%friction_energy, "energy", &
+      call enter(sample, "/history/friction_energy", ratio*tally%friction_energy, "energy", &
                  "work done against friction")
-      call enter(row, "/history/viscous_energy", ratio*balance%viscous, "energy", &
+      call enter(sample, "/history/viscous_energy", ratio*balance%viscous, "energy", &
                  "work done against bulk viscosity")
-      call enter(row, "/history/damping_energy", ratio*tally%damping_energy, "energy", &
+      call enter(sample, "/history/damping_energy", ratio*tally%damping_energy, "energy", &
                  "work done against damping")
-      call enter(row, "/history/external_work", ratio*tally%external_work, "energy", &
+      call enter(sample, "/history/external_work", ratio*tally%external_work, "energy", &
                  "work of tools, loads and prescribed motion")
-      call enter(row, "/history/energy_error", balance%error, "1", "balance of all energies "// &
+      call enter(sample, "/history/energy_error", balance%error, "1", "balance of all energies "// &
                  "over the largest of initial energy, |external work| and kinetic + internal "// &
                  "energy")
-      call enter(row, "/history/max_penetration", tally%max_penetration, "length", "largest "// &
-                 "depth of a contact point of the blank in a tool since the row before")
-      call enter(row, "/history/true_penetration", depth_of(model%forces), "length", "depth "// &
+      call enter(sample, "/history/max_penetration", tally%max_penetration, "length", "largest "// &
+                 "depth of a contact point of the blank in a tool since the sample before")
+      call enter(sample, "/history/true_penetration", depth_of(model%forces), "length", "depth "// &
                  "of the deepest place of the blank in a tool now, between contact points too")
-      call enter(row, "/history/added_mass", ratio*model%bodies%blank%added_mass, "mass", &
+      call enter(sample, "/history/added_mass", ratio*model%bodies%blank%added_mass, "mass", &
                  "mass added by scaling; of scaling through the thickness a third of the "// &
                  "trace of the added mass matrix")
-      call enter(row, "/history/momentum", ratio*balance%momentum, "momentum", &
+      call enter(sample, "/history/momentum", ratio*balance%momentum, "momentum", &
                  "linear momentum of the blank")
-      call enter(row, "/history/angular_momentum", ratio*balance%angular_momentum, &
+      call enter(sample, "/history/angular_momentum", ratio*balance%angular_momentum, &
                  "angular momentum", "angular momentum of the blank about the origin, without "// &
                  "added mass")
     end associate
-    call enter_tools(model, row)
-    call enter_probes(model, v, row)
-  end subroutine fill_history_row
+    call enter_tools(model, sample)
+    call enter_probes(model, v, sample)
+  end subroutine fill_history_sample
 
-  subroutine enter_tools(model, row)
+  subroutine enter_tools(model, sample)
     type(model_t), intent(in) :: model
-    type(history_row_t), intent(inout) :: row
+    type(history_sample_t), intent(inout) :: sample
     logical :: is_turning(size(model%bodies%tools))
     integer :: t
 
@@ -83,39 +83,39 @@ contains
     do t = 1, size(model%bodies%tools)
       associate (tool => model%bodies%tools(t), ratio => model%width_ratio, &
                  folder => "/tools/"//model%bodies%tools(t)%name)
-        call enter(row, folder//"/displacement", way_of(tool), "length", &
+        call enter(sample, folder//"/displacement", way_of(tool), "length", &
                    "displacement of the tool from its place at the start")
-        call enter(row, folder//"/force", ratio*tool%force, "force", &
+        call enter(sample, folder//"/force", ratio*tool%force, "force", &
                    "force of the blank on the tool")
-        if (is_turning(t)) call enter(row, folder//"/torque", ratio*tool%torque, "moment", &
+        if (is_turning(t)) call enter(sample, folder//"/torque", ratio*tool%torque, "moment", &
                    "moment of this force about the point on the axis that the deck gives, "// &
                    "which goes with the tool; its part along the axis turns the tool")
       end associate
     end do
   end subroutine enter_tools
 
-  subroutine enter_probes(model, v, row)
+  subroutine enter_probes(model, v, sample)
     type(model_t), intent(in) :: model
     type(field_t), intent(in) :: v(:)         !! velocities now, by patch
-    type(history_row_t), intent(inout) :: row
+    type(history_sample_t), intent(inout) :: sample
     integer :: p
 
     do p = 1, size(model%probes)
       associate (probe => model%probes(p), folder => "/history/probes/"//model%probes(p)%name, &
                  body => model%bodies%blank%parts(model%probes(p)%patch)%element)
-        call enter(row, folder//"/displacement", field_at(body%grid, body%motion%x, probe%xi) &
+        call enter(sample, folder//"/displacement", field_at(body%grid, body%motion%x, probe%xi) &
                    - field_at(body%grid, body%grid%points, probe%xi), "length", &
                    "displacement of the probe")
-        call enter(row, folder//"/velocity", field_at(body%grid, v(probe%patch)%values, &
+        call enter(sample, folder//"/velocity", field_at(body%grid, v(probe%patch)%values, &
                    probe%xi), "velocity", "velocity of the probe")
       end associate
     end do
   end subroutine enter_probes
 
-  !> The history row of a model that has not begun, for its columns.
-  function first_history_row(model) result(row)
+  !> The history sample of a model that has not begun, for its columns.
+  function first_history_sample(model) result(sample)
     type(model_t), intent(in) :: model
-    type(history_row_t) :: row
+    type(history_sample_t) :: sample
     type(field_t) :: v(size(model%bodies%blank%parts))
     type(energy_balance_t) :: balance
     integer :: p
@@ -123,8 +123,8 @@ contains
     do p = 1, size(v)
       v(p)%values = model%bodies%blank%parts(p)%element%motion%v
     end do
-    call fill_history_row(model, balance, instant_t(), 0_int64, v, 0.0_wp, row)
-  end function first_history_row
+    call fill_history_sample(model, balance, instant_t(), 0_int64, v, 0.0_wp, sample)
+  end function first_history_sample
 
   !> Which tools turn in some step of the deck.
   pure function turning_tools(model) result(is_turning)

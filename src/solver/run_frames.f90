@@ -137,20 +137,20 @@ contains
   end subroutine add_frame
 
   !> Write the first of the frames, and the history, or its first rows.
-  subroutine release_frames(model, run, results, n, error, n_rows)
+  subroutine release_frames(model, run, results, n, error, n_samples)
     type(model_t), intent(inout) :: model         !! its timer alone
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
     integer, intent(in) :: n                      !! how many; none: nothing is written
     type(error_t), allocatable, intent(out) :: error
-    integer, intent(in), optional :: n_rows       !! absent: all that wait
+    integer, intent(in), optional :: n_samples       !! absent: all that wait
     integer :: i
 
     if (n == 0) return
     call start_watch(model%timer, run%watch_output)
     do i = 1, n
-      if (present(n_rows)) then
-        call write_frame(results, run%frames(i), error, merge(n_rows, 0, i == 1))
+      if (present(n_samples)) then
+        call write_frame(results, run%frames(i), error, merge(n_samples, 0, i == 1))
       else
         call write_frame(results, run%frames(i), error)
       end if

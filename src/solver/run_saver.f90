@@ -1,4 +1,7 @@
-!> When the state of a run is saved, and what becomes of a run that fails.
+!> When the state of a run is saved, and what happens when a run fails.
+!!
+!! A state that is kept in memory is verified by the increments that follow: a restart file is
+!! written from a verified state alone, and a retry begins with one.
 module run_saver
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
@@ -8,7 +11,7 @@ module run_saver
   use interrupt, only: is_save_wanted, forget_save, stop_signal_name
   use state_store, only: state_store_t, enter_folder, carry, carry_array
   use model, only: model_t
-  use frames, only: results_t, flush_results, forget_history, n_frames_of, n_rows_of, &
+  use frames, only: results_t, flush_results, forget_history, n_frames_of, n_samples_of, &
                     path_of_results
   use run_log, only: run_log_t, log_line
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint
@@ -18,69 +21,69 @@ module run_saver
   implicit none
   private
 
-  public :: saver_t, look_after, keep, save_last_good, try_again, pack_for_file, start_from
+  public :: saver_t, take_due_state, keep_verified, save_verified, retry_run, pack_for_file
+  public :: resume_from
   public :: is_interval_over, is_clock_due
   public :: drop_checkpoint
 
-  !> Steps before the state is kept anew, which costs about as much as half of one.
+  !> Increments before the state is kept again, which costs about as much as half of one.
   integer, parameter :: steps_between = 200
-  !> Steps that go well behind a state before it counts as good: what begins to grow in it would
-  !! show by then.
-  integer, parameter :: proof = 20
-  !> Steps between two states that are saved by intervals, at least: the next one is taken when the
-  !! one before has been saved.
-  integer, parameter, public :: least_steps = proof + 1
+  !> Increments without failure after a state before it counts as verified: what begins to grow in
+  !! it would show by then.
+  integer, parameter :: n_verifying = 20
+  !> Least number of increments between two states that are saved by intervals: the next one is
+  !! taken when the previous one has been saved.
+  integer, parameter, public :: least_steps = n_verifying + 1
 
-  !> A state of the run in memory, and how far the result belongs to it.
+  !> A state of the run in memory, and how much of the result belongs to it.
   type :: kept_t
     type(state_store_t) :: store
     integer(int64) :: step = 0
     real(wp) :: time = 0.0_wp
     integer :: deck_step = 0
     integer :: n_frames = 0         !! frames in the result then
-    integer :: n_rows = 0           !! rows of the history that waited then
+    integer :: n_samples = 0        !! history samples that waited then
   end type kept_t
 
   !> Where and when the state is saved. Without a path there is nothing to do.
   !!
-  !! Which states are kept follows from the steps, the frames and the deck's intervals alone, never
-  !! from the clock or a signal: these only let the last good state be written. So a second try
-  !! begins at the same state however often the run was saved, stopped and taken up again.
+  !! Which states are kept follows from the increments, the frames and the deck's intervals alone,
+  !! never from the clock or a signal: these only let the last verified state be written. So a retry
+  !! begins at the same state however often the run was saved, stopped and resumed.
   type :: saver_t
     character(:), allocatable :: path, result_file
     type(checkpoint_header_t) :: header
-    character(:), allocatable :: other_build  !! that the run continues from, how it differs
+    character(:), allocatable :: other_build  !! how that of the checkpoint differs; or empty
     integer :: every_steps = 0                !! 0: not by steps
-    real(wp) :: every_seconds = 0.0_wp        !! of the clock; 0: not by the clock
-    integer :: number = 0                     !! over the run; 0: not by its time
+    real(wp) :: every_seconds = 0.0_wp        !! of wall-clock time; 0: not by the clock
+    integer :: number = 0                     !! of states over the run; 0: not by its time
     logical :: is_lasting = .false.           !! the end is saved too, and the file stays
     real(wp) :: wall_seconds = 0.0_wp         !! after which the run stops; 0: never
-    real(wp) :: retry = 0.0_wp                !! factor on the step for one more try; 0: none
+    real(wp) :: retry = 0.0_wp                !! factor on the increment for a retry; 0: none
     integer(int64) :: began_step = 0          !! of the checkpoint that the run continues from
     character(:), allocatable :: stopped_by   !! why the run stopped before its end, if it did
-    logical :: is_state_lost = .false.        !! where it stopped, since it could not be written
-    integer(int64) :: saved_step = -1         !! of the file; negative: there is none of this run
+    logical :: is_state_lost = .false.        !! it stopped, and could not write its state
+    integer(int64) :: saved_step = -1         !! of the file; negative: this run wrote none
     real(wp) :: saved_time = 0.0_wp
     integer(int64) :: tried_ticks = 0         !! of the last try to write the file
-    type(kept_t), allocatable :: good         !! proved so, kept last
-    type(kept_t), allocatable :: next         !! taken later, not proved yet
+    type(kept_t), allocatable :: verified     !! the last verified state
+    type(kept_t), allocatable :: next         !! taken later, not verified yet
     type(kept_t), allocatable :: entry        !! with which a later step of the deck began, where
-                                              !! it may be tried again
+                                              !! the deck allows a retry
     integer(int64) :: taken_step = 0          !! of the later of both
     real(wp) :: taken_time = 0.0_wp
-    logical :: is_waiting = .false.           !! `next`, for `proof_step`
+    logical :: is_waiting = .false.           !! `next` is being verified
     logical :: is_checking = .false.          !! the balances of this step are needed
-    logical :: is_saving = .false.            !! if `next` is good it is written
-    integer(int64) :: proof_step = 0          !! in which `next` counts as good
+    logical :: is_saving = .false.            !! `next` is written when it is verified
+    integer(int64) :: verification_step = 0   !! in which `next` counts as verified
   end type saver_t
 
 contains
 
-  !> To be called at the start of each step: takes the state where one is to be kept, not before the
-  !! one that waits has proved good. Whether it is good shows in the step, when its velocities
-  !! are known, and in the steps behind it; then `keep`. What the deck begins with and the end of
-  !! the run, with nothing before it or behind it, are looked at once.
-  subroutine look_after(saver, model, run, results, is_last)
+  !> To be called at the start of each increment: takes the state where one is to be kept, not
+  !! before the waiting one is verified, which happens in `keep_verified`. The first state and that
+  !! at the end of the run, with nothing before or after, are checked at once.
+  subroutine take_due_state(saver, model, run, results, is_last)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model       !! its timer alone changes
     type(run_t), intent(inout) :: run           !! nothing changes
@@ -89,46 +92,46 @@ contains
     logical :: is_due, is_over, is_at_once, is_end
 
     if (.not. allocated(saver%path) .or. run%n_steps == 0) return
-    saver%is_checking = saver%is_waiting .and. run%n_steps == saver%proof_step
+    saver%is_checking = saver%is_waiting .and. run%n_steps == saver%verification_step
     if (is_entry(saver, model, run)) then
       saver%is_checking = .true.
       call take_state(saver%entry, model, run, results)
     end if
     is_end = is_last .and. saver%is_lasting .and. run%n_steps > saver%saved_step
-    is_at_once = .not. allocated(saver%good) .or. is_end
-    if (run%n_steps <= saver%taken_step + proof .and. .not. is_at_once) return
+    is_at_once = .not. allocated(saver%verified) .or. is_end
+    if (run%n_steps <= saver%taken_step + n_verifying .and. .not. is_at_once) return
     is_over = is_interval_over(saver, model, run) .or. is_end
     is_due = is_at_once .or. is_over .or. run%n_waiting > 0 &
              .or. run%n_steps - saver%taken_step >= steps_between
     if (.not. is_due) return
     saver%is_saving = is_over
     saver%is_checking = .true.
-    saver%proof_step = run%n_steps + merge(0, proof, is_at_once)
+    saver%verification_step = run%n_steps + merge(0, n_verifying, is_at_once)
     saver%is_waiting = .true.
     call take_state(saver%next, model, run, results)
     saver%taken_step = run%n_steps
     saver%taken_time = run%instant%time
-  end subroutine look_after
+  end subroutine take_due_state
 
-  !> Is this the first time step of a later step of the deck, which a second try may begin at until
-  !! there is a good state of that step?
+  !> Is this the first increment of a later step of the deck, from which a retry may begin until
+  !! there is a verified state of that step?
   pure logical function is_entry(saver, model, run)
     type(saver_t), intent(in) :: saver
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
 
-    is_entry = may_try(saver, run) .and. allocated(saver%good)
-    if (is_entry) is_entry = saver%good%deck_step /= model%i_step
+    is_entry = may_retry(saver, run) .and. allocated(saver%verified)
+    if (is_entry) is_entry = saver%verified%deck_step /= model%i_step
     if (is_entry .and. allocated(saver%entry)) is_entry = saver%entry%deck_step /= model%i_step
   end function is_entry
 
-  !> Does the deck allow a second try, and was there none?
-  pure logical function may_try(saver, run)
+  !> Does the deck allow a retry, and was there none?
+  pure logical function may_retry(saver, run)
     type(saver_t), intent(in) :: saver
     type(run_t), intent(in) :: run
 
-    may_try = saver%retry > 0.0_wp .and. .not. run%step_factor < 1.0_wp
-  end function may_try
+    may_retry = saver%retry > 0.0_wp .and. .not. run%step_factor < 1.0_wp
+  end function may_retry
 
   !> Why the run must stop now; empty if it need not.
   function reason_to_stop(saver, run) result(why)
@@ -142,7 +145,7 @@ contains
       why = "the limit of "//rounded_text(saver%wall_seconds/60.0_wp)//" minutes"
   end function reason_to_stop
 
-  !> Is one of the deck's intervals over that do not go by the clock?
+  !> Is one of the deck's intervals over, other than that of the clock?
   pure logical function is_interval_over(saver, model, run) result(is_over)
     type(saver_t), intent(in) :: saver
     type(model_t), intent(in) :: model
@@ -158,7 +161,7 @@ contains
     end if
   end function is_interval_over
 
-  !> Is the deck's interval of the clock over, and the last good state not in the file?
+  !> Is the deck's interval of wall-clock time over, and the last verified state not in the file?
   logical function is_clock_due(saver, run, now) result(is_due)
     type(saver_t), intent(in) :: saver
     type(run_t), intent(in) :: run
@@ -166,7 +169,7 @@ contains
     integer(int64) :: last_ticks
 
     is_due = saver%every_seconds > 0.0_wp
-    if (is_due) is_due = saver%good%step > saver%saved_step
+    if (is_due) is_due = saver%verified%step > saver%saved_step
     if (.not. is_due) return
     last_ticks = saver%tried_ticks
     if (last_ticks == 0) last_ticks = run%started
@@ -181,8 +184,7 @@ contains
     final_time = run%control%end_time + sum(model%later_steps%step%duration)
   end function final_time
 
-  !> The state of this step, which may turn out to be bad. Frames that are not written yet belong
-  !! to it.
+  !> The state of this increment, not verified yet. Frames that are not written yet belong to it.
   subroutine take_state(kept, model, run, results)
     type(kept_t), allocatable, intent(inout) :: kept
     type(model_t), intent(inout) :: model
@@ -196,14 +198,14 @@ contains
     kept%step = run%n_steps
     kept%time = run%instant%time
     kept%deck_step = model%i_step
-    kept%n_rows = n_rows_of(results)
+    kept%n_samples = n_samples_of(results)
     call stop_watch(model%timer, run%watch_state)
   end subroutine take_state
 
-  !> To be called in each step where nothing is wrong, before its row is recorded: the state that
-  !! waits, if it has proved good, is the last good one from now on. That one is saved where the
-  !! deck, the clock or a signal asks for it, and the run stopped.
-  subroutine keep(saver, model, run, results, log, error)
+  !> To be called in each increment without failure, before its history sample is recorded: the
+  !! waiting state, if its time has come, is the last verified one from now on. That one is saved
+  !! where the deck, the clock or a signal asks for it, and the run stopped.
+  subroutine keep_verified(saver, model, run, results, log, error)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -215,12 +217,12 @@ contains
 
     if (.not. allocated(saver%path)) &
       call release_frames(model, run, results, run%n_waiting, error)
-    is_due = saver%is_waiting .and. run%n_steps >= saver%proof_step
+    is_due = saver%is_waiting .and. run%n_steps >= saver%verification_step
     if (is_due) then
       call accept_next(saver, model, run, results, error)
       is_due = saver%is_saving
     end if
-    if (allocated(error) .or. .not. allocated(saver%good)) return
+    if (allocated(error) .or. .not. allocated(saver%verified)) return
     why = reason_to_stop(saver, run)
     is_wish = is_save_wanted()
     if (is_wish) call forget_save()   ! not one that comes from here on
@@ -229,27 +231,27 @@ contains
     if (is_due) call save(saver, model, run, results, log, why == "", error)
     if (allocated(error) .or. why == "") return
     saver%stopped_by = why
-    saver%is_state_lost = saver%saved_step /= saver%good%step
+    saver%is_state_lost = saver%saved_step /= saver%verified%step
     call log_line(log, "stopped by "//why//" at step "//to_text(run%n_steps)//", time "// &
-                  to_text(run%instant%time)//"; the last good state is that of step "// &
-                  to_text(saver%good%step))
-    if (saver%good%step == saver%began_step) &
-      call log_line(log, "warning: no state since the restart is proved good yet, so that the "// &
+                  to_text(run%instant%time)//"; the last verified state is that of step "// &
+                  to_text(saver%verified%step))
+    if (saver%verified%step == saver%began_step) &
+      call log_line(log, "warning: no state since the restart is verified yet, so that the "// &
                     "next one begins at the same step: let it run for "// &
-                    to_text(steps_between + proof)//" steps or longer")
+                    to_text(steps_between + n_verifying)//" steps or longer")
     call release_frames(model, run, results, run%n_waiting, error)
-  end subroutine keep
+  end subroutine keep_verified
 
-  !> Is the last good state in the file already, and the file there?
+  !> Is the last verified state in the file already, and does the file exist?
   logical function is_in_file(saver)
     type(saver_t), intent(in) :: saver
 
     inquire (file=saver%path, exist=is_in_file)
-    is_in_file = is_in_file .and. saver%saved_step == saver%good%step
+    is_in_file = is_in_file .and. saver%saved_step == saver%verified%step
   end function is_in_file
 
-  !> The state that waits is good. Both change places, so that they keep their room, and the frames
-  !! that belong to it are written.
+  !> The waiting state is verified. Both are exchanged, so that they keep their memory, and the
+  !! frames that belong to it are written.
   subroutine accept_next(saver, model, run, results, error)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
@@ -260,26 +262,28 @@ contains
     integer :: n
 
     saver%is_waiting = .false.
-    call move_alloc(saver%good, before)
-    call move_alloc(saver%next, saver%good)
+    call move_alloc(saver%verified, before)
+    call move_alloc(saver%next, saver%verified)
     call move_alloc(before, saver%next)
-    n = saver%good%n_frames - n_frames_of(results)
+    n = saver%verified%n_frames - n_frames_of(results)
     if (n == 0) return
-    call release_frames(model, run, results, n, error, saver%good%n_rows)
-    call forget_good_rows(saver)
+    call release_frames(model, run, results, n, error, saver%verified%n_samples)
+    call count_written_samples(saver)
   end subroutine accept_next
 
-  !> The rows that belong to the last good state are written: those behind them wait.
-  subroutine forget_good_rows(saver)
+  !> The history samples that belong to the last verified state are written: later ones wait.
+  subroutine count_written_samples(saver)
     type(saver_t), intent(inout) :: saver
 
-    if (saver%is_waiting) saver%next%n_rows = saver%next%n_rows - saver%good%n_rows
-    if (allocated(saver%entry)) saver%entry%n_rows = saver%entry%n_rows - saver%good%n_rows
-    saver%good%n_rows = 0
-  end subroutine forget_good_rows
+    associate (n => saver%verified%n_samples)
+      if (saver%is_waiting) saver%next%n_samples = saver%next%n_samples - n
+      if (allocated(saver%entry)) saver%entry%n_samples = saver%entry%n_samples - n
+      n = 0
+    end associate
+  end subroutine count_written_samples
 
-  !> Write the checkpoint. If that fails a run goes on: there may be room for the next one. Not so
-  !! if the result itself cannot be written, of which rows are missing then.
+  !> Write the checkpoint. If that fails a run continues: there may be room for the next one. Not so
+  !! if the result itself cannot be written, which then lacks history samples.
   subroutine save(saver, model, run, results, log, is_going_on, error)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
@@ -290,7 +294,7 @@ contains
     type(error_t), allocatable, intent(out) :: error   !! of the result
 
     call start_watch(model%timer, run%watch_state)
-    call write_good(saver, results, error, run%is_file_lost)
+    call write_verified(saver, results, error, run%is_file_lost)
     call stop_watch(model%timer, run%watch_state)
     saver%tried_ticks = clock_ticks()
     if (run%is_file_lost) return
@@ -304,45 +308,45 @@ contains
     end if
   end subroutine save
 
-  !> The last good state to the disk, with the result as it was then.
-  subroutine write_good(saver, results, error, is_result_lost)
+  !> Write the last verified state, with the result as it was then.
+  subroutine write_verified(saver, results, error, is_result_lost)
     type(saver_t), intent(inout) :: saver
     type(results_t), intent(inout) :: results
     type(error_t), allocatable, intent(out) :: error
     logical, intent(out) :: is_result_lost       !! it is the result that could not be written
 
-    call flush_results(results, error, saver%good%n_rows)
+    call flush_results(results, error, saver%verified%n_samples)
     is_result_lost = allocated(error)
     if (is_result_lost) return
-    call forget_good_rows(saver)
-    call write_checkpoint(saver%path, saver%header, saver%good%store, path_of_results(results), &
-                          error)
+    call count_written_samples(saver)
+    call write_checkpoint(saver%path, saver%header, saver%verified%store, &
+                          path_of_results(results), error)
     if (allocated(error)) return
-    saver%saved_step = saver%good%step
-    saver%saved_time = saver%good%time
-  end subroutine write_good
+    saver%saved_step = saver%verified%step
+    saver%saved_time = saver%verified%time
+  end subroutine write_verified
 
-  !> Take the state of a run from a checkpoint, and keep it. What does not fit is told by
-  !! `store%reason`, and the state is not to be used then.
-  subroutine start_from(saver, model, run, store)
+  !> Take the state of a run from a checkpoint, and keep it. `store%reason` states what does not
+  !! fit; the state is not to be used then.
+  subroutine resume_from(saver, model, run, store)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(state_store_t), intent(inout) :: store
 
-    if (.not. allocated(saver%good)) allocate (saver%good)
+    if (.not. allocated(saver%verified)) allocate (saver%verified)
     call unpack_run(model, run, store)
-    if (store%reason == "") call carry_rest(model, run, saver%good%n_frames, store)
-    saver%good%store = store
-    saver%good%step = run%n_steps
-    saver%good%time = run%instant%time
-    saver%good%deck_step = model%i_step
+    if (store%reason == "") call carry_rest(model, run, saver%verified%n_frames, store)
+    saver%verified%store = store
+    saver%verified%step = run%n_steps
+    saver%verified%time = run%instant%time
+    saver%verified%deck_step = model%i_step
     saver%began_step = run%n_steps
     saver%saved_time = run%instant%time
     saver%taken_step = run%n_steps
     saver%taken_time = run%instant%time
     saver%tried_ticks = clock_ticks()
-  end subroutine start_from
+  end subroutine resume_from
 
   !> What a checkpoint holds: the state, how far the result belongs to it, and the times so far.
   subroutine pack_for_file(model, run, n_frames, store)
@@ -380,10 +384,10 @@ contains
     end do
   end subroutine carry_rest
 
-  !> The run has failed, and nothing was written since the state was kept: rows of the history still
-  !! wait. Write that state, unless it is in the file. `advice` tells how to go on, or why nobody
-  !! can; empty if there is no such state.
-  subroutine save_last_good(saver, results, advice)
+  !> The run has failed, and nothing was written since the state was kept: history samples still
+  !! wait. Write that state, unless it is in the file. `advice` states how to continue, or why that
+  !! is not possible; empty if there is no such state.
+  subroutine save_verified(saver, results, advice)
     type(saver_t), intent(inout) :: saver
     type(results_t), intent(inout) :: results
     character(:), allocatable, intent(out) :: advice
@@ -391,31 +395,31 @@ contains
     logical :: is_there, ignored
 
     advice = ""
-    if (.not. allocated(saver%good)) return
+    if (.not. allocated(saver%verified)) return
     inquire (file=saver%path, exist=is_there)
     if (.not. is_there) saver%saved_step = -1
-    if (saver%good%step > saver%saved_step) call write_good(saver, results, error, ignored)
-    if (allocated(error)) advice = "the last good state, of step "//to_text(saver%good%step)// &
-                                   ", cannot be saved: "//error%message//new_line("a")
+    if (saver%verified%step > saver%saved_step) call write_verified(saver, results, error, ignored)
+    if (allocated(error)) advice = "the last verified state, of step "// &
+      to_text(saver%verified%step)//", cannot be saved: "//error%message//new_line("a")
     if (saver%saved_step < 0) return
     if (allocated(error)) then
-      advice = advice//"an earlier good state"
+      advice = advice//"an earlier verified state"
     else
-      advice = "the last good state"
+      advice = "the last verified state"
     end if
     advice = advice//", of step "//to_text(saver%saved_step)//", time "// &
              to_text(saver%saved_time)//", is in '"//saver%path// &
-             "'; --restart "//saver%path//" comes to the same end, and shows more of it where "// &
+             "'; --restart "//saver%path//" fails in the same way, and shows more of it where "// &
              "*OUTPUT asks for more frames"
     if (saver%retry <= 0.0_wp) advice = advice//"; with *CHECKPOINT, RETRY=0.5 in the deck it "// &
-                                        "tries half the time step"
-  end subroutine save_last_good
+                                        "retries with half the time increment"
+  end subroutine save_verified
 
-  !> One more try with a smaller step, if the deck allows it and there is a state to begin from;
-  !! false if not. The smaller step stays, in later steps of the deck too. Where the last good state
-  !! is of an earlier step of the deck, the one that this step began with must do, if its balances
-  !! were sound.
-  logical function try_again(saver, model, run, results, log) result(is_trying)
+  !> Retry with a smaller time increment, if the deck allows it and there is a state to begin from;
+  !! false if not. The factor remains in effect, in later steps of the deck too. Where the last
+  !! verified state is of an earlier step of the deck, the one that this step began with is used, if
+  !! its balances were sound.
+  logical function retry_run(saver, model, run, results, log) result(is_trying)
     type(saver_t), intent(inout) :: saver
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -425,8 +429,8 @@ contains
     logical :: is_from_entry
 
     is_trying = .false.
-    if (.not. (may_try(saver, run) .and. allocated(saver%good))) return
-    is_from_entry = allocated(saver%entry) .and. saver%good%deck_step /= model%i_step
+    if (.not. (may_retry(saver, run) .and. allocated(saver%verified))) return
+    is_from_entry = allocated(saver%entry) .and. saver%verified%deck_step /= model%i_step
     if (is_from_entry) is_from_entry = saver%entry%deck_step == model%i_step &
                                        .and. saver%entry%step < run%n_steps
     if (is_from_entry) then
@@ -434,7 +438,7 @@ contains
       call go_back(saver%entry)
     else
       saver%is_waiting = .false.
-      call go_back(saver%good)
+      call go_back(saver%verified)
     end if
 
   contains
@@ -444,25 +448,25 @@ contains
 
       call unpack_run(model, run, kept%store)
       if (kept%store%reason /= "") then
-        call log_line(log, "no second try: the state kept last does not fit, "//kept%store%reason)
+        call log_line(log, "no retry: the state kept last does not fit, "//kept%store%reason)
         kept%store%reason = ""
         return
       end if
       saver%taken_step = kept%step
       saver%taken_time = kept%time
-      call forget_history(results, kept%n_rows)
+      call forget_history(results, kept%n_samples)
       run%n_waiting = min(run%n_waiting, kept%n_frames - n_frames_of(results))
       run%step_factor = saver%retry
       run%control%largest = saver%retry*run%control%largest
-      call log_line(log, "one more try from step "//to_text(run%n_steps)//", time "// &
+      call log_line(log, "retry from step "//to_text(run%n_steps)//", time "// &
                     to_text(run%instant%time)//", with "//rounded_text(saver%retry)// &
-                    " of the time step")
+                    " of the time increment")
       is_trying = .true.
     end subroutine go_back
-  end function try_again
+  end function retry_run
 
-  !> The run is complete: a checkpoint that was to save it alone goes, once the result is on the
-  !! disk, and so does one that an earlier run of this deck has left half way.
+  !> The run is complete: unless the deck asks to keep it, its checkpoint is deleted once the result
+  !! is on the disk, and so is that of an earlier run of this deck that was not completed.
   subroutine drop_checkpoint(saver, run, log)
     type(saver_t), intent(inout) :: saver
     type(run_t), intent(in) :: run
@@ -474,7 +478,7 @@ contains
       if (.not. is_overtaken(saver, run)) return
     end if
     if (.not. sync_file(saver%result_file, reason)) then
-      call log_line(log, "warning: checkpoint "//saver%path//" stays: the result cannot be "// &
+      call log_line(log, "warning: checkpoint "//saver%path//" is kept: the result cannot be "// &
                     "brought to the disk: "//reason)
       return
     end if
@@ -486,7 +490,7 @@ contains
     end if
   end subroutine drop_checkpoint
 
-  !> Is there a checkpoint of this deck in which it had come no further?
+  !> Is there a checkpoint of this deck whose time is not later than that of this run?
   logical function is_overtaken(saver, run)
     type(saver_t), intent(in) :: saver
     type(run_t), intent(in) :: run

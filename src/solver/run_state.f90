@@ -15,7 +15,7 @@ module run_state
   use timer, only: clock_ticks, ticks_to_seconds
   use body_parts, only: field_t
   use frames, only: frame_t
-  use history, only: history_row_t
+  use history, only: history_sample_t
   implicit none
   private
 
@@ -37,15 +37,15 @@ module run_state
     logical :: has_warned_of_mass = .false.  !! that scaled masses show
     logical :: has_warned_of_shear = .false. !! where a law does not bear it
     real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
-    real(wp) :: row_error = 0.0_wp           !! largest in the history, by the energies of its time
-    real(wp) :: row_error_time = 0.0_wp
-    integer(int64) :: row_error_step = 0
+    real(wp) :: history_error = 0.0_wp       !! largest in the history, by the energies of its time
+    real(wp) :: history_error_time = 0.0_wp
+    integer(int64) :: history_error_step = 0
     real(wp) :: largest_penetration = 0.0_wp
     real(wp) :: step_factor = 1.0_wp         !! on the time step; below 1 after a second try
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0, watch_state = 0
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
     type(frame_t), allocatable :: frames(:)    !! first those that wait, then room for more
-    type(history_row_t) :: row
+    type(history_sample_t) :: sample
   end type run_t
 
 contains
@@ -100,9 +100,9 @@ contains
     call carry(store, "n_steps", run%n_steps)
     call carry(store, "step_factor", run%step_factor)
     call carry(store, "largest_error", run%largest_error)
-    call carry(store, "row_error", run%row_error)
-    call carry(store, "row_error_time", run%row_error_time)
-    call carry(store, "row_error_step", run%row_error_step)
+    call carry(store, "history_error", run%history_error)
+    call carry(store, "history_error_time", run%history_error_time)
+    call carry(store, "history_error_step", run%history_error_step)
     call carry(store, "largest_penetration", run%largest_penetration)
     call carry(store, "largest_rate", model%bodies%blank%report%largest_rate)
     call carry(store, "internal_work", model%bodies%blank%report%internal_work)

@@ -58,7 +58,7 @@ SCENES = [
           {"strain": -1.2, "rate": -50000},
           ends=(2, "an inverted element (negative Jacobian)",
                 "in element (1, 1, 1), point (1, 1, 1)", "at (-", "E-04, 7.1", "  3. ",
-                "the last good state")),
+                "the last verified state")),
     Scene("user_law_fails", "user_law", "a user's law returns no number: element and point named",
           stopped, user="fails_beyond.f",
           ends=(2, "that is no finite number in element 8, point 3",

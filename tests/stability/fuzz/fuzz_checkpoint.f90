@@ -15,7 +15,7 @@ program fuzz_checkpoint
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint, &
                         draft_t, draw_result, place_result
   use run_state, only: run_t
-  use run_saver, only: saver_t, pack_for_file, start_from
+  use run_saver, only: saver_t, pack_for_file, resume_from
   use forming_run, only: new_run, take_step
   use fuzz_talk, only: argument, next_path, answer_with
   implicit none
@@ -91,7 +91,7 @@ contains
     if (allocated(error)) then
       answer = error%message
     else
-      call start_from(saver, model, run, store)
+      call resume_from(saver, model, run, store)
       answer = "taken up"
       if (store%reason /= "") then
         answer = store%reason

@@ -9,7 +9,7 @@ module solver_cases
   use run_log, only: run_log_t, timings_t, open_log, close_log
   use run_state, only: run_t
   use run_saver, only: saver_t
-  use history_columns, only: first_history_row
+  use history_columns, only: first_history_sample
   use forming_run, only: new_run, run_model
   implicit none
   private
@@ -86,7 +86,7 @@ contains
       setup%tools(i)%name = model%bodies%tools(i)%name
       setup%tools(i)%surfaces = model%bodies%tools(i)%surfaces
     end do
-    setup%history = first_history_row(model)
+    setup%history = first_history_sample(model)
     setup%n_state = model%bodies%blank%law%n_state
     call new_run(model, run)
     call open_results(results, setup, file_error)

@@ -261,7 +261,7 @@ def one_run_that_fails_spoils_no_other(folder):
                f"{DECK} {SHORT} --set n_y=4 --out e.h5")
     said = igaform(folder, "batch", "list.txt", code=1)
     told = [line.rpartition(": ")[2] for line in said.splitlines() if line.startswith("[")]
-    assert told == ["refused", "completed"] and "no folder 'nowhere/'" in said, said
+    assert told == ["refused", "completed"] and "no folder 'nowhere'" in said, said
     assert "no folder" in table(folder)["nowhere/d.h5"]["message"], table(folder)
 
 

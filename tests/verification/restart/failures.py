@@ -1,4 +1,4 @@
-"""Numerics that fail: the last good state, a second try, what the result holds then.
+"""Numerics that fail: the last verified state, a retry, what the result holds then.
 
 Usage: failures.py PROGRAM PROJECT
 """
@@ -62,11 +62,11 @@ def ringing(folder, more, end="5e-4", rows=20, safety=1.05, motion="", frames=3)
 
 def good_step(said):
     """Step of the state that a failed run says to have saved."""
-    return int(said.split("the last good state, of step ")[1].split(",")[0])
+    return int(said.split("the last verified state, of step ")[1].split(",")[0])
 
 
 def tried_from(folder):
-    return int((folder / "b.log").read_text().split("one more try from step")[1].split(",")[0])
+    return int((folder / "b.log").read_text().split("retry from step")[1].split(",")[0])
 
 
 def last_step(log):
@@ -74,7 +74,7 @@ def last_step(log):
 
 
 def goes_on_like_the_run_that_failed(folder, path, *words):
-    """Taken up from its last good state the run fails in the same way."""
+    """Taken up from its last verified state the run fails in the same way."""
     said = igaform(folder, path, *words, "--out", "a.h5", code=2)
     with h5py.File(folder / "a.h5") as file:
         assert file["provenance"].attrs["status"] == b"failed"
@@ -122,7 +122,7 @@ def a_failure_just_behind_a_frame(folder):
 
 
 def a_smaller_step_saves_the_run(folder):
-    """The second try comes to the end, with its smaller step in the next step of the deck too."""
+    """The retry comes to the end, with its smaller step in the next step of the deck too."""
     path = ringing(folder, "")
     igaform(folder, path, "--out", "a.h5", code=2)
     for saving in ("OFF", "STEPS=1", "STEPS=10"):
@@ -134,7 +134,7 @@ def a_smaller_step_saves_the_run(folder):
 
 def the_second_try_is_sound(folder):
     log = (folder / "b.log").read_text()
-    assert log.count("one more try from step") == 1, log
+    assert log.count("retry from step") == 1, log
     with h5py.File(folder / "b.h5") as file:
         assert file["provenance"].attrs["status"] == b"completed"
         assert not file["frames/is_failed"][:].any()
@@ -147,7 +147,7 @@ def the_second_try_is_sound(folder):
 
 
 def clock_and_signals_change_nothing(folder):
-    """A second try begins at the same state and ends with the same bits whenever the run is saved:
+    """A retry begins at the same state and ends with the same bits whenever the run is saved:
     at signals that come in every step, by the clock whenever it can be."""
     path = ringing(folder, "*CHECKPOINT, OFF, RETRY=0.5")
     igaform(folder, path, "--out", "b.h5", "--threads", 1)
@@ -197,12 +197,12 @@ def frames_close_together_prove_nothing(folder):
 
 
 def a_smaller_step_outlives_an_interruption(folder):
-    """A run that is stopped after its second try has begun goes on with the smaller step."""
+    """A run that is stopped after its retry has begun goes on with the smaller step."""
     path = ringing(folder, "*CHECKPOINT, OFF, RETRY=0.5", "6e-3", 400)
     igaform(folder, path, "--out", "full.h5", "--threads", 1)
     run = begin(folder, path, "--out", "b.h5", "--threads", 1)
     log = folder / "b.log"
-    wait_for(lambda: log.exists() and "one more try" in log.read_text() and n_rows(log) > 100)
+    wait_for(lambda: log.exists() and "retry" in log.read_text() and n_rows(log) > 100)
     run.send_signal(signal.SIGTERM)
     assert run.wait(60) == 3, run.returncode
     igaform(folder, path, "--restart", "b.ckpt.h5", "--threads", 2)
@@ -224,9 +224,9 @@ def a_step_that_does_not_come_to_rest(folder):
 
 
 def a_second_try_from_the_start_of_a_step(folder):
-    """What begins to fail in a later step of the deck, before a state of it has proved good, is
+    """What begins to fail in a later step of the deck, before a state of it has been verified, is
     tried from the first state of that step; not from one taken when the failure had grown. The bits
-    do not depend on when the run was saved or stopped; without RETRY the last good state is that
+    do not depend on when the run was saved or stopped; without RETRY the last verified state is that
     of the step before."""
     def two_steps(saving):
         path = ringing(folder, saving, "1e-5", rows=1, frames=1)
@@ -262,8 +262,8 @@ def a_second_try_may_fail_too(folder):
     path = folder / "crush.key"
     path.write_text(text + "*CHECKPOINT, RETRY=0.5\n")
     said = igaform(folder, path, *SMALL, "--out", "b.h5", code=2)
-    assert (folder / "b.log").read_text().count("one more try from step") == 1
-    assert "the last good state" in said and "--restart b.ckpt.h5" in said, said
+    assert (folder / "b.log").read_text().count("retry from step") == 1
+    assert "the last verified state" in said and "--restart b.ckpt.h5" in said, said
     with h5py.File(folder / "b.h5") as file:
         assert file["frames/is_failed"][-1] == 1
 
@@ -274,7 +274,7 @@ def no_second_try_across_steps_of_the_deck(folder):
                    motion=TOO_FAST)
     igaform(folder, path, "--out", "b.h5", code=2)
     log = (folder / "b.log").read_text()
-    assert "no second try: the state kept last does not fit, it is of step 1" in log, log
+    assert "no retry: the state kept last does not fit, it is of step 1" in log, log
     with h5py.File(folder / "b.h5") as file:
         assert file["frames/is_failed"][:].tolist() == [0, 0, 0, 0, 1]
         assert file["provenance"].attrs["status"] == b"failed"

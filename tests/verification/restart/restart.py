@@ -100,7 +100,7 @@ def signals_save_and_stop(folder):
     assert "stopped by the limit of 1.000E-02 minutes" in (folder / "w.log").read_text()
     igaform(folder, path, *words, "--out", "w.h5", "--restart", "w.ckpt.h5", "--wall", "1e-9",
             code=3)
-    assert "no state since the restart is proved good yet" in (folder / "w.log").read_text()
+    assert "no state since the restart is verified yet" in (folder / "w.log").read_text()
 
 
 def an_early_wish_to_save_waits(folder):
@@ -229,7 +229,7 @@ def other_user_subroutines_are_refused(folder):
     path, user = stability / "user_law.key", folder / "law.f"
     words = ["--user", "law.f", "--threads", "1"]
     user.write_text(source)
-    igaform(folder, path, *words, "--out", "a.h5", code=2)      # and leaves its last good state
+    igaform(folder, path, *words, "--out", "a.h5", code=2)      # and leaves its last verified state
     user.write_text(source + "C     another law\n")
     said = igaform(folder, path, *words, "--restart", "a.ckpt.h5", code=1)
     assert "other user subroutines" in said, said

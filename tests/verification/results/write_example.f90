@@ -9,7 +9,7 @@ program write_example
   use gauss_rule, only: new_gauss_rule
   use knot_vector, only: greville, knot_vector_t, new_knot_vector
   use nurbs_surface, only: nurbs_surface_t
-  use history, only: history_row_t, begin_row, enter
+  use history, only: history_sample_t, begin_sample, enter
   use run_log, only: timings_t
   use frames, only: close_results, frame_t, open_results, record_history, results_setup_t, &
                     results_t, write_frame
@@ -123,9 +123,9 @@ contains
 
   function row_at(time) result(row)
     real(wp), intent(in) :: time
-    type(history_row_t) :: row
+    type(history_sample_t) :: row
 
-    call begin_row(row)
+    call begin_sample(row)
     call enter(row, "/history/step", nint(10*time, int64), "number of steps done")
     call enter(row, "/history/process_step", 1_int64, "step of the deck, from 1 on")
     call enter(row, "/history/time", time, "time", "time")
