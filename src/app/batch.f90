@@ -32,13 +32,13 @@ module batch
   !> A run under way.
   type :: job_t
     integer :: process = 0     !! 0: none
-    integer :: run = 0         !! place in the list
-    logical :: is_resumed = .false.   !! it goes on from a checkpoint
+    integer :: run = 0         !! number in the list
+    logical :: is_resumed = .false.   !! it continues from a checkpoint
     logical :: is_stopping = .false.  !! it was asked to stop
     integer :: n_asked = 0            !! how often again
   end type job_t
 
-  !> How a run stands.
+  !> State of a run.
   type :: outcome_t
     character(:), allocatable :: status    !! completed, failed, interrupted, refused, running, due
     character(:), allocatable :: message   !! first error it reported; empty: none
@@ -105,7 +105,7 @@ contains
     identity = identity_of(run%command, scene)
   end function identity_of_run
 
-  !> Start what is due as places come free, until all is done or a signal says stop: then all that
+  !> Start what is due as processes end, until all is done or a signal says stop: then all that
   !! is under way is asked to stop and waited for.
   subroutine carry_out(command, runs, identities, is_due, outcomes)
     type(command_t), intent(in) :: command
@@ -176,8 +176,8 @@ contains
     type(command_t), intent(in) :: command
     type(batch_run_t), intent(in) :: runs(:)
     logical, intent(in) :: is_due(:)
-    integer, intent(inout) :: next, n_done   !! place in the list, runs at their end
-    type(job_t), intent(inout) :: job        !! free; without a process behind the end of the list
+    integer, intent(inout) :: next, n_done   !! number in the list, runs that ended
+    type(job_t), intent(inout) :: job        !! free; without a process after the end of the list
     type(outcome_t), intent(inout) :: outcomes(:)
 
     do while (next <= size(runs) .and. job%process == 0)
@@ -263,7 +263,7 @@ contains
     list(1)%value = word
   end function words_of
 
-  !> How a run that has ended stands now; a file of messages without any goes away.
+  !> State of a run that has ended; a file of messages without any is removed.
   subroutine record_end(run, identity, code, outcome)
     type(batch_run_t), intent(in) :: run
     character(*), intent(in) :: identity
@@ -288,7 +288,7 @@ contains
     has_failed = code == exit_numerics .or. any(code == 128 + crashes)
   end function has_failed
 
-  !> How a run stands: by its result, if that belongs to this very deck and program.
+  !> State of a run: by its result, if that belongs to this very deck and program.
   function outcome_of(run, identity) result(outcome)
     type(batch_run_t), intent(in) :: run
     character(*), intent(in) :: identity       !! that its result must have
@@ -314,7 +314,7 @@ contains
     if (outcome%status == "completed") outcome%message = ""
   end function outcome_of
 
-  !> Is another program at it? A run holds its log first and its result a little later.
+  !> Is another program running it? A run locks its log first and its result a little later.
   logical function is_under_way(run)
     type(batch_run_t), intent(in) :: run
 
@@ -374,7 +374,7 @@ contains
     write (output_unit, "(a)") summary_words(outcomes)
   end subroutine print_table
 
-  !> How many runs stand how, in words.
+  !> How many runs are in which state, in words.
   function summary_words(outcomes) result(words)
     type(outcome_t), intent(in) :: outcomes(:)
     character(:), allocatable :: words
@@ -393,7 +393,7 @@ contains
     end do
   end function summary_words
 
-  !> The table as CSV, put in the place of an older one in one go. Refused: a file of this name
+  !> The table as CSV, which replaces an older one as a whole. Rejected: a file of this name
   !! that is no such table.
   subroutine write_table(path, runs, outcomes, error)
     character(*), intent(in) :: path

@@ -23,7 +23,7 @@ module batch_list
 
 contains
 
-  !> Read the list, or find the decks (`*.key`) of the folder. Refused: no run, a line that is no
+  !> Read the list, or find the decks (`*.key`) of the folder. Rejected: no run, a line that is no
   !! command line, two runs that would write one file.
   subroutine read_batch(path, runs, error)
     character(*), intent(in) :: path
@@ -90,7 +90,7 @@ contains
       else
         call split_words(line, words, reason)
       end if
-      if (reason /= "") call fail(error, place(path, number)//reason)
+      if (reason /= "") call fail(error, location(path, number)//reason)
       if (allocated(error)) exit
       if (size(words) == 0) cycle
       run%words = words
@@ -153,14 +153,14 @@ contains
       associate (run => runs(i))
         call parse_arguments(run%words, run%command)
         if (run%command%reason /= "") then
-          call fail(error, place(path, run%line)//run%command%reason)
+          call fail(error, location(path, run%line)//run%command%reason)
         else if (run%command%is_material .or. run%command%is_batch .or. run%command%is_check &
                  .or. run%command%is_iges .or. run%command%n_modes > 0 &
                  .or. run%command%wants_help &
                  .or. run%command%wants_version .or. run%command%wants_keywords) then
-          call fail(error, place(path, run%line)//"'"//run%text//"' is no run of a deck")
+          call fail(error, location(path, run%line)//"'"//run%text//"' is no run of a deck")
         else if (is_no_file(run%command%deck)) then
-          call fail(error, place(path, run%line)//"the deck '"//run%command%deck//"' is a "// &
+          call fail(error, location(path, run%line)//"the deck '"//run%command%deck//"' is a "// &
                     kind_of_file(run%command%deck)//"; a batch reads decks more than once, so "// &
                     "they are plain files")
         end if
@@ -173,7 +173,7 @@ contains
   end subroutine check_commands
 
   !> No file may be written by two runs, nor be written by one and be the deck of another, under
-  !! whatever path. Files beside a result have its name without `.h5`.
+  !! whatever path. Files next to a result have its name without `.h5`.
   subroutine check_files(path, runs, error)
     character(*), intent(in) :: path
     type(batch_run_t), intent(in) :: runs(:)
@@ -192,21 +192,21 @@ contains
           if (bases(i)%value == bases(j)%value .or. results(i)%value == results(j)%value &
               .or. is_beside(results(i)%value, bases(j)%value) &
               .or. is_beside(results(j)%value, bases(i)%value)) then
-            call fail(error, place(path, runs(i)%line)//"the run writes '"//runs(i)%result_file &
+            call fail(error, location(path, runs(i)%line)//"the run writes '"//runs(i)%result_file &
                       //"' and files next to it, as does that of line "//to_text(runs(j)%line)// &
                       " ('"//runs(j)%result_file//"'); give one of them another --out")
             return
           end if
         end if
         if (results(i)%value /= decks(j)%value) cycle
-        call fail(error, place(path, runs(i)%line)//"the result '"//runs(i)%result_file// &
+        call fail(error, location(path, runs(i)%line)//"the result '"//runs(i)%result_file// &
                   "' is the deck of line "//to_text(runs(j)%line)//"; give another --out")
         return
       end do
     end do
   end subroutine check_files
 
-  !> Is this result one of the files that another run writes beside its own?
+  !> Is this result one of the files that another run writes next to its own?
   pure logical function is_beside(result_file, base)
     character(*), intent(in) :: result_file, base
     character(8), parameter :: endings(4) = [character(8) :: ".ckpt.h5", ".log", ".err", ".msg"]
@@ -218,12 +218,12 @@ contains
     end do
   end function is_beside
 
-  function place(path, line) result(text)
+  function location(path, line) result(text)
     character(*), intent(in) :: path
     integer, intent(in) :: line
     character(:), allocatable :: text
 
     text = "batch "//path//":"//to_text(line)//": "
-  end function place
+  end function location
 
 end module batch_list

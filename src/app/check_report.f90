@@ -68,7 +68,7 @@ contains
         to_text(n_elements_of(blank%parts))//" elements"
       if (blank%seams%n_groups > 0) print "(a)", "seams            "// &
         to_text(size(blank%seams%point))//" control points at "// &
-        to_text(blank%seams%n_groups)//" places"
+        to_text(blank%seams%n_groups)//" locations"
       print "(a)", "mass             "//rounded_text(model%width_ratio*mass_of(blank%parts))
     end associate
     print "(a)", "tools            "//to_text(size(model%bodies%tools))
@@ -119,8 +119,8 @@ contains
     end do
   end subroutine print_lines
 
-  !> One line for each file beside the deck with its path resolved, for each note on a tool, the
-  !! tool's name before the first, and for each tool that *TOOL PLACEMENT has moved.
+  !> One line for each file that the deck includes with its path resolved, for each note on a tool,
+  !! the tool's name before the first, and for each tool that *TOOL PLACEMENT has moved.
   function source_lines(scene, model) result(lines)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
@@ -148,7 +148,7 @@ contains
     end do
   end function source_lines
 
-  !> How far a tool was moved to its place.
+  !> How far *TOOL PLACEMENT has moved a tool.
   function placing_line(scene, model, t) result(line)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
@@ -162,8 +162,8 @@ contains
            rounded_text(scene%tools(t)%clearance)
   end function placing_line
 
-  !> The strip and the symmetry planes that a scene qualifies for, with the share of the cost that
-  !! each would save: elements are worked eight at a time along their first axis.
+  !> The strip and the symmetry planes that a scene qualifies for, with the fraction of the cost
+  !! that each would save: elements are worked eight at a time along their first axis.
   function saving_lines(scene) result(lines)
     type(scene_t), intent(in) :: scene
     type(string_t), allocatable :: lines(:)
@@ -186,8 +186,8 @@ contains
       if (uniformity_problem(scene, c) == "") call append_text(lines, "could be         "// &
         "a strip (*REDUCE, TYPE=PLANE STRAIN, AXIS="//letters(c:c)//"), uniform along "// &
         letters(c:c)//": 1 of "//to_text(n(axis))//" elements, saves "// &
-        percent(1.0_wp - cost(reduced)/cost(n))//"; exact where the edges are held; with "// &
-        "free edges for bending, not for pulling, in which a sheet narrows")
+        percent(1.0_wp - cost(reduced)/cost(n))//"; exact where the edges are constrained; "// &
+        "with free edges for bending, not for stretching, in which a sheet narrows")
     end do
     do c = 1, 3
       if (mirror_problem(scene, c) /= "") cycle
@@ -241,11 +241,11 @@ contains
     upper = letters(component:component)
   end function upper
 
-  pure function percent(share) result(text)
-    real(wp), intent(in) :: share
+  pure function percent(fraction) result(text)
+    real(wp), intent(in) :: fraction
     character(:), allocatable :: text
 
-    text = to_text(nint(100.0_wp*share))//" % of the elements' cost"
+    text = to_text(nint(100.0_wp*fraction))//" % of the elements' cost"
   end function percent
 
   !> The lowest frequencies and periods of the blank in its shape at the start, without stress and
@@ -414,8 +414,8 @@ contains
     end associate
   end function polar_moment
 
-  !> Do supports keep the bar from twisting all along, in each quarter of its length? Those of a
-  !! plane of symmetry do, clamps at its ends do not.
+  !> Do boundary conditions keep the bar from twisting all along, in each quarter of its length?
+  !! Those of a plane of symmetry do, clamps at its ends do not.
   pure logical function is_held(blank, fixed, centre, axis, length)
     type(blank_t), intent(in) :: blank
     type(fixed_t), intent(in) :: fixed(:)      !! prescribed components, by patch
@@ -423,7 +423,7 @@ contains
     integer, parameter :: n_pieces = 4
     real(wp), parameter :: round_off = 1.0e-6_wp
     logical :: is_piece_held(n_pieces)
-    real(wp) :: turn(3), along
+    real(wp) :: rotation(3), along
     integer :: p, i, j, k, piece
 
     is_piece_held = .false.
@@ -432,9 +432,9 @@ contains
         do k = 1, size(x, 3)
           do j = 1, size(x, 2)
             do i = 1, size(x, 1)
-              turn = cross(axis, x(i, j, k, :) - centre)
+              rotation = cross(axis, x(i, j, k, :) - centre)
               if (.not. any(fixed(p)%is_fixed(i, j, k, :) &
-                            .and. abs(turn) > round_off*length)) cycle
+                            .and. abs(rotation) > round_off*length)) cycle
               along = 0.5_wp + dot_product(axis, x(i, j, k, :) - centre)/length
               piece = max(1, min(n_pieces, 1 + floor(n_pieces*along)))
               is_piece_held(piece) = .true.

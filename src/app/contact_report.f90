@@ -89,7 +89,7 @@ contains
                       " culled, "// &
                       rounded_text(real(s%n_iterations, wp)/max(1.0_wp, real(s%n_tested, wp)))// &
                       " face evaluations a point, at most "//to_text(s%max_iterations)//", "// &
-                      to_text(s%n_fallbacks)//" guarded searches, "// &
+                      to_text(s%n_fallbacks)//" fallback searches, "// &
                       to_text(s%n_failures)//" failed")
       end associate
     end do
@@ -165,12 +165,12 @@ contains
     is_behind = gaps(i) < 0.0_wp
   end subroutine find_nearest
 
-  pure function percent(share) result(text)
-    real(wp), intent(in) :: share
+  pure function percent(fraction) result(text)
+    real(wp), intent(in) :: fraction
     character(:), allocatable :: text
     character(16) :: buffer
 
-    write (buffer, "(f10.3)") 100.0_wp*share
+    write (buffer, "(f10.3)") 100.0_wp*fraction
     text = trim(adjustl(buffer))//" %"
   end function percent
 

@@ -60,7 +60,7 @@ module deck_run
 
 contains
 
-  !> Carry out the command; the exit code says how it went. Nothing is written before the deck
+  !> Carry out the command; returns the exit code. Nothing is written before the deck
   !! and the model are accepted.
   integer function run_deck(command) result(code)
     type(command_t), intent(in) :: command
@@ -105,7 +105,7 @@ contains
     if (present(library)) may_be_called = library%is_loaded
   end function may_be_called
 
-  !> Let no contact and no elastic point sleep.
+  !> Skip no inactive contact point and no elastic integration point.
   subroutine skip_nothing(model)
     type(model_t), intent(inout), target :: model
     type(contact_view_t), allocatable :: pairs(:)

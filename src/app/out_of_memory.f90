@@ -2,7 +2,7 @@
 !!
 !! Compiled Fortran asks for memory not only in ALLOCATE, which could ask for a status, but also in
 !! assignments, temporaries and automatic arrays, which cannot: gfortran then ends the program with
-!! words of its runtime and exit code 1, or goes on without the memory and crashes, and so does
+!! words of its runtime and exit code 1, or continues without the memory and crashes, and so does
 !! HDF5. The linker leads all calls for memory in objects and archives to this module (`--wrap` of
 !! the GNU linker), and where the system refuses, the program ends here, at once: with STAT=, too.
 !! Of what shared libraries ask for, such as the runtimes, the exit code says so.
@@ -135,7 +135,7 @@ contains
   end subroutine end_for_memory
 
   !> An end that is not the program's own: the runtimes of Fortran and of OpenMP give up with code
-  !! 1 for want of memory or threads, and have said so. They may hold locks of units, so none is
+  !! 1 for want of memory or threads, and have said so. They may have locks of units, so none is
   !! touched.
   subroutine check_end(code, argument) bind(C)
     integer(c_int), value :: code

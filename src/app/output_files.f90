@@ -1,4 +1,4 @@
-!> The files that a run writes beside its result: their names, none of which may be one that it
+!> The files that a run writes next to its result: their names, none of which may be one that it
 !! reads; and those with messages, NAME.msg of a user's subroutines and NAME.err of a run in a
 !! batch. The first line of these names who wrote them; one with nothing after it is removed.
 module output_files
@@ -41,7 +41,7 @@ contains
     end do
   end function files_read
 
-  !> The result file: that of --out, or that beside the checkpoint of --restart, or the name of the
+  !> The result file: that of --out, or that next to the checkpoint of --restart, or the name of the
   !! deck with `.h5` in the folder in hand. Fails if it is a file that the run reads.
   subroutine result_path(command, read_files, path, error)
     type(command_t), intent(in) :: command
@@ -58,7 +58,7 @@ contains
     end if
   end subroutine result_path
 
-  !> The result that a checkpoint lies beside; empty where its name does not say.
+  !> The result that a checkpoint is next to; empty where its name does not say.
   pure function result_of_checkpoint(checkpoint) result(path)
     character(*), intent(in) :: checkpoint
     character(:), allocatable :: path
@@ -71,7 +71,7 @@ contains
     if (checkpoint(n + 1:) == ending) path = checkpoint(:n)//".h5"
   end function result_of_checkpoint
 
-  !> The result file's name with `ending` instead of its own, or with `ending` behind it as often as
+  !> The result file's name with `ending` instead of its own, or with `ending` appended as often as
   !! it takes to be neither the result file nor one that the run reads.
   function path_beside_result(result_file, ending, read_files) result(path)
     character(*), intent(in) :: result_file, ending   !! the ending with its point
@@ -85,7 +85,7 @@ contains
     end do
   end function path_beside_result
 
-  !> What the names of the files beside a result begin with: its path without `.h5`. Other points
+  !> What the names of the files next to a result begin with: its path without `.h5`. Other points
   !! belong to the name, as in `mu0.05`.
   pure function result_base(path) result(base)
     character(*), intent(in) :: path
@@ -131,9 +131,9 @@ contains
     if (why /= "") call fail(error, "message file '"//path//"': "//why)
   end subroutine check_message_file
 
-  !> Let what subroutines write to unit 7 go to a file beside the result, behind what is there if
-  !! the run is taken up again. Where that file cannot be written the messages are lost, and a
-  !! warning says so. To be called behind `check_message_file`.
+  !> Let what subroutines write to unit 7 go to a file next to the result, after what is there if
+  !! the run is resumed. Where that file cannot be written the messages are lost, and a
+  !! warning says so. To be called after `check_message_file`.
   subroutine open_message_file(path, is_going_on)
     character(*), intent(in) :: path
     logical, intent(in) :: is_going_on
@@ -238,7 +238,7 @@ contains
     character(*), intent(in) :: path
     character(:), allocatable :: message
     character(1024) :: line
-    integer :: unit, status, place
+    integer :: unit, status, first
 
     message = ""
     if (why_left_alone(path, error_mark, "") /= "") return
@@ -249,10 +249,10 @@ contains
       if (status /= 0) exit
       if (index(line, error_mark) == 1 .or. index(line, failure_mark) == 1) cycle
       if (message == "" .and. index(line, "warning:") == 0) message = trim(line)
-      place = index(line, "error: ")
-      if (place == 0) cycle
+      first = index(line, "error: ")
+      if (first == 0) cycle
       message = trim(line)
-      if (index(line, "igaform: error: ") == 1) message = trim(line(place + 7:))
+      if (index(line, "igaform: error: ") == 1) message = trim(line(first + 7:))
       exit
     end do
     close (unit)

@@ -1,6 +1,6 @@
 !> What a return mapping loses by long strain increments, and what it costs.
 !!
-!! A row of points is strained along paths whose direction turns all the way, and the stresses at
+!! A row of points is strained along paths of continuously changing direction, and the stresses at
 !! their ends are compared with those of very short increments.
 module return_study
   use, intrinsic :: iso_fortran_env, only: error_unit, int64
@@ -117,7 +117,7 @@ contains
     real(wp), intent(in) :: deviations(:, :), seconds(:, :)   !! (increment, return)
     integer :: i, k
 
-    print "(a)", "material "//name//": error of the stress after turning paths of "// &
+    print "(a)", "material "//name//": error of the stress after curved paths of "// &
       to_text(path_length)//" strain, mean of "//to_text(n_points)//" points,"
     print "(a)", "against increments of "//rounded_text(finest)//" extrapolated to zero; "// &
       "ns per point and increment, of this run"
@@ -164,7 +164,7 @@ contains
     real(wp), intent(out) :: stress(n_points, 6)
     type(error_t), allocatable, intent(out) :: error
     real(wp), dimension(n_points, 6) :: first, last, dstrain
-    real(wp) :: state(n_points, law%n_state), spin(n_points, 3), way
+    real(wp) :: state(n_points, law%n_state), spin(n_points, 3), fraction
     integer :: i, n
     logical :: ok
 
@@ -174,8 +174,8 @@ contains
     state = 0.0_wp
     spin = 0.0_wp
     do i = 1, n
-      way = (i - 0.5_wp)/n
-      dstrain = ((1.0_wp - way)*first + way*last)*(path_length/n)
+      fraction = (i - 0.5_wp)/n
+      dstrain = ((1.0_wp - fraction)*first + fraction*last)*(path_length/n)
       call law%update(n_points, path_length/n, dstrain, stress, state, ok, spin)
       if (.not. ok) then
         call fail(error, "the return did not converge")
@@ -207,7 +207,7 @@ contains
   end function mean_error
 
   !> Stresses at the ends of the paths, and the time of the law for one point and increment. The
-  !! paths are repeated until it is told well.
+  !! paths are repeated until the time is long enough to measure.
   subroutine time_paths(law, increment, stress, seconds, error)
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: increment

@@ -35,7 +35,7 @@ module run_forecast
   public :: tool_cell_length, flow_seconds
 
   !> Strains of the stretch: from the first to the second, as in a flange that is drawn in, with a
-  !! shear beside them so that they lie along no axes.
+  !! shear together with them so that they lie along no axes.
   real(wp), parameter :: load(3) = [1.0_wp, -0.8_wp, -0.2_wp], shear = 0.2_wp
   real(wp), parameter :: first_strain = 0.01_wp    !! of each increment that brings the flow about
   integer, parameter :: n_first = 3
@@ -60,7 +60,7 @@ module run_forecast
   real(wp), parameter :: fewest_steps = 300.0_wp !! a run of fewer counts as one of so many
   integer, parameter :: values_of_node = 12      !! of a display point of the blank
   integer, parameter :: values_of_tool_node = 7  !! the others are empty and cost little
-  integer, parameter :: values_of_point = 7      !! of an integration point, state left out
+  integer, parameter :: values_of_point = 7      !! of an integration point, without state
 
   !> What the first steps of a run do not show; as a trial run has found it, if there was one.
   type :: outlook_t
@@ -87,7 +87,7 @@ module run_forecast
     real(wp) :: seconds = 0.0_wp     !! processor time of the run [s]
     real(wp) :: at_least = 0.0_wp    !! if no point flows
     real(wp) :: at_most = 0.0_wp     !! if all do all the time
-    integer :: n_threads = 1         !! that share the work
+    integer :: n_threads = 1         !! that divide the work
   end type forecast_t
 
 contains
@@ -252,7 +252,7 @@ contains
     if (ok) seconds = max(0.0_wp, plastic - elastic)
   end function flow_seconds
 
-  !> Mean seconds of an increment; they take turns.
+  !> Mean seconds of an increment; both are alternated.
   subroutine time_steps(trial, law, dt, dstrain, seconds, ok)
     type(trial_t), intent(inout) :: trial
     class(block_law_t), intent(in) :: law
@@ -278,7 +278,7 @@ contains
     seconds = seconds/max(n, 1)
   end subroutine time_steps
 
-  !> Strain all of the blank alike: the speeds that do it, and forces from the new places.
+  !> Strain all of the blank alike: the speeds that do it, and forces from the new positions.
   subroutine stretch(trial, law, dt, dstrain, ok)
     type(trial_t), intent(inout) :: trial
     class(block_law_t), intent(in) :: law

@@ -15,7 +15,7 @@ module run_identity
 contains
 
   !> Digest of the program, the deck with all its files, its parameters and the user's sources. The
-  !! number of threads does not count: results have the same bits with any.
+  !! number of threads does not count: results are bitwise identical with any.
   function identity_of(command, scene) result(identity)
     type(command_t), intent(in) :: command
     type(scene_t), intent(in) :: scene

@@ -1,4 +1,4 @@
-!> From an accepted model to a run that can begin, or go on from a checkpoint.
+!> From an accepted model to a run that can begin, or continue from a checkpoint.
 module run_start
   use text, only: string_t, to_text, rounded_text
   use failure, only: error_t, fail
@@ -57,8 +57,8 @@ contains
   end subroutine new_saver
 
   !> Make sure that log, checkpoint and messages may be written: they are nobody else's, whatever
-  !! the result is called. The log stays held by `lock`; one that was not there is created. Fails
-  !! with nothing left behind.
+  !! the result is called. The log stays locked by `lock`; one that did not exist is created. On
+  !! failure nothing is left.
   subroutine claim_files(log_file, message_file, saver, lock, error)
     character(*), intent(in) :: log_file
     character(*), intent(in) :: message_file    !! of a user's subroutines; empty: none
@@ -98,7 +98,7 @@ contains
       rounded_text(saver%every_seconds/60)//" minutes"
     if (saver%number > 0) words = words//", "//to_text(saver%number)//" times"
     words = "saves      "//saver%path//": on signals and failures"//words
-    if (.not. saver%is_lasting) words = words//"; goes when the run is complete"
+    if (.not. saver%is_lasting) words = words//"; deleted when the run is complete"
   end function saving_words
 
   !> Open the results and set the run up. With --restart the state comes from the checkpoint, and
@@ -128,14 +128,14 @@ contains
     if (allocated(error)) return
     why = layout_problem(draft%path, setup)
     if (why /= "") then
-      why = "its result cannot be gone on with: "//why
+      why = "its result cannot be continued: "//why
     else
       call resume_from(saver, model, run, store)
       why = state_problem(store, run)
     end if
     if (why /= "") then
       call drop_result(draft)
-      call fail(error, "checkpoint '"//command%restart//"' refused: "//why)
+      call fail(error, "checkpoint '"//command%restart//"' rejected: "//why)
       return
     end if
     call place_result(draft, error)
@@ -146,7 +146,7 @@ contains
     if (is_same_file(command%restart, saver%path)) saver%saved_step = run%n_steps
   end subroutine start_run
 
-  !> Why the state that was taken from a checkpoint cannot be gone on from; empty if it can.
+  !> Why the state that was taken from a checkpoint cannot be continued; empty if it can.
   function state_problem(store, run) result(why)
     type(state_store_t), intent(in) :: store
     type(run_t), intent(in) :: run

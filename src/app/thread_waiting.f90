@@ -1,6 +1,6 @@
 !> How threads wait for each other. GNU OpenMP lets them spin for about a millisecond, which is
 !! longer than a step here takes; where other programs share the cores, each wait then costs a
-!! time slice (measured on the channel example with two threads beside a build: 59 s instead of
+!! time slice (measured on the channel example with two threads during a build: 59 s instead of
 !! 4.3 s). A short spin costs 2 % on an idle machine. The runtime reads its settings only when
 !! a program starts, so the program starts itself once more with them.
 module thread_waiting

@@ -24,7 +24,7 @@ module trial_run
   integer, parameter :: coarsening = 3, least_elements = 8
   integer, parameter :: n_samples = 400            !! of the energies
   real(wp), parameter :: most_steps = 20000.0_wp   !! masses rise for no more steps than these
-  real(wp), parameter :: early = 0.1_wp            !! share of the time in which forming sets in
+  real(wp), parameter :: early = 0.1_wp            !! fraction of the time in which forming sets in
   real(wp), parameter :: allowed = 0.05_wp         !! kinetic over internal energy of a slow process
 
   !> What a run shows of its inertia and of its cost.
@@ -251,11 +251,11 @@ contains
     end do
   end function kinetic_energy
 
-  function percent(share) result(text)
-    real(wp), intent(in) :: share
+  function percent(fraction) result(text)
+    real(wp), intent(in) :: fraction
     character(:), allocatable :: text
 
-    text = rounded_text(100.0_wp*share)//" %"
+    text = rounded_text(100.0_wp*fraction)//" %"
   end function percent
 
 end module trial_run

@@ -1,10 +1,10 @@
-!> Checkpoints: all that a run must know to go on, and its result so far, in one file.
+!> Checkpoints: all that a run needs to continue, and its result so far, in one file.
 !!
-!! The file is HDF5 with the named numbers under /state. Behind that come the bytes of the result
+!! The file is HDF5 with the named numbers under /state. It is followed by the bytes of the result
 !! file as they are, and a last line with both lengths and a checksum of everything before it. So
-!! a damaged file is known as such before any library reads it, and whatever has become of the
+!! a damaged file is recognized before any library reads it, and whatever has become of the
 !! result file meanwhile, the run continues with a whole one. The file is written under another
-!! name, brought to the disk, and put in the place of the one before.
+!! name, brought to the disk, and replaces the previous one.
 module checkpoint
   use, intrinsic :: iso_fortran_env, only: int8, int64
   use kinds, only: wp
@@ -34,12 +34,12 @@ module checkpoint
     character(:), allocatable :: build       !! lines of `fingerprint`
     logical :: is_any_build = .false.        !! that of the file may be another
     character(:), allocatable :: deck        !! what may not change: a line for each keyword, with
-                                             !! its digest, its name and its place
+                                             !! its digest, its name and its location
     character(:), allocatable :: user        !! digest of the user's subroutines; empty: none
     character(:), allocatable :: deck_file   !! for messages
   end type checkpoint_header_t
 
-  !> A result that is taken out of a checkpoint and not in its place yet.
+  !> A result that is taken from a checkpoint and not under its name yet.
   type :: draft_t
     character(:), allocatable :: path                   !! where it is now
     character(:), allocatable, private :: result_file, location   ! its name and true path
@@ -58,7 +58,7 @@ module checkpoint
 
 contains
 
-  !> Write a checkpoint in the place of the one before. Whatever fails, that one stays.
+  !> Write a checkpoint that replaces the previous one, which stays if anything fails.
   subroutine write_checkpoint(path, header, store, result_file, error)
     character(*), intent(in) :: path
     type(checkpoint_header_t), intent(in) :: header
@@ -128,7 +128,7 @@ contains
     inquire (file=path, size=n_state)
     inquire (file=result_file, size=n_result)
     if (n_result < 0) then
-      call fail(error, "the result file is gone")
+      call fail(error, "the result file does not exist any more")
       return
     end if
     call copy_bytes(result_file, 0_int64, n_result, path, error)
@@ -151,10 +151,10 @@ contains
     end if
   end subroutine append_result
 
-  !> Append bytes of one file to another, which is created if it is not there.
+  !> Append bytes of one file to another, which is created if it does not exist.
   subroutine copy_bytes(source, before, n_bytes, target_file, error)
     character(*), intent(in) :: source, target_file
-    integer(int64), intent(in) :: before, n_bytes     !! bytes left out, and copied
+    integer(int64), intent(in) :: before, n_bytes     !! bytes skipped, and copied
     type(error_t), allocatable, intent(out) :: error
     integer(int8), allocatable :: bytes(:)
     integer(int64) :: left, n, n_there
@@ -193,7 +193,7 @@ contains
     end if
   end subroutine copy_bytes
 
-  !> Read a checkpoint. Refused: a file that is none, one that is damaged, one of another build of
+  !> Read a checkpoint. Rejected: a file that is none, one that is damaged, one of another build of
   !! the program, unless the header allows it, or of another deck.
   subroutine read_checkpoint(path, header, store, error, other_build)
     character(*), intent(in) :: path
@@ -209,24 +209,24 @@ contains
     if (allocated(error)) return
     file = open_for_reading(path)
     if (file < 0) then
-      call refuse(path, "HDF5 cannot open it", error)
+      call reject(path, "HDF5 cannot open it", error)
       return
     end if
     build = build_difference(file, header)
     if (present(other_build)) other_build = build
     difference = first_difference(read_text(file, "/deck"), header%deck)
     if (build /= "" .and. .not. header%is_any_build) then
-      call refuse(path, "it was written by another build of igaform ("//build// &
+      call reject(path, "it was written by another build of igaform ("//build// &
                   "), which rounds differently; --restart-any-build continues all the same", error)
     else if (difference /= "") then
-      call refuse(path, "it belongs to another deck or to other parameters than '"// &
+      call reject(path, "it belongs to another deck or to other parameters than '"// &
                   header%deck_file//"' now (it was '"// &
                   read_text_attribute(file, "/", "deck_file")//"'): "//difference// &
                   "; only FRAMES and HISTORY of *OUTPUT, *CHECKPOINT, *HEADING and the "// &
                   "data of the last *DYNAMIC may differ, and a parameter counts wherever the "// &
                   "deck has it", error)
     else if (read_text_attribute(file, "/", "user") /= header%user) then
-      call refuse(path, "it was written with other user subroutines than those of --user now", &
+      call reject(path, "it was written with other user subroutines than those of --user now", &
                   error)
     else
       call read_entries(file, path, store, error)
@@ -235,7 +235,7 @@ contains
   end subroutine read_checkpoint
 
   !> How the build that wrote a checkpoint differs from this one; empty if it does not. An older
-  !! file tells its program alone.
+  !! file names its program alone.
   function build_difference(file, header) result(words)
     integer(hid_t), intent(in) :: file
     type(checkpoint_header_t), intent(in) :: header
@@ -245,7 +245,7 @@ contains
     build = read_text(file, "/build")
     if (build == "") then
       words = "program then "//read_text_attribute(file, "/", "program")//", now "// &
-              header%program//"; the file does not tell how that was built"
+              header%program//"; the file does not state how that was built"
     else
       words = fingerprint_difference(build, header%build)
     end if
@@ -272,7 +272,7 @@ contains
       words = now(j + digest_length + 1:j - 2 + index(now(j:)//feed, feed))// &
               " is new or not what it was"
     else if (i <= len(was)) then
-      words = was(i + digest_length + 1:i - 2 + index(was(i:)//feed, feed))//" is not there now"
+      words = was(i + digest_length + 1:i - 2 + index(was(i:)//feed, feed))//" does not exist now"
     end if
   end function first_difference
 
@@ -299,7 +299,7 @@ contains
       if (length == 0) exit
       call read_numbers(file, "/state/"//names(:length - 1), values)
       if (.not. allocated(values)) then
-        call refuse(path, names(:length - 1)//" cannot be read", error)
+        call reject(path, names(:length - 1)//" cannot be read", error)
         return
       end if
       call add_entry(store, names(:length - 1), size(values), values)
@@ -307,8 +307,8 @@ contains
     end do
   end subroutine read_entries
 
-  !> Take the result as it was at the checkpoint out of it, beside its place; `place_result` puts
-  !! it there, `drop_result` lets go of it. Up to then nobody else creates a file in the folder.
+  !> Take the result as it was at the checkpoint out of it, under another name; `place_result` puts
+  !! it in its place, `drop_result` deletes it. Up to then nobody else creates a file in the folder.
   subroutine draw_result(path, result_file, draft, error)
     character(*), intent(in) :: path, result_file
     type(draft_t), intent(out) :: draft
@@ -333,7 +333,7 @@ contains
     if (allocated(error)) call give_up_draft(draft, error)
   end subroutine draw_result
 
-  !> Put it in the place of what is there.
+  !> Put it in its place.
   subroutine place_result(draft, error)
     type(draft_t), intent(inout) :: draft
     type(error_t), allocatable, intent(out) :: error
@@ -365,8 +365,8 @@ contains
     call release_lock(draft%lock)
   end subroutine drop_result
 
-  !> Remove what a killed run may have begun to write beside its result. Only for who has the result
-  !! open: nobody else writes these files then.
+  !> Remove what a killed run may have begun to write next to its result. Only for who has the
+  !! result open: nobody else writes these files then.
   subroutine remove_leftovers(result_file, path)
     character(*), intent(in) :: result_file, path    !! path of the checkpoint
 
@@ -432,38 +432,38 @@ contains
     integer :: status
 
     if (is_no_file(path)) then
-      call refuse(path, "it is a "//kind_of_file(path)//", expected a file", error)
+      call reject(path, "it is a "//kind_of_file(path)//", expected a file", error)
       return
     end if
     call read_ends(path, n_bytes, format, line, why)
     if (why /= "") then
-      call refuse(path, why, error)
+      call reject(path, why, error)
       return
     end if
     if (line(:len(mark)) /= mark) then
-      call refuse(path, "it is no checkpoint of igaform, or its end is missing", error)
+      call reject(path, "it is no checkpoint of igaform, or its end is missing", error)
       return
     end if
     read (line(len(mark) + 1:), "(2i20)", iostat=status) last%n_state, last%n_result
     if (status /= 0) last%n_state = -1
     if (min(last%n_state, last%n_result) < 0 .or. max(last%n_state, last%n_result) > n_bytes &
         .or. last%n_state + last%n_result + last_length /= n_bytes) then
-      call refuse(path, "its length is not what its last line says", error)
+      call reject(path, "its length is not what its last line says", error)
     else if (file_checksum(path, n_bytes - last_length) /= line(len(mark) + 41:len(mark) + 56)) then
-      call refuse(path, "it is damaged: its checksum is wrong", error)
+      call reject(path, "it is damaged: its checksum is wrong", error)
     else if (format /= format_110) then
       ! HDF5 may crash on other formats with damage under the right checksum.
-      call refuse(path, "its HDF5 part is not in the format of igaform's checkpoints", error)
+      call reject(path, "its HDF5 part is not in the format of igaform's checkpoints", error)
     end if
   end subroutine check_whole
 
-  subroutine refuse(path, reason, error)
+  subroutine reject(path, reason, error)
     character(*), intent(in) :: path, reason
     type(error_t), allocatable, intent(inout) :: error
 
     if (allocated(error)) deallocate (error)
     allocate (error)
-    error%message = "checkpoint '"//path//"' refused: "//reason
-  end subroutine refuse
+    error%message = "checkpoint '"//path//"' rejected: "//reason
+  end subroutine reject
 
 end module checkpoint

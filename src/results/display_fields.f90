@@ -6,7 +6,7 @@ module display_fields
   use kinds, only: wp
   use nurbs_solid, only: nurbs_solid_t, face_axes
   use surface_grid, only: surface_grid_t, grid_values
-  use line_operator, only: equal_places, joined_places
+  use line_operator, only: equal_positions, joined_positions
   use display_grid, only: display_grid_t, display_scalars, display_thickness, display_vectors, &
                           mises_stress, point_grid
   use point_geometry, only: plane_strains, point_geometry_t
@@ -39,7 +39,7 @@ module display_fields
     real(wp), allocatable :: thickness(:)               !! at the display points at the start
     !> Derived from the frame at hand: coordinates of the display points, (n, 3), and fields at the
     !! integration points as `point_grid` orders them.
-    real(wp), allocatable :: places(:, :), eqps(:), stress(:, :), strains(:, :)
+    real(wp), allocatable :: positions(:, :), eqps(:), stress(:, :), strains(:, :)
   end type patch_view_t
 
   !> Contact pressure on a face of a patch, on the grid of its contact points.
@@ -182,7 +182,7 @@ contains
     end do
   end function fields_of
 
-  !> First column of each entry, and behind them the number of all columns plus one.
+  !> First column of each entry, and after them the number of all columns plus one.
   pure function first_columns(entries) result(first)
     type(field_entry_t), intent(in) :: entries(:)
     integer :: first(size(entries) + 1)
@@ -209,7 +209,7 @@ contains
       view%stress = reshape(point_grid(6, view%rule_size, view%grid%n_elements, frame%stress), &
                             [6, size(frame%eqps)])
     case (3)
-      view%places = display_vectors(view%grid, reshape(frame%points, [n_controls, 3]))
+      view%positions = display_vectors(view%grid, reshape(frame%points, [n_controls, 3]))
     case (4)
       view%eqps = [point_grid(1, view%rule_size, view%grid%n_elements, frame%eqps)]
     end select
@@ -269,7 +269,7 @@ contains
     type(patch_frame_t), intent(in) :: frame
     real(wp), intent(inout) :: values(:, :)
 
-    values(:, 1) = [display_thickness(view%grid, view%places)]
+    values(:, 1) = [display_thickness(view%grid, view%positions)]
     values(:, 2) = 1.0_wp - values(:, 1)/view%thickness
   end subroutine thickness_and_thinning
 
@@ -322,10 +322,10 @@ contains
     if (.not. allocated(fields%contacts)) return
     do i = 1, size(fields%contacts)
       associate (contact => fields%contacts(i), solid => view%solid, n => view%grid%n, &
-                 places => equal_places(view%grid%degree))
+                 positions => equal_positions(view%grid%degree))
         axes = face_axes(contact%face)
-        xi = joined_places(solid%axes(axes(1)), places)
-        eta = joined_places(solid%axes(axes(2)), places)
+        xi = joined_positions(solid%axes(axes(1)), positions)
+        eta = joined_positions(solid%axes(axes(2)), positions)
         own = grid_values(contact%grid, contact%pressure, xi, eta)
         layer = merge(1, n((contact%face + 1)/2), mod(contact%face, 2) == 1)
         select case ((contact%face + 1)/2)
@@ -340,7 +340,7 @@ contains
     end do
   end subroutine add_face_fields
 
-  !> Add pressure and wear of one surface of a tool at the places of its mesh.
+  !> Add pressure and wear of one surface of a tool at the points of its mesh.
   pure subroutine add_tool_fields(field, xi, eta, values)
     type(tool_frame_t), intent(in) :: field
     real(wp), intent(in) :: xi(:), eta(:)     !! parameters of the display points

@@ -11,7 +11,7 @@ module display_grid
   use gauss_rule, only: gauss_rule_t
   use knot_vector, only: n_spans
   use nurbs_solid, only: nurbs_solid_t
-  use line_operator, only: apply_tensor, basis_operator, equal_places, grid_size, &
+  use line_operator, only: apply_tensor, basis_operator, equal_positions, grid_size, &
                            joined_bezier_operator, line_operator_t, spread_operator
   implicit none
   private
@@ -44,13 +44,13 @@ contains
     grid%degree = maxval(solid%axes%degree)
     do d = 1, 3
       grid%n_elements(d) = n_spans(solid%axes(d))
-      associate (places => equal_places(grid%degree))
+      associate (positions => equal_positions(grid%degree))
         if (is_bezier) then
           grid%basis(d) = joined_bezier_operator(solid%axes(d), grid%degree)
         else
-          grid%basis(d) = basis_operator(solid%axes(d), places, 0, is_joined=.true.)
+          grid%basis(d) = basis_operator(solid%axes(d), positions, 0, is_joined=.true.)
         end if
-        grid%spread(d) = spread_operator(rule(d)%points, places, grid%n_elements(d))
+        grid%spread(d) = spread_operator(rule(d)%points, positions, grid%n_elements(d))
       end associate
     end do
     grid%n = grid_size(grid%basis)

@@ -20,7 +20,7 @@ module existing_result
   character(*), parameter, public :: test_content = "material tests"   !! attribute `content` of
                                                                        !! such a result
 
-  !> A run as its result file tells; texts are empty and numbers zero where it does not.
+  !> A run as its result file describes it; texts are empty and numbers zero where it does not.
   type :: result_state_t
     character(:), allocatable :: status      !! running, completed, failed or interrupted
     character(:), allocatable :: identity    !! digest of deck and program
@@ -30,11 +30,11 @@ module existing_result
 
 contains
 
-  !> Refuse what others use or have made, a result of another kind, and a checkpoint, which may be
+  !> Reject what others use or have made, a result of another kind, and a checkpoint, which may be
   !! all that is left of a run. An empty file may be what a killed run has begun.
   subroutine check_replaceable(path, content, error)
     character(*), intent(in) :: path
-    character(*), intent(in) :: content     !! of what takes its place: `test_content`, or empty for
+    character(*), intent(in) :: content     !! of what replaces it: `test_content`, or empty for
                                             !! a forming run
     type(error_t), allocatable, intent(inout) :: error
     integer(int64) :: n_bytes
@@ -100,7 +100,7 @@ contains
     call close_reading(file)
   end function is_checkpoint_state
 
-  !> Read it; a file that cannot be read tells nothing.
+  !> Read it; of a file that cannot be read all is empty.
   subroutine read_result_state(path, state)
     character(*), intent(in) :: path
     type(result_state_t), intent(out) :: state

@@ -25,7 +25,7 @@ module file_lock
 
 contains
 
-  !> Whether another program holds a shared lock on the file, as a writer of results does.
+  !> Whether another program has a shared lock on the file, as a writer of results does.
   !! False where the file cannot be opened and on file systems without locks.
   logical function is_locked_by_others(path) result(is_locked)
     character(*), intent(in) :: path
@@ -42,8 +42,8 @@ contains
     is_locked = c_fclose(stream) == 0 .and. exclusive /= 0 .and. shared == 0
   end function is_locked_by_others
 
-  !> Wait until nobody else creates a file in the folder of this one: between the look whether it
-  !! may be replaced and its lock nobody must come in. Without effect on file systems without locks.
+  !> Wait until nobody else creates a file in the folder of this one: between the check whether it
+  !! may be replaced and its lock nobody must do so. Without effect on file systems without locks.
   subroutine hold_folder(path, lock)
     character(*), intent(in) :: path
     type(lock_t), intent(out) :: lock
@@ -54,7 +54,7 @@ contains
   end subroutine hold_folder
 
   !> Hold a file that is to be written for as long as the lock lives, creating it if need be; false
-  !! if another program holds it. True, without effect, where it cannot be opened and on file
+  !! if another program has locked it. True, without effect, where it cannot be opened and on file
   !! systems without locks.
   logical function hold_file(path, lock) result(is_mine)
     character(*), intent(in) :: path

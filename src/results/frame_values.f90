@@ -33,7 +33,7 @@ module frame_values
   type :: display_tool_t
     character(:), allocatable :: name
     real(wp) :: cell_length = huge(1.0_wp)              !! of a Lagrange cell at most [length]
-    type(nurbs_surface_t), allocatable :: surfaces(:)   !! in their place at the start
+    type(nurbs_surface_t), allocatable :: surfaces(:)   !! in their position at the start
   end type display_tool_t
 
   !> What a results file is made from.
@@ -140,7 +140,7 @@ contains
     end do
   end subroutine place_patches
 
-  !> Cells and weights of the tools behind those of the blank, and their display points.
+  !> Cells and weights of the tools after those of the blank, and their display points.
   subroutine place_tools(display, meshes, tools, surfaces, cells, weights)
     type(display_t), intent(inout) :: display
     type(surface_mesh_t), intent(in) :: meshes(:)
@@ -154,12 +154,12 @@ contains
     allocate (display%tool_points%meshes(size(meshes)))
     do m = 1, size(meshes)
       associate (mesh => meshes(m), view => display%tool_points)
-        associate (place => view%meshes(m))
-          place%tool = tools(m)
-          place%surface = surfaces(m)
-          place%first = size(weights) - n_blank + 1
-          place%xi = mesh%xi
-          place%eta = mesh%eta
+        associate (location => view%meshes(m))
+          location%tool = tools(m)
+          location%surface = surfaces(m)
+          location%first = size(weights) - n_blank + 1
+          location%xi = mesh%xi
+          location%eta = mesh%eta
         end associate
         call add_cells(cells, mesh%connectivity + size(weights), &
                        merge(vtk_bezier_quadrilateral, vtk_lagrange_quadrilateral, &
@@ -172,12 +172,12 @@ contains
     end do
   end subroutine place_tools
 
-  !> Places and fields of a frame. All threads of a region call this and share the work, of which
-  !! the parts are long: they take them one by one.
+  !> Positions and fields of a frame. All threads of a region call this and divide the work, of
+  !! which the parts are long: they take them one by one.
   subroutine fill_values(display, frame, points, values)
     type(display_t), intent(inout) :: display   !! its views hold what is derived from the frame
     type(frame_t), intent(in) :: frame
-    real(wp), intent(inout) :: points(:, :)     !! places, (n_points, 3)
+    real(wp), intent(inout) :: points(:, :)     !! positions, (n_points, 3)
     real(wp), intent(inout) :: values(:, :)     !! columns of all fields
     integer :: job, p, first, i, n_entries, columns(size(display%entries) + 1)
 
@@ -211,12 +211,12 @@ contains
     !$omp do
     do p = 1, size(display%patches)
       first = display%last(p) - size(display%patches(p)%grid%weights) + 1
-      points(first:display%last(p), :) = display%patches(p)%places
+      points(first:display%last(p), :) = display%patches(p)%positions
     end do
     !$omp end do
   end subroutine fill_values
 
-  !> Places and fields at the display points of the tools.
+  !> Positions and fields at the display points of the tools.
   subroutine fill_tools(display, frame, columns, points, values)
     type(display_t), intent(in) :: display
     type(frame_t), intent(in) :: frame

@@ -1,15 +1,15 @@
-!> Results of a run in one HDF5 file: frames for VTK and ParaView, and beside them what VTK ignores:
-!! history, tools, integration points, exact geometry, provenance, timings.
+!> Results of a run in one HDF5 file: frames for VTK and ParaView, and next to them what VTK
+!! ignores: history, tools, integration points, exact geometry, provenance, timings.
 !!
 !! Between frames nothing is written: history rows wait in memory, and a frame is written in one go
-!! that ends with a flush. After kill -9 the file therefore opens and holds everything up to the
+!! that ends with a flush. After kill -9 the file therefore opens and contains everything up to the
 !! last frame. Only a kill within the writing of a frame can hurt: of 500 writers that did nothing
 !! but write frames, killed at random times, all left files that open, one with a dataset that
 !! cannot be read. Three choices bring that about. The number of steps is raised in a second flush,
 !! when the step itself is in the file. Datasets that grow by less than a chunk are not compressed,
 !! for their chunks would move (else 42 of 150 files had a broken dataset). The file keeps the
-!! library's oldest format: newer ones mark a file as open, and a killed writer leaves the mark
-!! behind, so that no reader opens the file; the single-writer mode needs such a format.
+!! library's oldest format: newer ones mark a file as open, and a killed writer leaves the mark in
+!! the file, so that no reader opens it; the single-writer mode needs such a format.
 module frames
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
@@ -105,7 +105,7 @@ contains
     end if
   end subroutine open_results
 
-  !> The number of each tool in the pictures, and the times of what the history holds of it.
+  !> The number of each tool in the pictures, and the times of what the history contains of it.
   subroutine mark_tools(file, tools)
     type(hdf5_file_t), intent(inout) :: file
     type(display_tool_t), intent(in) :: tools(:)
@@ -217,7 +217,7 @@ contains
     allocate (points(results%display%n_points, 3))
     allocate (values(results%display%n_points, sum(results%display%fields%n_components)))
     allocate (chunks(size(results%display%fields) + size(results%display%patches)))
-    ! One thread writes what is there already while the others work on the rest.
+    ! One thread writes what exists already while the others work on the rest.
     !$omp parallel default(shared)
     !$omp master
     call write_lists(results, frame, n_samples)
@@ -252,8 +252,8 @@ contains
     call append_integers(results%file, "/frames/process_step", mark, [integer ::], 1)
   end subroutine write_lists
 
-  ! All fields, and behind them the plastic strain at the integration points of each patch. The
-  ! threads of a region share them.
+  ! All fields, and after them the plastic strain at the integration points of each patch. The
+  ! threads of a region divide them.
   subroutine pack_values(display, values, chunks)
     type(display_t), intent(in) :: display
     real(wp), intent(in) :: values(:, :)
@@ -417,10 +417,10 @@ contains
     associate (geometry => results%display%patches(patch)%geometry)
       call write_reals(results%file, folder//"/reference_position", geometry%positions, &
                        [3, geometry%n], unit_of(results%units, "length"), &
-                       "places of the integration points at the start, indices (zeta, eta, xi)")
+                       "positions of the integration points at the start, indices (zeta, eta, xi)")
       call write_reals(results%file, folder//"/reference_volume", geometry%volumes, geometry%n, &
                        unit_of(results%units, "volume"), &
-                       "volume that each integration point stands for at the start")
+                       "volume of each integration point at the start")
     end associate
   end subroutine write_point_geometry
 
@@ -475,7 +475,7 @@ contains
   end function surface_folder
 
   !> What of *OUTPUT is not what the result was begun with, option by option with both values; empty
-  !! if the frames of this set-up fit behind those of the file.
+  !! if the frames of this set-up fit after those of the file.
   function layout_problem(path, setup) result(reason)
     character(*), intent(in) :: path             !! of a result that is whole
     type(results_setup_t), intent(in) :: setup
@@ -500,7 +500,7 @@ contains
     if (reason == "") reason = other_problem(names, n_points, display)
   end function layout_problem
 
-  !> What no option tells: a result of another version of the program.
+  !> What follows from no option: a result of another version of the program.
   function other_problem(names, n_points, display) result(reason)
     type(string_t), intent(in) :: names(:)                 !! of the fields in the file
     real(wp), allocatable, intent(in) :: n_points(:)       !! points of its grid, as it says

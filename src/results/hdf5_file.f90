@@ -36,7 +36,7 @@ module hdf5_file
     character(:), allocatable :: draft            !! where it lies until `place_file`, if anywhere
     integer(hid_t) :: id = -1                     !! handle of the library
     character(:), allocatable :: link             !! of the system to the open file itself
-    logical :: is_shared = .false.                !! readers may look in while it is open
+    logical :: is_shared = .false.                !! readers may open it too
     logical :: is_checked = .false.               !! its headers have checksums
     integer(int64) :: n_bytes = -1                !! after the last flush; negative: not known
     type(error_t), allocatable :: error           !! first failure, see `take_error`
@@ -88,7 +88,7 @@ contains
     call release_lock(lock)
   end subroutine begin
 
-  !> Open or create it if that may be, and let readers look in.
+  !> Open or create it if that may be, and let readers open it too.
   subroutine open_locked(file, is_new)
     type(hdf5_file_t), intent(inout) :: file
     logical, intent(in) :: is_new
@@ -122,7 +122,7 @@ contains
     end if
   end subroutine open_locked
 
-  !> Remove the draft of a killed run; refuse that of one that goes on.
+  !> Remove the draft of a killed run; reject that of one that is running.
   !! An older file that may not be written stays, though its folder may be written.
   subroutine make_room(file)
     type(hdf5_file_t), intent(inout) :: file
@@ -139,7 +139,7 @@ contains
     end if
   end subroutine make_room
 
-  !> Put a file that was created as a draft in the place of an older one. On failure that stays.
+  !> Let a file that was created as a draft replace an older one. On failure that stays.
   subroutine place_file(file)
     type(hdf5_file_t), intent(inout) :: file
     type(lock_t) :: lock
@@ -216,7 +216,7 @@ contains
     inquire (file=path_of_open(file), size=n_bytes)
     if (n_bytes /= file%n_bytes) call fail(file%error, "result file '"//file%path// &
       "': somebody has changed it while the run was writing it: it has "//to_text(n_bytes)// &
-      " bytes in place of "//to_text(file%n_bytes))
+      " bytes instead of "//to_text(file%n_bytes))
   end subroutine check_length
 
   !> Does the name still lead to the open file? Where the system has no link to open files, to any.
@@ -352,7 +352,7 @@ contains
     if (allocated(file%error)) return
     buffer = letters_of(value)
     type = text_type(value)
-    address = c_loc(buffer)   ! in place of the argument gfortran 12 mixes up the lengths of texts
+    address = c_loc(buffer)   ! instead of the argument: gfortran 12 mixes up the lengths of texts
     call write_fixed(file, name, type, type, [integer ::], address, "", description)
     if (h5tclose(type) < 0) call note_failure(file, "write", name)
   end subroutine write_text
@@ -481,7 +481,7 @@ contains
   end function file_type
 
   !> Create a dataset that grows by rows, unless it is there. Compress only what grows by whole
-  !! chunks: a compressed chunk that is extended moves to another place, and a writer killed then
+  !! chunks: a compressed chunk that is extended moves within the file, and a writer killed then
   !! leaves it broken.
   subroutine create_series(file, name, kind_of_values, row_shape, n_chunk_rows, is_compressed, &
                            unit, description)

@@ -86,16 +86,16 @@ module hdf5_library
       integer(hid_t), value :: file
       integer(hsize_t), intent(out) :: n_bytes
     end function h5fget_size
-    integer(hid_t) function h5gcreate(place, name, links, creation, access) &
+    integer(hid_t) function h5gcreate(parent, name, links, creation, access) &
       bind(C, name="H5Gcreate2")
       import
-      integer(hid_t), value :: place
+      integer(hid_t), value :: parent
       character(kind=c_char), intent(in) :: name(*)
       integer(hid_t), value :: links, creation, access
     end function h5gcreate
-    integer(hid_t) function h5oopen(place, name, access) bind(C, name="H5Oopen")
+    integer(hid_t) function h5oopen(parent, name, access) bind(C, name="H5Oopen")
       import
-      integer(hid_t), value :: place
+      integer(hid_t), value :: parent
       character(kind=c_char), intent(in) :: name(*)
       integer(hid_t), value :: access
     end function h5oopen
@@ -103,16 +103,16 @@ module hdf5_library
       import
       integer(hid_t), value :: object
     end function h5oclose
-    integer(c_int) function h5lexists(place, name, access) bind(C, name="H5Lexists")
+    integer(c_int) function h5lexists(parent, name, access) bind(C, name="H5Lexists")
       import
-      integer(hid_t), value :: place
+      integer(hid_t), value :: parent
       character(kind=c_char), intent(in) :: name(*)
       integer(hid_t), value :: access
     end function h5lexists
-    integer(c_size_t) function h5lget_name(place, group, index, order, n, name, size, access) &
+    integer(c_size_t) function h5lget_name(parent, group, index, order, n, name, size, access) &
       bind(C, name="H5Lget_name_by_idx")
       import
-      integer(hid_t), value :: place
+      integer(hid_t), value :: parent
       character(kind=c_char), intent(in) :: group(*)
       integer(c_int), value :: index, order
       integer(hsize_t), value :: n
@@ -120,12 +120,12 @@ module hdf5_library
       integer(c_size_t), value :: size
       integer(hid_t), value :: access
     end function h5lget_name
-    integer(c_int) function h5lcreate_hard(place, name, new_place, new_name, links, access) &
+    integer(c_int) function h5lcreate_hard(parent, name, new_parent, new_name, links, access) &
       bind(C, name="H5Lcreate_hard")
       import
-      integer(hid_t), value :: place
+      integer(hid_t), value :: parent
       character(kind=c_char), intent(in) :: name(*)
-      integer(hid_t), value :: new_place
+      integer(hid_t), value :: new_parent
       character(kind=c_char), intent(in) :: new_name(*)
       integer(hid_t), value :: links, access
     end function h5lcreate_hard
@@ -161,23 +161,23 @@ module hdf5_library
       import
       integer(hid_t), value :: attribute
     end function h5aclose
-    integer(hid_t) function h5dcreate(place, name, type, space, links, creation, access) &
+    integer(hid_t) function h5dcreate(parent, name, type, space, links, creation, access) &
       bind(C, name="H5Dcreate2")
       import
-      integer(hid_t), value :: place
+      integer(hid_t), value :: parent
       character(kind=c_char), intent(in) :: name(*)
       integer(hid_t), value :: type, space, links, creation, access
     end function h5dcreate
-    integer(hid_t) function h5dopen(place, name, access) bind(C, name="H5Dopen2")
+    integer(hid_t) function h5dopen(parent, name, access) bind(C, name="H5Dopen2")
       import
-      integer(hid_t), value :: place
+      integer(hid_t), value :: parent
       character(kind=c_char), intent(in) :: name(*)
       integer(hid_t), value :: access
     end function h5dopen
-    integer(c_int) function h5dwrite(dataset, type, memory, place, transfer, values) &
+    integer(c_int) function h5dwrite(dataset, type, memory, space, transfer, values) &
       bind(C, name="H5Dwrite")
       import
-      integer(hid_t), value :: dataset, type, memory, place, transfer
+      integer(hid_t), value :: dataset, type, memory, space, transfer
       type(c_ptr), value :: values
     end function h5dwrite
     integer(c_int) function h5dwrite_chunk(dataset, transfer, left_out, first, n_bytes, bytes) &
@@ -189,10 +189,10 @@ module hdf5_library
       integer(c_size_t), value :: n_bytes
       type(c_ptr), value :: bytes
     end function h5dwrite_chunk
-    integer(c_int) function h5dread(dataset, type, memory, place, transfer, values) &
+    integer(c_int) function h5dread(dataset, type, memory, space, transfer, values) &
       bind(C, name="H5Dread")
       import
-      integer(hid_t), value :: dataset, type, memory, place, transfer
+      integer(hid_t), value :: dataset, type, memory, space, transfer
       type(c_ptr), value :: values
     end function h5dread
     integer(hid_t) function h5dget_type(dataset) bind(C, name="H5Dget_type")
@@ -433,7 +433,7 @@ contains
     if (length > 0) reason = reason(:length)
   end function failure_reason
 
-  !> Open the library and keep it from printing its error stack; false if it refuses. To be called
+  !> Open the library and keep it from printing its error stack; false if it fails. To be called
   !! before any other call of it: left to itself it closes its files at exit, touches those again
   !! that it could not write, and crashes.
   logical function is_library_ready() result(is_ready)

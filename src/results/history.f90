@@ -21,7 +21,7 @@ module history
     character(:), allocatable :: quantity      ! as `unit_of` takes it
     character(:), allocatable :: description
     integer :: n = 1                           ! components
-    integer :: first = 0                       ! place of the first one in the sample
+    integer :: first = 0                       ! number of the first one in the sample
     logical :: is_integer = .false.
   end type column_t
 
@@ -196,12 +196,12 @@ contains
   !> Drop the samples that wait, but for the first.
   pure subroutine drop_samples(history, n_kept)
     type(history_t), intent(inout) :: history
-    integer, intent(in) :: n_kept          !! first ones that go on waiting
+    integer, intent(in) :: n_kept          !! first ones that remain
 
     history%n_samples = min(history%n_samples, n_kept)
   end subroutine drop_samples
 
-  !> Append the waiting samples, or the first of them, to the datasets; the others go on waiting.
+  !> Append the waiting samples, or the first of them, to the datasets; the others remain.
   subroutine write_history(history, file, n_samples)
     type(history_t), intent(inout) :: history
     type(hdf5_file_t), intent(inout) :: file

@@ -2,7 +2,7 @@
 !!
 !! Each output is a combination of `width` consecutive inputs, so a map costs `width` operations a
 !! value whatever the size of the grid. B-spline bases at sample points are such maps, and so are
-!! the ways from integration points to display points and from B-spline to Bezier control values.
+!! the maps from integration points to display points and from B-spline to Bezier control values.
 module line_operator
   use kinds, only: wp
   use knot_vector, only: basis_derivatives, knot_vector_t, n_spans, span_table
@@ -10,7 +10,7 @@ module line_operator
   private
 
   public :: line_operator_t, basis_operator, spread_operator, grid_size, apply_tensor
-  public :: joined_places, joined_bezier_operator, equal_places
+  public :: joined_positions, joined_bezier_operator, equal_positions
 
   !> output(s) = sum over i of values(i, s)*input(first(s) + i - 1).
   type :: line_operator_t
@@ -23,12 +23,12 @@ module line_operator
 
 contains
 
-  !> Basis functions (or their derivatives with respect to xi) at the same places of every element.
-  !! Element by element; with `is_joined` the last place of an element and the first of the next
-  !! are one (the places must then include both ends).
-  pure function basis_operator(kv, places, derivative, is_joined) result(op)
+  !> Basis functions (or their derivatives with respect to xi) at the same positions of every
+  !! element. Element by element; with `is_joined` the last position of an element and the first of
+  !! the next are one (the positions must then include both ends).
+  pure function basis_operator(kv, positions, derivative, is_joined) result(op)
     type(knot_vector_t), intent(in) :: kv
-    real(wp), intent(in) :: places(:)     !! in each element, in [-1, 1]
+    real(wp), intent(in) :: positions(:)     !! in each element, in [-1, 1]
     integer, intent(in) :: derivative     !! 0 for values, 1 for first derivatives
     logical, intent(in) :: is_joined
     type(line_operator_t) :: op
@@ -36,7 +36,7 @@ contains
     integer :: spans(n_spans(kv)), e, i, s, n_own
 
     spans = span_table(kv)
-    n_own = size(places)
+    n_own = size(positions)
     if (is_joined) n_own = n_own - 1
     op%n_in = kv%n_basis
     op%n_out = n_own*size(spans)
@@ -45,9 +45,9 @@ contains
     allocate (op%first(op%n_out), op%values(op%width, op%n_out))
     do e = 1, size(spans)
       bounds = span_bounds(kv, spans(e))
-      do i = 1, size(places)
+      do i = 1, size(positions)
         s = (e - 1)*n_own + i
-        xi = 0.5_wp*(bounds(1)*(1 - places(i)) + bounds(2)*(1 + places(i)))
+        xi = 0.5_wp*(bounds(1)*(1 - positions(i)) + bounds(2)*(1 + positions(i)))
         call basis_derivatives(kv, spans(e), xi, derivative, table)
         op%first(s) = spans(e) - kv%degree
         op%values(:, s) = table(:, derivative)
@@ -55,23 +55,23 @@ contains
     end do
   end function basis_operator
 
-  !> Parametric coordinates of the same places of every element, where elements meet but once.
-  pure function joined_places(kv, places) result(xi)
+  !> Parametric coordinates of the same positions of every element, where elements meet but once.
+  pure function joined_positions(kv, positions) result(xi)
     type(knot_vector_t), intent(in) :: kv
-    real(wp), intent(in) :: places(:)     !! in each element, from -1 to 1
+    real(wp), intent(in) :: positions(:)     !! in each element, from -1 to 1
     real(wp), allocatable :: xi(:)
     integer, allocatable :: spans(:)
     real(wp) :: bounds(2)
     integer :: e, n
 
     allocate (spans, source=span_table(kv))
-    n = size(places) - 1
+    n = size(positions) - 1
     allocate (xi(n*size(spans) + 1))
     do e = 1, size(spans)
       bounds = span_bounds(kv, spans(e))
-      xi((e - 1)*n + 1:e*n + 1) = 0.5_wp*(bounds(1)*(1 - places) + bounds(2)*(1 + places))
+      xi((e - 1)*n + 1:e*n + 1) = 0.5_wp*(bounds(1)*(1 - positions) + bounds(2)*(1 + positions))
     end do
-  end function joined_places
+  end function joined_positions
 
   !> Parametric coordinates where a span begins and ends.
   pure function span_bounds(kv, span) result(bounds)
@@ -82,21 +82,21 @@ contains
     bounds = kv%knots(span:span + 1)
   end function span_bounds
 
-  !> From values at points of each element to values at joined places of each element: linear
+  !> From values at points of each element to values at joined positions of each element: linear
   !! between the points, constant outside the outermost ones, and the mean of both elements where
   !! they meet. All coefficients are non-negative with sum one, so nothing overshoots.
-  pure function spread_operator(points, places, n_elements) result(op)
+  pure function spread_operator(points, positions, n_elements) result(op)
     real(wp), intent(in) :: points(:)   !! of the given values in each element, in [-1, 1], rising
-    real(wp), intent(in) :: places(:)   !! where values are wanted, from -1 to 1
+    real(wp), intent(in) :: positions(:)   !! where values are wanted, from -1 to 1
     integer, intent(in) :: n_elements
     type(line_operator_t) :: op
-    real(wp) :: own(size(points), size(places))
+    real(wp) :: own(size(points), size(positions))
     integer :: e, i, s, n_points, n_own, offset
 
     n_points = size(points)
-    n_own = size(places) - 1
-    do i = 1, size(places)
-      own(:, i) = linear_weights(points, places(i))
+    n_own = size(positions) - 1
+    do i = 1, size(positions)
+      own(:, i) = linear_weights(points, positions(i))
     end do
     op%n_in = n_points*n_elements
     op%n_out = n_own*n_elements + 1
@@ -104,12 +104,12 @@ contains
     allocate (op%first(op%n_out), op%values(op%width, op%n_out))
     op%values = 0.0_wp
     do s = 1, op%n_out
-      e = max((s + n_own - 2)/n_own, 1)     ! element that ends at or contains the place
+      e = max((s + n_own - 2)/n_own, 1)     ! element that ends at or contains the position
       i = s - (e - 1)*n_own
       op%first(s) = min((e - 1)*n_points + 1, op%n_in - op%width + 1)
       offset = (e - 1)*n_points + 1 - op%first(s)
       op%values(offset + 1:offset + n_points, s) = own(:, i)
-      if (i == size(places) .and. e < n_elements) then
+      if (i == size(positions) .and. e < n_elements) then
         op%values(:, s) = 0.5_wp*op%values(:, s)
         op%values(n_points + 1:, s) = 0.5_wp*own(:, 1)
       end if
@@ -117,20 +117,20 @@ contains
   end function spread_operator
 
   ! Hat functions on the points, constant outside them.
-  pure function linear_weights(points, place) result(weights)
-    real(wp), intent(in) :: points(:), place
-    real(wp) :: weights(size(points)), share
+  pure function linear_weights(points, position) result(weights)
+    real(wp), intent(in) :: points(:), position
+    real(wp) :: weights(size(points)), fraction
     integer :: i
 
     weights = 0.0_wp
-    if (place <= points(1)) then
+    if (position <= points(1)) then
       weights(1) = 1.0_wp
-    else if (place >= points(size(points))) then
+    else if (position >= points(size(points))) then
       weights(size(points)) = 1.0_wp
     else
-      i = count(points <= place)
-      share = (place - points(i))/(points(i + 1) - points(i))
-      weights(i:i + 1) = [1 - share, share]
+      i = count(points <= position)
+      fraction = (position - points(i))/(points(i + 1) - points(i))
+      weights(i:i + 1) = [1 - fraction, fraction]
     end if
   end function linear_weights
 
@@ -196,8 +196,8 @@ contains
     real(wp) :: to_bezier(degree + 1, degree + 1)
     integer :: e, i, own(degree + 1)
 
-    samples = basis_operator(kv, equal_places(degree), 0, is_joined=.false.)
-    op = basis_operator(kv, equal_places(degree), 0, is_joined=.true.)
+    samples = basis_operator(kv, equal_positions(degree), 0, is_joined=.false.)
+    op = basis_operator(kv, equal_positions(degree), 0, is_joined=.true.)
     to_bezier = inverse(bernstein_table(degree))
     do e = 1, samples%n_out/(degree + 1)
       own = [((e - 1)*(degree + 1) + i, i=1, degree + 1)]
@@ -207,16 +207,16 @@ contains
     end do
   end function joined_bezier_operator
 
-  !> degree + 1 equally spaced places from -1 to 1.
-  pure function equal_places(degree) result(places)
+  !> degree + 1 equally spaced positions from -1 to 1.
+  pure function equal_positions(degree) result(positions)
     integer, intent(in) :: degree
-    real(wp) :: places(degree + 1)
+    real(wp) :: positions(degree + 1)
     integer :: i
 
-    places = [(real(2*i - degree, wp)/degree, i=0, degree)]
-  end function equal_places
+    positions = [(real(2*i - degree, wp)/degree, i=0, degree)]
+  end function equal_positions
 
-  ! Bernstein polynomials (columns) at equally spaced places (rows).
+  ! Bernstein polynomials (columns) at equally spaced positions (rows).
   pure function bernstein_table(degree) result(table)
     integer, intent(in) :: degree
     real(wp) :: table(degree + 1, degree + 1), t

@@ -1,5 +1,5 @@
-!> Geometry of the blank at its integration points: places, volumes, strains in the sheet's plane.
-!! Points form one tensor grid, (q1*e1, q2*e2, q3*e3) with axis 1 fastest, in rising order.
+!> Geometry of the blank at its integration points: positions, volumes, strains in the sheet's
+!! plane. Points form one tensor grid, (q1*e1, q2*e2, q3*e3) with axis 1 fastest, in rising order.
 module point_geometry
   use kinds, only: wp
   use gauss_rule, only: gauss_rule_t
@@ -17,7 +17,7 @@ module point_geometry
     type(line_operator_t) :: basis(3), slopes(3)           !! from control points
     real(wp), allocatable :: control_weights(:)            !! of the solid
     logical :: is_rational = .false.                       !! these differ
-    real(wp), allocatable :: positions(:, :)               !! reference places, (3, n)
+    real(wp), allocatable :: positions(:, :)               !! reference positions, (3, n)
     real(wp), allocatable :: volumes(:)                    !! reference volume of each point, (n)
     real(wp), allocatable :: metric(:, :)                  !! G11, G12, G22 of the reference, (3, n)
   end type point_geometry_t
@@ -41,7 +41,7 @@ contains
     geometry%n = grid_size(geometry%basis)
     geometry%control_weights = [solid%weights]
     geometry%is_rational = any(abs(solid%weights - 1.0_wp) > 0.0_wp)
-    positions = places(geometry, points)
+    positions = positions_of(geometry, points)
     tangents = tangents_of(geometry, points, 3)
     geometry%positions = transpose(positions)
     geometry%metric = plane_metric(tangents)
@@ -77,25 +77,25 @@ contains
     end do
   end function plane_strains
 
-  ! Places of a configuration, shape (n, 3).
-  pure function places(geometry, control_points)
+  ! Positions of a configuration, shape (n, 3).
+  pure function positions_of(geometry, control_points) result(positions)
     type(point_geometry_t), intent(in) :: geometry
     real(wp), intent(in) :: control_points(size(geometry%control_weights), 3)
-    real(wp), allocatable :: places(:, :)
+    real(wp), allocatable :: positions(:, :)
     real(wp), allocatable :: weight(:)
     integer :: i
 
-    allocate (places(product(geometry%n), 3))
+    allocate (positions(product(geometry%n), 3))
     if (geometry%is_rational) weight = apply_tensor(geometry%basis, geometry%control_weights)
     do i = 1, 3
       if (geometry%is_rational) then
-        places(:, i) = apply_tensor(geometry%basis, &
+        positions(:, i) = apply_tensor(geometry%basis, &
                                     geometry%control_weights*control_points(:, i))/weight
       else
-        places(:, i) = apply_tensor(geometry%basis, control_points(:, i))
+        positions(:, i) = apply_tensor(geometry%basis, control_points(:, i))
       end if
     end do
-  end function places
+  end function positions_of
 
   ! Tangents of a configuration along the first directions, shape (n, component, direction): of
   ! rational ones by the quotient rule from homogeneous coordinates.
@@ -110,7 +110,7 @@ contains
 
     allocate (tangents(product(geometry%n), 3, n_directions))
     if (geometry%is_rational) then
-      positions = places(geometry, control_points)
+      positions = positions_of(geometry, control_points)
       weight = apply_tensor(geometry%basis, geometry%control_weights)
     end if
     do d = 1, n_directions

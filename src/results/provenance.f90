@@ -1,5 +1,5 @@
-!> Where a result comes from: program, machine, command and deck; and what its bits depend on beside
-!! the deck: how the program was built. Two builds of the same sources round differently.
+!> Where a result comes from: program, machine, command and deck; and what its bits depend on apart
+!! from the deck: how the program was built. Two builds of the same sources round differently.
 module provenance
   use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version, int64
   use, intrinsic :: iso_c_binding, only: c_int, c_long

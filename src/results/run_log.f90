@@ -85,8 +85,8 @@ contains
     log%unit = -1
   end subroutine close_log
 
-  !> Write a line, which may hold line feeds. One that begins with `warning: ` goes to standard
-  !! error in place of standard output, of a quiet run too.
+  !> Write a line, which may contain line feeds. One that begins with `warning: ` goes to standard
+  !! error instead of standard output, of a quiet run too.
   subroutine log_line(log, line)
     type(run_log_t), intent(inout) :: log
     character(*), intent(in) :: line
@@ -120,13 +120,13 @@ contains
     real(wp), intent(in) :: elapsed            !! wall clock since the first step [s]
     character(120) :: line
     character(:), allocatable :: left
-    real(wp) :: share
+    real(wp) :: fraction
 
-    share = time/max(end_time, tiny(1.0_wp))
+    fraction = time/max(end_time, tiny(1.0_wp))
     left = ""
-    if (share > 0.0_wp) left = "  left "//duration(elapsed*(1 - share)/share)
+    if (fraction > 0.0_wp) left = "  left "//duration(elapsed*(1 - fraction)/fraction)
     write (line, "(a, i10, a, es11.4, a, f5.1, a, es10.3, a, es10.2, a)") &
-      "step", step, "  time", time, " (", 100*share, " %)  dt", dt, "  energy error", &
+      "step", step, "  time", time, " (", 100*fraction, " %)  dt", dt, "  energy error", &
       energy_error, left
     call write_to_file(log, trim(line))
     if (log%is_quiet) return
@@ -139,7 +139,7 @@ contains
     flush (output_unit)
   end subroutine log_progress
 
-  !> Write the cost of the run: seconds, share and calls of each effect, then the whole.
+  !> Write the cost of the run: seconds, percentage and calls of each effect, then the whole.
   subroutine log_timings(log, timings)
     type(run_log_t), intent(inout) :: log
     type(timings_t), intent(in) :: timings

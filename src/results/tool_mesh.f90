@@ -9,8 +9,8 @@ module tool_mesh
   use knot_vector, only: n_spans
   use nurbs_surface, only: nurbs_surface_t
   use surface_grid, only: parts_along, turns_along
-  use line_operator, only: apply_tensor, basis_operator, equal_places, grid_size, &
-                           joined_bezier_operator, joined_places, line_operator_t
+  use line_operator, only: apply_tensor, basis_operator, equal_positions, grid_size, &
+                           joined_bezier_operator, joined_positions, line_operator_t
   use vtkhdf, only: quadrilaterals_on_grid
   implicit none
   private
@@ -47,12 +47,12 @@ contains
       if (is_bezier) then
         basis(d) = joined_bezier_operator(surface%axes(d), degree)
       else
-        basis(d) = basis_operator(surface%axes(d), equal_places(n_parts(d)*degree), 0, &
+        basis(d) = basis_operator(surface%axes(d), equal_positions(n_parts(d)*degree), 0, &
                                   is_joined=.true.)
       end if
     end do
-    mesh%xi = joined_places(surface%axes(1), equal_places(n_parts(1)*degree))
-    mesh%eta = joined_places(surface%axes(2), equal_places(n_parts(2)*degree))
+    mesh%xi = joined_positions(surface%axes(1), equal_positions(n_parts(1)*degree))
+    mesh%eta = joined_positions(surface%axes(2), equal_positions(n_parts(2)*degree))
     weights = apply_tensor(basis, [surface%weights])
     allocate (mesh%points(product(grid_size(basis)), 3))
     do i = 1, 3
@@ -110,8 +110,9 @@ contains
     where (ratio > even_weights) n_parts = max(n_parts, n_rational_parts)
   end function rational_parts
 
-  !> A vector for each tool, and a matrix times the place where some turn, at points of the tools:
-  !! with the displacement of its frame and its rotation less one, how far each point has come.
+  !> A vector for each tool, and a matrix times the position where some rotate, at points of the
+  !! tools: with the displacement of its frame and its rotation less one, how far each point has
+  !! come.
   pure function carried(points, tool_of_point, vectors, matrices) result(values)
     real(wp), intent(in) :: points(:, :)                  !! at the start, (n, 3) [length]
     integer, intent(in) :: tool_of_point(:)

@@ -284,7 +284,7 @@ contains
     integer, intent(in) :: degree, n_cells(3)
     integer(int64), intent(in) :: first_point   !! number of the grid's first point, from 0
     integer(int64), allocatable :: connectivity(:, :)
-    integer(int64) :: n_line(2), place(3)
+    integer(int64) :: n_line(2), index(3)
     integer :: nodes(3, (degree + 1)**3), i, j, k, n, cell
 
     nodes = hexahedron_nodes(degree)
@@ -296,9 +296,9 @@ contains
         do i = 0, n_cells(1) - 1
           cell = cell + 1
           do n = 1, size(nodes, 2)
-            place = degree*[i, j, k] + nodes(:, n)
-            connectivity(n, cell) = first_point + place(1) &
-                                    + n_line(1)*(place(2) + n_line(2)*place(3))
+            index = degree*[i, j, k] + nodes(:, n)
+            connectivity(n, cell) = first_point + index(1) &
+                                    + n_line(1)*(index(2) + n_line(2)*index(3))
           end do
         end do
       end do
@@ -310,7 +310,7 @@ contains
     integer, intent(in) :: degree, n_cells(2)
     integer(int64), intent(in) :: first_point   !! number of the grid's first point, from 0
     integer(int64), allocatable :: connectivity(:, :)
-    integer(int64) :: place(2)
+    integer(int64) :: index(2)
     integer :: nodes(2, (degree + 1)**2), i, j, n, cell
 
     nodes = quadrilateral_nodes(degree)
@@ -320,9 +320,9 @@ contains
       do i = 0, n_cells(1) - 1
         cell = cell + 1
         do n = 1, size(nodes, 2)
-          place = degree*[i, j] + nodes(:, n)
-          connectivity(n, cell) = first_point + place(1) &
-                                  + (int(degree, int64)*n_cells(1) + 1)*place(2)
+          index = degree*[i, j] + nodes(:, n)
+          connectivity(n, cell) = first_point + index(1) &
+                                  + (int(degree, int64)*n_cells(1) + 1)*index(2)
         end do
       end do
     end do

@@ -1,7 +1,7 @@
 !> Central differences with half-step velocities on a lumped mass.
 !!
 !! Threads share the rows along axis 2, as they do the tiles of elements: what one has in its cache
-!! it needs again. Where nothing looks at the velocities between, both go on in one pass.
+!! it needs again. Where nothing needs the velocities in between, both advance in one pass.
 module central_difference
   use kinds, only: wp
   use timer, only: start_watch, stop_watch
@@ -116,12 +116,12 @@ contains
     end do
   end subroutine move_row
 
-  !> Half-step velocities, then the components that supports own.
+  !> Half-step velocities, then the components with boundary conditions.
   subroutine update_velocities(model, run, is_balanced, is_through)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     logical, intent(in) :: is_balanced    !! a balance needs the velocities before as well
-    logical, intent(in) :: is_through     !! control points go on at once: nothing looks between
+    logical, intent(in) :: is_through     !! control points move at once: nothing is due between
     integer :: i
 
     call start_watch(model%timer, run%watch_motion)
@@ -145,7 +145,7 @@ contains
     call add_impulse(run%balance, model%supports, run%instant%dt_mean)
   end subroutine update_velocities
 
-  !> A copy by the threads that share the rows along axis 2 where the points move.
+  !> A copy by the same threads, in the same rows, as move the points.
   subroutine copy_rows(n, field, copy)
     integer, intent(in) :: n(4)
     real(wp), intent(in) :: field(n(1), n(2), n(3), n(4))
@@ -159,7 +159,7 @@ contains
     !$omp end parallel do
   end subroutine copy_rows
 
-  !> Control points, if they have not gone on already, and tools to the end of the step.
+  !> Control points, if they have not moved already, and tools to the end of the step.
   subroutine update_positions(model, run, is_through)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run

@@ -85,10 +85,9 @@ contains
   !> Balance now. `v_before` and the blank's velocities lie half a step to either side. The energy
   !! error is kinetic + internal + viscous + contact + friction + damping less external work and
   !! initial energy, over the largest of initial energy, |external work| and kinetic + internal
-  !! energy.
-  !! The alarm is the same over the largest of these at any balance so far and of what the blank
-  !! would have at the speed of a tool: the step in which a tool first touches a blank at rest is
-  !! no alarm.
+  !! energy. The alarm is the same over the largest of these at any balance so far and of what the
+  !! blank would have at the speed of a tool: the step in which a tool first touches a blank without
+  !! motion is no alarm.
   subroutine take_balance(balance, bodies, v_before, forces, supports, retired)
     type(energy_balance_t), intent(inout) :: balance
     type(assembly_t), intent(in) :: bodies
@@ -186,7 +185,7 @@ contains
   function sums_of_motion(n, mass, x, v_before, v) result(sums)
     integer, intent(in) :: n(3)              !! control points along each axis
     real(wp), intent(in) :: mass(n(1), n(2), n(3))
-    real(wp), intent(in) :: x(n(1), n(2), n(3), 3)      !! places now
+    real(wp), intent(in) :: x(n(1), n(2), n(3), 3)      !! positions now
     real(wp), intent(in) :: v_before(n(1), n(2), n(3), 3), v(n(1), n(2), n(3), 3)
     type(motion_sums_t) :: sums
     type(motion_sums_t) :: rows(n(2))

@@ -11,8 +11,8 @@ module forming_run
   use model, only: model_t
   use frames, only: results_t, write_frame, record_history
   use run_log, only: run_log_t, log_line, log_progress, log_lines
-  use step_control, only: new_step_control, next_step, is_due, count_output, is_depth_due, &
-                          put_off_depths
+  use step_control, only: new_step_control, next_step, is_due, count_output, is_penetration_due, &
+                          schedule_penetration
   use central_difference, only: update_velocities, update_positions
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
   use run_frames, only: new_frame, fill_frame, add_frame, release_frames
@@ -30,8 +30,8 @@ module forming_run
   public :: take_balances, record_sample
   public :: effect_lines
 
-  !> Steps before the energy balance may end a run: of a motion that rises from rest the n-th step
-  !! misses the share 1/(4 n^2).
+  !> Increments before the energy balance may end a run: of a motion that starts from zero velocity
+  !! the n-th increment misses the fraction 1/(4 n^2).
   integer, parameter, public :: first_steps = 20
 
 contains
@@ -64,8 +64,8 @@ contains
   end subroutine new_run
 
   !> Run through all steps of the deck, or until a signal or the clock says stop. On failure `error`
-  !! tells what happened, where and when, the last good state is saved, and the state reached is
-  !! written as a frame marked failed.
+  !! states what happened, where and when, the last verified state is saved, and the state reached
+  !! is written as a frame marked failed.
   subroutine run_model(model, run, results, log, saver, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -131,8 +131,8 @@ contains
   end subroutine enter_next_step
 
   !> What is due now, then the step; at the end of the last step of the deck no more, nor where the
-  !! run stops. A frame is filled at its time and written when the step has gone well and the state
-  !! behind it is good: if not, the result ends where the last good state was kept.
+  !! run stops. A frame is filled at its time and written when the state after it is verified: if it
+  !! is not, the result ends with the last verified state.
   subroutine run_increment(model, run, results, log, saver, is_end, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -176,7 +176,7 @@ contains
     if (.not. allocated(error)) call watch_pairs(model, run, log, error)
   end subroutine run_increment
 
-  !> Warn of deep penetration, or end the run; warn of searches that failed.
+  !> Warn of large penetration, or end the run; warn of searches that failed.
   subroutine watch_pairs(model, run, log, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(in) :: run
@@ -200,7 +200,7 @@ contains
     end do
   end function any_done
 
-  !> A relaxation that did not come to rest is an error, though its results stand.
+  !> A relaxation that did not converge is an error, though its results are valid.
   subroutine check_relaxation(model, error)
     type(model_t), intent(in) :: model
     type(error_t), allocatable, intent(out) :: error
@@ -227,7 +227,7 @@ contains
   subroutine finish_step(model, run, is_through, rate, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
-    logical, intent(in) :: is_through    !! the control points have gone on already
+    logical, intent(in) :: is_through    !! the control points have moved already
     real(wp), intent(out) :: rate
     type(error_t), allocatable, intent(out) :: error
 
@@ -283,8 +283,8 @@ contains
     call share_external_forces(model%bodies%blank%parts, model%bodies%blank%seams)
   end subroutine apply_forces
 
-  !> Take the balances of this instant and look whether they are sound: those of the row, if one is
-  !! due, else without a trace.
+  !> Take the balances of this instant and check them: those of the history sample, if one is due,
+  !! else they are discarded.
   subroutine check_state(model, run, is_sample, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -322,7 +322,7 @@ contains
     type(run_log_t), intent(inout) :: log
     type(string_t), allocatable :: warnings(:)
 
-    if (run%has_depths) then
+    if (run%has_penetration) then
       call check_hidden_depths(model%forces, run%instant, warnings)
       call log_lines(log, warnings)
     end if
@@ -345,7 +345,7 @@ contains
     end subroutine warn_once
   end subroutine warn
 
-  !> History row of this instant, from its balances, and a line in the log.
+  !> History sample of this instant, from its balances, and a line in the log.
   subroutine take_sample(model, run, results, log)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -363,7 +363,7 @@ contains
     call stop_watch(model%timer, run%watch_output)
   end subroutine take_sample
 
-  !> The row, and what is largest up to now.
+  !> The sample, and the largest values up to now.
   subroutine record_sample(model, run, results)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -380,8 +380,8 @@ contains
         elastic = elastic + part
       end associate
     end do
-    run%has_depths = is_depth_due(run%control, run%instant%time)
-    if (run%has_depths) call measure(model, run, n_points)
+    run%has_penetration = is_penetration_due(run%control, run%instant%time)
+    if (run%has_penetration) call measure(model, run, n_points)
     call fill_history_sample(model, run%balance, run%instant, run%n_steps, &
                           velocity_now(model, run), elastic, run%sample)
     call record_history(results, run%sample)
@@ -391,21 +391,21 @@ contains
     call forget_depths(model%retired)
   end subroutine record_sample
 
-  !> Measure depths between contact points, and put off the next time in proportion to the work.
+  !> Measure penetration between contact points; the next time is later in proportion to the work.
   subroutine measure(model, run, n_points)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     integer, intent(in) :: n_points            !! of integration
-    real(wp), parameter :: share = 0.01_wp     ! of the time of the run that this may take
+    real(wp), parameter :: fraction = 0.01_wp  ! of the time of the run that this may take
     real(wp), parameter :: cost = 20.0_wp      ! of a sample, in points of integration and steps
-    integer :: n_looks
+    integer :: n_samples
 
-    call measure_depths(model%forces, model%bodies%tools, run%instant%time, n_looks)
-    call put_off_depths(run%control, run%instant%time, &
-                        run%instant%dt*cost*n_looks/(share*n_points))
+    call measure_depths(model%forces, model%bodies%tools, run%instant%time, n_samples)
+    call schedule_penetration(run%control, run%instant%time, &
+                        run%instant%dt*cost*n_samples/(fraction*n_points))
   end subroutine measure
 
-  !> The largest errors of the energy balance up to now; one that is no number counts as largest.
+  !> The largest errors of the energy balance up to now; a NaN counts as largest.
   pure subroutine note_errors(run)
     type(run_t), intent(inout) :: run
 
@@ -418,7 +418,7 @@ contains
     run%history_error_step = run%n_steps
   end subroutine note_errors
 
-  !> Fill a frame, to be written when the state behind it has proved good.
+  !> Fill a frame, to be written when the state after it is verified.
   subroutine take_frame(model, run)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -430,7 +430,7 @@ contains
   end subroutine take_frame
 
   !> Velocities at the time of the positions: the mean of both half steps, or those of the start.
-  !! Of no patch where no probe asks for them.
+  !! Of no patch where there are no history points.
   function velocity_now(model, run) result(v)
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run

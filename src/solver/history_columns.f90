@@ -14,7 +14,7 @@ module history_columns
   implicit none
   private
 
-  public :: first_history_sample, fill_history_sample, turning_tools
+  public :: first_history_sample, fill_history_sample, rotating_tools
 
 contains
 
@@ -26,7 +26,7 @@ contains
     type(instant_t), intent(in) :: instant
     integer(int64), intent(in) :: n_steps     !! done
     type(field_t), intent(in) :: v(:)         !! velocities now, not those half a step on;
-                                              !! may be none without probes
+                                              !! may be none without history points
     real(wp), intent(in) :: elastic           !! elastic energy now
     type(history_sample_t), intent(inout) :: sample
 
@@ -57,9 +57,9 @@ contains
                  "over the largest of initial energy, |external work| and kinetic + internal "// &
                  "energy")
       call enter(sample, "/history/max_penetration", tally%max_penetration, "length", "largest "// &
-                 "depth of a contact point of the blank in a tool since the sample before")
-      call enter(sample, "/history/true_penetration", depth_of(model%forces), "length", "depth "// &
-                 "of the deepest place of the blank in a tool now, between contact points too")
+                 "penetration of a contact point of the blank since the previous sample")
+      call enter(sample, "/history/true_penetration", depth_of(model%forces), "length", &
+                 "largest penetration of the blank into a tool now, between contact points too")
       call enter(sample, "/history/added_mass", ratio*model%bodies%blank%added_mass, "mass", &
                  "mass added by scaling; of scaling through the thickness a third of the "// &
                  "trace of the added mass matrix")
@@ -70,7 +70,7 @@ contains
                  "added mass")
     end associate
     call enter_tools(model, sample)
-    call enter_probes(model, v, sample)
+    call enter_history_points(model, v, sample)
   end subroutine fill_history_sample
 
   subroutine enter_tools(model, sample)
@@ -79,22 +79,22 @@ contains
     logical :: is_turning(size(model%bodies%tools))
     integer :: t
 
-    is_turning = turning_tools(model)
+    is_turning = rotating_tools(model)
     do t = 1, size(model%bodies%tools)
       associate (tool => model%bodies%tools(t), ratio => model%width_ratio, &
                  folder => "/tools/"//model%bodies%tools(t)%name)
         call enter(sample, folder//"/displacement", way_of(tool), "length", &
-                   "displacement of the tool from its place at the start")
+                   "displacement of the tool since the start")
         call enter(sample, folder//"/force", ratio*tool%force, "force", &
                    "force of the blank on the tool")
         if (is_turning(t)) call enter(sample, folder//"/torque", ratio*tool%torque, "moment", &
                    "moment of this force about the point on the axis that the deck gives, "// &
-                   "which goes with the tool; its part along the axis turns the tool")
+                   "which moves with the tool; its part along the axis rotates the tool")
       end associate
     end do
   end subroutine enter_tools
 
-  subroutine enter_probes(model, v, sample)
+  subroutine enter_history_points(model, v, sample)
     type(model_t), intent(in) :: model
     type(field_t), intent(in) :: v(:)         !! velocities now, by patch
     type(history_sample_t), intent(inout) :: sample
@@ -105,12 +105,12 @@ contains
                  body => model%bodies%blank%parts(model%probes(p)%patch)%element)
         call enter(sample, folder//"/displacement", field_at(body%grid, body%motion%x, probe%xi) &
                    - field_at(body%grid, body%grid%points, probe%xi), "length", &
-                   "displacement of the probe")
+                   "displacement of the history point")
         call enter(sample, folder//"/velocity", field_at(body%grid, v(probe%patch)%values, &
-                   probe%xi), "velocity", "velocity of the probe")
+                   probe%xi), "velocity", "velocity of the history point")
       end associate
     end do
-  end subroutine enter_probes
+  end subroutine enter_history_points
 
   !> The history sample of a model that has not begun, for its columns.
   function first_history_sample(model) result(sample)
@@ -126,8 +126,8 @@ contains
     call fill_history_sample(model, balance, instant_t(), 0_int64, v, 0.0_wp, sample)
   end function first_history_sample
 
-  !> Which tools turn in some step of the deck.
-  pure function turning_tools(model) result(is_turning)
+  !> Which tools rotate in some step of the deck.
+  pure function rotating_tools(model) result(is_turning)
     type(model_t), intent(in) :: model
     logical :: is_turning(size(model%bodies%tools))
     integer :: i
@@ -141,13 +141,13 @@ contains
         if (any(motion%terms%is_rotation)) is_turning(motion%tool) = .true.
       end associate
     end do
-  end function turning_tools
+  end function rotating_tools
 
   !> Value of a control-point field at a parametric point.
   pure function field_at(solid, field, xi) result(value)
     type(nurbs_solid_t), intent(in) :: solid
     real(wp), intent(in) :: field(:, :, :, :), xi(3)
-    real(wp) :: value(3), total, share
+    real(wp) :: value(3), total, weight
     real(wp) :: basis(maxval(solid%axes%degree) + 1, 3)
     integer :: axis, first(3), i, j, k, span
 
@@ -163,10 +163,10 @@ contains
     do k = 1, solid%axes(3)%degree + 1
       do j = 1, solid%axes(2)%degree + 1
         do i = 1, solid%axes(1)%degree + 1
-          share = basis(i, 1)*basis(j, 2)*basis(k, 3) &
+          weight = basis(i, 1)*basis(j, 2)*basis(k, 3) &
                   *solid%weights(first(1) + i, first(2) + j, first(3) + k)
-          value = value + share*field(first(1) + i, first(2) + j, first(3) + k, :)
-          total = total + share
+          value = value + weight*field(first(1) + i, first(2) + j, first(3) + k, :)
+          total = total + weight
         end do
       end do
     end do

@@ -1,9 +1,9 @@
-!> One material point led through increments of strain and stress by a block law.
+!> One material point under prescribed increments of strain and stress.
 !!
-!! Six conditions lead an increment, each on a combination of strain increments or of stresses.
+!! Six conditions control an increment, each on a combination of strain increments or of stresses.
 !! Newton's method finds the strain increment that meets them all; the tangent comes from calls of
-!! the law with slightly changed increments, so any law will do. Stress turns with the spin as in a
-!! forming run: T. J. R. Hughes and J. Winget, IJNME 15 (1980).
+!! the law with slightly changed increments, so any law will do. Stress rotates with the spin as in
+!! a forming run: T. J. R. Hughes and J. Winget, IJNME 15 (1980).
 module material_point
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
@@ -50,7 +50,7 @@ module material_point
   !> What all trials of an increment have in common.
   type :: increment_t
     real(wp) :: aim(6), spin(3), dt
-    real(wp) :: rotated(6)                          !! stress at the start, turned by the spin
+    real(wp) :: rotated(6)                          !! stress at the start, rotated by the spin
   end type increment_t
 
 contains
@@ -77,7 +77,7 @@ contains
     end do
   end function new_point
 
-  !> Conditions on single components in a frame turned by `angle` about axis 3.
+  !> Conditions on single components in a frame rotated by `angle` about axis 3.
   pure function new_control(is_stress, angle) result(control)
     logical, intent(in) :: is_stress(6)   !! the condition is on the stress, else on the strain
     real(wp), intent(in) :: angle         !! [radians]
@@ -95,7 +95,7 @@ contains
     end do
   end function new_control
 
-  !> Matrix that takes strain components (engineering shear) into a frame turned about axis 3.
+  !> Matrix that takes strain components (engineering shear) into a frame rotated about axis 3.
   pure function strain_to_frame(angle) result(rows)
     real(wp), intent(in) :: angle   !! [radians]
     real(wp) :: rows(6, 6)
@@ -105,7 +105,7 @@ contains
     rows(4, :) = 2.0_wp*rows(4, :)
   end function strain_to_frame
 
-  !> Matrix that takes stress components into a frame turned about axis 3.
+  !> Matrix that takes stress components into a frame rotated about axis 3.
   pure function stress_to_frame(angle) result(rows)
     real(wp), intent(in) :: angle   !! [radians]
     real(wp) :: rows(6, 6), c, s
@@ -121,8 +121,8 @@ contains
     rows(6, [5, 6]) = [-s, c]
   end function stress_to_frame
 
-  !> One increment. `aim` holds the change of each strain condition and the value that each stress
-  !! condition shall have at the end. Fails if the law does, or if no strain increment is found
+  !> One increment. `aim` gives the change of each strain condition and the value of each stress
+  !! condition at the end. Fails if the law does, or if no strain increment is found
   !! that meets the conditions to 1e-11 of the stress (to 1e-7 where the law itself is no better);
   !! the point is then as it was.
   subroutine advance(law, control, aim, spin, dt, point, error)
@@ -139,7 +139,7 @@ contains
     increment%spin = spin
     increment%dt = dt
     increment%rotated = point%stress
-    if (.not. law%is_rotating) call turn(spin, increment%rotated)
+    if (.not. law%is_rotating) call rotate(spin, increment%rotated)
     call predict(law, control, increment, point, trial, error)
     if (.not. allocated(error)) call iterate(law, control, increment, point, trial, error)
     if (allocated(error)) return
@@ -253,17 +253,17 @@ contains
     type(trial_t), intent(in) :: trial
     real(wp), parameter :: relative = 1.0e-4_wp, least = 1.0e-10_wp
     real(wp) :: matrix(6, 6), changed(6), h
-    type(trial_t) :: beside
+    type(trial_t) :: neighbour
     integer :: k
 
     h = max(relative*maxval(abs(trial%dstrain)), least)
     do k = 1, 6
       changed = trial%dstrain
       changed(k) = changed(k) + h
-      beside = try(law, control, increment, point, changed)
+      neighbour = try(law, control, increment, point, changed)
       matrix(:, k) = 2.0_wp*law%shear*control%on_strain(:, k)
-      if (beside%is_good) then
-        matrix(:, k) = (beside%residual - trial%residual)/h
+      if (neighbour%is_good) then
+        matrix(:, k) = (neighbour%residual - trial%residual)/h
       else
         matrix(:, k) = matrix(:, k) + matmul(control%on_stress, stiffness_column(law, k))
       end if
@@ -363,8 +363,8 @@ contains
     end if
   end function stiffness_column
 
-  !> Turn a stress by a spin increment, as elements do.
-  pure subroutine turn(spin, stress)
+  !> Rotate a stress by a spin increment, as elements do.
+  pure subroutine rotate(spin, stress)
     real(wp), intent(in) :: spin(3)
     real(wp), intent(inout) :: stress(6)
     real(wp) :: stresses(1, 6)
@@ -372,7 +372,7 @@ contains
     stresses(1, :) = stress
     call rotate_by_spin(1, reshape(spin, [1, 3]), stresses)
     stress = stresses(1, :)
-  end subroutine turn
+  end subroutine rotate
 
   !> Deformation gradient after a constant velocity gradient with this strain and spin increment.
   pure function end_gradient(point, dstrain, spin) result(gradient)

@@ -24,7 +24,7 @@ module material_test
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
   integer, parameter :: n_fixed = 13   ! time, strain and stress in front of the state in a row
 
-  !> What leads the point: conditions, and their values at the corners of the path.
+  !> What controls the point: conditions, and their values at the corners of the path.
   type :: program_t
     type(control_t) :: control
     logical :: is_stress(6) = .false.        !! the condition is on the stress
@@ -52,8 +52,8 @@ contains
     end if
   end function test_problem
 
-  !> Carry out a test. Fails where the point cannot be led on; the table then ends there. Warns of
-  !! shear that the law does not bear.
+  !> Carry out a test. Fails where the point cannot be taken further; the table then ends there.
+  !! Warns of shear that is too large for the law.
   subroutine run_test(spec, law, table, error, warning)
     type(material_test_spec_t), intent(in) :: spec
     class(block_law_t), intent(in) :: law
@@ -97,8 +97,8 @@ contains
                 " bytes more were asked for, for "//to_text(n_most)//" rows of a test")
   end subroutine new_test_rows
 
-  !> Carry out a test, row by row. Where the point cannot be led on the rows end, and say why. A
-  !! process may do this in place of another one that made the room for the rows.
+  !> Carry out a test, row by row. Where the point cannot be taken further the rows end, with the
+  !! reason. A process may do this for another one, which has allocated the rows.
   subroutine fill_rows(spec, law, rows)
     type(material_test_spec_t), intent(in) :: spec
     class(block_law_t), intent(in) :: law
@@ -195,7 +195,7 @@ contains
     program%times = [(abs(spec%strain)*(2*i - 1)/spec%rate, i=1, size(program%corners, 2))]
   end function new_program
 
-  !> Lead a new point from corner to corner, with the increments of the test to each.
+  !> Take a new point from corner to corner, with the increments of the test to each.
   subroutine follow(program, law, spec, point, shear, error, rows)
     type(program_t), intent(in) :: program
     class(block_law_t), intent(in) :: law
@@ -348,7 +348,7 @@ contains
 
     n = spec%n_repeats
     do i = 1, n
-      call probe(law, degree*360.0_wp*(i - 1)/n, spec, point, error)
+      call find_yield(law, degree*360.0_wp*(i - 1)/n, spec, point, error)
       if (allocated(error)) return
       associate (rotated => matmul(stress_to_frame(degree*spec%angle), point%stress))
         call add_row(rows, [360.0_wp*(i - 1)/n, rotated(:2), point%state(law%eqps_state)])
@@ -369,14 +369,14 @@ contains
   end subroutine fill_yield_locus
 
   !> From zero along one direction of stress until the plastic strain passes the threshold.
-  subroutine probe(law, direction, spec, point, error)
+  subroutine find_yield(law, direction, spec, point, error)
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: direction              !! [radians]
     type(material_test_spec_t), intent(in) :: spec
     type(material_point_t), intent(out) :: point   !! just beyond the threshold
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: first_step = 1.0e-5_wp, last_step = 1.0e-8_wp, far = 1.0_wp
-    real(wp) :: aim(6), rows(6, 6), step, way
+    real(wp) :: aim(6), rows(6, 6), step, travel
     type(material_point_t) :: next
     type(control_t) :: control
     logical :: is_beyond
@@ -390,7 +390,7 @@ contains
     point = new_point(law, spec%state, spec%fields)
     aim = 0.0_wp
     step = first_step
-    way = 0.0_wp
+    travel = 0.0_wp
     is_beyond = .false.
     do
       if (is_stop_wanted()) then
@@ -408,10 +408,10 @@ contains
         step = 0.5_wp*step
       else
         point = next
-        way = way + step
+        travel = travel + step
         if (is_beyond) cycle
         step = 2.0_wp*step
-        if (way > far) then
+        if (travel > far) then
           call fail(error, "no plastic strain along "// &
                     to_text(nint(direction/degree))//" degrees")
           return
@@ -419,6 +419,6 @@ contains
       end if
     end do
     point = next
-  end subroutine probe
+  end subroutine find_yield
 
 end module material_test

@@ -7,7 +7,7 @@ module run_frames
   use frames, only: frame_t, face_field_t, tool_frame_t, results_t, write_frame
   use contact_effect, only: contact_view_t, contact_pairs
   use contact_fields, only: face_pressure, set_tool_pressure
-  use history_columns, only: turning_tools
+  use history_columns, only: rotating_tools
   use failure, only: error_t
   use timer, only: start_watch, stop_watch
   use run_state, only: run_t
@@ -39,7 +39,7 @@ contains
       end associate
     end do
     allocate (frame%tool_displacement(3, n_tools), frame%tool_velocity(3, n_tools))
-    if (.not. any(turning_tools(model))) return
+    if (.not. any(rotating_tools(model))) return
     allocate (frame%tool_turn(3, 3, n_tools), frame%tool_turn_rate(3, 3, n_tools))
   end subroutine new_frame
 

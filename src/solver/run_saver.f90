@@ -348,12 +348,12 @@ contains
     saver%tried_ticks = clock_ticks()
   end subroutine resume_from
 
-  !> What a checkpoint holds: the state, how far the result belongs to it, and the times so far.
+  !> What a checkpoint contains: the state, how much of the result belongs to it, the times so far.
   subroutine pack_for_file(model, run, n_frames, store)
     type(model_t), intent(inout) :: model     !! stays as it is, like the run
     type(run_t), intent(inout) :: run
     integer, intent(inout) :: n_frames
-    type(state_store_t), intent(inout) :: store   !! what it held before is forgotten
+    type(state_store_t), intent(inout) :: store   !! replaced
 
     call pack_run(model, run, store)
     call carry_rest(model, run, n_frames, store)

@@ -1,4 +1,4 @@
-!> What changes during a run beside the model; and the state of model and run between two
+!> What changes during a run apart from the model; and the state of model and run between two
 !! increments as named numbers, for checkpoints.
 module run_state
   use, intrinsic :: iso_fortran_env, only: int64
@@ -22,7 +22,7 @@ module run_state
   public :: pack_run, unpack_run
   public :: wall_seconds
 
-  !> Everything that changes during a run beside the bodies themselves.
+  !> Everything that changes during a run apart from the bodies.
   type, public :: run_t
     type(step_control_t) :: control
     type(energy_balance_t) :: balance
@@ -30,18 +30,18 @@ module run_state
     integer(int64) :: n_steps = 0
     integer(int64) :: started = 0            !! clock at the start, or when it was taken up again
     real(wp) :: seconds_before = 0.0_wp      !! from the start up to what it was taken up from
-    logical :: is_resumed = .false.          !! it goes on from a checkpoint
+    logical :: is_resumed = .false.          !! it continues from a checkpoint
     logical :: is_file_lost = .false.        !! the results could not be written
     integer :: n_waiting = 0                 !! frames that are filled and not written yet
-    logical :: has_depths = .false.          !! the last row has measured them
-    logical :: has_warned_of_mass = .false.  !! that scaled masses show
-    logical :: has_warned_of_shear = .false. !! where a law does not bear it
+    logical :: has_penetration = .false.          !! the last sample has measured them
+    logical :: has_warned_of_mass = .false.  !! that scaled masses matter
+    logical :: has_warned_of_shear = .false. !! too large for the law
     real(wp) :: largest_error = 0.0_wp       !! of the energy balance, by the largest energy so far
     real(wp) :: history_error = 0.0_wp       !! largest in the history, by the energies of its time
     real(wp) :: history_error_time = 0.0_wp
     integer(int64) :: history_error_step = 0
     real(wp) :: largest_penetration = 0.0_wp
-    real(wp) :: step_factor = 1.0_wp         !! on the time step; below 1 after a second try
+    real(wp) :: step_factor = 1.0_wp         !! on the time step; below 1 after a retry
     integer :: watch_motion = 0, watch_blank = 0, watch_output = 0, watch_state = 0
     type(field_t), allocatable :: v_before(:)  !! by patch; kept for steps that take a balance
     type(frame_t), allocatable :: frames(:)    !! first those that wait, then room for more
@@ -62,7 +62,7 @@ contains
   subroutine pack_run(model, run, store)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
-    type(state_store_t), intent(inout) :: store   !! what it held before is forgotten
+    type(state_store_t), intent(inout) :: store   !! replaced
 
     call empty_store(store)
     call enter_folder(store, "run")
@@ -71,12 +71,12 @@ contains
     call carry_run(model, run, store)
   end subroutine pack_run
 
-  !> Take it back into a model that was built from the same deck. What does not fit is told by
-  !! `store%reason`; where that is the step of the deck, the model stays as it is.
+  !> Take it back into a model that was built from the same deck. `store%reason` states what
+  !! does not fit; where that is the step of the deck, the model stays as it is.
   subroutine unpack_run(model, run, store)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
-    type(state_store_t), intent(inout) :: store   !! goes on being taken from
+    type(state_store_t), intent(inout) :: store   !! its position moves on
 
     store%is_taking = .true.
     call enter_folder(store, "run")
@@ -170,7 +170,7 @@ contains
     logical :: is_same_end
 
     call carry(store, "largest_step", control%largest)
-    call carry(store, "depth_due", control%depth_due)
+    call carry(store, "penetration_due", control%penetration_due)
     end_time = control%end_time
     call carry(store, "end_time", end_time)
     is_same_end = abs(end_time - control%end_time) <= 0.0_wp

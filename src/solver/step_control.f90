@@ -1,8 +1,9 @@
-!> Size of the next time step: stable for the present shape, and in equal shares between the times
-!! of the output that is due most often. Their number is the nearest one, so that hitting these
-!! times costs no steps on average; what steps may grow by for it is small and leaves room below the
-!! limit of stability. The other output is made with the first step at or after its time: to hit
-!! both would make steps long and short by turns, which feeds energy to vibrations.
+!> Size of the next time increment: stable for the present shape, and an equal fraction of the time
+!! between outputs of the kind that is due most often. The number of increments is the nearest one,
+!! so that hitting these times costs none on average; what increments may grow by for it is small
+!! and leaves a margin to the limit of stability. The other output is made with the first increment
+!! at or after its time: to hit both would alternate between long and short increments, which feeds
+!! energy to vibrations.
 module step_control
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
@@ -11,7 +12,7 @@ module step_control
   private
 
   public :: step_control_t, new_step_control, next_step, is_due, count_output
-  public :: is_depth_due, put_off_depths
+  public :: is_penetration_due, schedule_penetration
 
   real(wp), parameter :: notch = 0.99_wp    !! see `coarse`
 
@@ -27,10 +28,10 @@ module step_control
     real(wp) :: duration = 0.0_wp
     real(wp) :: largest = 0.0_wp       !! safe step of the shape at the start; never exceeded
     real(wp) :: safety = 0.0_wp        !! part of the stable step that is used
-    real(wp) :: stretch = 0.0_wp       !! share that shortened steps may grow by to hit a time
+    real(wp) :: stretch = 0.0_wp       !! fraction that shortened steps may grow by to hit a time
     real(wp) :: rate_at_start = 0.0_wp !! |J^-1|^2 that belongs to it
     type(schedule_t) :: frames, history
-    real(wp) :: depth_due = 0.0_wp     !! when depths between contact points are measured next
+    real(wp) :: penetration_due = 0.0_wp     !! when penetration between contact points is due next
   end type step_control_t
 
 contains
@@ -52,9 +53,9 @@ contains
     control%history%n = model%output%n_history
   end function new_step_control
 
-  !> Share that a step may grow by: small, and half of the room that is left. A penalty s m/dt^2
-  !! beside the blank's own frequency w is stable for (w dt)^2 + s <= 4, and w dt is twice the
-  !! safety factor, times what `coarse` adds to it.
+  !> Fraction that a step may grow by: small, and half of the room that is left. A penalty s m/dt^2
+  !! together with the blank's own frequency w is stable for (w dt)^2 + s <= 4, and w dt is twice
+  !! the safety factor, times what `coarse` adds to it.
   pure real(wp) function stretch_for(safety, penalty) result(stretch)
     real(wp), intent(in) :: safety, penalty
     real(wp), parameter :: most = 0.02_wp, part = 0.5_wp
@@ -72,7 +73,7 @@ contains
     type(step_control_t), intent(in) :: control
     real(wp), intent(in) :: time     !! now
     real(wp), intent(in) :: rate     !! largest |J^-1|^2 now
-    real(wp), parameter :: countless = 1.0e15_wp   ! so many steps need no equal shares
+    real(wp), parameter :: countless = 1.0e15_wp   ! so many steps need not be equal
     real(wp), parameter :: whole = 1.0_wp - 1.0e-12_wp   ! round-off asks for no further step
     real(wp) :: left, longest
 
@@ -121,27 +122,28 @@ contains
     schedule%done = schedule%done + 1
   end subroutine count_output
 
-  !> Shall depths between contact points be measured at this row of the history? The last row of a
-  !! step of the deck always does.
-  pure logical function is_depth_due(control, time)
+  !> Is penetration between contact points measured at this history sample? At the last sample of a
+  !! step of the deck always.
+  pure logical function is_penetration_due(control, time)
     type(step_control_t), intent(in) :: control
     real(wp), intent(in) :: time
     real(wp), parameter :: round_off = 1.0e-9_wp   ! part of the duration
 
-    is_depth_due = time >= min(control%depth_due, control%end_time) - round_off*control%duration
-  end function is_depth_due
+    is_penetration_due = time >= min(control%penetration_due, control%end_time) &
+                         - round_off*control%duration
+  end function is_penetration_due
 
   !> They were measured now. The next time comes after as long as the work asks for, within bounds
   !! that are parts of the step of the deck.
-  pure subroutine put_off_depths(control, time, interval)
+  pure subroutine schedule_penetration(control, time, interval)
     type(step_control_t), intent(inout) :: control
     real(wp), intent(in) :: time
-    real(wp), intent(in) :: interval     !! that makes the work a small share of the run's [time]
+    real(wp), intent(in) :: interval     !! that makes the work a small fraction of the run's [time]
     real(wp), parameter :: shortest = 0.01_wp, longest = 0.05_wp
 
-    control%depth_due = time + min(max(interval, shortest*control%duration), &
+    control%penetration_due = time + min(max(interval, shortest*control%duration), &
                                    longest*control%duration)
-  end subroutine put_off_depths
+  end subroutine schedule_penetration
 
   !> The first time after `time` at which output is due.
   pure real(wp) function due_after(control, schedule, time)

@@ -127,13 +127,13 @@ def pipes_keep_nobody_waiting(folder):
     os.mkfifo(folder / "pipe")
     os.mkfifo(folder / "c.log")
     os.mkfifo(folder / "d.ckpt.h5")
-    for words, told in ((("--restart", "pipe"), "checkpoint 'pipe' refused: it is a pipe"),
+    for words, told in ((("--restart", "pipe"), "checkpoint 'pipe' rejected: it is a pipe"),
                         (("--out", "pipe"), "there is a pipe of this name"),
                         (("--out", "c.h5"), "there is a pipe of this name"),
                         (("--out", "d.h5"), "there is a pipe of this name"),
                         (("--user", "pipe"), "pipe 'pipe'"), (("--user", "."), "folder '.'"),
                         (("--restart", "."), "it is a folder"),
-                        (("--restart", "nix"), "checkpoint 'nix' refused")):
+                        (("--restart", "nix"), "checkpoint 'nix' rejected")):
         said = igaform(folder, DECK, *words, code=1)
         assert told in said, said
     for line, told in (("*INCLUDE, INPUT=pipe", "found the pipe `pipe`, which is no plain file"),

@@ -110,7 +110,7 @@ def patches_are_told_one_by_one(folder):
     names = [line.split()[1] for line in out.splitlines() if line.startswith("patch ")]
     assert len(counts) == len(names) == 5, out
     assert f"all patches      {sum(counts)} elements" in out, out
-    assert re.search(r"seams            \d+ control points at \d+ places", out), out
+    assert re.search(r"seams            \d+ control points at \d+ locations", out), out
 
 
 def modes_are_listed_as_asked(folder):

@@ -195,7 +195,7 @@ def closed_tubes_stay_closed(igaform, folder):
     for n_around, n_radial in ((2, 1), (2, 3), (4, 2)):
         facts = told(n_around, n_radial, "*REDUCE, TYPE=PLANE STRAIN")
         n_places = 2*(n_radial + 2)
-        assert facts["seams"] == f"{2*n_places} control points at {n_places} places", facts
+        assert facts["seams"] == f"{2*n_places} control points at {n_places} locations", facts
         assert abs(float(facts["mass"])/(np.pi*(12**2 - 10**2)*5*7e-9) - 1) < 1e-3, facts
         assert 0 < float(facts["stable"].split()[1]) < 1e-6, facts
     facts = told(24, 1, "", "--probe")

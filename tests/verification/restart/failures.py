@@ -226,8 +226,8 @@ def a_step_that_does_not_come_to_rest(folder):
 def a_second_try_from_the_start_of_a_step(folder):
     """What begins to fail in a later step of the deck, before a state of it has been verified, is
     tried from the first state of that step; not from one taken when the failure had grown. The bits
-    do not depend on when the run was saved or stopped; without RETRY the last verified state is that
-    of the step before."""
+    do not depend on when the run was saved or stopped; without RETRY the last verified state is
+    that of the step before."""
     def two_steps(saving):
         path = ringing(folder, saving, "1e-5", rows=1, frames=1)
         before, behind = path.read_text().split("*STEP, NAME=two")

@@ -123,7 +123,7 @@ def a_complete_run_leaves_no_checkpoint(folder):
     igaform(folder, STRIP, *settings("n_x=4 end_time=1e-4"), "--out", "q.h5")
     assert sorted(file.name for file in folder.iterdir()) == ["q.h5", "q.log"]
     log = (folder / "q.log").read_text()
-    assert "every 1.500E+01 minutes; goes when the run is complete" in log, log
+    assert "every 1.500E+01 minutes; deleted when the run is complete" in log, log
     run = begin(folder, STRIP, *words)
     wait_for(lambda: n_rows(folder / "s.log") > 1)
     run.send_signal(signal.SIGUSR1)
