@@ -1,7 +1,7 @@
 !> The command line of igaform, taken apart and checked.
 module command_line
   use kinds, only: wp
-  use text, only: string_t, strings, nearest_name, read_integer, read_real
+  use text, only: string_t, strings, nearest_name, read_integer, read_real, append_text
   use provenance, only: compiler_name
   use build_info, only: version, git_commit, source_digest
   implicit none
@@ -28,7 +28,7 @@ module command_line
     logical :: is_summary = .false.        !! the table of the batch alone
     logical :: is_iges = .false.           !! now of `post`: other arguments are not read
     logical :: is_check = .false., is_quiet = .false.
-    logical :: is_probe = .false.          !! --trial-run: with `is_check`, fewer elements
+    logical :: is_trial_run = .false.      !! --trial-run: with `is_check`, fewer elements
     logical :: is_awake = .false.          !! --no-skip: no point is skipped
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
     character(:), allocatable :: reason     !! why the command cannot be carried out; else empty
@@ -70,7 +70,7 @@ contains
       i = i + 1
       call take_argument(arguments, command, i)
     end do
-    if (command%reason == "" .and. command%is_probe .and. .not. command%is_check) &
+    if (command%reason == "" .and. command%is_trial_run .and. .not. command%is_check) &
       command%reason = "option --trial-run goes with --check"
     if (command%reason == "" .and. command%deck == "" .and. .not. (command%wants_help &
         .or. command%wants_version .or. command%wants_keywords)) then
@@ -140,7 +140,7 @@ contains
     case ("--check")
       command%is_check = .true.
     case ("--trial-run", "--probe")   ! the second is the older name
-      command%is_probe = .true.
+      command%is_trial_run = .true.
     case ("--no-skip", "--awake")
       command%is_awake = .true.
     case ("--restart-any-build")
@@ -212,9 +212,9 @@ contains
     case ("--out")
       command%output = value
     case ("--set")
-      call append(command%overrides, value)
+      call append_text(command%overrides, value)
     case ("--user")
-      call append(command%user_files, value)
+      call append_text(command%user_files, value)
     case ("--restart")
       command%restart = value
     case ("--wall")
@@ -247,15 +247,6 @@ contains
       reason = "option "//option//" needs a whole number of at least 1, not '"//value//"'"
     end if
   end subroutine take_count
-
-  subroutine append(list, value)
-    type(string_t), allocatable, intent(inout) :: list(:)
-    character(*), intent(in) :: value
-    type(string_t) :: last
-
-    last%value = value
-    list = [list, last]
-  end subroutine append
 
   !> The option most like `word`; empty where none is.
   function nearest_option(word) result(nearest)

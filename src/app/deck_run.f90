@@ -85,7 +85,7 @@ contains
     else if (command%is_check) then
       call cpu_time(outlook%set_up)
       call print_check(model)
-      if (command%is_probe) call print_trial_run(scene, model, outlook, library)
+      if (command%is_trial_run) call print_trial_run(scene, model, outlook, library)
       call print_forecast(model, outlook, may_be_called(library))
       call print_lines(saving_lines(scene))
       call print_lines(source_lines(scene, model))

@@ -48,7 +48,7 @@ contains
     type(outlook_t), intent(inout) :: outlook        !! as the run shows it, if it can be done
     type(user_library_t), intent(in), optional :: library
     type(scene_t) :: coarse
-    type(model_t) :: probe
+    type(model_t) :: trial
     type(error_list_t) :: errors
     type(inertia_t) :: inertia
     type(string_t), allocatable :: lines(:)
@@ -60,23 +60,23 @@ contains
     if (.not. any([scene%step%has_relaxation, scene%later_steps%step%has_relaxation])) &
       coarse%step%target_step = max(coarse%step%target_step, scene%step%duration &
                                     /(most_steps*scene%step%safety))
-    call build_model(coarse, probe, errors, library)
+    call build_model(coarse, trial, errors, library)
     if (n_errors(errors) > 0) then
-      print "(a)", "probe            the scene with fewer elements cannot be built"
+      print "(a)", "trial run        the scene with fewer elements cannot be built"
       return
     end if
     n_threads = omp_get_max_threads()
     call omp_set_num_threads(1)   ! for its processor time to be work
-    call run_all(probe, probe%bodies%blank%mass_factor/model%bodies%blank%mass_factor, &
+    call run_all(trial, trial%bodies%blank%mass_factor/model%bodies%blank%mass_factor, &
                    inertia)
     call omp_set_num_threads(n_threads)
     if (inertia%is_complete) then
-      outlook%growth = growth_of(inertia, probe, model)
-      call build_model(coarse, probe, errors, library)   ! as it was before its steps
-      call compare_cost(step_cost(probe, real(inertia%n_steps, wp)), &
+      outlook%growth = growth_of(inertia, trial, model)
+      call build_model(coarse, trial, errors, library)   ! as it was before its steps
+      call compare_cost(step_cost(trial, real(inertia%n_steps, wp)), &
                         inertia%seconds/inertia%n_steps, outlook)
     end if
-    print "(a)", "probe            "//to_text(n_elements_of(probe%bodies%blank%parts))// &
+    print "(a)", "trial run        "//to_text(n_elements_of(trial%bodies%blank%parts))// &
       " elements, kinetic over internal energy "//percent(inertia%mean)//" in the mean, "// &
       percent(inertia%largest)//" at most after "//to_text(nint(100*early))//" % of the time"
     lines = advice_lines(scene, model, inertia)
@@ -89,7 +89,7 @@ contains
   function advice_lines(scene, model, inertia) result(lines)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model          !! of the scene as it is
-    type(inertia_t), intent(in) :: inertia      !! without what was added for the probe
+    type(inertia_t), intent(in) :: inertia      !! without what was added for the trial
     type(string_t), allocatable :: lines(:)
     real(wp) :: factor
 
@@ -151,7 +151,7 @@ contains
   !> All steps of the deck without output. The energies are those of its first step.
   subroutine run_all(model, added, inertia)
     type(model_t), intent(inout) :: model
-    real(wp), intent(in) :: added       !! factor on all masses for the probe alone
+    real(wp), intent(in) :: added       !! factor on all masses for the trial alone
     type(inertia_t), intent(out) :: inertia
     type(run_t) :: run
     type(error_t), allocatable :: error
@@ -183,7 +183,7 @@ contains
   !> The first step of the deck, with its energies at equal times.
   subroutine run_first(model, added, run, rate, dt, inertia, error)
     type(model_t), intent(inout) :: model
-    real(wp), intent(in) :: added       !! factor on all masses for the probe alone
+    real(wp), intent(in) :: added       !! factor on all masses for the trial alone
     type(run_t), intent(inout) :: run
     real(wp), intent(inout) :: rate     !! largest |J^-1|^2
     real(wp), intent(inout) :: dt       !! [time]
@@ -213,17 +213,17 @@ contains
   !> Steps of another model of the scene over those of the first size in its whole time. What
   !! shortens them are elements bent over radii, the more the longer they are: in a square box of
   !! 8, 12, 16 and 24 elements along its side the growth is 1.48, 1.28, 1.18 and 1.14.
-  pure real(wp) function growth_of(inertia, probe, model) result(growth)
+  pure real(wp) function growth_of(inertia, trial, model) result(growth)
     type(inertia_t), intent(in) :: inertia
-    type(model_t), intent(in) :: probe, model
+    type(model_t), intent(in) :: trial, model
     real(wp) :: coarse, fine   ! elements
 
-    coarse = n_elements_of(probe%bodies%blank%parts)
+    coarse = n_elements_of(trial%bodies%blank%parts)
     fine = n_elements_of(model%bodies%blank%parts)
     growth = inertia%duration*(1.0_wp + (inertia%growth - 1.0_wp)*sqrt(coarse/fine))
   end function growth_of
 
-  !> What part of the points flowed, and what the mean step took beside what was foretold for it.
+  !> What part of the points flowed, and how the mean step compares with what was foretold for it.
   pure subroutine compare_cost(foretold, mean_step, outlook)
     type(step_cost_t), intent(in) :: foretold
     real(wp), intent(in) :: mean_step   !! processor time [s]

@@ -72,7 +72,7 @@ contains
 
     reason = ""
     if (.not. command%is_check) reason = "the run"
-    if (command%is_probe) reason = "--trial-run runs the deck with fewer elements"
+    if (command%is_trial_run) reason = "--trial-run runs the deck with fewer elements"
     do i = 1, size(scene%materials)
       associate (material => scene%materials(i))
         if (reason /= "" .or. .not. is_user_material(material)) cycle

@@ -199,7 +199,7 @@ def closed_tubes_stay_closed(igaform, folder):
         assert abs(float(facts["mass"])/(np.pi*(12**2 - 10**2)*5*7e-9) - 1) < 1e-3, facts
         assert 0 < float(facts["stable"].split()[1]) < 1e-6, facts
     facts = told(24, 1, "", "--probe")
-    assert facts["probe"].startswith("64 elements"), facts
+    assert facts["trial run"].startswith("64 elements"), facts
     assert facts["advice"] == "none: nothing deforms", facts
 
 
