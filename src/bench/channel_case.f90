@@ -223,8 +223,8 @@ contains
     class(channel_case_t), intent(inout) :: self
     type(error_t), allocatable :: error
 
-    call fill_frame(self%model, self%solver%instant%time, self%solver%frame)
-    call write_frame(self%results, self%solver%frame, error)
+    call fill_frame(self%model, self%solver%instant%time, self%solver%frames(1))
+    call write_frame(self%results, self%solver%frames(1), error)
     self%has_failed = self%has_failed .or. allocated(error)
   end subroutine run_frame
 
