@@ -134,7 +134,7 @@ def a_complete_run_leaves_no_checkpoint(folder):
     assert sorted(folder.glob("s.*")) == [folder / "s.h5", folder / "s.log"]
     an_overtaken_checkpoint_goes(folder)
     path = deck(folder, STRIP, "*CHECKPOINT, OFF")
-    assert "failures; goes" in (igaform(folder, path, *words[:-1], "o.h5") or
+    assert "failures; deleted" in (igaform(folder, path, *words[:-1], "o.h5") or
                                 (folder / "o.log").read_text())
     path = deck(folder, STRIP, "*CHECKPOINT, OFF, STEPS=5")
     assert "OFF with an interval" in igaform(folder, path, code=1)
