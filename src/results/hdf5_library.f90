@@ -43,6 +43,8 @@ module hdf5_library
   public :: h5dget_space, h5dclose, h5screate_simple, h5sget_extent, h5sselect_hyperslab, h5sclose
   public :: h5pcreate, h5pclose, h5tclose
 
+  ! One body each: with `procedure(interface), bind(C)` gfortran 12 may pass by reference what is
+  ! passed by value.
   interface
     integer(c_int) function h5dont_atexit() bind(C, name="H5dont_atexit")
       import
