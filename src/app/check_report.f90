@@ -26,7 +26,7 @@ module check_report
   use input_errors, only: origin_t, error_list_t, add_warning
   use symmetric_eigen, only: principal_values
   use vector_product, only: cross
-  use point_volumes, only: determinant
+  use patch_points, only: determinant
   implicit none
   private
 

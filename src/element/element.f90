@@ -14,7 +14,8 @@ module element
   implicit none
   private
 
-  public :: carry_motion, describe_grid, point_coordinates, next_element, merge_reports
+  public :: carry_motion, describe_grid, point_coordinates, next_element, grid_number, &
+            merge_reports
 
   !> Fields on the control points, shape (n1, n2, n3, 3).
   type, public :: motion_t
@@ -333,6 +334,13 @@ contains
       if (found == n) return
     end do
   end function span_of
+
+  !> Number of a place in a grid of elements or points, axis 1 first.
+  pure integer function grid_number(n, at) result(number)
+    integer, intent(in) :: n(3), at(3)       !! size of the grid, place along each axis
+
+    number = at(1) + n(1)*((at(2) - 1) + n(2)*(at(3) - 1))
+  end function grid_number
 
   !> Step through the elements, axis 1 first: from (0, 1, 1) on to the first and after the last one
   !! to one beyond along axis 3.

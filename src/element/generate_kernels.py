@@ -23,18 +23,18 @@ SOLID_RULES = ["222222", "222223", "222224", "222226", "222333"]
 STRIP_RULES = ["212212", "212213", "212214", "212216"]   # linear across, with one point there
 
 # Arguments of calls. Arrays go by their first elements: no descriptor is read twice.
-BASIS_1 = ["patch%lanes%values(1, 1, 1, b)", "patch%lanes%slopes(1, 1, 1, b)"]
-BASIS_2 = ["patch%axes(2)%values(1, 1, e2)", "patch%axes(2)%slopes(1, 1, e2)"]
-BASIS_3 = ["patch%axes(3)%values(1, 1, e3)", "patch%axes(3)%slopes(1, 1, e3)"]
-AXIS_1 = [*BASIS_1, "patch%lanes%weights(1, 1, b)"]
+BASIS_1 = ["patch%lanes%values(1, 1, 1, block%b)", "patch%lanes%slopes(1, 1, 1, block%b)"]
+BASIS_2 = ["patch%axes(2)%values(1, 1, block%e2)", "patch%axes(2)%slopes(1, 1, block%e2)"]
+BASIS_3 = ["patch%axes(3)%values(1, 1, block%e3)", "patch%axes(3)%slopes(1, 1, block%e3)"]
+AXIS_1 = [*BASIS_1, "patch%lanes%weights(1, 1, block%b)"]
 AXIS_2 = [*BASIS_2, "patch%axes(2)%weights"]
 AXIS_3 = [*BASIS_3, "patch%axes(3)%weights"]
-STATE = ["patch%stress(1, 1, 1, 1, block)", "patch%state(1, 1, 1, 1, block)",
-         "patch%push(1, 1, 1, min(block, size(patch%push, 4)))"]
+STATE = ["patch%stress(1, 1, 1, 1, block%number)", "patch%state(1, 1, 1, 1, block%number)",
+         "patch%push(1, 1, 1, min(block%number, size(patch%push, 4)))"]
 COUNTS = ["p(1)", "p(2)", "p(3)", "q(1)", "q(2)", "q(3)"]
 # Only to instances with weights, with context, and without weights from the fields of the patch:
-RATIONAL = ["patch%rational(1, 1, 1, 1, block)"]
-REFERENCE = ["patch%reference(1, 1, 1, 1, block)"]
+RATIONAL = ["patch%rational(1, 1, 1, 1, block%number)"]
+REFERENCE = ["patch%reference(1, 1, 1, 1, block%number)"]
 FIELDS = ["patch%n_control", "first", "x", "v"]
 
 
@@ -100,22 +100,22 @@ def solid_arguments(is_fixed, is_rational, has_context):
 
 
 def strain_arguments(_, is_rational, has_context):
-    context = [*REFERENCE, "fields%gradients(1, 1, 1, slot)", "fields%place(1, 1, 1, slot)"]
+    context = [*REFERENCE, "fields%gradients", "fields%place"]
     return ["has_end", "has_jacobian", "has_tangents", "u", *AXIS_1, *AXIS_2, *AXIS_3,
             *RATIONAL*is_rational, *context*has_context,
-            "fields%dstrain(1, 1, 1, slot)", "fields%spin(1, 1, 1, slot)",
-            "fields%volume(1, 1, slot)", "fields%end_volume(1, 1, slot)", "fields%jacobian",
-            "fields%tangents(1, 1, 1, tangent_slot)", "sums"]
+            "fields%dstrain", "fields%spin", "fields%volume", "fields%end_volume",
+            "fields%jacobian", "fields%tangents", "sums"]
 
 
 def nodal_arguments(_, is_rational, has_context):
     return ["has_jacobian", "has_plane", "u", *BASIS_1, *BASIS_2, *BASIS_3, *RATIONAL*is_rational,
-            "fields%jacobian", "fields%weighted(1, 1, 1, slot)", "plane", "f"]
+            "fields%jacobian", "fields%weighted", "fields%plane", "f"]
 
 
 def strip_arguments(*_):
-    return ["law", "dt", "patch%viscosity%is_active", "viscous", "plane", "patch%lanes%first(1, b)",
-            "patch%lanes%is_contiguous(b)", "patch%axes(3)%first(e3)", "patch%n_control", "x", "v",
+    return ["law", "dt", "patch%viscosity%is_active", "viscous", "plane",
+            "patch%lanes%first(1, block%b)", "patch%lanes%is_contiguous(block%b)",
+            "patch%axes(3)%first(block%e3)", "patch%n_control", "x", "v",
             *AXIS_1, *AXIS_3, *STATE, "motion", "lower", "upper", "side", "sums", "ok"]
 
 
@@ -125,17 +125,18 @@ ALL = ["", "rational", "context"]
 KERNELS = [
     Kernel("ig_solid", "block_forces", "Block force kernel", "ig_solid_kernel.inc", [],
            [LAW, ("point_context", "point_context_t"),
-            ("tensor_rotation", "rotate_by_spin, turn_to_end"), GRADIENTS],
+            ("tensor_rotation", "rotate_by_spin, turn_to_end"), GRADIENTS,
+            ("ig_patch", "point_number")],
            SOLID_RULES, ALL, COUNTS, solid_arguments),
     Kernel("ig_strain", "block_strain", "Kinematics of projected elements", "ig_solid_kernel.inc",
            ["PROJECTED", "STRAIN"],
-           [GRADIENTS, ("projected_kinematics", "end_volume_of, point_tangents")],
+           [GRADIENTS, ("point_kinematics", "end_volume_of, point_tangents")],
            SOLID_RULES, ALL, COUNTS, strain_arguments),
     # Forces do not depend on the context of points: that of the rational one serves.
     Kernel("ig_nodal", "block_nodal", "Nodal forces of projected elements", "ig_solid_kernel.inc",
            ["PROJECTED", "NODAL"], [], SOLID_RULES, ["", "rational"], COUNTS, nodal_arguments),
     Kernel("plane_strain", "block_forces", "Block force kernel of plane strain",
-           "plane_strain_kernel.inc", [], [LAW, ("plane_strain_data", "plane_strain_t")],
+           "plane_strain_kernel.inc", [], [LAW, ("ig_patch", "plane_strain_t")],
            STRIP_RULES, [""], ["p(1)", "p(3)", "q(1)", "q(3)"], strip_arguments),
 ]
 

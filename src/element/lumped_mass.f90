@@ -4,7 +4,7 @@ module lumped_mass
   use nurbs_solid, only: nurbs_solid_t
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use basis_tables, only: axis_table_t, new_axis_table
-  use point_volumes, only: determinant
+  use patch_points, only: determinant
   implicit none
   private
 

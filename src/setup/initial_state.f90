@@ -4,7 +4,7 @@ module initial_state
   use kinds, only: wp
   use failure, only: error_t
   use scene, only: scene_t, set_spec_t
-  use element, only: element_t, point_coordinates, next_element
+  use element, only: element_t, point_coordinates, next_element, grid_number
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use block_law, only: block_law_t
   use user_law, only: set_initial_state, lacks_moduli, find_moduli, first_point_t
@@ -146,8 +146,7 @@ contains
     class(element_t), intent(in) :: element
     integer, intent(in) :: e(3)
 
-    element_number = element%n_before + e(1) + element%n_elements(1) &
-                     *((e(2) - 1) + element%n_elements(2)*(e(3) - 1))
+    element_number = element%n_before + grid_number(element%n_elements, e)
   end function element_number
 
   !> The points of one element.
@@ -168,7 +167,7 @@ contains
             [element%rule(1)%points(qa), element%rule(2)%points(qb), element%rule(3)%points(qc)]), &
             place)
           call set_initial_state(law, element_number(element, e), &
-                                 qa + q(1)*((qb - 1) + q(2)*(qc - 1)), place, values)
+                                 grid_number(q, [qa, qb, qc]), place, values)
           call element%set_state(e, [qa, qb, qc], values)
         end do
       end do

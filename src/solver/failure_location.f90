@@ -7,7 +7,7 @@ module failure_location
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t
   use slave_surface, only: point_position
-  use point_volumes, only: determinant, inverse_rows
+  use patch_points, only: determinant, inverse_rows
   use element, only: element_t, next_element
   use blank, only: blank_t
   use large_shear, only: sheet_shear, equivalent_strain

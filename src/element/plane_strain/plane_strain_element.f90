@@ -3,11 +3,9 @@ module plane_strain_element
   use kinds, only: wp
   use block_law, only: block_law_t
   use element, only: element_t, force_report_t
-  use ig_patch, only: ig_patch_t
-  use plane_strain_data, only: plane_strain_t
-  use plane_dispatch, only: plane_kernel_of, plane_kernel_name
+  use ig_patch, only: ig_patch_t, plane_strain_t
   use solid_element, only: solid_element_t
-  use plane_strain_forces, only: forces_in_plane
+  use plane_strain_forces, only: forces_in_plane, plane_kernel_of, plane_kernel_name
   implicit none
   private
 

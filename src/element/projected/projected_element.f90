@@ -9,8 +9,9 @@ module projected_element
   use element, only: element_t, force_report_t
   use solid_element, only: solid_element_t, new_solid_element, cut_out
   use strain_projection, only: projection_t, projection_spec_t, new_projection, projection_name
-  use smooth_fields, only: smooth_fields_t, new_smooth_fields
+  use smooth_splines, only: smooth_fields_t, new_smooth_fields
   use projected_forces, only: forces_of_projection
+  use smooth_forces, only: forces_of_smooth_projection
   implicit none
   private
 
@@ -45,8 +46,9 @@ contains
     if (allocated(error)) return
     call new_projection(element%projection, spec, grid%axes, element%patch%axes, error)
     if (allocated(error) .or. .not. element%projection%is_smooth) return
-    allocate (element%smooth, source=new_smooth_fields(element%projection, element%patch%axes, &
-                                                       element%patch%lanes, law%needs_context))
+    allocate (element%smooth, &
+              source=new_smooth_fields(element%projection%smooth, element%patch%axes, &
+                                       element%patch%lanes, law%needs_context))
   end subroutine new_projected_element
 
   subroutine forces(self, law, dt, report)
@@ -56,8 +58,15 @@ contains
     type(force_report_t), intent(out) :: report
 
     self%patch%n_before = self%n_before
-    call forces_of_projection(self%patch, self%projection, self%smooth, self%buffers, law, dt, &
-                              self%motion%x, self%motion%v, self%motion%internal_force, report)
+    associate (motion => self%motion)
+      if (allocated(self%smooth)) then
+        call forces_of_smooth_projection(self%patch, self%projection, self%smooth, self%buffers, &
+                                         law, dt, motion%x, motion%v, motion%internal_force, report)
+      else
+        call forces_of_projection(self%patch, self%projection, self%buffers, law, dt, motion%x, &
+                                  motion%v, motion%internal_force, report)
+      end if
+    end associate
   end subroutine forces
 
   subroutine elastic_copy(self, copy)

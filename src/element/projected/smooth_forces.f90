@@ -8,26 +8,24 @@ module smooth_forces
   use basis_tables, only: n_lanes
   use point_context, only: point_context_t
   use element, only: force_report_t
-  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t
+  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
+  use solid_forces, only: gather_motion, gather_positions, add_forces, place_context, &
+                          new_patch_context, clear_rows, add_report, add_tiles, finish_evaluation
   use strain_projection, only: projection_t
-  use smooth_fields, only: smooth_fields_t
-  use smooth_block, only: collect_strain, collect_stress, spread_strain, spread_stress
-  use smooth_lines, only: solve_for_splines
-  use point_fields, only: point_fields_t, new_point_fields
-  use projected_dispatch, only: run_strain, run_nodal
-  use projected_block, only: start_strain, finish_strain, update_stress, start_stress, finish_stress
-  use tile_forces, only: gather_motion, gather_positions, add_forces, place_context, &
-                         new_patch_context, &
-                         clear_rows, add_report
+  use smooth_splines, only: smooth_fields_t, smooth_table_t, solve_for_splines
+  use projected_forces, only: point_fields_t, new_point_fields, run_strain, run_nodal, &
+                              start_strain, finish_strain, update_stress, start_stress, &
+                              finish_stress
   implicit none
   private
 
-  public :: smooth_tile_forces
+  public :: forces_of_smooth_projection
 
 contains
 
-  !> Forces of all tiles, with a report for each; `add_tiles` must follow.
-  subroutine smooth_tile_forces(patch, projection, fields, buffers, law, dt, x, v, force, reports)
+  !> Stress update and internal forces; arguments as of `internal_forces`.
+  subroutine forces_of_smooth_projection(patch, projection, fields, buffers, law, dt, x, v, force, &
+                                         report)
     type(ig_patch_t), intent(inout) :: patch
     type(projection_t), intent(in) :: projection
     type(smooth_fields_t), intent(inout) :: fields
@@ -36,7 +34,8 @@ contains
     real(wp), intent(in) :: dt                             !! [time]
     real(wp), intent(in) :: x(:, :, :, :), v(:, :, :, :)   !! end of step, middle of step
     real(wp), intent(inout), contiguous :: force(:, :, :, :)
-    type(force_report_t), intent(out) :: reports(size(buffers))
+    type(force_report_t), intent(out) :: report
+    type(force_report_t) :: reports(size(buffers))
     integer :: t
 
     !$omp parallel do schedule(static) default(shared) private(t) if (.not. law%is_serial)
@@ -51,12 +50,16 @@ contains
     end do
     !$omp end parallel do
     call solve_for_splines(patch, projection%smooth, 1, fields)
-    !$omp parallel do schedule(static) default(shared) private(t) if (.not. law%is_serial)
+    !$omp parallel default(shared) private(t) if (.not. law%is_serial)
+    !$omp do schedule(static)
     do t = 1, size(buffers)
       call nodal_of_tile(patch, projection, patch%tiles(t), x, fields, force, buffers(t)%force)
     end do
-    !$omp end parallel do
-  end subroutine smooth_tile_forces
+    !$omp end do
+    call add_tiles(patch, buffers, force)
+    !$omp end parallel
+    call finish_evaluation(patch, dt, reports, report)
+  end subroutine forces_of_smooth_projection
 
   !> Loads of the strains of a tile.
   subroutine strain_of_tile(patch, projection, tile, dt, x, v, fields)
@@ -67,20 +70,17 @@ contains
     type(smooth_fields_t), intent(inout) :: fields
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
-    type(point_fields_t) :: slot
-    integer :: e2, e3, b, block
+    type(point_fields_t) :: points
+    type(block_t) :: block
+    integer :: i
 
-    slot = new_slot(patch, projection)
-    do e3 = 1, patch%axes(3)%n_elements
-      do e2 = tile%row_first, tile%row_last
-        do b = tile%block_first, tile%block_last
-          block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
-          call gather_motion(patch, b, e2, e3, dt, x, v, u, w)
-          call run_strain(patch, projection, b, e2, e3, block, 1, .false., u, slot, sums)
-          call start_strain(patch, 1, slot)
-          call collect_strain(patch, b, e2, e3, block, slot, fields)
-        end do
-      end do
+    points = new_point_fields(patch, projection)
+    do i = 1, n_blocks_of(patch, tile)
+      call next_block(patch, tile, block)
+      call gather_motion(patch, block, dt, x, v, u, w)
+      call run_strain(patch, projection, block, .false., u, points, sums)
+      call start_strain(patch, points)
+      call collect_strain(patch, block, points, fields)
     end do
   end subroutine strain_of_tile
 
@@ -96,28 +96,25 @@ contains
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
     type(point_context_t) :: context
-    type(point_fields_t) :: slot
-    integer :: e2, e3, b, block
+    type(point_fields_t) :: points
+    type(block_t) :: block
+    integer :: i
     logical :: ok
 
-    slot = new_slot(patch, projection)
+    points = new_point_fields(patch, projection)
     if (allocated(patch%reference)) context = new_patch_context(patch)
-    do e3 = 1, patch%axes(3)%n_elements
-      do e2 = tile%row_first, tile%row_last
-        do b = tile%block_first, tile%block_last
-          block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
-          call gather_motion(patch, b, e2, e3, dt, x, v, u, w)
-          call run_strain(patch, projection, b, e2, e3, block, 1, .true., u, slot, sums)
-          call spread_strain(patch, b, e2, e3, fields, slot)
-          call finish_strain(patch, projection, 1, slot)
-          if (allocated(patch%reference)) call place_context(patch, b, e2, e3, block, context)
-          call update_stress(patch, law, block, 1, dt, context, slot, sums, ok)
-          call start_stress(patch, projection, 1, slot)
-          call collect_stress(patch, b, e2, e3, block, slot, fields)
-          fields%rest(:, :, :, block) = slot%weighted(:, :, :, 1)
-          call add_report(report, sums, ok, block)
-        end do
-      end do
+    do i = 1, n_blocks_of(patch, tile)
+      call next_block(patch, tile, block)
+      call gather_motion(patch, block, dt, x, v, u, w)
+      call run_strain(patch, projection, block, .true., u, points, sums)
+      call spread_strain(patch, block, fields, points)
+      call finish_strain(patch, projection, points)
+      if (allocated(patch%reference)) call place_context(patch, block, context)
+      call update_stress(patch, law, block, dt, context, points, sums, ok)
+      call start_stress(patch, projection, points)
+      call collect_stress(patch, block, points, fields)
+      fields%rest(:, :, :, block%number) = points%weighted
+      call add_report(report, sums, ok, block)
     end do
   end subroutine stress_of_tile
 
@@ -131,34 +128,196 @@ contains
     real(wp), intent(inout), contiguous :: force(:, :, :, :), border(:, :, :, :)
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 3), f(size(u, 1), 3)
     real(wp) :: w(merge(size(f, 1), 0, patch%is_rational))
-    type(point_fields_t) :: slot
-    integer :: e2, e3, b, block
+    type(point_fields_t) :: points
+    type(block_t) :: block
+    integer :: i
 
-    slot = new_slot(patch, projection)
+    points = new_point_fields(patch, projection)
     call clear_rows(tile, force, border)
-    do e3 = 1, patch%axes(3)%n_elements
-      do e2 = tile%row_first, tile%row_last
-        do b = tile%block_first, tile%block_last
-          block = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
-          slot%weighted(:, :, :, 1) = fields%rest(:, :, :, block)
-          call spread_stress(patch, b, e2, e3, fields, slot)
-          call finish_stress(patch, projection, 1, slot)
-          call gather_positions(patch, b, e2, e3, x, u, w)
-          call run_nodal(patch, projection, b, e2, e3, block, 1, u, slot, slot%plane, f)
-          call add_forces(patch, tile, b, e2, e3, w, f, force, border)
-        end do
-      end do
+    do i = 1, n_blocks_of(patch, tile)
+      call next_block(patch, tile, block)
+      points%weighted = fields%rest(:, :, :, block%number)
+      call spread_stress(patch, block, fields, points)
+      call finish_stress(patch, projection, points)
+      call gather_positions(patch, block, x, u, w)
+      call run_nodal(patch, projection, block, u, points, f)
+      call add_forces(patch, tile, block, w, f, force, border)
     end do
   end subroutine nodal_of_tile
 
-  !> Fields of the points of one block.
-  pure function new_slot(patch, projection) result(slot)
+  !> Loads of the strains of a block.
+  pure subroutine collect_strain(patch, block, points, fields)
     type(ig_patch_t), intent(in) :: patch
-    type(projection_t), intent(in) :: projection
-    type(point_fields_t) :: slot
+    type(block_t), intent(in) :: block
+    type(point_fields_t), intent(in) :: points
+    type(smooth_fields_t), intent(inout) :: fields
+    integer :: k
 
-    slot = new_point_fields(patch%axes%n_points, 1, projection, &
-                            allocated(patch%reference))
-  end function new_slot
+    call collect_all(patch, 1, block, fields%tables, points%mean, &
+                     fields%loads(:, :, :, :, 1, block%number))
+    do k = 2, size(fields%loads, 5)
+      call collect_all(patch, 1, block, fields%tables, points%growth(:, k - 1, :), &
+                       fields%loads(:, :, :, :, k, block%number))
+    end do
+  end subroutine collect_strain
+
+  !> The same of its stresses, with the transposed operators.
+  pure subroutine collect_stress(patch, block, points, fields)
+    type(ig_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    type(point_fields_t), intent(in) :: points
+    type(smooth_fields_t), intent(inout) :: fields
+
+    call collect_all(patch, 2, block, fields%tables, points%mean, &
+                     fields%loads(:, :, :, :, 1, block%number))
+  end subroutine collect_stress
+
+  !> Put the projected strains into the points of a block.
+  pure subroutine spread_strain(patch, block, fields, points)
+    type(ig_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    type(smooth_fields_t), intent(in) :: fields
+    type(point_fields_t), intent(inout) :: points
+    integer :: k
+
+    call spread_mean(patch, 1, block, fields, points)
+    do k = 2, size(fields%all, 4)
+      call spread_all(patch, 1, block, fields%tables, shape(fields%all(:, :, :, 1)), &
+                      fields%all(:, :, :, k), points%growth(:, k - 1, :))
+    end do
+  end subroutine spread_strain
+
+  !> Put the projected stresses into the points of a block.
+  pure subroutine spread_stress(patch, block, fields, points)
+    type(ig_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    type(smooth_fields_t), intent(in) :: fields
+    type(point_fields_t), intent(inout) :: points
+
+    call spread_mean(patch, 2, block, fields, points)
+  end subroutine spread_stress
+
+  pure subroutine spread_mean(patch, way, block, fields, points)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: way                       !! strains 1, stresses 2
+    type(block_t), intent(in) :: block
+    type(smooth_fields_t), intent(in) :: fields
+    type(point_fields_t), intent(inout) :: points
+
+    call spread_all(patch, way, block, fields%tables, shape(fields%all(:, :, :, 1)), &
+                    fields%all(:, :, :, 1), points%mean)
+  end subroutine spread_mean
+
+  pure subroutine collect_all(patch, way, block, tables, field, loads)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: way
+    type(block_t), intent(in) :: block
+    type(smooth_table_t), intent(in) :: tables(3)
+    real(wp), intent(in) :: field(*)                 !! (8, q3, q2, q1)
+    real(wp), intent(inout) :: loads(*)              !! (8, p3, p2, p1)
+    real(wp) :: half(n_lanes*product(patch%axes%n_points)), whole(size(half))
+
+    associate (q => patch%axes%n_points, p => patch%axes%degree)
+      call combine(1, q(3), p(3), q(2)*q(1), tables(3)%to_loads(:, :, :, block%e3, way), field, &
+                   half)
+      call combine(p(3), q(2), p(2), q(1), tables(2)%to_loads(:, :, :, block%e2, way), half, whole)
+      call combine(p(3)*p(2), q(1), p(1), 1, tables(1)%to_loads(:, :, :, block%b, way), whole, &
+                   loads)
+    end associate
+  end subroutine collect_all
+
+  pure subroutine spread_all(patch, way, block, tables, n, coefficients, field)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: way
+    type(block_t), intent(in) :: block
+    type(smooth_table_t), intent(in) :: tables(3)
+    integer, intent(in) :: n(3)                      !! splines along the axes
+    real(wp), intent(in) :: coefficients(n(1), n(2), n(3))
+    real(wp), intent(inout) :: field(*)              !! (8, q3, q2, q1)
+    real(wp) :: half(n_lanes*product(patch%axes%n_points)), whole(size(half))
+    real(wp) :: lanes(n_lanes, patch%axes(3)%degree, patch%axes(2)%degree, patch%axes(1)%degree)
+    integer :: i, j, k
+
+    associate (q => patch%axes%n_points, p => patch%axes%degree, &
+               first2 => patch%axes(2)%first(block%e2), first3 => patch%axes(3)%first(block%e3))
+      do i = 1, p(1)
+        do j = 1, p(2)
+          do k = 1, p(3)
+            call gather_lanes(patch, block%b, i, coefficients(:, first2 + j - 1, first3 + k - 1), &
+                              lanes(:, k, j, i))
+          end do
+        end do
+      end do
+      call combine(p(3)*p(2), p(1), q(1), 1, tables(1)%to_points(:, :, :, block%b, way), lanes, &
+                   half)
+      call combine(p(3), p(2), q(2), q(1), tables(2)%to_points(:, :, :, block%e2, way), half, whole)
+      call combine(1, p(3), q(3), q(2)*q(1), tables(3)%to_points(:, :, :, block%e3, way), whole, &
+                   field)
+    end associate
+  end subroutine spread_all
+
+  !> Coefficients of spline `a` of the eight elements.
+  pure subroutine gather_lanes(patch, b, a, coefficients, lanes)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: b, a
+    real(wp), intent(in) :: coefficients(*)
+    real(wp), intent(out) :: lanes(n_lanes)
+    integer :: first(n_lanes), l
+
+    first = patch%lanes%first(:, b) + a - 1
+    if (patch%lanes%is_contiguous(b)) then
+      lanes = coefficients(first(1):first(1) + n_lanes - 1)
+    else
+      do l = 1, n_lanes
+        lanes(l) = coefficients(first(l))
+      end do
+    end if
+  end subroutine gather_lanes
+
+  !> Sums along the middle index, lane by lane. Those of quadratic splines with three points are
+  !! written out: each term is read once, no sum goes to memory and back.
+  pure subroutine combine(m, n_in, n_out, n, factors, from, to)
+    integer, intent(in) :: m, n_in, n_out, n
+    real(wp), intent(in) :: factors(8, n_in, n_out), from(8, m, n_in, n)
+    real(wp), intent(inout) :: to(8, m, n_out, n)      !! set
+    integer :: l, i, j, k, a
+
+    do k = 1, n
+      if (n_in == 2 .and. n_out == 3) then
+        do i = 1, m
+          !$omp simd
+          do l = 1, 8
+            to(l, i, 1, k) = factors(l, 1, 1)*from(l, i, 1, k) + factors(l, 2, 1)*from(l, i, 2, k)
+            to(l, i, 2, k) = factors(l, 1, 2)*from(l, i, 1, k) + factors(l, 2, 2)*from(l, i, 2, k)
+            to(l, i, 3, k) = factors(l, 1, 3)*from(l, i, 1, k) + factors(l, 2, 3)*from(l, i, 2, k)
+          end do
+        end do
+      else if (n_in == 3 .and. n_out == 2) then
+        do i = 1, m
+          !$omp simd
+          do l = 1, 8
+            to(l, i, 1, k) = factors(l, 1, 1)*from(l, i, 1, k) &
+                             + factors(l, 2, 1)*from(l, i, 2, k) &
+                             + factors(l, 3, 1)*from(l, i, 3, k)
+            to(l, i, 2, k) = factors(l, 1, 2)*from(l, i, 1, k) &
+                             + factors(l, 2, 2)*from(l, i, 2, k) &
+                             + factors(l, 3, 2)*from(l, i, 3, k)
+          end do
+        end do
+      else
+        do j = 1, n_out
+          to(:, :, j, k) = 0.0_wp
+          do a = 1, n_in
+            do i = 1, m
+              !$omp simd
+              do l = 1, 8
+                to(l, i, j, k) = to(l, i, j, k) + factors(l, a, j)*from(l, i, a, k)
+              end do
+            end do
+          end do
+        end do
+      end if
+    end do
+  end subroutine combine
 
 end module smooth_forces

@@ -1,8 +1,9 @@
 !> Projection of strains against locking: what is projected and by which operators.
 !!
 !! The operator of a direction is the least-squares fit of an element's values by a polynomial,
-!! weighted by the quadrature weights; that of a patch is the product of those of its
-!! directions. At the p + 1 Gauss points of full quadrature a fit with p terms is the value at the
+!! weighted by the quadrature weights (P. Lancaster and K. Salkauskas, Math. Comp. 37 (1981); for
+!! strains R. P. R. Cardoso and J. M. A. Cesar de Sa, IJNME 97 (2014)); that of an element is the
+!! product of those of its directions. At the p + 1 Gauss points of full quadrature a fit with p terms is the value at the
 !! p Gauss points of the reduced rule, carried to all points: the Legendre polynomial of degree p,
 !! which the fit leaves out, has its zeros there. Smooth projections couple the elements of a row.
 module strain_projection
@@ -11,12 +12,13 @@ module strain_projection
   use text, only: to_text
   use basis_tables, only: axis_table_t
   use knot_vector, only: knot_vector_t
-  use smooth_axis, only: smooth_axis_t, new_smooth_axis
-  use mls_fit, only: new_mls_matrix, tensor_exponents
+  use lapack, only: solve
+  use smooth_splines, only: smooth_axis_t, new_smooth_axis
   implicit none
   private
 
   public :: new_projection, default_samples, project_along, projection_name
+  public :: new_mls_matrix, tensor_exponents
 
   integer, parameter, public :: project_nothing = 0
   integer, parameter, public :: project_volume = 1   !! BBAR: the volume strain
@@ -112,6 +114,66 @@ contains
     if (allocated(error)) return
     allocate (operator%transposed, source=transpose(operator%matrix))
   end subroutine set_operator
+
+  !> Matrix that turns values at the points `from` into those of their fit at the points `to`. The
+  !! fit is a sum of the monomials given, best in the squares of the residuals times `window`,
+  !! a column for each point of `to`. With as many monomials as points it interpolates.
+  subroutine new_mls_matrix(from, window, to, exponents, matrix, error)
+    real(wp), intent(in) :: from(:, :)        !! coordinates in [-1, 1], shape (d, n)
+    real(wp), intent(in) :: window(:, :)      !! positive, shape (n, m)
+    real(wp), intent(in) :: to(:, :)          !! shape (d, m)
+    integer, intent(in) :: exponents(:, :)    !! of the monomials, shape (d, k), k <= n
+    real(wp), allocatable, intent(out) :: matrix(:, :)     !! shape (m, n)
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: basis(size(exponents, 2), size(from, 2)), factors(size(exponents, 2))
+    real(wp) :: weighted(size(exponents, 2), size(from, 2))
+    integer :: i, k
+    logical :: is_solved
+
+    do i = 1, size(from, 2)
+      basis(:, i) = monomials(from(:, i), exponents)
+    end do
+    allocate (matrix(size(to, 2), size(from, 2)))
+    do i = 1, size(to, 2)
+      do k = 1, size(exponents, 2)
+        weighted(k, :) = window(:, i)*basis(k, :)
+      end do
+      factors = monomials(to(:, i), exponents)
+      call solve(matmul(weighted, transpose(basis)), factors, is_solved)
+      if (.not. is_solved) then
+        call fail(error, "projection: these points do not carry a fit of this degree")
+        return
+      end if
+      matrix(i, :) = matmul(factors, weighted)
+    end do
+  end subroutine new_mls_matrix
+
+  !> Exponents of the full tensor basis with `counts` terms along each coordinate.
+  pure function tensor_exponents(counts) result(exponents)
+    integer, intent(in) :: counts(:)
+    integer, allocatable :: exponents(:, :)    !! shape (d, product(counts)), first fastest
+    integer :: k, d, rest
+
+    allocate (exponents(size(counts), product(counts)))
+    do k = 1, product(counts)
+      rest = k - 1
+      do d = 1, size(counts)
+        exponents(d, k) = mod(rest, counts(d))
+        rest = rest/counts(d)
+      end do
+    end do
+  end function tensor_exponents
+
+  pure function monomials(x, exponents) result(values)
+    real(wp), intent(in) :: x(:)
+    integer, intent(in) :: exponents(:, :)
+    real(wp) :: values(size(exponents, 2))
+    integer :: k
+
+    do k = 1, size(values)
+      values(k) = product(x**exponents(:, k))
+    end do
+  end function monomials
 
   !> Project fields of the points of one block along the axes asked for, in place.
   pure subroutine project_along(projection, is_along, is_transposed, q, n_fields, field)

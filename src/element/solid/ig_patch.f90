@@ -5,7 +5,15 @@ module ig_patch
   implicit none
   private
 
-  public :: element_of_lane, lane_of_element
+  public :: element_of_lane, lane_of_element, block_at, block_number, n_blocks_of, next_block
+  public :: is_counted_lane, row_of_point, point_of_row, point_number
+
+  !> A block: eight elements side by side along axis 1.
+  type, public :: block_t
+    integer :: number = 0           !! in the patch: last index of the state at the points
+    integer :: b = 0                !! along axis 1: last index of the lane table
+    integer :: e2 = 0, e3 = 0       !! its elements along axes 2 and 3
+  end type block_t
 
   !> Bulk viscosity, linear and quadratic; the lengths are those of the elements at the start, all
   !! of them only where it is active.
@@ -72,19 +80,94 @@ module ig_patch
     type(tile_t), allocatable :: tiles(:)
   end type ig_patch_t
 
+  !> What a patch in plane strain has besides its tables. It is one element wide along axis 2,
+  !! linear across with one integration point there, and held so that its two sides move alike.
+  type, public :: plane_strain_t
+    integer :: kernel = 0           !! instance, see plane_strain_forces
+    !> Components of the plane, that across, and the place of the plane's shear in a tensor.
+    integer :: places(4) = 0
+    real(wp) :: across = 0.0_wp     !! d/dxi_2 of the coordinate across [length]
+    real(wp) :: half = 0.0_wp       !! the same with the sign that makes determinants positive
+    !> Forces of each tile on the upper side, all components, rows along axis 2 being that one.
+    type(tile_buffer_t), allocatable :: sides(:)
+  end type plane_strain_t
+
 contains
 
-  !> Element (e1, e2, e3) of a lane of a block.
-  pure function element_of_lane(patch, block, lane) result(element)
+  !> Number of block `b` of the row of elements (e2, e3).
+  pure integer function block_number(patch, b, e2, e3) result(number)
     type(ig_patch_t), intent(in) :: patch
-    integer, intent(in) :: block, lane
-    integer :: element(3), b
+    integer, intent(in) :: b, e2, e3
 
-    b = mod(block - 1, patch%lanes%n_blocks) + 1
-    element(1) = patch%lanes%element(lane, b)
-    element(2) = mod((block - 1)/patch%lanes%n_blocks, patch%axes(2)%n_elements) + 1
-    element(3) = (block - 1)/(patch%lanes%n_blocks*patch%axes(2)%n_elements) + 1
+    number = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
+  end function block_number
+
+  !> The block of a number.
+  pure function block_at(patch, number) result(block)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: number
+    type(block_t) :: block
+    integer :: row
+
+    row = (number - 1)/patch%lanes%n_blocks
+    block%number = number
+    block%b = number - patch%lanes%n_blocks*row
+    block%e3 = row/patch%axes(2)%n_elements + 1
+    block%e2 = row - patch%axes(2)%n_elements*(block%e3 - 1) + 1
+  end function block_at
+
+  !> Number of blocks of a tile.
+  pure integer function n_blocks_of(patch, tile) result(n)
+    type(ig_patch_t), intent(in) :: patch
+    type(tile_t), intent(in) :: tile
+
+    n = (tile%block_last - tile%block_first + 1)*(tile%row_last - tile%row_first + 1) &
+        *patch%axes(3)%n_elements
+  end function n_blocks_of
+
+  !> Step through the blocks of a tile, axis 1 first; the first one follows a block that is not set.
+  pure subroutine next_block(patch, tile, block)
+    type(ig_patch_t), intent(in) :: patch
+    type(tile_t), intent(in) :: tile
+    type(block_t), intent(inout) :: block
+
+    if (block%number == 0) then
+      block%b = tile%block_first
+      block%e2 = tile%row_first
+      block%e3 = 1
+    else if (block%b < tile%block_last) then
+      block%b = block%b + 1
+    else
+      block%b = tile%block_first
+      block%e2 = block%e2 + 1
+      if (block%e2 > tile%row_last) then
+        block%e2 = tile%row_first
+        block%e3 = block%e3 + 1
+      end if
+    end if
+    block%number = block_number(patch, block%b, block%e2, block%e3)
+  end subroutine next_block
+
+  !> Element (e1, e2, e3) of a lane of a block.
+  pure function element_of_lane(patch, number, lane) result(element)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: number, lane
+    integer :: element(3)
+    type(block_t) :: block
+
+    block = block_at(patch, number)
+    element = [patch%lanes%element(lane, block%b), block%e2, block%e3]
   end function element_of_lane
+
+  !> Is this the lane that counts for its element? Others repeat an element.
+  pure logical function is_counted_lane(patch, number, lane) result(is_counted)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: number, lane
+    type(block_t) :: block
+
+    block = block_at(patch, number)
+    is_counted = patch%lanes%is_owner(lane, block%b)
+  end function is_counted_lane
 
   !> Block and lane that count for an element.
   pure function lane_of_element(patch, element) result(at)
@@ -93,10 +176,34 @@ contains
     integer :: at(2), b
 
     b = (element(1) - 1)/size(patch%lanes%element, 1) + 1
-    at(1) = b + patch%lanes%n_blocks*((element(2) - 1) + patch%axes(2)%n_elements*(element(3) - 1))
+    at(1) = block_number(patch, b, element(2), element(3))
     at(2) = findloc(patch%lanes%element(:, b) == element(1) .and. patch%lanes%is_owner(:, b), &
                     .true., dim=1)
   end function lane_of_element
+
+  !> Row of a point: the place along axis 3 and the row are the indices of its state.
+  pure integer function row_of_point(n_points, point) result(row)
+    integer, intent(in) :: n_points(3)      !! of an element along each axis
+    integer, intent(in) :: point(3)         !! along each axis
+
+    row = point(2) + n_points(2)*(point(1) - 1)
+  end function row_of_point
+
+  !> The point, along each axis, of a row and a place along axis 3.
+  pure function point_of_row(n_points, row, layer) result(point)
+    integer, intent(in) :: n_points(3), row, layer
+    integer :: point(3)
+
+    point = [(row - 1)/n_points(2) + 1, mod(row - 1, n_points(2)) + 1, layer]
+  end function point_of_row
+
+  !> Number of a point in its element, axis 1 first, from its place in the state.
+  elemental integer function point_number(n1, n2, row, layer) result(number)
+    integer, intent(in) :: n1, n2           !! points of an element along axes 1 and 2
+    integer, intent(in) :: row, layer       !! `row_of_point` and place along axis 3
+
+    number = (row - 1)/n2 + 1 + n1*(mod(row - 1, n2) + n2*(layer - 1))
+  end function point_number
 
   !> Largest damping ratio of the linear viscosity, from the largest frequency and that of the bulk
   !! part of the stiffness alone.

@@ -5,7 +5,7 @@ module kernel_dispatch
   use block_law, only: block_law_t
   use point_context, only: point_context_t
   use basis_tables, only: n_lanes
-  use ig_patch, only: ig_patch_t, viscosity_t
+  use ig_patch, only: ig_patch_t, viscosity_t, block_t
 #include "ig_solid_uses.inc"
   implicit none
   private
@@ -51,11 +51,11 @@ contains
     if (mod(kernel, 2) == 0) name = name//"_rational"
   end function kernel_name
 
-  !> Stress update and forces of block `b` of the row (e2, e3): number `block` of the patch.
-  subroutine run_kernel(patch, law, b, e2, e3, block, dt, x, v, u, context, f, sums, ok)
+  !> Stress update and forces of a block.
+  subroutine run_kernel(patch, law, block, dt, x, v, u, context, f, sums, ok)
     type(ig_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
-    integer, intent(in) :: b, e2, e3, block
+    type(block_t), intent(in) :: block
     real(wp), intent(in) :: dt
     real(wp), intent(in) :: x(*), v(*)                  !! fields of the patch
     real(wp), intent(in) :: u(*)                        !! from gather_motion, unless direct
@@ -67,9 +67,9 @@ contains
     logical :: on, is_direct
     integer :: p(3), q(3), first(3)
 
-    is_direct = takes_fields(patch, b)
-    first = [patch%lanes%first(1, b), patch%axes(2)%first(e2), &
-             patch%axes(3)%first(e3)]
+    is_direct = takes_fields(patch, block)
+    first = [patch%lanes%first(1, block%b), patch%axes(2)%first(block%e2), &
+             patch%axes(3)%first(block%e3)]
     on = patch%viscosity%is_active
     viscous = viscous_factors(patch%viscosity, block, dt)
     p = patch%axes%degree
@@ -82,24 +82,24 @@ contains
   !> Does the kernel take positions and velocities of a block straight from the fields of the patch,
   !! not gathered? The tuned ones without weights do, where the control points of lanes follow each
   !! other.
-  pure logical function takes_fields(patch, b)
+  pure logical function takes_fields(patch, block)
     type(ig_patch_t), intent(in) :: patch
-    integer, intent(in) :: b
+    type(block_t), intent(in) :: block
 
     takes_fields = patch%kernel <= 2*size(tuned_rules, 2) .and. .not. patch%is_rational &
-                   .and. patch%lanes%is_contiguous(b)
+                   .and. patch%lanes%is_contiguous(block%b)
   end function takes_fields
 
   !> Viscous stress per volume strain of a step (linear, quadratic) for the lanes of a block.
   pure function viscous_factors(viscosity, block, dt) result(factors)
     type(viscosity_t), intent(in) :: viscosity
-    integer, intent(in) :: block
+    type(block_t), intent(in) :: block
     real(wp), intent(in) :: dt
     real(wp) :: factors(n_lanes, 2)
 
     factors = 0.0_wp
     if (.not. viscosity%is_active) return
-    associate (length => viscosity%length(:, block))
+    associate (length => viscosity%length(:, block%number))
       factors(:, 1) = viscosity%linear*viscosity%density*viscosity%wave_speed*length/dt
       factors(:, 2) = viscosity%density*(viscosity%quadratic*length/dt)**2
     end associate

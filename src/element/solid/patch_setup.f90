@@ -1,20 +1,26 @@
-!> Build a patch from a NURBS solid, a quadrature rule and a law.
+!> Build a patch from a NURBS solid, a quadrature rule and a law, and check its shape.
 module patch_setup
   use kinds, only: wp
   use failure, only: error_t, fail
+  use text, only: place_text
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
-  use knot_vector, only: span_table
+  use knot_vector, only: knot_vector_t, span_table
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes, new_axis_table, new_lane_table
-  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, viscosity_t, element_of_lane
-  use point_volumes, only: new_inverse_jacobians, new_element_sizes
+  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, viscosity_t, element_of_lane, &
+                      point_of_row
+  use patch_points, only: new_inverse_jacobians, new_element_sizes, determinant
   use kernel_dispatch, only: kernel_of
   use lapack, only: eigenvalues
   implicit none
   private
 
-  public :: new_patch, new_tile_buffers, element_patch, set_wave_speed
+  public :: new_patch, new_tile_buffers, element_patch, set_wave_speed, check_shape
+
+  !> So far towards the centre of an element its ends are tested, as a share of the way: at degree 1
+  !! the jacobian has a step between elements.
+  real(wp), parameter :: inset = 1.0e-9_wp
 
 contains
 
@@ -160,7 +166,7 @@ contains
   !> Factors of the rational basis at every point; the weights never change.
   pure subroutine set_rational(patch)
     type(ig_patch_t), intent(inout) :: patch
-    integer :: q(3), block, lane, qa, qb, qc, e(3)
+    integer :: q(3), block, lane, row, layer, e(3)
     real(wp) :: w, slope(3)
 
     q = patch%axes%n_points
@@ -168,16 +174,14 @@ contains
     do block = 1, patch%n_blocks
       do lane = 1, n_lanes
         e = element_of_lane(patch, block, lane)
-        do qa = 1, q(1)
-          do qb = 1, q(2)
-            do qc = 1, q(3)
-              call weight_at(patch, e, [qa, qb, qc], w, slope)
-              associate (r => patch%rational(lane, qc, :, qb + q(2)*(qa - 1), block))
-                r(1) = 1.0_wp/w**3
-                r(2:4) = slope/w
-                r(5) = w*w
-              end associate
-            end do
+        do row = 1, q(1)*q(2)
+          do layer = 1, q(3)
+            call weight_at(patch, e, point_of_row(q, row, layer), w, slope)
+            associate (r => patch%rational(lane, layer, :, row, block))
+              r(1) = 1.0_wp/w**3
+              r(2:4) = slope/w
+              r(5) = w*w
+            end associate
           end do
         end do
       end do
@@ -266,12 +270,84 @@ contains
     span = spans(element)
   end function element_span
 
-  pure real(wp) function determinant(a)
-    real(wp), intent(in) :: a(3, 3)
+  !> Refuse a patch with an element whose jacobian is not positive at its centre, or is negative
+  !! at a corner, in the middle of an edge or of a face. Zero is allowed there: an edge may have
+  !! collapsed, and two edges may meet at a straight angle, as in a round bar.
+  subroutine check_shape(solid, name, error)
+    type(nurbs_solid_t), intent(in) :: solid
+    character(*), intent(in) :: name                      !! of the patch, for the message
+    type(error_t), allocatable, intent(out) :: error
+    integer, allocatable :: spans1(:), spans2(:), spans3(:)
+    real(wp) :: places(3, 3)
+    integer :: i, j, k
 
-    determinant = a(1, 1)*(a(2, 2)*a(3, 3) - a(2, 3)*a(3, 2)) &
-                  + a(1, 2)*(a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)) &
-                  + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
-  end function determinant
+    spans1 = span_table(solid%axes(1))
+    spans2 = span_table(solid%axes(2))
+    spans3 = span_table(solid%axes(3))
+    do k = 1, size(spans3)
+      places(:, 3) = places_in(solid%axes(3), spans3(k))
+      do j = 1, size(spans2)
+        places(:, 2) = places_in(solid%axes(2), spans2(j))
+        do i = 1, size(spans1)
+          places(:, 1) = places_in(solid%axes(1), spans1(i))
+          call check_element(solid, name, places, error)
+          if (allocated(error)) return
+        end do
+      end do
+    end do
+  end subroutine check_shape
+
+  !> Start, middle and end of a span.
+  pure function places_in(axis, span) result(places)
+    type(knot_vector_t), intent(in) :: axis
+    integer, intent(in) :: span
+    real(wp) :: places(3)
+
+    associate (first => axis%knots(span), last => axis%knots(span + 1))
+      places = [first, 0.5_wp*(first + last), last]
+    end associate
+  end function places_in
+
+  !> One element, whose places along each axis are the columns of `places`. Middles are left out
+  !! along axes of degree 1, where the ends say more.
+  subroutine check_element(solid, name, places, error)
+    type(nurbs_solid_t), intent(in) :: solid
+    character(*), intent(in) :: name
+    real(wp), intent(in) :: places(3, 3)
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: round_off = 1.0e-6_wp   ! of the volume at the centre
+    real(wp) :: centre, volume, xi(3), x(3)
+    integer :: a, b, c, stride(3)
+
+    xi = places(2, :)
+    centre = volume_at(solid, xi)
+    volume = centre
+    if (centre > 0.0_wp) then
+      stride = merge(2, 1, solid%axes%degree == 1)
+      search: do c = 1, 3, stride(3)
+        do b = 1, 3, stride(2)
+          do a = 1, 3, stride(1)
+            xi = [places(a, 1), places(b, 2), places(c, 3)]
+            volume = volume_at(solid, xi + inset*(places(2, :) - xi))
+            if (.not. volume >= -round_off*centre) exit search
+          end do
+        end do
+      end do search
+    end if
+    if (centre > 0.0_wp .and. volume >= -round_off*centre) return
+    call evaluate_solid(solid, xi, x)
+    call fail(error, "the patch "//name//", folded, inverted or flat at "// &
+              place_text(x)//": its jacobian there is not positive")
+  end subroutine check_element
+
+  !> Determinant of the jacobian.
+  pure real(wp) function volume_at(solid, xi) result(volume)
+    type(nurbs_solid_t), intent(in) :: solid
+    real(wp), intent(in) :: xi(3)
+    real(wp) :: x(3), a(3, 3)
+
+    call evaluate_solid(solid, xi, x, a)
+    volume = determinant(a)
+  end function volume_at
 
 end module patch_setup

@@ -9,13 +9,12 @@ module solid_element
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use element, only: element_t, force_report_t, carry_motion, describe_grid
-  use ig_patch, only: ig_patch_t, tile_buffer_t, element_of_lane, lane_of_element
-  use patch_setup, only: new_patch, new_tile_buffers, set_wave_speed, element_patch
-  use point_volumes, only: new_point_volumes, jacobian_at
+  use ig_patch, only: ig_patch_t, tile_buffer_t, element_of_lane, lane_of_element, &
+                      is_counted_lane, block_number, row_of_point
+  use patch_setup, only: new_patch, new_tile_buffers, set_wave_speed, element_patch, check_shape
+  use patch_points, only: new_point_volumes, jacobian_at, energy_of_points, new_given_fields, &
+                          spread_to_points
   use solid_forces, only: internal_forces
-  use stored_energy, only: energy_of_points
-  use given_fields, only: new_given_fields, spread_to_points
-  use shape_check, only: check_shape
   use lumped_mass, only: new_lumped_mass
   use kernel_dispatch, only: solid_kernel_name => kernel_name
   implicit none
@@ -239,8 +238,7 @@ contains
     !$omp parallel do schedule(static) private(lane, e, k)
     do block = 1, self%patch%n_blocks
       do lane = 1, n_lanes
-        if (.not. self%patch%lanes%is_owner(lane, mod(block - 1, self%patch%lanes%n_blocks) + 1)) &
-          cycle
+        if (.not. is_counted_lane(self%patch, block, lane)) cycle
         e = element_of_lane(self%patch, block, lane)
         call copy_points(self%patch%stress(lane, :, :, :, block), &
                          stress(:, :, :, :, e(1), e(2), e(3)))
@@ -272,14 +270,14 @@ contains
   pure subroutine copy_points(kept, values)
     real(wp), intent(in) :: kept(:, :, :)             !! (q3, n, q1*q2)
     real(wp), intent(inout) :: values(:, :, :, :)     !! (n, q1, q2, q3)
-    integer :: qa, qb, qc, i
+    integer :: q(3), qa, qb, qc, row
 
-    do qc = 1, size(values, 4)
-      do qb = 1, size(values, 3)
-        do qa = 1, size(values, 2)
-          do i = 1, size(values, 1)
-            values(i, qa, qb, qc) = kept(qc, i, qb + size(values, 3)*(qa - 1))
-          end do
+    q = [size(values, 2), size(values, 3), size(values, 4)]
+    do qc = 1, q(3)
+      do qb = 1, q(2)
+        do qa = 1, q(1)
+          row = row_of_point(q, [qa, qb, qc])
+          values(:, qa, qb, qc) = kept(qc, :size(values, 1), row)
         end do
       end do
     end do
@@ -292,10 +290,9 @@ contains
     real(wp), intent(in) :: values(:)
     integer :: b, block, lane, row
 
-    row = point(2) + self%rule(2)%n*(point(1) - 1)
+    row = row_of_point(self%rule%n, point)
     do b = 1, self%patch%lanes%n_blocks
-      block = b + self%patch%lanes%n_blocks*((element(2) - 1) &
-                                             + self%n_elements(2)*(element(3) - 1))
+      block = block_number(self%patch, b, element(2), element(3))
       do lane = 1, n_lanes
         if (self%patch%lanes%element(lane, b) == element(1)) &
           self%patch%state(lane, point(3), :size(values), row, block) = values
@@ -320,7 +317,7 @@ contains
 
     at = lane_of_element(self%patch, element)
     values = self%patch%given(at(2), point(3), :self%n_fields, &
-                              point(2) + self%rule(2)%n*(point(1) - 1), at(1))
+                              row_of_point(self%rule%n, point), at(1))
   end function fields_at
 
   subroutine new_fields(self, n)

@@ -1,14 +1,20 @@
-!> Internal forces of a patch of plain solids: tiles in parallel, then added up in fixed order.
+!> Internal forces of a patch of plain solids: tiles in parallel, each block by block (gather, block
+!! kernel of the right instance, add back), then added up in fixed order.
 module solid_forces
   use kinds, only: wp
   use block_law, only: block_law_t
-  use element, only: force_report_t, merge_reports
-  use ig_patch, only: ig_patch_t, tile_buffer_t
-  use tile_forces, only: forces_of_tile
+  use basis_tables, only: n_lanes
+  use point_context, only: point_context_t, new_point_context
+  use element, only: force_report_t, merge_reports, grid_number
+  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
+  use block_exchange, only: gather_block, weigh_block, add_block
+  use kernel_dispatch, only: run_kernel, takes_fields
   implicit none
   private
 
   public :: internal_forces, add_tiles, finish_evaluation
+  public :: gather_motion, gather_positions, add_forces, place_context, new_patch_context
+  public :: clear_rows, add_report
 
 contains
 
@@ -81,5 +87,182 @@ contains
       report%failed_block = min(report%failed_block, reports(t)%failed_block)
     end do
   end subroutine finish_evaluation
+
+  !> Internal forces of the blocks of one tile.
+  subroutine forces_of_tile(patch, law, tile, dt, x, v, force, border, report)
+    type(ig_patch_t), intent(inout) :: patch
+    class(block_law_t), intent(in) :: law
+    type(tile_t), intent(in) :: tile
+    real(wp), intent(in) :: dt           !! [time]
+    real(wp), intent(in), contiguous :: x(:, :, :, :), v(:, :, :, :)   !! end, middle of the step
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)   !! of the patch: rows of the tile
+    real(wp), intent(inout), contiguous :: border(:, :, :, :)  !! its other rows, see tile_buffer_t
+    type(force_report_t), intent(out) :: report
+    real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6), f(size(u, 1), 3)
+    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
+    type(point_context_t) :: context
+    type(block_t) :: block
+    integer :: i
+    logical :: ok
+
+    if (allocated(patch%reference)) context = new_patch_context(patch)
+    call clear_rows(tile, force, border)
+    do i = 1, n_blocks_of(patch, tile)
+      call next_block(patch, tile, block)
+      if (.not. takes_fields(patch, block)) call gather_motion(patch, block, dt, x, v, u, w)
+      if (allocated(patch%reference)) call place_context(patch, block, context)
+      call run_kernel(patch, law, block, dt, x, v, u, context, f, sums, ok)
+      call add_forces(patch, tile, block, w, f, force, border)
+      call add_report(report, sums, ok, block)
+    end do
+  end subroutine forces_of_tile
+
+  !> No forces yet on the rows of a tile and in its buffer.
+  pure subroutine clear_rows(tile, force, border)
+    type(tile_t), intent(in) :: tile
+    real(wp), intent(inout), contiguous :: force(:, :, :, :), border(:, :, :, :)
+
+    force(:, tile%control_first(2):tile%own_last, :, :) = 0.0_wp
+    border = 0.0_wp
+  end subroutine clear_rows
+
+  !> Positions of a block and half of its motion in the step, multiplied by the weights of a
+  !! rational patch.
+  subroutine gather_motion(patch, block, dt, x, v, u, w)
+    type(ig_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
+    real(wp), intent(inout) :: u(:, :)
+    real(wp), intent(inout) :: w(:)        !! the weights, where there are any
+
+    call gather_field(patch, block, 1.0_wp, x, u(:, 1:3))
+    call gather_field(patch, block, 0.5_wp*dt, v, u(:, 4:6))
+    if (patch%is_rational) then
+      call gather_weights(patch, block, w)
+      call weigh_block(size(u, 1), 6, w, u)
+    end if
+  end subroutine gather_motion
+
+  !> The same of the positions alone.
+  subroutine gather_positions(patch, block, x, u, w)
+    type(ig_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: x(:, :, :, :)
+    real(wp), intent(inout) :: u(:, :), w(:)
+
+    call gather_field(patch, block, 1.0_wp, x, u)
+    if (patch%is_rational) then
+      call gather_weights(patch, block, w)
+      call weigh_block(size(u, 1), 3, w, u)
+    end if
+  end subroutine gather_positions
+
+  !> A vector at the control points of a block, times a factor.
+  subroutine gather_field(patch, block, factor, field, u)
+    type(ig_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: factor, field(:, :, :, :)
+    real(wp), intent(inout) :: u(:, :)
+
+    call gather_block(patch%axes%degree, patch%n_control, 3, patch%lanes%is_contiguous(block%b), &
+                      patch%lanes%first(:, block%b), patch%axes(2)%first(block%e2), &
+                      patch%axes(3)%first(block%e3), factor, field, u)
+  end subroutine gather_field
+
+  !> Weights of the control points of a block.
+  subroutine gather_weights(patch, block, w)
+    type(ig_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    real(wp), intent(inout) :: w(:)
+
+    call gather_block(patch%axes%degree, patch%n_control, 1, patch%lanes%is_contiguous(block%b), &
+                      patch%lanes%first(:, block%b), patch%axes(2)%first(block%e2), &
+                      patch%axes(3)%first(block%e3), 1.0_wp, patch%weights, w)
+  end subroutine gather_weights
+
+  !> Add the forces of a block, which come without weights, to those of its tile.
+  subroutine add_forces(patch, tile, block, w, f, force, border)
+    type(ig_patch_t), intent(in) :: patch
+    type(tile_t), intent(in) :: tile
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: w(:)           !! the weights of a rational patch
+    real(wp), intent(inout) :: f(:, :)
+    real(wp), intent(inout), contiguous :: force(:, :, :, :), border(:, :, :, :)
+    integer :: p(3), first(n_lanes), i2, i3, n_rows, n_own
+
+    if (patch%is_rational) call weigh_block(size(f, 1), 3, w, f)
+    p = patch%axes%degree
+    first = patch%lanes%first(:, block%b)
+    i2 = patch%axes(2)%first(block%e2)
+    i3 = patch%axes(3)%first(block%e3)
+    n_rows = p(2) + 1
+    n_own = min(n_rows, tile%own_last - i2 + 1)
+    associate (is_contiguous => patch%lanes%is_contiguous(block%b), n => patch%n_control)
+      if (n_own > 0) call add_block(p, [1, 1], n(:2), n(3), [1, n_own], is_contiguous, first, i2, &
+                                    i3, f, force)
+      if (n_own < n_rows) &
+        call add_block(p, [tile%control_first(1), tile%own_last + 1], tile%control_last, n(3), &
+                       [max(1, n_own + 1), n_rows], is_contiguous, first, i2, i3, f, border)
+    end associate
+  end subroutine add_forces
+
+  !> Room for the context of a block.
+  pure function new_patch_context(patch) result(context)
+    type(ig_patch_t), intent(in) :: patch
+    type(point_context_t) :: context
+
+    context = new_point_context(n_lanes*patch%axes(3)%n_points, patch%n_fields, &
+                                patch%axes(1)%n_points*patch%axes(2)%n_points)
+  end function new_patch_context
+
+  !> Time, elements and their sizes of a block; the kernel adds what differs from row to row.
+  pure subroutine place_context(patch, block, context)
+    type(ig_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    type(point_context_t), intent(inout) :: context
+    integer :: q, lanes(2), before
+
+    before = grid_number(patch%axes%n_elements, [0, block%e2, block%e3])
+    context%time = patch%time
+    context%step_time = patch%time - patch%step_start
+    context%step = patch%step
+    context%increment = patch%increment - patch%before_step + 1
+    do q = 1, patch%axes(3)%n_points
+      lanes = n_lanes*(q - 1) + [1, n_lanes]
+      context%element(lanes(1):lanes(2)) = patch%n_before + before &
+                                             + patch%lanes%element(:, block%b)
+      context%is_owner(lanes(1):lanes(2)) = patch%lanes%is_owner(:, block%b)
+      context%length(lanes(1):lanes(2)) = patch%element_size(:, block%number)
+    end do
+    if (context%n_fields > 0) &
+      call place_fields(shape(context%fields), patch%given(:, :, :, :, block%number), &
+                        context%fields)
+  end subroutine place_context
+
+  !> The fields of a block, whose lanes and points along axis 3 are one index in a row.
+  pure subroutine place_fields(n, given, fields)
+    integer, intent(in) :: n(3)
+    real(wp), intent(in) :: given(n(1), n(2), n(3))
+    real(wp), intent(out) :: fields(n(1), n(2), n(3))
+
+    fields = given
+  end subroutine place_fields
+
+  !> Sums of a block into the report of its tile.
+  pure subroutine add_report(report, sums, ok, block)
+    type(force_report_t), intent(inout) :: report
+    real(wp), intent(in) :: sums(n_lanes, 4)
+    logical, intent(in) :: ok
+    type(block_t), intent(in) :: block
+    logical :: is_sound
+
+    report%internal_work = report%internal_work + sum(sums(:, 1))
+    report%viscous_work = report%viscous_work + sum(sums(:, 2))
+    report%largest_rate = max(report%largest_rate, maxval(sums(:, 3)))
+    report%smallest_det = min(report%smallest_det, minval(sums(:, 4)))
+    ! Written so that a NaN counts as unsound.
+    is_sound = ok .and. minval(sums(:, 4)) > 0.0_wp .and. all(abs(sums(:, 1)) < huge(1.0_wp))
+    if (.not. is_sound) report%failed_block = min(report%failed_block, block%number)
+  end subroutine add_report
 
 end module solid_forces

@@ -1,18 +1,21 @@
-!> Internal forces of a patch in plane strain: tiles in parallel, then added up on both sides.
+!> Internal forces of a patch in plane strain: tiles in parallel, each block by its kernel instance,
+!! then added up on both sides.
 module plane_strain_forces
   use kinds, only: wp
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use element, only: force_report_t
-  use ig_patch, only: ig_patch_t, tile_t
-  use plane_strain_data, only: plane_strain_t
-  use plane_dispatch, only: run_plane
-  use tile_forces, only: add_report
-  use solid_forces, only: finish_evaluation
+  use ig_patch, only: ig_patch_t, plane_strain_t, tile_t, block_t, n_blocks_of, next_block
+  use kernel_dispatch, only: viscous_factors
+  use solid_forces, only: add_report, finish_evaluation
+#include "plane_strain_uses.inc"
   implicit none
   private
 
-  public :: forces_in_plane
+  public :: forces_in_plane, plane_kernel_of, plane_kernel_name
+
+  !> Degrees and points along axes 1 and 3 of the tuned instances; the general one is behind them.
+#include "plane_strain_rules.inc"
 
 contains
 
@@ -55,17 +58,16 @@ contains
     real(wp), intent(inout), contiguous :: side(:, :, :, :)
     type(force_report_t), intent(inout) :: report
     real(wp) :: sums(n_lanes, 4)
-    integer :: e3, b, block
+    type(block_t) :: block
+    integer :: i
     logical :: ok
 
     side = 0.0_wp
-    do e3 = 1, patch%axes(3)%n_elements
-      do b = tile%block_first, tile%block_last
-        block = b + patch%lanes%n_blocks*(e3 - 1)
-        call run_plane(patch, plane, law, b, e3, block, dt, x, v, motion, tile%control_first(1), &
-                       tile%control_last(1), side, sums, ok)
-        call add_report(report, sums, ok, block)
-      end do
+    do i = 1, n_blocks_of(patch, tile)
+      call next_block(patch, tile, block)
+      call run_plane(patch, plane, law, block, dt, x, v, motion, tile%control_first(1), &
+                     tile%control_last(1), side, sums, ok)
+      call add_report(report, sums, ok, block)
     end do
   end subroutine work_tile
 
@@ -95,5 +97,49 @@ contains
     end do
     !$omp end do nowait
   end subroutine add_sides
+
+  !> Number of the kernel instance that serves these degrees and points.
+  pure integer function plane_kernel_of(degrees, n_points) result(kernel)
+    integer, intent(in) :: degrees(3), n_points(3)
+
+    do kernel = 1, size(tuned_rules, 2)
+      if (all(tuned_rules(:, kernel) == [degrees([1, 3]), n_points([1, 3])])) exit
+    end do
+  end function plane_kernel_of
+
+  !> Name of a kernel instance for the log, such as `p212_q214_plane_strain`.
+  pure function plane_kernel_name(kernel) result(name)
+    integer, intent(in) :: kernel   !! from `plane_kernel_of`
+    character(:), allocatable :: name
+    character(9) :: code
+
+    name = "general_plane_strain"
+    if (kernel > size(tuned_rules, 2)) return
+    write (code, "('p', i1, '1', i1, '_q', i1, '1', i1)") tuned_rules(:, kernel)
+    name = code//"_plane_strain"
+  end function plane_kernel_name
+
+  !> Stress update and forces of a block.
+  subroutine run_plane(patch, plane, law, block, dt, x, v, motion, lower, upper, side, sums, ok)
+    type(ig_patch_t), intent(inout) :: patch
+    type(plane_strain_t), intent(in) :: plane
+    class(block_law_t), intent(in) :: law
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt
+    real(wp), intent(in) :: x(*), v(*)                  !! of the patch
+    real(wp), intent(inout) :: motion(*)                !! zero at the start, see block_forces
+    integer, intent(in) :: lower, upper                 !! control points along axis 1 of `side`
+    real(wp), intent(inout) :: side(*)                  !! forces on it
+    real(wp), intent(out) :: sums(n_lanes, 4)           !! see block_forces
+    logical, intent(out) :: ok
+    real(wp) :: viscous(n_lanes, 2)
+
+    viscous = viscous_factors(patch%viscosity, block, dt)
+    associate (p => patch%axes%degree, q => patch%axes%n_points)
+      select case (plane%kernel)
+#include "plane_strain_cases.inc"
+      end select
+    end associate
+  end subroutine run_plane
 
 end module plane_strain_forces

@@ -1,0 +1,269 @@
+!> What a patch has at its integration points, in the layout of their state: volumes and inverse
+!! jacobians in the shape of a solid, elastic energy, and the temperature and field variables of the
+!! deck.
+module patch_points
+  use kinds, only: wp
+  use nurbs_solid, only: nurbs_solid_t, evaluate_solid
+  use block_law, only: block_law_t
+  use basis_tables, only: n_lanes
+  use ig_patch, only: ig_patch_t, element_of_lane, is_counted_lane, point_of_row
+  implicit none
+  private
+
+  public :: new_point_volumes, new_inverse_jacobians, new_element_sizes, jacobian_at, determinant, &
+            inverse_rows
+  public :: energy_of_points, new_given_fields, spread_to_points
+
+  integer, parameter :: parallel_size = 4000   !! fewer points are not worth waking threads for
+
+contains
+
+  !> Volumes in the layout of the point state, zero for lanes that repeat an element.
+  function new_point_volumes(patch, solid) result(volumes)
+    type(ig_patch_t), intent(in) :: patch
+    type(nurbs_solid_t), intent(in) :: solid
+    real(wp), allocatable :: volumes(:, :, :, :)   !! shape (8, q3, q1*q2, n_blocks)
+    integer :: q(3), block, lane, row, layer, e(3)
+
+    q = patch%axes%n_points
+    allocate (volumes(n_lanes, q(3), q(1)*q(2), patch%n_blocks), source=0.0_wp)
+    !$omp parallel do schedule(static) private(lane, row, layer, e)
+    do block = 1, patch%n_blocks
+      do lane = 1, n_lanes
+        if (.not. is_counted_lane(patch, block, lane)) cycle
+        e = element_of_lane(patch, block, lane)
+        do row = 1, q(1)*q(2)
+          do layer = 1, q(3)
+            volumes(lane, layer, row, block) = volume_at(patch, solid, e, &
+                                                         point_of_row(q, row, layer))
+          end do
+        end do
+      end do
+    end do
+    !$omp end parallel do
+  end function new_point_volumes
+
+  !> Cube roots of the volumes of the elements.
+  function new_element_sizes(patch, solid) result(sizes)
+    type(ig_patch_t), intent(in) :: patch
+    type(nurbs_solid_t), intent(in) :: solid
+    real(wp), allocatable :: sizes(:, :)   !! shape (8, n_blocks) [length]
+    integer :: q(3), block, lane, row, layer, e(3)
+
+    q = patch%axes%n_points
+    allocate (sizes(n_lanes, patch%n_blocks), source=0.0_wp)
+    do block = 1, patch%n_blocks
+      do lane = 1, n_lanes
+        e = element_of_lane(patch, block, lane)
+        do row = 1, q(1)*q(2)
+          do layer = 1, q(3)
+            sizes(lane, block) = sizes(lane, block) &
+                                 + volume_at(patch, solid, e, point_of_row(q, row, layer))
+          end do
+        end do
+      end do
+    end do
+    sizes = max(sizes, 0.0_wp)**(1.0_wp/3.0_wp)
+  end function new_element_sizes
+
+  !> Inverse jacobians by element-local coordinates in the layout of the point state, row by row.
+  function new_inverse_jacobians(patch, solid) result(inverses)
+    type(ig_patch_t), intent(in) :: patch
+    type(nurbs_solid_t), intent(in) :: solid
+    real(wp), allocatable :: inverses(:, :, :, :, :)   !! shape (8, q3, 9, q1*q2, n_blocks)
+    real(wp) :: j(3, 3)
+    integer :: q(3), block, lane, row, layer
+
+    q = patch%axes%n_points
+    allocate (inverses(n_lanes, q(3), 9, q(1)*q(2), patch%n_blocks))
+    do block = 1, patch%n_blocks
+      do lane = 1, n_lanes
+        do row = 1, q(1)*q(2)
+          do layer = 1, q(3)
+            call jacobian_at(patch, solid, element_of_lane(patch, block, lane), &
+                             point_of_row(q, row, layer), j)
+            inverses(lane, layer, :, row, block) = inverse_rows(j)
+          end do
+        end do
+      end do
+    end do
+  end function new_inverse_jacobians
+
+  pure real(wp) function volume_at(patch, solid, element, point) result(volume)
+    type(ig_patch_t), intent(in) :: patch
+    type(nurbs_solid_t), intent(in) :: solid
+    integer, intent(in) :: element(3), point(3)
+    real(wp) :: j(3, 3)
+
+    call jacobian_at(patch, solid, element, point, j)
+    volume = determinant(j)*patch%axes(1)%weights(point(1))*patch%axes(2)%weights(point(2)) &
+             *patch%axes(3)%weights(point(3))
+  end function volume_at
+
+  !> Jacobian by element-local coordinates, and place, of a point of the rule in an element.
+  pure subroutine jacobian_at(patch, solid, element, point, j, place)
+    type(ig_patch_t), intent(in) :: patch
+    type(nurbs_solid_t), intent(in) :: solid               !! in any shape
+    integer, intent(in) :: element(3), point(3)
+    real(wp), intent(out) :: j(3, 3)                       !! [length]
+    real(wp), intent(out), optional :: place(3)            !! [length]
+    real(wp) :: xi(3), half(3), x(3)
+    integer :: axis, span
+
+    do axis = 1, 3
+      span = patch%axes(axis)%first(element(axis)) + patch%axes(axis)%degree
+      associate (knots => solid%axes(axis)%knots)
+        half(axis) = 0.5_wp*(knots(span + 1) - knots(span))
+        xi(axis) = knots(span) &
+                   + half(axis)*(1.0_wp + patch%axes(axis)%abscissae(point(axis)))
+      end associate
+    end do
+    call evaluate_solid(solid, xi, x, j)
+    do axis = 1, 3
+      j(:, axis) = half(axis)*j(:, axis)
+    end do
+    if (present(place)) place = x
+  end subroutine jacobian_at
+
+  !> Determinant of a 3 x 3 matrix.
+  pure real(wp) function determinant(j)
+    real(wp), intent(in) :: j(3, 3)
+
+    determinant = j(1, 1)*(j(2, 2)*j(3, 3) - j(2, 3)*j(3, 2)) &
+                  + j(1, 2)*(j(2, 3)*j(3, 1) - j(2, 1)*j(3, 3)) &
+                  + j(1, 3)*(j(2, 1)*j(3, 2) - j(2, 2)*j(3, 1))
+  end function determinant
+
+  !> Inverse of a 3 x 3 matrix by its cofactors, listed row by row.
+  pure function inverse_rows(j) result(rows)
+    real(wp), intent(in) :: j(3, 3)   !! not singular
+    real(wp) :: rows(9)
+
+    rows = [j(2, 2)*j(3, 3) - j(2, 3)*j(3, 2), j(1, 3)*j(3, 2) - j(1, 2)*j(3, 3), &
+            j(1, 2)*j(2, 3) - j(1, 3)*j(2, 2), j(2, 3)*j(3, 1) - j(2, 1)*j(3, 3), &
+            j(1, 1)*j(3, 3) - j(1, 3)*j(3, 1), j(1, 3)*j(2, 1) - j(1, 1)*j(2, 3), &
+            j(2, 1)*j(3, 2) - j(2, 2)*j(3, 1), j(1, 2)*j(3, 1) - j(1, 1)*j(3, 2), &
+            j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1)]/determinant(j)
+  end function inverse_rows
+
+  !> Elastic energy stored at the points, sum of s:C^-1:s/2 times their volume; what internal
+  !! energy exceeds it by is plastic work. `volumes` has the layout of the stress. Threads share
+  !! the rows as they do the elements; the sum goes row by row.
+  real(wp) function energy_of_points(law, n, m, stress, volumes) result(energy)
+    class(block_law_t), intent(in) :: law
+    integer, intent(in) :: n, m                      !! points of a row, rows
+    real(wp), intent(in) :: stress(n, 6, m), volumes(n, m)
+    real(wp), allocatable :: energies(:)
+    real(wp) :: by_bulk, by_shear
+    integer :: row
+
+    allocate (energies(m))
+    by_bulk = 0.5_wp/law%bulk
+    by_shear = 0.5_wp/law%shear
+    !$omp parallel do schedule(static) if (n*m > parallel_size)
+    do row = 1, m
+      energies(row) = energy_of_row(n, by_bulk, by_shear, stress(:, :, row), volumes(:, row))
+    end do
+    !$omp end parallel do
+    energy = sum(energies)
+  end function energy_of_points
+
+  pure real(wp) function energy_of_row(n, by_bulk, by_shear, s, volumes) result(energy)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: by_bulk, by_shear        !! halves of their inverses
+    real(wp), intent(in) :: s(n, 6), volumes(n)
+    real(wp) :: mean, shear_part
+    integer :: l
+
+    energy = 0.0_wp
+    !$omp simd private(mean, shear_part) reduction(+: energy)
+    do l = 1, n
+      mean = (s(l, 1) + s(l, 2) + s(l, 3))*(1.0_wp/3)
+      shear_part = 0.5_wp*((s(l, 1) - mean)**2 + (s(l, 2) - mean)**2 + (s(l, 3) - mean)**2) &
+                   + s(l, 4)**2 + s(l, 5)**2 + s(l, 6)**2
+      energy = energy + volumes(l)*(mean**2*by_bulk + shear_part*by_shear)
+    end do
+  end function energy_of_row
+
+  !> Room for fields that are zero everywhere.
+  subroutine new_given_fields(patch, n_fields)
+    type(ig_patch_t), intent(inout) :: patch
+    integer, intent(in) :: n_fields
+
+    patch%n_fields = n_fields
+    associate (n => patch%n_control, q => patch%axes%n_points)
+      allocate (patch%spread_values(n(1), n(2), n(3), n_fields), source=0.0_wp)
+      allocate (patch%given(n_lanes, q(3), 2*n_fields, q(1)*q(2), patch%n_blocks), source=0.0_wp)
+    end associate
+  end subroutine new_given_fields
+
+  !> A step begins: what the points had at the end of the last one they have at its start; at its
+  !! end they have what the control points have now, by the basis of the patch. Where neither
+  !! changes there is nothing to do.
+  subroutine spread_to_points(patch, nodal)
+    type(ig_patch_t), intent(inout) :: patch
+    real(wp), intent(in) :: nodal(:, :, :, :)     !! at the control points, (n1, n2, n3, n_fields)
+    logical :: is_same
+    integer :: block, k
+
+    is_same = patch%is_spread
+    if (is_same) is_same = all(.not. abs(nodal - patch%spread_values) > 0.0_wp)
+    if (is_same .and. patch%is_settled) return
+    patch%is_settled = is_same
+    patch%is_spread = .true.
+    patch%spread_values = nodal
+    !$omp parallel do schedule(static) private(k)
+    do block = 1, patch%n_blocks
+      do k = 1, patch%n_fields
+        patch%given(:, :, k, :, block) = patch%given(:, :, patch%n_fields + k, :, block)
+      end do
+      if (.not. is_same) call spread_in_block(patch, block)
+    end do
+    !$omp end parallel do
+  end subroutine spread_to_points
+
+  !> The points of one block.
+  pure subroutine spread_in_block(patch, block)
+    type(ig_patch_t), intent(inout) :: patch
+    integer, intent(in) :: block
+    real(wp) :: values(patch%n_fields)
+    integer :: lane, e(3), q(3), row, layer
+
+    q = patch%axes%n_points
+    do lane = 1, n_lanes
+      e = element_of_lane(patch, block, lane)
+      do row = 1, q(1)*q(2)
+        do layer = 1, q(3)
+          call interpolate(patch, e, point_of_row(q, row, layer), values)
+          patch%given(lane, layer, patch%n_fields + 1:, row, block) = values
+        end do
+      end do
+    end do
+  end subroutine spread_in_block
+
+  !> The fields at one point of an element.
+  pure subroutine interpolate(patch, e, q, values)
+    type(ig_patch_t), intent(in) :: patch
+    integer, intent(in) :: e(3), q(3)
+    real(wp), intent(out) :: values(patch%n_fields)
+    real(wp) :: share, total
+    integer :: low(3), i, j, k
+
+    low = [patch%axes(1)%first(e(1)), patch%axes(2)%first(e(2)), patch%axes(3)%first(e(3))] - 1
+    values = 0.0_wp
+    total = 0.0_wp
+    do k = 1, patch%axes(3)%degree + 1
+      do j = 1, patch%axes(2)%degree + 1
+        do i = 1, patch%axes(1)%degree + 1
+          share = patch%axes(1)%values(i, q(1), e(1))*patch%axes(2)%values(j, q(2), e(2)) &
+                  *patch%axes(3)%values(k, q(3), e(3))
+          if (patch%is_rational) share = share*patch%weights(low(1) + i, low(2) + j, low(3) + k)
+          total = total + share
+          values = values + share*patch%spread_values(low(1) + i, low(2) + j, low(3) + k, :)
+        end do
+      end do
+    end do
+    values = values/total
+  end subroutine interpolate
+
+end module patch_points
