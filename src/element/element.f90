@@ -8,14 +8,14 @@ module element
   use text, only: string_t, to_text, append_text
   use state_store, only: state_store_t, carry_field
   use gauss_rule, only: gauss_rule_t
-  use nurbs_solid, only: nurbs_solid_t, solid_face
+  use nurbs_solid, only: nurbs_solid_t, solid_face, evaluate_solid
   use nurbs_surface, only: nurbs_surface_t
   use block_law, only: block_law_t
   implicit none
   private
 
-  public :: carry_motion, describe_grid, point_coordinates, next_element, grid_number, &
-            merge_reports
+  public :: point_coordinates, next_element, grid_number, merge_reports
+  public :: carry_motion, stored_motion, new_nodal_fields
 
   !> Fields on the control points, shape (n1, n2, n3, 3).
   type, public :: motion_t
@@ -56,27 +56,29 @@ module element
     real(wp), allocatable, dimension(:, :, :, :) :: nodal, nodal_start
   contains
     procedure(forces_interface), deferred :: forces
-    procedure(trial_interface), deferred :: trial_forces
     procedure(copy_interface), deferred :: elastic_copy
-    procedure(law_interface), deferred :: take_moduli
-    procedure(factor_interface), deferred :: scale_mass
-    procedure(damping_interface), deferred :: damping_ratio
     procedure(single_interface), deferred :: single
     procedure(energy_interface), deferred :: elastic_energy
-    procedure(jacobian_interface), deferred :: jacobian
-    procedure(points_interface), deferred :: read_points
     procedure(element_interface), deferred :: read_element
-    procedure(state_interface), deferred :: set_state
-    procedure(size_interface), deferred :: size_of
-    procedure(fields_interface), deferred :: fields_at
-    procedure(number_interface), deferred :: new_fields
-    procedure(self_interface), deferred :: spread_fields
-    procedure(begin_interface), deferred :: begin_step
-    procedure(block_interface), deferred :: elements_of_block
-    procedure(carry_interface), deferred :: carry
-    procedure(describe_interface), deferred :: describe
     procedure(kernel_interface), deferred :: kernel_name
+    ! These serve a kind that has no more to say on the matter.
+    procedure :: trial_forces => forces_of_a_copy
+    procedure :: read_points => read_elements
+    procedure :: jacobian => jacobian_of_grid
     procedure :: surface => surface_of_grid
+    procedure :: carry => carry_motion
+    procedure :: describe => describe_grid
+    procedure :: n_stored => stored_motion
+    procedure :: elements_of_block => element_of_number
+    procedure :: scale_mass => scale_mass_alone
+    procedure :: damping_ratio => no_damping
+    procedure :: take_moduli => keep_moduli
+    procedure :: begin_step => keep_time
+    procedure :: set_state => no_state
+    procedure :: size_of => no_size
+    procedure :: new_fields => new_nodal_fields
+    procedure :: spread_fields => keep_fields
+    procedure :: fields_at => no_fields
   end type element_t
 
   !> A part of a body, of any kind.
@@ -86,7 +88,7 @@ module element
 
   abstract interface
     !> Stress update and internal forces of a step, from the motion. The result does not depend on
-    !! the number of threads.
+    !! the number of threads. A block that fails is reported, see `elements_of_block`.
     subroutine forces_interface(self, law, dt, report)
       import :: element_t, block_law_t, force_report_t, wp
       class(element_t), intent(inout) :: self
@@ -94,16 +96,6 @@ module element
       real(wp), intent(in) :: dt                  !! [time]
       type(force_report_t), intent(out) :: report
     end subroutine forces_interface
-
-    !> Internal forces of a trial motion: those of `forces`, but stress, state and time stay as
-    !! they are.
-    subroutine trial_interface(self, law, dt, report)
-      import :: element_t, block_law_t, force_report_t, wp
-      class(element_t), intent(inout) :: self
-      class(block_law_t), intent(in) :: law
-      real(wp), intent(in) :: dt                  !! [time]
-      type(force_report_t), intent(out) :: report
-    end subroutine trial_interface
 
     !> A copy without stress, state and viscosity, for small trial motions of an elastic law in any
     !! direction.
@@ -113,32 +105,8 @@ module element
       class(element_t), allocatable, intent(out) :: copy
     end subroutine copy_interface
 
-    !> Take the elastic moduli of a law that has found them late.
-    subroutine law_interface(self, law)
-      import :: element_t, block_law_t
-      class(element_t), intent(inout) :: self
-      class(block_law_t), intent(in) :: law
-    end subroutine law_interface
-
-    !> Raise all masses by a factor. The viscosity is that of the heavier material, so that the
-    !! damping ratios stay and the stable step grows with the root of the factor.
-    subroutine factor_interface(self, factor)
-      import :: element_t, wp
-      class(element_t), intent(inout) :: self
-      real(wp), intent(in) :: factor
-    end subroutine factor_interface
-
-    !> Largest damping ratio of the linear bulk viscosity, from the largest angular frequency and
-    !! that of the bulk part of the stiffness alone.
-    pure real(wp) function damping_interface(self, law, omega, omega_bulk)
-      import :: element_t, block_law_t, wp
-      class(element_t), intent(in) :: self
-      class(block_law_t), intent(in) :: law
-      real(wp), intent(in) :: omega, omega_bulk   !! [1/time]
-    end function damping_interface
-
-    !> One element as a part of its own, without stress and viscosity. A kind whose elements are
-    !! coupled gives what comes nearest.
+    !> One element as a part of its own with its share of the mass, without stress and viscosity. A
+    !! kind whose elements are coupled gives what comes nearest.
     subroutine single_interface(self, element, copy)
       import :: element_t
       class(element_t), intent(in) :: self
@@ -155,26 +123,6 @@ module element
       real(wp), intent(out) :: energy
     end subroutine energy_interface
 
-    !> Jacobian by element-local coordinates, and position, of an integration point.
-    pure subroutine jacobian_interface(self, grid, element, point, j, x)
-      import :: element_t, nurbs_solid_t, wp
-      class(element_t), intent(in) :: self
-      type(nurbs_solid_t), intent(in) :: grid     !! that of the element, in any shape
-      integer, intent(in) :: element(3), point(3)
-      real(wp), intent(out) :: j(3, 3), x(3)      !! [length]
-    end subroutine jacobian_interface
-
-    !> Equivalent plastic strain, stress and state of all points, along axes 1, 2, 3 within an
-    !! element and then over the elements.
-    subroutine points_interface(self, eqps_state, eqps, stress, state)
-      import :: element_t, wp
-      class(element_t), intent(in) :: self
-      integer, intent(in) :: eqps_state           !! state variable, 0: there is none
-      real(wp), intent(inout) :: eqps(:, :, :, :, :, :)
-      real(wp), intent(inout) :: stress(:, :, :, :, :, :, :)   !! 6 components first
-      real(wp), intent(inout) :: state(:, :, :, :, :, :, :)    !! the first variables first
-    end subroutine points_interface
-
     !> Stress and state of the points of one element.
     pure subroutine element_interface(self, element, stress, state)
       import :: element_t, wp
@@ -183,74 +131,6 @@ module element
       real(wp), intent(out) :: stress(:, :, :, :)      !! (6, q1, q2, q3)
       real(wp), intent(out) :: state(:, :, :, :)       !! (n, q1, q2, q3)
     end subroutine element_interface
-
-    !> Set the first state variables of a point.
-    pure subroutine state_interface(self, element, point, values)
-      import :: element_t, wp
-      class(element_t), intent(inout) :: self
-      integer, intent(in) :: element(3), point(3)
-      real(wp), intent(in) :: values(:)
-    end subroutine state_interface
-
-    !> Cube root of the volume of an element at the start; only for laws that need the context of
-    !! their points.
-    pure real(wp) function size_interface(self, element)
-      import :: element_t, wp
-      class(element_t), intent(in) :: self
-      integer, intent(in) :: element(3)
-    end function size_interface
-
-    !> Temperature and field variables of a point at the start of the step.
-    pure function fields_interface(self, element, point) result(values)
-      import :: element_t, wp
-      class(element_t), intent(in) :: self
-      integer, intent(in) :: element(3), point(3)
-      real(wp) :: values(self%n_fields)
-    end function fields_interface
-
-    !> Room for temperature and field variables, all zero.
-    subroutine number_interface(self, n)
-      import :: element_t
-      class(element_t), intent(inout) :: self
-      integer, intent(in) :: n
-    end subroutine number_interface
-
-    !> Carry the fields from the control points, whose values are those of the end of the step to
-    !! come, to the integration points.
-    subroutine self_interface(self)
-      import :: element_t
-      class(element_t), intent(inout) :: self
-    end subroutine self_interface
-
-    !> A step of the deck begins.
-    pure subroutine begin_interface(self, step, time)
-      import :: element_t, wp
-      class(element_t), intent(inout) :: self
-      integer, intent(in) :: step
-      real(wp), intent(in) :: time
-    end subroutine begin_interface
-
-    !> Elements that a block of a force report holds, shape (3, n).
-    pure function block_interface(self, block) result(elements)
-      import :: element_t
-      class(element_t), intent(in) :: self
-      integer, intent(in) :: block
-      integer, allocatable :: elements(:, :)
-    end function block_interface
-
-    !> Motion, stress and state into a store, or back.
-    subroutine carry_interface(self, store)
-      import :: element_t, state_store_t
-      class(element_t), intent(inout) :: self
-      type(state_store_t), intent(inout) :: store
-    end subroutine carry_interface
-
-    !> Append lines `heading value` that describe the element for `--check`.
-    subroutine describe_interface(self, lines)
-      import :: element_t, string_t
-      class(element_t), intent(in) :: self
-      type(string_t), allocatable, intent(inout) :: lines(:)
-    end subroutine describe_interface
 
     !> Name of the kernel that works the element.
     pure function kernel_interface(self) result(name)
@@ -271,31 +151,93 @@ contains
     surface = solid_face(self%grid, side)
   end function surface_of_grid
 
-  !> Fields on the control points into a store, or back.
-  subroutine carry_motion(motion, store)
-    type(motion_t), intent(inout) :: motion
+  !> Internal forces of a trial motion: those of `forces`, but stress, state and time stay as they
+  !! are.
+  subroutine forces_of_a_copy(self, law, dt, report)
+    class(element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt                  !! [time]
+    type(force_report_t), intent(out) :: report
+    class(element_t), allocatable :: trial
+
+    allocate (trial, source=self)
+    call trial%forces(law, dt, report)
+    call move_alloc(trial%motion%internal_force, self%motion%internal_force)
+  end subroutine forces_of_a_copy
+
+  !> Equivalent plastic strain, stress and state of all points, along axes 1, 2, 3 within an element
+  !! and then over the elements.
+  subroutine read_elements(self, eqps_state, eqps, stress, state)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: eqps_state           !! state variable, 0: there is none
+    real(wp), intent(inout) :: eqps(:, :, :, :, :, :)
+    real(wp), intent(inout) :: stress(:, :, :, :, :, :, :)   !! 6 components first
+    real(wp), intent(inout) :: state(:, :, :, :, :, :, :)    !! the first variables first
+    real(wp), allocatable :: own_stress(:, :, :, :), own_state(:, :, :, :)
+    integer :: i, e(3)
+
+    associate (q => self%rule%n)
+      allocate (own_stress(6, q(1), q(2), q(3)))
+      allocate (own_state(max(size(state, 1), eqps_state), q(1), q(2), q(3)))
+    end associate
+    e = [0, 1, 1]
+    do i = 1, product(self%n_elements)
+      call next_element(self%n_elements, e)
+      call self%read_element(e, own_stress, own_state)
+      stress(:, :, :, :, e(1), e(2), e(3)) = own_stress(:size(stress, 1), :, :, :)
+      state(:, :, :, :, e(1), e(2), e(3)) = own_state(:size(state, 1), :, :, :)
+      if (eqps_state > 0) eqps(:, :, :, e(1), e(2), e(3)) = own_state(eqps_state, :, :, :)
+    end do
+  end subroutine read_elements
+
+  !> Jacobian by element-local coordinates, and position, of an integration point.
+  pure subroutine jacobian_of_grid(self, grid, element, point, j, x)
+    class(element_t), intent(in) :: self
+    type(nurbs_solid_t), intent(in) :: grid     !! that of the element, in any shape
+    integer, intent(in) :: element(3), point(3)
+    real(wp), intent(out) :: j(3, 3), x(3)      !! [length]
+    real(wp) :: xi(3), half
+    integer :: axis, span
+
+    xi = point_coordinates(self, element, [(self%rule(axis)%points(point(axis)), axis=1, 3)])
+    call evaluate_solid(grid, xi, x, j)
+    do axis = 1, 3
+      associate (kv => grid%axes(axis))
+        span = span_of(kv%knots, kv%degree, element(axis))
+        half = 0.5_wp*(kv%knots(span + 1) - kv%knots(span))
+      end associate
+      j(:, axis) = half*j(:, axis)
+    end do
+  end subroutine jacobian_of_grid
+
+  !> Motion into a store, or back. A kind with stress or state carries these too.
+  subroutine carry_motion(self, store)
+    class(element_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    call carry_field(store, "x", size(motion%x), motion%x)
-    call carry_field(store, "v", size(motion%v), motion%v)
-    call carry_field(store, "internal_force", size(motion%internal_force), motion%internal_force)
-    call carry_field(store, "external_force", size(motion%external_force), motion%external_force)
+    associate (motion => self%motion)
+      call carry_field(store, "x", size(motion%x), motion%x)
+      call carry_field(store, "v", size(motion%v), motion%v)
+      call carry_field(store, "internal_force", size(motion%x), motion%internal_force)
+      call carry_field(store, "external_force", size(motion%x), motion%external_force)
+    end associate
   end subroutine carry_motion
 
-  !> Lines on elements, degrees, control points and integration points, with the kernel.
-  subroutine describe_grid(element, lines)
-    class(element_t), intent(in) :: element
+  !> Append lines `heading value` that describe the element for `--check`: elements, degrees,
+  !! control points and integration points, with the kernel.
+  subroutine describe_grid(self, lines)
+    class(element_t), intent(in) :: self
     type(string_t), allocatable, intent(inout) :: lines(:)
     integer :: q(3)
 
-    q = element%rule%n
-    associate (n => element%n_elements)
+    q = self%rule%n
+    associate (n => self%n_elements)
       call append_text(lines, "elements         "//to_text(product(n))//" ("//triple(n)//")")
     end associate
-    call append_text(lines, "degrees          "//triple(element%grid%axes%degree))
-    call append_text(lines, "control points   "//to_text(size(element%grid%weights)))
+    call append_text(lines, "degrees          "//triple(self%grid%axes%degree))
+    call append_text(lines, "control points   "//to_text(size(self%grid%weights)))
     call append_text(lines, "points           "//to_text(product(q))//" an element ("// &
-                            triple(q)//"), kernel "//element%kernel_name())
+                            triple(q)//"), kernel "//self%kernel_name())
   end subroutine describe_grid
 
   pure function triple(n) result(text)
@@ -304,6 +246,101 @@ contains
 
     text = to_text(n(1))//" x "//to_text(n(2))//" x "//to_text(n(3))
   end function triple
+
+  !> Numbers that the element keeps in memory for good: here those of the motion, the mass and the
+  !! inertia.
+  pure real(wp) function stored_motion(self) result(n)
+    class(element_t), intent(in) :: self
+
+    n = 4.0_wp*size(self%motion%x) + 2.0_wp*size(self%mass)
+  end function stored_motion
+
+  !> Elements that a block of a force report holds, shape (3, n): here a block is an element.
+  pure function element_of_number(self, block) result(elements)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: block
+    integer, allocatable :: elements(:, :)
+
+    associate (n => self%n_elements)
+      elements = reshape([mod(block - 1, n(1)) + 1, mod((block - 1)/n(1), n(2)) + 1, &
+                          (block - 1)/(n(1)*n(2)) + 1], [3, 1])
+    end associate
+  end function element_of_number
+
+  !> Raise all masses by a factor. A kind with viscosity takes that of the heavier material, so that
+  !! the damping ratios stay and the stable step grows with the root of the factor.
+  subroutine scale_mass_alone(self, factor)
+    class(element_t), intent(inout) :: self
+    real(wp), intent(in) :: factor
+
+    self%mass = self%mass*factor
+  end subroutine scale_mass_alone
+
+  !> Largest damping ratio of the linear bulk viscosity, from the largest angular frequency and that
+  !! of the bulk part of the stiffness alone.
+  pure real(wp) function no_damping(self, law, omega, omega_bulk) result(ratio)
+    class(element_t), intent(in) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: omega, omega_bulk   !! [1/time]
+
+    ratio = 0.0_wp
+  end function no_damping
+
+  !> Take the elastic moduli of a law that has found them late.
+  subroutine keep_moduli(self, law)
+    class(element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+  end subroutine keep_moduli
+
+  !> A step of the deck begins.
+  pure subroutine keep_time(self, step, time)
+    class(element_t), intent(inout) :: self
+    integer, intent(in) :: step
+    real(wp), intent(in) :: time
+  end subroutine keep_time
+
+  !> Set the first state variables of a point.
+  pure subroutine no_state(self, element, point, values)
+    class(element_t), intent(inout) :: self
+    integer, intent(in) :: element(3), point(3)
+    real(wp), intent(in) :: values(:)
+  end subroutine no_state
+
+  !> Cube root of the volume of an element at the start; only for laws that need the context of
+  !! their points, as are the fields below.
+  pure real(wp) function no_size(self, element) result(size_of)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: element(3)
+
+    size_of = 0.0_wp
+  end function no_size
+
+  !> Room for temperature and field variables, all zero.
+  subroutine new_nodal_fields(self, n)
+    class(element_t), intent(inout) :: self
+    integer, intent(in) :: n
+
+    self%n_fields = n
+    associate (points => shape(self%mass))
+      allocate (self%nodal(points(1), points(2), points(3), n), source=0.0_wp)
+      allocate (self%nodal_start, source=self%nodal)
+    end associate
+  end subroutine new_nodal_fields
+
+  !> Carry the fields from the control points, whose values are those of the end of the step to
+  !! come, to the integration points.
+  subroutine keep_fields(self)
+    class(element_t), intent(inout) :: self
+  end subroutine keep_fields
+
+  !> Temperature and field variables of a point at the start of the step.
+  pure function no_fields(self, element, point) result(values)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: element(3), point(3)
+    real(wp) :: values(self%n_fields)
+
+    values = 0.0_wp
+  end function no_fields
 
   !> Parametric coordinates of a place in an element whose own coordinates run from -1 to 1.
   pure function point_coordinates(element, e, local) result(xi)

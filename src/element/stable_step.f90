@@ -1,13 +1,13 @@
-!> Largest stable time step of a body, from the assembled operator.
+!> Largest stable time step.
 !!
-!! Of the body, by Lanczos on M^-1/2 K M^-1/2, where K acts through the force routine itself, so that degree,
-!! rule, weights, seams and scaled masses all count as they are. The Ritz value alone lies below
-!! the true eigenvalue; its residual norm is added (B. N. Parlett, The Symmetric Eigenvalue
-!! Problem, SIAM 1998, sec. 13.2).
+!! Of a body, from the assembled operator: Lanczos on M^-1/2 K M^-1/2, where K acts through the
+!! force routine itself, so that degree, rule, weights, seams and scaled masses all count as they
+!! are. The Ritz value alone lies below the true eigenvalue; its residual norm is added (B. N.
+!! Parlett, The Symmetric Eigenvalue Problem, SIAM 1998, sec. 13.2).
 !!
-!! Or of single elements, whose largest frequency bounds that of the patch from above (B. M. Irons
-!! and G. Treharne, A bound theorem in eigenvalues and its practical applications, 1971): no
-!! iteration that could stop too early, at the cost of a shorter step.
+!! Of single elements, whose largest frequency bounds that of the body from above (B. M. Irons and
+!! G. Treharne, A bound theorem in eigenvalues and its practical applications, 1971): no iteration
+!! that could stop too early, at the cost of a shorter step.
 module stable_step
   use kinds, only: wp
   use elastic, only: elastic_t
@@ -15,7 +15,7 @@ module stable_step
   use seams, only: seams_t, is_counted
   use basis_tables, only: axis_table_t
   use element, only: element_t, part_t, force_report_t, next_element
-  use lumped_mass, only: mass_tables, add_masses
+  use lumped_mass, only: mass_tables
   use spurious_modes, only: dense_stiffness
   use column_scaling, only: column_directions, shrink_differences
   use body_parts, only: forces_of_parts, elastic_copies, share_internal_forces
@@ -332,7 +332,7 @@ contains
         is_known = is_known .or. all(abs(kinds_seen(i)%key - new%key) <= 1.0e-10_wp)
       end do
       if (is_known) cycle
-      new%omega = element_frequency(element, law, axes, e)
+      new%omega = element_frequency(element, law, e)
       omega = max(omega, new%omega)
       n_seen = n_seen + 1
       kinds_seen(mod(n_seen - 1, n_kept) + 1) = new
@@ -343,7 +343,7 @@ contains
   !! the largest extent.
   pure function element_key(element, axes, e) result(key)
     class(element_t), intent(in) :: element
-    type(axis_table_t), intent(in) :: axes(3)      !! tables of the mass
+    type(axis_table_t), intent(in) :: axes(3)      !! basis at some points
     integer, intent(in) :: e(3)
     real(wp), allocatable :: key(:)
     real(wp) :: extent
@@ -367,23 +367,16 @@ contains
   end function element_key
 
   !> Root of the largest eigenvalue of M^-1/2 K M^-1/2 of one element.
-  real(wp) function element_frequency(element, law, axes, e) result(omega)
+  real(wp) function element_frequency(element, law, e) result(omega)
     class(element_t), intent(in) :: element
     type(elastic_t), intent(in) :: law
-    type(axis_table_t), intent(in) :: axes(3)      !! tables of the mass
     integer, intent(in) :: e(3)
     class(element_t), allocatable :: one
-    real(wp), allocatable :: stiffness(:, :), root(:), mass(:, :, :), values(:)
-    integer :: low(3), high(3), axis, column
+    real(wp), allocatable :: stiffness(:, :), root(:), values(:)
+    integer :: column
 
-    low = [(axes(axis)%first(e(axis)), axis=1, 3)]
-    high = low + axes%degree
-    allocate (mass, mold=element%grid%weights)
-    mass = 0.0_wp
-    call add_masses(element%grid, axes, e, e, law%density, mass)
-    root = sqrt([mass(low(1):high(1), low(2):high(2), low(3):high(3))])
-    root = [root, root, root]
     call element%single(e, one)
+    root = sqrt([one%mass, one%mass, one%mass])
     stiffness = dense_stiffness(one, law)
     do column = 1, size(root)
       stiffness(:, column) = stiffness(:, column)/(root*root(column))

@@ -136,7 +136,7 @@ contains
     call clear_rows(tile, force, border)
     do i = 1, n_blocks_of(patch, tile)
       call next_block(patch, tile, block)
-      points%weighted = fields%rest(:, :, :, block%number)
+      points%weighted(:, :, :) = fields%rest(:, :, :, block%number)
       call spread_stress(patch, block, fields, points)
       call finish_stress(patch, projection, points)
       call gather_positions(patch, block, x, u, w)

@@ -3,9 +3,10 @@
 !! The operator of a direction is the least-squares fit of an element's values by a polynomial,
 !! weighted by the quadrature weights (P. Lancaster and K. Salkauskas, Math. Comp. 37 (1981); for
 !! strains R. P. R. Cardoso and J. M. A. Cesar de Sa, IJNME 97 (2014)); that of an element is the
-!! product of those of its directions. At the p + 1 Gauss points of full quadrature a fit with p terms is the value at the
-!! p Gauss points of the reduced rule, carried to all points: the Legendre polynomial of degree p,
-!! which the fit leaves out, has its zeros there. Smooth projections couple the elements of a row.
+!! product of those of its directions. At the p + 1 Gauss points of full quadrature a fit with p
+!! terms is the value at the p Gauss points of the reduced rule, carried to all points: the
+!! Legendre polynomial of degree p, which the fit leaves out, has its zeros there. Smooth
+!! projections couple the elements of a row.
 module strain_projection
   use kinds, only: wp
   use failure, only: error_t, fail

@@ -2,20 +2,19 @@
 module solid_element
   use kinds, only: wp
   use failure, only: error_t
-  use text, only: string_t
   use state_store, only: state_store_t, carry, carry_field
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
-  use element, only: element_t, force_report_t, carry_motion, describe_grid
+  use element, only: element_t, force_report_t, carry_motion, stored_motion, new_nodal_fields
   use ig_patch, only: ig_patch_t, tile_buffer_t, element_of_lane, lane_of_element, &
                       is_counted_lane, block_number, row_of_point
   use patch_setup, only: new_patch, new_tile_buffers, set_wave_speed, element_patch, check_shape
   use patch_points, only: new_point_volumes, jacobian_at, energy_of_points, new_given_fields, &
                           spread_to_points
   use solid_forces, only: internal_forces
-  use lumped_mass, only: new_lumped_mass
+  use lumped_mass, only: new_lumped_mass, mass_tables, add_masses
   use kernel_dispatch, only: solid_kernel_name => kernel_name
   implicit none
   private
@@ -48,8 +47,8 @@ module solid_element
     procedure :: begin_step
     procedure :: elements_of_block
     procedure :: carry => carry_solid
-    procedure :: describe
     procedure :: kernel_name
+    procedure :: n_stored
   end type solid_element_t
 
 contains
@@ -187,11 +186,13 @@ contains
     call move_alloc(one, copy)
   end subroutine single
 
-  !> Make `one` of an element of a solid: its patch, shape and rule, without stress and viscosity.
+  !> Make `one` of an element of a solid: its patch, shape, rule and share of the mass, without
+  !! stress and viscosity.
   subroutine cut_out(solid, element, one)
     class(solid_element_t), intent(in) :: solid
     integer, intent(in) :: element(3)
     class(solid_element_t), intent(inout) :: one
+    real(wp), allocatable :: mass(:, :, :)
     integer :: low(3), high(3), axis
 
     one%patch = element_patch(solid%patch, solid%grid, element)
@@ -204,6 +205,11 @@ contains
     one%motion%x = solid%grid%points(low(1):high(1), low(2):high(2), low(3):high(3), :)
     one%motion%v = 0.0_wp*one%motion%x
     one%motion%internal_force = one%motion%v
+    allocate (mass, mold=solid%grid%weights)
+    mass = 0.0_wp
+    call add_masses(solid%grid, mass_tables(solid%grid), element, element, &
+                    solid%patch%viscosity%density, mass)
+    one%mass = mass(low(1):high(1), low(2):high(2), low(3):high(3))
   end subroutine cut_out
 
   subroutine elastic_energy(self, law, energy)
@@ -324,11 +330,7 @@ contains
     class(solid_element_t), intent(inout) :: self
     integer, intent(in) :: n
 
-    self%n_fields = n
-    associate (points => self%patch%n_control)
-      allocate (self%nodal(points(1), points(2), points(3), n), source=0.0_wp)
-      allocate (self%nodal_start, source=self%nodal)
-    end associate
+    call new_nodal_fields(self, n)
     call new_given_fields(self%patch, n)
   end subroutine new_fields
 
@@ -364,7 +366,7 @@ contains
     class(solid_element_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    call carry_motion(self%motion, store)
+    call carry_motion(self, store)
     associate (patch => self%patch)
       call carry_field(store, "stress", size(patch%stress), patch%stress)
       call carry_field(store, "state", size(patch%state), patch%state)
@@ -379,18 +381,34 @@ contains
     end associate
   end subroutine carry_solid
 
-  subroutine describe(self, lines)
-    class(solid_element_t), intent(in) :: self
-    type(string_t), allocatable, intent(inout) :: lines(:)
-
-    call describe_grid(self, lines)
-  end subroutine describe
-
   pure function kernel_name(self) result(name)
     class(solid_element_t), intent(in) :: self
     character(:), allocatable :: name
 
     name = solid_kernel_name(self%patch%kernel)
   end function kernel_name
+
+  !> Lanes that fill the last block up count.
+  pure real(wp) function n_stored(self) result(n)
+    class(solid_element_t), intent(in) :: self
+    integer :: i
+
+    n = stored_motion(self)
+    associate (patch => self%patch)
+      n = n + size(patch%stress) + size(patch%state) + size(patch%push)
+      if (allocated(patch%weights)) n = n + size(patch%weights)
+      if (allocated(patch%rational)) n = n + size(patch%rational)
+      if (allocated(patch%reference)) n = n + size(patch%reference)
+      if (allocated(patch%element_size)) n = n + size(patch%element_size)
+      if (allocated(patch%viscosity%length)) n = n + size(patch%viscosity%length)
+      n = n + size(patch%lanes%values) + size(patch%lanes%slopes) + size(patch%lanes%weights)
+      do i = 1, 3
+        n = n + size(patch%axes(i)%values) + size(patch%axes(i)%slopes)
+      end do
+    end associate
+    do i = 1, size(self%buffers)
+      n = n + size(self%buffers(i)%force)
+    end do
+  end function n_stored
 
 end module solid_element
