@@ -5,13 +5,11 @@ module bench_run
   use kinds, only: wp
   use failure, only: error_t, fail
   use text, only: to_text
-  use bench_case, only: case_slot_t
-  use bench_record, only: record_t, record_list_t, keep_least
+  use bench_case, only: case_slot_t, sampling_t, measure
+  use bench_record, only: record_t, record_list_t, keep_least, heading, record_line, &
+                          check_writable, write_records
   use bench_options, only: options_t, is_chosen
-  use bench_report, only: heading, record_line
-  use json_records, only: check_writable, write_records
   use machine_bound, only: measure_machine
-  use sampling, only: sampling_t, measure
   use catalogue, only: all_cases
   use channel_case, only: channel_case_t, add_parts
   use vector_check, only: vector_count_t, count_vectors, vector_line, is_vectorised

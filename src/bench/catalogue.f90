@@ -5,8 +5,7 @@ module catalogue
   use strain_projection, only: project_volume, project_sheet, projection_name
   use bench_case, only: bench_case_t, case_slot_t
   use force_case, only: force_case_t
-  use contact_case, only: contact_case_t, search_case_t
-  use die_case, only: die_case_t
+  use contact_case, only: contact_case_t, search_case_t, die_case_t
   use channel_case, only: channel_case_t
   implicit none
   private

@@ -1,7 +1,12 @@
-!> Contact of a sheet with a wavy tool of any number of faces, all points touching or none.
+!> Contact of a sheet with a wavy tool of any number of faces, all points touching or none; search
+!! on that tool; and closest points on the lower die of the channel.
 module contact_case
   use kinds, only: wp
   use failure, only: error_t, fail
+  use text, only: string_t
+  use input_errors, only: error_list_t, n_errors
+  use scene, only: scene_t
+  use deck_reader, only: read_deck
   use knot_vector, only: new_knot_vector, greville
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use tool, only: tool_t, new_tool
@@ -9,14 +14,16 @@ module contact_case
   use contact, only: contact_t, contact_options_t, new_contact, apply_contact
   use closest_point, only: hit_t
   use tool_search, only: search_tool
+  use closest_point_lanes, only: lanes_t, follow_lanes, n_lanes
   use bench_case, only: bench_case_t
+  use bench_paths, only: project_folder
   implicit none
   private
 
-  public :: wavy_surface
-
+  integer, parameter :: n_rows = 8, n_along = 512    !! points across and along the die's profile
   real(wp), parameter :: reach = 9.0_wp              !! search distance: three thicknesses [mm]
-  real(wp), parameter :: movement = 0.05_wp          !! of the sheet, a step [mm]
+  real(wp), parameter :: movement = 0.05_wp          !! of a point, a step [mm]
+  real(wp), parameter :: depth = 0.02_wp             !! of points in the die [mm]
 
   !> Steps of a sheet that slides to and fro over the tool.
   type, extends(bench_case_t), public :: contact_case_t
@@ -48,6 +55,17 @@ module contact_case
     procedure :: run => run_search
     procedure :: check => check_search
   end type search_case_t
+
+  !> Eight points at a time that moved a little since their closest points were found.
+  type, extends(bench_case_t), public :: die_case_t
+    type(tool_t) :: tool
+    type(lanes_t), allocatable :: before(:)          !! where they were, and where they are now
+    integer :: n_good = 0
+  contains
+    procedure :: prepare => prepare_die
+    procedure :: run => run_die
+    procedure :: check => check_die
+  end type die_case_t
 
 contains
 
@@ -174,5 +192,85 @@ contains
 
     if (self%n_found < self%n_searches) call fail(error, self%name//": some points were not found")
   end subroutine check_search
+
+  !> Find where the points are on the die, then move them along it.
+  subroutine prepare_die(self, error)
+    class(die_case_t), intent(inout) :: self
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t) :: no_overrides(0)
+    type(scene_t) :: scene
+    type(error_list_t) :: errors
+    integer :: i, j, n
+
+    call read_deck(project_folder()//"/input/channel_forming.key", no_overrides, scene, errors)
+    if (n_errors(errors) > 0) then
+      call fail(error, self%name//": input/channel_forming.key cannot be read")
+      return
+    end if
+    associate (spec => scene%tools(1))
+      call new_tool(self%tool, spec%name, spec%surfaces, spec%side, 9.0_wp, error)
+      if (allocated(error)) return
+      allocate (self%before(n_rows*n_along/n_lanes))
+      n = 0
+      do j = 1, n_rows
+        do i = 1, n_along
+          call place_point(self%tool, spec%surfaces(1), [(i - 0.5_wp)/n_along, &
+                           (j - 0.5_wp)/n_rows], self%before(n/n_lanes + 1), mod(n, n_lanes) + 1)
+          n = n + 1
+        end do
+      end do
+    end associate
+    self%n_units = real(n, wp)
+  end subroutine prepare_die
+
+  !> One point: below the surface at these parameters, found, then moved along the first tangent.
+  subroutine place_point(tool, surface, at, lanes, lane)
+    type(tool_t), intent(in) :: tool
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp), intent(in) :: at(2)              !! shares of the parameter ranges
+    type(lanes_t), intent(inout) :: lanes
+    integer, intent(in) :: lane
+    type(hit_t) :: hit
+    real(wp) :: xi(2), place(3), slopes(3, 2)
+    integer :: d
+
+    do d = 1, 2
+      associate (knots => surface%axes(d)%knots)
+        xi(d) = knots(1) + at(d)*(knots(size(knots)) - knots(1))
+      end associate
+    end do
+    call evaluate_surface(surface, xi, place, slopes)
+    call search_tool(tool, place, 0.0_wp, .false., hit)
+    lanes%face(lane) = hit%face
+    lanes%s(lane) = hit%at(1)
+    lanes%t(lane) = hit%at(2)
+    lanes%x(lane, :) = place - depth*hit%normal + movement*slopes(:, 1)/norm2(slopes(:, 1))
+  end subroutine place_point
+
+  subroutine run_die(self)
+    class(die_case_t), intent(inout) :: self
+    type(lanes_t) :: lanes
+    integer :: i, n_good
+
+    n_good = 0
+    !$omp parallel do schedule(static) private(lanes) reduction(+:n_good)
+    do i = 1, size(self%before)
+      lanes = self%before(i)
+      call follow_lanes(self%tool, lanes)
+      n_good = n_good + count(lanes%is_good)
+    end do
+    !$omp end parallel do
+    self%n_good = n_good
+  end subroutine run_die
+
+  !> Nearly all points must settle: the others would be searched one by one.
+  subroutine check_die(self, error)
+    class(die_case_t), intent(in) :: self
+    type(error_t), allocatable, intent(out) :: error
+
+    if (self%n_good < 0.9_wp*self%n_units) then
+      call fail(error, self%name//": too few points settle")
+    end if
+  end subroutine check_die
 
 end module contact_case

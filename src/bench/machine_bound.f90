@@ -7,7 +7,7 @@ module machine_bound
   use kinds, only: wp
   use text, only: to_text
   use bench_record, only: record_t, record_list_t, keep_least
-  use bench_clock, only: seconds_now
+  use bench_case, only: seconds_now
   implicit none
   private
 
