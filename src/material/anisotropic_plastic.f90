@@ -1,11 +1,12 @@
 !> Plasticity with an anisotropic yield function whose axes travel with the material.
 module anisotropic_plastic
   use kinds, only: wp
-  use block_law, only: block_law_t, set_elastic
+  use block_law, only: set_elastic
   use flow_curve, only: flow_curve_t, flow_after, is_steep, thermal_factor, heat_up
-  use hardening, only: back_stresses_t, back_stress_warning
+  use hardening, only: back_stresses_t
+  use mises_plastic, only: mises_plastic_t, set_plastic
   use yield_function, only: yield_function_t, evaluate_yield, mises_bound, quadratic
-  use yield_return, only: return_to_hill, return_problem_t, return_to_yield, return_in_stages
+  use return_mapping, only: return_to_hill, return_problem_t, return_to_yield, return_in_stages
   use tensor_rotation, only: turn_axes, axes_rotation, rotate_tensors, transposed
   use voce, only: elastic_trial
   implicit none
@@ -13,20 +14,17 @@ module anisotropic_plastic
 
   public :: new_anisotropic_plastic
 
-  !> The state is the equivalent plastic strain, the rotation of the axes since the start in four
-  !! numbers (see `material_axes`), six components of each back stress in the axes of the material,
-  !! shear as it is, and with heating the temperature rise. The equivalent plastic strain is
-  !! that of work: relative stress times plastic strain over the flow stress.
-  type, extends(block_law_t), public :: anisotropic_plastic_t
-    type(flow_curve_t) :: curve
+  !> Flow curve, back stresses and stages are those of the law of von Mises. The state is the
+  !! equivalent plastic strain, the rotation of the axes since the start in four numbers (see
+  !! `tensor_rotation`), six components of each back stress in the axes of the material, tensor
+  !! shear, and with heating the temperature rise. The equivalent plastic strain is that of work:
+  !! relative stress times plastic strain over the flow stress.
+  type, extends(mises_plastic_t), public :: anisotropic_plastic_t
     type(yield_function_t) :: yield
-    type(back_stresses_t) :: back
     real(wp) :: axes(3, 3) = 0.0_wp   !! of the material at the start, as columns
     real(wp) :: bound = 0.0_wp        !! equivalent over von Mises stress never exceeds it
-    integer :: n_stages = 0           !! of the multi-stage return, 0: backward Euler
   contains
     procedure :: update
-    procedure :: shear_warning
     procedure :: keeps_plane
   end type anisotropic_plastic_t
 
@@ -44,16 +42,11 @@ contains
     integer, intent(in) :: n_stages   !! 0: backward Euler
     type(anisotropic_plastic_t) :: law
 
-    law%n_state = 5 + 6*back%n
-    if (curve%heating%is_active) law%n_state = law%n_state + 1
-    law%eqps_state = 1
     call set_elastic(law, density, young, poisson)
-    law%curve = curve
+    call set_plastic(law, curve, back, n_stages, 5)
     law%yield = yield
-    law%back = back
     law%axes = axes
     law%bound = mises_bound(yield)
-    law%n_stages = n_stages
   end function new_anisotropic_plastic
 
   !> It does where an axis of the material lies across the plane.
@@ -180,13 +173,5 @@ contains
       end associate
     end do
   end subroutine return_singly
-
-  !> That of its back stresses.
-  pure function shear_warning(self) result(warning)
-    class(anisotropic_plastic_t), intent(in) :: self
-    character(:), allocatable :: warning
-
-    warning = back_stress_warning(self%back)
-  end function shear_warning
 
 end module anisotropic_plastic

@@ -11,6 +11,7 @@
 module flow_curve
   use kinds, only: wp
   use failure, only: error_t, fail
+  use constant_check, only: check_finite, check_count, require
   use hardening, only: hardening_t, harden, is_steep_at_start
   implicit none
   private
@@ -46,28 +47,22 @@ contains
     type(flow_curve_t), intent(inout) :: curve
     type(error_t), allocatable, intent(out) :: error
 
-    if (size(constants) /= 2) then
-      call fail(error, "material: the rate factor "//trim(name)//" takes two constants")
-      return
-    else if (.not. all(abs(constants) <= huge(1.0_wp))) then
-      call fail(error, "material: the constants of the rate factor must be finite numbers")
-      return
-    end if
+    call check_count("the rate factor "//name, constants, 2, "two constants", error)
+    call check_finite("constants of the rate factor", constants, error)
+    if (allocated(error)) return
     curve%rate_constants = constants
     select case (name)
     case ("COWPER SYMONDS")
       curve%rate_kind = cowper_symonds
-      if (constants(1) <= 0.0_wp .or. constants(2) <= 0.0_wp) then
-        call fail(error, "material: D and p of Cowper-Symonds must be positive")
-      end if
+      call require(all(constants > 0.0_wp), &
+                   "material: D and p of Cowper-Symonds must be positive", error)
     case ("JOHNSON COOK")
       curve%rate_kind = johnson_cook
-      if (constants(1) < 0.0_wp) then
-        call fail(error, "material: C of Johnson-Cook must not be negative: faster would be "// &
-                  "softer, and the strain would gather in one element")
-      else if (constants(2) <= 0.0_wp) then
-        call fail(error, "material: the reference rate of Johnson-Cook must be positive")
-      end if
+      call require(constants(1) >= 0.0_wp, &
+                   "material: C of Johnson-Cook must not be negative: faster would be "// &
+                   "softer, and the strain would localize in one element", error)
+      call require(constants(2) > 0.0_wp, &
+                   "material: the reference rate of Johnson-Cook must be positive", error)
     case default
       call fail(error, "material: unknown rate factor "//trim(name)// &
                 ", known are COWPER SYMONDS and JOHNSON COOK")
@@ -120,7 +115,7 @@ contains
     end do
   end subroutine flow_after
 
-  !> Heating from the share of the work, specific heat, temperature at the start, reference and
+  !> Heating from the fraction of the work, specific heat, temperature at the start, reference and
   !! melting temperature and exponent.
   pure subroutine set_heating(density, constants, heating, error)
     real(wp), intent(in) :: density        !! [mass/length^3]
@@ -128,22 +123,19 @@ contains
     type(heating_t), intent(out) :: heating
     type(error_t), allocatable, intent(out) :: error
 
-    if (size(constants) /= 6) then
-      call fail(error, "material: adiabatic heating takes six constants")
-    else if (.not. all(abs(constants) <= huge(1.0_wp))) then
-      call fail(error, "material: the constants of the heating must be finite numbers")
-    else if (constants(1) < 0.0_wp .or. constants(1) > 1.0_wp) then
-      call fail(error, "material: the share of plastic work that heats lies between 0 and 1")
-    else if (constants(2) <= 0.0_wp) then
-      call fail(error, "material: the specific heat must be positive")
-    else if (constants(5) <= max(constants(3), constants(4))) then
-      call fail(error, "material: the melting temperature must be above the two others")
-    else if (constants(6) <= 0.0_wp) then
-      call fail(error, "material: the exponent of thermal softening must be positive")
-    else
-      heating = heating_t(.true., constants(1)/(density*constants(2)), constants(3), &
-                          constants(4), constants(5), constants(6))
-    end if
+    call check_count("adiabatic heating", constants, 6, "six constants", error)
+    call check_finite("constants of the heating", constants, error)
+    if (allocated(error)) return
+    call require(constants(1) >= 0.0_wp .and. constants(1) <= 1.0_wp, &
+                 "material: the fraction of plastic work that heats lies between 0 and 1", error)
+    call require(constants(2) > 0.0_wp, "material: the specific heat must be positive", error)
+    call require(constants(5) > max(constants(3), constants(4)), &
+                 "material: the melting temperature must be above the two others", error)
+    call require(constants(6) > 0.0_wp, &
+                 "material: the exponent of thermal softening must be positive", error)
+    if (allocated(error)) return
+    heating = heating_t(.true., constants(1)/(density*constants(2)), constants(3), &
+                        constants(4), constants(5), constants(6))
   end subroutine set_heating
 
   !> Factor on the flow stress of a row. A thousandth of the strength is left at melting, so

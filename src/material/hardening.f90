@@ -39,18 +39,18 @@ module hardening
     real(wp) :: strength = 0.0_wp     !! K of Swift [stress]
     real(wp) :: offset = 0.0_wp       !! eps_0 of Swift
     real(wp) :: exponent = 0.0_wp     !! n of Swift
-    real(wp) :: fraction = 0.0_wp     !! alpha, share of Swift in the mix
+    real(wp) :: fraction = 0.0_wp     !! alpha, fraction of Swift in the mix
     real(wp), allocatable :: strains(:), stresses(:)   !! points of the table
   end type hardening_t
 
   character(*), parameter :: softening = &
-    "the flow stress would fall: softening gathers in one element, whatever its size"
+    "the flow stress would fall: softening localizes in one element, whatever its size"
 
 contains
 
   !> Curve of this name with its constants checked: VOCE (sigma_0, Q, b), SWIFT (K, eps_0, n),
   !! LINEAR (sigma_0, H), PERFECT (sigma_0), VOCE SWIFT (alpha, K, eps_0, n, sigma_0, Q, b) or
-  !! TABLE (stress, plastic strain, stress, ...). Softening is refused.
+  !! TABLE (stress, plastic strain, stress, ...). Softening is rejected.
   pure subroutine new_hardening(name, constants, curve, error)
     character(*), intent(in) :: name
     real(wp), intent(in) :: constants(:)
@@ -144,7 +144,7 @@ contains
     curve%kind = mixed_kind
     curve%fraction = constants(1)
     call require(curve%fraction >= 0.0_wp .and. curve%fraction <= 1.0_wp, &
-                 "material: the share alpha of Swift must lie between 0 and 1", error)
+                 "material: the fraction alpha of Swift must lie between 0 and 1", error)
     call set_swift(constants(2:4), curve, error)
     call set_voce(constants(5:7), curve, error)
   end subroutine set_mix
@@ -159,17 +159,17 @@ contains
     n = size(constants)/2
     curve%stresses = constants(1::2)
     curve%strains = constants(2::2)
-    if (n == 0 .or. size(constants) /= 2*n) then
-      call fail(error, "material: a table of hardening takes pairs of stress and plastic strain")
-    else if (abs(curve%strains(1)) > 0.0_wp) then
-      call fail(error, "material: a table of hardening begins at plastic strain 0")
-    else if (any(curve%strains(2:) <= curve%strains(:n - 1))) then
-      call fail(error, "material: the plastic strains of a table of hardening must rise")
-    else if (curve%stresses(1) <= 0.0_wp) then
-      call fail(error, "material: the yield stress of a table of hardening must be positive")
-    else if (any(curve%stresses(2:) < curve%stresses(:n - 1))) then
-      call fail(error, "material: the stresses of a table of hardening must not fall, "//softening)
-    end if
+    call require(n > 0 .and. size(constants) == 2*n, &
+                 "material: a table of hardening takes pairs of stress and plastic strain", error)
+    if (allocated(error)) return
+    call require(abs(curve%strains(1)) <= 0.0_wp, &
+                 "material: a table of hardening begins at plastic strain 0", error)
+    call require(all(curve%strains(2:) > curve%strains(:n - 1)), &
+                 "material: the plastic strains of a table of hardening must rise", error)
+    call require(curve%stresses(1) > 0.0_wp, &
+                 "material: the yield stress of a table of hardening must be positive", error)
+    call require(all(curve%stresses(2:) >= curve%stresses(:n - 1)), &
+                 "material: the stresses of a table of hardening must not fall, "//softening, error)
   end subroutine set_table
 
   !> Is the slope infinite at zero plastic strain, as Hollomon has it?
@@ -239,7 +239,7 @@ contains
     end do
   end subroutine swift_row
 
-  !> Linear between the points of the table, constant behind the last.
+  !> Linear between the points of the table, constant after the last.
   pure subroutine table_row(curve, n, eqps, flow, slope)
     type(hardening_t), intent(in) :: curve
     integer, intent(in) :: n

@@ -6,9 +6,15 @@ module material_table
   use block_law, only: block_law_t, law_entry_t
   use elastic, only: elastic_law
   use neo_hooke, only: neo_hooke_law
-  use plastic_laws, only: plastic_law
   use law_spec, only: law_spec_t
-  use constant_check, only: check_count
+  use constant_check, only: check_count, require
+  use hardening, only: new_hardening, voce_kind, back_stresses_t, new_back_stresses
+  use flow_curve, only: set_heating, flow_curve_t, set_rate_factor
+  use voce, only: new_voce
+  use mises_plastic, only: new_mises_plastic
+  use yield_function, only: yield_function_t, new_yield_function
+  use tensor_rotation, only: axes_from_points
+  use anisotropic_plastic, only: new_anisotropic_plastic
   implicit none
   private
 
@@ -22,7 +28,7 @@ contains
 
     laws = [elastic_law(), &
             neo_hooke_law(), &
-            plastic_law()]
+            law_entry_t("PLASTIC", build=new_plastic)]
   end function known_laws
 
   !> The law that a deck asks for, with its constants checked.
@@ -61,18 +67,83 @@ contains
               joined(names, ", "))
   end subroutine new_law
 
-  !> What every law needs for its mass and its stable step. Written so that a NaN is refused.
+  !> What every law needs for its mass and its stable time increment. Written so that a NaN is
+  !! rejected.
   pure subroutine check_elastic(density, young, poisson, error)
     real(wp), intent(in) :: density, young, poisson
     type(error_t), allocatable, intent(out) :: error
 
-    if (.not. (density > 0.0_wp .and. density <= huge(density))) then
-      call fail(error, "material: the density must be positive")
-    else if (.not. (young > 0.0_wp .and. young <= huge(young))) then
-      call fail(error, "material: Young's modulus must be positive")
-    else if (.not. (poisson > -1.0_wp .and. poisson < 0.5_wp)) then
-      call fail(error, "material: Poisson's ratio must lie between -1 and 0.5, both excluded")
-    end if
+    call require(density > 0.0_wp .and. density <= huge(density), &
+                 "material: the density must be positive", error)
+    call require(young > 0.0_wp .and. young <= huge(young), &
+                 "material: Young's modulus must be positive", error)
+    call require(poisson > -1.0_wp .and. poisson < 0.5_wp, &
+                 "material: Poisson's ratio must lie between -1 and 0.5, both excluded", error)
   end subroutine check_elastic
+
+  !> The law of *PLASTIC and the keywords that follow it, with all constants checked together.
+  subroutine new_plastic(spec, law, error)
+    type(law_spec_t), intent(in) :: spec
+    class(block_law_t), allocatable, intent(out) :: law
+    type(error_t), allocatable, intent(out) :: error
+    type(flow_curve_t) :: curve
+    type(back_stresses_t) :: back
+
+    call new_hardening(spec%plasticity%hardening, spec%constants, curve%hardening, error)
+    if (allocated(error)) return
+    if (spec%plasticity%rate /= "") then
+      call set_rate_factor(spec%plasticity%rate, spec%plasticity%rate_constants, curve, error)
+      if (allocated(error)) return
+    end if
+    if (allocated(spec%plasticity%heating)) then
+      call set_heating(spec%density, spec%plasticity%heating, curve%heating, error)
+      if (allocated(error)) return
+    end if
+    if (allocated(spec%plasticity%back_stresses)) then
+      call new_back_stresses(spec%plasticity%back_stresses, back, error)
+      if (allocated(error)) return
+    end if
+    if (spec%plasticity%potential /= "") then
+      call new_anisotropic(spec, curve, back, law, error)
+    else if (is_plain_voce(spec, curve) .and. back%n == 0) then
+      allocate (law, source=new_voce(spec%density, spec%young, spec%poisson, spec%constants(1), &
+                                     spec%constants(2), spec%constants(3)))
+    else
+      allocate (law, source=new_mises_plastic(spec%density, spec%young, spec%poisson, curve, back, &
+                                              spec%plasticity%n_stages))
+    end if
+  end subroutine new_plastic
+
+  !> An anisotropic yield function; its axes must be given.
+  subroutine new_anisotropic(spec, curve, back, law, error)
+    type(law_spec_t), intent(in) :: spec
+    type(flow_curve_t), intent(in) :: curve
+    type(back_stresses_t), intent(in) :: back
+    class(block_law_t), allocatable, intent(out) :: law
+    type(error_t), allocatable, intent(out) :: error
+    type(yield_function_t) :: yield
+    real(wp) :: axes(3, 3)
+
+    call new_yield_function(spec%plasticity%potential, spec%plasticity%coefficients, yield, error)
+    if (allocated(error)) return
+    if (.not. allocated(spec%plasticity%orientation)) then
+      call fail(error, "material: the yield function "//trim(spec%plasticity%potential)// &
+                " needs an *ORIENTATION that gives the rolling direction")
+      return
+    end if
+    call axes_from_points(spec%plasticity%orientation, axes, error)
+    if (allocated(error)) return
+    allocate (law, source=new_anisotropic_plastic(spec%density, spec%young, spec%poisson, curve, &
+                                                  yield, back, axes, spec%plasticity%n_stages))
+  end subroutine new_anisotropic
+
+  !> Is it the case that the tuned law `voce` covers, back stresses aside?
+  pure logical function is_plain_voce(spec, curve)
+    type(law_spec_t), intent(in) :: spec
+    type(flow_curve_t), intent(in) :: curve
+
+    is_plain_voce = curve%hardening%kind == voce_kind .and. spec%plasticity%rate == "" &
+                    .and. spec%plasticity%n_stages == 0 .and. .not. curve%heating%is_active
+  end function is_plain_voce
 
 end module material_table

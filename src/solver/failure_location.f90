@@ -10,7 +10,7 @@ module failure_location
   use patch_points, only: determinant, inverse_rows
   use element, only: element_t, next_element
   use blank, only: blank_t
-  use large_shear, only: sheet_shear, equivalent_strain
+  use simple_shear, only: sheet_shear, equivalent_strain
   use contact, only: contact_t
   use tool, only: tool_t
   use tool_face, only: face_position

@@ -17,7 +17,7 @@ module health
   use failure_location, only: location_t, location_of_failure, location_of_smallest, &
                               location_text, block_text, fastest_point, deepest_point, &
                               contact_point_text, most_sheared
-  use large_shear, only: shear_limit
+  use simple_shear, only: shear_limit
   use user_call, only: take_user_failure
   implicit none
   private

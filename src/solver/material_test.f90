@@ -7,7 +7,7 @@ module material_test
   use interrupt, only: is_stop_wanted
   use scene, only: material_test_spec_t
   use block_law, only: block_law_t
-  use large_shear, only: simple_shear_of, shear_limit
+  use simple_shear, only: simple_shear_of, shear_limit
   use material_point, only: material_point_t, control_t, new_point, new_control, advance, &
                             strain_to_frame, stress_to_frame, plastic_strain
   use result_table, only: result_table_t, add_column, tensor_components

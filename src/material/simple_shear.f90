@@ -5,7 +5,7 @@
 !! the shear stress of a linear back stress is C/3 sin(gamma), that of Hooke's law in rates
 !! G sin(gamma) (J. K. Dienes, Acta Mechanica 32 (1979); J. C. Nagtegaal and J. E. de Jong, in
 !! Plasticity of metals at finite strain, Stanford 1982).
-module large_shear
+module simple_shear
   use kinds, only: wp
   use block_law, only: block_law_t
   use symmetric_eigen, only: principal_values
@@ -97,4 +97,4 @@ contains
     if (law%eqps_state > 0) strain = strain + state(law%eqps_state)
   end function equivalent_strain
 
-end module large_shear
+end module simple_shear
