@@ -3,14 +3,14 @@
 !! What Abaqus keeps for it stands behind its own state variables: total strain (6) and the
 !! energies SSE, SPD, SCD (3).
 module umat_adapter
-  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite, ieee_is_nan
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use kinds, only: wp
-  use point_context, only: point_context_t, new_point_context
-  use umat_interface, only: umat_procedure, name_length
-  use user_call, only: user_law_t, first_point_t, set_user_law, slack, most_fields, n_guard, &
-                       n_room, set_guard, check_guard, check_spare_states, enter_user_call, &
-                       leave_user_call, note_failure, end_user_run, uneven_stiffness, in_umat
+  use point_context, only: point_context_t
+  use user_call, only: umat_procedure, name_length, user_law_t, first_point_t, set_user_law, &
+                       slack, most_fields, n_guard, n_room, set_guard, check_guard, &
+                       check_spare_states, enter_user_call, leave_user_call, note_failure, &
+                       end_user_run, uneven_stiffness, in_umat
   use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity
   implicit none
   private
@@ -24,7 +24,6 @@ module umat_adapter
   type, extends(user_law_t), public :: umat_adapter_t
     procedure(umat_procedure), pointer, nopass :: umat => null()
   contains
-    procedure :: update
     procedure :: update_in_context
   end type umat_adapter_t
 
@@ -41,43 +40,16 @@ module umat_adapter
 contains
 
   !> Law from a UMAT, its name, its constants and the number of its state variables.
-  function new_umat_adapter(umat, name, density, bulk, shear, props, n_statv) result(law)
+  function new_umat_adapter(umat, name, density, props, n_statv) result(law)
     procedure(umat_procedure) :: umat
     character(*), intent(in) :: name                 !! CMNAME
-    real(wp), intent(in) :: density, bulk, shear     !! for the stable step
-    real(wp), intent(in) :: props(:)
+    real(wp), intent(in) :: density, props(:)
     integer, intent(in) :: n_statv                   !! NSTATV
     type(umat_adapter_t) :: law
 
-    call set_user_law(law, name, density, bulk, shear, props, n_statv, n_kept)
+    call set_user_law(law, name, density, props, n_statv, n_kept)
     law%umat => umat
   end function new_umat_adapter
-
-  !> Update without a context. What only a context has (times, deformation gradients, place and
-  !! size of the element) is passed as not a number, so that a law that needs it fails at once
-  !! instead of working with made-up values.
-  subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
-    class(umat_adapter_t), intent(in) :: self
-    integer, intent(in) :: n
-    real(wp), intent(in) :: dt, dstrain(n, 6)
-    real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
-    logical, intent(out) :: ok
-    real(wp), intent(in), optional :: spin(n, 3)
-    type(point_context_t) :: context
-    real(wp) :: unknown, turn(n, 3)
-
-    unknown = ieee_value(unknown, ieee_quiet_nan)
-    turn = 0.0_wp
-    if (present(spin)) turn = spin
-    context = new_point_context(n)
-    context%time = unknown
-    context%step_time = unknown
-    context%f0 = unknown
-    context%f1 = unknown
-    context%place = unknown
-    context%length = unknown
-    call self%update_in_context(context, dt, dstrain, stress, state, ok, turn)
-  end subroutine update
 
   !> One call of the UMAT for each point that is not a repetition. Fails where stress or state are
   !! not finite, or PNEWDT stays below one in 64 parts of the increment; points behind the one

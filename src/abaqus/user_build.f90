@@ -1,25 +1,24 @@
-!> From source files of users to a shared library: gfortran is run as the files expect it, and what
-!! it says is handed on. The library is kept and used again until a source, a file that one
-!! includes, the compiler or its options change.
+!> From source files of users to a shared library: gfortran is run as the files require, and its
+!! messages are passed on with their cause. The library is kept in the user's cache and used again
+!! until a source, a file that one includes, the compiler or its options change.
 module user_build
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_ptr
   use failure, only: error_t, fail
-  use text, only: string_t, strings, to_text
+  use text, only: string_t, strings, append_text, to_text, lower_case, upper_case
   use checksum, only: file_checksum
   use child_process, only: run_program, program_missing, c_text
   use system_files, only: folder_of, program_folder, replace_file
   use whole_file, only: read_whole_file
-  use source_digest, only: digest_t, add_text, add_file, whole_digest_text
-  use trusted_files, only: open_own_file, digest_of, keep_to_owner
+  use trusted_files, only: open_own_file, close_file, path_of, digest_of, keep_to_owner
   use user_sources, only: is_source, is_c_source, is_fixed_form, has_directives, provide_includes, &
-                          as_file, ending_of, kinds_of
+                          as_file, ending_of, kinds_of, digest_t, add_text, add_file, &
+                          whole_digest_text
   use source_rewriting, only: rewrite_source
-  use library_store, only: find_kept, library_name
-  use build_messages, only: cause_of, link_message
   implicit none
   private
 
   public :: build_user_library, setting
+  public :: find_kept, library_name, fortran_options, cause_of, link_message
 
   !> -frecursive keeps local arrays on the stack, so that threads do not share them. -w: the
   !! sources are old and not ours. -g: crashes name the line. The sections let the linker leave out
@@ -38,10 +37,16 @@ module user_build
   character(12), parameter :: exported(5) = [character(12) :: "umat_", "vumat_", "sdvini_", &
     "uexternaldb_", "vexternaldb_"]
 
+  integer, parameter :: digest_length = 64   ! of the text
+
+  !> Routines of Abaqus that are provided.
+  character(*), parameter :: utilities = "XIT, ROTSIG, SINV, SPRINC, SPRIND, VSPRINC, VSPRIND, "// &
+    "STDB_ABQERR, XPLB_ABQERR, XPLB_EXIT, GETOUTDIR, GETJOBNAME, GETRANK, GETNUMCPUS and the "// &
+    "same with V before them, GETNUMTHREADS, GET_THREAD_ID, MUTEXINIT, MUTEXLOCK and MUTEXUNLOCK"
+
   !> What every call of the compiler needs to know.
   type :: build_t
     character(:), allocatable :: compiler, folder, log, support
-    type(string_t), allocatable :: words(:)      !! of the call in hand
     type(string_t), allocatable :: objects(:)    !! compiled so far
     character(:), allocatable :: note
     logical :: has_cpp = .false.                 !! one of the sources is C++
@@ -124,6 +129,41 @@ contains
     if (.not. is_kept) call fail(error, "cannot write the compiled user subroutine: "//no_room)
   end subroutine keep
 
+  !> The library of these sources that an earlier run has kept, open; below zero if there is none.
+  !! A record of this user has its digest and the note, which each run prints. What is no
+  !! plain file of this user, or has another digest, is no library: it will be made again.
+  subroutine find_kept(cache, key, library, note)
+    character(*), intent(in) :: cache, key
+    integer, intent(out) :: library
+    character(:), allocatable, intent(out) :: note
+    character(:), allocatable :: content
+    integer :: record
+    logical :: is_there
+
+    note = ""
+    library = -1
+    record = open_own_file(cache//"/"//key//".txt")
+    if (record < 0) return
+    call read_whole_file(path_of(record), content, is_there)
+    call close_file(record)
+    if (len(content) < digest_length) return
+    library = open_own_file(cache//"/"//library_name(content(:digest_length)))
+    if (library < 0) return
+    note = content(digest_length + 1:)
+    if (digest_of(library) == content(:digest_length)) return
+    call close_file(library)
+    library = -1
+    note = ""
+  end subroutine find_kept
+
+  !> The name of a library that has this digest.
+  pure function library_name(digest) result(name)
+    character(*), intent(in) :: digest
+    character(:), allocatable :: name
+
+    name = "user_"//lower_case(digest)//".so"
+  end function library_name
+
   pure function fresh_library(build) result(path)
     type(build_t), intent(in) :: build
     character(:), allocatable :: path
@@ -187,16 +227,16 @@ contains
     character(:), allocatable, intent(out) :: key
     type(error_t), allocatable, intent(out) :: error
     type(digest_t) :: digest
-    type(string_t), allocatable :: found(:)
+    type(string_t), allocatable :: found(:), words(:)
     character(:), allocatable :: version
     logical :: is_there
     integer :: i, code
 
     key = ""
     allocate (found(0))
-    call start_words(build, build%compiler)
-    call add_word(build, "--version")
-    call run_program(build%words, build%log, code)
+    words = command(build%compiler)
+    call append_text(words, "--version")
+    call run_program(words, build%log, code)
     inquire (file=build%log, exist=is_there)
     if (code == program_missing .and. is_there) then
       call fail(error, "no compiler: '"//build%compiler//"' cannot be started, which "// &
@@ -234,21 +274,13 @@ contains
     key = whole_digest_text(digest)
   end subroutine find_key
 
-  subroutine start_words(build, word)
-    type(build_t), intent(inout) :: build
-    character(*), intent(in) :: word
+  !> The first word of a command.
+  pure function command(program) result(words)
+    character(*), intent(in) :: program
+    type(string_t), allocatable :: words(:)
 
-    build%words = strings([word])
-  end subroutine start_words
-
-  subroutine add_word(build, word)
-    type(build_t), intent(inout) :: build
-    character(*), intent(in) :: word
-    type(string_t) :: last
-
-    last%value = word
-    build%words = [build%words, last]
-  end subroutine add_word
+    words = strings([program])
+  end function command
 
   !> Object file of one source; objects and libraries are passed on to the linker.
   subroutine compile(build, path, number, error)
@@ -257,22 +289,20 @@ contains
     integer, intent(in) :: number
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: object
-    type(string_t) :: entry
 
     object = build%folder//"/"//to_text(number)//".o"
-    entry%value = object
     if (is_source(path)) then
       call compile_source(build, path, object, error)
     else if (is_c_source(path)) then
       call compile_c(build, path, object, error)
     else if (any(ending_of(path) == [character(2) :: "o", "a", "so"])) then
-      entry%value = as_file(path)
+      object = as_file(path)
     else
       call fail(error, "'"//path//"' is neither source of Fortran (.f, .for, .f90, .F, .F90), "// &
                 "C or C++ (.c, .cpp) nor a library (.so, .so.1, .a, .o)")
     end if
     if (allocated(error)) return
-    build%objects = [build%objects, entry]
+    call append_text(build%objects, object)
   end subroutine compile
 
   !> Compile as the file's name says; if that fails, with all extensions of old compilers, with what
@@ -283,40 +313,49 @@ contains
     type(build_t), intent(inout) :: build
     character(*), intent(in) :: path, object
     type(error_t), allocatable, intent(out) :: error
-    character(*), parameter :: one_kind = "-fdefault-real-8 -fdefault-double-8"
+    character(18), parameter :: none(0) = [character(18) ::], dec(1) = [character(18) :: "-fdec"], &
+      one_kind(2) = [character(18) :: "-fdefault-real-8", "-fdefault-double-8"]
     character(:), allocatable :: messages, source, changes
     logical :: is_there, is_fixed
-    integer :: code
 
     is_fixed = is_fixed_form(path)
     source = path
-    call compile_with(build, path, source, object, is_fixed, "132", "", code)
-    if (code == 0) return
+    if (compiles(is_fixed, "132", none)) return
     call read_whole_file(build%log, messages, is_there)
-    call compile_with(build, path, source, object, is_fixed, "132", "-fdec", code)
-    if (code == 0) return
+    if (compiles(is_fixed, "132", dec)) return
     call rewrite_source(path, object//".f", is_fixed, changes)
     if (changes /= "") then
       source = object//".f"
       build%note = path//" is compiled from a copy that gfortran accepts: "//changes
-      call compile_with(build, path, source, object, is_fixed, "132", "-fdec", code)
-      if (code == 0) return
+      if (compiles(is_fixed, "132", dec)) return
       changes = "; "//changes
     end if
-    call compile_with(build, path, source, object, is_fixed, "132", one_kind, code)
     build%note = path//" mixes real kinds in calls of intrinsic functions; its constants "// &
                  "without D0, and what it declares REAL, count as double precision"//changes
-    if (code == 0) return
+    if (compiles(is_fixed, "132", one_kind)) return
     if (is_fixed) then
-      call compile_with(build, path, source, object, is_fixed, "72", "", code)
       build%note = path//" compiles only when it is read up to column 72, and so it is"//changes
-      if (code == 0) return
+      if (compiles(is_fixed, "72", none)) return
     end if
-    call compile_with(build, path, source, object, .not. is_fixed, "132", "", code)
     build%note = path//" compiles only in "//trim(merge("free ", "fixed", is_fixed))// &
                  " form, and so it is read"//changes
-    if (code /= 0) call fail(error, path//" does not compile:"//new_line("a")//messages// &
-                             cause_of(messages))
+    if (compiles(.not. is_fixed, "132", none)) return
+    call fail(error, path//" does not compile:"//new_line("a")//messages//cause_of(messages))
+
+  contains
+
+    logical function compiles(as_fixed, columns, extra)
+      logical, intent(in) :: as_fixed
+      character(*), intent(in) :: columns, extra(:)
+      type(string_t), allocatable :: list(:)
+      integer :: code
+
+      list = fortran_options(as_fixed, columns, has_directives(path), extra)
+      call append_text(list, "-J"//build%folder)
+      call run_compiler(build, list, path, source, object, code)
+      compiles = code == 0
+    end function compiles
+
   end subroutine compile_source
 
   !> C and C++, by the compilers that stand behind gfortran's name.
@@ -328,19 +367,9 @@ contains
       "-ffunction-sections", "-fdata-sections"]
     character(:), allocatable :: messages
     logical :: is_there
-    integer :: i, code
+    integer :: code
 
-    call start_words(build, build%compiler)
-    do i = 1, size(c_options)
-      call add_word(build, trim(c_options(i)))
-    end do
-    call add_word(build, "-I"//folder_of(path))
-    call add_word(build, "-I"//build%support//"/include")
-    call add_word(build, "-c")
-    call add_word(build, as_file(path))
-    call add_word(build, "-o")
-    call add_word(build, object)
-    call run_program(build%words, build%log, code)
+    call run_compiler(build, strings(c_options), path, path, object, code)
     if (ending_of(path) /= "c") build%has_cpp = .true.
     if (code == 0) return
     call read_whole_file(build%log, messages, is_there)
@@ -352,69 +381,73 @@ contains
     end if
   end subroutine compile_c
 
-  subroutine compile_with(build, path, source, object, is_fixed, columns, extra, code)
-    type(build_t), intent(inout) :: build
+  !> Options of gfortran for one Fortran source.
+  pure function fortran_options(is_fixed, columns, is_preprocessed, extra) result(list)
+    logical, intent(in) :: is_fixed          !! fixed form, else free form
+    character(*), intent(in) :: columns      !! of fixed form
+    logical, intent(in) :: is_preprocessed
+    character(*), intent(in) :: extra(:)     !! more options
+    type(string_t), allocatable :: list(:)
+
+    list = strings([character(28) :: options, "-ffixed-line-length-"//columns, &
+                    merge("-ffixed-form", "-ffree-form ", is_fixed), &
+                    merge("-cpp  ", "-nocpp", is_preprocessed), extra])
+  end function fortran_options
+
+  !> Compile one file.
+  subroutine run_compiler(build, options, path, source, object, code)
+    type(build_t), intent(in) :: build
+    type(string_t), intent(in) :: options(:)
     character(*), intent(in) :: path        !! as the user has it
     character(*), intent(in) :: source      !! the same, or a copy of it
     character(*), intent(in) :: object
-    logical, intent(in) :: is_fixed         !! fixed form, else free form
-    character(*), intent(in) :: columns     !! of fixed form
-    character(*), intent(in) :: extra       !! one or two more options, or empty
     integer, intent(out) :: code
-    integer :: i, blank
+    type(string_t), allocatable :: words(:)
 
-    call start_words(build, build%compiler)
-    do i = 1, size(options)
-      call add_word(build, trim(options(i)))
-    end do
-    call add_word(build, "-ffixed-line-length-"//columns)
-    call add_word(build, trim(merge("-ffixed-form", "-ffree-form ", is_fixed)))
-    call add_word(build, trim(merge("-cpp  ", "-nocpp", has_directives(path))))
-    blank = index(extra//" ", " ")
-    if (extra /= "") call add_word(build, extra(:blank - 1))
-    if (blank < len(extra)) call add_word(build, extra(blank + 1:))
-    call add_word(build, "-I"//folder_of(path))
-    call add_word(build, "-I"//build%folder)
-    call add_word(build, "-I"//build%support//"/include")
-    call add_word(build, "-J"//build%folder)
-    call add_word(build, "-c")
-    call add_word(build, as_file(source))
-    call add_word(build, "-o")
-    call add_word(build, object)
-    call run_program(build%words, build%log, code)
-  end subroutine compile_with
+    words = command(build%compiler)
+    words = [words, options]
+    call append_text(words, "-I"//folder_of(path))
+    call append_text(words, "-I"//build%folder)
+    call append_text(words, "-I"//build%support//"/include")
+    call append_text(words, "-c")
+    call append_text(words, as_file(source))
+    call append_text(words, "-o")
+    call append_text(words, object)
+    call run_program(words, build%log, code)
+  end subroutine run_compiler
 
   !> Link all objects to a library in the folder of this build.
   subroutine link(build, error)
-    type(build_t), intent(inout) :: build
+    type(build_t), intent(in) :: build
     type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable :: words(:)
     character(:), allocatable :: messages
     logical :: is_there
     integer :: i, code
 
-    call start_words(build, build%compiler)
-    call add_word(build, "-shared")
-    call add_word(build, "-Wl,--no-undefined")
-    call add_word(build, "-Wl,--gc-sections")
+    words = command(build%compiler)
+    call append_text(words, "-shared")
+    call append_text(words, "-Wl,--no-undefined")
+    call append_text(words, "-Wl,--gc-sections")
     call write_exports(build%folder//"/exports.txt")
-    call add_word(build, "-Xlinker")   ! not -Wl, which splits a path at its commas
-    call add_word(build, "--version-script="//build%folder//"/exports.txt")
+    call append_text(words, "-Xlinker")   ! not -Wl, which splits a path at its commas
+    call append_text(words, "--version-script="//build%folder//"/exports.txt")
     do i = 1, size(exported)   ! which an archive would else keep for itself
-      call add_word(build, "-Wl,-u,"//trim(exported(i)))
+      call append_text(words, "-Wl,-u,"//trim(exported(i)))
     end do
     do i = 1, size(build%objects)
-      call add_word(build, build%objects(i)%value)
+      call append_text(words, build%objects(i)%value)
     end do
-    if (build%has_cpp) call add_word(build, "-lstdc++")
-    call add_word(build, "-L"//build%support//"/lib")
-    call add_word(build, "-Xlinker")
-    call add_word(build, "-rpath")
-    call add_word(build, "-Xlinker")
-    call add_word(build, build%support//"/lib")
-    call add_word(build, "-ligaform_user")
-    call add_word(build, "-o")
-    call add_word(build, fresh_library(build))
-    call run_program(build%words, build%log, code)
+    if (build%has_cpp) call append_text(words, "-lstdc++")
+    call append_text(words, "-L"//build%support//"/lib")
+    call append_text(words, "-Xlinker")
+    call append_text(words, "-rpath")
+    call append_text(words, "-Xlinker")
+    call append_text(words, build%support//"/lib")
+    call append_text(words, "-ligaform_user")
+    call append_text(words, "-o")
+    call append_text(words, fresh_library(build))
+    call run_program(words, build%log, code)
     if (code /= 0) then
       call read_whole_file(build%log, messages, is_there)
       call fail(error, link_message(messages))
@@ -435,13 +468,77 @@ contains
 
   !> Remove what compiling has left. What stays after all does no harm.
   subroutine remove_folder(build)
-    type(build_t), intent(inout) :: build
+    type(build_t), intent(in) :: build
+    type(string_t), allocatable :: words(:)
     integer :: code
 
-    call start_words(build, "rm")
-    call add_word(build, "-rf")
-    call add_word(build, as_file(build%folder))
-    call run_program(build%words, "/dev/null", code)
+    words = strings([character(3) :: "rm", "-rf"])
+    call append_text(words, as_file(build%folder))
+    call run_program(words, "/dev/null", code)
   end subroutine remove_folder
+
+  !> What the compiler's words mean where the source is written for another compiler; empty where
+  !! they say it themselves.
+  function cause_of(messages) result(cause)
+    character(*), intent(in) :: messages
+    character(:), allocatable :: cause
+
+    cause = ""
+    if (index(messages, "must be compared with") > 0) then
+      cause = "Intel's compiler lets .EQ. and .NE. compare logicals; the standard has .EQV. "// &
+              "and .NEQV. for that"
+    else if (index(messages, "must be the same type and kind") > 0) then
+      cause = "Intel's compiler lets the arguments of an intrinsic function differ in kind; "// &
+              "make them one, such as SIGN(1.D0, X)"
+    else if (index(messages, "Cannot open module file") > 0) then
+      cause = "a module is missing: give its source as a --user before this file; modules that "// &
+              "came with another compiler (IFWIN, MKL ...) are not there"
+    else if (index(messages, "No such file or directory") > 0) then
+      cause = "an included file is missing: it is looked for next to the source"
+    end if
+    if (cause /= "") cause = "The cause: "//cause
+  end function cause_of
+
+  !> The routines that are nowhere, by name and with a hint; else the linker's words.
+  function link_message(messages) result(message)
+    character(*), intent(in) :: messages
+    character(:), allocatable :: message, name, names, rest
+    character(*), parameter :: mark = "undefined reference to `"
+    integer :: first
+
+    names = ""
+    first = index(messages, mark)
+    do while (first > 0)
+      rest = messages(first + len(mark):)
+      name = upper_case(rest(:max(scan(rest, "'"//new_line("a")) - 1, 0)))
+      if (len(name) > 1 .and. index(name, "_", back=.true.) == len(name)) &
+        name = name(:len(name) - 1)
+      if (index(", "//names//",", ", "//name//",") == 0) names = names//", "//name
+      if (names(1:1) == ",") names = names(3:)
+      first = next_place(messages, mark, first + len(mark))
+    end do
+    if (index(messages, "recompile with -fPIC") > 0) then
+      message = "an object or archive of --user cannot stand in a shared library: compile it "// &
+                "with -fPIC"
+    else if (index(names, "SMALOCAL") > 0 .or. index(names, "SMAINT") > 0 .or. &
+             index(names, "SMAREAL") > 0) then
+      message = "the user subroutine calls "//names//": the arrays that Abaqus manages "// &
+                "(SMAAspUserArrays.hdr) are not provided; keep such data in SAVE arrays or a module"
+    else if (names == "") then
+      message = "the user subroutine cannot be linked:"//new_line("a")//messages
+    else
+      message = "the user subroutine calls "//names//", which no file of --user has; add the "// &
+        "file with it (--user FILE --user OTHER_FILE; for LAPACK or BLAS the path of that "// &
+        "library). Of the utility routines of Abaqus there are "//utilities
+    end if
+  end function link_message
+
+  pure integer function next_place(text, mark, from)
+    character(*), intent(in) :: text, mark
+    integer, intent(in) :: from
+
+    next_place = index(text(from:), mark)
+    if (next_place > 0) next_place = next_place + from - 1
+  end function next_place
 
 end module user_build

@@ -1,21 +1,26 @@
-!> What all laws of users have in common: their constants with room to spare behind them, their
-!! name, and the record of the element and point in hand.
+!> What all laws of users have in common: the interfaces of the subroutines, name and constants with
+!! spare room after them, and the record of the current element and point.
+!!
+!! The length of CMNAME comes last in an interface and by value, as gfortran passes it.
 module user_call
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_ptr
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_ptr, c_size_t
   use kinds, only: wp
   use text, only: upper_case, to_text, joined, strings
   use block_law, only: block_law_t
+  use point_context, only: point_context_t, new_point_context
   use child_process, only: c_text
-  use umat_interface, only: name_length, sdvini_procedure
   implicit none
   private
 
-  public :: set_user_heating
+  public :: umat_procedure, vumat_procedure, sdvini_procedure, uexternaldb_procedure
+  public :: vexternaldb_procedure, set_user_heating
   public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
   public :: expect_elements, forget_thread, call_sdvini, note_failure, take_user_failure
   public :: set_guard, check_guard, check_spare_states, end_user_run, uneven_stiffness
   public :: note_log, at_stop
+
+  integer, parameter, public :: name_length = 80   !! of CMNAME
 
   !> Some sources read behind their PROPS and STATEV: there are zeros behind both.
   integer, parameter, public :: slack = 64
@@ -50,6 +55,8 @@ module user_call
     real(wp) :: heat_per_work = 0.0_wp                  !! that rise by work per volume
     real(wp) :: start_temperature = 0.0_wp              !! where the deck gives no other
     procedure(sdvini_procedure), pointer, nopass :: sdvini => null()
+  contains
+    procedure :: update
   end type user_law_t
 
   !> The point for which a user's subroutine is asked for its stiffness before the run.
@@ -60,6 +67,70 @@ module user_call
     integer :: n_fields = 0               !! temperature and field variables given
     real(wp) :: fields(most_fields + 1) = 0.0_wp   !! these
   end type first_point_t
+
+  abstract interface
+    !> Arguments of a UMAT in the order of Abaqus/Standard. KSTEP has four entries for sources
+    !! that call it JSTEP(4).
+    subroutine umat_procedure(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, &
+                              drpldt, stran, dstran, time, dtime, temp, dtemp, predef, dpred, &
+                              cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, &
+                              pnewdt, celent, dfgrd0, dfgrd1, noel, npt, layer, kspt, kstep, &
+                              kinc, cmname_length) bind(C)
+      import :: c_char, c_double, c_int, c_size_t, name_length
+      integer(c_int), intent(in) :: ndi, nshr, ntens, nstatv, nprops
+      integer(c_int), intent(in) :: noel, npt, layer, kspt, kstep(4), kinc
+      character(kind=c_char), intent(in) :: cmname(name_length)
+      real(c_double), intent(inout) :: stress(ntens), statev(*), ddsdde(ntens, ntens)
+      real(c_double), intent(inout) :: sse, spd, scd, rpl, ddsddt(ntens), drplde(ntens), drpldt
+      real(c_double), intent(inout) :: pnewdt
+      real(c_double), intent(in) :: stran(ntens), dstran(ntens), time(2), dtime, temp, dtemp
+      real(c_double), intent(in) :: predef(*), dpred(*), props(*), coords(3), drot(3, 3)
+      real(c_double), intent(in) :: celent, dfgrd0(3, 3), dfgrd1(3, 3)
+      integer(c_size_t), value :: cmname_length
+    end subroutine umat_procedure
+
+    !> Arguments of a VUMAT in the order of Abaqus/Explicit. One call serves the old signature
+    !! (NBLOCK, LANNEAL, DT), the new one (jInfoArray, dtArray) and wrappers that take JBLOCK.
+    subroutine vumat_procedure(jblock, ndir, nshr, nstatev, nfieldv, nprops, jinfo, step_time, &
+                               total_time, dt_array, cmname, coord, char_length, props, density, &
+                               strain_inc, rel_spin_inc, temp_old, stretch_old, defgrad_old, &
+                               field_old, stress_old, state_old, ener_old, inelastic_old, &
+                               temp_new, stretch_new, defgrad_new, field_new, stress_new, &
+                               state_new, ener_new, inelastic_new, cmname_length) bind(C)
+      import :: c_char, c_double, c_int, c_size_t, name_length
+      integer(c_int), intent(in) :: jblock(*), ndir, nshr, nstatev, nfieldv, nprops, jinfo(*)
+      real(c_double), intent(in) :: step_time, total_time, dt_array(*), coord(*), char_length(*)
+      character(kind=c_char), intent(in) :: cmname(name_length)
+      real(c_double), intent(in) :: props(*), density(*), strain_inc(*), rel_spin_inc(*)
+      real(c_double), intent(in) :: temp_old(*), stretch_old(*), defgrad_old(*), field_old(*)
+      real(c_double), intent(in) :: stress_old(*), state_old(*), ener_old(*), inelastic_old(*)
+      real(c_double), intent(inout) :: temp_new(*), stretch_new(*), defgrad_new(*), field_new(*)
+      real(c_double), intent(inout) :: stress_new(*), state_new(*), ener_new(*), inelastic_new(*)
+      integer(c_size_t), value :: cmname_length
+    end subroutine vumat_procedure
+
+    !> State variables at the start.
+    subroutine sdvini_procedure(statev, coords, nstatv, ncrds, noel, npt, layer, kspt) bind(C)
+      import :: c_double, c_int
+      integer(c_int), intent(in) :: nstatv, ncrds, noel, npt, layer, kspt
+      real(c_double), intent(inout) :: statev(*)
+      real(c_double), intent(in) :: coords(3)
+    end subroutine sdvini_procedure
+
+    !> What a UMAT keeps beside its state variables. LOP = 0: the analysis starts.
+    subroutine uexternaldb_procedure(lop, lrestart, time, dtime, kstep, kinc) bind(C)
+      import :: c_double, c_int
+      integer(c_int), intent(in) :: lop, lrestart, kstep, kinc
+      real(c_double), intent(in) :: time(2), dtime
+    end subroutine uexternaldb_procedure
+
+    !> The same for a VUMAT.
+    subroutine vexternaldb_procedure(lop, i_array, ni_array, r_array, nr_array) bind(C)
+      import :: c_double, c_int
+      integer(c_int), intent(in) :: lop, i_array(*), ni_array, nr_array
+      real(c_double), intent(in) :: r_array(*)
+    end subroutine vexternaldb_procedure
+  end interface
 
   interface
     !> A call of a user's subroutine begins for this element and point.
@@ -134,12 +205,12 @@ module user_call
 contains
 
   !> Set what laws of users have in common.
-  subroutine set_user_law(law, name, density, bulk, shear, props, n_statv, n_kept)
+  subroutine set_user_law(law, name, density, props, n_statv, n_kept)
     class(user_law_t), intent(inout) :: law
-    character(*), intent(in) :: name
-    real(wp), intent(in) :: density, bulk, shear, props(:)
-    integer, intent(in) :: n_statv
-    integer, intent(in) :: n_kept   !! values kept behind the state variables
+    character(*), intent(in) :: name   !! CMNAME
+    real(wp), intent(in) :: density, props(:)
+    integer, intent(in) :: n_statv     !! NSTATV, of a VUMAT NSTATEV
+    integer, intent(in) :: n_kept      !! values kept after the state variables
     character(name_length) :: padded
     integer :: i
 
@@ -148,8 +219,6 @@ contains
       law%name(i) = padded(i:i)
     end do
     law%density = density
-    law%bulk = bulk
-    law%shear = shear
     law%n_props = size(props)
     allocate (law%props(size(props) + slack + n_guard), source=0.0_wp)
     law%props(:size(props)) = props
@@ -160,17 +229,43 @@ contains
     law%needs_context = .true.
   end subroutine set_user_law
 
+  !> Update without a context. What only a context has (times, deformation gradients, place and
+  !! size of the element) is passed as NaN, so that a law that needs it fails at once instead of
+  !! working with made-up values; a VUMAT always does, for its frame follows from the gradients.
+  subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
+    class(user_law_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 6)
+    real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
+    logical, intent(out) :: ok
+    real(wp), intent(in), optional :: spin(n, 3)
+    type(point_context_t) :: context
+    real(wp) :: unknown, rotation(n, 3)
+
+    unknown = ieee_value(unknown, ieee_quiet_nan)
+    rotation = 0.0_wp
+    if (present(spin)) rotation = spin
+    context = new_point_context(n)
+    context%time = unknown
+    context%step_time = unknown
+    context%f0 = unknown
+    context%f1 = unknown
+    context%place = unknown
+    context%length = unknown
+    call self%update_in_context(context, dt, dstrain, stress, state, ok, rotation)
+  end subroutine update
+
   !> Let the inelastic work that the user's subroutine reports heat its points.
-  subroutine set_user_heating(law, share, specific_heat, start)
+  subroutine set_user_heating(law, fraction, specific_heat, start)
     class(user_law_t), intent(inout) :: law
-    real(wp), intent(in) :: share                 !! of the work that turns into heat
+    real(wp), intent(in) :: fraction              !! of the work that turns into heat
     real(wp), intent(in) :: specific_heat         !! [energy/mass/temperature]
     real(wp), intent(in) :: start                 !! temperature at the start
 
     law%n_state = law%n_state + 1
     law%n_hidden = law%n_hidden + 1
     law%heat_state = law%n_state
-    law%heat_per_work = share/(law%density*specific_heat)
+    law%heat_per_work = fraction/(law%density*specific_heat)
     law%start_temperature = start
   end subroutine set_user_heating
 

@@ -5,10 +5,10 @@ module user_law
   use failure, only: error_t, fail
   use text, only: joined
   use block_law, only: block_law_t, set_elastic
-  use umat_interface, only: umat_procedure, vumat_procedure, sdvini_procedure
   use user_library, only: user_library_t
-  use user_call, only: user_law_t, set_user_heating, first_point_t, call_sdvini, &
-                       watch_user_calls, uneven_stiffness
+  use user_call, only: umat_procedure, vumat_procedure, sdvini_procedure, user_law_t, &
+                       set_user_heating, first_point_t, call_sdvini, watch_user_calls, &
+                       uneven_stiffness
   use umat_adapter, only: umat_adapter_t, new_umat_adapter, umat_moduli
   use vumat_adapter, only: vumat_adapter_t, new_vumat_adapter, vumat_moduli
   implicit none
@@ -26,7 +26,7 @@ module user_law
     real(wp) :: young = 0.0_wp, poisson = 0.0_wp   !! for the stable step; 0: from the law
     real(wp), allocatable :: props(:)
     integer :: n_statv = 0
-    real(wp), allocatable :: heating(:)        !! share, specific heat, temperature at the start
+    real(wp), allocatable :: heating(:)        !! fraction, specific heat, temperature at the start
   end type user_material_t
 
 contains
@@ -40,6 +40,7 @@ contains
     class(block_law_t), allocatable, intent(out) :: law
     character(:), allocatable, intent(out) :: note   !! worth telling the user, or empty
     type(error_t), allocatable, intent(out) :: error
+    class(user_law_t), allocatable :: made
     logical :: is_vumat
 
     note = ""
@@ -57,18 +58,8 @@ contains
     end if
     if (allocated(error)) return
     call watch_user_calls(c_null_funptr, c_null_ptr)
-    if (is_vumat) then
-      call make_vumat_law(library, material, law)
-    else
-      call make_umat_law(library, material, law)
-    end if
-    select type (law)
-    class is (user_law_t)
-      law%has_moduli = material%young > 0.0_wp
-      if (allocated(material%heating)) call set_user_heating(law, material%heating(1), &
-                                                             material%heating(2), &
-                                                             material%heating(3))
-    end select
+    call make_law(library, material, is_vumat, made)
+    call move_alloc(made, law)
     if (material%young > 0.0_wp) then
       if (material%poisson > -1.0_wp .and. material%poisson < 0.5_wp) then
         call set_elastic(law, material%density, material%young, material%poisson)
@@ -85,43 +76,33 @@ contains
     end if
   end subroutine new_user_law
 
-  subroutine make_umat_law(library, material, law)
+  !> The adapter of the UMAT or VUMAT of a library.
+  subroutine make_law(library, material, is_vumat, law)
     type(user_library_t), intent(in) :: library
     type(user_material_t), intent(in) :: material
-    class(block_law_t), allocatable, intent(out) :: law
+    logical, intent(in) :: is_vumat
+    class(user_law_t), allocatable, intent(out) :: law
     procedure(umat_procedure), pointer :: umat
-    type(umat_adapter_t) :: adapter
-
-    call c_f_procpointer(library%umat, umat)
-    adapter = new_umat_adapter(umat, material%name, material%density, 0.0_wp, 0.0_wp, &
-                               material%props, material%n_statv)
-    call take_sdvini(library, adapter)
-    allocate (law, source=adapter)
-  end subroutine make_umat_law
-
-  subroutine make_vumat_law(library, material, law)
-    type(user_library_t), intent(in) :: library
-    type(user_material_t), intent(in) :: material
-    class(block_law_t), allocatable, intent(out) :: law
     procedure(vumat_procedure), pointer :: vumat
-    type(vumat_adapter_t) :: adapter
-
-    call c_f_procpointer(library%vumat, vumat)
-    adapter = new_vumat_adapter(vumat, material%name, material%density, 0.0_wp, 0.0_wp, &
-                                material%props, material%n_statv)
-    call take_sdvini(library, adapter)
-    allocate (law, source=adapter)
-  end subroutine make_vumat_law
-
-  subroutine take_sdvini(library, adapter)
-    type(user_library_t), intent(in) :: library
-    class(user_law_t), intent(inout) :: adapter
     procedure(sdvini_procedure), pointer :: sdvini
 
-    if (.not. c_associated(library%sdvini)) return
-    call c_f_procpointer(library%sdvini, sdvini)
-    adapter%sdvini => sdvini
-  end subroutine take_sdvini
+    associate (m => material)
+      if (is_vumat) then
+        call c_f_procpointer(library%vumat, vumat)
+        allocate (law, source=new_vumat_adapter(vumat, m%name, m%density, m%props, m%n_statv))
+      else
+        call c_f_procpointer(library%umat, umat)
+        allocate (law, source=new_umat_adapter(umat, m%name, m%density, m%props, m%n_statv))
+      end if
+      if (c_associated(library%sdvini)) then
+        call c_f_procpointer(library%sdvini, sdvini)
+        law%sdvini => sdvini
+      end if
+      law%has_moduli = m%young > 0.0_wp
+      if (allocated(m%heating)) &
+        call set_user_heating(law, m%heating(1), m%heating(2), m%heating(3))
+    end associate
+  end subroutine make_law
 
   !> Must this law be asked for its moduli by `find_moduli`?
   pure logical function lacks_moduli(law)

@@ -13,9 +13,8 @@ module user_library
   use user_build, only: build_user_library, setting
   use trusted_files, only: open_own_folder, open_memory, close_file, path_of
   use user_sources, only: ending_of, uncalled_routines
-  use umat_interface, only: uexternaldb_procedure, vexternaldb_procedure
-  use user_call, only: enter_user_call, leave_user_call, watch_user_calls, in_uexternaldb, &
-                       in_vexternaldb
+  use user_call, only: uexternaldb_procedure, vexternaldb_procedure, enter_user_call, &
+                       leave_user_call, watch_user_calls, in_uexternaldb, in_vexternaldb
   implicit none
   private
 

@@ -1,16 +1,23 @@
 !> What is known of a source file of a user without compiling it: its form, the files that it
-!! includes, and the user subroutines in it that nothing here calls.
+!! includes, a digest of all of them, and the user subroutines in it that nothing here calls.
 module user_sources
-  use text, only: string_t, strings, lower_case, upper_case
+  use text, only: string_t, strings, append_text, lower_case, upper_case
+  use sha256, only: sha256_t, add_to_digest, sha256_text
   use child_process, only: run_program
   use system_files, only: folder_of
   use whole_file, only: read_whole_file, take_line
-  use source_digest, only: included_name
   implicit none
   private
 
   public :: is_source, is_c_source, kinds_of, is_fixed_form, has_directives, provide_includes
   public :: uncalled_routines, ending_of, as_file
+  public :: digest_t, add_text, add_file, add_contents, digest_text, whole_digest_text
+
+  !> What texts and files are folded into.
+  type :: digest_t
+    type(sha256_t) :: sum
+    type(string_t), allocatable :: files(:)   !! taken in so far
+  end type digest_t
 
   integer, parameter :: backslash = 92   ! its code
 
@@ -85,15 +92,16 @@ contains
     character(*), intent(in) :: support              !! folder of our own include files
     type(string_t), allocatable, intent(inout) :: found(:)   !! files that copies were made of
     type(string_t), allocatable :: open_files(:), names(:)
-    character(:), allocatable :: source, name
-    type(string_t) :: entry
+    character(:), allocatable :: source, name, content
+    logical :: is_there
     integer :: i, k
 
     open_files = strings([path])
     i = 0
     do while (i < size(open_files))
       i = i + 1
-      call list_includes(open_files(i)%value, names)
+      call read_whole_file(open_files(i)%value, content, is_there)
+      names = included_files(content)
       do k = 1, size(names)
         name = names(k)%value
         source = as_it_stands(folder_of(path), support, name)
@@ -103,11 +111,9 @@ contains
           if (source == "") source = in_other_letters(support, target, name)
           if (source == "") cycle
           call copy_file(source, target//"/"//name)
-          entry%value = source
-          found = [found, entry]
+          call append_text(found, source)
         end if
-        entry%value = source
-        if (.not. is_listed(source, open_files)) open_files = [open_files, entry]
+        if (.not. is_listed(source, open_files)) call append_text(open_files, source)
       end do
     end do
   end subroutine provide_includes
@@ -120,23 +126,38 @@ contains
   end function leads_out
 
   !> Names of the files that a source includes.
-  subroutine list_includes(path, names)
-    character(*), intent(in) :: path
-    type(string_t), allocatable, intent(out) :: names(:)
-    character(:), allocatable :: content, line
-    type(string_t) :: entry
-    logical :: is_there
+  pure function included_files(content) result(names)
+    character(*), intent(in) :: content   !! of the source
+    type(string_t), allocatable :: names(:)
+    character(:), allocatable :: line, name
     integer :: first
 
     allocate (names(0))
-    call read_whole_file(path, content, is_there)
     first = 1
     do while (first <= len(content))
       call take_line(content, first, line)
-      entry%value = included_name(line)
-      if (entry%value /= "") names = [names, entry]
+      name = included_name(line)
+      if (name /= "") call append_text(names, name)
     end do
-  end subroutine list_includes
+  end function included_files
+
+  !> The file that a line includes, empty where it includes none.
+  pure function included_name(line) result(name)
+    character(*), intent(in) :: line
+    character(:), allocatable :: name, code
+    integer :: first, last
+    character(1) :: quote
+
+    name = ""
+    code = adjustl(line)
+    if (len(code) < 10) return
+    if (lower_case(code(1:7)) /= "include" .and. lower_case(code(1:8)) /= "#include") return
+    first = scan(code, "'""")
+    if (first == 0) return
+    quote = code(first:first)
+    last = index(code(first + 1:), quote)
+    if (last > 1) name = code(first + 1:first + last - 1)
+  end function included_name
 
   !> Path of an included file that is there by its very name; empty if it is not.
   function as_it_stands(folder, support, name) result(path)
@@ -320,5 +341,64 @@ contains
     file = path
     if (path(1:1) == "-") file = "./"//path
   end function as_file
+
+  !> Fold in a text.
+  pure subroutine add_text(digest, text)
+    type(digest_t), intent(inout) :: digest
+    character(*), intent(in) :: text
+
+    call add_to_digest(digest%sum, text)
+  end subroutine add_text
+
+  !> Fold in a file with its path, and all files that it includes and that lie next to it.
+  subroutine add_file(digest, path)
+    type(digest_t), intent(inout) :: digest
+    character(*), intent(in) :: path
+
+    call add_text(digest, path)
+    call add_contents(digest, path)
+  end subroutine add_file
+
+  !> Fold in the text of a file and of all files that it includes and that lie next to it, wherever
+  !! that is. Files that cannot be read count as empty: whoever needs them reports them.
+  recursive subroutine add_contents(digest, path)
+    type(digest_t), intent(inout) :: digest
+    character(*), intent(in) :: path
+    type(string_t), allocatable :: names(:)
+    character(:), allocatable :: content, name
+    integer :: i
+    logical :: is_there
+
+    if (.not. allocated(digest%files)) allocate (digest%files(0))
+    if (is_listed(path, digest%files)) return
+    call append_text(digest%files, path)
+    call read_whole_file(path, content, is_there)
+    call add_text(digest, content)
+    names = included_files(content)
+    do i = 1, size(names)
+      name = names(i)%value
+      if (name(1:1) /= "/") name = path(:index(path, "/", back=.true.))//name
+      inquire (file=name, exist=is_there)
+      if (is_there) call add_contents(digest, name)
+    end do
+  end subroutine add_contents
+
+  !> Sixteen hexadecimal digits, which show changes but not intent.
+  function digest_text(digest) result(text)
+    type(digest_t), intent(in) :: digest
+    character(16) :: text
+    character(64) :: whole
+
+    whole = whole_digest_text(digest)
+    text = whole(:len(text))
+  end function digest_text
+
+  !> Sixty-four hexadecimal digits, which nobody can make another source have.
+  function whole_digest_text(digest) result(text)
+    type(digest_t), intent(in) :: digest
+    character(64) :: text
+
+    text = sha256_text(digest%sum)
+  end function whole_digest_text
 
 end module user_sources

@@ -4,14 +4,14 @@
 !!
 !! Behind its own state variables stand its two energies per mass.
 module vumat_adapter
-  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use kinds, only: wp
-  use point_context, only: point_context_t, new_point_context
-  use umat_interface, only: vumat_procedure, name_length
-  use user_call, only: user_law_t, first_point_t, set_user_law, slack, most_fields, n_guard, &
-                       n_room, set_guard, check_guard, check_spare_states, enter_user_call, &
-                       leave_user_call, note_failure, in_vumat
+  use point_context, only: point_context_t
+  use user_call, only: vumat_procedure, name_length, user_law_t, first_point_t, set_user_law, &
+                       slack, most_fields, n_guard, n_room, set_guard, check_guard, &
+                       check_spare_states, enter_user_call, leave_user_call, note_failure, &
+                       in_vumat
   use user_kinematics, only: polar_rotation, full_stress, packed_stress, identity, determinant
   implicit none
   private
@@ -24,7 +24,6 @@ module vumat_adapter
   type, extends(user_law_t), public :: vumat_adapter_t
     procedure(vumat_procedure), pointer, nopass :: vumat => null()
   contains
-    procedure :: update
     procedure :: update_in_context
   end type vumat_adapter_t
 
@@ -46,38 +45,17 @@ module vumat_adapter
 contains
 
   !> Law from a VUMAT, its name, its constants and the number of its state variables.
-  function new_vumat_adapter(vumat, name, density, bulk, shear, props, n_statv) result(law)
+  function new_vumat_adapter(vumat, name, density, props, n_statv) result(law)
     procedure(vumat_procedure) :: vumat
     character(*), intent(in) :: name                 !! CMNAME
-    real(wp), intent(in) :: density, bulk, shear     !! for the stable step
-    real(wp), intent(in) :: props(:)
+    real(wp), intent(in) :: density, props(:)
     integer, intent(in) :: n_statv                   !! NSTATEV
     type(vumat_adapter_t) :: law
 
-    call set_user_law(law, name, density, bulk, shear, props, n_statv, n_kept)
+    call set_user_law(law, name, density, props, n_statv, n_kept)
     law%is_rotating = .true.
     law%vumat => vumat
   end function new_vumat_adapter
-
-  !> Update without a context: it fails, for there is no co-rotational frame without deformation
-  !! gradients.
-  subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
-    class(vumat_adapter_t), intent(in) :: self
-    integer, intent(in) :: n
-    real(wp), intent(in) :: dt, dstrain(n, 6)
-    real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
-    logical, intent(out) :: ok
-    real(wp), intent(in), optional :: spin(n, 3)
-    type(point_context_t) :: context
-    real(wp) :: turn(n, 3)
-
-    turn = 0.0_wp
-    if (present(spin)) turn = spin
-    context = new_point_context(n)
-    context%f0 = ieee_value(1.0_wp, ieee_quiet_nan)
-    context%f1 = context%f0
-    call self%update_in_context(context, dt, dstrain, stress, state, ok, turn)
-  end subroutine update
 
   !> One call of the VUMAT for each integration point of the row; lanes that repeat an element are
   !! left alone. Fails where stress or state are not finite.

@@ -1,7 +1,7 @@
 !> The key of a run: two runs with the same key give the same result. And the key of the user's
 !! subroutines alone, for checkpoints. And what a result file states of its origin.
 module run_identity
-  use source_digest, only: digest_t, add_text, add_contents, digest_text
+  use user_sources, only: digest_t, add_text, add_contents, digest_text
   use checksum, only: file_checksum
   use command_line, only: command_t
   use scene, only: is_user_material, scene_t
