@@ -15,6 +15,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 LONG_DECK_SECONDS = 5.0   # about 1 on an idle machine
 BOMB_SECONDS = 10.0       # about 0.5 on an idle machine
 LONGEST_REPORT = 200_000  # characters
+NEAREST = "did you mean {}?"
 
 
 def read_cases():
@@ -23,7 +24,9 @@ def read_cases():
     for line in (HERE / "cases.txt").read_text().splitlines():
         if line and not line.startswith("#"):
             level, deck, *fragments = (entry.strip() for entry in line.split("|"))
-            cases[deck].append((level, fragments))
+            cases[deck].append((level, [NEAREST.format(fragment.removeprefix("nearest "))
+                                        if fragment.startswith("nearest ") else fragment
+                                        for fragment in fragments]))
     return cases
 
 
@@ -99,13 +102,13 @@ def check_made(program, folder):
     """Decks that are made here."""
     binary = folder / "binary.key"
     binary.write_bytes(bytes(range(256)) * 8)
-    yield "binary file", check_refusal(program, binary, [["the binary file"]])
+    yield "binary file", check_refusal(program, binary, [["binary", "binary.key"]])
     yield "file without end", check_refusal(program, pathlib.Path("/dev/zero"),
-                                            [["the binary file"]])
+                                            [["binary", "/dev/zero"]])
 
-    yield "missing deck", check_refusal(program, folder / "nowhere.key", [["no file"]])
+    yield "missing deck", check_refusal(program, folder / "nowhere.key", [["nowhere.key"]])
     yield "unknown setting", check_refusal(program, HERE / "unknown_parameter.key",
-                                           [["--set THICKNES", "did you mean THICKNESS?"]],
+                                           [["--set THICKNES", NEAREST.format("THICKNESS")]],
                                            "--set", "thicknes=2")
 
     parts = [(HERE / name).read_text() for name in ("steel.inc", "sheet.inc", "step.inc")]
@@ -116,8 +119,7 @@ def check_made(program, folder):
     endless = folder / "endless.key"
     endless.write_text("".join(parts).replace("1.0e-6", "1.0e30"))
     yield "endless process", check_acceptance(program, endless,
-                                              [["warning: *DYNAMIC:", "an end time of about",
-                                                "E+36 steps"]])
+                                              [["warning: *DYNAMIC:", "E+36 steps"]])
 
     pressing = folder / "pressing.key"
     pressing.write_text((HERE / "holder_away.key").read_text()
@@ -151,20 +153,20 @@ def check_bombs(program, folder):
     repeated = "*PARAMETER\nlong = " + '"' + 400_000*"x" + '"\n' + heading + 340*"<long>\n"
     density, bad_set = "*DENSITY\n", "*SET, NAME=s, OPERATION=INTERSECTION\n" + 5000*"nonsense\n"
     bombs = {
-        "levels": ("*INCLUDE, INPUT=level0.inc\n", "more than 1000 files in all"),
-        "nested parameters": (nested, "a line of more than 500000 characters"),
-        "repeated parameter": (repeated, "data lines of more than 134217728 characters in all"),
-        "lines": (heading + 10_000_001*"\n", "more than 10000000 lines"),
-        "name": ("*SET, NAME=" + 9_000_000*"n" + "\nXI_MIN\n", "a line of more than 500000"),
-        "long name": ("*SET, NAME=" + 300*"n" + "\nXI_MIN\n", "a name of 300 characters"),
-        "keyword": ("*" + 450_000*"K" + "\n", "unknown keyword"),
-        "parameter": ("*PARAMETER\n" + 300*"p" + " = 1\n", "at most 255 letters"),
-        "continuation": ("*SET, NAME=s,\n" + 110_000*"A=1,\n", "a line of more than 500000"),
+        "levels": ("*INCLUDE, INPUT=level0.inc\n", "1000 files"),
+        "nested parameters": (nested, "500000 characters"),
+        "repeated parameter": (repeated, "134217728 characters"),
+        "lines": (heading + 10_000_001*"\n", "10000000 lines"),
+        "name": ("*SET, NAME=" + 9_000_000*"n" + "\nXI_MIN\n", "500000"),
+        "long name": ("*SET, NAME=" + 300*"n" + "\nXI_MIN\n", "300 characters"),
+        "keyword": ("*" + 450_000*"K" + "\n", "keyword"),
+        "parameter": ("*PARAMETER\n" + 300*"p" + " = 1\n", "255"),
+        "continuation": ("*SET, NAME=s,\n" + 110_000*"A=1,\n", "500000"),
         "options": ("*SET, NAME=s" + 90_000*", A=1" + "\nXI_MIN\n", "90001 options"),
-        "word": (density + 450_000*"w" + "\n", "` for density"),
-        "number": (density + "7" + 450_000*"9" + "\n", "` for density"),
-        "expression": ("*PARAMETER\np = " + 220_000*"1+" + "\n", "nothing where"),
-        "faults": (bad_set, "and 4000 more that are left out"),
+        "word": (density + 450_000*"w" + "\n", "density"),
+        "number": (density + "7" + 450_000*"9" + "\n", "density"),
+        "expression": ("*PARAMETER\np = " + 220_000*"1+" + "\n", "nothing"),
+        "faults": (bad_set, "4000 more"),
     }
     for name, (text, words) in bombs.items():
         deck = folder / "bomb.key"
