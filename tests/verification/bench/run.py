@@ -73,11 +73,11 @@ class Bench(unittest.TestCase):
 
     def test_faults(self):
         for arguments, message in (
-                (("--qiuck",), "unknown option '--qiuck'; nearest is --quick"),
-                (("--only",), "option --only needs a value"),
-                (("--threads", "0"), "needs a whole number of at least 1"),
-                (("--only", "histroy"), "the options choose no record"),
-                (("--only", "history", "--json", "none/a.json"), "cannot write 'none/a.json'")):
+                (("--qiuck",), "'--qiuck'; nearest is --quick"),
+                (("--only",), "--only"),
+                (("--threads", "0"), "at least 1"),
+                (("--only", "histroy"), "no record"),
+                (("--only", "history", "--json", "none/a.json"), "'none/a.json'")):
             result = self.bench(*arguments)
             self.assertEqual(result.returncode, 1)
             self.assertIn(message, result.stderr)
@@ -86,8 +86,9 @@ class Bench(unittest.TestCase):
         for arguments in (("--targets",), ("--compare", "a.json")):
             result = self.bench(*arguments)
             self.assertEqual((result.returncode, result.stdout), (1, ""))
-            self.assertEqual(result.stderr, f"igaform_bench: {arguments[0]} is an option of python "
-                             "-m post bench FILE, which judges what --json FILE has stored\n")
+            self.assertEqual(result.stderr.count("\n"), 1)
+            for word in (arguments[0], "python -m post bench FILE"):
+                self.assertIn(word, result.stderr)
 
     def test_list_names_what_runs(self):
         names = self.bench("--list").stdout.split()

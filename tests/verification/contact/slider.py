@@ -73,9 +73,9 @@ def check_picture(path):
                                PRESSURE * AREA * WAY, rtol=1e-3)
     drawn = ["--tool", "plane", "--field", "wear", "--renderer", "matplotlib"]
     for words, answer in ((drawn, None),
-                          (["--field", "wear"], "wear is a field of tools"),
-                          (["--tool", "plane", "--field", "eqps"], "eqps is no field of tools"),
-                          (["--tool", "plan"], "there is no tool 'plan', but plane")):
+                          (["--field", "wear"], "wear"),
+                          (["--tool", "plane", "--field", "eqps"], "eqps"),
+                          (["--tool", "plan"], "'plan'")):
         out = path + ".png"
         done = subprocess.run([sys.executable, "-m", "post", "picture", path, "-o", out, *words],
                               cwd=PROJECT, capture_output=True, text=True, check=False)

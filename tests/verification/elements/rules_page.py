@@ -30,7 +30,7 @@ z, 0, 1, {}, {}
 *DYNAMIC, EXPLICIT
 1e-6
 """
-COUNT = re.compile(r"leaves (\d+) or more deformations")
+COUNT = re.compile(r"(\d+) or more")
 
 
 def cell(igaform, folder, degrees, size, rule):

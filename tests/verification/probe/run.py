@@ -83,7 +83,7 @@ def relaxation_is_foreseen(igaform, deck):
             file.write(pull + RELEASE)
         said = run(igaform, path, "--check", "--probe")
         limit, = found(r"\nsteps +about (\S+)\n", said)
-        expected, = found(r"\nsteps +about (\S+), as the run with fewer elements shows", said)
+        expected, = found(r"\nsteps +about (\S+)\b.*fewer elements", said)
         result = os.path.join(folder, "released.h5")
         run(igaform, path, "--quiet", "--out", result)
         steps = energies(result)[2]
@@ -113,7 +113,7 @@ def main(igaform, source):
     told_of_the_study(said, source)
     relaxation_is_foreseen(igaform, deck)
     fast = run(igaform, deck, "--check", "--probe", "--set", "speed=400000")
-    assert "no mass scaling: inertia governs" in fast, fast
+    assert "no mass scaling" in fast, fast
 
 
 if __name__ == "__main__":

