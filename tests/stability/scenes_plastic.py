@@ -65,26 +65,28 @@ def turning(run):
 TURNING = {"omega": 5e4, "sigma_0": 500, "hardening": 5000, "n_x": 8, "side": 1}
 LARGE = {"p": 1, "n_x": 1, "rate": 8e5, "strain": 0.7, "b1": 0, "rows": 10}
 SCENES = [
-    Scene("perfect_plasticity", "pull", "no hardening holds the strain even",
+    Scene("perfect_plasticity", "pull", "no hardening keeps the strain uniform",
           pulled(250, 0, -0.2, 0.05),
           {"law": "PERFECT", "constants": "250", "strain": -0.2, "rate": -300}),
-    Scene("steep_hardening", "pull", "a slope of Young's modulus: plastic steps as elastic ones",
+    Scene("steep_hardening", "pull", "a slope of Young's modulus: plastic increments as large "
+          "as elastic ones",
           pulled(250, 210000, 0.05),
           {"constants": "250, 210000", "strain": 0.05, "rate": 500}),
     Scene("near_zero_hardening", "pull", "a slope of 1e-6 Young's moduli to 50 % plastic strain",
           far, {"constants": "250, 0.21", "strain": 0.66, "rate": 2000, "p": 1, "n_x": 1}),
-    Scene("five_percent_a_step", "pull", "plastic strain of 5 % in each step",
+    Scene("five_percent_a_step", "pull", "plastic strain of 5 % in each increment",
           large_steps(line(250, 1000)), LARGE),
     Scene("curved_hardening", "pull",
-          "curved hardening in three steps of 6 %: Newton's method has far to go",
+          "curved hardening in three increments of 6 %: a hard start for Newton's method",
           large_steps(voce), LARGE | {"law": "VOCE", "constants": "250, 250, 20", "strain": 0.21,
                                       "rows": 3}),
-    Scene("reversal_every_100_steps", "pull", "the return to the yield surface from either side",
+    Scene("reversal_every_100_steps", "pull", "return mapping from either side of the yield "
+          "surface",
           reversed_often, {"constants": "250, 50", "rate": 500, "strain": 0.005, "ways": 50,
                          "p": 1, "n_x": 1}),
     Scene("turning_while_plastic", "spin",
-          "10 turns at the yield stress: a rotation with an error of its own makes it flow",
+          "10 revolutions at the yield stress: an error of the rotation causes plastic flow",
           turning, TURNING | {"turns": 10}, bits={"turns": 1}),
-    Scene("turning_while_plastic_long", "spin", "100 turns at the yield stress", turning,
+    Scene("turning_while_plastic_long", "spin", "100 revolutions at the yield stress", turning,
           TURNING | {"turns": 100}, bits={"turns": 1}, is_long=True),
 ]
