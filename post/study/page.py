@@ -12,20 +12,25 @@ from post.style import save
 UNITS = {True: "mm", False: "%"}
 HEAD = """# What accuracy costs
 
+**The first table names a setting for each purpose.** Each section after it gives one study: what
+was varied, the recommended setting, and the Pareto front.
+
+- Costs are processor time of one thread, as multiples of the deck's default setting in the same
+  study.
+- The dotted line of the pictures is the largest error that is allowed.
+- The Pareto front joins the runs that no other run beats in both cost and error.
+- The recommended setting is the cheapest one whose errors are all allowed.
+- References are the independent runs of [the forming example](channel.md), or a finer run that is
+  not shown.
+
 This page is generated: `python -m post study-page` writes it from the studies in `input/studies`
-and their stored tables in `input/studies/results`. `python -m post study STUDY.toml --store` makes
-such a table anew; [studies](studies.md) tells how. Costs are processor time of one thread, told as
-multiples of the deck's default setting in the same study. An error is allowed up to the dotted
-line of the pictures; the front joins the runs that no other beats in both cost and error; the
-recommended setting is the cheapest one whose errors are all allowed. References are the
-independent runs that [the forming example](channel.md) describes, or a finer run that is none of
-those shown.
+and their tables in `input/studies/results`. `python -m post study STUDY.toml --store` makes such a
+table; see [studies](studies.md).
 """
 FORECAST = """
-## How far the forecast is off
-`igaform DECK --check` foretells the run time. Over the {n} finished runs of these studies it was
-{median:.2f} times the processor time in the median, and within 20 % of it in {within:.0f} % of
-them.
+## How accurate the forecast is
+`igaform DECK --check` forecasts the run time. For the {n} finished runs of these studies the median
+is {median:.2f} times the processor time; {within:.0f} % of the forecasts are within 20 % of it.
 """
 
 
@@ -50,14 +55,13 @@ def run(arguments):
     studies = [read_study(os.path.join(arguments.file, name)) for name in names]
     tables = [table.read_csv(os.path.join(arguments.file, "results", f"{study.name}.csv"))
               for study in studies]
-    parts = [HEAD]
+    parts = [HEAD, choice_section(zip(studies, tables))]
     for study, rows in zip(studies, tables):
         save(figures.draw(study, rows), os.path.join(pictures, f"accuracy_{study.name}.png"),
              flat=True)
         parts.append(section(study, rows))
     parts.append(budget_section(zip(studies, tables)))
     parts.append(forecast_section([row for rows in tables for row in rows]))
-    parts.append(choice_section(zip(studies, tables)))
     with open(arguments.out, "w", encoding="utf-8") as file:
         file.write("".join(parts))
     print(f"page written: {arguments.out}")
@@ -65,7 +69,7 @@ def run(arguments):
 
 
 def section(study, rows):
-    """A picture, what it shows in words, and the front as a table."""
+    """A picture, what it shows in words, and the Pareto front as a table."""
     best = recommended(rows, study.limits)
     if best is None:
         raise ResultsError(f"no run in the stored table of {study.path} came to its end")
@@ -74,7 +78,7 @@ def section(study, rows):
     lines = ["", f"## {study.title}", study.about.strip(), "",
              f"![{study.title}](pictures/accuracy_{study.name}.png)", "",
              sentences(study, rows, best, usual), "",
-             "| front of best choices | cost | error over what is allowed | errors |",
+             "| Pareto front | cost | error / allowed error | errors |",
              "|---|---:|---:|---|"]
     for row in front(rows, study.limits):
         name = setting_text(row, study.parameters)
@@ -85,22 +89,22 @@ def section(study, rows):
 
 
 def sentences(study, rows, best, usual):
-    """What the recommended and the default setting buy, from the table."""
+    """Cost and errors of the recommended and the default setting, from the table."""
     allowed = score(best, study.limits) <= 1
     text = (f"Recommended of {len(rows)} runs: `{setting_text(best, study.parameters)}`, "
-            f"{'the cheapest within the allowance' if allowed else 'which comes nearest to it'} "
+            f"{'the cheapest within the allowed errors' if allowed else 'the nearest to them'} "
             f"({errors_text(best, study.limits)}).")
     if usual is best:
         text += " It is the deck's default."
     elif usual:
-        where = ("lies on the front" if any(row is usual for row in front(rows, study.limits))
-                 else "lies behind the front")
+        where = ("is on the Pareto front" if any(row is usual for row in front(rows, study.limits))
+                 else "is dominated")
         text += (f" The deck's default, `{setting_text(usual, study.parameters)}`, {where}: "
                  f"{usual[COST] / best[COST]:.2f} times the cost, "
                  f"{errors_text(usual, study.limits)}.")
     lost = [row for row in rows if row["status"] != "completed"]
     if lost:
-        text += (" Not to its end came "
+        text += (" Failed: "
                  + "; ".join(f"`{setting_text(row, study.parameters)}`" for row in lost) + ".")
     return text
 
@@ -115,8 +119,8 @@ def default_row(study, rows):
 def budget_section(studies):
     """Time to an accuracy: what was asked for, what it took, and what other programs took."""
     lines = ["", "## Time to equal accuracy",
-             "Processor time of one thread to the errors asked for: the cheapest run that has "
-             "them, else that which comes nearest; other programs by their own runs of the scene.",
+             "Processor time of one thread to reach the required errors: the cheapest run that "
+             "reaches them, else the nearest one. Other programs: their own runs of the scene.",
              "", "| scene | program | setting | s | errors | |", "|---|---|---|---:|---|---|"]
     for study, rows in studies:
         best = recommended(rows, study.limits)
@@ -124,7 +128,7 @@ def budget_section(studies):
             continue
         asked = ", ".join(f"{name.replace('_', ' ')} {limit:g} {UNITS[MEASURES[name][1]]}"
                           for name, limit in study.limits.items())
-        lines.append(f"| {study.title} | asked for | | {study.budget:g} | {asked} | |")
+        lines.append(f"| {study.title} | required | | {study.budget:g} | {asked} | |")
         is_met = score(best, study.limits) <= 1 and best[COST] <= study.budget
         lines.append(f"| | igaform | `{setting_text(best, study.parameters)}` | {best[COST]:.2f} "
                      f"| {errors_text(best, study.limits)} | {'met' if is_met else 'missed'} |")
@@ -146,8 +150,8 @@ def forecast_section(rows):
 
 
 def choice_section(studies):
-    """The table of what to choose when, from the wishes that the studies name."""
-    lines = ["", "## Choose this when", "", "| when | errors asked for | choose | cost | errors |",
+    """The table of what to choose when, from the purposes that the studies name."""
+    lines = ["", "## Choose this when", "", "| when | required errors | choose | cost | errors |",
              "|---|---|---|---:|---|"]
     for study, rows in studies:
         usual = default_row(study, rows)
