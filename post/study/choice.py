@@ -1,4 +1,4 @@
-"""The front of best choices and the setting to recommend."""
+"""The Pareto front and the setting to recommend."""
 from post.study.spec import MEASURES
 
 COST = "cpu_seconds"

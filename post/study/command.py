@@ -7,7 +7,7 @@ from post.results import ResultsError
 from post.study import figures, table
 from post.study.choice import COST, errors_text, front, recommended, score, setting_text
 from post.study.errors import Judge
-from post.study.runs import Program, Run, carry_out, check_all
+from post.study.runs import Program, Run, carry_out, check_all, find_finished
 from post.study.spec import read_study
 from post.style import save
 
@@ -47,12 +47,13 @@ def run_study(study, program, has_others, arguments):
             for deck, parameters in study.runs]
     reference = reference_run(study, program, folder, runs)
     everything = runs + ([reference] if reference else [])
-    due = [one for one in everything if one.status == "missing"]
+    find_finished(everything, program, folder)
+    due = [one for one in everything if not one.is_finished]
     print(f"{study.title}: {len(everything)} runs, {len(everything) - len(due)} of them finished "
           "before", flush=True)
     if due:
         check_all(due, arguments.jobs)
-        carry_out(due, arguments.jobs)
+        carry_out(everything, due, program, folder, arguments.jobs)
     return report(study, runs, reference, program, folder, arguments)
 
 
@@ -71,7 +72,7 @@ def report(study, runs, reference, program, folder, arguments):
     """Table, pictures and a summary of all finished runs."""
     if reference and reference.status != "completed":
         raise ResultsError(f"the reference run {reference.name} did not come to its end, see "
-                           f"{reference.result}.txt")
+                           f"{reference.base}.err")
     judge = Judge(study.reference, reference.result if reference else None)
     rows = [table.make_row(run, judge) for run in runs]
     if reference:
@@ -101,9 +102,9 @@ def check_finer(reference_row, rows, study, reference):
 
 
 def summarize(study, rows):
-    """The front of best choices in words."""
+    """The Pareto front in words."""
     best = recommended(rows, study.limits)
-    print(f"\nfront of best choices, errors allowed: "
+    print(f"\nPareto front, allowed errors: "
           f"{', '.join(f'{name} {limit:g}' for name, limit in study.limits.items())}")
     for row in front(rows, study.limits):
         mark = " <- recommended" if row is best else ""

@@ -1,48 +1,48 @@
-"""The runs of a study: which of them are finished, carrying out the others side by side."""
+"""The runs of a study: which of them are finished; `igaform batch` carries out the others."""
+import csv
 import hashlib
 import json
 import os
 import re
+import shlex
 import subprocess
-import threading
 import time
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor
 
 import h5py
 
-from post.results import ResultsError, text_of
+from post.results import ResultsError
 
-INPUT = re.compile(r"\bINPUT\s*=\s*(?:\"([^\"]+)\"|([^,\s]+))", re.IGNORECASE)
 FORECAST = re.compile(r"^run time +about +(\S+) s", re.MULTILINE)
 FINAL = ("completed", "failed")     # a run that failed would fail again
 FORECAST_IF_UNKNOWN = 1.0
-GO_ON = "the same command goes on from there"
+LIST = "runs.txt"
+GO_ON = "the same command continues"
 
 
 class Program:
     """The program under study."""
 
     def __init__(self, path):
-        self.path = path
+        self.path = os.path.abspath(path)
         if not os.access(path, os.X_OK) or os.path.isdir(path):
             raise ResultsError(f"there is no program '{path}': build igaform, or say where it is "
                                "with --igaform")
         self.version = subprocess.run([path, "--version"], capture_output=True, text=True,
                                       check=False).stdout.partition("\n")[0]
-        with open(path, "rb") as file:
-            self.digest = hashlib.file_digest(file, "sha256").hexdigest()
 
 
 class Run:
-    """One run: a deck with parameters, known by a digest of all that makes its result."""
+    """One run: a deck with parameters, whose result is named by a digest of both."""
 
     def __init__(self, deck, parameters, threads, program, folder):
-        self.deck, self.parameters, self.threads = deck, parameters, threads
+        self.deck, self.parameters, self.threads = os.path.abspath(deck), parameters, threads
         self.program = program
-        self.identity = identity(deck, parameters, threads, program.digest)
-        self.result = os.path.join(folder, f"{self.identity}.h5")
-        self.cost_file = os.path.join(folder, f"{self.identity}.json")
-        self.cost = {}
+        said = repr((self.deck, sorted(parameters.items()), threads))
+        self.identity = hashlib.sha256(said.encode()).hexdigest()[:16]
+        self.base = os.path.join(folder, self.identity)
+        self.result = f"{self.base}.h5"
+        self.status = "due"         # as the table of `igaform batch` has it
         self.forecast = None
 
     @property
@@ -50,79 +50,66 @@ class Run:
         return " ".join(f"{key}={value}" for key, value in self.parameters.items())
 
     @property
-    def status(self):
-        """`completed` or `failed` as the result file says; else `missing`: it must run (again)."""
-        try:
-            with open(self.cost_file, encoding="utf-8") as file:
-                self.cost = json.load(file)
-            with h5py.File(self.result) as file:
-                status = text_of(file["provenance"].attrs["status"])
-        except (OSError, KeyError, ValueError):
-            return "missing"
-        return status if status in FINAL else "missing"
+    def is_finished(self):
+        return self.status in FINAL
 
-    def command(self, *more):
+    def words(self, *more):
         sets = [word for name, value in self.parameters.items()
                 for word in ("--set", f"{name}={value}")]
-        return [self.program.path, self.deck, "--threads", str(self.threads), *sets, *more]
+        return [self.deck, "--threads", str(self.threads), *sets, *more]
 
     def check(self):
         """Ask the program for the time the run should take; its complaint if it refuses it."""
-        answer = subprocess.run(self.command("--check"), capture_output=True, text=True,
-                                check=False)
+        answer = subprocess.run([self.program.path, *self.words("--check")], capture_output=True,
+                                text=True, check=False)
         if answer.returncode:
             return answer.stderr.strip()
         found = FORECAST.search(answer.stdout)
         self.forecast = float(found.group(1)) if found else FORECAST_IF_UNKNOWN
+        with open(f"{self.base}.json", "w", encoding="utf-8") as file:
+            json.dump({"forecast_seconds": self.forecast}, file)
         return ""
 
-    def carry_out(self, started):
-        """Run, and keep what it cost; `started` takes the process."""
-        begin = time.monotonic()
-        with open(self.result + ".txt", "w", encoding="utf-8") as said:
-            process = subprocess.Popen(self.command("--out", self.result, "--quiet"),
-                                       stdout=said, stderr=said,
-                                       env={"OMP_WAIT_POLICY": "passive", **os.environ})
-            started(process)
-            _, code, usage = os.wait4(process.pid, 0)
-            process.returncode = os.waitstatus_to_exitcode(code)
-        if process.returncode < 0:
-            return
-        self.cost = {"cpu_seconds": usage.ru_utime + usage.ru_stime,
-                     "wall_seconds": time.monotonic() - begin,
-                     "memory_mb": usage.ru_maxrss / 1024, "forecast_seconds": self.forecast}
-        with open(self.cost_file, "w", encoding="utf-8") as file:
-            json.dump(self.cost, file)
+    def cost(self):
+        """Times of a finished run and the forecast of it."""
+        columns = {}
+        if os.path.isfile(f"{self.base}.json"):
+            with open(f"{self.base}.json", encoding="utf-8") as file:
+                columns = json.load(file)
+        try:
+            with h5py.File(self.result) as file:
+                columns["cpu_seconds"] = float(file["timings/cpu_seconds"][()])
+        except (OSError, KeyError):     # it failed before it had a result
+            pass
+        return columns
 
 
-def identity(deck, parameters, threads, program_digest):
-    """Digest of deck with all its files, parameters, threads and program."""
-    digest = hashlib.sha256(program_digest.encode())
-    digest.update(f"threads {threads}\n".encode())
-    for name in sorted(parameters):
-        digest.update(f"{name.lower()}={parameters[name]}\n".encode())
-    for path in deck_files(deck):
-        with open(path, "rb") as file:
-            digest.update(file.read())
-        digest.update(b"\0")
-    return digest.hexdigest()[:16]
+def batch(runs, program, folder, *options, **more):
+    """`igaform batch` on the list of all runs, those with the longest forecast first."""
+    lines = {run.identity: shlex.join(run.words("--out", f"{run.identity}.h5"))
+             for run in sorted(runs, key=lambda run: -(run.forecast or 0))}
+    with open(os.path.join(folder, LIST), "w", encoding="utf-8") as file:
+        file.write("\n".join(lines.values()) + "\n")
+    return subprocess.Popen([program.path, "batch", LIST, *options], cwd=folder, text=True,
+                            env={"OMP_WAIT_POLICY": "passive", **os.environ}, **more)
 
 
-def deck_files(deck):
-    """The deck, then all files it names with INPUT, and those these name, each once."""
-    files, waiting = [], [os.path.abspath(deck)]
-    while waiting:
-        path = waiting.pop(0)
-        if path in files or not os.path.isfile(path):
-            continue    # a missing one is the program's to report
-        files.append(path)
-        with open(path, encoding="utf-8", errors="replace") as file:
-            for line in file:
-                found = INPUT.search(line)
-                if found and not line.startswith(("**", "$")):
-                    name = found.group(1) or found.group(2)
-                    waiting.append(os.path.normpath(os.path.join(os.path.dirname(path), name)))
-    return files
+def read_states(runs, folder):
+    """Take the status of each run from the table of the batch."""
+    with open(os.path.join(folder, LIST.replace(".txt", "_summary.csv")), newline="",
+              encoding="utf-8") as file:
+        states = {row["result"]: row["status"] for row in csv.DictReader(file)}
+    for run in runs:
+        run.status = states[f"{run.identity}.h5"]
+
+
+def find_finished(runs, program, folder):
+    """Let the program say which runs are finished with this deck and this program."""
+    said = batch(runs, program, folder, "--summary", "--quiet",
+                 stderr=subprocess.PIPE).communicate()[1]
+    if "error" in said or not os.path.isfile(os.path.join(folder, "runs_summary.csv")):
+        raise ResultsError(said.strip())
+    read_states(runs, folder)
 
 
 def check_all(runs, n_jobs):
@@ -143,37 +130,29 @@ def check_all(runs, n_jobs):
                                      f"{those[0].name}" for line, those in complaints.items()))
 
 
-def carry_out(runs, n_jobs):
-    """Carry the runs out, `n_jobs` side by side, and tell how far it is."""
-    before = time.monotonic()
-    work = sum(run.forecast for run in runs)
-    done, count, processes, stopped = 0.0, 0, set(), threading.Event()
-
-    def one(run):
-        if not stopped.is_set():
-            run.carry_out(processes.add)
-        return run
-
-    with ThreadPoolExecutor(n_jobs) as pool:
-        try:
-            # The longest first, so that none is left alone at the end.
-            futures = [pool.submit(one, run)
-                       for run in sorted(runs, key=lambda run: -run.forecast)]
-            for future in as_completed(futures):
-                run = future.result()
-                count += 1
-                done += run.forecast
-                left = (time.monotonic() - before) * (work - done) / done
-                print(f"[{count}/{len(runs)}] {run.name}: {run.status}, "
-                      f"{run.cost.get('cpu_seconds', 0):.1f} s of a core; about "
-                      f"{duration(left)} left", flush=True)
-        except KeyboardInterrupt:
-            stopped.set()
-            for process in processes:
-                if process.returncode is None:
-                    process.terminate()
-            raise ResultsError(f"interrupted with {count} of {len(runs)} runs finished; {GO_ON}"
-                               ) from None
+def carry_out(runs, due, program, folder, n_jobs):
+    """Carry out the runs that are due, `n_jobs` side by side, and report the progress."""
+    for run in due:     # from its start: a cost has no parts
+        if os.path.exists(f"{run.base}.ckpt.h5"):
+            os.remove(f"{run.base}.ckpt.h5")
+    before, work, done = time.monotonic(), sum(run.forecast for run in due), 0.0
+    process = batch(runs, program, folder, "--jobs", str(n_jobs), stdout=subprocess.PIPE)
+    try:
+        for line in process.stdout:
+            for run in due if line.startswith("[") else ():
+                if run.identity in line:
+                    done += run.forecast
+                    left = (time.monotonic() - before) * (work - done) / done
+                    print(f"{line.split(']')[0]}] {run.name}: {line.rpartition(': ')[2].strip()}, "
+                          f"about {duration(left)} left", flush=True)
+        process.wait()
+    except KeyboardInterrupt:
+        process.terminate()
+        process.communicate()
+        read_states(runs, folder)
+        raise ResultsError(f"interrupted with {sum(run.is_finished for run in runs)} of "
+                           f"{len(runs)} runs finished; {GO_ON}") from None
+    read_states(runs, folder)
 
 
 def duration(seconds):

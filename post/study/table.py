@@ -9,13 +9,12 @@ from post.results import ResultsError
 
 # Columns that every table can hold: unit and meaning; those of shares and parameters are added.
 COLUMNS = {
-    "run": ("", "name of the result file"), "status": ("", "as the result file says"),
+    "run": ("", "name of the result file"), "status": ("", "as igaform batch reports it"),
     "control_points": ("", "control points of the blank"), "elements": ("", "elements"),
     "steps": ("", "time steps"), "cpu_seconds": ("s", "processor time of the whole run"),
-    "wall_seconds": ("s", "time of the whole run on the clock"),
-    "stepping_seconds": ("s", "time of all steps on the clock"),
-    "forecast_seconds": ("s", "time that --check foretold"),
-    "memory_mb": ("MB", "largest memory"), "energy_error": ("%", "largest error of the balance"),
+    "stepping_seconds": ("s", "wall-clock time of all steps"),
+    "forecast_seconds": ("s", "forecast of --check"),
+    "energy_error": ("%", "largest error of the balance"),
     "shape_error": ("mm", "rms distance of the mid-surface"),
     "greatest_distance": ("mm", "greatest distance of the mid-surface"),
     "shift": ("mm", "shift along the sheet that was taken out"),
@@ -31,7 +30,7 @@ COLUMNS = {
 def make_row(run, judge):
     """Cost, errors and parameters of a run that is finished."""
     row = {"run": run.identity, "status": run.status}
-    row |= {key: value for key, value in run.cost.items() if value is not None}
+    row |= run.cost()
     row |= {f"set_{name}": value for name, value in run.parameters.items()}
     row["deck"] = os.path.basename(run.deck)
     if run.status == "completed":

@@ -328,6 +328,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file
     type(timings_t), intent(in) :: timings
     character(:), allocatable :: folder
+    real(wp) :: cpu_seconds
     integer :: i
 
     call create_group(file, "/timings/effects")
@@ -342,6 +343,9 @@ contains
     end do
     call write_reals(file, "/timings/wall_seconds", [timings%wall_seconds], [integer ::], "s", &
                      "wall-clock time of all steps")
+    call cpu_time(cpu_seconds)
+    call write_reals(file, "/timings/cpu_seconds", [cpu_seconds], [integer ::], "s", &
+                     "processor time of the program, all threads")
     call write_integers(file, "/timings/steps", [timings%n_steps], [integer ::], &
                         "number of steps", integer_values)
     call write_integers(file, "/timings/elements", [int(timings%n_elements, int64)], &
