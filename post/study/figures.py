@@ -155,7 +155,7 @@ def scale(axis, set_scale, numbers):
 
 
 def draw_front(panel, study, rows, style, best):
-    """The largest error as a share of what is allowed, and the front of best choices."""
+    """The largest error as a share of what is allowed, and the Pareto front."""
     judged = [row | {"score": score(row, study.limits)} for row in rows]
     again = judged[rows.index(best)] if best else None
     scatter(panel, study, judged, COST, "score", style, again)
@@ -163,7 +163,7 @@ def draw_front(panel, study, rows, style, best):
     if line:
         panel.step(*zip(*line), where="post", color=FRONT, zorder=0)
     panel.axhline(1, color=FRONT, linestyle=":")
-    panel.set(xlabel="processor time [s]", title="front of best choices",
+    panel.set(xlabel="processor time [s]", title="Pareto front",
               ylabel="largest error over what is allowed")
 
 
@@ -187,6 +187,6 @@ def draw_shares(panel, study, rows):
     panel.invert_yaxis()
     panel.grid(False, axis="y")
     panel.set(xlabel="share of the time of all steps [%]", xlim=(0, 100),
-              title="where the time goes" + ("" if shown is rows else ", runs of the front"))
+              title="where the time goes" + ("" if shown is rows else ", runs of the Pareto front"))
     if names:
         panel.legend(fontsize=6, loc="lower center", bbox_to_anchor=(0.5, -0.32), ncols=3)
