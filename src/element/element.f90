@@ -15,6 +15,7 @@ module element
   private
 
   public :: point_coordinates, next_element, grid_number, merge_reports
+  public :: jacobian_in_span
   public :: carry_motion, stored_motion, new_nodal_fields
 
   !> Fields on the control points, shape (n1, n2, n3, 3).
@@ -196,19 +197,33 @@ contains
     type(nurbs_solid_t), intent(in) :: grid     !! that of the element, in any shape
     integer, intent(in) :: element(3), point(3)
     real(wp), intent(out) :: j(3, 3), x(3)      !! [length]
-    real(wp) :: xi(3), half
-    integer :: axis, span
+    integer :: axis, span(3)
 
-    xi = point_coordinates(self, element, [(self%rule(axis)%points(point(axis)), axis=1, 3)])
+    span = [(span_of(grid%axes(axis)%knots, grid%axes(axis)%degree, element(axis)), axis=1, 3)]
+    call jacobian_in_span(grid, span, [(self%rule(axis)%points(point(axis)), axis=1, 3)], j, x)
+  end subroutine jacobian_of_grid
+
+  !> Jacobian by element-local coordinates, and place, in the element between the knots `span` and
+  !! `span + 1`.
+  pure subroutine jacobian_in_span(grid, span, local, j, x)
+    type(nurbs_solid_t), intent(in) :: grid
+    integer, intent(in) :: span(3)
+    real(wp), intent(in) :: local(3)            !! from -1 to 1
+    real(wp), intent(out) :: j(3, 3), x(3)      !! [length]
+    real(wp) :: xi(3), half(3)
+    integer :: axis
+
+    do axis = 1, 3
+      associate (knots => grid%axes(axis)%knots, s => span(axis))
+        half(axis) = 0.5_wp*(knots(s + 1) - knots(s))
+        xi(axis) = knots(s) + half(axis)*(1.0_wp + local(axis))
+      end associate
+    end do
     call evaluate_solid(grid, xi, x, j)
     do axis = 1, 3
-      associate (kv => grid%axes(axis))
-        span = span_of(kv%knots, kv%degree, element(axis))
-        half = 0.5_wp*(kv%knots(span + 1) - kv%knots(span))
-      end associate
-      j(:, axis) = half*j(:, axis)
+      j(:, axis) = half(axis)*j(:, axis)
     end do
-  end subroutine jacobian_of_grid
+  end subroutine jacobian_in_span
 
   !> Motion into a store, or back. A kind with stress or state carries these too.
   subroutine carry_motion(self, store)

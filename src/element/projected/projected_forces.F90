@@ -30,6 +30,7 @@ module projected_forces
 
   !> Fields of the points of a block between kinematics and forces. The last dimension counts rows.
   type, public :: point_fields_t
+    integer :: n_layers = 0, n_rows = 0           !! q3, q1*q2
     real(wp), allocatable :: dstrain(:, :, :)     !! (8*q3, 6, q1*q2)
     real(wp), allocatable :: spin(:, :, :)        !! (8*q3, 3, q1*q2)
     real(wp), allocatable :: volume(:, :)         !! middle of the step, (8*q3, q1*q2)
@@ -114,6 +115,8 @@ contains
     q = patch%axes%n_points
     points = n_lanes*q(3)
     rows = q(1)*q(2)
+    fields%n_layers = q(3)
+    fields%n_rows = rows
     n_sheet = merge(rows, 0, projection%kind == project_sheet)
     n_whole = merge(0, rows, projection%is_smooth)
     n_context = merge(rows, 0, allocated(patch%reference))
@@ -145,9 +148,9 @@ contains
     call project_strain(patch, projection, fields)
     call finish_strain(patch, projection, fields)
     call update_stress(patch, law, block, dt, context, fields, sums, ok)
-    call start_stress(patch, projection, fields)
+    call start_stress(projection, fields)
     call project_stress(patch, projection, fields)
-    call finish_stress(patch, projection, fields)
+    call finish_stress(projection, fields)
     call run_nodal(patch, projection, block, u, fields, f)
   end subroutine run_projected
 
@@ -155,13 +158,10 @@ contains
   pure subroutine start_strain(patch, fields)
     type(ig_patch_t), intent(in) :: patch
     type(point_fields_t), intent(inout) :: fields
-    integer :: q3, rows
 
-    q3 = patch%axes(3)%n_points
-    rows = size(fields%mean, 2)
-    call volume_strain(q3, rows, fields%dstrain, fields%mean)
+    call volume_strain(fields%n_layers, fields%n_rows, fields%dstrain, fields%mean)
     if (allocated(patch%reference)) &
-      call logarithmic_volumes([n_lanes*q3, rows], fields%gradients, fields%growth)
+      call logarithmic_volumes(shape(fields%mean), fields%gradients, fields%growth)
   end subroutine start_strain
 
   !> Project the strains of a block.
@@ -188,18 +188,15 @@ contains
     type(ig_patch_t), intent(in) :: patch
     type(projection_t), intent(in) :: projection
     type(point_fields_t), intent(inout) :: fields
-    integer :: q3, rows
 
-    q3 = patch%axes(3)%n_points
-    rows = size(fields%mean, 2)
     if (projection%kind == project_sheet) then
-      call correct_sheet(q3, rows, fields%tangents, fields%mean, fields%along1, fields%along2, &
-                         fields%dstrain)
+      call correct_sheet(fields%n_layers, fields%n_rows, fields%tangents, fields%mean, &
+                         fields%along1, fields%along2, fields%dstrain)
     else
-      call correct_volume(q3, rows, fields%mean, fields%dstrain)
+      call correct_volume(fields%n_layers, fields%n_rows, fields%mean, fields%dstrain)
     end if
     if (allocated(patch%reference)) &
-      call set_volumes([n_lanes*q3, rows], fields%growth, fields%gradients)
+      call set_volumes(shape(fields%mean), fields%growth, fields%gradients)
   end subroutine finish_strain
 
   !> Stress and stress times volume of the points of a block.
@@ -225,19 +222,15 @@ contains
   end subroutine update_stress
 
   !> Split the stresses of a block into what is to be projected and the rest.
-  pure subroutine start_stress(patch, projection, fields)
-    type(ig_patch_t), intent(in) :: patch
+  pure subroutine start_stress(projection, fields)
     type(projection_t), intent(in) :: projection
     type(point_fields_t), intent(inout) :: fields
-    integer :: q3, rows
 
-    q3 = patch%axes(3)%n_points
-    rows = size(fields%mean, 2)
     if (projection%kind == project_sheet) then
-      call split_sheet(q3, rows, fields%tangents, fields%weighted, fields%mean, fields%along1, &
-                       fields%along2, fields%plane)
+      call split_sheet(fields%n_layers, fields%n_rows, fields%tangents, fields%weighted, &
+                       fields%mean, fields%along1, fields%along2, fields%plane)
     else
-      call split_volume(q3, rows, fields%weighted, fields%mean)
+      call split_volume(fields%n_layers, fields%n_rows, fields%weighted, fields%mean)
     end if
   end subroutine start_stress
 
@@ -257,18 +250,15 @@ contains
   end subroutine project_stress
 
   !> Join the projected stresses of a block; with the rest, but for that of sheets.
-  pure subroutine finish_stress(patch, projection, fields)
-    type(ig_patch_t), intent(in) :: patch
+  pure subroutine finish_stress(projection, fields)
     type(projection_t), intent(in) :: projection
     type(point_fields_t), intent(inout) :: fields
-    integer :: q3, rows
 
-    q3 = patch%axes(3)%n_points
-    rows = size(fields%mean, 2)
     if (projection%kind == project_sheet) then
-      call join_sheet(q3, rows, fields%mean, fields%along1, fields%along2, fields%weighted)
+      call join_sheet(fields%n_layers, fields%n_rows, fields%mean, fields%along1, &
+                      fields%along2, fields%weighted)
     else
-      call join_volume(q3, rows, fields%mean, fields%weighted)
+      call join_volume(fields%n_layers, fields%n_rows, fields%mean, fields%weighted)
     end if
   end subroutine finish_stress
 

@@ -111,7 +111,7 @@ contains
       call finish_strain(patch, projection, points)
       if (allocated(patch%reference)) call place_context(patch, block, context)
       call update_stress(patch, law, block, dt, context, points, sums, ok)
-      call start_stress(patch, projection, points)
+      call start_stress(projection, points)
       call collect_stress(patch, block, points, fields)
       fields%rest(:, :, :, block%number) = points%weighted
       call add_report(report, sums, ok, block)
@@ -138,7 +138,7 @@ contains
       call next_block(patch, tile, block)
       points%weighted(:, :, :) = fields%rest(:, :, :, block%number)
       call spread_stress(patch, block, fields, points)
-      call finish_stress(patch, projection, points)
+      call finish_stress(projection, points)
       call gather_positions(patch, block, x, u, w)
       call run_nodal(patch, projection, block, u, points, f)
       call add_forces(patch, tile, block, w, f, force, border)

@@ -3,9 +3,10 @@
 !! deck.
 module patch_points
   use kinds, only: wp
-  use nurbs_solid, only: nurbs_solid_t, evaluate_solid
+  use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
+  use element, only: jacobian_in_span
   use ig_patch, only: ig_patch_t, element_of_lane, is_counted_lane, point_of_row
   implicit none
   private
@@ -107,21 +108,11 @@ contains
     integer, intent(in) :: element(3), point(3)
     real(wp), intent(out) :: j(3, 3)                       !! [length]
     real(wp), intent(out), optional :: place(3)            !! [length]
-    real(wp) :: xi(3), half(3), x(3)
-    integer :: axis, span
+    real(wp) :: x(3)
+    integer :: span(3), axis
 
-    do axis = 1, 3
-      span = patch%axes(axis)%first(element(axis)) + patch%axes(axis)%degree
-      associate (knots => solid%axes(axis)%knots)
-        half(axis) = 0.5_wp*(knots(span + 1) - knots(span))
-        xi(axis) = knots(span) &
-                   + half(axis)*(1.0_wp + patch%axes(axis)%abscissae(point(axis)))
-      end associate
-    end do
-    call evaluate_solid(solid, xi, x, j)
-    do axis = 1, 3
-      j(:, axis) = half(axis)*j(:, axis)
-    end do
+    span = [(patch%axes(axis)%first(element(axis)), axis=1, 3)] + patch%axes%degree
+    call jacobian_in_span(solid, span, [(patch%axes(axis)%abscissae(point(axis)), axis=1, 3)], j, x)
     if (present(place)) place = x
   end subroutine jacobian_at
 

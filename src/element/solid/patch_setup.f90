@@ -226,7 +226,7 @@ contains
     type(viscosity_t), intent(inout) :: viscosity
     type(error_t), allocatable, intent(out) :: error
     real(wp) :: xi(3), point(3), jacobian(3, 3), metric(3, 3), smallest, det
-    integer :: block, lane, axis, element(3), span
+    integer :: block, lane, axis, element(3), span(3)
 
     if (viscosity%is_active) allocate (viscosity%length(n_lanes, patch%n_blocks))
     viscosity%shortest = huge(1.0_wp)
@@ -234,16 +234,15 @@ contains
       do lane = 1, n_lanes
         element = element_of_lane(patch, block, lane)
         do axis = 1, 3
-          associate (kv => solid%axes(axis))
-            span = element_span(solid, axis, element(axis))
-            xi(axis) = 0.5_wp*(kv%knots(span) + kv%knots(span + 1))
-          end associate
+          span(axis) = patch%axes(axis)%first(element(axis)) + patch%axes(axis)%degree
+          xi(axis) = 0.5_wp*(solid%axes(axis)%knots(span(axis)) &
+                             + solid%axes(axis)%knots(span(axis) + 1))
         end do
         call evaluate_solid(solid, xi, point, jacobian)
         do axis = 1, 3
-          span = element_span(solid, axis, element(axis))
           jacobian(:, axis) = 0.5_wp*jacobian(:, axis) &
-                              *(solid%axes(axis)%knots(span + 1) - solid%axes(axis)%knots(span))
+                              *(solid%axes(axis)%knots(span(axis) + 1) &
+                                - solid%axes(axis)%knots(span(axis)))
         end do
         det = determinant(jacobian)
         metric = matmul(transpose(jacobian), jacobian)
@@ -258,17 +257,6 @@ contains
       end do
     end do
   end subroutine set_lengths
-
-  pure integer function element_span(solid, axis, element) result(span)
-    type(nurbs_solid_t), intent(in) :: solid
-    integer, intent(in) :: axis, element
-    integer :: spans(solid%axes(axis)%n_basis)
-
-    associate (table => span_table(solid%axes(axis)))
-      spans(:size(table)) = table
-    end associate
-    span = spans(element)
-  end function element_span
 
   !> Refuse a patch with an element whose jacobian is not positive at its centre, or is negative
   !! at a corner, in the middle of an edge or of a face. Zero is allowed there: an edge may have
