@@ -3,6 +3,7 @@
 !! engineering shear), in the routines for blocks as 11, 22, 33, 12, 23, 31 with tensor shear.
 module aba_tensors
   use, intrinsic :: iso_c_binding, only: c_double, c_int
+  use symmetric_eigen, only: principal_values
   implicit none
   private
 
@@ -43,7 +44,7 @@ contains
     real(c_double), intent(out) :: ps(3)
     real(c_double) :: directions(3, 3)
 
-    call eigen_decomposition(full_tensor(s, lstr, ndi, nshr), ps, directions)
+    call decompose(full_tensor(s, lstr, ndi, nshr), ps, directions)
   end subroutine sprinc
 
   !> Principal values with their directions: AN(k, :) belongs to PS(k).
@@ -53,7 +54,7 @@ contains
     real(c_double), intent(out) :: ps(3), an(3, 3)
     real(c_double) :: directions(3, 3)
 
-    call eigen_decomposition(full_tensor(s, lstr, ndi, nshr), ps, directions)
+    call decompose(full_tensor(s, lstr, ndi, nshr), ps, directions)
     an = transpose(directions)
   end subroutine sprind
 
@@ -66,7 +67,7 @@ contains
     integer :: i
 
     do i = 1, nblock
-      call eigen_decomposition(full_of_block(tensor(i, :), ndir, nshr), eigval(i, :), directions)
+      call decompose(full_of_block(tensor(i, :), ndir, nshr), eigval(i, :), directions)
     end do
   end subroutine vsprinc
 
@@ -79,8 +80,7 @@ contains
     integer :: i
 
     do i = 1, nblock
-      call eigen_decomposition(full_of_block(tensor(i, :), ndir, nshr), eigval(i, :), &
-                               eigvec(i, :, :))
+      call decompose(full_of_block(tensor(i, :), ndir, nshr), eigval(i, :), eigvec(i, :, :))
     end do
   end subroutine vsprind
 
@@ -130,42 +130,12 @@ contains
     end do
   end function packed_tensor
 
-  !> Principal values and directions (columns) of a symmetric matrix, by Jacobi's rotations
-  !! (G. H. Golub and C. F. Van Loan, Matrix Computations, 4th ed., section 8.5).
-  pure subroutine eigen_decomposition(given, values, directions)
-    real(c_double), intent(in) :: given(3, 3)
+  !> Principal values and directions (columns) of a symmetric matrix.
+  pure subroutine decompose(full, values, directions)
+    real(c_double), intent(in) :: full(3, 3)
     real(c_double), intent(out) :: values(3), directions(3, 3)
-    integer, parameter :: most_sweeps = 30
-    real(c_double) :: a(3, 3), q(3, 3), small, theta, t, c, s
-    integer :: sweep, k, i, j
 
-    a = given
-    directions = reshape([1.0_c_double, 0.0_c_double, 0.0_c_double, 0.0_c_double, 1.0_c_double, &
-                          0.0_c_double, 0.0_c_double, 0.0_c_double, 1.0_c_double], [3, 3])
-    small = 1.0e-34_c_double*sum(a**2)
-    do sweep = 1, most_sweeps
-      if (.not. a(1, 2)**2 + a(1, 3)**2 + a(2, 3)**2 > small) exit
-      do k = 1, 3
-        i = row(k)
-        j = column(k)
-        if (a(i, j)**2 <= 0.0_c_double) cycle
-        theta = (a(j, j) - a(i, i))/(2.0_c_double*a(i, j))
-        t = sign(1.0_c_double, theta)/(abs(theta) + sqrt(theta**2 + 1.0_c_double))
-        c = 1.0_c_double/sqrt(t**2 + 1.0_c_double)
-        s = t*c
-        q = 0.0_c_double
-        q(6 - i - j, 6 - i - j) = 1.0_c_double
-        q(i, i) = c
-        q(j, j) = c
-        q(i, j) = s
-        q(j, i) = -s
-        a = matmul(transpose(q), matmul(a, q))
-        directions = matmul(directions, q)
-      end do
-    end do
-    do i = 1, 3
-      values(i) = a(i, i)
-    end do
-  end subroutine eigen_decomposition
+    call principal_values(packed_tensor(full, 1_c_int, 3_c_int, 3_c_int), values, directions)
+  end subroutine decompose
 
 end module aba_tensors

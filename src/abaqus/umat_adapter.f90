@@ -15,7 +15,7 @@ module umat_adapter
   implicit none
   private
 
-  public :: new_umat_adapter, umat_moduli
+  public :: new_umat_adapter
 
   integer, parameter, public :: n_kept = 9   !! values kept behind the state variables
   integer, parameter :: most_halvings = 6    ! of an increment that comes back with PNEWDT < 1
@@ -25,6 +25,7 @@ module umat_adapter
     procedure(umat_procedure), pointer, nopass :: umat => null()
   contains
     procedure :: update_in_context
+    procedure :: stiffness_at_start
   end type umat_adapter_t
 
   !> One increment of one point.
@@ -48,6 +49,7 @@ contains
     type(umat_adapter_t) :: law
 
     call set_user_law(law, name, density, props, n_statv, n_kept)
+    law%stiffness_source = "DDSDDE at the start"
     law%umat => umat
   end function new_umat_adapter
 
@@ -229,19 +231,15 @@ contains
     if (words /= "") call end_user_run("returns a DDSDDE that is "//words)
   end subroutine check_components
 
-  !> Elastic moduli for the stable step from one call without strain: the largest diagonal values
-  !! of DDSDDE bound the speeds of waves along the axes. Both are 0 where DDSDDE does not come back
-  !! positive.
-  subroutine umat_moduli(law, dt, point, state, bulk, shear, is_stiff, is_finite)
-    type(umat_adapter_t), intent(in) :: law
-    real(wp), intent(in) :: dt                       !! a short increment
+  !> Diagonal of DDSDDE from one call without strain.
+  subroutine stiffness_at_start(self, dt, point, state, stiffness, is_finite)
+    class(umat_adapter_t), intent(in) :: self
+    real(wp), intent(in) :: dt, state(:)
     type(first_point_t), intent(in) :: point
-    real(wp), intent(in) :: state(:)                 !! STATEV at the start
-    real(wp), intent(out) :: bulk, shear
-    logical, intent(out), optional :: is_stiff(6)    !! DDSDDE is positive for 11, 22, 33, 12 ...
-    logical, intent(out), optional :: is_finite      !! all that came back is
+    real(wp), intent(out) :: stiffness(6)
+    logical, intent(out) :: is_finite
     type(increment_t) :: increment
-    real(wp) :: stress(6), values(law%n_state), tangent(6, 6)
+    real(wp) :: stress(6), values(self%n_state), tangent(6, 6)
     logical :: is_refused, ok
     integer :: i
 
@@ -255,20 +253,13 @@ contains
     increment%fields = point%fields
     stress = 0.0_wp
     values = 0.0_wp
-    values(:law%n_statv) = state
+    values(:self%n_statv) = state
     call enter_user_call(in_umat, int(point%element, c_int), int(point%point, c_int), &
                          int(point%element, c_int))
-    call call_umat(law, increment, stress, values, tangent, is_refused, ok)
+    call call_umat(self, increment, stress, values, tangent, is_refused, ok)
     call leave_user_call()
-    bulk = 0.0_wp
-    shear = 0.0_wp
-    if (present(is_finite)) is_finite = ok .and. all(ieee_is_finite(tangent))
-    if (present(is_stiff)) is_stiff = [(tangent(i, i) > 0.0_wp, i=1, 6)]
-    if (.not. all([(tangent(i, i) > 0.0_wp, i=1, 6)])) return
-    if (.not. all(abs(tangent) <= huge(1.0_wp))) return
-    shear = max(tangent(4, 4), tangent(5, 5), tangent(6, 6))
-    bulk = max(tangent(1, 1), tangent(2, 2), tangent(3, 3)) - 4.0_wp/3.0_wp*shear
-    bulk = max(bulk, 1.0e-3_wp*shear)
-  end subroutine umat_moduli
+    is_finite = ok .and. all(ieee_is_finite(tangent))
+    stiffness = [(tangent(i, i), i=1, 6)]
+  end subroutine stiffness_at_start
 
 end module umat_adapter

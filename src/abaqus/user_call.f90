@@ -18,6 +18,7 @@ module user_call
   public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
   public :: expect_elements, forget_thread, call_sdvini, note_failure, take_user_failure
   public :: set_guard, check_guard, check_spare_states, end_user_run, uneven_stiffness
+  public :: moduli_of
   public :: note_log, at_stop
 
   integer, parameter, public :: name_length = 80   !! of CMNAME
@@ -55,8 +56,10 @@ module user_call
     real(wp) :: heat_per_work = 0.0_wp                  !! that rise by work per volume
     real(wp) :: start_temperature = 0.0_wp              !! where the deck gives no other
     procedure(sdvini_procedure), pointer, nopass :: sdvini => null()
+    character(40) :: stiffness_source = ""              !! of `stiffness_at_start`, for messages
   contains
     procedure :: update
+    procedure(find_stiffness), deferred :: stiffness_at_start
   end type user_law_t
 
   !> The point for which a user's subroutine is asked for its stiffness before the run.
@@ -69,6 +72,17 @@ module user_call
   end type first_point_t
 
   abstract interface
+    !> Stiffness against each component of strain, from one call of the user's subroutine.
+    subroutine find_stiffness(self, dt, point, state, stiffness, is_finite)
+      import :: user_law_t, first_point_t, wp
+      class(user_law_t), intent(in) :: self
+      real(wp), intent(in) :: dt                 !! a short increment
+      type(first_point_t), intent(in) :: point
+      real(wp), intent(in) :: state(:)           !! STATEV at the start
+      real(wp), intent(out) :: stiffness(6)      !! 11 22 33 12 13 23, for engineering shear
+      logical, intent(out) :: is_finite          !! all that was returned is
+    end subroutine find_stiffness
+
     !> Arguments of a UMAT in the order of Abaqus/Standard. KSTEP has four entries for sources
     !! that call it JSTEP(4).
     subroutine umat_procedure(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, &
@@ -349,6 +363,19 @@ contains
     four = eight(:4) + eight(5:)
     are_zero = four(1) + four(2) + four(3) + four(4) <= 0.0_wp
   end function are_zero
+
+  !> Elastic moduli for the stable time increment: the largest stiffnesses bound the speeds of waves
+  !! along the axes. Both are 0 where a stiffness is not positive.
+  pure subroutine moduli_of(stiffness, bulk, shear)
+    real(wp), intent(in) :: stiffness(6)         !! 11 22 33 12 13 23
+    real(wp), intent(out) :: bulk, shear
+
+    bulk = 0.0_wp
+    shear = 0.0_wp
+    if (.not. all(stiffness > 0.0_wp)) return
+    shear = maxval(stiffness(4:))
+    bulk = max(maxval(stiffness(:3)) - 4.0_wp/3.0_wp*shear, 1.0e-3_wp*shear)
+  end subroutine moduli_of
 
   !> What a stiffness of some components alone shows: a law that is not one for solids. Empty where
   !! all have one, or none.

@@ -8,9 +8,9 @@ module user_law
   use user_library, only: user_library_t
   use user_call, only: umat_procedure, vumat_procedure, sdvini_procedure, user_law_t, &
                        set_user_heating, first_point_t, call_sdvini, watch_user_calls, &
-                       uneven_stiffness
-  use umat_adapter, only: umat_adapter_t, new_umat_adapter, umat_moduli
-  use vumat_adapter, only: vumat_adapter_t, new_vumat_adapter, vumat_moduli
+                       uneven_stiffness, moduli_of
+  use umat_adapter, only: new_umat_adapter
+  use vumat_adapter, only: new_vumat_adapter
   implicit none
   private
 
@@ -108,16 +108,16 @@ contains
   pure logical function lacks_moduli(law)
     class(block_law_t), intent(in) :: law
 
-    lacks_moduli = .not. (law%bulk > 0.0_wp .and. law%shear > 0.0_wp)
+    lacks_moduli = .false.
     select type (law)
     class is (user_law_t)
-    class default
-      lacks_moduli = .false.
+      lacks_moduli = .not. (law%bulk > 0.0_wp .and. law%shear > 0.0_wp)
     end select
   end function lacks_moduli
 
-  !> Elastic moduli for the stable step from one call of the user's subroutine for a point as it is
-  !! at the start. Fails where they are not to be had.
+  !> Elastic moduli for the stable time increment from one call of the user's subroutine for a point
+  !! as it is at the start. Fails where they are not available: a law that leaves out components is
+  !! one for shells or for plane problems.
   subroutine find_moduli(law, dt, point, state, bulk, shear, error)
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt               !! a short increment
@@ -125,39 +125,28 @@ contains
     real(wp), intent(in) :: state(:)         !! all that the law keeps for the point
     real(wp), intent(out) :: bulk, shear
     type(error_t), allocatable, intent(out) :: error
-    logical :: is_stiff(6), is_finite
+    character(:), allocatable :: source
+    real(wp) :: stiffness(6)
+    logical :: is_finite
 
+    bulk = law%bulk
+    shear = law%shear
     select type (law)
-    type is (umat_adapter_t)
-      call umat_moduli(law, dt, point, state(:law%n_statv), bulk, shear, is_stiff, is_finite)
-      call check_moduli("DDSDDE at the start", is_stiff, is_finite, bulk, shear, error)
-    type is (vumat_adapter_t)
-      call vumat_moduli(law, dt, point, state(:law%n_statv), bulk, shear, is_stiff, is_finite)
-      call check_moduli("the stress of small strains at time 0", is_stiff, is_finite, bulk, &
-                        shear, error)
-    class default
-      bulk = law%bulk
-      shear = law%shear
+    class is (user_law_t)
+      call law%stiffness_at_start(dt, point, state(:law%n_statv), stiffness, is_finite)
+      call moduli_of(stiffness, bulk, shear)
+      source = trim(law%stiffness_source)
+      if (.not. is_finite) then
+        call fail(error, "material: the first call of the user's subroutine returns values "// &
+                  "that are NaN or infinite, looking for "//source)
+      else if (uneven_stiffness(stiffness > 0.0_wp) /= "") then
+        call fail(error, "material: "//source//" is "//uneven_stiffness(stiffness > 0.0_wp))
+      else if (.not. shear > 0.0_wp) then
+        call fail(error, "material: "//source//" is not positive, so the stable time "// &
+                  "increment is not known; an *ELASTIC together with *USER MATERIAL gives it")
+      end if
     end select
   end subroutine find_moduli
-
-  !> A law that leaves out components is one for shells or for plane problems.
-  subroutine check_moduli(source, is_stiff, is_finite, bulk, shear, error)
-    character(*), intent(in) :: source
-    logical, intent(in) :: is_stiff(6), is_finite
-    real(wp), intent(in) :: bulk, shear
-    type(error_t), allocatable, intent(out) :: error
-
-    if (.not. is_finite) then
-      call fail(error, "material: the first call of the user's subroutine returns values that "// &
-                "are no finite numbers (NaN or infinity), looking for "//source)
-    else if (uneven_stiffness(is_stiff) /= "") then
-      call fail(error, "material: "//source//" is "//uneven_stiffness(is_stiff))
-    else if (.not. (bulk > 0.0_wp .and. shear > 0.0_wp)) then
-      call fail(error, "material: "//source//" is not positive, so the stable time "// &
-                "increment is not known; an *ELASTIC together with *USER MATERIAL gives it")
-    end if
-  end subroutine check_moduli
 
   !> State variables of a point at the start: the user's SDVINI may change what the deck gives.
   !! Other laws are left alone.

@@ -16,7 +16,7 @@ module vumat_adapter
   implicit none
   private
 
-  public :: new_vumat_adapter, vumat_moduli
+  public :: new_vumat_adapter
 
   integer, parameter, public :: n_kept = 2   !! values kept behind the state variables
 
@@ -25,6 +25,7 @@ module vumat_adapter
     procedure(vumat_procedure), pointer, nopass :: vumat => null()
   contains
     procedure :: update_in_context
+    procedure :: stiffness_at_start
   end type vumat_adapter_t
 
   !> One block as the VUMAT sees it; tensors 11, 22, 33, 12, 23, 31 with tensor shear, gradients
@@ -54,6 +55,7 @@ contains
 
     call set_user_law(law, name, density, props, n_statv, n_kept)
     law%is_rotating = .true.
+    law%stiffness_source = "the stress of small strains at time 0"
     law%vumat => vumat
   end function new_vumat_adapter
 
@@ -250,25 +252,21 @@ contains
   end subroutine call_vumat
 
   !> The call before the run that Abaqus makes, too: time 0, one small strain for each component.
-  !! Its stress gives the elastic moduli for the stable step; both are 0 if it makes no sense.
-  subroutine vumat_moduli(law, dt, point, state, bulk, shear, is_stiff, is_finite)
-    type(vumat_adapter_t), intent(in) :: law
-    real(wp), intent(in) :: dt                       !! a short increment
+  subroutine stiffness_at_start(self, dt, point, state, stiffness, is_finite)
+    class(vumat_adapter_t), intent(in) :: self
+    real(wp), intent(in) :: dt, state(:)
     type(first_point_t), intent(in) :: point
-    real(wp), intent(in) :: state(:)                 !! STATEV at the start
-    real(wp), intent(out) :: bulk, shear
-    logical, intent(out), optional :: is_stiff(6)    !! the stress is positive, 11, 22, 33, 12 ...
-    logical, intent(out), optional :: is_finite      !! all that came back is
+    real(wp), intent(out) :: stiffness(6)
+    logical, intent(out) :: is_finite
     real(wp), parameter :: strain = 1.0e-8_wp
     type(block_t) :: block
-    real(wp) :: f(3, 3), stiffness(6)
-    logical :: ok
+    real(wp) :: f(3, 3)
     integer :: i
 
-    block = new_block(law, 6, spread(point%element, 1, 6), point%point, point%n_fields)
+    block = new_block(self, 6, spread(point%element, 1, 6), point%point, point%n_fields)
     block%dt = dt
     block%dt_array = dt
-    block%density = law%density
+    block%density = self%density
     block%length = point%length
     do i = 1, 6
       block%place(i, :) = point%place
@@ -280,18 +278,12 @@ contains
       block%stretch_new(i, :) = explicit_order(f)
       block%gradient_old(i, :) = [explicit_order(identity), 0.0_wp, 0.0_wp, 0.0_wp]
       block%gradient_new(i, :) = [explicit_order(f), f(2, 1), f(3, 2), f(1, 3)]
-      block%state_old(i, :law%n_statv) = state
+      block%state_old(i, :self%n_statv) = state
     end do
-    call call_vumat(law, block, ok)
-    if (present(is_finite)) is_finite = ok
-    bulk = 0.0_wp
-    shear = 0.0_wp
+    call call_vumat(self, block, is_finite)
     stiffness = [(block%stress_new(i, i)/strain, i=1, 6)]
-    if (present(is_stiff)) is_stiff = stiffness([1, 2, 3, 4, 6, 5]) > 0.0_wp
-    if (.not. ok .or. .not. all(stiffness > 0.0_wp)) return
-    shear = 0.5_wp*maxval(stiffness(4:))
-    bulk = max(maxval(stiffness(:3)) - 4.0_wp/3.0_wp*shear, 1.0e-3_wp*shear)
-  end subroutine vumat_moduli
+    stiffness(4:) = 0.5_wp*stiffness([4, 6, 5])   ! to engineering strain and 12, 13, 23
+  end subroutine stiffness_at_start
 
   !> A tensor (11, 22, 33, 12, 13, 23) in the frame of R, in the order of the VUMAT.
   pure function in_frame(r, s) result(turned)
