@@ -1,9 +1,10 @@
 !> Smallest distance between the surfaces of a sheet and a tool, by branch and bound.
 !!
-!! Pairs of parts, one of the sheet and one of the tool, are cut in the order of how near they may
-!! be, by the convex hulls of their control points. What cannot be nearer than a place already known
-!! is left out; what is left in the end is nearer by no more than a tolerance. So no feature of
-!! either side is missed, however small. Places are made exact by descents over the sheet.
+!! Pairs of parts, one of the sheet and one of the tool, are halved, the pair with the lowest bound
+!! first: the convex hulls of their control points bound their distance from below. Pairs that
+!! cannot be nearer than a known distance are dropped, until the rest can be nearer by no more than
+!! a tolerance. So no feature of either side is missed, however small. Local minima are made exact
+!! by descents over the sheet.
 module least_distance
   use kinds, only: wp
   use knot_vector, only: n_spans
@@ -12,22 +13,27 @@ module least_distance
   use tool_face, only: face_derivatives
   use closest_point, only: hit_t, follow
   use tool_search, only: search_all_faces
-  use hull_tree, only: hull_tree_t, new_hull_tree, clear, cut_node, rises_of
-  use hull_gap, only: bound_gap, box_gap
-  use pair_queue, only: pair_t, pair_queue_t, push_pair, pop_pair, lowest_bound
+  use hull_tree, only: hull_tree_t, new_hull_tree, clear, halve_node, rises_of, bound_gap, box_gap
   implicit none
   private
 
   public :: distance_search_t, new_distance_search, find_least_distance, &
             follow_least_distance
 
-  real(wp), parameter :: first_step = 0.125_wp    !! of an element, where a descent ended last
-  integer, parameter :: max_cuts = 50000          !! of pairs; then what is not known is told
+  real(wp), parameter :: first_step = 0.125_wp    !! of an element, after a first descent
+  integer, parameter :: max_halvings = 50000      !! of pairs; the rest goes into `doubt`
   integer, parameter :: max_nodes = 100000        !! kept for the next search
-  integer, parameter :: first_descent = 256       !! pairs cut until a place is made exact
-  real(wp), parameter :: bent = 0.2_wp            !! sagitta, part of what need not be known
-  real(wp), parameter :: flat = 0.01_wp           !! rise, likewise
-  real(wp), parameter :: exact = 1.0e-9_wp        !! tolerance, part of the size of the scene
+  integer, parameter :: first_descent = 256       !! pairs halved before the first descent
+  real(wp), parameter :: bent = 0.2_wp            !! sagitta over the tolerated error
+  real(wp), parameter :: flat = 0.01_wp           !! rise over the tolerated error
+  real(wp), parameter :: exact = 1.0e-9_wp        !! tolerance over the size of the scene
+
+  !> Two nodes and a lower bound of their distance.
+  type :: pair_t
+    real(wp) :: bound = 0.0_wp                    !! [length]
+    real(wp) :: across(3) = 0.0_wp                !! unit vector along which it holds
+    integer :: nodes(2) = 0                       !! of the sheet and of the tool
+  end type pair_t
 
   !> Sheet and tool, and what is known of their distance.
   type :: distance_search_t
@@ -35,14 +41,16 @@ module least_distance
     real(wp) :: scale = 0.0_wp                    !! size of the scene [length]
     real(wp) :: tolerance = 0.0_wp                !! within which a distance is known [length]
     real(wp) :: shift(3) = 0.0_wp                 !! of the tool [length]
-    real(wp) :: target = 0.0_wp, share = 0.0_wp   !! from `find_least_distance`
+    real(wp) :: target = 0.0_wp, fraction = 0.0_wp   !! from `find_least_distance`
     real(wp) :: nearest = huge(1.0_wp)            !! so far [length]
-    logical :: is_exact = .true.                  !! it has not come from corners
-    integer :: surface = 0                        !! of the sheet where it is, 0: nowhere yet
+    logical :: is_exact = .true.                  !! no corner has come nearer since a descent
+    integer :: surface = 0                        !! of the sheet where it is, 0: none yet
     real(wp) :: at(2) = 0.0_wp                    !! xi and eta there
-    real(wp) :: step(2) = 0.0_wp                  !! of xi and eta that may be left from there
+    real(wp) :: step(2) = 0.0_wp                  !! of xi and eta, first one of a descent there
     real(wp) :: across(3) = 0.0_wp                !! unit vector from the tool to the sheet there
-    type(pair_queue_t) :: queue                   !! of what may be nearer
+    integer :: n_pairs = 0
+    type(pair_t), allocatable :: pairs(:)         !! the first `n_pairs`: what may be nearer, a
+                                                  !! binary heap with the lowest bound at its root
   end type distance_search_t
 
 contains
@@ -66,39 +74,39 @@ contains
   end subroutine new_distance_search
 
   !> Smallest distance between the sheet and the tool moved by `shift`: it is at most `nearest`, and
-  !! less than that by no more than `doubt`. This is the tolerance, or `share` of how far the
+  !! less than that by no more than `doubt`. This is the tolerance, or `fraction` of how far the
   !! distance is from `target`; it is more only where surfaces are parallel over so wide an area
   !! that the search would take too long.
-  subroutine find_least_distance(search, tool, shift, target, share, nearest, doubt)
+  subroutine find_least_distance(search, tool, shift, target, fraction, nearest, doubt)
     type(distance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: shift(3), target      !! [length]
-    real(wp), intent(in) :: share                 !! from 0 to 1
+    real(wp), intent(in) :: fraction              !! from 0 to 1
     real(wp), intent(out) :: nearest, doubt       !! [length]
     type(pair_t) :: pair
-    integer :: n_cuts, next_descent
+    integer :: n_halvings, next_descent
     logical :: is_done
 
     call begin_search(search, tool, shift)
     search%target = target
-    search%share = share
-    call push_all(search)
-    n_cuts = 0
+    search%fraction = fraction
+    call add_surfaces(search)
+    n_halvings = 0
     next_descent = first_descent
     do
-      is_done = lowest_bound(search%queue) >= enough_of(search) .or. n_cuts == max_cuts
-      if (.not. search%is_exact .and. (is_done .or. n_cuts >= next_descent)) then
-        call descend_to(search, tool)
-        next_descent = 2*n_cuts
+      is_done = lowest_bound(search) >= enough_of(search) .or. n_halvings == max_halvings
+      if (.not. search%is_exact .and. (is_done .or. n_halvings >= next_descent)) then
+        call descend(search, tool)
+        next_descent = 2*n_halvings
         cycle
       end if
       if (is_done) exit
-      call pop_pair(search%queue, pair)
-      call cut_pair(search, pair)
-      n_cuts = n_cuts + 1
+      call take_first(search, pair)
+      call halve_pair(search, pair)
+      n_halvings = n_halvings + 1
     end do
     nearest = search%nearest
-    doubt = nearest - min(enough_of(search), lowest_bound(search%queue))
+    doubt = nearest - min(enough_of(search), lowest_bound(search))
   end subroutine find_least_distance
 
   !> Distance of the tool moved by `shift` around the place of the sheet where it was least before.
@@ -109,7 +117,7 @@ contains
     real(wp), intent(out) :: nearest              !! [length]
 
     call begin_search(search, tool, shift)
-    call descend_to(search, tool)
+    call descend(search, tool)
     nearest = search%nearest
   end subroutine follow_least_distance
 
@@ -122,7 +130,6 @@ contains
     real(wp) :: x(3)
 
     search%shift = shift
-    search%queue%n = 0
     if (search%sheet%n + search%tool%n > max_nodes) then
       call clear(search%sheet)
       call clear(search%tool)
@@ -139,26 +146,27 @@ contains
   pure real(wp) function enough_of(search) result(enough)
     type(distance_search_t), intent(in) :: search
 
-    enough = search%nearest - max(search%tolerance, search%share*(search%nearest - search%target))
+    enough = search%nearest - max(search%tolerance, &
+                                  search%fraction*(search%nearest - search%target))
   end function enough_of
 
-  !> Queue all pairs of whole surfaces.
-  subroutine push_all(search)
+  !> Pairs of whole surfaces.
+  subroutine add_surfaces(search)
     type(distance_search_t), intent(inout) :: search
-    type(pair_t) :: pair
     integer :: s, t
 
+    if (.not. allocated(search%pairs)) allocate (search%pairs(64))
+    search%n_pairs = 0
     do s = 1, size(search%sheet%surfaces)
       do t = 1, size(search%tool%surfaces)
-        pair = pair_t(nodes=[s, t])
-        call push_if_near(search, pair)
+        call add_if_near(search, pair_t(nodes=[s, t]))
       end do
     end do
-  end subroutine push_all
+  end subroutine add_surfaces
 
-  !> Queue both halves of a pair that may hold a nearer place: cut the side and the direction that
-  !! bends most, else that rises most along the vector of the bound.
-  subroutine cut_pair(search, pair)
+  !> Both halves of a pair: of the side and the direction that bends most, else that rises most
+  !! along the vector of the bound.
+  subroutine halve_pair(search, pair)
     type(distance_search_t), intent(inout) :: search
     type(pair_t), intent(in) :: pair
     type(pair_t) :: half
@@ -167,45 +175,93 @@ contains
 
     slack = search%nearest - enough_of(search)
     associate (a => search%sheet%nodes(pair%nodes(1)), b => search%tool%nodes(pair%nodes(2)))
-      ! So small that its corners, which are no nearer than what is known, tell enough.
+      ! So small that its corners, which are no nearer than what is known, are enough.
       if (2*(sum(a%size) + sum(b%size)) <= slack) return
-      ! Bent parts overlap in their hulls, which hides where they are apart.
+      ! Hulls of bent parts overlap, which hides where the parts are apart.
       gains = reshape([a%bend, b%bend], [2, 2])
       if (maxval(gains) <= bent*slack) &
         gains = reshape([rises_of(a, pair%across), rises_of(b, pair%across)], [2, 2])
       if (maxval(gains) <= flat*slack) gains = reshape([a%size, b%size], [2, 2])
     end associate
     best = maxloc(gains)
-    if (best(2) == 1) call cut_node(search%sheet, pair%nodes(1), best(1), halves)
-    if (best(2) == 2) call cut_node(search%tool, pair%nodes(2), best(1), halves)
+    if (best(2) == 1) call halve_node(search%sheet, pair%nodes(1), best(1), halves)
+    if (best(2) == 2) call halve_node(search%tool, pair%nodes(2), best(1), halves)
     do side = 1, 2
       half = pair
       half%nodes(best(2)) = halves(side)
-      call push_if_near(search, half)
+      call add_if_near(search, half)
     end do
-  end subroutine cut_pair
+  end subroutine halve_pair
 
-  !> Note the nearest corners of a pair, and queue it unless it is too far to matter.
-  subroutine push_if_near(search, pair)
+  !> Check the corners of a pair, and keep it unless it is too far.
+  subroutine add_if_near(search, pair)
     type(distance_search_t), intent(inout) :: search
-    type(pair_t), intent(inout) :: pair           !! its bound may rise
+    type(pair_t), intent(in) :: pair
     real(wp) :: bound, across(3), enough
 
-    call look_at_corners(search, pair)
+    call check_corners(search, pair)
     enough = enough_of(search)
     associate (a => search%sheet%nodes(pair%nodes(1)), b => search%tool%nodes(pair%nodes(2)))
-      pair%bound = max(pair%bound, box_gap(a%box, b%box, search%shift))
-      if (pair%bound >= enough) return
+      bound = max(pair%bound, box_gap(a%box, b%box, search%shift))
+      if (bound >= enough) return
       call bound_gap(a%points, b%points, search%shift, &
                      reshape([search%across, a%normal, b%normal], [3, 3]), enough, bound, across)
+      bound = max(bound, pair%bound, box_gap(a%box, b%box, search%shift))
     end associate
-    pair%bound = max(pair%bound, bound)
-    pair%across = across
-    if (pair%bound < enough) call push_pair(search%queue, pair)
-  end subroutine push_if_near
+    if (bound >= enough) return
+    call add_pair(search, pair_t(bound, across, pair%nodes))
+  end subroutine add_if_near
+
+  !> Lowest bound of all pairs; huge if there is none.
+  pure real(wp) function lowest_bound(search)
+    type(distance_search_t), intent(in) :: search
+
+    lowest_bound = minval(search%pairs(:min(search%n_pairs, 1))%bound)
+  end function lowest_bound
+
+  !> Add a pair to the heap.
+  pure subroutine add_pair(search, pair)
+    type(distance_search_t), intent(inout) :: search
+    type(pair_t), intent(in) :: pair
+    integer :: i
+
+    associate (n => search%n_pairs)
+      if (n == size(search%pairs)) search%pairs = [search%pairs, search%pairs]
+      n = n + 1
+      i = n
+    end associate
+    do while (i > 1)
+      if (search%pairs(i/2)%bound <= pair%bound) exit
+      search%pairs(i) = search%pairs(i/2)
+      i = i/2
+    end do
+    search%pairs(i) = pair
+  end subroutine add_pair
+
+  !> Take the pair with the lowest bound out of the heap.
+  pure subroutine take_first(search, pair)
+    type(distance_search_t), intent(inout) :: search
+    type(pair_t), intent(out) :: pair
+    integer :: i, child, n
+
+    n = search%n_pairs
+    search%n_pairs = n - 1
+    i = 1
+    associate (pairs => search%pairs)
+      pair = pairs(1)
+      do while (2*i < n)
+        child = 2*i
+        if (pairs(child + 1)%bound < pairs(child)%bound) child = child + 1
+        if (pairs(n)%bound <= pairs(child)%bound) exit
+        pairs(i) = pairs(child)
+        i = child
+      end do
+      pairs(i) = pairs(n)
+    end associate
+  end subroutine take_first
 
   !> Keep the nearest corners of a pair if they are nearer than what is known.
-  subroutine look_at_corners(search, pair)
+  subroutine check_corners(search, pair)
     type(distance_search_t), intent(inout) :: search
     type(pair_t), intent(in) :: pair
     real(wp) :: apart(3)
@@ -225,11 +281,11 @@ contains
         end do
       end do
     end associate
-  end subroutine look_at_corners
+  end subroutine check_corners
 
   !> Descend to the place that is nearest around the one known. On its way the nearest place of the
   !! tool is followed; should there be a nearer one in the end, the descent goes on with that.
-  subroutine descend_to(search, tool)
+  subroutine descend(search, tool)
     type(distance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
     integer, parameter :: most = 5
@@ -253,7 +309,7 @@ contains
     end associate
     search%nearest = min(search%nearest, found, nearest%distance)
     if (nearest%distance > search%tolerance) call set_across(search, tool, nearest)
-  end subroutine descend_to
+  end subroutine descend
 
   !> Vector from the tool to the sheet at the place that is nearest. The shorter it is the less its
   !! ends tell, so it is made normal to the tangents along which either side goes on.
