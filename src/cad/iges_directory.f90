@@ -11,8 +11,8 @@ module iges_directory
   implicit none
   private
 
-  public :: entry_t, read_directory, entry_name, type_name, iges_lines_t, read_iges_lines
-  public :: line_number
+  public :: entry_t, read_directory, entry_name, type_name, iges_lines_t, read_iges_lines, &
+            line_number
 
   integer, parameter, public :: section_start = 1, section_global = 2, section_directory = 3, &
                                 section_parameters = 4, section_end = 5

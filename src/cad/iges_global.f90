@@ -1,15 +1,26 @@
-!> The global section of an IGES file: delimiters, units, scale (IGES 5.3, section 2.2.4.3), and the
-!! free-form lists of values: delimited numbers and Hollerith texts such as 3HABC (section 2.2.3).
+!> The global section of an IGES file: delimiters, units, scale (IGES 5.3, section 2.2.4.3); units
+!! of length by name and by flag (2.2.4.3.14); and the free-form lists of values: delimited numbers
+!! and Hollerith texts such as 3HABC (2.2.3).
 module iges_global
   use kinds, only: wp
   use input_errors, only: error_list_t, origin_t, new_origin, add_error
-  use text, only: read_integer, read_real, to_text
-  use length_units, only: flag_by_name, flag_name, unit_flag, unit_in_mm, unit_names
+  use text, only: read_integer, read_real, to_text, upper_case
   use iges_directory, only: iges_lines_t, section_global, line_number
   implicit none
   private
 
-  public :: iges_global_t, read_global, token_list_t, split_tokens, token_text
+  public :: unit_in_mm, iges_global_t, read_global, token_list_t, split_tokens, token_text
+
+  !> Names that a deck may give, separated by |.
+  character(*), parameter, public :: unit_names = "MM|CM|M|KM|UM|IN|FT|MI|MIL|UIN"
+
+  integer, parameter :: flag_by_name = 3   !! the flag that leaves the unit to its name
+
+  character(3), parameter :: names(11) = [character(3) :: "IN", "MM", "", "FT", "MI", "M", "KM", &
+                                          "MIL", "UM", "CM", "UIN"]
+  real(wp), parameter :: millimetres(11) = [25.4_wp, 1.0_wp, 0.0_wp, 304.8_wp, 1609344.0_wp, &
+                                            1.0e3_wp, 1.0e6_wp, 0.0254_wp, 1.0e-3_wp, 10.0_wp, &
+                                            2.54e-5_wp]
 
   !> Values by their place in a text; a value that is left to its default has no characters.
   type :: token_list_t
@@ -33,6 +44,35 @@ module iges_global
   end type iges_global_t
 
 contains
+
+  !> Flag of a unit; 0 for a name that is none. Case does not matter.
+  pure integer function unit_flag(name) result(flag)
+    character(*), intent(in) :: name
+
+    do flag = size(names), 1, -1
+      if (flag /= flag_by_name .and. names(flag) == upper_case(name)) return
+    end do
+    if (upper_case(name) == "INCH") flag = 1
+  end function unit_flag
+
+  !> Millimetres in a unit; 0 for a name that is none.
+  pure real(wp) function unit_in_mm(name)
+    character(*), intent(in) :: name
+    integer :: flag
+
+    unit_in_mm = 0.0_wp
+    flag = unit_flag(name)
+    if (flag > 0) unit_in_mm = millimetres(flag)
+  end function unit_in_mm
+
+  !> Name of a flag; empty for one that names no unit.
+  pure function flag_name(flag) result(name)
+    integer, intent(in) :: flag
+    character(:), allocatable :: name
+
+    name = ""
+    if (flag >= 1 .and. flag <= size(names)) name = trim(names(flag))
+  end function flag_name
 
   !> Read the section; its errors are noted.
   subroutine read_global(file, global, errors)

@@ -9,7 +9,7 @@ module iges_reader
   use text, only: string_t, to_text, rounded_text, place_text, append_text
   use nurbs_surface, only: nurbs_surface_t
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
-  use length_units, only: unit_in_mm
+  use iges_global, only: unit_in_mm
   use iges_directory, only: type_name
   use iges_model, only: iges_model_t, read_iges_model
   use iges_selection, only: iges_request_t, select_entries, skipped_lines

@@ -6,20 +6,18 @@ module iges_surfaces
   use failure, only: error_t, fail
   use input_errors, only: error_list_t, add_error
   use text, only: to_text
-  use knot_vector, only: max_degree, new_knot_vector
-  use knot_range, only: cut_to_range
+  use knot_vector, only: max_degree, new_knot_vector, cut_to_range
   use nurbs_curve, only: nurbs_curve_t, join_curves
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use primitives, only: arc_t, unit_arc, extruded_surface
-  use iges_matrix, only: get_matrix, moved
   use iges_model, only: iges_model_t, values_t, open_values, get_integer, get_reals, get_entry, &
-                        entry_origin, refuse
+                        entry_origin, refuse, get_matrix, moved
   implicit none
   private
 
   public :: read_surface
 
-  real(wp), parameter, public :: turn = 2*acos(-1.0_wp)   !! a full turn [radians]
+  real(wp), parameter :: turn = 2*acos(-1.0_wp)   !! a full turn [radians]
 
   real(wp), parameter :: farthest = 1.0e15_wp       ! coordinate that can be reckoned with
   real(wp), parameter :: most_uneven = 1.0e12_wp    ! ratio of weights, likewise

@@ -6,8 +6,7 @@ module offset_reader
   use text, only: string_t, to_text, rounded_text, place_text
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
-  use offset_place, only: places_along
-  use surface_offset, only: offset_surface, offset_report_t
+  use surface_offset, only: offset_surface, offset_report_t, places_along
   use tool, only: tool_t, new_tool
   use tool_search, only: search_all_faces
   use closest_point, only: hit_t

@@ -8,8 +8,7 @@ module shape_reader
   use round_solids, only: round_shape_t, disk_solids, bar_solids, ring_solids, tube_solids, &
                           cup_solids
   use seams, only: seams_t, find_seams, group_table
-  use patch_joints, only: joints_t, find_joints, face_names
-  use tee_joints, only: find_tee_joints
+  use patch_joints, only: joints_t, find_joints, face_names, find_tee_joints
   use scene, only: blank_spec_t
   use deck_records, only: record_t, parsed_deck_t, option_text, option_real, field_real, &
                           field_integer

@@ -8,7 +8,7 @@ module tool_keywords
   use name_table, only: place_of
   use checksum, only: file_checksum
   use source_file, only: path_beside
-  use length_units, only: unit_names, unit_in_mm
+  use iges_global, only: unit_names, unit_in_mm
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use primitives, only: plane_surface, cylinder_surface, sphere_surface, extruded_surface

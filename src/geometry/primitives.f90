@@ -13,8 +13,8 @@ module primitives
   implicit none
   private
 
-  public :: plane_surface, cylinder_surface, sphere_surface, extruded_surface, box_solid
-  public :: ring_solid, arc_t, unit_arc
+  public :: plane_surface, cylinder_surface, sphere_surface, extruded_surface, box_solid, &
+            ring_solid, arc_t, unit_arc
 
   !> Rational quadratic on the unit circle.
   type :: arc_t

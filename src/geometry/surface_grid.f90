@@ -8,8 +8,8 @@ module surface_grid
   implicit none
   private
 
-  public :: surface_grid_t, new_surface_grid, grid_areas, grid_place, grid_values, parts_along
-  public :: element_size_of, turns_along, no_length, lines
+  public :: surface_grid_t, new_surface_grid, grid_areas, grid_place, grid_values, parts_along, &
+            element_size_of, turns_along, no_length, lines
 
   integer, parameter :: most_parts = 100   !! of a knot span
   integer, parameter :: n_samples = 8      !! chords of a span that its length is measured by

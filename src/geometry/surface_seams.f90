@@ -11,7 +11,7 @@ module surface_seams
   implicit none
   private
 
-  public :: seam_t, surface_seams_t, find_surface_seams, orient_surfaces
+  public :: surface_seams_t, find_surface_seams, orient_surfaces
 
   !> An edge that lies on another one, as a whole or in part.
   type :: seam_t

@@ -8,7 +8,7 @@ module model_setup
   use text, only: to_text, rounded_text
   use scene, only: scene_t, blank_spec_t, patch_spec_t, motion_spec_t
   use knot_vector, only: n_spans
-  use seam_columns, only: column_mask_t
+  use seams, only: column_mask_t
   use block_law, only: block_law_t
   use user_library, only: user_library_t
   use law_setup, only: build_law

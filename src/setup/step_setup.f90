@@ -2,7 +2,7 @@
 module step_setup
   use kinds, only: wp
   use column_scaling, only: difference_masses
-  use seam_columns, only: column_mask_t
+  use seams, only: column_mask_t
   use stable_step, only: largest_frequency, viscous_step, stable_element_step
   use body_parts, only: field_t, set_inertia
   use blank, only: blank_t, mass_of, columns_of
