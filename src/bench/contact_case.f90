@@ -12,9 +12,8 @@ module contact_case
   use tool, only: tool_t, new_tool
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss
   use contact, only: contact_t, contact_options_t, new_contact, apply_contact
-  use closest_point, only: hit_t
+  use closest_point, only: hit_t, lanes_t, follow_lanes, n_lanes
   use tool_search, only: search_tool
-  use closest_point_lanes, only: lanes_t, follow_lanes, n_lanes
   use bench_case, only: bench_case_t
   use bench_paths, only: project_folder
   implicit none

@@ -10,26 +10,40 @@
 !! against the tool, summed over the calls. A point at distance g needs no look until the travel has
 !! grown by g.
 module contact
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use failure, only: error_t, fail
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, place_of, point_position, gather_forces, add_gathered
-  use face_motion, only: face_motion_t, new_face_motion, take_turn, point_motion
   use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, list_due_tiles, list_due, &
-                           earliest_test, is_worth_threads
+                           earliest_test, is_worth_threads, face_motion_t, new_face_motion, &
+                           take_turn, point_motion, set_tile_tests
   use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share, not_in, &
-                     find_pressed_depth
-  use contact_statistics, only: contact_statistics_t, count_iterations, count_failure, add_counts
+                     find_pressed_depth, contact_damping_t, new_contact_damping, damp_points
   use friction, only: friction_t, new_friction, find_first_ways, rub
-  use contact_damping, only: contact_damping_t, new_contact_damping, damp_points
-  use closest_point, only: hit_t, follow, is_beside
+  use closest_point, only: hit_t, follow, is_beside, lanes_t, follow_lanes, n_lanes
   use tool_search, only: search_tool
   use cell_tree, only: distance_to_leaves
-  use closest_point_lanes, only: lanes_t, follow_lanes, n_lanes
+  use state_store, only: state_store_t, carry, carry_array, carry_flags, carry_indices
   implicit none
   private
 
-  public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness
+  public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness, &
+            carry_contact, wake_contact
+
+  !> Counts over all calls; `n_touching` of the last call.
+  type :: contact_statistics_t
+    integer(int64) :: n_calls = 0
+    integer(int64) :: n_points = 0       !! points times calls
+    integer(int64) :: n_tested = 0       !! of these, closest points computed; the rest was culled
+    integer(int64) :: n_iterations = 0   !! face evaluations of the local searches
+    integer(int64) :: n_fallbacks = 0    !! points that left the eight lanes for the guarded search
+    integer(int64) :: n_searches = 0     !! global searches
+    integer(int64) :: n_failures = 0     !! points for which every search failed: must be 0
+    integer :: max_iterations = 0        !! in one search of one point
+    integer :: n_touching = 0
+    integer :: first_failed = 0          !! point that was the first to fail, 0: none
+  end type contact_statistics_t
 
   real(wp), parameter :: refresh = 0.5_wp       !! travel between searches, of the search distance
   real(wp), parameter :: shallow = 0.02_wp      !! depth of any first touch, of the largest depth
@@ -80,6 +94,39 @@ module contact
   end type contact_t
 
 contains
+
+  !> Count face evaluations of local searches.
+  pure subroutine count_iterations(counts, n_iterations, n_points)
+    type(contact_statistics_t), intent(inout) :: counts
+    integer, intent(in) :: n_iterations, n_points
+
+    counts%n_iterations = counts%n_iterations + n_iterations*n_points
+    counts%max_iterations = max(counts%max_iterations, n_iterations)
+  end subroutine count_iterations
+
+  !> Count a point for which every search failed.
+  pure subroutine count_failure(counts, point)
+    type(contact_statistics_t), intent(inout) :: counts
+    integer, intent(in) :: point
+
+    counts%n_failures = counts%n_failures + 1
+    if (counts%first_failed == 0) counts%first_failed = point
+  end subroutine count_failure
+
+  !> Add the counts of a tile to those of the contact.
+  pure subroutine add_counts(total, part)
+    type(contact_statistics_t), intent(inout) :: total
+    type(contact_statistics_t), intent(in) :: part
+
+    total%n_tested = total%n_tested + part%n_tested
+    total%n_iterations = total%n_iterations + part%n_iterations
+    total%n_fallbacks = total%n_fallbacks + part%n_fallbacks
+    total%n_searches = total%n_searches + part%n_searches
+    total%n_failures = total%n_failures + part%n_failures
+    if (total%first_failed == 0) total%first_failed = part%first_failed
+    total%max_iterations = max(total%max_iterations, part%max_iterations)
+    total%n_touching = total%n_touching + part%n_touching
+  end subroutine add_counts
 
   !> Set up a contact. Refused: negative options, a depth limit not below the tool's search
   !! distance, a time step or masses that are not positive.
@@ -496,5 +543,73 @@ contains
     result%reaction = result%reaction - push*normal
     result%energy = result%energy + 0.5_wp*contact%stiffness(point)*pressed**2
   end subroutine push_out
+
+  !> Frozen penalty, warm starts, culling state, forces, history of friction and damping, counts.
+  pure subroutine carry_contact(contact, store)
+    type(contact_t), intent(inout) :: contact
+    type(state_store_t), intent(inout) :: store
+
+    call carry_array(store, "travel", size(contact%tiles), contact%tiles%travel)
+    call carry_array(store, "tool_displacement", 3, contact%motion%displacement)
+    call carry(store, "is_started", contact%motion%is_started)
+    call carry(store, "share", contact%share)
+    call carry_array(store, "stiffness", size(contact%stiffness), contact%stiffness)
+    call carry_array(store, "net", size(contact%motion%now), contact%motion%now)
+    call carry_indices(store, "face", size(contact%face), contact%n_faces, contact%face)
+    call carry_array(store, "at", size(contact%at), contact%at)
+    call carry_array(store, "test_at", size(contact%test_at), contact%test_at)
+    call carry_array(store, "search_at", size(contact%search_at), contact%search_at)
+    call carry_array(store, "start", size(contact%start), contact%start)
+    call carry_array(store, "force", size(contact%force), contact%force)
+    associate (counts => contact%statistics)
+      call carry(store, "n_calls", counts%n_calls)
+      call carry(store, "n_points", counts%n_points)
+      call carry(store, "n_tested", counts%n_tested)
+      call carry(store, "n_iterations", counts%n_iterations)
+      call carry(store, "n_fallbacks", counts%n_fallbacks)
+      call carry(store, "n_searches", counts%n_searches)
+      call carry(store, "n_failures", counts%n_failures)
+      call carry(store, "max_iterations", counts%max_iterations)
+    end associate
+    if (allocated(contact%friction)) then
+      associate (state => contact%friction)
+        call carry_drag(store, "friction", state%energy, state%is_touching, state%place, &
+                        state%stretch)
+      end associate
+    end if
+    if (allocated(contact%damping)) then
+      associate (state => contact%damping)
+        call carry_drag(store, "damping", state%energy, state%is_touching, state%place, state%force)
+        call carry_array(store, "damping_constant", size(state%constant), state%constant)
+      end associate
+    end if
+    if (store%is_taking) call set_tile_tests(contact%tiles, contact%slave%n_along, contact%test_at)
+  end subroutine carry_contact
+
+  !> Energy, flags and two vectors of each point.
+  pure subroutine carry_drag(store, name, energy, is_touching, place, vector)
+    type(state_store_t), intent(inout) :: store
+    character(*), intent(in) :: name
+    logical, intent(inout) :: is_touching(:)
+    real(wp), intent(inout) :: energy, place(size(is_touching), 3), vector(size(is_touching), 3)
+
+    call carry(store, name//"_energy", energy)
+    call carry_flags(store, name//"_touching", size(is_touching), is_touching)
+    call carry_array(store, name//"_place", size(place), place)
+    call carry_array(store, name//"_vector", size(vector), vector)
+  end subroutine carry_drag
+
+  !> Let the next call test all points, or every `stride`-th one that has a face near it and no
+  !! other, as many as while a tool forms the sheet: for measuring that cost before it happens.
+  pure subroutine wake_contact(contact, stride)
+    type(contact_t), intent(inout) :: contact
+    integer, intent(in), optional :: stride    !! absent: test all points
+
+    contact%tiles%test_at = 0.0_wp
+    contact%test_at = 0.0_wp
+    if (.not. present(stride)) return
+    contact%test_at = huge(1.0_wp)
+    where (contact%face(::stride) > 0) contact%test_at(::stride) = 0.0_wp
+  end subroutine wake_contact
 
 end module contact

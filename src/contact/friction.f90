@@ -14,7 +14,7 @@
 module friction
   use kinds, only: wp
   use slave_surface, only: slave_surface_t
-  use face_motion, only: face_motion_t, point_motion
+  use contact_tiles, only: face_motion_t, point_motion
   implicit none
   private
 

@@ -13,7 +13,7 @@ module hull_tree
   implicit none
   private
 
-  public :: hull_node_t, hull_tree_t, new_hull_tree, clear, halve_node, rises_of, bound_gap, box_gap
+  public :: hull_tree_t, new_hull_tree, clear, halve_node, rises_of, bound_gap, box_gap
 
   integer, parameter :: max_steps = 30       !! of the iteration for a direction
   real(wp), parameter :: same = 0.01_wp      !! of the distance: accuracy at which it stops

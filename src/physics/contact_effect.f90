@@ -5,10 +5,8 @@ module contact_effect
   use assembly, only: assembly_t
   use effect, only: effect_t, effect_slot_t, instant_t, tally_t
   use slave_surface, only: scatter_forces
-  use tool, only: tool_t
-  use tool_turn, only: into_frame, torque_of
-  use contact, only: contact_t, apply_contact
-  use contact_state, only: carry_contact, wake_contact
+  use tool, only: tool_t, into_frame, torque_of
+  use contact, only: contact_t, apply_contact, carry_contact, wake_contact
   use contact_fields, only: contact_fields_t, add_wear, carry_wear
   use face_penetration, only: depth_samples_t, deep_place_t, find_deepest
   implicit none

@@ -13,7 +13,7 @@ module draw_bead
   use knot_vector, only: span_table, basis_derivatives
   use nurbs_surface, only: nurbs_surface_t
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
-  use tool_turn, only: way_of
+  use tool, only: way_of
   use assembly, only: assembly_t
   use motion_curve, only: curve_t, curve_value, start_curve
   use effect, only: effect_t, instant_t, tally_t

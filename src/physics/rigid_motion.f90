@@ -1,8 +1,7 @@
 !> Motion of a rigid tool: translations and a rotation along curves, or what a force makes of it.
 module rigid_motion
   use kinds, only: wp
-  use tool, only: tool_t
-  use tool_turn, only: rotation_about
+  use tool, only: tool_t, rotation_about
   use motion_curve, only: curve_t, curve_value, curve_integral, start_curve
   implicit none
   private

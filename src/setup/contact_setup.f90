@@ -19,6 +19,7 @@ module contact_setup
   use contact_fields, only: new_contact_fields
   use surface_grid, only: element_size_of
   use tool, only: tool_t
+  use tool_setup, only: sheet_thickness
   use effect, only: effect_slot_t
   use model, only: model_t, increment_limit
   implicit none
@@ -114,7 +115,7 @@ contains
       options%overhang = spec%overhang
       options%is_corner_start = spec%is_corner_start
       options%is_late = spec%first_step > 1
-      pair%thickness = tool%search_distance/3.0_wp
+      pair%thickness = sheet_thickness(blank_spec)
       options%max_depth = pair%thickness
       call new_contact(pair%pair, slave, tool, face_mass(body, bounds), &
                        increment_limit(model), options, error)
@@ -122,7 +123,7 @@ contains
         call add_error(errors, spec%origin, error%message, "usable contact options")
         return
       end if
-      call new_depth_samples(pair%samples, pair%pair, tool, body%surface(face), &
+      call new_depth_samples(pair%samples, pair%pair, tool, body%surface(face), pair%thickness, &
                              findloc(face_axes(face), across, dim=1))
       if (spec%first_step == 1) call check_start(spec, blank_spec%origin, model, pair, errors)
       if (model%output%has_pressure) call add_fields(spec, body, face, tool, model%output, pair)

@@ -6,14 +6,15 @@ module tool_setup
   use text, only: rounded_text
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
-  use scene, only: scene_t, tool_spec_t
+  use scene, only: scene_t, blank_spec_t, tool_spec_t
   use tool, only: tool_t, new_tool
   use tool_placement, only: placing_shift
   implicit none
   private
 
-  public :: start_tools
+  public :: start_tools, sheet_thickness
 
+  real(wp), parameter :: search_reach = 3.0_wp       !! search distance over sheet thickness
   real(wp), parameter :: worth_telling = 1.0e-3_wp   !! doubt, part of the search distance
   real(wp), parameter :: far = 100.0_wp              !! of a clearance, of what sheet and tool reach
 
@@ -30,7 +31,7 @@ contains
     integer :: t, before
 
     before = n_errors(errors)
-    reach = 3.0_wp*sheet_thickness(scene)
+    reach = search_reach*sheet_thickness(scene%blank)
     shifts = 0.0_wp
     allocate (tools(size(scene%tools)))
     do t = 1, size(scene%tools)
@@ -116,14 +117,14 @@ contains
   end subroutine shift_tool
 
   !> Distance of the faces zeta_min and zeta_max in the middle of a patch, the largest of all.
-  real(wp) function sheet_thickness(scene) result(thickness)
-    type(scene_t), intent(in) :: scene
+  real(wp) function sheet_thickness(blank) result(thickness)
+    type(blank_spec_t), intent(in) :: blank
     real(wp) :: xi(3), bottom(3), top(3)
     integer :: axis, p
 
     thickness = 0.0_wp
-    do p = 1, size(scene%blank%patches)
-      associate (solid => scene%blank%patches(p)%solid)
+    do p = 1, size(blank%patches)
+      associate (solid => blank%patches(p)%solid)
         do axis = 1, 3
           associate (knots => solid%axes(axis)%knots)
             xi(axis) = 0.5_wp*(knots(1) + knots(size(knots)))

@@ -11,7 +11,7 @@ module energy_balance
   use effect, only: effect_slot_t, tally_t
   use body_parts, only: field_t
   use blank, only: blank_t
-  use tool_turn, only: pace_of
+  use tool, only: pace_of
   use assembly, only: assembly_t
   implicit none
   private

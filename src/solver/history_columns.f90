@@ -3,7 +3,7 @@ module history_columns
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use body_parts, only: field_t
-  use tool_turn, only: way_of
+  use tool, only: way_of
   use history, only: history_sample_t, begin_sample, enter
   use contact_effect, only: depth_of
   use knot_vector, only: find_span, basis_derivatives
