@@ -15,7 +15,7 @@ module run_forecast
   use kinds, only: wp
   use failure, only: error_t
   use text, only: string_t, to_text, rounded_text, append_text
-  use contact, only: wake_contact
+  use contact, only: schedule_tests
   use contact_effect, only: contact_view_t, contact_pairs
   use tool_mesh, only: n_mesh_points
   use model, only: model_t
@@ -186,7 +186,7 @@ contains
 
     pairs = contact_pairs(model%forces)
     do i = 1, size(pairs)
-      call wake_contact(pairs(i)%pair%pair, stride)
+      call schedule_tests(pairs(i)%pair%pair, stride)
     end do
   end subroutine wake
 

@@ -16,9 +16,9 @@ module iges_directory
 
   integer, parameter, public :: section_start = 1, section_global = 2, section_directory = 3, &
                                 section_parameters = 4, section_end = 5
-  integer, parameter :: n_columns = 80, letter_column = 73
+  integer, parameter :: n_columns = 80, code_column = 73
   integer, parameter :: most_errors = 10   ! of one file's lines: the rest is most likely the same
-  character(*), parameter :: letters = "SGDPT"
+  character(*), parameter :: section_codes = "SGDPT"
   character(9), parameter :: names(5) = [character(9) :: "start", "global", "directory", &
                                          "parameter", "terminate"]
 
@@ -62,7 +62,7 @@ contains
   !> Such as `entity 128 (rational B-spline surface) at D7`.
   pure function entry_name(entries, i) result(name)
     type(entry_t), intent(in) :: entries(:)
-    integer, intent(in) :: i   !! place in the list
+    integer, intent(in) :: i   !! position in the list
     character(:), allocatable :: name
 
     name = "entity "//to_text(entries(i)%type)
@@ -236,7 +236,7 @@ contains
     if (errors%n_items == n_before) call check_sections(file, errors)
   end subroutine read_iges_lines
 
-  !> Line of the file on which line `i` of a section stands.
+  !> Line of the file on which line `i` of a section is.
   pure integer function line_number(file, section, i)
     type(iges_lines_t), intent(in) :: file
     integer, intent(in) :: section, i
@@ -249,7 +249,7 @@ contains
     type(iges_lines_t), intent(in) :: file
     integer, intent(in) :: i
 
-    is_other_format = i == 1 .and. scan(file%lines(1)(letter_column:letter_column), "BC") > 0
+    is_other_format = i == 1 .and. scan(file%lines(1)(code_column:code_column), "BC") > 0
   end function is_other_format
 
   !> Check a line and count it to its section.
@@ -265,27 +265,27 @@ contains
       call add_error(errors, new_origin(file%path, i, "IGES"), "the compressed or binary form", &
                      "the form of fixed columns; export the file as plain (ASCII) IGES")
       return
-    else if (len(line) <= letter_column .or. len(line) > n_columns) then
+    else if (len(line) <= code_column .or. len(line) > n_columns) then
       call add_error(errors, new_origin(file%path, i, "IGES"), "a line of "// &
                      to_text(len(line))//" columns", to_text(n_columns)//" columns")
       return
     end if
-    section = index(letters, line(letter_column:letter_column))
-    call read_integer(trim(adjustl(line(letter_column + 1:))), number, is_number)
+    section = index(section_codes, line(code_column:code_column))
+    call read_integer(trim(adjustl(line(code_column + 1:))), number, is_number)
     if (section == 0) then
       call add_error(errors, new_origin(file%path, i, "IGES"), "`"// &
-                     line(letter_column:letter_column)//"` in column "//to_text(letter_column), &
+                     line(code_column:code_column)//"` in column "//to_text(code_column), &
                      "the letter of a section: S, G, D, P or T")
     else if (any(file%n(section + 1:) > 0)) then
       call add_error(errors, new_origin(file%path, i, "IGES"), "a line of section "// &
-                     letters(section:section)//" after those of a later one", &
+                     section_codes(section:section)//" after those of a later one", &
                      "the sections in the order S, G, D, P, T")
     else
       file%n(section) = file%n(section) + 1
       if (is_number .and. number == file%n(section)) return
       call add_error(errors, new_origin(file%path, i, "IGES section "// &
-                                        letters(section:section)), &
-                     "`"//trim(adjustl(line(letter_column + 1:)))//"` in columns 74 to 80", &
+                                        section_codes(section:section)), &
+                     "`"//trim(adjustl(line(code_column + 1:)))//"` in columns 74 to 80", &
                      "the sequence number "//to_text(file%n(section)))
       if (is_number .and. number > 0) file%n(section) = number
     end if
@@ -301,8 +301,9 @@ contains
       file%before(section) = sum(file%n(:section - 1))
       if (file%n(section) > 0 .or. section == section_start) cycle
       call add_error(errors, new_origin(file%path, sum(file%n), "IGES"), "no "// &
-                     trim(names(section))//" section", "lines with "//letters(section:section)// &
-                     " in column "//to_text(letter_column)//"; the file may be cut short")
+                     trim(names(section))//" section", "lines with "// &
+                     section_codes(section:section)//" in column "//to_text(code_column)// &
+                     "; the file may be cut short")
     end do
     if (mod(file%n(section_directory), 2) /= 0) then
       call add_error(errors, new_origin(file%path, file%before(section_parameters), &
@@ -324,12 +325,12 @@ contains
         first = 8*(section - 1) + 1
         if (line(first:first + 7) == "") cycle
         call read_integer(trim(adjustl(line(first + 1:first + 7))), counted, is_number)
-        if (is_number .and. line(first:first) == letters(section:section) &
+        if (is_number .and. line(first:first) == section_codes(section:section) &
             .and. counted == file%n(section)) cycle
         call add_error(errors, new_origin(file%path, file%before(section_end) + 1, &
                                           "IGES section T"), &
                        "`"//line(first:first + 7)//"` in columns "//to_text(first)//" to "// &
-                       to_text(first + 7), letters(section:section)//" and the "// &
+                       to_text(first + 7), section_codes(section:section)//" and the "// &
                        to_text(file%n(section))//" lines that the section has")
       end do
     end associate

@@ -22,7 +22,7 @@ module iges_global
                                             1.0e3_wp, 1.0e6_wp, 0.0254_wp, 1.0e-3_wp, 10.0_wp, &
                                             2.54e-5_wp]
 
-  !> Values by their place in a text; a value that is left to its default has no characters.
+  !> Values by their position in a text; a value that is left to its default has no characters.
   type :: token_list_t
     character(:), allocatable :: text
     integer :: n = 0
@@ -37,7 +37,7 @@ module iges_global
 
   !> What the reader needs of the section.
   type :: iges_global_t
-    character(2) :: delimiters = ",;"     !! between values, behind the last
+    character(2) :: delimiters = ",;"     !! between values, after the last
     character(:), allocatable :: unit     !! name of the unit of length
     real(wp) :: scale = 1.0_wp            !! length in the model over length of the real thing
     real(wp) :: resolution = 0.0_wp       !! smallest distance that counts, in the unit; 0: none
@@ -206,7 +206,7 @@ contains
   !> Split a text up to its record delimiter. `problem` is empty, or says what is wrong at `place`.
   pure subroutine split_tokens(text, delimiters, tokens, problem, expected, place)
     character(*), intent(in) :: text
-    character(2), intent(in) :: delimiters   !! between values, behind the last
+    character(2), intent(in) :: delimiters   !! between values, after the last
     type(token_list_t), intent(out) :: tokens
     character(:), allocatable, intent(out) :: problem, expected
     integer, intent(out) :: place            !! in the text
@@ -233,7 +233,7 @@ contains
     end do
   end subroutine split_tokens
 
-  !> A value as it stands in the file; empty if it is left to its default.
+  !> A value as given in the file; empty if it is left to its default.
   pure function token_text(tokens, i) result(value)
     type(token_list_t), intent(in) :: tokens
     integer, intent(in) :: i
@@ -243,7 +243,7 @@ contains
     if (i >= 1 .and. i <= tokens%n) value = tokens%text(tokens%first(i):tokens%last(i))
   end function token_text
 
-  !> Take the value at `place` and go to the delimiter behind it.
+  !> Take the value at `place` and go to the delimiter after it.
   pure subroutine take_value(text, delimiters, place, tokens, problem, expected)
     character(*), intent(in) :: text
     character(2), intent(in) :: delimiters
@@ -285,7 +285,7 @@ contains
     end if
   end subroutine take_value
 
-  !> The first place from `place` on that is not blank; beyond the end if there is none.
+  !> The first position from `place` on that is not blank; beyond the end if there is none.
   pure integer function next_filled(text, place)
     character(*), intent(in) :: text
     integer, intent(in) :: place

@@ -24,9 +24,9 @@ module iges_model
     type(entry_t), allocatable :: entries(:)
   end type iges_model_t
 
-  !> The values of an entity, counted behind its type.
+  !> The values of an entity, counted after its type.
   type :: values_t
-    integer :: entry = 0               !! place in `iges_model_t%entries`
+    integer :: entry = 0               !! position in `iges_model_t%entries`
     integer :: n = 0
     type(token_list_t) :: tokens
     logical :: is_valid = .true.       !! nothing wrong so far
@@ -55,7 +55,7 @@ contains
   !> Take the values of an entity apart.
   subroutine open_values(model, entry, values, errors)
     type(iges_model_t), intent(in) :: model
-    integer, intent(in) :: entry   !! place in the list of entries
+    integer, intent(in) :: entry   !! position in the list of entries
     type(values_t), intent(out) :: values
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: text, problem, expected
@@ -148,7 +148,7 @@ contains
     end do
   end function get_reals
 
-  !> Place in the list of entries of an entity that a value points to; 0 if there is none.
+  !> Position in the list of entries of an entity that a value points to; 0 if there is none.
   integer function get_entry(model, values, place, name, errors) result(entry)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
@@ -167,7 +167,7 @@ contains
     if (.not. values%is_valid) entry = 0
   end function get_entry
 
-  !> Where an entity stands in the directory.
+  !> Where an entity is in the directory.
   function entry_origin(model, entry) result(origin)
     type(iges_model_t), intent(in) :: model
     integer, intent(in) :: entry
@@ -219,7 +219,7 @@ contains
   !> The whole transformation of an entity, x -> matrix(:, 1:3) x + matrix(:, 4) [unit of the file].
   subroutine get_matrix(model, entry, matrix, is_valid, errors)
     type(iges_model_t), intent(in) :: model
-    integer, intent(in) :: entry   !! place in the list of entries
+    integer, intent(in) :: entry   !! position in the list of entries
     real(wp), intent(out) :: matrix(3, 4)
     logical, intent(out) :: is_valid
     type(error_list_t), intent(inout) :: errors
@@ -251,7 +251,7 @@ contains
       matrix(:, :3) = matmul(outer(:, :3), matrix(:, :3))
     end do
     if (all(ieee_is_finite(matrix))) return
-    call add_error(errors, entry_origin(model, entry), "a transformation beyond all numbers", &
+    call add_error(errors, entry_origin(model, entry), "a transformation with non-finite values", &
                    "finite coordinates")
     is_valid = .false.
   end subroutine get_matrix
@@ -347,7 +347,7 @@ contains
                   + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
   end function determinant
 
-  !> Has something been said of this place already?
+  !> Has this position been reported already?
   logical function is_reported(errors, origin)
     type(error_list_t), intent(in) :: errors
     type(origin_t), intent(in) :: origin

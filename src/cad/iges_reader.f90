@@ -151,7 +151,7 @@ contains
              " surfaces of "//to_text(size(reason))//" entities")
     call append_text(report, "box "//place_text(box(:, 1))//" to "//place_text(box(:, 2)))
     do i = 1, min(size(taken), most_listed)
-      call append_text(report, surface_line(model, taken(i), surfaces(i), seams%is_turned(i)))
+      call append_text(report, surface_line(model, taken(i), surfaces(i), seams%is_reversed(i)))
     end do
     if (size(taken) > most_listed) &
       call append_text(report, "and "//to_text(size(taken) - most_listed)// &
@@ -163,11 +163,11 @@ contains
     call append_text(report, seam_line(seams))
   end subroutine write_report
 
-  function surface_line(model, entry, surface, is_turned) result(line)
+  function surface_line(model, entry, surface, is_reversed) result(line)
     type(iges_model_t), intent(in) :: model
     integer, intent(in) :: entry
     type(nurbs_surface_t), intent(in) :: surface
-    logical, intent(in) :: is_turned
+    logical, intent(in) :: is_reversed
     character(:), allocatable :: line
 
     line = "D"//to_text(2*entry - 1)//" "//type_name(model%entries(entry)%type)
@@ -175,7 +175,7 @@ contains
     line = line//", degrees "//to_text(surface%axes(1)%degree)//" x "// &
            to_text(surface%axes(2)%degree)//", "//to_text(surface%axes(1)%n_basis)//" x "// &
            to_text(surface%axes(2)%n_basis)//" control points"
-    if (is_turned) line = line//", turned: its normal disagreed across an edge"
+    if (is_reversed) line = line//", turned: its normal disagreed across an edge"
   end function surface_line
 
   function seam_line(seams) result(line)
@@ -191,7 +191,7 @@ contains
       if (size(list) > 0) line = line//", largest gap "//rounded_text(maxval(list%gap))
     end associate
     line = line//"; "//to_text(seams%n_free)//" free edges; "// &
-           to_text(count(seams%is_turned))//" surfaces turned"
+           to_text(count(seams%is_reversed))//" surfaces turned"
   end function seam_line
 
   pure function box_of(surfaces) result(box)

@@ -1,7 +1,7 @@
 !> Boxes around groups of cells, around groups of these, and so on: which cells may be nearest to a
 !! point at any distance.
 !!
-!! Cells that follow each other lie beside each other, so groups of eight in their order are small.
+!! Cells that follow each other are next to each other, so groups of eight in their order are small.
 module cell_tree
   use kinds, only: wp
   implicit none
@@ -73,12 +73,12 @@ contains
     real(wp) :: least   ! square of it so far
 
     least = square_to(tree%boxes(:, :, nearest_leaf(tree, x)), x)
-    call look_below(tree, x, tree%n_levels, 1, least)
+    call search_below(tree, x, tree%n_levels, 1, least)
     distance = sqrt(least)
   end function distance_to_leaves
 
   !> Take the nearest cell of a box, if it is nearer.
-  pure recursive subroutine look_below(tree, x, level, box, least)
+  pure recursive subroutine search_below(tree, x, level, box, least)
     type(cell_tree_t), intent(in) :: tree
     real(wp), intent(in) :: x(3)
     integer, intent(in) :: level, box
@@ -93,9 +93,9 @@ contains
       return
     end if
     do i = n_children*(box - 1) + 1, min(n_children*box, tree%n(level - 1))
-      call look_below(tree, x, level - 1, i, least)
+      call search_below(tree, x, level - 1, i, least)
     end do
-  end subroutine look_below
+  end subroutine search_below
 
   !> Cells whose boxes are within a distance of a point.
   pure subroutine collect_leaves(tree, x, distance, leaves)

@@ -2,8 +2,8 @@
 !!
 !! [CA] R. P. R. Cardoso and O. B. Adetoro (2017), eqs. (48)-(55). For one point the search is
 !! safeguarded: knot lines where the tangent breaks, edges and corners are normal cases. It stays on
-!! a face, crosses to the neighbour where the distance falls that way, and stops on the knot line
-!! where it does not.
+!! a face, crosses to the neighbour where the distance decreases in that direction, and stops on the
+!! knot line where it does not.
 !!
 !! Eight slave points at a time are followed without safeguards, each from where it was before and
 !! on that face: lanes that leave their face or do not converge are reported, and the caller
@@ -37,11 +37,11 @@ module closest_point
     real(wp) :: distance = huge(1.0_wp)  !! to the closest point [length]
     real(wp) :: gap = huge(1.0_wp)       !! eq. (54), positive on the sheet's side [length]
     real(wp) :: normal(3) = 0.0_wp       !! unit, towards the sheet's side, eq. (55)
-    real(wp) :: overhang = 0.0_wp        !! how far the point is beyond the tool's border [length]
-    real(wp) :: rival = huge(1.0_wp)     !! distance to the next best place, if it was looked for
+    real(wp) :: overhang = 0.0_wp        !! how far the point is beyond the tool's edge [length]
+    real(wp) :: rival = huge(1.0_wp)     !! distance to the next best point, if searched for
     integer :: n_iterations = 0          !! evaluations of the face in all starts
     logical :: is_converged = .false.
-    logical :: is_leaving = .false.      !! held at the border of its cell: no closest point
+    logical :: is_leaving = .false.      !! stopped at the edge of its cell: no closest point
   end type hit_t
 
   integer, parameter, public :: n_lanes = 8        !! points worked on together
@@ -78,7 +78,7 @@ module closest_point
 
 contains
 
-  !> Whether a point is beyond the tool's border by more than is allowed, so that it does not touch.
+  !> Whether a point is beyond the tool's edge by more than is allowed, so that it does not touch.
   pure logical function is_beside(tool, hit, allowed)
     type(tool_t), intent(in) :: tool
     type(hit_t), intent(in) :: hit
@@ -87,8 +87,8 @@ contains
     is_beside = hit%overhang > allowed + border_slack*tool%scale
   end function is_beside
 
-  !> Closest point from a place on a face nearby, across knot lines where need be. For a point that
-  !! moved a little since that place was its closest.
+  !> Closest point from a position on a face nearby, across knot lines where need be. For a point
+  !! that moved a little since that position was its closest.
   pure subroutine follow(tool, x, face, at, hit)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)    !! point in the tool's frame [length]
@@ -102,7 +102,7 @@ contains
     call finish(tool, x, hit)
   end subroutine follow
 
-  !> How the point `x` lies to a place on a face of a tool.
+  !> How the point `x` lies to a position on a face of a tool.
   pure function seen_from(tool, face, at, x) result(state)
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: face
@@ -114,7 +114,7 @@ contains
 
   !> Newton with the full second derivatives, eq. (52), from a start on a face, always downhill.
   !! Where the Hessian is not positive enough of the metric is added. With a cell the search holds
-  !! at the cell's border.
+  !! at the cell's edge.
   pure subroutine descend(tool, x, hit, cell)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
@@ -134,7 +134,8 @@ contains
       hit%is_converged = gain <= (step_tolerance*tool%scale)**2
       if (hit%is_converged) exit
       call step_down(tool, x, step, hit, here, is_lower)
-      ! Nothing lower nearby: the place is as good as round-off lets it be, if the step was short.
+      ! Nothing lower nearby: the position is as good as round-off lets it be, if the step was
+      ! short.
       hit%is_converged = gain <= (stalled_step*tool%scale)**2
       if (.not. is_lower) exit
     end do
@@ -165,7 +166,7 @@ contains
       do d = 1, 2
         if (has_crossed .or. .not. is_blocked(hit%at(d), here%slope(d))) cycle
         is_free(d) = .false.
-        call look_across(tool, hit%face, hit%at, d, face, at, d_there)
+        call point_across(tool, hit%face, hit%at, d, face, at, d_there)
         if (face == 0) cycle
         if (present(cell)) then
           if (.not. is_in_block(cell, face)) cycle
@@ -184,7 +185,7 @@ contains
     is_free = .true.
   end subroutine cross_edges
 
-  !> Whether the distance falls further beyond the border of a cell at which the search was held.
+  !> Whether the distance falls further beyond the edge of a cell at which the search stopped.
   pure logical function leads_out(tool, x, hit, here, cell)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
@@ -199,7 +200,7 @@ contains
     do d = 1, 2
       if (.not. is_blocked(hit%at(d), here%slope(d))) cycle
       if (here%slope(d)**2 <= here%metric(d)*(step_out*tool%scale)**2) cycle
-      call look_across(tool, hit%face, hit%at, d, face, at, d_there)
+      call point_across(tool, hit%face, hit%at, d, face, at, d_there)
       if (face == 0) cycle
       if (is_in_block(cell, face)) cycle
       there = seen_from(tool, face, at, x)
@@ -220,8 +221,8 @@ contains
                   .and. modulo(offset, cell%stride) < cell%n(1)
   end function is_in_block
 
-  !> The same place on the face beyond the edge where coordinate `d` has come to its end.
-  pure subroutine look_across(tool, face, at, d, other, there, d_there)
+  !> The same position on the face beyond the edge where coordinate `d` has come to its end.
+  pure subroutine point_across(tool, face, at, d, other, there, d_there)
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: face, d
     real(wp), intent(in) :: at(2)
@@ -239,7 +240,7 @@ contains
     there = at
     there(d) = 1.0_wp - anint(at(d))
     d_there = d
-  end subroutine look_across
+  end subroutine point_across
 
   !> Whether a coordinate is at its end and the distance falls beyond.
   pure logical function is_blocked(at, slope)
@@ -357,12 +358,12 @@ contains
       - here%hessian(3)**2 >= -flat*here%metric(1)*here%metric(2)
   end function is_minimum
 
-  !> Gap, normal and overhang at the place found.
+  !> Gap, normal and overhang at the position found.
   !!
   !! Inside a face, and on a smooth knot line, the point lies along the normal. On a break of the
   !! tangent it lies between the normals of the faces that meet: there the gap is the signed
   !! distance and the normal its gradient, the same from whichever face the search came. Beyond the
-  !! border the part that sticks out is kept apart as `overhang`.
+  !! edge the part that sticks out is kept apart as `overhang`.
   pure subroutine finish(tool, x, hit)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
@@ -380,7 +381,7 @@ contains
     has_break = .false.
     do d = 1, 2
       if (.not. is_blocked(hit%at(d), here%slope(d))) cycle
-      call look_across(tool, hit%face, hit%at, d, face, at, d_there)
+      call point_across(tool, hit%face, hit%at, d, face, at, d_there)
       if (face == 0) then
         outward = in_plane(here%d1(:, d), here%d1(:, 3 - d))*sign(1.0_wp, hit%at(d) - 0.5_wp)
         hit%overhang = hypot(hit%overhang, max(dot_product(r, outward), 0.0_wp))

@@ -1,13 +1,13 @@
 !> Penalty contact of one face of the blank with one tool.
 !!
-!! Every slave point is moved into the tool's frame, the closest point of the tool is found
-!! ([CA] R. P. R. Cardoso and O. B. Adetoro (2017), sec. 5), and where the gap (54) is negative the
-!! point is pushed out along the normal (55) by stiffness times depth.
+!! Every slave point is moved into the tool's frame, the closest point of the tool is found ([CA] R.
+!! P. R. Cardoso and O. B. Adetoro (2017), sec. 5), and where the gap (54) is negative the point is
+!! pushed out along the normal (55) by stiffness times depth.
 !!
 !! Points that cannot reach the tool are left alone. The distance to a tool changes by no more than
 !! the point moves, and no slave point moves more than the control points around it (convex hull).
 !! So each tile of points carries its `travel`: the largest displacement of its control points
-!! against the tool, summed over the calls. A point at distance g needs no look until the travel has
+!! against the tool, summed over the calls. A point at distance g is skipped until the travel has
 !! grown by g.
 module contact
   use, intrinsic :: iso_fortran_env, only: int64
@@ -17,10 +17,10 @@ module contact
   use slave_surface, only: slave_surface_t, place_of, point_position, gather_forces, add_gathered
   use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, list_due_tiles, list_due, &
                            earliest_test, is_worth_threads, face_motion_t, new_face_motion, &
-                           take_turn, point_motion, set_tile_tests
-  use penalty, only: stiffness_from_mass, stiffness_from_area, touching_share, not_in, &
+                           advance_motion, point_motion, set_tile_tests
+  use penalty, only: stiffness_from_mass, stiffness_from_area, contact_fraction, no_contact, &
                      find_pressed_depth, contact_damping_t, new_contact_damping, damp_points
-  use friction, only: friction_t, new_friction, find_first_ways, rub
+  use friction, only: friction_t, new_friction, find_first_motions, apply_friction
   use closest_point, only: hit_t, follow, is_beside, lanes_t, follow_lanes, n_lanes
   use tool_search, only: search_tool
   use cell_tree, only: distance_to_leaves
@@ -29,7 +29,7 @@ module contact
   private
 
   public :: contact_t, contact_options_t, new_contact, apply_contact, scale_stiffness, &
-            carry_contact, wake_contact
+            carry_contact, schedule_tests
 
   !> Counts over all calls; `n_touching` of the last call.
   type :: contact_statistics_t
@@ -37,7 +37,7 @@ module contact
     integer(int64) :: n_points = 0       !! points times calls
     integer(int64) :: n_tested = 0       !! of these, closest points computed; the rest was culled
     integer(int64) :: n_iterations = 0   !! face evaluations of the local searches
-    integer(int64) :: n_fallbacks = 0    !! points that left the eight lanes for the guarded search
+    integer(int64) :: n_fallbacks = 0    !! points that left the eight lanes for a single search
     integer(int64) :: n_searches = 0     !! global searches
     integer(int64) :: n_failures = 0     !! points for which every search failed: must be 0
     integer :: max_iterations = 0        !! in one search of one point
@@ -52,12 +52,12 @@ module contact
   type :: contact_options_t
     real(wp) :: scale = 0.5_wp        !! s of the stiffness s m/dt^2
     real(wp) :: stiffness = 0.0_wp    !! given per area instead, if positive [stress/length]
-    real(wp) :: max_depth = 0.0_wp    !! deeper is behind it; 0: half its search distance [length]
-    real(wp) :: overhang = 0.0_wp     !! how far beyond the border a point still touches [length]
+    real(wp) :: max_depth = 0.0_wp    !! deeper is behind; 0: half of its search distance [length]
+    real(wp) :: overhang = 0.0_wp     !! how far beyond the edge a point still touches [length]
     real(wp) :: friction = 0.0_wp     !! coefficient mu of Coulomb friction, 0: none
     real(wp) :: damping = 0.0_wp      !! normal damping, part of the critical, 0: none
     logical :: is_late = .false.      !! it begins when the blank may be in the tool already
-    logical :: is_corner_start = .false.   !! search anew each time from face corners, as [CA]
+    logical :: is_corner_start = .false.   !! search again each time from face corners, as [CA]
   end type contact_options_t
 
   !> How far things move in a step at most, and what one tile adds to the whole.
@@ -65,7 +65,7 @@ module contact
     real(wp) :: travel = 0.0_wp    !! points against the tool [length]
     real(wp) :: longest = 0.0_wp   !! along a normal, amply [length]
     real(wp) :: energy = 0.0_wp, depth = 0.0_wp, reaction(3) = 0.0_wp
-    real(wp) :: rubbed = 0.0_wp, damped = 0.0_wp   !! energies lost
+    real(wp) :: slip_work = 0.0_wp, damped = 0.0_wp   !! energies lost
     type(contact_statistics_t) :: counts
   end type tile_result_t
 
@@ -79,7 +79,7 @@ module contact
     integer, allocatable :: face(:)          !! face of the tool last touched or seen, 0: none
     real(wp), allocatable :: at(:, :)        !! local coordinates s, t there, shape (n_points, 2)
     real(wp), allocatable :: test_at(:)      !! travel of the tile at which it is tested [length]
-    real(wp), allocatable :: search_at(:)    !! travel at which it is searched anew [length]
+    real(wp), allocatable :: search_at(:)    !! travel at which it is searched again [length]
     real(wp), allocatable :: start(:)        !! depth from which its spring is loaded [length]
     real(wp), allocatable :: force(:, :)     !! on the point now, shape (n_points, 3) [force]
     type(tile_t), allocatable :: tiles(:)
@@ -157,7 +157,7 @@ contains
     associate (n => slave%n_points)
       allocate (contact%stiffness(n), contact%face(n), contact%at(n, 2))
       allocate (contact%test_at(n), contact%search_at(n), contact%force(n, 3), source=0.0_wp)
-      allocate (contact%start(n), source=not_in)
+      allocate (contact%start(n), source=no_contact)
     end associate
     call new_face_motion(contact%motion, slave%n_net)
     call set_stiffness(contact, mass, dt)
@@ -227,7 +227,7 @@ contains
     real(wp), intent(out) :: max_penetration    !! deepest -g of touching points, 0: none [length]
     real(wp), intent(in) :: dt                  !! since the last call, for damping alone [time]
 
-    call take_turn(contact%motion, tool%displacement, x)
+    call advance_motion(contact%motion, tool%displacement, x)
     if (is_worth_threads(contact%slave%n_points, contact%is_due)) then
       !$omp parallel
       call work_tiles(contact, tool, x, force, dt)
@@ -239,8 +239,8 @@ contains
     call sum_up(contact, tool, energy, max_penetration)
   end subroutine apply_contact
 
-  !> Test the tiles that are due and add their forces to the control points; the threads of a
-  !! region share the work.
+  !> Test the tiles that are due and add their forces to the control points; the threads of a region
+  !! divide the work.
   subroutine work_tiles(contact, tool, x, force, dt)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
@@ -262,7 +262,7 @@ contains
     end if
   end subroutine work_tiles
 
-  !> Add the forces of tiles that touch to the control points; the threads of a region share their
+  !> Add the forces of tiles that touch to the control points; the threads of a region divide their
   !! rows.
   subroutine add_tile_forces(contact, n_due, due, force)
     type(contact_t), intent(in) :: contact
@@ -290,7 +290,7 @@ contains
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(inout) :: tool
     real(wp), intent(out) :: energy, max_penetration
-    real(wp) :: rubbed, damped
+    real(wp) :: slip_work, damped
     integer :: t
 
     contact%statistics%n_calls = contact%statistics%n_calls + 1
@@ -298,7 +298,7 @@ contains
     contact%statistics%n_touching = 0
     energy = 0.0_wp
     max_penetration = 0.0_wp
-    rubbed = 0.0_wp
+    slip_work = 0.0_wp
     damped = 0.0_wp
     do t = 1, size(contact%tiles)
       if (.not. contact%is_due(t)) cycle
@@ -306,12 +306,12 @@ contains
         energy = energy + part%energy
         max_penetration = max(max_penetration, part%depth)
         tool%force = tool%force + part%reaction
-        rubbed = rubbed + part%rubbed
+        slip_work = slip_work + part%slip_work
         damped = damped + part%damped
         call add_counts(contact%statistics, part%counts)
       end associate
     end do
-    if (allocated(contact%friction)) contact%friction%energy = contact%friction%energy + rubbed
+    if (allocated(contact%friction)) contact%friction%energy = contact%friction%energy + slip_work
     if (allocated(contact%damping)) contact%damping%energy = contact%damping%energy + damped
   end subroutine sum_up
 
@@ -324,7 +324,7 @@ contains
     integer, intent(in) :: index   !! number of the tile
     type(tile_result_t) :: result
     integer :: due(tile_size**2 + 1), queue(tile_size**2), n_due, n_queued, i, at(2)
-    real(wp) :: x(3, tile_size**2)   ! places in the tool's frame of the points that are due
+    real(wp) :: x(3, tile_size**2)   ! positions in the tool's frame of the points that are due
 
     n_queued = 0
     result%travel = largest
@@ -369,14 +369,14 @@ contains
     contact%results(index) = result
   end subroutine work_tile
 
-  !> Damping and friction of a point that was tested; one that was not bears no force and did not
+  !> Damping and friction of a point that was tested; one that was not carries no force and did not
   !! bear any.
   subroutine drag_point(contact, dt, point, x, result)
     type(contact_t), intent(inout) :: contact
-    real(wp), intent(in) :: dt, x(3)       !! place in the tool's frame [length]
+    real(wp), intent(in) :: dt, x(3)       !! position in the tool's frame [length]
     integer, intent(in) :: point
     type(tile_result_t), intent(inout) :: result
-    real(wp) :: way(3)
+    real(wp) :: motion(3)
     integer :: at(2)
 
     if (allocated(contact%damping)) then
@@ -385,10 +385,11 @@ contains
     end if
     if (allocated(contact%friction)) then
       at = place_of(contact%slave, point)
-      call find_first_ways(contact%friction, contact%slave, contact%motion, at(2), at(1), &
-                           at(1), contact%force, way)
-      call rub(contact%friction, contact%slave%n_points, point, point, contact%stiffness, x, way, &
-               contact%force, result%reaction, result%energy, result%rubbed)
+      call find_first_motions(contact%friction, contact%slave, contact%motion, at(2), at(1), &
+                              at(1), contact%force, motion)
+      call apply_friction(contact%friction, contact%slave%n_points, point, point, &
+                          contact%stiffness, x, motion, contact%force, result%reaction, &
+                          result%energy, result%slip_work)
     end if
   end subroutine drag_point
 
@@ -398,7 +399,7 @@ contains
     type(tile_t), intent(in) :: tile
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: points(:)
-    real(wp), intent(in) :: x(:, :)        !! their places in the tool's frame [length]
+    real(wp), intent(in) :: x(:, :)        !! their positions in the tool's frame [length]
     type(tile_result_t), intent(inout) :: result
     type(lanes_t) :: lanes
     real(wp) :: depth(n_lanes), safe(n_lanes)
@@ -451,7 +452,7 @@ contains
     end if
   end subroutine follow_point
 
-  !> Search one point anew, and note how far it may travel before another place can be the nearest.
+  !> Search one point again, and how far it may travel before another point can be the nearest.
   subroutine search_point(contact, tile, tool, x, point, result)
     type(contact_t), intent(inout) :: contact
     type(tile_t), intent(in) :: tile
@@ -498,12 +499,12 @@ contains
   pure real(wp) function step_share(contact, travel, at, depth, normal) result(share)
     type(contact_t), intent(in) :: contact
     real(wp), intent(in) :: travel              !! largest in the step [length]
-    integer, intent(in) :: at(2)                !! place of the point
+    integer, intent(in) :: at(2)                !! position of the point
     real(wp), intent(in) :: depth, normal(3)    !! of the spring, not negative [length]
 
     share = 1.0_wp
     if (depth >= travel) return
-    share = touching_share(depth, sum(normal*point_motion(contact%motion, contact%slave, at(1), &
+    share = contact_fraction(depth, sum(normal*point_motion(contact%motion, contact%slave, at(1), &
                                                           at(2))))
   end function step_share
 
@@ -601,7 +602,7 @@ contains
 
   !> Let the next call test all points, or every `stride`-th one that has a face near it and no
   !! other, as many as while a tool forms the sheet: for measuring that cost before it happens.
-  pure subroutine wake_contact(contact, stride)
+  pure subroutine schedule_tests(contact, stride)
     type(contact_t), intent(inout) :: contact
     integer, intent(in), optional :: stride    !! absent: test all points
 
@@ -610,6 +611,6 @@ contains
     if (.not. present(stride)) return
     contact%test_at = huge(1.0_wp)
     where (contact%face(::stride) > 0) contact%test_at(::stride) = 0.0_wp
-  end subroutine wake_contact
+  end subroutine schedule_tests
 
 end module contact

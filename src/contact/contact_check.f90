@@ -41,14 +41,14 @@ contains
     if (gap >= huge(1.0_wp)) point = 0
   end subroutine initial_gap
 
-  !> Signed gap of every slave point to the nearest place of a tool, however far away. Of two
+  !> Signed gap of every slave point to the nearest point of a tool, however far away. Of two
   !! opposite faces of a blank the one that meets the tool has the smaller mean of proper gaps.
   subroutine face_gaps(slave, tool, net_x, gaps, is_proper)
     type(slave_surface_t), intent(in) :: slave
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: net_x(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
     real(wp), intent(out) :: gaps(slave%n_points)                      !! [length]
-    logical, intent(out) :: is_proper(slave%n_points)   !! the place is not on the tool's border
+    logical, intent(out) :: is_proper(slave%n_points)   !! the position is not on the tool's edge
     real(wp), allocatable :: x(:, :)
     type(hit_t) :: hit
     integer :: i
@@ -64,24 +64,25 @@ contains
     !$omp end parallel do
   end subroutine face_gaps
 
-  !> Way from a tool to points that face it: the mean of the tool's normals at the places nearest to
-  !! them, so shorter than 1 where the tool is curved. Zero where no point faces the tool.
-  pure function sheet_side(tool, x) result(way)
+  !> Direction from a tool to points that face it: the mean of the tool's normals at the points
+  !! nearest to them, so shorter than 1 where the tool is curved. Zero where no point faces the
+  !! tool.
+  pure function sheet_side(tool, x) result(direction)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(:, :)   !! points, the second axis their coordinates [length]
-    real(wp) :: way(3)
+    real(wp) :: direction(3)
     type(hit_t) :: hit
     integer :: i, n
 
-    way = 0.0_wp
+    direction = 0.0_wp
     n = 0
     do i = 1, size(x, 1)
       call search_all_faces(tool, x(i, :) - tool%displacement, hit)
       if (is_beside(tool, hit, 0.0_wp)) cycle
       n = n + 1
-      way = way + hit%normal
+      direction = direction + hit%normal
     end do
-    way = way/max(n, 1)
+    direction = direction/max(n, 1)
   end function sheet_side
 
 end module contact_check

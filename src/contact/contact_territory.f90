@@ -9,7 +9,7 @@ module contact_territory
   implicit none
   private
 
-  public :: contact_territory_t, new_territory, is_in_territory, distance_bound, relative_place
+  public :: contact_territory_t, new_territory, is_in_territory, distance_bound, relative_position
 
   !> Box along the directions of a face, enclosing the face; its reach is given at each test.
   type :: contact_territory_t
@@ -70,7 +70,7 @@ contains
   end function distance_bound
 
   !> Where `x` lies between low and high along the first two axes, 0 to 1 inside the box.
-  pure function relative_place(territory, x) result(place)
+  pure function relative_position(territory, x) result(place)
     type(contact_territory_t), intent(in) :: territory
     real(wp), intent(in) :: x(3)   !! [length]
     real(wp) :: place(2), along(3)
@@ -78,7 +78,7 @@ contains
     along = matmul(x - territory%centre, territory%axes)
     place = (along(:2) - territory%low(:2)) &
             /max(territory%high(:2) - territory%low(:2), tiny(1.0_wp))
-  end function relative_place
+  end function relative_position
 
   !> Orthonormal directions from two that span the face; any that fit where these degenerate.
   pure function frame(along_1, along_2) result(axes)

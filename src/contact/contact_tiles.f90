@@ -7,7 +7,7 @@ module contact_tiles
   implicit none
   private
 
-  public :: face_motion_t, new_face_motion, take_turn, carry_rows, point_motion, tile_t, &
+  public :: face_motion_t, new_face_motion, advance_motion, carry_rows, point_motion, tile_t, &
             cut_tiles, carry_tiles, list_due_tiles, list_due, earliest_test, set_tile_tests, &
             is_worth_threads
 
@@ -22,11 +22,11 @@ module contact_tiles
     real(wp), allocatable :: highest(:)        !! largest of these of each row [length^2]
   end type face_motion_t
 
-  !> Most points of a tile along each direction: few, so that idle ones sleep, and as many across as
-  !! along, so that a line of contact fills the lanes whichever way it runs.
+  !> Most points of a tile along each direction: few, so that idle ones are skipped, and as many
+  !! across as along, so that a line of contact fills the lanes in whichever direction it runs.
   integer, parameter, public :: tile_size = 8
 
-  !> What is worth waking threads for: more tiles to look at, or more points to test.
+  !> What is worth a parallel region: more tiles to check, or more points to test.
   integer, parameter :: parallel_tiles = 60, parallel_points = 500
 
   !> Points first ... last along each direction of the grid of slave points.
@@ -49,7 +49,7 @@ contains
   end subroutine new_face_motion
 
   !> What was now is before; the first state knows no motion. `carry_rows` brings the new one.
-  pure subroutine take_turn(motion, displacement, x)
+  pure subroutine advance_motion(motion, displacement, x)
     type(face_motion_t), intent(inout) :: motion
     real(wp), intent(in) :: displacement(3)   !! of the tool [length]
     real(wp), intent(in) :: x(:, :, :)        !! control points now [length]
@@ -64,9 +64,9 @@ contains
       motion%before = x
     end if
     motion%displacement = displacement
-  end subroutine take_turn
+  end subroutine advance_motion
 
-  !> Take the control points; the threads of a region share their rows. Little is stored, as each
+  !> Take the control points; the threads of a region divide their rows. Little is stored, as each
   !! store waits for memory that the elements have pushed out of the nearest cache.
   subroutine carry_rows(motion, x)
     type(face_motion_t), intent(inout) :: motion
@@ -101,13 +101,13 @@ contains
   end subroutine carry_row
 
   !> Motion of the slave point (i, j) against the tool since the state before.
-  pure function point_motion(motion, slave, i, j) result(way)
+  pure function point_motion(motion, slave, i, j) result(moved)
     type(face_motion_t), intent(in) :: motion
     type(slave_surface_t), intent(in) :: slave
     integer, intent(in) :: i, j
-    real(wp) :: way(3)
+    real(wp) :: moved(3)
 
-    way = point_position(slave, motion%now, i, j) - point_position(slave, motion%before, i, j) &
+    moved = point_position(slave, motion%now, i, j) - point_position(slave, motion%before, i, j) &
           - motion%moved
   end function point_motion
 
@@ -146,7 +146,7 @@ contains
   end function is_worth_threads
 
   !> Take the control points of the present, and let the travel of each tile grow by their largest
-  !! motion; `largest` returns that of all. The threads of a region share the rows of control
+  !! motion; `largest` returns that of all. The threads of a region divide the rows of control
   !! points, then the tiles; each reads little of what another has written.
   subroutine carry_tiles(tiles, motion, x, is_due, largest)
     type(tile_t), intent(inout) :: tiles(:)

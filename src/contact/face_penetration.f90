@@ -2,12 +2,12 @@
 !!
 !! The face is sampled on a grid that is finer than its contact points and at least as fine as the
 !! tool's smallest radius. Cells of the grid across which the tool bends towards the sheet are
-!! sampled four times finer, and from the deepest samples a search climbs to the deepest place. The
+!! sampled four times finer, and from the deepest samples a search climbs to the deepest point. The
 !! tool is its exact surface.
 !!
 !! As in `contact`, distances to a tool change by no more than the points move. So a tile of samples
-!! that are all clear of the tool needs no look until its travel has grown by that distance, less
-!! what may lie between two samples.
+!! that are all clear of the tool is skipped until its travel has grown by that distance, less what
+!! may lie between two samples.
 module face_penetration
   use kinds, only: wp
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
@@ -24,37 +24,37 @@ module face_penetration
   implicit none
   private
 
-  public :: deep_place_t, depth_samples_t, new_depth_samples, find_deepest, element_sizes, &
+  public :: deep_point_t, depth_samples_t, new_depth_samples, find_deepest, element_sizes, &
             points_of_element
 
   real(wp), parameter :: bent = 0.9_wp           !! cosine between normals at the ends of a cell
 
-  !> Depth of a place far from the tool or beside it [length].
-  real(wp), parameter :: nowhere = -huge(1.0_wp)
+  !> Depth of a point far from the tool or beyond its edge [length].
+  real(wp), parameter :: no_depth = -huge(1.0_wp)
 
-  !> The deepest place of a face.
-  type :: deep_place_t
-    real(wp) :: depth = 0.0_wp         !! 0: no place of the face is in the tool [length]
+  !> The deepest point of a face.
+  type :: deep_point_t
+    real(wp) :: depth = 0.0_wp         !! 0: no position of the face is in the tool [length]
     real(wp) :: at(2) = 0.0_wp         !! parametric coordinates of the face
     real(wp) :: x(3) = 0.0_wp          !! where it is [length]
     real(wp) :: step(2) = 0.0_wp       !! parametric distance to the next samples
     real(wp) :: width = 0.0_wp         !! the same, amply [length]
     integer :: face = 0                !! of the tool where it is nearest
     real(wp) :: on(2) = 0.0_wp         !! local coordinates there
-    logical :: is_sure = .false.       !! of all places of the tool none is nearer
+    logical :: is_sure = .false.       !! of all points of the tool none is nearer
     logical :: is_smooth = .false.     !! the tool around it
-  end type deep_place_t
+  end type deep_point_t
 
   !> What a sample has found.
   type :: sample_t
     real(wp) :: x(3) = 0.0_wp          !! in the tool's frame [length]
-    real(wp) :: depth = nowhere        !! below 0: so far outside [length]
+    real(wp) :: depth = no_depth        !! below 0: so far outside [length]
     real(wp) :: clear = 0.0_wp         !! how far it may move before it can be in the tool
     real(wp) :: normal(3) = 0.0_wp, foot(3) = 0.0_wp   !! of the tool where it is nearest
     integer :: face = 0                !! there, and local coordinates
     real(wp) :: on(2) = 0.0_wp
     logical :: is_seen = .false., is_beside = .false.
-    logical :: is_sure = .false.       !! of all places of the tool none is nearer
+    logical :: is_sure = .false.       !! of all points of the tool none is nearer
   end type sample_t
 
   integer, parameter :: least_parts = 3          !! of an element, in each direction
@@ -75,11 +75,11 @@ module face_penetration
     integer, allocatable :: near_1(:), near_2(:)      !! contact points near the lines of samples
     type(bend_t), allocatable :: bends(:)  !! of the tool, sharper than contact points are apart
     real(wp) :: apart = 0.0_wp             !! how far around these samples are searched [length]
-    real(wp), allocatable :: wake_at(:)   !! travel of the tile at which it is looked at again
+    real(wp), allocatable :: wake_at(:)   !! travel of the tile at which it is checked again
                                           !! [length], shape (n_tiles)
     real(wp), allocatable :: wake(:)      !! the same of each sample, tile by tile
     integer, allocatable :: before(:)     !! samples before those of a tile, shape (n_tiles)
-    integer :: n_looks = 0                !! samples that the last search has looked at
+    integer :: n_checked = 0                !! samples that the last search has checked
   end type depth_samples_t
 
 contains
@@ -111,9 +111,9 @@ contains
         if (.not. lanes%is_good(k)) then
           call follow(tool, sample%x, face(k), start(:, k), hit)
           if (hit%is_converged) then
-            call note(tool, overhang, hit, sample)
+            call record_hit(tool, overhang, hit, sample)
           else
-            call look(tool, overhang, sample)
+            call locate(tool, overhang, sample)
           end if
           cycle
         end if
@@ -129,29 +129,29 @@ contains
     n = 0
   end subroutine follow_samples
 
-  !> Search the whole tool for what is nearest to a place.
-  pure subroutine make_sure(tool, shift, overhang, place)
+  !> Search the whole tool for what is nearest to a position.
+  pure subroutine verify(tool, shift, overhang, place)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: shift(3), overhang
-    type(deep_place_t), intent(inout) :: place
+    type(deep_point_t), intent(inout) :: place
     type(sample_t) :: sample
 
     sample%x = place%x - shift
-    call look(tool, overhang, sample)
+    call locate(tool, overhang, sample)
     place%depth = sample%depth
     place%face = sample%face
     place%on = sample%on
     place%is_sure = .true.
-  end subroutine make_sure
+  end subroutine verify
 
   !> How a point lies to the tool.
-  pure subroutine look(tool, overhang, sample)
+  pure subroutine locate(tool, overhang, sample)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: overhang
     type(sample_t), intent(inout) :: sample
     type(hit_t) :: hit
 
-    sample%depth = nowhere
+    sample%depth = no_depth
     sample%clear = 0.0_wp
     sample%is_seen = .false.
     sample%is_sure = .true.
@@ -167,11 +167,11 @@ contains
         if (hit%face == 0) return
       end if
     end associate
-    call note(tool, overhang, hit, sample)
-  end subroutine look
+    call record_hit(tool, overhang, hit, sample)
+  end subroutine locate
 
   !> Keep what a search has found.
-  pure subroutine note(tool, overhang, hit, sample)
+  pure subroutine record_hit(tool, overhang, hit, sample)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: overhang
     type(hit_t), intent(in) :: hit
@@ -188,14 +188,14 @@ contains
     else if (sample%is_beside) then
       sample%clear = hit%overhang - overhang
     end if
-    sample%depth = merge(nowhere, -hit%gap, sample%is_beside)
-  end subroutine note
+    sample%depth = merge(no_depth, -hit%gap, sample%is_beside)
+  end subroutine record_hit
 
-  !> Keep the deeper of two places.
-  pure subroutine keep(sample, at, shift, step, best)
+  !> Keep the deeper of two points.
+  pure subroutine keep_deeper(sample, at, shift, step, best)
     type(sample_t), intent(in) :: sample
     real(wp), intent(in) :: at(2), shift(3), step(2)
-    type(deep_place_t), intent(inout) :: best
+    type(deep_point_t), intent(inout) :: best
 
     if (.not. sample%depth > best%depth) return
     best%depth = sample%depth
@@ -205,7 +205,7 @@ contains
     best%face = sample%face
     best%on = sample%on
     best%is_sure = sample%is_sure
-  end subroutine keep
+  end subroutine keep_deeper
 
   !> Length of the diagonals of a cell.
   pure real(wp) function width_of(corners) result(width)
@@ -214,8 +214,8 @@ contains
     width = max(norm2(corners(1, 1)%x - corners(2, 2)%x), norm2(corners(1, 2)%x - corners(2, 1)%x))
   end function width_of
 
-  !> May a cell hold a place deeper than `known`, which no climb from its corners finds? Where the
-  !! tool ends in it, and where between two corners it turns by an angle a towards the sheet at
+  !> May a cell hold a position deeper than `known`, which no climb from its corners finds? Where
+  !! the tool ends in it, and where between two corners it turns by an angle a towards the sheet at
   !! once: then it rises by less than a/2 of their distance.
   pure logical function hides_depth(corners, is_smooth, known) result(is_hidden)
     type(sample_t), intent(in) :: corners(2, 2)
@@ -228,7 +228,7 @@ contains
 
     is_hidden = any(corners%is_beside) .and. minval(corners%clear) < 0.5_wp*width_of(corners)
     deepest = maxval(corners%depth)
-    if (is_smooth .or. .not. deepest > nowhere) return
+    if (is_smooth .or. .not. deepest > no_depth) return
     do k = 1, 6
       if (is_hidden) return
       associate (a => corners(ends(1, k), ends(2, k)), b => corners(ends(3, k), ends(4, k)))
@@ -273,9 +273,9 @@ contains
     associate (tiles => contact%tiles)
       allocate (samples%first(2, size(tiles)), samples%last(2, size(tiles)))
       allocate (samples%wake_at(size(tiles)), source=0.0_wp)
-      call share_out(contact%slave%lines(1), samples%grid%lines(1), tiles%first(1), &
+      call assign_samples(contact%slave%lines(1), samples%grid%lines(1), tiles%first(1), &
                      tiles%last(1), samples%near_1, samples%first(1, :), samples%last(1, :))
-      call share_out(contact%slave%lines(2), samples%grid%lines(2), tiles%first(2), &
+      call assign_samples(contact%slave%lines(2), samples%grid%lines(2), tiles%first(2), &
                      tiles%last(2), samples%near_2, samples%first(2, :), samples%last(2, :))
       samples%before = [(sum(product(samples%last(:, :d - 1) - samples%first(:, :d - 1) + 1, 1)), &
                          d=1, size(tiles))]
@@ -285,7 +285,7 @@ contains
 
   !> Give each sample to the contact point that is nearest to it in its element, and to the tile of
   !! this, whose travel so bounds its motion. A tile ends with the first sample of the next one.
-  pure subroutine share_out(points, line, first_point, last_point, near, first, last)
+  pure subroutine assign_samples(points, line, first_point, last_point, near, first, last)
     type(slave_line_t), intent(in) :: points, line
     integer, intent(in) :: first_point(:), last_point(:)   !! contact points of the tiles
     integer, allocatable, intent(out) :: near(:)           !! contact points of the samples
@@ -306,54 +306,54 @@ contains
         last = min(i + 1, line%n_points)
       end where
     end do
-  end subroutine share_out
+  end subroutine assign_samples
 
-  !> Find the deepest place of the face of a contact in its tool. The same bits for any number of
-  !! threads.
+  !> Find the deepest point of the face of a contact in its tool. Bitwise identical for any number
+  !! of threads.
   subroutine find_deepest(samples, contact, tool, net, shift, deepest)
     type(depth_samples_t), intent(inout) :: samples
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: net(:, :, :)         !! control points of the face now, (n1, n2, 3)
     real(wp), intent(in) :: shift(3)             !! displacement of the tool [length]
-    type(deep_place_t), intent(out) :: deepest
-    type(deep_place_t) :: best(size(contact%tiles)), place
+    type(deep_point_t), intent(out) :: deepest
+    type(deep_point_t) :: best(size(contact%tiles)), place
     logical :: is_awake(size(contact%tiles))
-    integer :: t, n_looks
+    integer :: t, n_checked
 
-    samples%n_looks = 0
+    samples%n_checked = 0
     is_awake = contact%tiles%travel >= samples%wake_at
     if (.not. any(is_awake)) return
     samples%surface%points = net
-    best%depth = nowhere
-    n_looks = 0
-    !$omp parallel do schedule(dynamic) reduction(+: n_looks)
+    best%depth = no_depth
+    n_checked = 0
+    !$omp parallel do schedule(dynamic) reduction(+: n_checked)
     do t = 1, size(best)
-      if (is_awake(t)) call look_at_tile(samples, contact, tool, shift, t, .false., best(t), &
-                                         n_looks)
+      if (is_awake(t)) call sample_tile(samples, contact, tool, shift, t, .false., best(t), &
+                                         n_checked)
     end do
     !$omp end parallel do
-    samples%n_looks = n_looks
+    samples%n_checked = n_checked
     do
       t = maxloc(best%depth, 1)
       if (.not. best(t)%depth > -reach*best(t)%width) return
       if (best(t)%is_sure) exit
       place = best(t)
-      call make_sure(tool, shift, contact%options%overhang, best(t))
+      call verify(tool, shift, contact%options%overhang, best(t))
       if (.not. best(t)%depth < place%depth) cycle
-      ! Another place of the tool is nearer: the tile may hold a sample that is deeper than this.
-      best(t)%depth = nowhere
-      call look_at_tile(samples, contact, tool, shift, t, .true., best(t), n_looks)
+      ! Another point of the tool is nearer: the tile may hold a sample that is deeper than this.
+      best(t)%depth = no_depth
+      call sample_tile(samples, contact, tool, shift, t, .true., best(t), n_checked)
     end do
-    samples%n_looks = n_looks
+    samples%n_checked = n_checked
     place = best(t)
     call climb(samples, tool, shift, contact%options%overhang, place)
-    call make_sure(tool, shift, contact%options%overhang, place)
+    call verify(tool, shift, contact%options%overhang, place)
     if (best(t)%depth > place%depth) place = best(t)
     if (place%depth > 0.0_wp) deepest = place
   end subroutine find_deepest
 
-  !> Lengths of the element at a place of the face along its two directions, as measured last.
+  !> Lengths of the element at a position of the face along its two directions, as measured last.
   pure function element_sizes(samples, at) result(sizes)
     type(depth_samples_t), intent(in) :: samples
     real(wp), intent(in) :: at(2)          !! parametric coordinates
@@ -380,16 +380,16 @@ contains
     n = max(1, nint([(real(points%n_along(d), wp)/n_spans(samples%surface%axes(d)), d=1, 2)]))
   end function points_of_element
 
-  !> Deepest sample of a tile, and when it must be looked at again.
-  subroutine look_at_tile(samples, contact, tool, shift, tile, is_exact, best, n_looks)
+  !> Deepest sample of a tile, and when it must be checked again.
+  subroutine sample_tile(samples, contact, tool, shift, tile, is_exact, best, n_checked)
     type(depth_samples_t), intent(inout) :: samples
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: shift(3)
     integer, intent(in) :: tile
     logical, intent(in) :: is_exact              !! search the whole tool for each sample
-    type(deep_place_t), intent(inout) :: best    !! of no depth yet
-    integer, intent(inout) :: n_looks            !! grows by the samples that are awake
+    type(deep_point_t), intent(inout) :: best    !! of no depth yet
+    integer, intent(inout) :: n_checked            !! grows by the samples that are not skipped
     type(sample_t), allocatable :: found(:, :)
     real(wp) :: width, now
     logical :: is_smooth
@@ -399,13 +399,13 @@ contains
     high = samples%last(:, tile)
     now = contact%tiles(tile)%travel
     allocate (found(low(1):high(1), low(2):high(2)))
-    call place_samples(samples, shift, low, high, found, width)
+    call locate_samples(samples, shift, low, high, found, width)
     is_smooth = .not. has_bend(samples, found)
-    call look_at_grid(samples, contact, tool, shift, tile, is_smooth .and. .not. is_exact, low, &
+    call sample_grid(samples, contact, tool, shift, tile, is_smooth .and. .not. is_exact, low, &
                       high, found)
     associate (xi => samples%grid%lines(1)%xi, eta => samples%grid%lines(2)%xi)
       at = maxloc(found%depth) + low - 1
-      call keep(found(at(1), at(2)), [xi(at(1)), eta(at(2))], shift, &
+      call keep_deeper(found(at(1), at(2)), [xi(at(1)), eta(at(2))], shift, &
                 [step_at(xi, at(1)), step_at(eta, at(2))], best)
       best%width = width
       best%is_smooth = is_smooth
@@ -414,12 +414,12 @@ contains
           associate (known => max(best%depth, shallow*tool%search_distance))
             if (.not. hides_depth(found(i:i + 1, j:j + 1), is_smooth, known)) cycle
           end associate
-          call look_into_cell(samples, tool, shift, contact%options%overhang, [xi(i), eta(j)], &
+          call sample_cell(samples, tool, shift, contact%options%overhang, [xi(i), eta(j)], &
                               [xi(i + 1), eta(j + 1)], best)
         end do
       end do
     end associate
-    ! Between samples that are clear lie places that are less so.
+    ! Between samples that are clear lie positions that are less so.
     if (size(samples%bends) == 0) then
       ! By the sagitta of the tool, and of a sheet that lies on it, between two samples.
       width = min(reach, max(flat, 0.25_wp*width/samples%radius))*width
@@ -430,12 +430,12 @@ contains
       do i = low(1), high(1)
         k = place_of(samples, tile, i, j)
         if (samples%wake(k) > now) cycle
-        n_looks = n_looks + 1
+        n_checked = n_checked + 1
         samples%wake(k) = now + max(found(i, j)%clear - width, 0.0_wp)
       end do
     end do
     samples%wake_at(tile) = minval(samples%wake(samples%before(tile) + 1:k))
-  end subroutine look_at_tile
+  end subroutine sample_tile
 
   !> Where a sample of a tile is in the list of all of them.
   pure integer function place_of(samples, tile, i, j)
@@ -456,7 +456,7 @@ contains
   end function step_at
 
   !> Where the samples of a tile are in the tool's frame, and the longest diagonal between them.
-  pure subroutine place_samples(samples, shift, low, high, found, width)
+  pure subroutine locate_samples(samples, shift, low, high, found, width)
     type(depth_samples_t), intent(in) :: samples
     real(wp), intent(in) :: shift(3)
     integer, intent(in) :: low(2), high(2)
@@ -477,12 +477,12 @@ contains
         width = max(width, width_of(found(i:i + 1, j:j + 1)))
       end do
     end do
-  end subroutine place_samples
+  end subroutine locate_samples
 
   !> How the samples of a tile lie to the tool. Eight at a time are followed from where the contact
   !! points near them are, which is quick but may miss what no contact point has seen. A contact
   !! point that is far from the tool keeps the samples near it clear.
-  subroutine look_at_grid(samples, contact, tool, shift, tile, may_follow, low, high, found)
+  subroutine sample_grid(samples, contact, tool, shift, tile, may_follow, low, high, found)
     type(depth_samples_t), intent(in) :: samples
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
@@ -506,7 +506,7 @@ contains
             contact%test_at(point) - now &
             - norm2(found(i, j)%x + shift - point_position(contact%slave, samples%surface%points, &
                                                            samples%near_1(i), samples%near_2(j)))
-          if (found(i, j)%clear <= 0.0_wp) call look(tool, contact%options%overhang, found(i, j))
+          if (found(i, j)%clear <= 0.0_wp) call locate(tool, contact%options%overhang, found(i, j))
           cycle
         end if
         n = n + 1
@@ -522,7 +522,7 @@ contains
       end do
     end do
     if (n > 0) call follow_samples(tool, contact%options%overhang, low, high, at, n, lanes, found)
-  end subroutine look_at_grid
+  end subroutine sample_grid
 
   !> Does the tool bend more sharply than contact points are apart around some samples?
   pure logical function has_bend(samples, found)
@@ -544,12 +544,12 @@ contains
   end function has_bend
 
   !> Sample a cell of the grid more finely.
-  pure subroutine look_into_cell(samples, tool, shift, overhang, low, high, best)
+  pure subroutine sample_cell(samples, tool, shift, overhang, low, high, best)
     type(depth_samples_t), intent(in) :: samples
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: shift(3), overhang
     real(wp), intent(in) :: low(2), high(2)      !! parametric coordinates of its corners
-    type(deep_place_t), intent(inout) :: best
+    type(deep_point_t), intent(inout) :: best
     type(sample_t) :: sample
     real(wp) :: at(2)
     integer :: i, j
@@ -560,23 +560,23 @@ contains
         at = low + (high - low)*[i, j]/n_parts
         call evaluate_surface(samples%surface, at, sample%x)
         sample%x = sample%x - shift
-        call look(tool, overhang, sample)
-        call keep(sample, at, shift, (high - low)/n_parts, best)
+        call locate(tool, overhang, sample)
+        call keep_deeper(sample, at, shift, (high - low)/n_parts, best)
       end do
     end do
-  end subroutine look_into_cell
+  end subroutine sample_cell
 
-  !> From a sample to the deepest place around it, by trial steps that are halved where none leads
+  !> From a sample to the deepest point around it, by trial steps that are halved where none leads
   !! deeper.
   pure subroutine climb(samples, tool, shift, overhang, place)
     type(depth_samples_t), intent(in) :: samples
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: shift(3), overhang
-    type(deep_place_t), intent(inout) :: place
+    type(deep_point_t), intent(inout) :: place
     integer, parameter :: ways(2, 8) = reshape([1, 0, -1, 0, 0, 1, 0, -1, &
                                                 1, 1, -1, -1, 1, -1, -1, 1], [2, 8])
     integer, parameter :: most_steps = 16
-    type(deep_place_t) :: start
+    type(deep_point_t) :: start
     type(sample_t) :: sample
     type(hit_t) :: hit
     real(wp) :: at(2), low(2), high(2), step(2)
@@ -601,11 +601,11 @@ contains
           if (start%is_smooth) then
             call follow(tool, sample%x, start%face, start%on, hit)
             if (.not. hit%is_converged) cycle
-            call note(tool, overhang, hit, sample)
+            call record_hit(tool, overhang, hit, sample)
           else
-            call look(tool, overhang, sample)
+            call locate(tool, overhang, sample)
           end if
-          call keep(sample, at, shift, start%step, place)
+          call keep_deeper(sample, at, shift, start%step, place)
         end do
         if (.not. place%depth > start%depth) exit
         n = n + 1

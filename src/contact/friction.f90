@@ -18,7 +18,7 @@ module friction
   implicit none
   private
 
-  public :: friction_t, new_friction, find_first_ways, rub
+  public :: friction_t, new_friction, find_first_motions, apply_friction
 
   !> Friction of one contact; arrays by slave point, shape (n_points).
   type :: friction_t
@@ -43,31 +43,31 @@ contains
   end subroutine new_friction
 
   !> Motion in the last step of those points of a tile that have just come to touch.
-  pure subroutine find_first_ways(friction, slave, motion, row, first, last, force, ways)
+  pure subroutine find_first_motions(friction, slave, motion, row, first, last, force, motions)
     type(friction_t), intent(in) :: friction
     type(slave_surface_t), intent(in) :: slave
     type(face_motion_t), intent(in) :: motion
     integer, intent(in) :: row, first, last              !! of the points, in their row
     real(wp), intent(in) :: force(slave%n_points, 3)     !! normal, on all slave points [force]
-    real(wp), intent(out) :: ways(first:last, 3)         !! zero for all others [length]
+    real(wp), intent(out) :: motions(first:last, 3)         !! zero for all others [length]
     integer :: i, p
 
-    ways = 0.0_wp
+    motions = 0.0_wp
     do i = first, last
       p = i + (row - 1)*slave%n_along(1)
       if (friction%is_touching(p) .or. sum(force(p, :)**2) <= 0.0_wp) cycle
-      ways(i, :) = point_motion(motion, slave, i, row)
+      motions(i, :) = point_motion(motion, slave, i, row)
     end do
-  end subroutine find_first_ways
+  end subroutine find_first_motions
 
   !> Add the friction of the points `first` to `last` to the normal forces of this call.
-  pure subroutine rub(friction, n_points, first, last, stiffness, x, ways, force, reaction, &
-                      stored, lost)
+  pure subroutine apply_friction(friction, n_points, first, last, stiffness, x, motions, force, &
+                                 reaction, stored, lost)
     type(friction_t), intent(inout) :: friction
     integer, intent(in) :: n_points, first, last
     real(wp), intent(in) :: stiffness(n_points)        !! of the penalty [force/length]
     real(wp), intent(in) :: x(first:last, 3)           !! points in the tool's frame now [length]
-    real(wp), intent(in) :: ways(first:last, 3)        !! from `find_first_ways`
+    real(wp), intent(in) :: motions(first:last, 3)        !! from `find_first_motions`
     real(wp), intent(inout) :: force(n_points, 3)      !! on the points: normal in, all out [force]
     real(wp), intent(inout) :: reaction(3)             !! on the tool, added to [force]
     real(wp), intent(inout) :: stored                  !! energy of the springs, added to [energy]
@@ -82,13 +82,14 @@ contains
           moved = x(p, :) - friction%place(p, :)
           part = 1.0_wp
         else
-          part = touching_part(pushed, stiffness(p), -dot_product(ways(p, :), force(p, :))/pushed)
-          moved = part*ways(p, :)
+          part = touching_part(pushed, stiffness(p), &
+                               -dot_product(motions(p, :), force(p, :))/pushed)
+          moved = part*motions(p, :)
         end if
         call return_stretch(friction%stretch(p, :), moved, force(p, :)/pushed, stiffness(p), &
                             friction%coefficient*pushed, drag, lost)
         ! The balance of energy counts the work of a force over the whole step.
-        if (part < 1.0_wp) lost = lost - 0.5_wp*(1.0_wp - part)*dot_product(drag, ways(p, :))
+        if (part < 1.0_wp) lost = lost - 0.5_wp*(1.0_wp - part)*dot_product(drag, motions(p, :))
         force(p, :) = force(p, :) + drag
         reaction = reaction - drag
         stored = stored + 0.5_wp*stiffness(p)*sum(friction%stretch(p, :)**2)
@@ -103,17 +104,18 @@ contains
         friction%is_touching(p) = .false.
       end if
     end do
-  end subroutine rub
+  end subroutine apply_friction
 
   !> Part of the step in which a point touches for the first time, from its force, which is that of
-  !! the spring k d times (1 + part)/2, with d = part*way.
-  pure real(wp) function touching_part(pushed, stiffness, way) result(part)
+  !! the spring k d times (1 + part)/2, with d = part*travel.
+  pure real(wp) function touching_part(pushed, stiffness, travel) result(part)
     real(wp), intent(in) :: pushed      !! [force]
     real(wp), intent(in) :: stiffness   !! [force/length]
-    real(wp), intent(in) :: way         !! against the normal in the step [length]
+    real(wp), intent(in) :: travel         !! against the normal in the step [length]
 
     part = 1.0_wp
-    if (pushed < stiffness*way) part = 0.5_wp*(sqrt(1.0_wp + 8*pushed/(stiffness*way)) - 1.0_wp)
+    if (pushed < stiffness*travel) &
+      part = 0.5_wp*(sqrt(1.0_wp + 8*pushed/(stiffness*travel)) - 1.0_wp)
   end function touching_part
 
   !> Stretch the spring of one point by its motion along the tangent plane, and let it slip.

@@ -108,7 +108,8 @@ contains
     doubt = nearest - min(enough_of(search), lowest_bound(search))
   end subroutine find_least_distance
 
-  !> Distance of the tool moved by `shift` around the place of the sheet where it was least before.
+  !> Distance of the tool moved by `shift` around the position of the sheet where it was least
+  !! before.
   subroutine follow_least_distance(search, tool, shift, nearest)
     type(distance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
@@ -120,7 +121,7 @@ contains
     nearest = search%nearest
   end subroutine follow_least_distance
 
-  !> Nothing is known but how near the last place still is.
+  !> Nothing is known but how near the last position still is.
   subroutine begin_search(search, tool, shift)
     type(distance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
@@ -282,8 +283,8 @@ contains
     end associate
   end subroutine check_corners
 
-  !> Descend to the place that is nearest around the one known. On its way the nearest place of the
-  !! tool is followed; should there be a nearer one in the end, the descent goes on with that.
+  !> Descend to the position that is nearest around the one known. The nearest point of the tool is
+  !! followed; should there be a nearer one in the end, the descent continues with that.
   subroutine descend(search, tool)
     type(distance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
@@ -310,8 +311,8 @@ contains
     if (nearest%distance > search%tolerance) call set_across(search, tool, nearest)
   end subroutine descend
 
-  !> Vector from the tool to the sheet at the place that is nearest. The shorter it is the less its
-  !! ends tell, so it is made normal to the tangents along which either side goes on.
+  !> Vector from the tool to the sheet at the position that is nearest. The shorter it is the less
+  !! its ends tell, so it is made normal to the tangents along which either side continues.
   subroutine set_across(search, tool, hit)
     type(distance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
@@ -350,13 +351,13 @@ contains
   end subroutine set_across
 
   !> Steps over a face to the least distance to the tool that they come to: eight directions, then
-  !! the bottom of the paraboloid through these places, then shorter steps.
+  !! the bottom of the paraboloid through these points, then shorter steps.
   subroutine go_down(tool, face, shift, first, hit, at, least)
     type(tool_t), intent(in) :: tool
     type(nurbs_surface_t), intent(in) :: face
     real(wp), intent(in) :: shift(3)
     real(wp), intent(in) :: first(2)         !! steps of xi and eta to begin with
-    type(hit_t), intent(inout) :: hit        !! place of the tool that is followed
+    type(hit_t), intent(inout) :: hit        !! point of the tool that is followed
     real(wp), intent(inout) :: at(2)         !! where to start, then where it ended
     real(wp), intent(out) :: least           !! [length]
     real(wp), parameter :: shorter = 0.2_wp, longer = 2.0_wp

@@ -10,10 +10,10 @@ module penalty
   implicit none
   private
 
-  public :: stiffness_from_mass, stiffness_from_area, touching_share, find_pressed_depth, &
+  public :: stiffness_from_mass, stiffness_from_area, contact_fraction, find_pressed_depth, &
             contact_damping_t, new_contact_damping, damp_points
 
-  real(wp), parameter, public :: not_in = -1.0_wp   !! start of a spring that does not touch
+  real(wp), parameter, public :: no_contact = -1.0_wp   !! start of a spring that does not touch
 
   !> Damping of one contact; arrays by slave point.
   type :: contact_damping_t
@@ -66,22 +66,22 @@ contains
   !> Factor (1 + phi)/2 on the force where a point touches first, or last, phi being the part of
   !! the step in which it touches. The force acts for half a step to either side, and so its work
   !! is, but for terms of higher order, that of the spring.
-  pure real(wp) function touching_share(depth, way) result(share)
+  pure real(wp) function contact_fraction(depth, travel) result(share)
     real(wp), intent(in) :: depth   !! in the tool, positive [length]
-    real(wp), intent(in) :: way     !! along the normal in the last step [length]
+    real(wp), intent(in) :: travel     !! along the normal in the last step [length]
 
     share = 1.0_wp
-    if (depth < abs(way)) share = 0.5_wp*(1.0_wp + depth/abs(way))
-  end function touching_share
+    if (depth < abs(travel)) share = 0.5_wp*(1.0_wp + depth/abs(travel))
+  end function contact_fraction
 
   !> Depth that loads the spring of a point. A point whose first depth is more than it can have come
-  !! along the normal has come in beside the tool's border or from behind; its spring starts from
+  !! along the normal has entered across the tool's edge or from behind; its spring starts from
   !! there without load, since otherwise it would push with an energy that nobody has spent. As the
   !! point comes up its start goes with it.
   pure subroutine find_pressed_depth(depth, longest, start, pressed)
     real(wp), intent(in) :: depth        !! in the tool if positive [length]
-    real(wp), intent(in) :: longest      !! way that a point may have come along the normal [length]
-    real(wp), intent(inout) :: start     !! of the spring, `not_in` while the point does not touch
+    real(wp), intent(in) :: longest      !! distance a point may have come along the normal [length]
+    real(wp), intent(inout) :: start     !! of the spring, `no_contact` while it does not touch
     real(wp), intent(out) :: pressed     !! [length]
 
     pressed = 0.0_wp
@@ -90,7 +90,7 @@ contains
       start = min(start, depth)
       pressed = depth - start
     else
-      start = not_in
+      start = no_contact
     end if
   end subroutine find_pressed_depth
 
@@ -106,7 +106,7 @@ contains
   end subroutine new_contact_damping
 
   !> Add the damping of the points `first` to `last` to the spring forces of this call. A point that
-  !! has just come has no velocity yet and bears the spring alone.
+  !! has just come has no velocity yet and carries the spring force alone.
   pure subroutine damp_points(damping, n_points, first, last, dt, x, force, reaction, lost)
     type(contact_damping_t), intent(inout) :: damping
     integer, intent(in) :: n_points, first, last

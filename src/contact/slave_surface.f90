@@ -234,7 +234,7 @@ contains
     call set_areas(slave, surface, kinds, counts)
   end subroutine new_slave_surface
 
-  !> Points of a face at chosen places, for looking at it only: they stand for no area.
+  !> Points of a face at chosen positions, for evaluation only: they have no area.
   pure subroutine new_sample_surface(slave, surface, xi, eta)
     type(slave_surface_t), intent(out) :: slave
     type(nurbs_surface_t), intent(in) :: surface
@@ -245,7 +245,7 @@ contains
     call set_grid(slave, surface)
   end subroutine new_sample_surface
 
-  !> Sizes and weights once the lines stand.
+  !> Sizes and weights, from the lines.
   pure subroutine set_grid(slave, surface)
     type(slave_surface_t), intent(inout) :: slave
     type(nurbs_surface_t), intent(in) :: surface

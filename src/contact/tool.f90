@@ -18,7 +18,7 @@ module tool
   implicit none
   private
 
-  public :: tool_t, new_tool, rotation_about, into_frame, pace_of, way_of, torque_of
+  public :: tool_t, new_tool, rotation_about, to_tool_frame, largest_speed, travel_of, torque_of
 
   integer, parameter :: least_order = 3   !! lower degrees are padded to 2, which the lanes are for
   real(wp), parameter :: seam_width = 1.0_wp/300   !! widest seam, of the search distance
@@ -34,7 +34,7 @@ module tool
     logical :: is_turning = .false.         !! the three that follow are in use
     real(wp) :: rotation(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])   !! of the frame
     real(wp) :: rotation_rate(3, 3) = 0.0_wp   !! mean over the step that led there [1/time]
-    real(wp) :: reference(3) = 0.0_wp       !! place of its axis in the frame [length]
+    real(wp) :: reference(3) = 0.0_wp       !! position of its axis in the frame [length]
     real(wp) :: force(3) = 0.0_wp           !! reaction of the sheet, zeroed each step [force]
     real(wp) :: torque(3) = 0.0_wp          !! its moment about `reference`, if the tool turns
                                             !! [force length]
@@ -42,17 +42,17 @@ module tool
     integer :: n_faces = 0
     integer :: orders(2) = least_order      !! highest degrees of the surfaces + 1
     real(wp), allocatable :: coefficients(:, :, :, :)   !! power form, (4, orders(1:2), n_faces)
-    integer, allocatable :: neighbours(:, :)   !! face across s = 0, s = 1, t = 0, t = 1; 0: border;
+    integer, allocatable :: neighbours(:, :)   !! face across s = 0, s = 1, t = 0, t = 1; 0: none;
                                                !! -k: other surfaces, from `links(k)` on
     type(seam_t), allocatable :: links(:)      !! parts of edges that lie on other surfaces
-    integer :: n_turned = 0                    !! surfaces turned over so that normals agree
+    integer :: n_reversed = 0                    !! surfaces reversed so that normals agree
     integer, allocatable :: surface_of(:)      !! surface of each face, shape (n_faces)
     real(wp), allocatable :: low(:, :)         !! xi and eta where a face begins, (2, n_faces)
     real(wp), allocatable :: high(:, :)        !! xi and eta where a face ends, (2, n_faces)
     real(wp) :: box(3, 2) = 0.0_wp             !! corners of the box around all faces [length]
     type(cell_t), allocatable :: cells(:)      !! faces, cut where they bend or joined to blocks
-    type(position_code_t) :: codes             !! cells within the search distance of a place
-    type(cell_tree_t) :: tree                  !! cells by their places, for any distance
+    type(position_code_t) :: codes             !! cells within the search distance of a position
+    type(cell_tree_t) :: tree                  !! cells by their positions, for any distance
   end type tool_t
 
 contains
@@ -74,28 +74,28 @@ contains
     tool%surfaces = surfaces
     tool%side = side
     tool%search_distance = search_distance
-    if (size(surfaces) > 1) call turn_surfaces(tool, error)
+    if (size(surfaces) > 1) call reverse_surfaces(tool, error)
     if (allocated(error)) return
     call set_faces(tool)
     if (size(surfaces) > 1) call find_seams(tool%orders, tool%coefficients, tool%surface_of, &
                                             seam_width*search_distance, tool%neighbours, tool%links)
   end subroutine new_tool
 
-  !> Turn those surfaces over whose normals do not agree with the first surface of their group.
-  subroutine turn_surfaces(tool, error)
+  !> Reverse those surfaces whose normals do not agree with the first surface of their group.
+  subroutine reverse_surfaces(tool, error)
     type(tool_t), intent(inout) :: tool
     type(error_t), allocatable, intent(inout) :: error
     type(surface_seams_t) :: seams
 
     call find_surface_seams(tool%surfaces, seam_width*tool%search_distance, seams)
     if (seams%is_one_sided) then
-      call fail(error, "tool "//tool%name//": its surfaces cannot all face one way across their " &
-                //"seams")
+      call fail(error, "tool "//tool%name//": the normals of its surfaces cannot agree across "// &
+                "their seams")
       return
     end if
     call orient_surfaces(seams, tool%surfaces)
-    tool%n_turned = count(seams%is_turned)
-  end subroutine turn_surfaces
+    tool%n_reversed = count(seams%is_reversed)
+  end subroutine reverse_surfaces
 
   subroutine check(name, surfaces, side, search_distance, error)
     character(*), intent(in) :: name
@@ -117,7 +117,7 @@ contains
     do i = 1, size(surfaces)
       if (allocated(error)) return
       if (.not. all(abs(surfaces(i)%points) < farthest)) then
-        call fail(error, "tool "//name//": control points must be numbers below 1e50")
+        call fail(error, "tool "//name//": control points must be finite and below 1e50")
       else if (.not. all(surfaces(i)%weights > 0.0_wp)) then
         call fail(error, "tool "//name//": weights must be positive")
       else if (maxval(surfaces(i)%weights)/minval(surfaces(i)%weights) > most_uneven) then
@@ -196,7 +196,7 @@ contains
   end subroutine set_surface
 
   !> Faces across the four edges of each face of a surface, `before` being the number of faces of
-  !! the surfaces before it. A surface closed on itself has no border there.
+  !! the surfaces before it. A surface closed on itself has no edge there.
   pure subroutine link_faces(surface, before, neighbours)
     type(nurbs_surface_t), intent(in) :: surface
     integer, intent(in) :: before
@@ -260,25 +260,25 @@ contains
   end function rotation_about
 
   !> Turn points with the tool back to where it began, but leave them as far as it has moved: where
-  !! they would be seen beside a tool that had only moved.
-  pure subroutine into_frame(tool, n, x)
+  !! they would be relative to a tool that had only moved.
+  pure subroutine to_tool_frame(tool, n, x)
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: n
     real(wp), intent(inout) :: x(n, 3)   !! [length]
 
     x = matmul(x - spread(tool%displacement, 1, n), tool%rotation) + spread(tool%displacement, 1, n)
-  end subroutine into_frame
+  end subroutine to_tool_frame
 
-  !> How far a tool has come: its place on the axis about which it turns.
-  pure function way_of(tool) result(way)
+  !> Displacement of a tool: of its point on the axis about which it turns.
+  pure function travel_of(tool) result(travel)
     type(tool_t), intent(in) :: tool
-    real(wp) :: way(3)
+    real(wp) :: travel(3)
 
-    way = tool%displacement
-    if (tool%is_turning) way = way + matmul(tool%rotation, tool%reference) - tool%reference
-  end function way_of
+    travel = tool%displacement
+    if (tool%is_turning) travel = travel + matmul(tool%rotation, tool%reference) - tool%reference
+  end function travel_of
 
-  !> Moment about the tool's reference of forces whose couple, forces times places in the tool's
+  !> Moment about the tool's reference of forces whose couple, forces times positions in the tool's
   !! frame, is known.
   pure function torque_of(tool, force, couple) result(torque)
     type(tool_t), intent(in) :: tool
@@ -296,18 +296,18 @@ contains
   end function torque_of
 
   !> Largest speed of a corner of the box around the tool [length/time].
-  pure real(wp) function pace_of(tool) result(pace)
+  pure real(wp) function largest_speed(tool) result(speed)
     type(tool_t), intent(in) :: tool
     real(wp) :: corner(3)
     integer :: i
 
-    pace = norm2(tool%velocity)
+    speed = norm2(tool%velocity)
     if (.not. tool%is_turning) return
-    pace = 0.0_wp
+    speed = 0.0_wp
     do i = 0, 7
       corner = merge(tool%box(:, 1), tool%box(:, 2), [btest(i, 0), btest(i, 1), btest(i, 2)])
-      pace = max(pace, norm2(tool%velocity + matmul(tool%rotation_rate, corner)))
+      speed = max(speed, norm2(tool%velocity + matmul(tool%rotation_rate, corner)))
     end do
-  end function pace_of
+  end function largest_speed
 
 end module tool

@@ -12,12 +12,12 @@ module tool_bends
   !> Elements that a radius is long at least, for the sheet to bend around it.
   real(wp), parameter, public :: elements_on_radius = 3.0_wp
 
-  integer, parameter :: least_along = 3          !! places of a face, each way
+  integer, parameter :: least_along = 3          !! positions on a face, along each direction
   integer, parameter :: most_bends = 3000        !! kept of a tool
   real(wp), parameter :: inset = 0.02_wp         !! from edges, which may be shrunk to a point
   real(wp), parameter :: sharp = 0.35_wp         !! turn of normals at an edge that has no radius
 
-  !> A place that bends towards the sheet.
+  !> A position that bends towards the sheet.
   type :: bend_t
     real(wp) :: radius = 0.0_wp     !! 0: an edge [length]
     real(wp) :: x(3) = 0.0_wp       !! in the tool's frame [length]
@@ -27,7 +27,7 @@ module tool_bends
 
 contains
 
-  !> Places of a tool where it bends towards the sheet with a radius below a limit; of very many
+  !> Positions of a tool where it bends towards the sheet with a radius below a limit; of very many
   !! every n-th. Edges between faces whose normals part by more than 20 degrees have the radius 0.
   subroutine tool_bends_below(tool, limit, bends)
     type(tool_t), intent(in) :: tool
@@ -41,7 +41,7 @@ contains
     bends = found(::max(i, 1))
   end subroutine tool_bends_below
 
-  !> All of them, at the places that are looked at.
+  !> All of them, at the positions that are checked.
   subroutine find_bends(tool, limit, bends)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: limit                        !! [length]
@@ -94,7 +94,7 @@ contains
     radius = minval([bends%radius, huge(1.0_wp)])
   end function sharpest_radius
 
-  !> Largest curvature towards the sheet at a place of a face.
+  !> Largest curvature towards the sheet at a position of a face.
   pure function bend_at(tool, face, at) result(bend)
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: face
@@ -125,15 +125,15 @@ contains
     if (norm2(bend%way) > 0.0_wp) then
       bend%way = bend%way/norm2(bend%way)
     else
-      bend%way = d1(:, 1)/sqrt(e)   ! it bends alike along all ways
+      bend%way = d1(:, 1)/sqrt(e)   ! it bends equally in all directions
     end if
   end function bend_at
 
-  !> Break of the tangent at a place of an edge between two faces.
+  !> Break of the tangent at a position of an edge between two faces.
   pure function bend_across(tool, face, edge, share) result(bend)
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: face, edge        !! s = 0, s = 1, t = 0, t = 1
-    real(wp), intent(in) :: share            !! of the way along it
+    real(wp), intent(in) :: share            !! fraction of its length
     type(bend_t) :: bend
     real(wp) :: here(3, 2), there(3, 2), d2(3, 3), normals(3, 2), along(3), outwards(3), x(3)
     real(wp) :: place
@@ -149,8 +149,8 @@ contains
       associate (seam => tool%links(-other))
         if (seam%face == 0) return
         call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), &
-                              on_edge(edge, along_part(seam%here, share)), bend%x, here, d2)
-        place = along_part(seam%there, share)
+                              on_edge(edge, interpolate(seam%here, share)), bend%x, here, d2)
+        place = interpolate(seam%there, share)
         other_edge = seam%edge
         other = seam%face
       end associate
@@ -171,14 +171,14 @@ contains
     bend%way = cross(along/norm2(along), normals(:, 1))
   end function bend_across
 
-  !> The place at a share of the way between two places.
-  pure real(wp) function along_part(ends, share) result(place)
+  !> Linear interpolation between two positions.
+  pure real(wp) function interpolate(ends, share) result(place)
     real(wp), intent(in) :: ends(2), share
 
     place = (1.0_wp - share)*ends(1) + share*ends(2)
-  end function along_part
+  end function interpolate
 
-  !> Local coordinates of a place on an edge.
+  !> Local coordinates of a position on an edge.
   pure function on_edge(edge, along) result(at)
     integer, intent(in) :: edge
     real(wp), intent(in) :: along

@@ -32,7 +32,7 @@ module tool_cells
     integer :: n(2) = 1                            !! faces of the block along xi and eta
     integer :: stride = 0                          !! from a face of the block to the next along eta
     real(wp) :: low(2) = 0.0_wp, high(2) = 1.0_wp  !! local coordinates s and t of a part
-    logical :: is_gentle = .false.                 !! too flat to have two places closest to a point
+    logical :: is_gentle = .false.                 !! too flat to have two points closest to a point
     logical :: is_wild = .false.                   !! of a face with very different weights or with
                                                    !! an edge shrunk to a point
     type(contact_territory_t) :: territory
@@ -233,7 +233,7 @@ contains
     call new_territory(territory, points)
   end subroutine enclose
 
-  !> Whether a face, or a part of one, has one closest place for every point within a distance: its
+  !> Whether a face, or a part of one, has one closest point for every point within a distance: its
   !! curvature is below that of a sphere of this radius, its edges turn little, its weights are
   !! alike, and no edge has shrunk to a point.
   pure logical function is_gentle_face(hull, territory, distance) result(is_gentle)
@@ -453,8 +453,8 @@ contains
     call append(cells, block)
   end subroutine append_block
 
-  !> Whether two faces share their tangent planes along the edge where the first ends along axis
-  !! `d` and the second begins: legs across it point the same way and are in one ratio.
+  !> Whether two faces share their tangent planes along the edge where the first ends along axis `d`
+  !! and the second begins: legs across it have one direction and are in one ratio.
   pure logical function is_smooth(before, behind, d)
     real(wp), intent(in) :: before(:, :, :), behind(:, :, :)   !! Bezier points, homogeneous
     integer, intent(in) :: d
@@ -478,7 +478,7 @@ contains
     end do
   end function is_smooth
 
-  !> Place of a homogeneous point.
+  !> Position of a homogeneous point.
   pure function place_of(h) result(x)
     real(wp), intent(in) :: h(4)
     real(wp) :: x(3)

@@ -10,7 +10,7 @@ module tool_face
 
   public :: separation_t, face_position, face_derivatives, separation, unit_normal
 
-  !> What the local search needs to know about a point x and a place on a face, r = x - S.
+  !> What the local search needs to know about a point x and a position on a face, r = x - S.
   type :: separation_t
     real(wp) :: r(3)         !! from the face to the point, [CA] eq. (48) [length]
     real(wp) :: d1(3, 2)     !! derivatives of S by s and t [length]
@@ -86,7 +86,7 @@ contains
     d2(:, 3) = (h_st(:3) - h_s(4)*d1(:, 2) - h_t(4)*d1(:, 1) - h_st(4)*point)*inverse
   end subroutine face_derivatives
 
-  !> How the point `x` lies to a place on a face.
+  !> How the point `x` lies to a position on a face.
   pure function separation(orders, coefficients, at, x) result(state)
     integer, intent(in) :: orders(2)   !! degrees + 1
     real(wp), intent(in) :: coefficients(4, orders(1), orders(2))   !! power form

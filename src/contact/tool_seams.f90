@@ -16,11 +16,11 @@ module tool_seams
   type :: seam_t
     integer :: face = 0, edge = 0      !! face and edge beyond: s = 0, s = 1, t = 0, t = 1
     real(wp) :: here(2) = 0.0_wp       !! coordinate along the edge where the part begins and ends
-    real(wp) :: there(2) = 0.0_wp      !! the same places on the edge beyond
+    real(wp) :: there(2) = 0.0_wp      !! the same positions on the edge beyond
     logical :: is_last = .false.       !! of this edge
   end type seam_t
 
-  !> An edge on the border of a surface.
+  !> An edge of a surface.
   type :: edge_t
     integer :: face = 0, edge = 0, surface = 0
     real(wp) :: box(3, 2) = 0.0_wp     !! corners of the box around it [length]
@@ -28,13 +28,14 @@ module tool_seams
 
 contains
 
-  !> Seams of all border edges: those of edge (face, e) begin at `-neighbours(e, face)` in the list.
+  !> Seams of all edges of surfaces: those of edge (face, e) begin at `-neighbours(e, face)` in the
+  !! list.
   pure subroutine find_seams(orders, coefficients, surface_of, tolerance, neighbours, links)
     integer, intent(in) :: orders(2)
     real(wp), intent(in) :: coefficients(:, :, :, :)   !! power form of the faces
     integer, intent(in) :: surface_of(:)               !! surface of each face
-    real(wp), intent(in) :: tolerance                  !! distance of places that are one [length]
-    integer, intent(inout) :: neighbours(:, :)         !! 0 on borders
+    real(wp), intent(in) :: tolerance                  !! distance of points that are one [length]
+    integer, intent(inout) :: neighbours(:, :)         !! 0: none so far
     type(seam_t), allocatable, intent(out) :: links(:)
     type(edge_t), allocatable :: edges(:)
     type(seam_t), allocatable :: found(:), ordered(:)
@@ -80,7 +81,7 @@ contains
         if (neighbours(e, face) /= 0) cycle
         do i = 0, n_samples
           places(:, i) = face_position(orders, coefficients(:, :, :, face), &
-                                       border_place(e, real(i, wp)/n_samples))
+                                       edge_position(e, real(i, wp)/n_samples))
         end do
         if (all(maxval(places, 2) - minval(places, 2) <= tolerance)) cycle
         n = n + 1
@@ -97,7 +98,7 @@ contains
     edges = edges(:n)
   end function border_edges
 
-  !> Enter the common part of two edges of different surfaces, both ways, if there is one.
+  !> Enter the common part of two edges of different surfaces, in both directions, if there is one.
   pure subroutine join(orders, coefficients, tolerance, edges, i, j, found, owner, n)
     integer, intent(in) :: orders(2), i, j
     real(wp), intent(in) :: coefficients(:, :, :, :), tolerance
@@ -147,7 +148,8 @@ contains
     n = n + 2
   end subroutine join
 
-  !> Coordinate along an edge next to a place of another, and whether the two are within tolerance.
+  !> Coordinate along an edge next to a position of another, and whether the two are within
+  !! tolerance.
   pure subroutine project(orders, coefficients, from, at, onto, tolerance, c, is_on)
     integer, intent(in) :: orders(2)
     real(wp), intent(in) :: coefficients(:, :, :, :), at, tolerance
@@ -159,20 +161,20 @@ contains
     integer :: i
 
     c = 0.0_wp
-    x = face_position(orders, coefficients(:, :, :, from%face), border_place(from%edge, at))
+    x = face_position(orders, coefficients(:, :, :, from%face), edge_position(from%edge, at))
     is_on = all(x >= onto%box(:, 1)) .and. all(x <= onto%box(:, 2))
     if (.not. is_on) return
     do i = 0, n_samples
       squares(i) = sum((x - face_position(orders, coefficients(:, :, :, onto%face), &
-                                          border_place(onto%edge, real(i, wp)/n_samples)))**2)
+                                          edge_position(onto%edge, real(i, wp)/n_samples)))**2)
     end do
     c = real(minloc(squares, 1) - 1, wp)/n_samples
     call slide(orders, coefficients(:, :, :, onto%face), onto%edge, x, n_steps, c)
     is_on = norm2(x - face_position(orders, coefficients(:, :, :, onto%face), &
-                                    border_place(onto%edge, c))) <= tolerance
+                                    edge_position(onto%edge, c))) <= tolerance
   end subroutine project
 
-  !> Gauss-Newton steps along an edge towards the place next to `x`.
+  !> Gauss-Newton steps along an edge towards the position next to `x`.
   pure subroutine slide(orders, coefficients, edge, x, n_steps, c)
     integer, intent(in) :: orders(2), edge, n_steps
     real(wp), intent(in) :: coefficients(4, orders(1), orders(2)), x(3)
@@ -182,20 +184,20 @@ contains
 
     d = merge(2, 1, edge <= 2)
     do i = 1, n_steps
-      call face_derivatives(orders, coefficients, border_place(edge, c), point, d1, d2)
+      call face_derivatives(orders, coefficients, edge_position(edge, c), point, d1, d2)
       c = c + dot_product(x - point, d1(:, d))/max(sum(d1(:, d)**2), tiny(1.0_wp))
       c = min(max(c, 0.0_wp), 1.0_wp)
     end do
   end subroutine slide
 
-  !> Face and place beyond the seams of an edge; face 0 where none of them holds the place.
+  !> Face and position beyond the seams of an edge; face 0 where none of them holds the position.
   pure subroutine move_across(orders, coefficients, links, first, along, x, other, there, d_there)
     integer, intent(in) :: orders(2)
     real(wp), intent(in) :: coefficients(:, :, :, :)   !! power form of the faces
     type(seam_t), intent(in) :: links(:)
     integer, intent(in) :: first        !! of the edge's seams
-    real(wp), intent(in) :: along       !! coordinate of the place along the edge
-    real(wp), intent(in) :: x(3)        !! the place [length]
+    real(wp), intent(in) :: along       !! coordinate of the position along the edge
+    real(wp), intent(in) :: x(3)        !! the position [length]
     integer, intent(out) :: other       !! face beyond
     real(wp), intent(out) :: there(2)   !! local coordinates on it
     integer, intent(out) :: d_there     !! coordinate that is at its end there
@@ -213,7 +215,7 @@ contains
           share = min(max(seam%there(1) + share*(seam%there(2) - seam%there(1)), 0.0_wp), 1.0_wp)
           call slide(orders, coefficients(:, :, :, seam%face), seam%edge, x, n_steps, share)
           other = seam%face
-          there = border_place(seam%edge, share)
+          there = edge_position(seam%edge, share)
           d_there = (seam%edge + 1)/2
           return
         end if
@@ -222,14 +224,14 @@ contains
     end do
   end subroutine move_across
 
-  !> Local coordinates of a place on an edge, `c` running along s or t from 0 to 1.
-  pure function border_place(edge, c) result(at)
+  !> Local coordinates of a position on an edge, `c` running along s or t from 0 to 1.
+  pure function edge_position(edge, c) result(at)
     integer, intent(in) :: edge         !! 1: s = 0, 2: s = 1, 3: t = 0, 4: t = 1
     real(wp), intent(in) :: c
     real(wp) :: at(2)
 
     at = c
     at((edge + 1)/2) = real(modulo(edge + 1, 2), wp)
-  end function border_place
+  end function edge_position
 
 end module tool_seams

@@ -7,7 +7,7 @@ module tool_search
   use tool, only: tool_t
   use tool_face, only: face_position
   use tool_cells, only: cell_t
-  use contact_territory, only: is_in_territory, distance_bound, relative_place
+  use contact_territory, only: is_in_territory, distance_bound, relative_position
   use position_code, only: find_candidates
   use cell_tree, only: nearest_leaf, collect_leaves
   use closest_point, only: hit_t, descend, finish
@@ -16,9 +16,9 @@ module tool_search
 
   public :: search_tool, search_all_faces
 
-  real(wp), parameter :: same_place = 1.0e-8_wp    !! part of the tool's scale
-  real(wp), parameter :: round_off = 1.0e-14_wp    !! of a place, likewise
-  integer, parameter :: n_net = 5                  !! points of a net over a cell, each way
+  real(wp), parameter :: same_point = 1.0e-8_wp    !! part of the tool's scale
+  real(wp), parameter :: round_off = 1.0e-14_wp    !! of a position, likewise
+  integer, parameter :: n_net = 5                  !! points of a net over a cell, per direction
 
 contains
 
@@ -83,7 +83,7 @@ contains
     integer, intent(inout), contiguous :: order(:)     !! the cells; disordered at the end
     real(wp), intent(inout), contiguous :: bounds(:)   !! room for as many
     type(hit_t), intent(out) :: hit
-    type(hit_t) :: way_out
+    type(hit_t) :: leaving
     real(wp) :: at(2)
     integer :: i, n, n_left, n_iterations, face
 
@@ -100,9 +100,9 @@ contains
           call try(tool, x, cell%face, cell%low, n_iterations, hit)
         else if (cell%is_gentle) then
           call start_in(tool, cell, x, face, at)
-          call try_within(tool, x, cell, face, at, n_iterations, hit, way_out)
+          call try_within(tool, x, cell, face, at, n_iterations, hit, leaving)
         else
-          call try_net(tool, x, cell, n_iterations, hit, way_out)
+          call try_net(tool, x, cell, n_iterations, hit, leaving)
         end if
       end associate
       bounds(i) = bounds(n_left)
@@ -116,14 +116,15 @@ contains
       end do
       n_left = n
     end do
-    ! A search that was held at the border of its cell came lower than all others: go on from there.
-    if (way_out%distance < hit%distance) &
-      call try(tool, x, way_out%face, way_out%at, n_iterations, hit)
+    ! A search that was stopped at the edge of its cell came lower than all others: continue from
+    ! there.
+    if (leaving%distance < hit%distance) &
+      call try(tool, x, leaving%face, leaving%at, n_iterations, hit)
     if (hit%face /= 0) call finish(tool, x, hit)
     hit%n_iterations = n_iterations
   end subroutine search_cells
 
-  !> Local search from a place.
+  !> Local search from a position.
   pure subroutine try(tool, x, face, at, n_iterations, hit)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3), at(2)
@@ -139,16 +140,16 @@ contains
     if (trial%is_converged) call take_nearer(tool, trial, hit)
   end subroutine try
 
-  !> Local search from a place in a cell. Where it is held at the border of the cell's faces with
-  !! lower ground beyond there is no closest place on them, and the neighbour will be searched; the
-  !! lowest such place is kept.
-  pure subroutine try_within(tool, x, cell, face, at, n_iterations, hit, way_out)
+  !> Local search from a position in a cell. Where it stops at the edge of the cell's faces with
+  !! lower ground beyond there is no closest point on them, and the neighbour will be searched; the
+  !! lowest such position is kept.
+  pure subroutine try_within(tool, x, cell, face, at, n_iterations, hit, leaving)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3), at(2)
     type(cell_t), intent(in) :: cell
     integer, intent(in) :: face
     integer, intent(inout) :: n_iterations
-    type(hit_t), intent(inout) :: hit, way_out
+    type(hit_t), intent(inout) :: hit, leaving
     type(hit_t) :: trial
 
     trial%face = face
@@ -156,20 +157,20 @@ contains
     call descend(tool, x, trial, cell)
     n_iterations = n_iterations + trial%n_iterations
     if (trial%is_leaving) then
-      if (trial%distance < way_out%distance) way_out = trial
+      if (trial%distance < leaving%distance) leaving = trial
     else if (trial%is_converged) then
       call take_nearer(tool, trial, hit)
     end if
   end subroutine try_within
 
-  !> Local searches from all points of a net over a cell that are nearer than those beside them; in
-  !! a wild cell from all whose mesh may hold a nearer place than found so far.
-  pure subroutine try_net(tool, x, cell, n_iterations, hit, way_out)
+  !> Local searches from all points of a net over a cell that are nearer than their neighbours; in a
+  !! wild cell from all whose mesh may hold a nearer point than found so far.
+  pure subroutine try_net(tool, x, cell, n_iterations, hit, leaving)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
     type(cell_t), intent(in) :: cell
     integer, intent(inout) :: n_iterations
-    type(hit_t), intent(inout) :: hit, way_out
+    type(hit_t), intent(inout) :: hit, leaving
     real(wp) :: places(3, n_net, n_net), squares(0:n_net + 1, 0:n_net + 1), reach
     logical :: is_tried(n_net, n_net)
     integer :: i, j
@@ -177,17 +178,17 @@ contains
     squares = huge(1.0_wp)
     do j = 1, n_net
       do i = 1, n_net
-        places(:, i, j) = place_on(tool, cell%face, net_place(cell, i, j))
+        places(:, i, j) = place_on(tool, cell%face, net_position(cell, i, j))
         squares(i, j) = sum((x - places(:, i, j))**2)
       end do
     end do
     do j = 1, n_net
       do i = 1, n_net
-        ! Not against diagonal neighbours: these hide minima at the border of a cell.
+        ! Not against diagonal neighbours: these hide minima at the edge of a cell.
         is_tried(i, j) = squares(i, j) <= min(minval(squares(i - 1:i + 1, j)), &
                                               minval(squares(i, j - 1:j + 1)))
-        if (is_tried(i, j)) call try_within(tool, x, cell, cell%face, net_place(cell, i, j), &
-                                            n_iterations, hit, way_out)
+        if (is_tried(i, j)) call try_within(tool, x, cell, cell%face, net_position(cell, i, j), &
+                                            n_iterations, hit, leaving)
       end do
     end do
     if (.not. cell%is_wild) return
@@ -196,22 +197,22 @@ contains
     do j = 1, n_net
       do i = 1, n_net
         if (is_tried(i, j) .or. sqrt(squares(i, j)) > hit%distance + reach) cycle
-        call try_within(tool, x, cell, cell%face, net_place(cell, i, j), n_iterations, hit, &
-                        way_out)
+        call try_within(tool, x, cell, cell%face, net_position(cell, i, j), n_iterations, hit, &
+                        leaving)
       end do
     end do
   end subroutine try_net
 
-  !> Local coordinates of a point of the net, borders included.
-  pure function net_place(cell, i, j) result(at)
+  !> Local coordinates of a point of the net, edges included.
+  pure function net_position(cell, i, j) result(at)
     type(cell_t), intent(in) :: cell
     integer, intent(in) :: i, j
     real(wp) :: at(2)
 
     at = cell%low + real([i - 1, j - 1], wp)/(n_net - 1)*(cell%high - cell%low)
-  end function net_place
+  end function net_position
 
-  !> Keep the nearer of two, and the farther as its rival unless both are one place.
+  !> Keep the nearer of two, and the farther as its rival unless both are one point.
   pure subroutine take_nearer(tool, trial, hit)
     type(tool_t), intent(in) :: tool
     type(hit_t), intent(in) :: trial
@@ -231,11 +232,11 @@ contains
     end if
     between = norm2(place_on(tool, other%face, other%at) - place_on(tool, hit%face, hit%at))
     hit%rival = rival
-    if (between > same_place*tool%scale) hit%rival = min(rival, other%distance)
+    if (between > same_point*tool%scale) hit%rival = min(rival, other%distance)
   end subroutine take_nearer
 
-  !> Start below the point in a gentle cell; in a block on the face whose corners enclose that place
-  !! along the axes of the cell.
+  !> Start below the point in a gentle cell; in a block on the face whose corners enclose that
+  !! position along the axes of the cell.
   pure subroutine start_in(tool, cell, x, face, at)
     type(tool_t), intent(in) :: tool
     type(cell_t), intent(in) :: cell
@@ -246,7 +247,7 @@ contains
     real(wp) :: place, low, high, far(2), local(2)
 
     face = cell%face
-    at = min(max(relative_place(cell%territory, x), 0.0_wp), 1.0_wp)
+    at = min(max(relative_position(cell%territory, x), 0.0_wp), 1.0_wp)
     at = cell%low + at*(cell%high - cell%low)
     if (cell%stride == 0) return
     step = [1, cell%stride]

@@ -6,7 +6,7 @@ module offset_reader
   use text, only: string_t, to_text, rounded_text, place_text
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
-  use surface_offset, only: offset_surface, offset_report_t, places_along
+  use surface_offset, only: offset_surface, offset_report_t, samples_along
   use tool, only: tool_t, new_tool
   use tool_search, only: search_all_faces
   use closest_point, only: hit_t
@@ -143,8 +143,8 @@ contains
     call new_tool(tool, name, given, 1, abs(distance), error)
     if (allocated(error)) return
     do s = 1, size(offsets)
-      xi = places_along(offsets(s), 1, 2, beside)
-      eta = places_along(offsets(s), 2, 2, beside)
+      xi = samples_along(offsets(s), 1, 2, beside)
+      eta = samples_along(offsets(s), 2, 2, beside)
       do j = 1, size(eta)
         do i = 1, size(xi)
           call evaluate_surface(offsets(s), [xi(i), eta(j)], x)

@@ -3,7 +3,7 @@ module body_parts
   use kinds, only: wp
   use text, only: to_text
   use state_store, only: state_store_t, carry_array
-  use seams, only: seams_t, collect, sum_groups, hand_out
+  use seams, only: seams_t, collect, sum_groups, distribute
   use block_law, only: block_law_t
   use element, only: part_t, force_report_t, merge_reports
   implicit none
@@ -89,7 +89,7 @@ contains
     call sum_groups(seams, 1)
     do p = 1, size(parts)
       associate (element => parts(p)%element)
-        call hand_out(seams, p, size(element%mass), 1, element%inertia)
+        call distribute(seams, p, size(element%mass), 1, element%inertia)
       end associate
     end do
   end subroutine set_inertia
@@ -109,7 +109,7 @@ contains
     call sum_groups(seams, 3)
     do p = 1, size(parts)
       associate (element => parts(p)%element)
-        call hand_out(seams, p, size(element%mass), 3, element%motion%internal_force)
+        call distribute(seams, p, size(element%mass), 3, element%motion%internal_force)
       end associate
     end do
   end subroutine share_internal_forces
@@ -129,7 +129,7 @@ contains
     call sum_groups(seams, 3)
     do p = 1, size(parts)
       associate (element => parts(p)%element)
-        call hand_out(seams, p, size(element%mass), 3, element%motion%external_force)
+        call distribute(seams, p, size(element%mass), 3, element%motion%external_force)
       end associate
     end do
   end subroutine share_external_forces

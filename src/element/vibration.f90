@@ -3,7 +3,7 @@ module vibration
   use kinds, only: wp
   use elastic, only: elastic_t
   use block_law, only: block_law_t
-  use seams, only: seams_t, is_counted, collect, sum_groups, hand_out
+  use seams, only: seams_t, is_counted, collect, sum_groups, distribute
   use element, only: part_t, force_report_t
   use body_parts, only: forces_of_parts, elastic_copies
   use lapack, only: eigenvalues
@@ -116,7 +116,7 @@ contains
     end do
     call sum_groups(seams, 3)
     do p = 1, size(bodies)
-      call hand_out(seams, p, size(bodies(p)%element%mass), 3, bodies(p)%element%motion%v)
+      call distribute(seams, p, size(bodies(p)%element%mass), 3, bodies(p)%element%motion%v)
     end do
     call forces_of_parts(bodies, seams, law, 1.0_wp, report, is_trial=.true.)
     do i = 1, size(free)

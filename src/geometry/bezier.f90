@@ -133,7 +133,8 @@ contains
     call to_power_form(face%degree(1), face%degree(2), c)
   end function power_form
 
-  !> Bezier points to coefficients of the power form: binomial times forward difference, both ways.
+  !> Bezier points to coefficients of the power form: binomial times forward difference, along both
+  !! directions.
   pure subroutine to_power_form(p, q, c)
     integer, intent(in) :: p, q   !! degrees
     real(wp), intent(inout) :: c(4, 0:p, 0:q)

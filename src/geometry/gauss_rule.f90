@@ -36,8 +36,8 @@ contains
     end do
   end function new_gauss_rule
 
-  !> Zeros of the Legendre polynomial of degree n by Newton from their asymptotic places, and
-  !! the weights 2/((1 - x^2) P'(x)^2) (Abramowitz and Stegun, eq. 25.4.29).
+  !> Zeros of the Legendre polynomial of degree n by Newton from their asymptotic positions, and the
+  !! weights 2/((1 - x^2) P'(x)^2) (Abramowitz and Stegun, eq. 25.4.29).
   pure subroutine gauss_legendre(n, points, weights)
     integer, intent(in) :: n
     real(wp), intent(out) :: points(n), weights(n)

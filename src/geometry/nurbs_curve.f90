@@ -86,7 +86,7 @@ contains
     chain%weights = [chain%weights, next%weights(2:)*(chain%weights(n)/next%weights(1))]
   end subroutine append
 
-  !> Raise the degree, by way of a surface whose rows are all the curve.
+  !> Raise the degree, by means of a surface whose rows are all the curve.
   subroutine raise_degree(curve, times, error)
     type(nurbs_curve_t), intent(inout) :: curve
     integer, intent(in) :: times

@@ -51,7 +51,7 @@ contains
 
   !> Point of the solid and its derivatives by the parametric coordinates, [CA] eq. (8), (A1).
   !!
-  !! Outside the range of the knots the polynomials of the nearest span go on.
+  !! Outside the range of the knots the polynomials of the nearest span continue.
   pure subroutine evaluate_solid(solid, xi, point, jacobian)
     type(nurbs_solid_t), intent(in) :: solid
     real(wp), intent(in) :: xi(3)                      !! parametric coordinates
@@ -108,8 +108,8 @@ contains
 
   !> One of the six faces as a surface: the outermost layer of control points.
   !!
-  !! The axes of the surface are the two other axes of the solid in rising order, whatever the
-  !! face (`face_axes`); `face_side` tells which way axis 1 x axis 2 of the surface then points.
+  !! The axes of the surface are the two other axes of the solid in rising order, whatever the face
+  !! (`face_axes`); `face_side` gives the direction of axis 1 x axis 2 of the surface.
   pure function solid_face(solid, face) result(surface)
     type(nurbs_solid_t), intent(in) :: solid
     integer, intent(in) :: face   !! 1 xi_min, 2 xi_max, 3 eta_min, 4 eta_max, 5 and 6 zeta

@@ -51,7 +51,7 @@ contains
   !> Point of the surface and its derivatives by the parametric coordinates, [CA] eq. (7), (A1);
   !! second derivatives by repeated use of the quotient rule (The NURBS Book, A4.4).
   !!
-  !! Outside the range of the knots the polynomials of the nearest span go on.
+  !! Outside the range of the knots the polynomials of the nearest span continue.
   pure subroutine evaluate_surface(surface, xi, point, d1, d2)
     type(nurbs_surface_t), intent(in) :: surface
     real(wp), intent(in) :: xi(2)                !! parametric coordinates

@@ -211,7 +211,7 @@ contains
     end associate
   end function unit_knots
 
-  !> Pairs of open faces of two patches with places inside one that lie on the other.
+  !> Pairs of open faces of two patches with positions inside one that lie on the other.
   pure function find_tee_joints(solids, is_joined, tolerance) result(pairs)
     type(nurbs_solid_t), intent(in) :: solids(:)
     logical, intent(in) :: is_joined(:, :)      !! faces to leave out, shape (6, patches)
@@ -257,7 +257,7 @@ contains
     end do
   end function open_faces
 
-  !> Does any of some places inside a surface lie on a face?
+  !> Does any of some points inside a surface lie on a face?
   pure logical function lies_on(surface, other, tolerance)
     type(nurbs_surface_t), intent(in) :: surface
     type(open_face_t), intent(in) :: other
@@ -313,7 +313,7 @@ contains
     end do
   end function distance_to
 
-  !> Parametric coordinates of shares of the way along both axes.
+  !> Parametric coordinates of fractions of the range along both axes.
   pure function place(surface, share) result(xi)
     type(nurbs_surface_t), intent(in) :: surface
     real(wp), intent(in) :: share(2)

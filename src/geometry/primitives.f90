@@ -244,7 +244,7 @@ contains
 
   !> Coordinates from `low` to `high` along one axis of a grid, constant along the others.
   pure subroutine place_along(shares, axis, low, high, coordinate)
-    real(wp), intent(in) :: shares(:)      !! of the way from `low` to `high`
+    real(wp), intent(in) :: shares(:)      !! fractions of the range from `low` to `high`
     integer, intent(in) :: axis
     real(wp), intent(in) :: low, high
     real(wp), intent(out) :: coordinate(:, :, :)
@@ -277,7 +277,7 @@ contains
     else if (.not. (ratio > 0.0_wp .and. ratio <= huge(ratio))) then
       call fail(error, "the ratio of element sizes must be positive")
     else
-      ! A degree below 1 has no knots; new_knot_vector looks at the degree first and refuses it.
+      ! A degree below 1 has no knots; new_knot_vector checks the degree first and rejects it.
       graded = graded_axis(max(1, degree), n_elements, ratio)
       call new_knot_vector(axis, degree, graded%knots, error)
     end if

@@ -35,7 +35,8 @@ module refinement
     module procedure :: elevate_surface, elevate_solid
   end interface elevate_degree
 
-  !> Let one axis of a surface or a solid run the other way, over the same range of knots.
+  !> Let one axis of a surface or a solid run in the opposite direction, over the same range of
+  !! knots.
   !!
   !! `call reverse_axis(patch, axis)`; the normal of a surface and the sign of the jacobian change.
   interface reverse_axis
@@ -360,7 +361,7 @@ contains
                       [extents(axis), size(grid)/extents(axis)])
   end function grid_columns
 
-  !> The way back from `grid_columns` to a grid of these extents.
+  !> The inverse of `grid_columns` to a grid of these extents.
   pure function columns_grid(columns, axis, extents) result(grid)
     real(wp), intent(in) :: columns(:, :)
     integer, intent(in) :: axis, extents(4)

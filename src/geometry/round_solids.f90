@@ -1,9 +1,9 @@
 !> Round solids as patches with exact circles: disks, bars, rings, tubes and cups.
 !!
 !! A round section is a square core and a rim of two to four patches between its edges and the
-!! circle, ruled in homogeneous coordinates, so that no place is degenerate. Neighbours have the
-!! same knots, weights and control points on their common faces. Circles are rational quadratics
-!! (L. Piegl and W. Tiller, The NURBS Book, 2nd ed., section 7.3), raised to the degree asked for.
+!! circle, ruled in homogeneous coordinates, so that no position is degenerate. Neighbours have the
+!! same knots, weights and control points on their common faces. Circles are rational quadratics (L.
+!! Piegl and W. Tiller, The NURBS Book, 2nd ed., section 7.3), raised to the degree asked for.
 module round_solids
   use kinds, only: wp
   use failure, only: error_t, fail

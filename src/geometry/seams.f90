@@ -2,8 +2,8 @@
 !! closes upon itself.
 !!
 !! Fields stay with their patches. Three calls bring the members of a seam together: `collect` from
-!! each patch, `sum_groups` (or `largest_of_groups`) in the order of the members, `hand_out` to each
-!! patch. All members are then bitwise identical, whatever the number of threads.
+!! each patch, `sum_groups` (or `largest_of_groups`) in the order of the members, `distribute` to
+!! each patch. All members are then bitwise identical, whatever the number of threads.
 !!
 !! Where a seam runs through the thickness, a column of control points along axis 3 of one patch is
 !! a column of each other patch there. A seam may also join a column to something else: to the layer
@@ -14,7 +14,7 @@ module seams
   implicit none
   private
 
-  public :: seams_t, no_seams, find_seams, collect, sum_groups, largest_of_groups, hand_out, &
+  public :: seams_t, no_seams, find_seams, collect, sum_groups, largest_of_groups, distribute, &
             group_table, is_counted, sorted_order, whole_columns
 
   integer, parameter :: most_components = 3
@@ -24,10 +24,10 @@ module seams
     integer :: n_groups = 0
     integer, allocatable :: first(:)        !! members of group g: first(g) to first(g + 1) - 1
     integer, allocatable :: patch(:)        !! of each member
-    integer, allocatable :: point(:)        !! its place in the grid of its patch, axis 1 fastest
+    integer, allocatable :: point(:)        !! its position in the grid of its patch, axis 1 fastest
     integer, allocatable :: patch_first(:)  !! of patch p: patch_first(p) to patch_first(p + 1) - 1
     integer, allocatable :: of_patch(:)     !! ... in this list of members
-    real(wp), allocatable :: values(:, :)   !! of each member, on the way; shape (n_members, 3)
+    real(wp), allocatable :: values(:, :)   !! of each member, in between; shape (n_members, 3)
   end type seams_t
 
   !> A yes or no for every column of a patch.
@@ -81,7 +81,7 @@ contains
     end do
   end subroutine find_seams
 
-  !> Control points on the six faces of every solid, each once, sorted by patch and place.
+  !> Control points on the six faces of every solid, each once, sorted by patch and position.
   pure subroutine list_outsides(solids, patch, point, x)
     type(nurbs_solid_t), intent(in) :: solids(:)
     integer, allocatable, intent(out) :: patch(:), point(:)
@@ -301,7 +301,7 @@ contains
   end subroutine largest_of_groups
 
   !> Put the values of the members into a field of their patch.
-  pure subroutine hand_out(seams, patch, n, m, field)
+  pure subroutine distribute(seams, patch, n, m, field)
     type(seams_t), intent(in) :: seams
     integer, intent(in) :: patch, n, m       !! patch, control points, components (at most 3)
     real(wp), intent(inout) :: field(n, m)
@@ -314,7 +314,7 @@ contains
         end associate
       end do
     end do
-  end subroutine hand_out
+  end subroutine distribute
 
   !> Group of every control point of a patch, 0 where it belongs to none.
   pure function group_table(seams, patch, n) result(group)
@@ -330,7 +330,7 @@ contains
     end do
   end function group_table
 
-  !> Is a control point the one of its group that counts where each place counts once?
+  !> Is a control point the one of its group that counts where each point counts once?
   pure function is_counted(seams, patch, n) result(counts)
     type(seams_t), intent(in) :: seams
     integer, intent(in) :: patch, n   !! patch and its number of control points

@@ -8,7 +8,7 @@ module surface_grid
   implicit none
   private
 
-  public :: surface_grid_t, new_surface_grid, grid_areas, grid_place, grid_values, parts_along, &
+  public :: surface_grid_t, new_surface_grid, grid_areas, grid_position, grid_values, parts_along, &
             element_size_of, turns_along, no_length, lines
 
   integer, parameter :: most_parts = 100   !! of a knot span
@@ -132,7 +132,7 @@ contains
     xi(size(xi)) = axis%knots(axis%n_basis + 1)
   end function lines
 
-  !> Area of the surface that each node of the grid stands for; their sum is that of the surface.
+  !> Area of the surface that each node of the grid represents; their sum is that of the surface.
   function grid_areas(surface, grid) result(areas)
     type(nurbs_surface_t), intent(in) :: surface
     type(surface_grid_t), intent(in) :: grid
@@ -162,18 +162,19 @@ contains
     end do
   end function grid_areas
 
-  !> The cell (i, j) that holds a place, and how far along its sides it lies, 0 to 1.
-  pure subroutine grid_place(grid, at, cell, share)
+  !> The cell (i, j) that holds a position, and how far along its sides it lies, 0 to 1.
+  pure subroutine grid_position(grid, at, cell, share)
     type(surface_grid_t), intent(in) :: grid
     real(wp), intent(in) :: at(2)
     integer, intent(out) :: cell(2)
     real(wp), intent(out) :: share(2)
 
-    call line_place(grid%xi, at(1), cell(1), share(1))
-    call line_place(grid%eta, at(2), cell(2), share(2))
-  end subroutine grid_place
+    call line_position(grid%xi, at(1), cell(1), share(1))
+    call line_position(grid%eta, at(2), cell(2), share(2))
+  end subroutine grid_position
 
-  !> Values of a field at a tensor grid of places: linear between the lines, constant outside them.
+  !> Values of a field at a tensor grid of positions: linear between the lines, constant outside
+  !! them.
   pure function grid_values(grid, field, xi, eta) result(values)
     type(surface_grid_t), intent(in) :: grid
     real(wp), intent(in) :: field(size(grid%xi), size(grid%eta))
@@ -183,10 +184,10 @@ contains
     real(wp) :: s(size(xi)), t(size(eta))
 
     do i = 1, size(xi)
-      call line_place(grid%xi, xi(i), a(i), s(i))
+      call line_position(grid%xi, xi(i), a(i), s(i))
     end do
     do j = 1, size(eta)
-      call line_place(grid%eta, eta(j), b(j), t(j))
+      call line_position(grid%eta, eta(j), b(j), t(j))
       do i = 1, size(xi)
         values(i, j) = (1 - t(j))*((1 - s(i))*field(a(i), b(j)) + s(i)*field(next(a(i), 1), b(j))) &
                        + t(j)*((1 - s(i))*field(a(i), next(b(j), 2)) &
@@ -201,7 +202,7 @@ contains
   end function grid_values
 
   !> Interval of a rising list that holds x, and the share of it that lies before x.
-  pure subroutine line_place(list, x, place, share)
+  pure subroutine line_position(list, x, place, share)
     real(wp), intent(in) :: list(:), x
     integer, intent(out) :: place
     real(wp), intent(out) :: share
@@ -220,6 +221,6 @@ contains
       end if
     end do
     share = min(max((x - list(place))/(list(place + 1) - list(place)), 0.0_wp), 1.0_wp)
-  end subroutine line_place
+  end subroutine line_position
 
 end module surface_grid

@@ -20,7 +20,7 @@ module surface_offset
   implicit none
   private
 
-  public :: places_along, offset_surface, offset_report_t
+  public :: samples_along, offset_surface, offset_report_t
 
   real(wp), parameter :: collapsed = 1.0e-9_wp   !! tangent, part of the mean one of its direction
   real(wp), parameter :: thinnest = 1.0e-10_wp   !! sine of the angle between the tangents
@@ -29,10 +29,10 @@ module surface_offset
   real(wp), parameter :: inside = 1.0e-4_wp      !! the same, where curvature is measured
   real(wp), parameter :: flattest = 1.0e-3_wp    !! least stretch of the surface by the offset
 
-  integer, parameter :: n_inner = 6              !! places within a span where the offset is checked
+  integer, parameter :: n_inner = 6              !! positions in a span where the offset is checked
   real(wp), parameter :: beside = 1.0e-4_wp      !! part of a span that its ends are avoided by
   real(wp), parameter :: share = 0.4_wp          !! of the tolerance that a direction may use up
-  real(wp), parameter :: sure = 0.9_wp           !! part of it kept to: places miss peaks
+  real(wp), parameter :: sure = 0.9_wp           !! part of it kept to: positions miss peaks
   integer, parameter :: most_parts = 8           !! that a span is cut into at a time
   integer, parameter :: most_rounds = 20, most_faces = 100000
 
@@ -53,9 +53,9 @@ module surface_offset
 
 contains
 
-  !> Place at `distance` along the normal xi x eta. At an edge that is one point, such as the pole
-  !! of a sphere, the normal is the one that its neighbourhood tends to.
-  pure subroutine find_offset_place(surface, xi, distance, shortest, place, normal, is_regular)
+  !> Position at `distance` along the normal xi x eta. At an edge that is one point, such as the
+  !! pole of a sphere, the normal is the one that its neighbourhood tends to.
+  pure subroutine find_offset_point(surface, xi, distance, shortest, place, normal, is_regular)
     type(nurbs_surface_t), intent(in) :: surface
     real(wp), intent(in) :: xi(2)
     real(wp), intent(in) :: distance              !! either sign [length]
@@ -77,7 +77,7 @@ contains
     is_regular = norm2(normal) > thinnest*norm2(d1(:, 1))*norm2(d1(:, 2))
     if (is_regular) normal = normal/norm2(normal)
     place = point + distance*normal
-  end subroutine find_offset_place
+  end subroutine find_offset_point
 
   !> Tangents along xi and eta that are shorter belong to an edge that is one point.
   pure function shortest_tangents(surface) result(shortest)
@@ -119,14 +119,14 @@ contains
 
     shortest = shortest_tangents(surface)
     do d = 1, 2
-      across = places_along(surface, d, 0, knot_inset)
-      along = places_along(surface, 3 - d, 2, knot_inset)
+      across = samples_along(surface, d, 0, knot_inset)
+      along = samples_along(surface, 3 - d, 2, knot_inset)
       do j = 1, size(along)
         do i = 2, size(across) - 2, 2
           do k = 1, 2
             xi(d) = across(i + k - 1)
             xi(3 - d) = along(j)
-            call find_offset_place(surface, xi, distance, shortest, place(:, k), normal(:, k), &
+            call find_offset_point(surface, xi, distance, shortest, place(:, k), normal(:, k), &
                                    is_regular)
             if (.not. is_regular) then
               call fail(error, "no normal at "//place_text(place(:, k)))
@@ -143,7 +143,7 @@ contains
     end do
   end subroutine check_edges
 
-  !> Compare the normals along every border that is one point.
+  !> Compare the normals along every edge that is one point.
   subroutine check_tips(surface, distance, tolerance, error)
     type(nurbs_surface_t), intent(in) :: surface
     real(wp), intent(in) :: distance, tolerance
@@ -155,7 +155,7 @@ contains
 
     shortest = shortest_tangents(surface)
     do d = 1, 2
-      along = places_along(surface, 3 - d, 2, knot_inset)
+      along = samples_along(surface, 3 - d, 2, knot_inset)
       do i = 1, 2
         associate (knots => surface%axes(d)%knots)
           xi(d) = merge(knots(1), knots(size(knots)), i == 1)
@@ -164,7 +164,7 @@ contains
           xi(3 - d) = along(j)
           call evaluate_surface(surface, xi, point, d1)
           if (norm2(d1(:, 3 - d)) >= shortest(3 - d)) exit
-          call find_offset_place(surface, xi, distance, shortest, place, normal, is_regular)
+          call find_offset_point(surface, xi, distance, shortest, place, normal, is_regular)
           if (j == 1) first = normal
           if (is_regular .and. abs(distance)*(norm2(normal - first) - no_turn) <= tolerance) cycle
           call fail(error, "a sharp tip at "//place_text(point))
@@ -184,8 +184,8 @@ contains
     real(wp) :: bend, most, point(3), worst_at(3)
     integer :: i, j
 
-    xi = places_along(surface, 1, n_inner, inside)
-    eta = places_along(surface, 2, n_inner, inside)
+    xi = samples_along(surface, 1, n_inner, inside)
+    eta = samples_along(surface, 2, n_inner, inside)
     most = -huge(1.0_wp)
     worst_at = 0.0_wp
     do j = 1, size(eta)
@@ -219,8 +219,8 @@ contains
     bend = mean + sqrt(max(mean**2 - gauss, 0.0_wp))
   end subroutine find_bend
 
-  !> Places along an axis: `n_inner` in each span, and its ends moved inwards by a part of it.
-  pure function places_along(surface, d, n_inner, inwards) result(places)
+  !> Positions along an axis: `n_inner` in each span, and its ends moved inwards by a part of it.
+  pure function samples_along(surface, d, n_inner, inwards) result(places)
     type(nurbs_surface_t), intent(in) :: surface
     integer, intent(in) :: d, n_inner
     real(wp), intent(in) :: inwards
@@ -236,7 +236,7 @@ contains
       places = [((knots(spans(i)) + shares(k)*(knots(spans(i) + 1) - knots(spans(i))), &
                   k=1, n_inner + 2), i=1, size(spans))]
     end associate
-  end function places_along
+  end function samples_along
 
   !> The surface at `distance` along the normal xi x eta of another, to within a tolerance.
   !! Refused: sharp edges and tips, concave radii that are not above the distance, and a tolerance
@@ -300,7 +300,7 @@ contains
                         transpose(values_at(space%axes(1), xi, space%weights)))
     do j = 1, n(2)
       do i = 1, n(1)
-        call find_offset_place(source%surface, [xi(i), eta(j)], source%distance, source%shortest, &
+        call find_offset_point(source%surface, [xi(i), eta(j)], source%distance, source%shortest, &
                                rows(i, j, :), normal, is_regular)
         rows(i, j, :) = weights(j, i)*rows(i, j, :)
       end do
@@ -317,7 +317,7 @@ contains
     end do
   end subroutine interpolate
 
-  !> Values of splines at some places, from their coefficients in columns.
+  !> Values of splines at some points, from their coefficients in columns.
   pure function values_at(axis, places, coefficients) result(values)
     type(knot_vector_t), intent(in) :: axis
     real(wp), intent(in) :: places(:), coefficients(:, :)
@@ -352,7 +352,7 @@ contains
     call solve_band(band, axis%degree, values, is_solved)
   end subroutine solve_along
 
-  !> Errors of place and normal on a net over every face.
+  !> Errors of position and normal on a net over every face.
   subroutine measure(source, offset, report)
     type(source_t), intent(in) :: source
     type(nurbs_surface_t), intent(in) :: offset
@@ -362,8 +362,8 @@ contains
     real(wp) :: off, turn
     integer :: i, j
 
-    xi = places_along(offset, 1, n_inner, beside)
-    eta = places_along(offset, 2, n_inner, beside)
+    xi = samples_along(offset, 1, n_inner, beside)
+    eta = samples_along(offset, 2, n_inner, beside)
     do j = 1, size(eta)
       do i = 1, size(xi)
         call compare(source, offset, [xi(i), eta(j)], off, turn)
@@ -385,7 +385,7 @@ contains
     real(wp) :: xi(2), off, turn
     integer :: i, j, span
 
-    along = places_along(offset, d, n_inner, beside)
+    along = samples_along(offset, d, n_inner, beside)
     lines = greville(offset%axes(3 - d))
     allocate (errors(n_spans(offset%axes(d))), source=0.0_wp)
     do j = 1, size(lines)
@@ -399,7 +399,7 @@ contains
     end do
   end function errors_along
 
-  !> Distance from the exact offset at one place, and angle between the two normals.
+  !> Distance from the exact offset at one point, and angle between the two normals.
   pure subroutine compare(source, offset, xi, off, turn)
     type(source_t), intent(in) :: source
     type(nurbs_surface_t), intent(in) :: offset
@@ -408,9 +408,9 @@ contains
     real(wp) :: exact(3), normal(3), place(3), other(3)
     logical :: is_regular
 
-    call find_offset_place(source%surface, xi, source%distance, source%shortest, exact, normal, &
+    call find_offset_point(source%surface, xi, source%distance, source%shortest, exact, normal, &
                            is_regular)
-    call find_offset_place(offset, xi, 0.0_wp, source%shortest, place, other, is_regular)
+    call find_offset_point(offset, xi, 0.0_wp, source%shortest, place, other, is_regular)
     off = norm2(place - exact)
     turn = 2*asin(min(0.5_wp*norm2(other - normal), 1.0_wp))
   end subroutine compare

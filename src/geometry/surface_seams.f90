@@ -27,8 +27,8 @@ module surface_seams
     type(seam_t), allocatable :: seams(:)
     integer :: n_free = 0                        !! edges with extent that lie on no other
     integer, allocatable :: group(:)             !! of surfaces that seams lead to, from 1 on
-    logical, allocatable :: is_turned(:)         !! by `orient_surfaces`
-    logical :: is_one_sided = .false.            !! no way to turn them makes all agree
+    logical, allocatable :: is_reversed(:)         !! by `orient_surfaces`
+    logical :: is_one_sided = .false.            !! no orientation of them makes all agree
   end type surface_seams_t
 
   integer, parameter :: n_compared = 9         ! points of an edge, ends included
@@ -75,8 +75,8 @@ contains
       end do
     end do
     found%n_free = count(is_free)
-    allocate (found%is_turned(size(surfaces)), found%group(size(surfaces)))
-    found%is_turned = .false.
+    allocate (found%is_reversed(size(surfaces)), found%group(size(surfaces)))
+    found%is_reversed = .false.
     call find_groups(found)
   end subroutine find_surface_seams
 
@@ -88,7 +88,7 @@ contains
     integer :: i
 
     do i = 1, size(surfaces)
-      if (found%is_turned(i)) call reverse_axis(surfaces(i), 1)
+      if (found%is_reversed(i)) call reverse_axis(surfaces(i), 1)
     end do
   end subroutine orient_surfaces
 
@@ -113,7 +113,7 @@ contains
       end do
     end do
     do k = 1, size(found%seams)
-      associate (seam => found%seams(k), turned => found%is_turned(found%seams(k)%surface))
+      associate (seam => found%seams(k), turned => found%is_reversed(found%seams(k)%surface))
         if (seam%is_opposite .neqv. (turned(1) .eqv. turned(2))) found%is_one_sided = .true.
       end associate
     end do
@@ -132,7 +132,7 @@ contains
     to = seam%surface(3 - from)
     from = seam%surface(from)
     found%group(to) = found%group(from)
-    found%is_turned(to) = found%is_turned(from) .neqv. .not. seam%is_opposite
+    found%is_reversed(to) = found%is_reversed(from) .neqv. .not. seam%is_opposite
     goes_on = .true.
   end subroutine spread_over
 
@@ -221,15 +221,15 @@ contains
     n_forward = 0
     do i = 2, n_compared
       step = (place(i) - place(i - 1))/range
-      if (b%is_closed) step = step - anint(step)   ! the short way round
+      if (b%is_closed) step = step - anint(step)   ! the shorter way
       n_forward = n_forward + nint(sign(1.0_wp, step))
     end do
     runs_along = n_forward > 0
     lies = n_forward /= 0
   end subroutine lay_on
 
-  !> Nearest place on an edge: the nearest corner of its polygon, then Newton between the corners
-  !! beside it, guarded by halving.
+  !> Nearest position on an edge: the nearest corner of its polygon, then Newton between the corners
+  !! next to it, safeguarded by halving.
   subroutine project(surface, edge, point, at, distance)
     type(nurbs_surface_t), intent(in) :: surface
     type(edge_t), intent(in) :: edge

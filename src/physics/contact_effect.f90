@@ -5,10 +5,10 @@ module contact_effect
   use assembly, only: assembly_t
   use effect, only: effect_t, effect_slot_t, instant_t, tally_t
   use slave_surface, only: scatter_forces
-  use tool, only: tool_t, into_frame, torque_of
-  use contact, only: contact_t, apply_contact, carry_contact, wake_contact
+  use tool, only: tool_t, to_tool_frame, torque_of
+  use contact, only: contact_t, apply_contact, carry_contact, schedule_tests
   use contact_fields, only: contact_fields_t, add_wear, carry_wear
-  use face_penetration, only: depth_samples_t, deep_place_t, find_deepest
+  use face_penetration, only: depth_samples_t, deep_point_t, find_deepest
   implicit none
   private
 
@@ -29,9 +29,9 @@ module contact_effect
     real(wp) :: thickness = 0.0_wp         !! of the sheet, the measure of depths [length]
     logical :: has_touched = .false.       !! a contact point, at any time so far
     type(depth_samples_t) :: samples       !! for depths between the contact points
-    type(deep_place_t) :: deepest          !! of the face, between the contact points too, at the
+    type(deep_point_t) :: deepest          !! of the face, between the contact points too, at the
                                            !! last call of `measure_depths`
-    type(deep_place_t) :: greatest         !! of all these
+    type(deep_point_t) :: greatest         !! of all these
     real(wp) :: greatest_time = 0.0_wp     !! when that was [time]
     logical :: has_warned = .false.        !! of a depth beyond the first limit
     logical :: has_warned_between = .false.   !! of a depth that contact points do not see
@@ -98,7 +98,7 @@ contains
       associate (pair => pairs(i)%pair)
         if (.not. pair%pair%motion%is_started) cycle
         call measure_pair(pair, tools(pair%tool), time)
-        n_looks = n_looks + pair%samples%n_looks
+        n_looks = n_looks + pair%samples%n_checked
       end associate
     end do
   end subroutine measure_depths
@@ -140,7 +140,7 @@ contains
     real(wp) :: before(3), on_blank(3), couple(3, 3)
 
     couple = 0.0_wp
-    if (self%is_awake) call wake_contact(self%pair)
+    if (self%is_awake) call schedule_tests(self%pair)
     associate (low => self%lower, high => self%upper, tool => bodies%tools(self%tool), &
                motion => bodies%blank%parts(self%part)%element%motion)
       before = tool%force
@@ -192,7 +192,7 @@ contains
     seen = x
     allocate (push, mold=seen)
     push = 0.0_wp
-    call into_frame(tool, size(seen)/3, seen)
+    call to_tool_frame(tool, size(seen)/3, seen)
     call apply_contact(self%pair, tool, seen, push, self%energy, self%depth, dt)
     call turn_forces(tool, size(seen)/3, push)
     couple = couple_of(tool, size(seen)/3, seen, push)
@@ -212,7 +212,7 @@ contains
   pure function couple_of(tool, n, x, force) result(couple)
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: n
-    real(wp), intent(in) :: x(n, 3)            !! from `into_frame` [length]
+    real(wp), intent(in) :: x(n, 3)            !! from `to_tool_frame` [length]
     real(wp), intent(in) :: force(n, 3)        !! on the blank [force]
     real(wp) :: couple(3, 3)                   !! [force length]
 

@@ -12,7 +12,7 @@ module contact_fields
   use text, only: to_text
   use state_store, only: state_store_t, carry_array, carry_flags
   use nurbs_surface, only: nurbs_surface_t
-  use surface_grid, only: surface_grid_t, new_surface_grid, grid_areas, grid_place
+  use surface_grid, only: surface_grid_t, new_surface_grid, grid_areas, grid_position
   use tool, only: tool_t
   use tool_face, only: face_derivatives, unit_normal
   use slave_surface, only: slave_surface_t, new_slave_surface, slave_positions
@@ -150,7 +150,7 @@ contains
     integer :: cell(2), i, j
     real(wp) :: share(2), weights(2, 2)
 
-    call grid_place(grid, at, cell, share)
+    call grid_position(grid, at, cell, share)
     do j = 1, 2
       do i = 1, 2
         weights(i, j) = merge(share(1), 1 - share(1), i == 2)*merge(share(2), 1 - share(2), j == 2)

@@ -13,7 +13,7 @@ module draw_bead
   use knot_vector, only: span_table, basis_derivatives
   use nurbs_surface, only: nurbs_surface_t
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
-  use tool, only: way_of
+  use tool, only: travel_of
   use assembly, only: assembly_t
   use motion_curve, only: curve_t, curve_value, start_curve
   use effect, only: effect_t, instant_t, tally_t
@@ -236,7 +236,7 @@ contains
     type(instant_t), intent(in) :: instant
 
     way = instant%time
-    if (self%closing > 0) way = norm2(way_of(bodies%tools(self%closing)))
+    if (self%closing > 0) way = norm2(travel_of(bodies%tools(self%closing)))
   end function way
 
   !> Control points along the second axis of the face.

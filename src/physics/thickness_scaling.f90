@@ -1,7 +1,7 @@
 !> Mass scaling through the thickness as an effect: the last of the force stage.
 module thickness_scaling
   use kinds, only: wp
-  use seams, only: collect, sum_groups, hand_out
+  use seams, only: collect, sum_groups, distribute
   use state_store, only: state_store_t, carry, carry_array
   use element, only: element_t
   use assembly, only: assembly_t
@@ -56,7 +56,7 @@ contains
       do p = 1, size(parts)
         associate (body => parts(p)%element, motion => parts(p)%element%motion)
           acceleration = motion%external_force
-          call hand_out(seams, p, size(body%mass), 3, acceleration)
+          call distribute(seams, p, size(body%mass), 3, acceleration)
           do c = 1, 3
             acceleration(:, :, :, c) = (acceleration(:, :, :, c) &
                                         - motion%internal_force(:, :, :, c))/body%inertia

@@ -1,7 +1,7 @@
 !> The control points of a blank that belong to a named set.
 module set_members
   use kinds, only: wp
-  use seams, only: seams_t, collect, largest_of_groups, hand_out
+  use seams, only: seams_t, collect, largest_of_groups, distribute
   use scene, only: set_spec_t
   use set_range, only: is_held
   use blank, only: blank_t
@@ -37,7 +37,7 @@ contains
     call largest_of_groups(seams, 1)
     do p = 1, size(members)
       mark = merge(1.0_wp, 0.0_wp, members(p)%is_in)
-      call hand_out(seams, p, size(mark), 1, mark)
+      call distribute(seams, p, size(mark), 1, mark)
       members(p)%is_in = mark > 0.0_wp
     end do
   end subroutine find_members

@@ -11,7 +11,7 @@ module energy_balance
   use effect, only: effect_slot_t, tally_t
   use body_parts, only: field_t
   use blank, only: blank_t
-  use tool, only: pace_of
+  use tool, only: largest_speed
   use assembly, only: assembly_t
   implicit none
   private
@@ -147,7 +147,7 @@ contains
 
     energy = 0.0_wp
     do t = 1, size(bodies%tools)
-      energy = max(energy, 0.5_wp*mass*pace_of(bodies%tools(t))**2)
+      energy = max(energy, 0.5_wp*mass*largest_speed(bodies%tools(t))**2)
     end do
   end function energy_of_pace
 

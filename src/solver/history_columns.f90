@@ -3,7 +3,7 @@ module history_columns
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use body_parts, only: field_t
-  use tool, only: way_of
+  use tool, only: travel_of
   use history, only: history_sample_t, begin_sample, enter
   use contact_effect, only: depth_of
   use knot_vector, only: find_span, basis_derivatives
@@ -83,7 +83,7 @@ contains
     do t = 1, size(model%bodies%tools)
       associate (tool => model%bodies%tools(t), ratio => model%width_ratio, &
                  folder => "/tools/"//model%bodies%tools(t)%name)
-        call enter(sample, folder//"/displacement", way_of(tool), "length", &
+        call enter(sample, folder//"/displacement", travel_of(tool), "length", &
                    "displacement of the tool since the start")
         call enter(sample, folder//"/force", ratio*tool%force, "force", &
                    "force of the blank on the tool")
