@@ -8,10 +8,9 @@ module user_library
   use failure, only: error_t, fail
   use text, only: string_t, joined, upper_case
   use child_process, only: c_text, run_program
-  use system_files, only: fortran_text
+  use system_files, only: fortran_text, open_own_folder, open_memory, close_file, path_of
   use whole_file, only: read_whole_file, take_line
   use user_build, only: build_user_library, setting
-  use trusted_files, only: open_own_folder, open_memory, close_file, path_of
   use user_sources, only: ending_of, uncalled_routines
   use user_call, only: uexternaldb_procedure, vexternaldb_procedure, enter_user_call, &
                        leave_user_call, watch_user_calls, in_uexternaldb, in_vexternaldb

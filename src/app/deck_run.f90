@@ -20,7 +20,7 @@ module deck_run
   use model, only: model_t
   use contact_effect, only: contact_view_t, contact_pairs
   use contact_report, only: log_contact
-  use relaxation, only: relaxation_outcome
+  use damping, only: relaxation_outcome
   use model_setup, only: build_model
   use display_fields, only: output_fields
   use frames, only: results_t, results_setup_t, close_results, length_unit

@@ -22,8 +22,9 @@ module material_run
   use error_report, only: report_errors
   use material_test, only: test_problem, new_test_rows, fill_table, table_heads, stop_words, &
                            fill_rows
-  use shared_rows, only: shared_rows_t, free_rows, is_begun, failure_of, warning_of, begin_rows, &
-                         end_rows, is_ended
+  use child_process, only: shared_rows_t, free_rows, is_begun, failure_of, warning_of, &
+                           begin_rows, end_rows, is_ended, fork_process, has_ended, ask_to_stop, &
+                           insist_on_end, pause_briefly, end_with_parent, end_process
   use interrupt, only: watch_signals, stop_signal_name, is_stop_wanted, is_end_wanted
   use output_files, only: check_message_file, result_base, files_read, result_path, &
                           path_beside_result, open_message_file, close_message_file
@@ -37,8 +38,6 @@ module material_run
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted, exit_files, &
                         status_of
   use return_study, only: run_return_study
-  use child_process, only: fork_process, has_ended, ask_to_stop, insist_on_end, pause_briefly, &
-                           end_with_parent, end_process
   implicit none
   private
 

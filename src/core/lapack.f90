@@ -1,10 +1,11 @@
-!> The LAPACK routines that the program uses, behind plain functions.
+!> Linear algebra: LAPACK's solvers for dense symmetric and general systems, and the vector product.
 module lapack
   use kinds, only: wp
   implicit none
   private
 
   public :: eigenvalues, tridiagonal_eigensystem, solve, solve_band, band_cholesky
+  public :: cross
 
   interface
     subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
@@ -121,5 +122,14 @@ contains
     call dpbtrf("L", size(band, 2), size(band, 1) - 1, band, size(band, 1), info)
     is_solved = info == 0
   end subroutine band_cholesky
+
+  !> Vector at right angles to both, as long as the area between them, on the side from which the
+  !! turn from the first to the second goes to the left.
+  pure function cross(a, b) result(c)
+    real(wp), intent(in) :: a(3), b(3)
+    real(wp) :: c(3)
+
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
 
 end module lapack

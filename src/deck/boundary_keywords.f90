@@ -8,9 +8,8 @@ module boundary_keywords
                            add_vector, add_example, kind_real, kind_integer, kind_name, &
                            kind_choice, any_number, in_any_step
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
-                          field_word, field_real, field_integer, is_filled
-  use deck_steps, only: step_of, check_lines, end_before, n_data_lines
-  use deck_context, only: deck_context_t
+                          field_word, field_real, field_integer, is_filled, deck_context_t, &
+                          step_of, check_lines, end_before, n_data_lines
   use motion_keywords, only: find_amplitude, add_amplitude_option
   use set_keywords, only: find_set
   implicit none

@@ -10,9 +10,8 @@ module contact_keywords
                            add_vector, add_example, kind_real, kind_name, kind_choice, any_number, &
                            in_any_step
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
-                          is_option_given, field_real
-  use deck_steps, only: step_of
-  use deck_context, only: deck_context_t, box_frame_t, resolve_option
+                          is_option_given, field_real, deck_context_t, box_frame_t, &
+                          resolve_option, step_of
   use blank_keywords, only: read_count
   use motion_keywords, only: find_amplitude, add_amplitude_option
   use set_keywords, only: face_of, face_names, face_text

@@ -1,16 +1,18 @@
-!> Checks that need more than one keyword: what is missing, what is empty, what never happens.
+!> Checks that need more than one keyword: what is missing, what is in the wrong step, what is empty,
+!! what never happens.
 module deck_check
   use kinds, only: wp
   use text, only: to_text, rounded_text
   use input_errors, only: error_list_t, add_error, add_warning
   use nurbs_solid, only: nurbs_solid_t
-  use scene, only: scene_t
-  use set_range, only: is_held
-  use deck_records, only: parsed_deck_t, find_records, deck_end
+  use scene, only: scene_t, is_held
+  use keyword_spec, only: keyword_spec_t, in_first_step, inside_step, needs_step, anywhere, &
+                          may_be_in_step
+  use deck_records, only: record_t, parsed_deck_t, find_records, deck_end
   implicit none
   private
 
-  public :: check_presence, check_scene
+  public :: check_presence, check_steps, check_scene
 
   !> Box that holds control points, along x, y and z.
   type :: bounds_t
@@ -39,6 +41,71 @@ contains
       end if
     end do
   end subroutine check_presence
+
+  !> Errors for keywords in the wrong place, and for steps without end or *DYNAMIC.
+  subroutine check_steps(deck, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable :: name
+    integer, allocatable :: starts(:)
+    logical :: is_open
+    integer :: i
+
+    starts = find_records(deck, "STEP")
+    is_open = .false.
+    do i = 1, size(deck%records)
+      associate (record => deck%records(i))
+        if (record%spec == 0) cycle
+        name = deck%keywords(record%spec)%name
+        if (name == "STEP") then
+          if (is_open) call add_error(errors, record%origin, "the step of line "//to_text( &
+            deck%records(starts(record%step - 1))%origin%line)//" still open", &
+            "an *END STEP before it")
+          is_open = .true.
+        else if (name == "END STEP") then
+          if (.not. is_open) call add_error(errors, record%origin, "no step to end", &
+                                            "a *STEP before it")
+          is_open = .false.
+        else if (size(starts) == 0) then
+          if (deck%keywords(record%spec)%place == needs_step) call add_error(errors, &
+            record%origin, "no step that it belongs to", "it in a *STEP")
+        else
+          call check_place(deck%keywords(record%spec), record, is_open, errors)
+        end if
+      end associate
+    end do
+    if (is_open) call add_error(errors, deck%records(starts(size(starts)))%origin, &
+                                "a step that does not end", "an *END STEP at its end")
+    do i = 1, size(starts)
+      if (any(deck%records(find_records(deck, "DYNAMIC"))%step == i)) cycle
+      call add_error(errors, deck%records(starts(i))%origin, "no *DYNAMIC in step "//to_text(i), &
+                     "one *DYNAMIC in every step")
+    end do
+  end subroutine check_steps
+
+  !> One keyword of a deck with steps.
+  subroutine check_place(keyword, record, is_open, errors)
+    type(keyword_spec_t), intent(in) :: keyword
+    type(record_t), intent(in) :: record
+    logical, intent(in) :: is_open       !! the record is in a step
+    type(error_list_t), intent(inout) :: errors
+
+    if (record%step == 0) then
+      if (keyword%place == inside_step .or. keyword%place == needs_step) &
+        call add_error(errors, record%origin, "it before the first *STEP", "it in a step")
+    else if (keyword%place == anywhere) then
+      return
+    else if (.not. is_open) then
+      call add_error(errors, record%origin, "it after *END STEP", &
+                     trim(merge("it in a step, or before the first", &
+                                "it before the first *STEP        ", may_be_in_step(keyword))))
+    else if (keyword%place == in_first_step) then
+      if (record%step > 1) call add_error(errors, record%origin, "it in a later step", &
+        "it before the first *STEP or in the first step; it applies in all")
+    else if (.not. may_be_in_step(keyword)) then
+      call add_error(errors, record%origin, "it in a step", "it before the first *STEP")
+    end if
+  end subroutine check_place
 
   !> Checks of a scene without errors so far.
   subroutine check_scene(scene, errors)

@@ -1,16 +1,25 @@
-!> Keyword blocks after their check against the keyword table: options and fields by name and place.
+!> Keyword blocks after their check against the keyword table: options and fields by name and place;
+!! in which step they are; and what the readers of keywords share: the names that a deck defines, how
+!! the blank lies in space, and which records describe which patch. Case does not matter in names.
 module deck_records
   use kinds, only: wp
-  use input_errors, only: origin_t, new_origin
-  use text, only: string_t, read_real
-  use keyword_spec, only: keyword_spec_t, option_index
+  use input_errors, only: origin_t, new_origin, error_list_t, add_error
+  use text, only: string_t, read_real, upper_case, to_text, squeezed
+  use keyword_spec, only: keyword_spec_t, option_index, did_you_mean, names_material, names_curve, &
+                          names_patch, names_tool, names_set, names_point
   use lexer, only: lexed_deck_t
+  use knot_vector, only: knot_vector_t
+  use name_table, only: name_table_t, insert, place_of
   implicit none
   private
 
+  public :: number_steps, n_deck_steps, step_of, first_in_step, n_data_lines, check_lines
+  public :: end_before
   public :: record_t, parsed_deck_t, find_records, is_option_given, option_text, option_real
   public :: option_integer, line_origin, line_place, deck_end, n_fields, field_real, field_integer
   public :: field_word, is_filled, all_numbers
+  public :: deck_context_t, deck_names_t, box_frame_t, patch_parts_t, enter_names, enter_name, &
+            resolve, resolve_option
 
   !> One keyword block. Field `j` of line `i` is entry `first(i) + j - 1` of the last three lists.
   type :: record_t
@@ -36,6 +45,40 @@ module deck_records
     type(keyword_spec_t), allocatable :: keywords(:)   !! all that a deck may have
     type(record_t), allocatable :: records(:)
   end type parsed_deck_t
+
+  !> Upper-case names; the place of a name is the place of the thing in its list of the scene.
+  type :: deck_names_t
+    type(name_table_t) :: materials, curves, tools, sets, points
+    type(name_table_t) :: patches   !! the blank, its patches and all tools
+  end type deck_names_t
+
+  !> Fraction of the length along one axis as a spline of its parametric coordinate.
+  type :: box_line_t
+    type(knot_vector_t) :: knots
+    real(wp), allocatable :: shares(:)    !! at the control points, 0 to 1
+  end type box_line_t
+
+  !> How a box blank lies in space: what maps coordinates to parametric coordinates. A blank that
+  !! is missing or has errors counts as a box, so that it causes no further errors.
+  type :: box_frame_t
+    logical :: is_box = .true.
+    integer :: axis_of(3) = [1, 2, 3]     !! coordinate along which each parametric axis runs
+    real(wp) :: from(3) = 0.0_wp          !! that coordinate where the parametric one is 0
+    real(wp) :: to(3) = 1.0_wp            !! and where it is 1
+    type(box_line_t) :: lines(3)          !! of a box with evenly spaced control points
+  end type box_frame_t
+
+  !> Records that list parts of a patch, in the order of the deck.
+  type :: patch_parts_t
+    integer, allocatable :: knots(:), points(:), refinements(:)
+  end type patch_parts_t
+
+  !> What readers know from the keywords before theirs.
+  type :: deck_context_t
+    type(deck_names_t) :: names
+    type(box_frame_t) :: frame                      !! from *BLANK on
+    type(patch_parts_t), allocatable :: parts(:)    !! by place in `names%patches`, from *BLANK on
+  end type deck_context_t
 
 contains
 
@@ -172,5 +215,156 @@ contains
 
     numbers = record%numbers(:record%first(record%n_lines + 1) - 1)
   end function all_numbers
+
+  !> Enter the NAME options of all records of a keyword into the table that its entry asks for. A
+  !! *TOOL is a patch too; one that is a component of another tool is no tool of its own.
+  subroutine enter_names(deck, spec, names, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    integer, intent(in) :: spec                   !! index of the keyword
+    type(deck_names_t), intent(inout) :: names
+    type(error_list_t), intent(inout) :: errors
+    type(error_list_t) :: known   ! what the names of patches have shown already
+    integer, allocatable :: found(:)
+    integer :: i
+
+    found = find_records(deck, deck%keywords(spec)%name)
+    do i = 1, size(found)
+      associate (record => deck%records(found(i)))
+        select case (deck%keywords(spec)%names)
+        case (names_material); call enter_name(deck, record, names%materials, errors)
+        case (names_curve); call enter_name(deck, record, names%curves, errors)
+        case (names_patch); call enter_name(deck, record, names%patches, errors)
+        case (names_set); call enter_name(deck, record, names%sets, errors)
+        case (names_point); call enter_name(deck, record, names%points, errors)
+        case (names_tool)
+          call enter_name(deck, record, names%patches, errors)
+          if (.not. is_option_given(deck, record, "COMPONENT OF")) &
+            call enter_name(deck, record, names%tools, known)
+        end select
+      end associate
+    end do
+  end subroutine enter_names
+
+  !> Enter one name. A record without a new name takes a place too, under a name none can write.
+  !! Names become those of groups in the result file, where slashes and lone points have a meaning.
+  subroutine enter_name(deck, record, names, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(name_table_t), intent(inout) :: names
+    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable :: name, given
+    logical :: is_new
+
+    given = squeezed(option_text(deck, record, "NAME"))
+    name = upper_case(given)
+    is_new = .false.
+    if (name /= "") call insert(names, name, is_new)
+    if (name /= "" .and. (scan(name, "/") > 0 .or. verify(name, ".") == 0)) then
+      call add_error(errors, record%origin, "the name "//given, "a name without slashes that "// &
+                     "is not made of points alone")
+    end if
+    if (is_new) return
+    if (name /= "") call add_error(errors, record%origin, "the name "//given// &
+                                   " a second time", "a name of its own")
+    call insert(names, "="//to_text(names%n_names), is_new)
+  end subroutine enter_name
+
+  !> Place of the thing that goes by a name; 0 and an error if there is none.
+  pure subroutine resolve(names, name, what, origin, place, errors)
+    type(name_table_t), intent(in) :: names
+    character(*), intent(in) :: name
+    character(*), intent(in) :: what   !! such as *MATERIAL
+    type(origin_t), intent(in) :: origin
+    integer, intent(out) :: place
+    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable :: hint
+
+    place = place_of(names, squeezed(upper_case(name)))
+    if (place > 0) return
+    hint = ""
+    if (names%n_names > 0) hint = did_you_mean(name, names%names(:names%n_names))
+    call add_error(errors, origin, "the unknown name "//name, "the name of a "//what//hint)
+  end subroutine resolve
+
+  !> Place of the thing that an option names; 0 if the option is not given or its name is unknown.
+  pure subroutine resolve_option(deck, record, option, names, what, place, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    character(*), intent(in) :: option
+    type(name_table_t), intent(in) :: names
+    character(*), intent(in) :: what   !! such as *MATERIAL
+    integer, intent(out) :: place
+    type(error_list_t), intent(inout) :: errors
+
+    place = 0
+    if (.not. is_option_given(deck, record, option)) return
+    call resolve(names, option_text(deck, record, option), what, record%origin, place, errors)
+  end subroutine resolve_option
+
+  !> Give every record the number of its step. What stands before the first has 0.
+  pure subroutine number_steps(deck)
+    type(parsed_deck_t), intent(inout) :: deck
+    integer, allocatable :: starts(:)
+    integer :: i
+
+    starts = find_records(deck, "STEP")
+    do i = 1, size(deck%records)
+      deck%records(i)%step = count(starts <= i)
+    end do
+  end subroutine number_steps
+
+  !> Number of *STEP in the deck; a deck without has one step.
+  pure integer function n_deck_steps(deck)
+    type(parsed_deck_t), intent(in) :: deck
+
+    n_deck_steps = size(find_records(deck, "STEP"))
+  end function n_deck_steps
+
+  !> Step with which begins what a record says.
+  elemental integer function step_of(record_step) result(step)
+    integer, intent(in) :: record_step   !! of the record, 0: before the first
+
+    step = max(1, record_step)
+  end function step_of
+
+  !> The first record of a keyword that begins with a step; 0 if there is none or it has errors.
+  pure integer function first_in_step(deck, keyword, step)
+    type(parsed_deck_t), intent(in) :: deck
+    character(*), intent(in) :: keyword
+    integer, intent(in) :: step
+    integer, allocatable :: found(:)
+
+    found = find_records(deck, keyword)
+    found = pack(found, step_of(deck%records(found)%step) == step)
+    first_in_step = 0
+    if (size(found) == 0) return
+    if (deck%records(found(1))%is_valid) first_in_step = found(1)
+  end function first_in_step
+
+  !> Number of data lines of all records of a keyword.
+  pure integer function n_data_lines(deck, keyword)
+    type(parsed_deck_t), intent(in) :: deck
+    character(*), intent(in) :: keyword
+
+    n_data_lines = sum(deck%records(find_records(deck, keyword))%n_lines)
+  end function n_data_lines
+
+  !> Only a record with OP=NEW may have no data lines.
+  subroutine check_lines(deck, record, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(record_t), intent(in) :: record
+    type(error_list_t), intent(inout) :: errors
+
+    if (record%n_lines > 0 .or. option_text(deck, record, "OP") == "NEW") return
+    call add_error(errors, record%origin, "0 data lines", "1 data line or more, or OP=NEW")
+  end subroutine check_lines
+
+  !> Last step of what earlier steps gave and this one removes; what the step itself gives stays.
+  elemental integer function end_before(step, first_step, last_step) result(last)
+    integer, intent(in) :: step, first_step, last_step
+
+    last = last_step
+    if (first_step < step) last = min(last, step - 1)
+  end function end_before
 
 end module deck_records

@@ -2,11 +2,11 @@
 module keyword_manual
   use text, only: to_text, lower_case
   use keyword_spec, only: keyword_spec_t, line_spec_t, value_spec_t, kind_flag, kind_name, &
-                          kind_words, any_number, selects_lines, may_be_left_out, expectation
+                          kind_words, any_number, selects_lines, may_be_left_out, expectation, &
+                          may_be_in_step
   use keyword_table, only: keyword_table_t
   use all_keywords, only: list_keywords
-  use deck_steps, only: may_be_in_step
-  use data_lines, only: append_text
+  use lexer, only: append_text
   implicit none
   private
 

@@ -7,7 +7,7 @@ module keyword_spec
 
   public :: value_spec_t, line_spec_t, keyword_spec_t, option_index, selects_lines
   public :: may_be_left_out, check_field, expectation, choice_list, did_you_mean, wanted
-  public :: lines_in_words, field_names
+  public :: lines_in_words, field_names, may_be_in_step
 
   integer, parameter, public :: kind_real = 1      !! a number
   integer, parameter, public :: kind_integer = 2   !! a whole number
@@ -252,5 +252,13 @@ contains
       names = names//", "//trim(line%fields(i)%name)
     end do
   end function field_names
+
+  !> May a keyword appear in a step, in the first one at least?
+  pure logical function may_be_in_step(keyword)
+    class(keyword_spec_t), intent(in) :: keyword
+
+    may_be_in_step = any(keyword%place == [in_first_step, in_any_step, inside_step, needs_step, &
+                                           bounds_step])
+  end function may_be_in_step
 
 end module keyword_spec

@@ -11,8 +11,7 @@ module keyword_table
                           before_steps, in_first_step, in_any_step, inside_step, needs_step, &
                           bounds_step, anywhere, names_nothing, names_material, names_curve, &
                           names_patch, names_tool, names_set, names_point
-  use deck_records, only: parsed_deck_t
-  use deck_context, only: deck_context_t
+  use deck_records, only: parsed_deck_t, deck_context_t
   implicit none
   private
 

@@ -9,8 +9,7 @@ module material_keywords
                            kind_flag, any_number, names_material
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
                           field_real, field_integer, field_word, all_numbers, is_option_given, &
-                          n_fields, line_origin, is_filled
-  use deck_context, only: deck_context_t
+                          n_fields, line_origin, is_filled, deck_context_t
   implicit none
   private
 

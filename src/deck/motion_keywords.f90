@@ -8,9 +8,8 @@ module motion_keywords
                            add_vector, add_example, kind_real, kind_name, kind_choice, any_number, &
                            in_any_step, names_curve
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
-                          is_option_given, field_real, all_numbers
-  use deck_steps, only: step_of
-  use deck_context, only: deck_context_t, resolve_option
+                          is_option_given, field_real, all_numbers, deck_context_t, &
+                          resolve_option, step_of
   implicit none
   private
 

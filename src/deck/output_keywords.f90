@@ -7,9 +7,7 @@ module output_keywords
                            add_example, kind_real, kind_integer, kind_name, kind_choice, &
                            kind_flag, in_any_step, names_point
   use deck_records, only: parsed_deck_t, find_records, option_real, option_integer, &
-                          is_option_given, field_real, option_text
-  use deck_steps, only: first_in_step
-  use deck_context, only: deck_context_t
+                          is_option_given, field_real, option_text, deck_context_t, first_in_step
   implicit none
   private
 

@@ -11,8 +11,8 @@ module patch_keywords
   use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                            add_vector, add_example, kind_real, kind_integer, kind_name, any_number
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
-                          field_real, all_numbers
-  use deck_context, only: deck_names_t, deck_context_t, patch_parts_t, resolve_option
+                          field_real, all_numbers, deck_names_t, deck_context_t, patch_parts_t, &
+                          resolve_option
   implicit none
   private
 

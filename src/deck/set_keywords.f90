@@ -10,8 +10,8 @@ module set_keywords
   use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                            add_example, kind_name, any_number, in_any_step, names_set, kind_choice
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given, &
-                          line_origin, n_fields, field_word
-  use deck_context, only: deck_names_t, deck_context_t, box_frame_t
+                          line_origin, n_fields, field_word, deck_names_t, deck_context_t, &
+                          box_frame_t
   implicit none
   private
 

@@ -10,9 +10,8 @@ module step_keywords
                            add_example, kind_real, kind_name, kind_choice, kind_flag, kind_words, &
                            in_first_step, in_any_step, inside_step, needs_step, bounds_step
   use deck_records, only: parsed_deck_t, find_records, is_option_given, field_word, line_origin, &
-                          n_fields, option_text, option_real, field_real, record_t, is_filled
-  use deck_steps, only: step_of, n_deck_steps, first_in_step
-  use deck_context, only: resolve, deck_context_t
+                          n_fields, option_text, option_real, field_real, record_t, is_filled, &
+                          resolve, deck_context_t, step_of, n_deck_steps, first_in_step
   use output_keywords, only: read_output
   implicit none
   private

@@ -7,10 +7,10 @@ module test_keywords
   use scene, only: scene_t, material_test_spec_t
   use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                            add_example, kind_real, kind_integer, kind_name, kind_choice, any_number
-  use data_lines, only: split_fields, field_text
+  use lexer, only: split_fields, field_text
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
-                          option_integer, is_option_given, line_origin, field_real, field_integer
-  use deck_context, only: enter_name, deck_context_t, resolve_option
+                          option_integer, is_option_given, line_origin, field_real, field_integer, &
+                          enter_name, deck_context_t, resolve_option
   implicit none
   private
 

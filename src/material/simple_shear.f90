@@ -9,7 +9,7 @@ module simple_shear
   use kinds, only: wp
   use block_law, only: block_law_t
   use symmetric_eigen, only: principal_values
-  use vector_product, only: cross
+  use lapack, only: cross
   implicit none
   private
 

@@ -10,6 +10,7 @@ module blank
   use element, only: part_t, force_report_t
   use body_parts, only: set_inertia
   use element_kinds, only: new_part
+  use tool, only: tool_t
   implicit none
   private
 
@@ -26,6 +27,12 @@ module blank
     real(wp) :: added_mass = 0.0_wp         !! by all scaling
     type(force_report_t) :: report          !! of the last force evaluation
   end type blank_t
+
+  !> What effects act on.
+  type, public :: assembly_t
+    type(blank_t) :: blank
+    type(tool_t), allocatable :: tools(:)
+  end type assembly_t
 
 contains
 

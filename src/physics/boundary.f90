@@ -2,7 +2,7 @@
 module boundary
   use kinds, only: wp
   use state_store, only: state_store_t, carry
-  use assembly, only: assembly_t
+  use blank, only: assembly_t
   use motion_curve, only: curve_t, curve_value, start_curve
   use element, only: part_t
   use vibration, only: fixed_t

@@ -2,7 +2,7 @@
 module contact_effect
   use kinds, only: wp
   use state_store, only: state_store_t, carry, carry_array
-  use assembly, only: assembly_t
+  use blank, only: assembly_t
   use effect, only: effect_t, effect_slot_t, instant_t, tally_t
   use slave_surface, only: scatter_forces
   use tool, only: tool_t, to_tool_frame, torque_of

@@ -1,17 +1,18 @@
-!> Damping in proportion to the mass, as an effect on the velocities.
+!> Damping in proportion to the mass, as an effect on the velocities; dynamic relaxation, which
+!! chooses it in every step.
 module damping
   use kinds, only: wp
-  use state_store, only: state_store_t, carry
-  use assembly, only: assembly_t
-  use blank, only: blank_t
-  use column_scaling, only: column_directions, shrink_differences
+  use state_store, only: state_store_t, carry, has_state
+  use blank, only: assembly_t, blank_t
+  use column_scaling, only: column_directions, shrink_differences, column_differences
   use element, only: element_t
   use body_parts, only: field_t, carry_fields
-  use effect, only: effect_t, instant_t, tally_t, previous_increment
+  use effect, only: effect_t, instant_t, tally_t, previous_increment, effect_slot_t
+  use text, only: rounded_text
   implicit none
   private
 
-  public :: start_damping, damp, velocities_before
+  public :: start_damping, relaxation_outcome
 
   !> Forces -alpha m v at all control points. v is the mean of the velocities half a step before
   !! and after, so any alpha keeps the stable step.
@@ -25,6 +26,37 @@ module damping
     procedure :: tally => tally_damping
     procedure, nopass :: rank => rank_of_damping
   end type damping_t
+
+  !> Damping chosen anew in every step. `is_kinetic`: none, but all motion stops where the kinetic
+  !! energy has passed a maximum (P. A. Cundall, Explicit finite-difference methods in
+  !! geomechanics, 1976). Otherwise critical for the frequency that the motion has now, the Rayleigh
+  !! quotient of the last step (P. Underwood, Dynamic relaxation, in: Computational methods for
+  !! transient analysis, 1983). At rest is where the kinetic energy is small beside the largest
+  !! change of the internal energy since the step of the deck began, and the unbalanced force beside
+  !! the largest force since then: what the sheet took up before says nothing about this motion.
+  !! Stops are of the fastest modes first and come while slow ones have hardly begun to move, so the
+  !! kinetic energy is then the largest of all maxima in a good part of the relaxation.
+  type, extends(damping_t), public :: relaxation_t
+    logical :: is_kinetic = .false.
+    real(wp) :: energy_limit = 0.0_wp, force_limit = 0.0_wp   !! relative
+    real(wp) :: settled_from = 0.0_wp              !! time from which loads are constant
+    type(field_t), allocatable :: is_free(:)       !! 1, and 0 where a support holds the component
+    type(field_t), allocatable :: internal_force(:)   !! of the last step, by patch
+    real(wp) :: internal_energy = 0.0_wp, kinetic_energy = 0.0_wp
+    real(wp) :: last_peak = 0.0_wp, peak = 0.0_wp  !! kinetic, largest of last and this window
+    real(wp) :: window_start = 0.0_wp              !! time since the relaxation began
+    integer :: n_stops = 0                         !! in this window
+    real(wp) :: elapsed = 0.0_wp                   !! time since the relaxation began
+    real(wp) :: largest_energy = 0.0_wp, largest_force = 0.0_wp   !! since the step began
+    real(wp) :: energy_residual = huge(1.0_wp), force_residual = huge(1.0_wp)   !! relative, now
+    real(wp) :: settled_at = 0.0_wp                !! time of rest, where `is_done`
+  contains
+    procedure :: apply => relax
+    procedure :: carry => carry_relaxation
+    procedure :: start
+    procedure :: outcome
+    procedure, private :: stop_at_peak
+  end type relaxation_t
 
 contains
 
@@ -125,5 +157,200 @@ contains
     call carry(store, "energy", self%energy)
     call carry_fields(store, "before", self%before)
   end subroutine carry_damping
+
+  !> How the dynamic relaxation among effects went; empty where there is none.
+  function relaxation_outcome(supports) result(words)
+    type(effect_slot_t), intent(in) :: supports(:)
+    character(:), allocatable :: words
+    integer :: i
+
+    words = ""
+    do i = 1, size(supports)
+      select type (item => supports(i)%item)
+      type is (relaxation_t)
+        words = item%outcome()
+      end select
+    end do
+  end function relaxation_outcome
+
+  !> Look at the motion, damp it, and tell whether it has come to rest.
+  subroutine relax(self, bodies, instant)
+    class(relaxation_t), intent(inout) :: self
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant
+    real(wp) :: alpha, kinetic, stiffness, inertia
+
+    if (self%is_done) then
+      call damp(self, bodies, instant, 0.0_wp)
+      return
+    end if
+    call look(self, bodies, instant, stiffness, inertia)
+    kinetic = 0.5_wp*inertia
+    self%elapsed = self%elapsed + instant%dt_mean
+    if (self%is_kinetic) then
+      alpha = 0.0_wp
+      if (kinetic < self%kinetic_energy) then
+        alpha = 2.0_wp/instant%dt_mean
+        call self%stop_at_peak()
+        kinetic = 0.0_wp
+      end if
+      self%kinetic_energy = kinetic
+      kinetic = max(kinetic, self%peak, self%last_peak)
+    else
+      alpha = 2.0_wp*sqrt(max(stiffness, 0.0_wp)/max(inertia, tiny(1.0_wp)))
+    end if
+    self%energy_residual = kinetic/max(self%largest_energy, tiny(1.0_wp))
+    call damp(self, bodies, instant, alpha)
+    if (instant%time < self%settled_from) return
+    self%is_done = self%energy_residual <= self%energy_limit .and. &
+                   self%force_residual <= self%force_limit
+    if (self%is_done) self%settled_at = instant%time
+  end subroutine relax
+
+  !> Note the maximum that the kinetic energy has passed. A window ends after three of them and as
+  !! much time as went before it.
+  pure subroutine stop_at_peak(self)
+    class(relaxation_t), intent(inout) :: self
+    integer, parameter :: least_stops = 3
+    real(wp), parameter :: growth = 2.0_wp
+
+    self%n_stops = self%n_stops + 1
+    self%peak = max(self%peak, self%kinetic_energy)
+    if (self%n_stops < least_stops .or. self%elapsed < growth*self%window_start) return
+    self%last_peak = self%peak
+    self%peak = 0.0_wp
+    self%window_start = self%elapsed
+    self%n_stops = 0
+  end subroutine stop_at_peak
+
+  !> Residual of the forces; numerator and denominator of the Rayleigh quotient of the last step.
+  subroutine look(self, bodies, instant, stiffness, inertia)
+    class(relaxation_t), intent(inout) :: self
+    type(assembly_t), intent(in) :: bodies
+    type(instant_t), intent(in) :: instant
+    real(wp), intent(out) :: stiffness, inertia
+    real(wp), dimension(size(bodies%blank%parts)) :: unbalanced, internal, external
+    integer :: p
+
+    if (.not. allocated(self%internal_force)) then
+      allocate (self%internal_force(size(bodies%blank%parts)))
+      do p = 1, size(self%internal_force)
+        self%internal_force(p)%values = bodies%blank%parts(p)%element%motion%internal_force
+      end do
+    end if
+    stiffness = 0.0_wp
+    inertia = 0.0_wp
+    do p = 1, size(bodies%blank%parts)
+      associate (body => bodies%blank%parts(p)%element)
+        call look_at_patch(body, instant, self%internal_force(p)%values, stiffness, inertia)
+        associate (motion => body%motion)
+          unbalanced(p) = norm_of_forces(body, self%is_free(p)%values* &
+                                         (motion%external_force - motion%internal_force))
+          internal(p) = norm_of_forces(body, motion%internal_force)
+          external(p) = norm_of_forces(body, motion%external_force)
+        end associate
+      end associate
+    end do
+    self%internal_energy = self%internal_energy + bodies%blank%report%internal_work
+    self%largest_energy = max(self%largest_energy, abs(self%internal_energy))
+    self%largest_force = max(self%largest_force, norm2(internal), norm2(external))
+    self%force_residual = norm2(unbalanced)/max(self%largest_force, tiny(1.0_wp))
+  end subroutine look
+
+  !> Add what a patch has of the Rayleigh quotient. Of a force at a seam it takes the share that it
+  !! has of the mass there, so that every force counts once.
+  subroutine look_at_patch(body, instant, force_before, stiffness, inertia)
+    class(element_t), intent(in) :: body
+    type(instant_t), intent(in) :: instant
+    real(wp), intent(inout) :: force_before(:, :, :, :)   !! becomes that of this step
+    real(wp), intent(inout) :: stiffness, inertia
+    real(wp), allocatable :: v_before(:, :, :, :), change(:, :, :, :)
+    integer :: c
+
+    v_before = velocities_before(body, instant)
+    change = body%motion%internal_force - force_before
+    do c = 1, 3
+      change(:, :, :, c) = change(:, :, :, c)*(body%mass/body%inertia)
+    end do
+    stiffness = stiffness + sum(v_before*change)/max(previous_increment(instant), tiny(1.0_wp))
+    do c = 1, 3
+      inertia = inertia + sum(body%mass*v_before(:, :, :, c)**2)
+    end do
+    if (allocated(body%column_factor)) inertia = inertia + column_inertia(body, v_before)
+    force_before = body%motion%internal_force
+  end subroutine look_at_patch
+
+  !> Euclidean norm of forces, those at seams by the patch's share of the mass there.
+  pure real(wp) function norm_of_forces(body, forces) result(norm)
+    class(element_t), intent(in) :: body
+    real(wp), intent(in) :: forces(:, :, :, :)
+    real(wp) :: of_component(3)
+    integer :: c
+
+    do c = 1, 3
+      of_component(c) = norm2(sqrt(body%mass/body%inertia)*forces(:, :, :, c))
+    end do
+    norm = norm2(of_component)
+  end function norm_of_forces
+
+  !> What scaled columns add to the sum of mass times squared velocity.
+  pure real(wp) function column_inertia(body, v) result(inertia)
+    class(element_t), intent(in) :: body
+    real(wp), intent(in) :: v(:, :, :, :)
+    real(wp), allocatable :: differences(:, :, :)
+    integer :: k
+
+    inertia = 0.0_wp
+    differences = column_differences(body%inertia, column_directions(body%motion%x), v)
+    do k = 1, size(differences, 3)
+      inertia = inertia + sum((body%column_factor - 1.0_wp)*body%mass(:, :, k) &
+                              *differences(:, :, k)**2)
+    end do
+  end function column_inertia
+
+  !> Loads that begin with the step of the relaxation settle so much later.
+  subroutine start(self, time)
+    class(relaxation_t), intent(inout) :: self
+    real(wp), intent(in) :: time
+
+    self%settled_from = self%settled_from + time
+  end subroutine start
+
+  !> How it went, in words.
+  function outcome(self) result(words)
+    class(relaxation_t), intent(in) :: self
+    character(:), allocatable :: words
+
+    words = "not at rest"
+    if (self%is_done) words = "at rest from time "//rounded_text(self%settled_at)//" on"
+    words = words//": kinetic energy "//rounded_text(self%energy_residual)//" of the internal "// &
+            "energy (limit "//rounded_text(self%energy_limit)//"), unbalanced force "// &
+            rounded_text(self%force_residual)//" (limit "//rounded_text(self%force_limit)//")"
+  end function outcome
+
+  !> What the effect carries from step to step.
+  subroutine carry_relaxation(self, store)
+    class(relaxation_t), intent(inout) :: self
+    type(state_store_t), intent(inout) :: store
+
+    call self%damping_t%carry(store)
+    call carry(store, "internal_energy", self%internal_energy)
+    call carry(store, "kinetic_energy", self%kinetic_energy)
+    call carry(store, "last_peak", self%last_peak)
+    call carry(store, "peak", self%peak)
+    call carry(store, "window_start", self%window_start)
+    call carry(store, "n_stops", self%n_stops)
+    call carry(store, "elapsed", self%elapsed)
+    call carry(store, "largest_energy", self%largest_energy)
+    call carry(store, "largest_force", self%largest_force)
+    call carry(store, "energy_residual", self%energy_residual)
+    call carry(store, "force_residual", self%force_residual)
+    call carry(store, "settled_at", self%settled_at)
+    if (store%is_taking) then
+      if (allocated(self%internal_force)) deallocate (self%internal_force)
+      if (has_state(store, "internal_force_1")) allocate (self%internal_force, source=self%before)
+    end if
+    call carry_fields(store, "internal_force", self%internal_force)
+  end subroutine carry_relaxation
 
 end module damping

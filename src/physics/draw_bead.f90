@@ -9,12 +9,12 @@
 module draw_bead
   use kinds, only: wp
   use state_store, only: state_store_t, carry, carry_array
-  use vector_product, only: cross
+  use lapack, only: cross
   use knot_vector, only: span_table, basis_derivatives
   use nurbs_surface, only: nurbs_surface_t
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use tool, only: travel_of
-  use assembly, only: assembly_t
+  use blank, only: assembly_t
   use motion_curve, only: curve_t, curve_value, start_curve
   use effect, only: effect_t, instant_t, tally_t
   implicit none

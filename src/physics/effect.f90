@@ -5,7 +5,7 @@ module effect
   use state_store, only: state_store_t, enter_folder, carry, carry_array
   use text, only: to_text
   use timer, only: timer_t, start_watch, stop_watch
-  use assembly, only: assembly_t
+  use blank, only: assembly_t
   implicit none
   private
 

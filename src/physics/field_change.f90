@@ -2,7 +2,7 @@
 module field_change
   use kinds, only: wp
   use state_store, only: state_store_t
-  use assembly, only: assembly_t
+  use blank, only: assembly_t
   use motion_curve, only: curve_t, curve_value, start_curve
   use effect, only: effect_t, instant_t
   implicit none

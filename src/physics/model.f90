@@ -1,15 +1,17 @@
-!> The model that the solver runs: bodies, motions and the effects that the scene names.
+!> The model that the solver runs: bodies, motions and the effects that the scene names; and its
+!! change from one step of the deck to the next.
 module model
   use kinds, only: wp
-  use timer, only: timer_t
+  use timer, only: timer_t, add_watch
   use scene, only: step_spec_t, output_spec_t, later_step_t, probe_spec_t
-  use assembly, only: assembly_t
-  use rigid_motion, only: rigid_motion_t
-  use effect, only: effect_slot_t
+  use blank, only: assembly_t
+  use rigid_motion, only: rigid_motion_t, start_motion
+  use effect, only: effect_slot_t, sort_effects
   implicit none
   private
 
   public :: increment_limit
+  public :: hold_back_forces, begin_next_step
 
   !> All that a run needs; built by `model_setup`.
   type, public :: model_t
@@ -41,5 +43,114 @@ contains
 
     increment_limit = model%step%safety*model%stable_step
   end function increment_limit
+
+  !> Take the effects of later steps out of the force stage.
+  subroutine hold_back_forces(model)
+    type(model_t), intent(inout) :: model
+    logical :: is_later(size(model%forces))
+    integer :: i
+
+    if (size(model%later_steps) == 0) return
+    is_later = [(model%forces(i)%item%first_step > 1, i=1, size(model%forces))]
+    call move_slots(model%forces, is_later, model%later_forces)
+  end subroutine hold_back_forces
+
+  !> Go on to the next step at this time. Effects that stay keep all that they know; what the others
+  !! have done stays in the balances. Forces of effects that end act once more, those of effects
+  !! that begin act from the end of the coming time step on.
+  subroutine begin_next_step(model, time, dt)
+    type(model_t), intent(inout) :: model
+    real(wp), intent(in) :: time
+    real(wp), intent(in) :: dt           !! the time step to come
+    integer :: i
+
+    model%i_step = model%i_step + 1
+    model%step_starts = [model%step_starts, time]
+    model%step = model%later_steps(1)%step
+    model%output = model%later_steps(1)%output
+    model%later_steps = model%later_steps(2:)
+    do i = 1, size(model%bodies%blank%parts)
+      call model%bodies%blank%parts(i)%element%begin_step(model%i_step, time)
+    end do
+    call change_effects(model%i_step, model%step_starts, dt, model%bodies, model%timer, &
+                        model%forces, model%later_forces, model%retired)
+    call sort_effects(model%forces)
+    if (size(model%forces) == 0) call clear_forces(model)
+    call change_effects(model%i_step, model%step_starts, dt, model%bodies, model%timer, &
+                        model%supports, model%later_supports, model%retired)
+    call sort_effects(model%supports)
+    do i = 1, size(model%later_motions)
+      associate (motion => model%later_motions(i))
+        if (motion%step /= model%i_step) cycle
+        model%motions(motion%tool) = motion
+        call start_motion(model%motions(motion%tool), time, model%bodies%tools(motion%tool))
+      end associate
+    end do
+  end subroutine begin_next_step
+
+  !> Forces of the last effects that ended: none that come will replace them.
+  subroutine clear_forces(model)
+    type(model_t), intent(inout) :: model
+    integer :: i
+
+    do i = 1, size(model%bodies%blank%parts)
+      model%bodies%blank%parts(i)%element%motion%external_force = 0.0_wp
+    end do
+    do i = 1, size(model%bodies%tools)
+      model%bodies%tools(i)%force = 0.0_wp
+      model%bodies%tools(i)%torque = 0.0_wp
+    end do
+  end subroutine clear_forces
+
+  !> End effects of a stage and begin others.
+  subroutine change_effects(i_step, step_starts, dt, bodies, timer, active, later, retired)
+    integer, intent(in) :: i_step
+    real(wp), intent(in) :: step_starts(:), dt
+    type(assembly_t), intent(inout) :: bodies
+    type(timer_t), intent(inout) :: timer
+    type(effect_slot_t), allocatable, intent(inout) :: active(:), later(:), retired(:)
+    logical :: is_over(size(active)), is_new(size(later))
+    integer :: i
+
+    is_over = [(active(i)%item%last_step < i_step, i=1, size(active))]
+    is_new = [(later(i)%item%first_step == i_step, i=1, size(later))]
+    do i = 1, size(active)
+      if (is_over(i)) call active(i)%item%stop(bodies, dt)
+    end do
+    do i = 1, size(later)
+      if (.not. is_new(i)) cycle
+      call later(i)%item%start(step_starts(later(i)%item%given_step))
+      call add_watch(timer, later(i)%item%name, later(i)%item%watch)
+    end do
+    call move_slots(active, is_over, retired)
+    call move_slots(later, is_new, active)
+  end subroutine change_effects
+
+  !> Move the chosen slots, in their order, to the end of another list. Moved, not copied: effects
+  !! may hold much, and gfortran 12 does not free what array constructors copy of them.
+  subroutine move_slots(from, is_chosen, to)
+    type(effect_slot_t), allocatable, intent(inout) :: from(:), to(:)
+    logical, intent(in) :: is_chosen(:)
+    type(effect_slot_t), allocatable :: kept(:), grown(:)
+    integer :: i, n_kept, n_grown
+
+    allocate (kept(count(.not. is_chosen)), grown(size(to) + count(is_chosen)))
+    do i = 1, size(to)
+      call move_alloc(to(i)%item, grown(i)%item)
+    end do
+    n_kept = 0
+    n_grown = size(to)
+    do i = 1, size(from)
+      if (is_chosen(i)) then
+        n_grown = n_grown + 1
+        call move_alloc(from(i)%item, grown(n_grown)%item)
+      else
+        n_kept = n_kept + 1
+        call move_alloc(from(i)%item, kept(n_kept)%item)
+      end if
+    end do
+    call move_alloc(grown, to)
+    call move_alloc(kept, from)
+  end subroutine move_slots
 
 end module model

@@ -4,7 +4,7 @@ module thickness_scaling
   use seams, only: collect, sum_groups, distribute
   use state_store, only: state_store_t, carry, carry_array
   use element, only: element_t
-  use assembly, only: assembly_t
+  use blank, only: assembly_t
   use column_scaling, only: column_directions, column_differences, held_column_lag
   use effect, only: effect_t, instant_t
   implicit none

@@ -2,15 +2,13 @@
 module load_setup
   use kinds, only: wp
   use input_errors, only: error_list_t, add_error
-  use scene, only: scene_t, load_spec_t, set_spec_t
+  use scene, only: scene_t, load_spec_t, set_spec_t, face_of_set
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t, solid_face, face_axes, face_side
   use motion_curve, only: curve_t
   use blank, only: face_slice
   use face_quadrature, only: face_rule_t, new_face_rule
-  use dead_load, only: gravity_load, traction_load
-  use pressure, only: pressure_t
-  use set_range, only: face_of_set
+  use loads, only: gravity_load, traction_load, new_pressure
   use support_setup, only: curve_of
   use effect, only: effect_slot_t
   use model, only: model_t
@@ -96,22 +94,5 @@ contains
                                                 spec%value, curve))
     end if
   end subroutine new_face_load
-
-  pure function new_pressure(part, rule, bounds, value, curve) result(load)
-    integer, intent(in) :: part
-    type(face_rule_t), intent(in) :: rule
-    integer, intent(in) :: bounds(3, 2)
-    real(wp), intent(in) :: value
-    type(curve_t), intent(in) :: curve
-    type(pressure_t) :: load
-
-    load%name = "pressure"
-    load%part = part
-    load%rule = rule
-    load%lower = bounds(:, 1)
-    load%upper = bounds(:, 2)
-    load%value = value
-    load%curve = curve
-  end function new_pressure
 
 end module load_setup

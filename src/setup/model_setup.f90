@@ -12,25 +12,22 @@ module model_setup
   use block_law, only: block_law_t
   use user_library, only: user_library_t
   use law_setup, only: build_law
-  use field_setup, only: set_initial_fields, add_field_changes
-  use initial_state, only: set_initial_states, find_initial_moduli
+  use field_setup, only: set_initial_fields, add_field_changes, set_initial_states, &
+                         find_initial_moduli
   use tool_setup, only: start_tools
+  use drive_setup, only: add_drives
   use spurious_modes, only: n_spurious_modes, serving_rule
-  use step_setup, only: set_stable_step, add_thickness_scaling, add_damping
+  use step_setup, only: set_stable_step, add_thickness_scaling, add_damping, share_penalties
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
   use blank, only: blank_t, new_blank, columns_of
   use rigid_motion, only: move_tool, rigid_motion_t, motion_term_t
-  use set_members, only: members_t, find_members
+  use support_setup, only: members_t, find_members, add_supports, curve_of
   use element_kinds, only: reduce_to_plane
-  use support_setup, only: add_supports, curve_of
-  use drive_setup, only: add_drives
   use effect, only: sort_effects
-  use step_change, only: hold_back_forces
+  use model, only: hold_back_forces, model_t, increment_limit
   use load_setup, only: add_load
   use bead_setup, only: add_bead
   use contact_setup, only: add_contact
-  use penalty_share, only: share_penalties
-  use model, only: model_t, increment_limit
   implicit none
   private
 

@@ -1,22 +1,29 @@
-!> Boundary conditions of the scene as supports of the model, and curves of the scene.
+!> Boundary conditions of the scene as supports of the model; the control points of a named set, and
+!! curves of the scene.
 module support_setup
   use kinds, only: wp
-  use scene, only: scene_t
+  use scene, only: scene_t, set_spec_t, is_held
   use motion_curve, only: curve_t, constant_curve, curve_value
-  use set_members, only: members_t, find_members
   use blank, only: blank_t
   use boundary, only: boundary_t
   use effect, only: effect_slot_t
   use model, only: model_t
+  use seams, only: seams_t, collect, largest_of_groups, distribute
   implicit none
   private
 
   public :: add_supports, curve_of
+  public :: members_t, find_members
 
   !> Number of the support that holds each component of the control points of a patch, 0: free.
   type :: holder_t
     integer, allocatable :: support(:, :, :, :)   ! shape (n1, n2, n3, 3)
   end type holder_t
+
+  !> Which control points of a patch belong to a set.
+  type :: members_t
+    logical, allocatable :: is_in(:, :, :)   !! shape (n1, n2, n3)
+  end type members_t
 
 contains
 
@@ -159,5 +166,30 @@ contains
       end associate
     end do
   end subroutine set_support
+
+  !> Control points of all patches that belong to a set; with one all that it is joined to.
+  subroutine find_members(blank, set, members)
+    type(blank_t), intent(in) :: blank
+    type(set_spec_t), intent(in) :: set
+    type(members_t), allocatable, intent(out) :: members(:)   !! by patch
+    type(seams_t) :: seams
+    real(wp), allocatable :: mark(:, :, :)
+    integer :: p
+
+    allocate (members(size(blank%parts)))
+    seams = blank%seams
+    do p = 1, size(members)
+      members(p)%is_in = is_held(blank%parts(p)%element%grid, set, p)
+      mark = merge(1.0_wp, 0.0_wp, members(p)%is_in)
+      call collect(seams, p, size(mark), 1, mark)
+    end do
+    if (seams%n_groups == 0) return
+    call largest_of_groups(seams, 1)
+    do p = 1, size(members)
+      mark = merge(1.0_wp, 0.0_wp, members(p)%is_in)
+      call distribute(seams, p, size(mark), 1, mark)
+      members(p)%is_in = mark > 0.0_wp
+    end do
+  end subroutine find_members
 
 end module support_setup

@@ -10,9 +10,8 @@ module energy_balance
   use column_scaling, only: column_directions, column_differences
   use effect, only: effect_slot_t, tally_t
   use body_parts, only: field_t
-  use blank, only: blank_t
+  use blank, only: blank_t, assembly_t
   use tool, only: largest_speed
-  use assembly, only: assembly_t
   implicit none
   private
 

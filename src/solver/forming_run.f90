@@ -5,10 +5,10 @@ module forming_run
   use failure, only: error_t, fail
   use timer, only: add_watch, start_watch, stop_watch, clock_ticks
   use body_parts, only: field_t, share_external_forces, forces_of_parts
-  use relaxation, only: relaxation_outcome
+  use damping, only: relaxation_outcome
   use contact_effect, only: forget_depths, measure_depths
   use effect, only: apply_effects
-  use model, only: model_t
+  use model, only: model_t, begin_next_step
   use frames, only: results_t, write_frame, record_history
   use run_log, only: run_log_t, log_line, log_progress, log_lines
   use step_control, only: new_step_control, next_step, is_due, count_output, is_penetration_due, &
@@ -21,7 +21,6 @@ module forming_run
   use run_saver, only: saver_t, take_due_state, keep_verified, save_verified, retry_run
   use health, only: check_health, check_balance, check_pairs, check_hidden_depths, &
                     added_mass_warning, shear_warning
-  use step_change, only: begin_next_step
   use rigid_motion, only: rigid_motion_t
   implicit none
   private

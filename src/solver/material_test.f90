@@ -11,8 +11,8 @@ module material_test
   use material_point, only: material_point_t, control_t, new_point, new_control, advance, &
                             strain_to_frame, stress_to_frame, plastic_strain
   use result_table, only: result_table_t, add_column, tensor_components
-  use shared_rows, only: shared_rows_t, new_rows, free_rows, begin_rows, add_row, end_rows, &
-                         failure_of, warning_of, values_of
+  use child_process, only: shared_rows_t, new_rows, free_rows, begin_rows, add_row, end_rows, &
+                           failure_of, warning_of, values_of
   implicit none
   private
 

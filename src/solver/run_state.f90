@@ -8,9 +8,8 @@ module run_state
   use effect, only: carry_effects, instant_t
   use tool, only: tool_t
   use rigid_motion, only: rigid_motion_t
-  use model, only: model_t
+  use model, only: model_t, begin_next_step
   use step_control, only: step_control_t, schedule_t, new_step_control
-  use step_change, only: begin_next_step
   use energy_balance, only: energy_balance_t
   use timer, only: clock_ticks, ticks_to_seconds
   use body_parts, only: field_t

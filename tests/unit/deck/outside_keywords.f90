@@ -4,8 +4,8 @@ module outside_keywords
   use input_errors, only: error_list_t, add_error
   use text, only: to_text
   use scene, only: scene_t
-  use deck_records, only: parsed_deck_t, find_records, option_text, field_real
-  use deck_context, only: deck_context_t, resolve
+  use deck_records, only: parsed_deck_t, find_records, option_text, field_real, deck_context_t, &
+                          resolve
   use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                            add_example, kind_real, kind_name, kind_choice, in_any_step
   implicit none
