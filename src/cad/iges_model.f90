@@ -13,7 +13,7 @@ module iges_model
   private
 
   public :: iges_model_t, values_t, read_iges_model, open_values, get_integer, get_reals, &
-            get_entry, entry_origin, refuse, get_matrix, moved
+            get_entry, entry_origin, reject, get_matrix, moved
 
   integer, parameter :: n_columns = 64   ! of a line of the parameter section that hold values
 
@@ -70,7 +70,7 @@ contains
           text(n_columns*(i - 1) + 1:n_columns*i) = line(:n_columns)
           call read_integer(trim(adjustl(line(n_columns + 1:72))), owner, is_number)
           if (line(n_columns + 1:72) == "" .or. (is_number .and. owner == 2*entry - 1)) cycle
-          call refuse(model, values, n_columns*(i - 1) + 1, "`"// &
+          call reject(model, values, n_columns*(i - 1) + 1, "`"// &
                       trim(adjustl(line(n_columns + 1:72)))//"` in columns 65 to 72", &
                       "the directory number "//to_text(2*entry - 1), errors)
           return
@@ -78,13 +78,13 @@ contains
       end do
       call split_tokens(text, model%global%delimiters, values%tokens, problem, expected, place)
       if (problem /= "") then
-        call refuse(model, values, place, problem, expected, errors)
+        call reject(model, values, place, problem, expected, errors)
         return
       end if
       values%n = values%tokens%n - 1
       call read_integer(token_text(values%tokens, 1), type, is_number)
       if (is_number .and. type == item%type) return
-      call refuse(model, values, 1, "`"//token_text(values%tokens, 1)//"` as the first value", &
+      call reject(model, values, 1, "`"//token_text(values%tokens, 1)//"` as the first value", &
                   "its type "//to_text(item%type), errors)
     end associate
   end subroutine open_values
@@ -110,7 +110,7 @@ contains
     bounds = "a whole number from "//to_text(low)
     if (high < huge(high)) bounds = bounds//" to "//to_text(high)
     if (high == huge(high)) bounds = bounds//" on"
-    call refuse_value(model, values, place, name, bounds, errors)
+    call reject_value(model, values, place, name, bounds, errors)
   end function get_integer
 
   !> A number; 0 where it is left to its default.
@@ -128,7 +128,7 @@ contains
     given = token_text(values%tokens, place + 1)
     if (given == "") return
     call read_real(given, number, is_number)
-    if (.not. is_number) call refuse_value(model, values, place, name, "a number", errors)
+    if (.not. is_number) call reject_value(model, values, place, name, "a number", errors)
   end function get_real
 
   !> Several numbers from `place` on.
@@ -160,7 +160,7 @@ contains
     last = 2*size(model%entries) - 1
     entry = get_integer(model, values, place, name, 1, last, errors)
     if (values%is_valid .and. mod(entry, 2) == 0) then
-      call refuse_value(model, values, place, name, "an odd directory number from 1 to "// &
+      call reject_value(model, values, place, name, "an odd directory number from 1 to "// &
                         to_text(last), errors)
     end if
     entry = (entry + 1)/2
@@ -177,7 +177,7 @@ contains
                         "IGES "//entry_name(model%entries, entry))
   end function entry_origin
 
-  subroutine refuse_value(model, values, place, name, expected, errors)
+  subroutine reject_value(model, values, place, name, expected, errors)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
     integer, intent(in) :: place
@@ -192,13 +192,13 @@ contains
     else
       given = "`"//given//"`"
     end if
-    call refuse(model, values, &
+    call reject(model, values, &
                 values%tokens%first(max(1, min(place + 1, values%tokens%n))), &
                 given//" as parameter "//to_text(place)//", "//name, expected, errors)
-  end subroutine refuse_value
+  end subroutine reject_value
 
   !> Note an error of the parameters; the entity is of no use any more.
-  subroutine refuse(model, values, place, found, expected, errors)
+  subroutine reject(model, values, place, found, expected, errors)
     type(iges_model_t), intent(in) :: model
     type(values_t), intent(inout) :: values
     integer, intent(in) :: place      !! in the text of the values
@@ -214,7 +214,7 @@ contains
                                       line_number(model%file, section_parameters, line), &
                                       "IGES "//entry_name(model%entries, values%entry)//", P"// &
                                       to_text(line)), found, expected)
-  end subroutine refuse
+  end subroutine reject
 
   !> The whole transformation of an entity, x -> matrix(:, 1:3) x + matrix(:, 4) [unit of the file].
   subroutine get_matrix(model, entry, matrix, is_valid, errors)

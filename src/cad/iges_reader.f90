@@ -2,7 +2,7 @@
 !!
 !! Read are rational B-spline surfaces (128), surfaces of revolution (120) and tabulated cylinders
 !! (122) with their curves and transformations, in the unit of the deck. Surfaces that meet at
-!! their edges are turned so that their normals agree.
+!! their edges are reversed where needed, so that their normals agree.
 module iges_reader
   use kinds, only: wp
   use input_errors, only: error_list_t, new_origin, add_error, add_warning, n_errors

@@ -90,7 +90,7 @@ contains
     type(entry_t), intent(in) :: entry
 
     if (any(entry%type == trimmed(:2)) .and. entry%is_part) then
-      reason = is_part   ! what it trims is refused
+      reason = is_part   ! what it trims is rejected
     else if (.not. any(entry%type == [surfaces_read, surfaces_unread, trimmed])) then
       reason = is_no_surface
     else if (entry%is_blanked) then

@@ -11,7 +11,7 @@ module iges_surfaces
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use primitives, only: arc_t, unit_arc, extruded_surface
   use iges_model, only: iges_model_t, values_t, open_values, get_integer, get_reals, get_entry, &
-                        entry_origin, refuse, get_matrix, moved
+                        entry_origin, reject, get_matrix, moved
   implicit none
   private
 
@@ -54,7 +54,7 @@ contains
     end if
     if (.not. allocated(error)) return
     is_valid = .false.
-    call add_error(errors, entry_origin(model, entry), "a surface that cannot be made ("// &
+    call add_error(errors, entry_origin(model, entry), "an invalid surface ("// &
                    error%message//")", "a proper surface")
   end subroutine read_surface
 
@@ -130,7 +130,7 @@ contains
     ! As a real number, for what a damaged file asks for may be more than an integer holds.
     n_needed = 9 + sum(real(n + degree + 1, wp)) + 4*product(real(n, wp))
     if (n_needed <= values%n) return
-    call refuse(model, values, 1, to_text(values%n)//" parameters", "at least "// &
+    call reject(model, values, 1, to_text(values%n)//" parameters", "at least "// &
                 to_text(n_needed)//" for "//to_text(n(1))//" x "//to_text(n(2))// &
                 " control points", errors)
   end subroutine read_sizes
@@ -187,14 +187,14 @@ contains
     is_valid = values%is_valid
     if (.not. is_valid) return
     if (model%entries(axis)%type /= 110) then
-      call refuse(model, values, 1, "entity "//to_text(model%entries(axis)%type)// &
+      call reject(model, values, 1, "entity "//to_text(model%entries(axis)%type)// &
                   " as the axis", "a line (110)", errors)
       is_valid = .false.
       return
     end if
     angle = angles(2) - angles(1)
     if (.not. (angle > 0.0_wp .and. angle <= turn*(1.0_wp + 1.0e-9_wp))) then
-      call refuse(model, values, 3, "angles from "//to_text(angles(1))//" to "// &
+      call reject(model, values, 3, "angles from "//to_text(angles(1))//" to "// &
                   to_text(angles(2)), "a rising pair, at most a full turn apart", errors)
       is_valid = .false.
       return
@@ -330,7 +330,7 @@ contains
     ends = get_reals(model, values, 1, 6, "a coordinate", errors)
     if (.not. values%is_valid) return
     if (.not. norm2(ends(4:) - ends(:3)) > 0.0_wp) then
-      call refuse(model, values, 1, "a line without length", "two different ends", errors)
+      call reject(model, values, 1, "a line without length", "two different ends", errors)
       return
     end if
     call new_knot_vector(curve%axis, 1, [0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp], error)
@@ -357,7 +357,7 @@ contains
     radius = norm2(start)
     if (.not. (radius > 0.0_wp .and. radius <= huge(radius) &
                .and. abs(norm2(end) - radius) <= loosest*radius)) then
-      call refuse(model, values, 1, "an arc whose ends are "//to_text(radius)//" and "// &
+      call reject(model, values, 1, "an arc whose ends are "//to_text(radius)//" and "// &
                   to_text(norm2(end))//" from its centre", "two equal distances above 0", errors)
       return
     end if
@@ -395,7 +395,7 @@ contains
     m = get_integer(model, values, 2, "M, the degree", 1, max_degree, errors)
     if (.not. values%is_valid) return
     if (6 + (k + m + 2) + 4*(k + 1) > values%n) then
-      call refuse(model, values, 1, to_text(values%n)//" parameters", "at least "// &
+      call reject(model, values, 1, to_text(values%n)//" parameters", "at least "// &
                   to_text(6 + (k + m + 2) + 4*(k + 1))//" for K = "//to_text(k)//" and M = "// &
                   to_text(m), errors)
       return
@@ -410,11 +410,11 @@ contains
     range = get_reals(model, values, at, 2, "the range", errors)
     if (.not. values%is_valid) return
     if (.not. all(weights > 0.0_wp)) then
-      call refuse(model, values, 1, "a weight that is not positive", "weights above 0", errors)
+      call reject(model, values, 1, "a weight that is not positive", "weights above 0", errors)
       return
     end if
     call make_spline(m, knots, range, points, weights, curve, error)
-    if (allocated(error)) call refuse(model, values, 1, "a curve that cannot be made ("// &
+    if (allocated(error)) call reject(model, values, 1, "an invalid curve ("// &
                                       error%message//")", "a proper curve", errors)
   end subroutine read_curve_spline
 

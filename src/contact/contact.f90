@@ -128,7 +128,7 @@ contains
     total%n_touching = total%n_touching + part%n_touching
   end subroutine add_counts
 
-  !> Set up a contact. Refused: negative options, a depth limit not below the tool's search
+  !> Set up a contact. Rejected: negative options, a depth limit not below the tool's search
   !! distance, a time step or masses that are not positive.
   subroutine new_contact(contact, slave, tool, mass, dt, options, error)
     type(contact_t), intent(out) :: contact

@@ -1,4 +1,4 @@
-!> How deep a face of the blank is in a tool, between its contact points too.
+!> Penetration of a face of the blank into a tool, between its contact points too.
 !!
 !! The face is sampled on a grid that is finer than its contact points and at least as fine as the
 !! tool's smallest radius. Cells of the grid across which the tool bends towards the sheet are

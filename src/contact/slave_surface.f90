@@ -206,7 +206,7 @@ contains
   end subroutine find_supports
 
   !> Choose the slave points of a face of the blank in its shape at the start.
-  !! Refused: an unknown kind of points, a negative number of Gauss points.
+  !! Rejected: an unknown kind of points, a negative number of Gauss points.
   subroutine new_slave_surface(slave, surface, kind, n_gauss, error)
     type(slave_surface_t), intent(out) :: slave
     type(nurbs_surface_t), intent(in) :: surface   !! the face at the start

@@ -57,9 +57,9 @@ module tool
 
 contains
 
-  !> Prepare a tool for contact. Refused: no surface, weights that are not positive, points that are
-  !! not finite, a side other than +1 or -1, a search distance that is not positive, surfaces whose
-  !! normals cannot agree across their seams. Surfaces whose normals only have to be turned are.
+  !> Prepare a tool for contact; surfaces are reversed where their normals do not agree. Rejected:
+  !! no surface, weights that are not positive, points that are not finite, a side other than +1 or
+  !! -1, a search distance that is not positive, surfaces whose normals cannot agree across seams.
   subroutine new_tool(tool, name, surfaces, side, search_distance, error)
     type(tool_t), intent(out) :: tool
     character(*), intent(in) :: name

@@ -28,7 +28,7 @@ contains
 
   !> Take over `knots` after checking that they form an open knot vector of this degree.
   !!
-  !! Refused: degree outside 1 to 5, too few knots, decreasing knots, ends that are not repeated
+  !! Rejected: degree outside 1 to 5, too few knots, decreasing knots, ends that are not repeated
   !! exactly degree + 1 times, interior knots repeated more than degree times, infinities.
   pure subroutine new_knot_vector(kv, degree, knots, error)
     type(knot_vector_t), intent(out) :: kv
@@ -159,7 +159,7 @@ contains
   !! (W. Boehm, Computer-Aided Design 12 (1980) 199-201). Open knots over their whole range come
   !! back untouched.
   !!
-  !! Refused: degrees outside 1 to 5, knots that decrease or are not finite, counts that do not
+  !! Rejected: degrees outside 1 to 5, knots that decrease or are not finite, counts that do not
   !! fit, a range without length or outside of the knots, inner knots repeated more than degree
   !! times.
   subroutine cut_to_range(axis, degree, knots, low, high, rows, is_same, error)

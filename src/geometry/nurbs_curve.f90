@@ -25,7 +25,7 @@ contains
   !> Curves that follow each other as one curve of their highest degree, continuous where they
   !! meet; each takes a range of knots as long as its control polygon.
   !!
-  !! Refused: a curve that begins elsewhere than the one before it ends, one without length.
+  !! Rejected: a curve that begins elsewhere than the one before it ends, one without length.
   subroutine join_curves(curves, chain, error)
     type(nurbs_curve_t), intent(in) :: curves(:)
     type(nurbs_curve_t), intent(out) :: chain

@@ -23,7 +23,7 @@ contains
 
   !> Put a solid together after checking that its parts fit.
   !!
-  !! Refused: grids of the wrong shape, coordinates that are not finite, weights that are not
+  !! Rejected: grids of the wrong shape, coordinates that are not finite, weights that are not
   !! finite and positive.
   pure subroutine new_nurbs_solid(solid, axes, points, weights, error)
     type(nurbs_solid_t), intent(out) :: solid

@@ -22,7 +22,7 @@ contains
 
   !> Put a surface together after checking that its parts fit.
   !!
-  !! Refused: grids of the wrong shape, coordinates that are not finite, weights that are not
+  !! Rejected: grids of the wrong shape, coordinates that are not finite, weights that are not
   !! finite and positive.
   pure subroutine new_nurbs_surface(surface, axis1, axis2, points, weights, error)
     type(nurbs_surface_t), intent(out) :: surface

@@ -27,7 +27,7 @@ contains
 
   !> Parallelogram of degree 1: origin + xi*edge1 + eta*edge2, normal edge1 x edge2.
   !!
-  !! Refused: edges without length or along the same line.
+  !! Rejected: edges without length or along the same line.
   pure subroutine plane_surface(surface, origin, edge1, edge2, error)
     type(nurbs_surface_t), intent(out) :: surface
     real(wp), intent(in) :: origin(3), edge1(3), edge2(3)   !! [length]
@@ -52,7 +52,7 @@ contains
   !> Part of a circular cylinder; xi runs with the angle, eta along the axis, normal outward.
   !!
   !! Angle zero is the direction of x made perpendicular to the axis (of y if the axis is along
-  !! x); angles turn right-handed about the axis. Refused: radius, length or angle not positive,
+  !! x); angles turn right-handed about the axis. Rejected: radius, length or angle not positive,
   !! more than a full turn, axis without direction.
   pure subroutine cylinder_surface(surface, origin, axis, radius, length, start_angle, angle, &
                                    error)
@@ -89,7 +89,7 @@ contains
   !> Whole sphere; xi is the longitude from x towards y, eta the latitude from -z to z, normal
   !! outward. The poles are single points, where the normal is not defined.
   !!
-  !! Refused: radius not positive.
+  !! Rejected: radius not positive.
   pure subroutine sphere_surface(surface, centre, radius, error)
     type(nurbs_surface_t), intent(out) :: surface
     real(wp), intent(in) :: centre(3), radius   !! [length]
@@ -117,8 +117,8 @@ contains
 
   !> A curve swept along a straight line: axis 1 follows the curve, axis 2 the line, linearly.
   !!
-  !! Refused: fewer rows than degree + 1, a direction without length, and what
-  !! `new_knot_vector` and `new_nurbs_surface` refuse.
+  !! Rejected: fewer rows than degree + 1, a direction without length, and what
+  !! `new_knot_vector` and `new_nurbs_surface` reject.
   pure subroutine extruded_surface(surface, curve, points, weights, direction, n_rows, degree, &
                                    error)
     type(nurbs_surface_t), intent(out) :: surface
@@ -162,7 +162,7 @@ contains
   !! is right-handed: if `axis_of` is an odd permutation, axis 2 runs from upper to lower.
   !! Element sizes along an axis (or distances of control points, if these are spaced) form a
   !! geometric series, and `ratios` counts from lower to upper.
-  !! Refused: upper not above lower, degrees outside 1 to 5, counts below 1, ratios not positive,
+  !! Rejected: upper not above lower, degrees outside 1 to 5, counts below 1, ratios not positive,
   !! `axis_of` no permutation.
   pure subroutine box_solid(solid, lower, upper, degrees, n_elements, ratios, axis_of, error, &
                             has_even_points)
@@ -213,7 +213,7 @@ contains
   !> Thick cylinder about z, from the plane z = 0 and the angle zero (x): xi runs with the angle,
   !! eta along z, zeta along the radius.
   !!
-  !! Refused: radii, length or angle not positive, outer radius not above the inner one, more
+  !! Rejected: radii, length or angle not positive, outer radius not above the inner one, more
   !! than a full turn.
   pure subroutine ring_solid(solid, inner_radius, outer_radius, length, angle, error)
     type(nurbs_solid_t), intent(out) :: solid

@@ -20,7 +20,7 @@ module refinement
   !!
   !! `call insert_knots(patch, axis, new_knots, error)`: `new_knots(:)` in any order, a value as
   !! often as it is to be inserted. A value within 1e-12 of the range from an old knot is taken
-  !! for that knot. Refused, with the patch left as it was: knots outside the open range of the
+  !! for that knot. Rejected, with the patch left as it was: knots outside the open range of the
   !! axis, knots that would be repeated more often than the degree.
   interface insert_knots
     module procedure :: insert_into_surface, insert_into_solid
@@ -29,7 +29,7 @@ module refinement
   !> Raise the degree along one axis of a surface or a solid; the shape stays the same.
   !!
   !! `call elevate_degree(patch, axis, times, error)`: the degree and the multiplicity of every
-  !! knot rise by `times`, so that the continuity stays too. Refused, with the patch left as it
+  !! knot rise by `times`, so that the continuity stays too. Rejected, with the patch left as it
   !! was: degrees above 5, negative `times`.
   interface elevate_degree
     module procedure :: elevate_surface, elevate_solid

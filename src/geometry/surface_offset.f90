@@ -93,7 +93,7 @@ contains
     end do
   end function shortest_tangents
 
-  !> Refuse a surface that has no offset: with a concave radius that is not above the distance, an
+  !> Reject a surface that has no offset: with a concave radius that is not above the distance, an
   !! edge or a tip sharp enough to tear its offset by more than the tolerance, or no normal.
   subroutine check_offset(surface, distance, tolerance, error)
     type(nurbs_surface_t), intent(in) :: surface
@@ -238,7 +238,7 @@ contains
   end function samples_along
 
   !> The surface at `distance` along the normal xi x eta of another, to within a tolerance.
-  !! Refused: sharp edges and tips, concave radii that are not above the distance, and a tolerance
+  !! Rejected: sharp edges and tips, concave radii that are not above the distance, and a tolerance
   !! that takes more than 100000 faces.
   subroutine offset_surface(surface, distance, tolerance, offset, report, error)
     type(nurbs_surface_t), intent(in) :: surface

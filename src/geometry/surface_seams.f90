@@ -1,4 +1,4 @@
-!> Which edges of surfaces lie on each other, and surfaces turned so that their normals agree.
+!> Which edges of surfaces coincide, and surfaces reversed so that their normals agree.
 !!
 !! Edges go by xi_min, xi_max, eta_min, eta_max, 1 to 4. Two surfaces agree where they run along
 !! their common edge in opposite directions, each with itself on the left; that holds for sharp
