@@ -163,7 +163,7 @@ contains
     call end_run("XPLB_EXIT")
   end subroutine xplb_exit
 
-  !> Results of other points and of other parts of a model are not to be had here.
+  !> Results of other points and of other parts of a model are not available.
   subroutine getvrm() bind(C, name="getvrm_")
     call refuse("GETVRM")
   end subroutine getvrm

@@ -1,5 +1,5 @@
 !> Utility routines on tensors that subroutines of users call, by the names and arguments that
-!! Abaqus gives them. Tensors stand as 11, 22, 33, 12, 13, 23 (LSTR = 1: stress, 2: strain with
+!! Abaqus gives them. Tensors are stored as 11, 22, 33, 12, 13, 23 (LSTR = 1: stress, 2: strain with
 !! engineering shear), in the routines for blocks as 11, 22, 33, 12, 23, 31 with tensor shear.
 module aba_tensors
   use, intrinsic :: iso_c_binding, only: c_double, c_int
@@ -97,7 +97,7 @@ contains
     end if
   end function full_of_block
 
-  !> The matrix of a tensor that stands as direct values, then shear values.
+  !> The matrix of a tensor that is stored as direct values, then shear values.
   pure function full_tensor(s, lstr, ndi, nshr) result(full)
     integer(c_int), intent(in) :: lstr         !! 1: stress, 2: strain with engineering shear
     integer(c_int), intent(in) :: ndi, nshr    !! numbers of direct and shear values

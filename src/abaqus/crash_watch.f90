@@ -120,7 +120,7 @@ contains
     status = c_drop_traits(traits)
   end subroutine give_signal_stack
 
-  !> Did the thread touch what lies just behind the end of its stack?
+  !> Did the thread touch what lies just beyond the end of its stack?
   logical function is_out_of_stack(stack, details)
     type(signal_stack_t), intent(in) :: stack
     type(c_ptr), intent(in) :: details            !! the second argument of the handler
@@ -129,11 +129,11 @@ contains
     integer(c_int64_t) :: below
 
     call c_f_pointer(details, words, [3])
-    below = int(stack%lowest, c_int64_t) - words(3)   ! the address stands at byte 16
+    below = int(stack%lowest, c_int64_t) - words(3)   ! the address is at byte 16
     is_out_of_stack = stack%lowest /= 0 .and. below > -page .and. below < near
   end function is_out_of_stack
 
-  !> Add a text behind what is there; blanks at its end count.
+  !> Append a text; spaces at its end count.
   pure subroutine add_text(message, text)
     type(message_t), intent(inout) :: message
     character(*), intent(in) :: text
@@ -164,11 +164,12 @@ contains
     call add_text(message, digits(i:))
   end subroutine add_number
 
-  !> Descriptor of a file that is there, to add lines to its end; negative if it cannot be opened.
+  !> Descriptor of an existing file, to append lines; negative if it cannot be opened.
   integer(c_int) function open_for_lines(path) result(descriptor)
     character(kind=c_char), intent(in) :: path(*)   !! with the zero at its end
-    integer(c_int), parameter :: to_append = 525313_c_int   ! of Linux: write, behind what is there;
-                                                            ! not in other programs
+    ! Of Linux: write, append, closed in programs that are started.
+    integer(c_int), parameter :: to_append = 525313_c_int
+
     descriptor = c_open(path, to_append)
   end function open_for_lines
 

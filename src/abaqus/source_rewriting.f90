@@ -1,4 +1,4 @@
-!> What other compilers accept and gfortran does not, written anew in a copy of a source file: line
+!> What other compilers accept and gfortran does not, rewritten in a copy of a source file: line
 !! by line, so that messages name the lines of the file itself.
 module source_rewriting
   use text, only: lower_case
@@ -16,7 +16,7 @@ contains
 
   !> Write a copy in which capitals in the words of the preprocessor are small, comparisons with
   !! .TRUE. and .FALSE. are written as Fortran has them, and modules that came with another
-  !! compiler are left out. Without a need for that no file is written, and `changes` is empty.
+  !! compiler are omitted. Without a need for that no file is written, and `changes` is empty.
   subroutine rewrite_source(path, target, is_fixed, changes)
     character(*), intent(in) :: path, target
     logical, intent(in) :: is_fixed

@@ -1,6 +1,6 @@
-!> A UMAT of a user behind the block law, called point by point.
+!> A UMAT of a user as a block law, called point by point.
 !!
-!! What Abaqus keeps for it stands behind its own state variables: total strain (6) and the
+!! What Abaqus keeps for it follows its own state variables: total strain (6) and the
 !! energies SSE, SPD, SCD (3).
 module umat_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
@@ -17,10 +17,10 @@ module umat_adapter
 
   public :: new_umat_adapter
 
-  integer, parameter, public :: n_kept = 9   !! values kept behind the state variables
+  integer, parameter, public :: n_kept = 9   !! values kept after the state variables
   integer, parameter :: most_halvings = 6    ! of an increment that comes back with PNEWDT < 1
 
-  !> A UMAT with its name and constants; the moduli of the base type serve the stable step.
+  !> A UMAT with its name and constants; the moduli of the base type are for the stable increment.
   type, extends(user_law_t), public :: umat_adapter_t
     procedure(umat_procedure), pointer, nopass :: umat => null()
   contains
@@ -54,7 +54,7 @@ contains
   end function new_umat_adapter
 
   !> One call of the UMAT for each point that is not a repetition. Fails where stress or state are
-  !! not finite, or PNEWDT stays below one in 64 parts of the increment; points behind the one
+  !! not finite, or PNEWDT stays below one in 64 parts of the increment; points after the one
   !! that failed are left as they were.
   subroutine update_in_context(self, context, dt, dstrain, stress, state, ok, spin)
     class(umat_adapter_t), intent(in) :: self
@@ -154,8 +154,8 @@ contains
     call note_failure(int(increment%element, c_int), int(increment%point, c_int), 2_c_int)
   end subroutine update_point
 
-  !> The UMAT itself. `state` holds what is kept behind the state variables. STRESS, DDSDDE and
-  !! STATEV stand in one array, a mark behind each, so that a write past the end of one is found.
+  !> The UMAT itself. `state` holds what is kept after the state variables. STRESS, DDSDDE and
+  !! STATEV are in one array, a mark after each, so that a write past the end of one is found.
   subroutine call_umat(self, increment, stress, state, tangent, is_refused, ok)
     class(umat_adapter_t), intent(in) :: self
     type(increment_t), intent(in) :: increment

@@ -23,7 +23,7 @@ module user_build
   !> -frecursive keeps local arrays on the stack, so that threads do not share them. -w: the
   !! sources are old and not ours. -g: crashes name the line. The sections let the linker leave out
   !! what neither UMAT nor VUMAT needs, and with it what is missing there. The protection lets no
-  !! large array reach over the end of a stack into what lies behind.
+  !! large array reach over the end of a stack into other memory.
   character(*), parameter :: options(19) = [character(28) :: "-fPIC", "-frecursive", "-O2", "-g", &
     "-w", "-std=legacy", "-fallow-argument-mismatch", "-fallow-invalid-boz", "-fno-range-check", &
     "-fcray-pointer", "-fdec-format-defaults", "-fdec-math", "-fd-lines-as-comments", &
@@ -65,7 +65,7 @@ contains
   !! compiler's words where a file does not compile, with the names of routines that are nowhere,
   !! and where there is no compiler or no room for the library.
   subroutine build_user_library(files, cache, library, note, error)
-    type(string_t), intent(in) :: files(:)      !! sources, and libraries (.so, .a, .o) beside them
+    type(string_t), intent(in) :: files(:)      !! sources, and libraries (.so, .a, .o) with them
     character(*), intent(in) :: cache           !! folder for the libraries, of the user alone
     integer, intent(out) :: library             !! descriptor of the open library
     character(:), allocatable, intent(out) :: note      !! worth telling the user, or empty
@@ -255,7 +255,7 @@ contains
       call add_text(digest, options(i))
     end do
     call add_text(digest, build%support)
-    ! Another version may write sources anew in another way.
+    ! Another version may rewrite sources in another way.
     call add_text(digest, file_checksum("/proc/self/exe"))
     do i = 1, size(files)
       inquire (file=files(i)%value, exist=is_there)
@@ -306,8 +306,8 @@ contains
   end subroutine compile
 
   !> Compile as the file's name says; if that fails, with all extensions of old compilers, with what
-  !! gfortran does not know written anew in a copy, with real constants of the kind that the
-  !! arguments have, up to column 72 (old files may carry numbers behind it), and in the other form
+  !! gfortran does not know rewritten in a copy, with real constants of the kind that the
+  !! arguments have, up to column 72 (old files may carry numbers after it), and in the other form
   !! (some files in free form are named .for). The messages are those of the first try.
   subroutine compile_source(build, path, object, error)
     type(build_t), intent(inout) :: build
@@ -358,7 +358,7 @@ contains
 
   end subroutine compile_source
 
-  !> C and C++, by the compilers that stand behind gfortran's name.
+  !> C and C++, by the compilers that gfortran starts for them.
   subroutine compile_c(build, path, object, error)
     type(build_t), intent(inout) :: build
     character(*), intent(in) :: path, object
@@ -518,7 +518,7 @@ contains
       first = next_place(messages, mark, first + len(mark))
     end do
     if (index(messages, "recompile with -fPIC") > 0) then
-      message = "an object or archive of --user cannot stand in a shared library: compile it "// &
+      message = "an object or archive of --user cannot be part of a shared library: compile it "// &
                 "with -fPIC"
     else if (index(names, "SMALOCAL") > 0 .or. index(names, "SMAINT") > 0 .or. &
              index(names, "SMAREAL") > 0) then

@@ -23,14 +23,14 @@ module user_call
 
   integer, parameter, public :: name_length = 80   !! of CMNAME
 
-  !> Some sources read behind their PROPS and STATEV: there are zeros behind both.
+  !> Some sources read beyond their PROPS and STATEV: there are zeros after both.
   integer, parameter, public :: slack = 64
 
-  !> Behind arguments stands a mark, as long as this: who writes over it has written over more.
+  !> A mark of this length follows arguments: who overwrites it has overwritten more.
   integer, parameter, public :: n_guard = 8
   real(wp), parameter :: mark = -7.0e-211_wp
 
-  !> Values behind the last mark that nobody uses, for writes that go on behind it.
+  !> Values after the last mark that nobody uses, for writes that continue beyond it.
   integer, parameter, public :: n_room = 4096
 
   !> Routines of users, as `enter_user_call` takes them.
@@ -41,7 +41,7 @@ module user_call
   character(*), parameter, public :: refusal_words = &
     "UMAT asks for a smaller increment by PNEWDT, even in 64 parts,"
 
-  !> Field variables beside the temperature at most: PREDEF, FIELDOLD.
+  !> Field variables in addition to the temperature at most: PREDEF, FIELDOLD.
   integer, parameter, public :: most_fields = 20
 
   !> A law of a user with its constants and its name.
@@ -49,7 +49,7 @@ module user_call
     character(kind=c_char) :: name(name_length) = " "   !! CMNAME, upper case
     integer :: n_props = 0                              !! NPROPS
     integer :: n_statv = 0                              !! NSTATV: the first of `n_state`
-    real(wp), allocatable :: props(:)                   !! PROPS and zeros behind them
+    real(wp), allocatable :: props(:)                   !! PROPS and zeros after them
     logical :: has_moduli = .false.                     !! of *ELASTIC: no call before the run
     integer :: heat_state = 0                           !! the kept value that is the temperature
                                                         !! rise by inelastic work, 0: none
@@ -131,7 +131,7 @@ module user_call
       real(c_double), intent(in) :: coords(3)
     end subroutine sdvini_procedure
 
-    !> What a UMAT keeps beside its state variables. LOP = 0: the analysis starts.
+    !> What a UMAT keeps in addition to its state variables. LOP = 0: the analysis starts.
     subroutine uexternaldb_procedure(lop, lrestart, time, dtime, kstep, kinc) bind(C)
       import :: c_double, c_int
       integer(c_int), intent(in) :: lop, lrestart, kstep, kinc
@@ -186,7 +186,7 @@ module user_call
       character(kind=c_char), intent(in) :: name(length)
     end subroutine end_by_overrun
 
-    !> The call in hand did what no result can be had from, reported behind its routine and place;
+    !> The current call did what no result can be had from, reported after its routine and place;
     !! the run ends, and its state is saved.
     subroutine end_by_problem(deed, length) bind(C, name="igaform_end_by_fault")
       import :: c_char, c_int
@@ -303,17 +303,17 @@ contains
     text = text//"element "//to_text(int(values(1)))//", point "//to_text(int(values(2)))
   end subroutine take_user_failure
 
-  !> Zeros behind an argument, and the mark behind them.
+  !> Zeros after an argument, and the mark after them.
   pure subroutine set_guard(values, n, n_spare)
     real(wp), intent(inout) :: values(*)
     integer, intent(in) :: n         !! values of the argument
-    integer, intent(in) :: n_spare   !! zeros behind them
+    integer, intent(in) :: n_spare   !! zeros after them
 
     values(n + 1:n + n_spare) = 0.0_wp
     values(n + n_spare + 1:n + n_spare + n_guard) = mark
   end subroutine set_guard
 
-  !> End the run if the mark behind an argument is gone: what stood behind it is, too.
+  !> End the run if the mark after an argument is gone: what followed it is, too.
   subroutine check_guard(values, n, n_spare, name)
     real(wp), intent(in) :: values(*)
     integer, intent(in) :: n, n_spare
@@ -326,8 +326,8 @@ contains
     call end_by_overrun(c_text(name), int(len(name), c_int))
   end subroutine check_guard
 
-  !> End the run if something was written to the zeros behind the state variables of the points of
-  !! a call: it would be lost, and the law would go on without it.
+  !> End the run if something was written to the zeros after the state variables of the points of
+  !! a call: it would be lost, and the law would continue without it.
   subroutine check_spare_states(spare, n_points, n_statv, name)
     integer, intent(in) :: n_points                    !! of the call
     real(wp), intent(in) :: spare(n_points*slack)

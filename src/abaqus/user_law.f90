@@ -23,7 +23,7 @@ module user_law
     character(:), allocatable :: kind          !! UMAT, VUMAT or empty: what the files have
     character(:), allocatable :: thread_safe   !! YES, NO or empty: what the files look like
     real(wp) :: density = 0.0_wp               !! [mass/length^3]
-    real(wp) :: young = 0.0_wp, poisson = 0.0_wp   !! for the stable step; 0: from the law
+    real(wp) :: young = 0.0_wp, poisson = 0.0_wp   !! for the stable time increment; 0: of the law
     real(wp), allocatable :: props(:)
     integer :: n_statv = 0
     real(wp), allocatable :: heating(:)        !! fraction, specific heat, temperature at the start
@@ -31,9 +31,9 @@ module user_law
 
 contains
 
-  !> A law that calls the user's UMAT or VUMAT. Its moduli for the stable step are those of the deck
-  !! or, where the deck has none, zero until `find_moduli` asks the law itself. Fails where there is
-  !! none of that kind, or where density or moduli are out of range.
+  !> A law that calls the user's UMAT or VUMAT. Its moduli for the stable time increment are those
+  !! of the deck or, where the deck has none, zero until `find_moduli` asks the law itself. Fails
+  !! where there is none of that kind, or where density or moduli are out of range.
   subroutine new_user_law(library, material, law, note, error)
     type(user_library_t), intent(in) :: library
     type(user_material_t), intent(in) :: material
@@ -71,7 +71,7 @@ contains
     law%is_serial = material%thread_safe == "NO"
     if (material%thread_safe == "" .and. library%writable /= "") then
       law%is_serial = .true.
-      note = "data that threads would share ("//library%writable//") in the user subroutine, "// &
+      note = "data shared between threads ("//library%writable//") in the user subroutine, "// &
              "which therefore runs on one thread, in the order of the elements"
     end if
   end subroutine new_user_law

@@ -101,7 +101,7 @@ contains
     library%uncalled = uncalled_routines(files)
     if (.not. c_associated(library%umat) .and. .not. c_associated(library%vumat)) &
       call fail(error, "no SUBROUTINE UMAT or VUMAT in "//joined(files, ", ")// &
-                " (it must stand outside all modules)")
+                " (it must be outside all modules)")
   end subroutine load_user_library
 
   !> A library of the sources in the user's cache, compiled now or by an earlier run.
@@ -153,7 +153,7 @@ contains
     library%vexternaldb = c_dlsym(handle, c_text("vexternaldb_"))
   end subroutine open_library
 
-  !> What stands for the laws of a library that is not loaded.
+  !> Placeholders for the laws of a library that is not loaded.
   subroutine look_up(library, names)
     type(user_library_t), intent(inout) :: library
     character(*), intent(in) :: names       !! as `nm` lists them

@@ -159,7 +159,7 @@ contains
     if (last > 1) name = code(first + 1:first + last - 1)
   end function included_name
 
-  !> Path of an included file that is there by its very name; empty if it is not.
+  !> Path of an included file that exists by its very name; empty if none does.
   function as_it_stands(folder, support, name) result(path)
     character(*), intent(in) :: folder, support, name
     character(:), allocatable :: path
@@ -309,7 +309,7 @@ contains
     end do
   end function has_routine
 
-  !> Is nothing but blanks behind the last line end?
+  !> Is there nothing but spaces after the last line end?
   pure logical function is_first_on_line(content)
     character(*), intent(in) :: content
     integer :: last
@@ -320,7 +320,7 @@ contains
   end function is_first_on_line
 
   !> The ending of a file name in lower case, without its dot; that of a shared library with a
-  !! version behind it (lib.so.1.2) is "so".
+  !! version after it (lib.so.1.2) is "so".
   pure function ending_of(path) result(ending)
     character(*), intent(in) :: path
     character(:), allocatable :: ending

@@ -76,7 +76,7 @@ module user_watch
     integer(c_int) :: routine = 0, element = 0, point = 0, last = 0
   end type call_t
 
-  !> What is known of a thread. It lies neither on the thread's stack nor beside it, where a
+  !> What is known of a thread. It lies neither on the thread's stack nor next to it, where a
   !! subroutine that writes past its arrays would write it over.
   type :: record_t
     integer(c_int) :: thread = 0              ! its number for the system
@@ -170,7 +170,7 @@ contains
     n_elements = n
   end subroutine expect_elements
 
-  !> The call in hand wrote past the end of an argument: the run ends, for what stood there is lost.
+  !> The call in hand wrote past the end of an argument: the run ends, for what was there is lost.
   subroutine end_by_overrun(name, length) bind(C, name="igaform_end_by_overrun")
     integer(c_int), value :: length
     character(kind=c_char), intent(in) :: name(length)   !! of the argument
@@ -298,7 +298,7 @@ contains
     call end_run("STOP, EXIT or an error at run time")
   end subroutine at_exit
 
-  !> Stands in front of the C library's `abort`, which CALL ABORT and the run-time libraries call:
+  !> Replaces the C library's `abort`, which CALL ABORT and the run-time libraries call:
   !! gfortran's gives up all handlers of the signal before. Inside a call it is reported as a crash.
   subroutine abort_program() bind(C, name="abort")
     type(c_funptr) :: before
@@ -310,7 +310,7 @@ contains
     call c_exit_now(128_c_int + abort_signal)   ! never reached: the signal is not caught any more
   end subroutine abort_program
 
-  !> Tell, save, close all files, end. One thread gets through; the others wait here for the end.
+  !> Report, save, close all files, end. One thread gets through; the others wait here for the end.
   subroutine end_run(how)
     character(*), intent(in) :: how   ! the routine that was called, or what happened
     type(message_t) :: message
@@ -346,7 +346,7 @@ contains
       end do
       call action(farewell_context, characters, int(min(longest, message%length), c_int))
     end if
-    ! In a program that is ending already the C library goes on with what is left to be done: the
+    ! In a program that is ending already the C library continues with what is left to be done: the
     ! run-time library of Fortran closes its units, and asks for no locks.
     call c_exit(int(exit_by_user, c_int))
   end subroutine save_and_exit
@@ -422,7 +422,7 @@ contains
     call c_exit_now(int(exit_by_user, c_int))
   end subroutine at_crash
 
-  !> Tell of a crash and where it was, list the calls that led there, end. A thread that crashes
+  !> Report a crash and where it was, list the calls that led there, end. A thread that crashes
   !! while another one ends the run waits for that.
   subroutine end_by_crash(number)
     integer(c_int), intent(in) :: number
@@ -465,7 +465,7 @@ contains
     call c_exit_now(int(exit_by_user, c_int))
   end subroutine at_second_crash
 
-  !> Tell and end, with nothing saved.
+  !> Report and end, with nothing saved.
   subroutine end_at_once(message, code)
     type(message_t), intent(in) :: message
     integer, intent(in) :: code

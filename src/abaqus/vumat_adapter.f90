@@ -1,8 +1,8 @@
-!> A VUMAT of a user behind the block law, called for blocks: one integration point of the elements
-!! of a row. It works in the co-rotational frame that turns with the rotation R of F = R U (Green
+!> A VUMAT of a user as a block law, called for blocks: one integration point of the elements
+!! of a row. It works in the co-rotational frame that rotates with R of F = R U (Green
 !! and Naghdi); stress in and out of this adapter is in the fixed frame.
 !!
-!! Behind its own state variables stand its two energies per mass.
+!! Its own state variables are followed by its two energies per mass.
 module vumat_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
@@ -18,9 +18,9 @@ module vumat_adapter
 
   public :: new_vumat_adapter
 
-  integer, parameter, public :: n_kept = 2   !! values kept behind the state variables
+  integer, parameter, public :: n_kept = 2   !! values kept after the state variables
 
-  !> A VUMAT with its name and constants; the moduli of the base type serve the stable step.
+  !> A VUMAT with its name and constants; the moduli of the base type are for the stable increment.
   type, extends(user_law_t), public :: vumat_adapter_t
     procedure(vumat_procedure), pointer, nopass :: vumat => null()
   contains
@@ -29,7 +29,7 @@ module vumat_adapter
   end type vumat_adapter_t
 
   !> One block as the VUMAT sees it; tensors 11, 22, 33, 12, 23, 31 with tensor shear, gradients
-  !! 11, 22, 33, 12, 23, 31, 21, 32, 13. There are zeros behind the state variables.
+  !! 11, 22, 33, 12, 23, 31, 21, 32, 13. There are zeros after the state variables.
   type :: block_t
     integer :: n = 0
     real(wp) :: step_time = 0.0_wp, total_time = 0.0_wp, dt = 0.0_wp
@@ -169,7 +169,7 @@ contains
     allocate (block%energy_old(1 - slack:n + slack, 2), &
               block%energy_new(1 - slack:n + slack, 2), source=0.0_wp)
     allocate (block%state_old(n, self%n_statv + slack), source=0.0_wp)
-    associate (n_behind => n_guard + n_room/n)   ! columns with room for the mark and behind it
+    associate (n_behind => n_guard + n_room/n)   ! columns with room for the mark and after it
       allocate (block%stress_new(n, 6 + n_behind), &
                 block%state_new(n, self%n_statv + slack + n_behind))
     end associate
@@ -194,26 +194,26 @@ contains
     end do
   end subroutine set_fields
 
-  !> Kinematics of one element of a block. The strain increment is turned by the rotation halfway;
+  !> Kinematics of one element of a block. The strain increment is rotated to the frame halfway;
   !! the relative spin is the axial vector of W - dR/dt R^T, in the same frame.
   subroutine set_kinematics(block, i, f0, f1, r_old, r_new, dstrain, spin)
     type(block_t), intent(inout) :: block
     integer, intent(in) :: i
     real(wp), intent(in), dimension(3, 3) :: f0, f1, r_old, r_new
     real(wp), intent(in) :: dstrain(6), spin(3)
-    real(wp) :: r_middle(3, 3), turn(3, 3), w(3, 3), rate(3)
+    real(wp) :: r_middle(3, 3), dr(3, 3), w(3, 3), rate(3)
 
     r_middle = polar_rotation(0.5_wp*(r_old + r_new))
     block%strain(i, :) = in_frame(r_middle, [dstrain(:3), 0.5_wp*dstrain(4:)])
     ! The spin increment of a rotation by the angle a is 2 tan(a/2), see `rotation_of_spin`; the
     ! antisymmetric part of the rotation is sin(a), and 1 + its trace is 4 cos(a/2)^2.
-    turn = matmul(r_new, transpose(r_old))
-    turn = 2.0_wp*(turn - transpose(turn))/(1.0_wp + turn(1, 1) + turn(2, 2) + turn(3, 3))
+    dr = matmul(r_new, transpose(r_old))
+    dr = 2.0_wp*(dr - transpose(dr))/(1.0_wp + dr(1, 1) + dr(2, 2) + dr(3, 3))
     w = 0.0_wp
     w(1, 2) = spin(1)
     w(1, 3) = spin(2)
     w(2, 3) = spin(3)
-    w = w - transpose(w) - turn
+    w = w - transpose(w) - dr
     rate = [w(3, 2), w(1, 3), w(2, 1)]
     block%spin(i, :) = matmul(transpose(r_middle), rate)
     block%stretch_old(i, :) = explicit_order(matmul(transpose(r_old), f0))
@@ -246,7 +246,7 @@ contains
     call check_spare_states(block%state_new(1, self%n_statv + 1), block%n, self%n_statv, &
                             "stateNew(:,")
     call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
-    call leave_user_call()   ! memory refused from here on is not the user's error
+    call leave_user_call()   ! memory not available from here on is not the user's error
     ok = all(ieee_is_finite(block%stress_new(:, :6))) .and. &
          all(ieee_is_finite(block%state_new(:, :self%n_statv)))
   end subroutine call_vumat
@@ -286,19 +286,19 @@ contains
   end subroutine stiffness_at_start
 
   !> A tensor (11, 22, 33, 12, 13, 23) in the frame of R, in the order of the VUMAT.
-  pure function in_frame(r, s) result(turned)
+  pure function in_frame(r, s) result(rotated)
     real(wp), intent(in) :: r(3, 3), s(6)
-    real(wp) :: turned(6)
+    real(wp) :: rotated(6)
 
-    turned = explicit_order(matmul(transpose(r), matmul(full_stress(s), r)))
+    rotated = explicit_order(matmul(transpose(r), matmul(full_stress(s), r)))
   end function in_frame
 
   !> The reverse of `in_frame`.
-  pure function out_of_frame(r, s) result(turned)
+  pure function out_of_frame(r, s) result(rotated)
     real(wp), intent(in) :: r(3, 3), s(6)
-    real(wp) :: turned(6)
+    real(wp) :: rotated(6)
 
-    turned = packed_stress(matmul(r, matmul(full_stress([s(:4), s(6), s(5)]), transpose(r))))
+    rotated = packed_stress(matmul(r, matmul(full_stress([s(:4), s(6), s(5)]), transpose(r))))
   end function out_of_frame
 
   !> The values 11, 22, 33, 12, 23, 31 of a matrix.

@@ -7,7 +7,7 @@ module anisotropic_plastic
   use mises_plastic, only: mises_plastic_t, set_plastic
   use yield_function, only: yield_function_t, evaluate_yield, mises_bound, quadratic
   use return_mapping, only: return_to_hill, return_problem_t, return_to_yield, return_in_stages
-  use tensor_rotation, only: turn_axes, axes_rotation, rotate_tensors, transposed
+  use tensor_rotation, only: rotate_axes, axes_rotation, rotate_tensors, transposed
   use voce, only: elastic_trial
   implicit none
   private
@@ -72,7 +72,7 @@ contains
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
     if (.not. ok) return
-    if (present(spin)) call turn_axes(n, spin, state(:, 2:5))
+    if (present(spin)) call rotate_axes(n, spin, state(:, 2:5))
     factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     call flow_after(self%curve, n, dt, state(:, 1), factor, spread(0.0_wp, 1, n), flow, slope)
     do k = 1, self%back%n
@@ -97,7 +97,7 @@ contains
     logical :: is_done(size(places))
     integer :: l, k
 
-    ! Deviators only: beside a high pressure their digits would be lost.
+    ! Deviators only: next to a high pressure their digits would be lost.
     mean = sum(stress(places, :3), 2)/3.0_wp
     trial = stress(places, :)
     do k = 1, 3

@@ -9,7 +9,7 @@ module block_law
 
   public :: set_elastic
 
-  !> A law bound to its constants. A row holds `n` points, each lane-wise beside the other.
+  !> A law bound to its constants. A row holds `n` points, one per lane.
   type, abstract, public :: block_law_t
     integer :: n_state = 0        !! state variables per point
     integer :: n_hidden = 0       !! the last of them, which no result shows
@@ -48,7 +48,7 @@ module block_law
     end subroutine build_law
 
     !> Carry stress and state of `n` points over one increment, elastic predictor inside. The
-    !! stress comes rotated by the spin; a law with directions of its own turns them by it too.
+    !! stress comes rotated by the spin; a law with directions of its own rotates them by it too.
     subroutine update_row(self, n, dt, dstrain, stress, state, ok, spin)
       import :: block_law_t, wp
       class(block_law_t), intent(in) :: self

@@ -30,7 +30,7 @@ contains
     call require(size(constants) == n, "material: "//trim(owner)//" takes "//expected, error)
   end subroutine check_count
 
-  !> Refuse with `message` what is not met, unless something was refused before.
+  !> Reject with `message` what is not met, unless something was rejected before.
   pure subroutine require(is_met, message, error)
     logical, intent(in) :: is_met
     character(*), intent(in) :: message

@@ -7,7 +7,7 @@ module point_context
 
   public :: point_context_t, new_point_context
 
-  !> Kinematics of the n points of a row over one step. Tensors stand row by row: 11, 12, 13, 21 ...
+  !> Kinematics of the n points of a row over one step. Tensors row by row: 11, 12, 13, 21 ...
   type :: point_context_t
     integer :: n = 0                             !! points of the row
     real(wp) :: time = 0.0_wp                    !! total time at the start of the increment

@@ -38,7 +38,7 @@ module return_mapping
     real(wp), allocatable :: back(:, :)         !! back stresses, updated by the return, (6, n)
   end type return_problem_t
 
-  !> Where the iteration stands: relative stress, residuals 2G (strain), shape (6), and of the yield
+  !> State of the iteration: relative stress, residuals 2G (strain), shape (6), and of the yield
   !! function above the flow stress [stress].
   type :: iterate_t
     real(wp) :: stress(6), dgamma

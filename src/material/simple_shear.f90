@@ -1,10 +1,11 @@
-!> How large a shear is. Which laws it makes wrong they say themselves, see `shear_warning`.
+!> Amount of simple shear of a point, and from which amount on a warning is due. Each law reports
+!! itself why its stress is wrong there, see `shear_warning`.
 !!
-!! Tensors that a law keeps turn with the spin (Jaumann rate). In simple shear the spin never ends
-!! while the material's own axes come to rest, so a tensor that remembers where it began turns over:
-!! the shear stress of a linear back stress is C/3 sin(gamma), that of Hooke's law in rates
-!! G sin(gamma) (J. K. Dienes, Acta Mechanica 32 (1979); J. C. Nagtegaal and J. E. de Jong, in
-!! Plasticity of metals at finite strain, Stanford 1982).
+!! Tensors that a law keeps rotate with the spin (Jaumann rate). In simple shear the spin never ends
+!! while the material's own axes stop rotating, so the shear stress oscillates: that of a linear
+!! back stress is C/3 sin(gamma), that of Hooke's law in rates G sin(gamma) (J. K. Dienes, Acta
+!! Mechanica 32 (1979); J. C. Nagtegaal and J. E. de Jong, in Plasticity of metals at finite strain,
+!! Stanford 1982).
 module simple_shear
   use kinds, only: wp
   use block_law, only: block_law_t
@@ -16,7 +17,7 @@ module simple_shear
   public :: simple_shear_of, sheet_shear, equivalent_strain
 
   real(wp), parameter, public :: shear_limit = 1.0_wp   !! beyond it a warning is due
-  real(wp), parameter :: opposite = -0.9999_wp          !! cosine; the turn back has no clear axis
+  real(wp), parameter :: opposite = -0.9999_wp          !! cosine; the rotation has no unique axis
 
 contains
 
@@ -45,10 +46,10 @@ contains
     if (cosine > 0.0_wp) shear = min(shear, 2.0_wp*sqrt(max(1.0_wp - cosine**2, 0.0_wp))/cosine)
   end function simple_shear_of
 
-  !> The simple shear of a point of a sheet, see `simple_shear_of`, in a frame that turns with the
-  !! sheet: one that is stretched and then bent has not sheared. The sheet turns as its normal does,
-  !! or as the fibres that were normal to it; a shear through the thickness keeps one of them, and
-  !! whichever shows more counts. Material axes 1 and 2 lie in the sheet.
+  !> The simple shear of a point of a sheet, see `simple_shear_of`, in a frame that rotates with
+  !! the sheet: one that is stretched and then bent has not sheared. The sheet rotates as its normal
+  !! does, or as the fibres that were normal to it; a shear through the thickness keeps one of them,
+  !! and whichever shows more counts. Material axes 1 and 2 lie in the sheet.
   pure real(wp) function sheet_shear(start, now) result(shear)
     real(wp), intent(in) :: start(3, 3), now(3, 3)   !! tangents of the material axes, the columns
     real(wp) :: gradient(3, 3), reciprocal(3, 3)
@@ -57,15 +58,15 @@ contains
     reciprocal(:, 2) = cross(start(:, 3), start(:, 1))
     reciprocal(:, 3) = cross(start(:, 1), start(:, 2))
     gradient = matmul(now, transpose(reciprocal))/sum(start(:, 1)*reciprocal(:, 1))
-    shear = max(simple_shear_of(turned_back(gradient, reciprocal(:, 3), &
+    shear = max(simple_shear_of(rotated_back(gradient, reciprocal(:, 3), &
                                             cross(now(:, 1), now(:, 2)))), &
-                simple_shear_of(turned_back(gradient, reciprocal(:, 3), &
+                simple_shear_of(rotated_back(gradient, reciprocal(:, 3), &
                                             matmul(gradient, reciprocal(:, 3)))))
   end function sheet_shear
 
-  !> A deformation gradient without the shortest turn from one direction to another; as it is where
+  !> A deformation gradient without the smallest rotation from one direction to another; as it is if
   !! these are opposite.
-  pure function turned_back(gradient, was, is) result(rest)
+  pure function rotated_back(gradient, was, is) result(rest)
     real(wp), intent(in) :: gradient(3, 3), was(3), is(3)
     real(wp) :: rest(3, 3)
     real(wp) :: lengths, cosine, axis(3)
@@ -81,7 +82,7 @@ contains
       rest(:, i) = rest(:, i) + cross(axis, rest(:, i)) &
                    + cross(axis, cross(axis, rest(:, i)))/(1.0_wp + cosine)
     end do
-  end function turned_back
+  end function rotated_back
 
   !> Plastic strain and elastic equivalent strain of a point: at least 0.55 after a simple shear of
   !! one, so a look at it spares most points the gradient.

@@ -10,7 +10,7 @@ module tensor_rotation
   private
 
   public :: rotate_by_spin, turn_to_end, rotate_tensors, transposed
-  public :: axes_from_points, turn_axes, axes_rotation
+  public :: axes_from_points, rotate_axes, axes_rotation
 
 contains
 
@@ -53,7 +53,7 @@ contains
     end do
   end subroutine rotate_by_spin
 
-  !> Turn strain increments from the middle of their step to its end, by half of its spin W:
+  !> Rotate strain increments from the middle of their step to its end, by half of its spin W:
   !! D + (W D - D W)/2, which is exact to second order in the step. Without it the stress misses a
   !! part of first order wherever rotation and strain go together.
   pure subroutine turn_to_end(n, spin, strain)
@@ -150,12 +150,12 @@ contains
                   axes(1, 3)*axes(2, 1) - axes(2, 3)*axes(1, 1)]
   end subroutine axes_from_points
 
-  !> Turn the axes of a row by the spin increment, exactly as the stress was turned
+  !> Rotate the axes of a row by the spin increment, exactly as the stress was rotated
   !! (T. J. R. Hughes and J. Winget, IJNME 15 (1980)): its quaternion is (1, w/2) over its length.
-  pure subroutine turn_axes(n, spin, turned)
+  pure subroutine rotate_axes(n, spin, quaternion)
     integer, intent(in) :: n
     real(wp), intent(in) :: spin(n, 3)         !! increment 12 13 23
-    real(wp), intent(inout) :: turned(n, 4)    !! quaternion less (1, 0, 0, 0)
+    real(wp), intent(inout) :: quaternion(n, 4)    !! quaternion less (1, 0, 0, 0)
     real(wp) :: a, b1, b2, b3, h1, h2, h3, q0, q1, q2, q3, scaling
     integer :: l
 
@@ -164,35 +164,35 @@ contains
       h1 = -0.5_wp*spin(l, 3)
       h2 = 0.5_wp*spin(l, 2)
       h3 = -0.5_wp*spin(l, 1)
-      a = 1.0_wp + turned(l, 1)
-      b1 = turned(l, 2)
-      b2 = turned(l, 3)
-      b3 = turned(l, 4)
+      a = 1.0_wp + quaternion(l, 1)
+      b1 = quaternion(l, 2)
+      b2 = quaternion(l, 3)
+      b3 = quaternion(l, 4)
       q0 = a - h1*b1 - h2*b2 - h3*b3
       q1 = b1 + a*h1 + h2*b3 - h3*b2
       q2 = b2 + a*h2 + h3*b1 - h1*b3
       q3 = b3 + a*h3 + h1*b2 - h2*b1
       scaling = 1.0_wp/sqrt(q0*q0 + q1*q1 + q2*q2 + q3*q3)
-      turned(l, 1) = scaling*q0 - 1.0_wp
-      turned(l, 2) = scaling*q1
-      turned(l, 3) = scaling*q2
-      turned(l, 4) = scaling*q3
+      quaternion(l, 1) = scaling*q0 - 1.0_wp
+      quaternion(l, 2) = scaling*q1
+      quaternion(l, 3) = scaling*q2
+      quaternion(l, 4) = scaling*q3
     end do
-  end subroutine turn_axes
+  end subroutine rotate_axes
 
   !> Rotation of a row from space into the axes of the material: entry (i, j), the component j of
   !! axis i, at 3 (i - 1) + j.
-  pure subroutine axes_rotation(n, axes, turned, rotation)
+  pure subroutine axes_rotation(n, axes, quaternion, rotation)
     integer, intent(in) :: n
     real(wp), intent(in) :: axes(3, 3)         !! at the start, as columns
-    real(wp), intent(in) :: turned(n, 4)
+    real(wp), intent(in) :: quaternion(n, 4)
     real(wp), intent(out) :: rotation(n, 9)
     real(wp) :: w, v(3), axis(3), across(3)
     integer :: l, i
 
     do l = 1, n
-      w = 1.0_wp + turned(l, 1)
-      v = turned(l, 2:)
+      w = 1.0_wp + quaternion(l, 1)
+      v = quaternion(l, 2:)
       do i = 1, 3
         axis = axes(:, i)
         across = 2.0_wp*[v(2)*axis(3) - v(3)*axis(2), v(3)*axis(1) - v(1)*axis(3), &

@@ -155,7 +155,7 @@ contains
     transform(6, 6) = c(4)
   end function yld91_transform
 
-  !> c12, c13, c21, c23, c31, c32 and, for the shears 23, 13, 12, c44, c55, c66, behind the
+  !> c12, c13, c21, c23, c31, c32 and, for the shears 23, 13, 12, c44, c55, c66, of the
   !! deviator.
   pure function yld2004_transform(c) result(transform)
     real(wp), intent(in) :: c(9)
@@ -337,7 +337,7 @@ contains
   end function power
 
   !> From the derivatives by principal values to those by stress: the values themselves, and
-  !! the turn of their axes with (slope_a - slope_b)/(value_a - value_b), which for equal
+  !! the rotation of their axes with (slope_a - slope_b)/(value_a - value_b), which for equal
   !! values has a limit.
   pure subroutine second_derivatives(yield, q, frames, slopes, powers, hessian)
     type(yield_function_t), intent(in) :: yield
@@ -460,7 +460,7 @@ contains
     g(2) = g(0)*((p1*u1)**2 + p2*u1*u1 - 13.5_wp*p1)
   end subroutine shape_factor
 
-  !> Derivatives of the gradient by a deviator; what a pressure would add is left out.
+  !> Derivatives of the gradient by a deviator; what a pressure would add is omitted.
   pure subroutine hershey_second_derivatives(factor, w, g, n, t, hessian)
     real(wp), intent(in) :: factor         !! sqrt(3/J2) [1/stress]
     real(wp), intent(in) :: w, g(0:2)
