@@ -199,7 +199,7 @@ def closed_tubes_stay_closed(igaform, folder):
         assert abs(float(facts["mass"])/(np.pi*(12**2 - 10**2)*5*7e-9) - 1) < 1e-3, facts
         assert 0 < float(facts["stable"].split()[1]) < 1e-6, facts
     facts = told(24, 1, "", "--probe")
-    assert facts["trial run"].startswith("64 elements"), facts
+    assert facts["trial"].split()[:3] == ["run", "64", "elements,"], facts
     assert facts["advice"] == "none: nothing deforms", facts
 
 
@@ -224,10 +224,10 @@ def work_in_the_plane(igaform, source):
 
 
 def refuse(igaform, source, folder):
-    cases = {"*REDUCE, TYPE=PLANE STRAIN, AXIS=X": "*REDUCE: ",
+    cases = {"*REDUCE, TYPE=PLANE STRAIN, AXIS=X": "along x",
              "*REDUCE, TYPE=PLANE STRAIN, WIDTH=401": "401",
              "*REDUCE, TYPE=PLANE STRAIN\n*GRAVITY\n0, 0, 9810": " load ",
-             "*REDUCE, TYPE=PLANE STRAIN\n*BOUNDARY\nZ_MIN, 1": "*BOUNDARY"}
+             "*REDUCE, TYPE=PLANE STRAIN\n*BOUNDARY\nZ_MIN, 1": " boundary "}
     for lines, words in cases.items():
         done = run(igaform, variant(folder, source, lines), "--check")
         assert done.returncode == 1 and words in done.stderr, (lines, done.stdout, done.stderr)
