@@ -1,6 +1,6 @@
-!> Other programs, run without a shell: words reach them as they are, whatever they contain. And rows
-!! of numbers in memory that a process shares with those that it forks: what one of them has put
-!! there stays when it ends, however that may be.
+!> Other programs, run without a shell: words reach them as they are, whatever they contain. And
+!! rows of numbers in memory that a process shares with those that it forks: what one of them has
+!! put there stays when it ends, however that may be.
 module child_process
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_long, c_ptr, c_loc, &
                                          c_null_char, c_null_ptr, c_f_pointer, c_intptr_t, &

@@ -1,11 +1,12 @@
-!> Linear algebra: LAPACK's solvers for dense symmetric and general systems, and the vector product.
+!> Linear algebra: LAPACK's solvers for dense symmetric and general systems; the vector product; the
+!! order of numbers.
 module lapack
   use kinds, only: wp
   implicit none
   private
 
   public :: eigenvalues, tridiagonal_eigensystem, solve, solve_band, band_cholesky
-  public :: cross
+  public :: cross, sorted_order
 
   interface
     subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
@@ -131,5 +132,37 @@ contains
 
     c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
   end function cross
+
+  !> Order in which values rise, by merging ever longer runs; equal values keep their order.
+  pure function sorted_order(values) result(order)
+    real(wp), intent(in) :: values(:)
+    integer, allocatable :: order(:)
+    integer :: merged(size(values)), width, low, middle, high, i, a, b
+    logical :: takes_first
+
+    order = [(i, i=1, size(values))]
+    width = 1
+    do while (width < size(values))
+      do low = 1, size(values), 2*width
+        middle = min(low + width, size(values) + 1)
+        high = min(low + 2*width, size(values) + 1)
+        a = low
+        b = middle
+        do i = low, high - 1
+          takes_first = b >= high
+          if (a < middle .and. b < high) takes_first = values(order(a)) <= values(order(b))
+          if (takes_first) then
+            merged(i) = order(a)
+            a = a + 1
+          else
+            merged(i) = order(b)
+            b = b + 1
+          end if
+        end do
+      end do
+      order = merged
+      width = 2*width
+    end do
+  end function sorted_order
 
 end module lapack

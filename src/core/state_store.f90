@@ -55,16 +55,6 @@ contains
     if (.not. allocated(store%reason)) store%reason = ""
   end subroutine enter_folder
 
-  !> Put an array of any shape.
-  pure subroutine put_array(store, name, n, values)
-    type(state_store_t), intent(inout) :: store
-    character(*), intent(in) :: name
-    integer, intent(in) :: n
-    real(wp), intent(in) :: values(n)
-
-    call add_entry(store, full_name(store, name), n, values)
-  end subroutine put_array
-
   !> Add numbers under a name with its folder.
   pure subroutine add_entry(store, name, n, values)
     type(state_store_t), intent(inout) :: store
@@ -140,7 +130,7 @@ contains
     if (store%is_taking) then
       call take_array(store, name, n, values)
     else
-      call put_array(store, name, n, values)
+      call add_entry(store, full_name(store, name), n, values)
     end if
   end subroutine carry_array
 

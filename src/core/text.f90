@@ -25,29 +25,32 @@ contains
   pure function upper_case(given) result(upper)
     character(*), intent(in) :: given
     character(len(given)) :: upper
-    integer :: i
 
-    do i = 1, len(given)
-      upper(i:i) = given(i:i)
-      if (lge(given(i:i), "a") .and. lle(given(i:i), "z")) then
-        upper(i:i) = achar(iachar(given(i:i)) - 32)
-      end if
-    end do
+    upper = with_letters(given, "a", -32)
   end function upper_case
 
   !> The text with its letters A to Z in lower case.
   pure function lower_case(given) result(lower)
     character(*), intent(in) :: given
     character(len(given)) :: lower
-    integer :: i
 
-    do i = 1, len(given)
-      lower(i:i) = given(i:i)
-      if (lge(given(i:i), "A") .and. lle(given(i:i), "Z")) then
-        lower(i:i) = achar(iachar(given(i:i)) + 32)
-      end if
-    end do
+    lower = with_letters(given, "A", 32)
   end function lower_case
+
+  !> The text with the 26 letters from the first on moved in the ASCII table.
+  pure function with_letters(given, first, shift) result(new)
+    character(*), intent(in) :: given
+    character(1), intent(in) :: first
+    integer, intent(in) :: shift
+    character(len(given)) :: new
+    integer :: i, code
+
+    new = given
+    do i = 1, len(given)
+      code = iachar(given(i:i))
+      if (code >= iachar(first) .and. code < iachar(first) + 26) new(i:i) = achar(code + shift)
+    end do
+  end function with_letters
 
   !> The text without blanks at its ends, and with single blanks inside.
   pure function squeezed(given) result(short)

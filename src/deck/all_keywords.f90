@@ -30,9 +30,14 @@ contains
 
   !> All keywords in the order of the manual, in which they are also read: what a reader looks up in
   !! the scene, such as tools, comes before it.
-  subroutine list_keywords(table)
+  subroutine list_keywords(table, others)
     type(keyword_table_t), intent(out) :: table
+    type(keyword_table_t), intent(in), optional :: others   !! taken instead
 
+    if (present(others)) then
+      table = others
+      return
+    end if
     call add_general_keywords(table)
     call add_material_keywords(table)
     call add_test_keyword(table)
@@ -128,10 +133,9 @@ contains
     associate (record => deck%records(found(1)))
       if (.not. record%is_valid) return
       scene%reduction%origin = record%origin
-      scene%reduction%component = index("XYZ", option_text(deck, record, "AXIS"))
-      if (.not. is_option_given(deck, record, "AXIS")) scene%reduction%component = 0
-      if (is_option_given(deck, record, "WIDTH")) &
-        scene%reduction%width = option_real(deck, record, "WIDTH")
+      scene%reduction%component = index("XYZ", option_text(record, "AXIS"))
+      if (.not. is_option_given(record, "AXIS")) scene%reduction%component = 0
+      if (is_option_given(record, "WIDTH")) scene%reduction%width = option_real(record, "WIDTH")
     end associate
   end subroutine read_reduction
 

@@ -1,5 +1,5 @@
-!> *BLANK and *PATCH: the solids, the material and the quadrature of the sheet, and the seams between
-!! its patches.
+!> *BLANK and *PATCH: the solids, the material and the quadrature of the sheet, and the seams
+!! between its patches.
 module blank_keywords
   use kinds, only: wp
   use failure, only: error_t
@@ -121,7 +121,7 @@ contains
 
     call add_line(table, "Where the axis begins, radius, and height along the axis. Axis 1 of "// &
                   "a bar is its length; a disk has its thickness along axis 3.", when="DISK|BAR")
-    call add_origin(table)
+    call add_vector(table, "", "coordinate")
     call add_field(table, "radius", kind_real, "radius", unit="length", range="> 0")
     call add_field(table, "height", kind_real, "thickness or length", unit="length", range="> 0")
     call add_line(table, "The patch CORE, a square, and RIM1, RIM2 ... around it, with their "// &
@@ -137,7 +137,7 @@ contains
     call add_core(table)
     call add_line(table, "Where the axis begins, radii, and height along the axis.", &
                   when="RING|TUBE")
-    call add_origin(table)
+    call add_vector(table, "", "coordinate")
     call add_field(table, "inner", kind_real, "inner radius", unit="length", range="> 0")
     call add_field(table, "outer", kind_real, "outer radius", unit="length", range="> 0")
     call add_field(table, "height", kind_real, "thickness or length", unit="length", range="> 0")
@@ -162,7 +162,7 @@ contains
 
     call add_line(table, "Middle of the bottom's outside, and the measures of the cup, its "// &
                   "radius and height those of the outside.", when="CUP")
-    call add_origin(table)
+    call add_vector(table, "", "coordinate")
     call add_field(table, "radius", kind_real, "radius", unit="length", range="> 0")
     call add_field(table, "height", kind_real, "height along the axis", unit="length", range="> 0")
     call add_field(table, "thickness", kind_real, "thickness of bottom and wall", unit="length", &
@@ -199,22 +199,13 @@ contains
     call add_field(table, name, kind_integer, text, range=">= 1 and <= 1000")
   end subroutine add_count
 
-  subroutine add_origin(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_vector(table, "", "coordinate")
-  end subroutine add_origin
-
   subroutine add_degree(table, name, text, least)
     type(keyword_table_t), intent(inout) :: table
     character(*), intent(in) :: name, text
     integer, intent(in) :: least
 
-    if (least == 2) then
-      call add_field(table, name, kind_integer, text, range=">= 2 and <= 5")
-    else
-      call add_field(table, name, kind_integer, text, range=">= 1 and <= 5")
-    end if
+    call add_field(table, name, kind_integer, text, &
+                   range=merge(">= 2 and <= 5", ">= 1 and <= 5", least == 2))
   end subroutine add_degree
 
   !> Fill the blank of the scene; its solids stay empty if they cannot be made.
@@ -233,20 +224,20 @@ contains
     if (size(found) == 0) return
     associate (record => deck%records(found(1)), blank => scene%blank)
       blank%origin = record%origin
-      blank%name = option_text(deck, record, "NAME")
+      blank%name = option_text(record, "NAME")
       blank%patches(1)%name = blank%name
-      call resolve_option(deck, record, "MATERIAL", context%names%materials, "*MATERIAL", &
+      call resolve_option(record, "MATERIAL", context%names%materials, "*MATERIAL", &
                           blank%material, errors)
-      context%frame%is_box = option_text(deck, record, "TYPE") == "BOX"
+      context%frame%is_box = option_text(record, "TYPE") == "BOX"
       call read_shape(deck, context, record, blank, is_complete, errors)
       call refuse_stray_patches(deck, record, errors)
       if (.not. is_complete) return
       do p = 1, size(blank%patches)
         call refine(deck, context%parts(1), blank%patches(p)%solid, errors)
-        call read_rule(option_text(deck, record, "QUADRATURE"), record, blank%patches(p), errors)
+        call read_rule(option_text(record, "QUADRATURE"), record, blank%patches(p), errors)
       end do
-      call read_projection(deck, record, blank, errors)
-      if (.not. context%frame%is_box) call join_patches(deck, record, blank, errors)
+      call read_projection(record, blank, errors)
+      if (.not. context%frame%is_box) call join_patches(record, blank, errors)
     end associate
   end subroutine read_blank
 
@@ -260,14 +251,14 @@ contains
     type(error_list_t), intent(inout) :: errors
 
     is_complete = .false.
-    select case (option_text(deck, record, "TYPE"))
+    select case (option_text(record, "TYPE"))
     case ("NURBS")
       call check_parts(deck, context%parts(1), 3, "the blank", errors)
       call read_nurbs(deck, context%parts(1), record, blank%patches(1)%solid, is_complete, errors)
     case ("BOX")
       call check_parts(deck, context%parts(1), 0, "a blank of TYPE=BOX", errors)
       if (record%is_valid) then
-        call read_box(record, option_text(deck, record, "MESH SPACING") == "CONTROL POINTS", &
+        call read_box(record, option_text(record, "MESH SPACING") == "CONTROL POINTS", &
                       blank%patches(1)%solid, context%frame, is_complete, errors)
       end if
     case ("PATCHES")
@@ -275,7 +266,7 @@ contains
       call read_patches(deck, context, blank, is_complete, errors)
     case ("DISK", "BAR", "RING", "TUBE", "CUP")
       call check_parts(deck, context%parts(1), 0, "a round blank", errors)
-      call read_round(deck, record, blank, is_complete, errors)
+      call read_round(record, blank, is_complete, errors)
     end select
   end subroutine read_shape
 
@@ -301,10 +292,10 @@ contains
     allocate (blank%patches(size(found)))
     do i = 1, size(found)
       associate (record => deck%records(found(i)), patch => blank%patches(i))
-        patch%name = option_text(deck, record, "NAME")
+        patch%name = option_text(record, "NAME")
         place = place_of(context%names%patches, squeezed(upper_case(patch%name)))
         is_made = .false.
-        if (place > 0 .and. option_text(deck, record, "TYPE") == "NURBS") then
+        if (place > 0 .and. option_text(record, "TYPE") == "NURBS") then
           call check_parts(deck, context%parts(place), 3, "a patch", errors)
           call read_nurbs(deck, context%parts(place), record, patch%solid, is_made, errors)
         else if (place > 0 .and. record%is_valid) then
@@ -324,11 +315,11 @@ contains
     type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
 
-    if (option_text(deck, blank_record, "TYPE") == "PATCHES") return
+    if (option_text(blank_record, "TYPE") == "PATCHES") return
     found = find_records(deck, "PATCH")
     if (size(found) == 0) return
     call add_error(errors, deck%records(found(1))%origin, "a *PATCH with a blank of TYPE="// &
-                   option_text(deck, blank_record, "TYPE"), "*BLANK with TYPE=PATCHES")
+                   option_text(blank_record, "TYPE"), "*BLANK with TYPE=PATCHES")
   end subroutine refuse_stray_patches
 
   subroutine read_nurbs(deck, parts, record, solid, is_complete, errors)
@@ -447,8 +438,7 @@ contains
   end subroutine choose_sheet_rule
 
   !> Projection of strains and its samples.
-  subroutine read_projection(deck, record, blank, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine read_projection(record, blank, errors)
     type(record_t), intent(in) :: record
     type(blank_spec_t), intent(inout) :: blank
     type(error_list_t), intent(inout) :: errors
@@ -456,8 +446,8 @@ contains
     integer :: n_parts(3), p
     logical :: is_good
 
-    blank%projection = option_text(deck, record, "PROJECTION")
-    blank%is_smooth = option_text(deck, record, "PROJECTION SPACE") == "SMOOTH"
+    blank%projection = option_text(record, "PROJECTION")
+    blank%is_smooth = option_text(record, "PROJECTION SPACE") == "SMOOTH"
     if (blank%is_smooth .and. blank%projection /= "BBAR") &
       call add_error(errors, record%origin, "PROJECTION SPACE=SMOOTH with PROJECTION="// &
                      blank%projection, "PROJECTION=BBAR, or no PROJECTION SPACE=SMOOTH")
@@ -472,8 +462,8 @@ contains
         exit
       end do
     end if
-    if (.not. is_option_given(deck, record, "PROJECTION TERMS")) return
-    samples = option_text(deck, record, "PROJECTION TERMS")
+    if (.not. is_option_given(record, "PROJECTION TERMS")) return
+    samples = option_text(record, "PROJECTION TERMS")
     if (blank%projection == "NONE") call add_error(errors, record%origin, &
       "PROJECTION TERMS="//samples//" without a projection", "also PROJECTION=BBAR or ANS")
     if (blank%is_smooth) call add_error(errors, record%origin, "PROJECTION TERMS="//samples// &
@@ -517,8 +507,7 @@ contains
   end subroutine read_count
 
   !> Patches of a blank of TYPE=DISK, BAR, RING, TUBE or CUP.
-  subroutine read_round(deck, record, blank, is_complete, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine read_round(record, blank, is_complete, errors)
     type(record_t), intent(in) :: record
     type(blank_spec_t), intent(inout) :: blank
     logical, intent(out) :: is_complete
@@ -529,12 +518,12 @@ contains
 
     is_complete = .false.
     if (.not. record%is_valid) return
-    select case (option_text(deck, record, "TYPE"))
-    case ("DISK"); call disk_solids(round_shape(deck, record, .false.), solids, error)
-    case ("BAR"); call bar_solids(round_shape(deck, record, .false.), solids, error)
-    case ("CUP"); call cup_solids(round_shape(deck, record, .true.), solids, error)
-    case ("RING"); call ring_solids(ring_shape(deck, record), solids, error)
-    case default; call tube_solids(ring_shape(deck, record), solids, error)
+    select case (option_text(record, "TYPE"))
+    case ("DISK"); call disk_solids(round_shape(record, .false.), solids, error)
+    case ("BAR"); call bar_solids(round_shape(record, .false.), solids, error)
+    case ("CUP"); call cup_solids(round_shape(record, .true.), solids, error)
+    case ("RING"); call ring_solids(ring_shape(record), solids, error)
+    case default; call tube_solids(ring_shape(record), solids, error)
     end select
     if (allocated(error)) then
       call add_error(errors, record%origin, "a round blank that cannot be made ("// &
@@ -548,7 +537,7 @@ contains
       blank%patches(p)%solid = solids(p)
       blank%patches(p)%name = blank%name
       if (size(solids) == 1) cycle
-      blank%patches(p)%name = part_name(p, size(solids), option_text(deck, record, "TYPE") == "CUP")
+      blank%patches(p)%name = part_name(p, size(solids), option_text(record, "TYPE") == "CUP")
     end do
   end subroutine read_round
 
@@ -567,15 +556,14 @@ contains
   end function part_name
 
   !> Data lines of disks and bars, or of cups, which have two numbers more on either line.
-  function round_shape(deck, record, is_cup) result(shape)
-    type(parsed_deck_t), intent(in) :: deck
+  function round_shape(record, is_cup) result(shape)
     type(record_t), intent(in) :: record
     logical, intent(in) :: is_cup
     type(round_shape_t) :: shape
     integer :: i, more
 
     more = merge(2, 0, is_cup)
-    shape%axis = index("XYZ", option_text(deck, record, "AXIS"))
+    shape%axis = index("XYZ", option_text(record, "AXIS"))
     shape%origin = [(field_real(record, 1, i), i=1, 3)]
     shape%radius = field_real(record, 1, 4)
     shape%height = field_real(record, 1, 5)
@@ -591,13 +579,12 @@ contains
   end function round_shape
 
   !> Data lines of rings and tubes.
-  function ring_shape(deck, record) result(shape)
-    type(parsed_deck_t), intent(in) :: deck
+  function ring_shape(record) result(shape)
     type(record_t), intent(in) :: record
     type(round_shape_t) :: shape
     integer :: i
 
-    shape%axis = index("XYZ", option_text(deck, record, "AXIS"))
+    shape%axis = index("XYZ", option_text(record, "AXIS"))
     shape%origin = [(field_real(record, 1, i), i=1, 3)]
     shape%inner_radius = field_real(record, 1, 4)
     shape%radius = field_real(record, 1, 5)
@@ -611,8 +598,7 @@ contains
 
   !> Find the seams of a blank as its MERGE option asks. Faces that meet but do not fit are errors;
   !! a blank that falls apart is one that the user should know of.
-  subroutine join_patches(deck, record, blank, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine join_patches(record, blank, errors)
     type(record_t), intent(in) :: record
     type(blank_spec_t), intent(inout) :: blank
     type(error_list_t), intent(inout) :: errors
@@ -623,11 +609,11 @@ contains
     logical :: is_whole
     integer :: p, i
 
-    if (option_text(deck, record, "MERGE") == "NO") return
+    if (option_text(record, "MERGE") == "NO") return
     do p = 1, size(solids)
       solids(p) = blank%patches(p)%solid
     end do
-    tolerance = option_real(deck, record, "TOLERANCE")
+    tolerance = option_real(record, "TOLERANCE")
     if (tolerance <= 0.0_wp) tolerance = default_tolerance(solids)
     blank%merge_distance = tolerance
     call find_seams(solids, tolerance, seams)

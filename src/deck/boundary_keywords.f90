@@ -103,12 +103,12 @@ contains
     n = 0
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
-        call find_amplitude(deck, record, context, curve, errors)
+        call find_amplitude(record, context, curve, errors)
         if (.not. record%is_valid) cycle
         step = step_of(record%step)
-        call check_lines(deck, record, errors)
+        call check_lines(record, errors)
         associate (before => scene%boundaries(:n))
-          if (option_text(deck, record, "OP") == "NEW") &
+          if (option_text(record, "OP") == "NEW") &
             before%last_step = end_before(step, before%first_step, before%last_step)
         end associate
         do line = 1, record%n_lines
@@ -118,7 +118,7 @@ contains
           scene%boundaries(n)%origin = line_origin(deck, record, line)
           call read_components(record, line, scene%boundaries(n), errors)
           if (any(abs(scene%boundaries(n)%velocity) > 0.0_wp)) &
-            call check_type(option_text(deck, record, "TYPE"), scene%boundaries(n), errors)
+            call check_type(option_text(record, "TYPE"), scene%boundaries(n), errors)
           call find_set(context, field_word(record, line, 1), &
                         line_origin(deck, record, line), scene, set, errors)
           scene%boundaries(n)%set = set
@@ -191,10 +191,10 @@ contains
       found = find_records(deck, trim(kinds(kind)))
       do i = 1, size(found)
         associate (record => deck%records(found(i)))
-          call find_amplitude(deck, record, context, curve, errors)
+          call find_amplitude(record, context, curve, errors)
           if (.not. record%is_valid) cycle
-          call check_lines(deck, record, errors)
-          if (option_text(deck, record, "OP") == "NEW") &
+          call check_lines(record, errors)
+          if (option_text(record, "OP") == "NEW") &
             call end_loads(trim(kinds(kind)), step_of(record%step), -1, scene%loads(:n))
           do line = 1, record%n_lines
             n = n + 1
@@ -244,7 +244,8 @@ contains
     if (set > 0) then
       if (.not. is_on_face(scene, set)) then
         call add_error(errors, scene%loads(n)%origin, "the set "//scene%sets(set)%name// &
-                       ", which is no face", "a face of the blank or a part of one")
+                       ", which is not on one face", "a face of the blank or a part of one; "// &
+                       "a line for each of several")
       end if
     end if
     if (scene%loads(n)%kind == "PRESSURE") then
@@ -262,7 +263,7 @@ contains
     logical :: is_layer(3)
     integer :: a, p
 
-    is_on_face = .true.
+    is_on_face = .not. allocated(scene%sets(set)%others)
     do p = 1, size(scene%blank%patches)
       do a = 1, 3
         if (.not. allocated(scene%blank%patches(p)%solid%axes(a)%knots)) return

@@ -74,23 +74,21 @@ contains
       associate (record => deck%records(found(i)), contact => scene%contacts(i))
         contact%origin = record%origin
         contact%first_step = step_of(record%step)
-        call resolve_option(deck, record, "TOOL", context%names%tools, "*TOOL", contact%tool, &
-                            errors)
-        contact%points = option_text(deck, record, "POINTS")
-        contact%is_corner_start = option_text(deck, record, "START") == "CORNER"
-        contact%penalty_scale = option_real(deck, record, "PENALTY SCALE")
-        contact%stiffness = option_real(deck, record, "STIFFNESS")
-        contact%friction = option_real(deck, record, "FRICTION")
-        contact%damping = option_real(deck, record, "DAMPING")
-        contact%overhang = option_real(deck, record, "EXTENSION ZONE")
-        call read_face(deck, record, context%frame, contact, errors)
+        call resolve_option(record, "TOOL", context%names%tools, "*TOOL", contact%tool, errors)
+        contact%points = option_text(record, "POINTS")
+        contact%is_corner_start = option_text(record, "START") == "CORNER"
+        contact%penalty_scale = option_real(record, "PENALTY SCALE")
+        contact%stiffness = option_real(record, "STIFFNESS")
+        contact%friction = option_real(record, "FRICTION")
+        contact%damping = option_real(record, "DAMPING")
+        contact%overhang = option_real(record, "EXTENSION ZONE")
+        call read_face(record, context%frame, contact, errors)
       end associate
     end do
   end subroutine read_contacts
 
   !> Face and the number of Gauss points on it.
-  subroutine read_face(deck, record, frame, contact, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine read_face(record, frame, contact, errors)
     type(record_t), intent(in) :: record
     type(box_frame_t), intent(in) :: frame
     type(contact_spec_t), intent(inout) :: contact
@@ -99,16 +97,16 @@ contains
     integer :: n_parts(2)
     logical :: is_good
 
-    face = squeezed(upper_case(option_text(deck, record, "FACE")))
+    face = squeezed(upper_case(option_text(record, "FACE")))
     contact%face = face_of(face, frame)
     if (contact%face == 0 .and. face /= "AUTO") then
       call add_error(errors, record%origin, "FACE="//face, "the name of a face, or AUTO"// &
                      did_you_mean(face, [face_names(), strings(["AUTO"])]))
     end if
-    if (.not. is_option_given(deck, record, "COUNT")) return
-    call read_count(option_text(deck, record, "COUNT"), contact%n_points, n_parts, is_good)
+    if (.not. is_option_given(record, "COUNT")) return
+    call read_count(option_text(record, "COUNT"), contact%n_points, n_parts, is_good)
     if (.not. is_good .or. any(n_parts > 1)) then
-      call add_error(errors, record%origin, "COUNT="//option_text(deck, record, "COUNT"), &
+      call add_error(errors, record%origin, "COUNT="//option_text(record, "COUNT"), &
                      "two whole numbers in quotes such as ""3,3""")
     else if (contact%points /= "GAUSS") then
       call add_error(errors, record%origin, "COUNT with POINTS="//contact%points, &
@@ -173,26 +171,26 @@ contains
     do i = 1, size(found)
       associate (record => deck%records(found(i)), bead => scene%beads(i))
         bead%origin = record%origin
-        bead%name = option_text(deck, record, "NAME")
+        bead%name = option_text(record, "NAME")
         if (place_of(context%names%tools, squeezed(upper_case(bead%name))) > 0) then
           call add_error(errors, record%origin, "the name "//bead%name//", which is that of a "// &
                          "tool", "a name of its own")
         end if
         bead%given_step = step_of(record%step)
         bead%first_step = bead%given_step
-        bead%width = option_real(deck, record, "WIDTH")
-        bead%slip = option_real(deck, record, "ELASTIC SLIP")
-        call find_amplitude(deck, record, context, bead%curve, errors)
+        bead%width = option_real(record, "WIDTH")
+        bead%slip = option_real(record, "ELASTIC SLIP")
+        call find_amplitude(record, context, bead%curve, errors)
         if (bead%curve > 0) then
           if (any(scene%curves(bead%curve)%values < 0.0_wp)) call add_error(errors, &
             record%origin, "an amplitude with values below 0", "one that holds the sheet back")
         end if
-        call resolve_option(deck, record, "CLOSING TOOL", context%names%tools, "*TOOL", &
+        call resolve_option(record, "CLOSING TOOL", context%names%tools, "*TOOL", &
                             bead%closing, errors)
-        if (is_option_given(deck, record, "CLOSING TOOL") .and. bead%curve == 0) &
+        if (is_option_given(record, "CLOSING TOOL") .and. bead%curve == 0) &
           call add_error(errors, record%origin, "CLOSING TOOL without AMPLITUDE", &
                          "an amplitude of the forces over the stroke of the tool")
-        face = squeezed(upper_case(option_text(deck, record, "FACE")))
+        face = squeezed(upper_case(option_text(record, "FACE")))
         bead%face = face_of(face, context%frame)
         if (bead%face < first_large) then
           call add_error(errors, record%origin, "FACE="//face, "the top or the bottom "// &

@@ -1,5 +1,5 @@
-!> Checks that need more than one keyword: what is missing, what is in the wrong step, what is empty,
-!! what never happens.
+!> Checks that need more than one keyword: what is missing, what is in the wrong step, what is
+!! empty, what never happens.
 module deck_check
   use kinds, only: wp
   use text, only: to_text, rounded_text

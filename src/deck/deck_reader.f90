@@ -1,6 +1,6 @@
-!> From a deck file to a scene: lexer, check of the records, and the readers of the keywords; and the
-!! key of a deck for checkpoints, which changes with everything that may not change when a run is
-!! taken up again.
+!> From a deck file to a scene: lexer, check of the records, and the readers of the keywords; and
+!! the key of a deck for checkpoints, which changes with everything that may not change when a run
+!! is taken up again.
 module deck_reader
   use input_errors, only: error_list_t, add_error, n_errors
   use text, only: string_t, to_text
@@ -36,11 +36,7 @@ contains
     type(parsed_deck_t) :: deck
     logical :: is_deck
 
-    if (present(keywords)) then
-      table = keywords
-    else
-      call list_keywords(table)
-    end if
+    call list_keywords(table, keywords)
     call read_records(path, overrides, table, deck, scene, errors, is_deck)
     if (.not. is_deck) return
     call check_presence(deck, errors)
@@ -48,7 +44,7 @@ contains
     call read_scene(deck, table, scene, errors)
     if (n_errors(errors) == 0) call check_scene(scene, errors)
     if (n_errors(errors) == 0) call reduce_scene(scene, errors)
-    call sort_errors(errors, deck%lexed%files(:deck%lexed%n_files))
+    call sort_errors(errors, deck%lexed%files)
   end subroutine read_deck
 
   !> Read what tests of materials need from a deck, as `read_deck` does; everything else in it is
@@ -81,7 +77,7 @@ contains
       if (associated(table%items(i)%read_test)) &
         call table%items(i)%read_test(deck, context, scene, errors)
     end do
-    call sort_errors(errors, deck%lexed%files(:deck%lexed%n_files))
+    call sort_errors(errors, deck%lexed%files)
   end subroutine read_material_deck
 
   !> The records of a deck, checked one by one against the table of keywords.
@@ -98,13 +94,10 @@ contains
 
     call lex_deck(path, overrides, lexed, errors)
     scene%file = path
-    allocate (scene%files(lexed%n_files), scene%sums(lexed%n_files))
-    do i = 1, lexed%n_files
-      scene%files(i)%value = lexed%files(i)%value
-      scene%sums(i)%value = lexed%sums(i)%value
-    end do
+    scene%files = lexed%files
+    scene%sums = lexed%sums
     is_deck = lexed%n_blocks > 0 .and. .not. lexed%is_cut
-    if (lexed%n_files > 0) then
+    if (size(lexed%files) > 0) then
       scene%text = lexed%characters(:lexed%n_characters)
       if (.not. is_deck .and. errors%n_items == 0) then
         call add_error(errors, deck_end(lexed), "no keyword in the deck, which ends here", &
@@ -136,7 +129,7 @@ contains
     do i = 1, table%n_keywords
       if (associated(table%items(i)%read)) call table%items(i)%read(deck, context, scene, errors)
     end do
-    do i = deck%lexed%n_files + 1, size(scene%files)   ! geometry from other programs
+    do i = size(deck%lexed%files) + 1, size(scene%files)   ! geometry from other programs
       scene%digest = scene%digest//digest_line(scene%sums(i)%value, "the file '" &
                                                //scene%files(i)%value//"'")
     end do

@@ -1,11 +1,12 @@
 !> Keyword blocks after their check against the keyword table: options and fields by name and place;
-!! in which step they are; and what the readers of keywords share: the names that a deck defines, how
-!! the blank lies in space, and which records describe which patch. Case does not matter in names.
+!! in which step they are; and what the readers of keywords share: the names that a deck defines,
+!! how the blank lies in space, and which records describe which patch. Case does not matter in
+!! names.
 module deck_records
   use kinds, only: wp
   use input_errors, only: origin_t, new_origin, error_list_t, add_error
   use text, only: string_t, read_real, upper_case, to_text, squeezed
-  use keyword_spec, only: keyword_spec_t, option_index, did_you_mean, names_material, names_curve, &
+  use keyword_spec, only: keyword_spec_t, did_you_mean, names_material, names_curve, &
                           names_patch, names_tool, names_set, names_point
   use lexer, only: lexed_deck_t
   use knot_vector, only: knot_vector_t
@@ -13,13 +14,19 @@ module deck_records
   implicit none
   private
 
-  public :: number_steps, n_deck_steps, step_of, first_in_step, n_data_lines, check_lines
-  public :: end_before
-  public :: record_t, parsed_deck_t, find_records, is_option_given, option_text, option_real
-  public :: option_integer, line_origin, line_place, deck_end, n_fields, field_real, field_integer
-  public :: field_word, is_filled, all_numbers
-  public :: deck_context_t, deck_names_t, box_frame_t, patch_parts_t, enter_names, enter_name, &
-            resolve, resolve_option
+  public :: record_t, option_t, parsed_deck_t, find_records
+  public :: option_text, option_real, option_integer, is_option_given
+  public :: n_fields, field_real, field_integer, field_word, is_filled, all_numbers
+  public :: line_origin, line_place, deck_end, n_data_lines, check_lines
+  public :: number_steps, n_deck_steps, step_of, first_in_step, end_before
+  public :: deck_context_t, deck_names_t, box_frame_t, patch_parts_t
+  public :: enter_names, enter_name, resolve, resolve_option
+
+  !> An option of a keyword, by its present name.
+  type :: option_t
+    character(:), allocatable :: name, value   !! or the default
+    logical :: is_given = .false.              !! by the deck or by default
+  end type option_t
 
   !> One keyword block. Field `j` of line `i` is entry `first(i) + j - 1` of the last three lists.
   type :: record_t
@@ -28,8 +35,7 @@ module deck_records
     integer :: parent = 0                      !! record of the keyword that this one follows
     integer :: step = 0                        !! place of the *STEP that it stands in, 0: none
     logical :: is_valid = .true.               !! no error in it so far
-    type(string_t), allocatable :: options(:)  !! in the order of the table, defaults filled in
-    logical, allocatable :: is_given(:)        !! which options the deck gives or have a default
+    type(option_t), allocatable :: options(:)  !! in the order of the table
     integer :: n_lines = 0
     integer :: first_line = 1                  !! of the data lines in the deck's list
     integer :: joined = 0                      !! line that has the next one at its end, 0: none
@@ -97,44 +103,49 @@ contains
   end function find_records
 
   !> Does the record have a value for the option, or the flag?
-  pure logical function is_option_given(deck, record, name)
-    type(parsed_deck_t), intent(in) :: deck
+  pure logical function is_option_given(record, name)
     type(record_t), intent(in) :: record
     character(*), intent(in) :: name   !! an option of the record's keyword
 
-    is_option_given = record%is_given(option_index(deck%keywords(record%spec), name))
+    is_option_given = record%options(place_in(record, name))%is_given
   end function is_option_given
 
   !> Value of an option, its default, or nothing.
-  pure function option_text(deck, record, name) result(value)
-    type(parsed_deck_t), intent(in) :: deck
+  pure function option_text(record, name) result(value)
     type(record_t), intent(in) :: record
     character(*), intent(in) :: name   !! an option of the record's keyword
     character(:), allocatable :: value
-    integer :: place
 
-    place = option_index(deck%keywords(record%spec), name)
     value = ""
-    if (record%is_given(place)) value = record%options(place)%value
+    associate (option => record%options(place_in(record, name)))
+      if (option%is_given) value = option%value
+    end associate
   end function option_text
 
+  pure integer function place_in(record, name) result(place)
+    type(record_t), intent(in) :: record
+    character(*), intent(in) :: name
+
+    do place = size(record%options), 1, -1
+      if (record%options(place)%name == name) exit
+    end do
+  end function place_in
+
   !> Value of a number option; 0 where there is none.
-  pure real(wp) function option_real(deck, record, name)
-    type(parsed_deck_t), intent(in) :: deck
+  pure real(wp) function option_real(record, name)
     type(record_t), intent(in) :: record
     character(*), intent(in) :: name   !! an option of the record's keyword
     logical :: is_number
 
-    call read_real(option_text(deck, record, name), option_real, is_number)
+    call read_real(option_text(record, name), option_real, is_number)
   end function option_real
 
   !> Value of a whole-number option; 0 where there is none.
-  pure integer function option_integer(deck, record, name)
-    type(parsed_deck_t), intent(in) :: deck
+  pure integer function option_integer(record, name)
     type(record_t), intent(in) :: record
     character(*), intent(in) :: name   !! an option of the record's keyword
 
-    option_integer = nint(option_real(deck, record, name))
+    option_integer = nint(option_real(record, name))
   end function option_integer
 
   !> Where a data line stands.
@@ -231,15 +242,15 @@ contains
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
         select case (deck%keywords(spec)%names)
-        case (names_material); call enter_name(deck, record, names%materials, errors)
-        case (names_curve); call enter_name(deck, record, names%curves, errors)
-        case (names_patch); call enter_name(deck, record, names%patches, errors)
-        case (names_set); call enter_name(deck, record, names%sets, errors)
-        case (names_point); call enter_name(deck, record, names%points, errors)
+        case (names_material); call enter_name(record, names%materials, errors)
+        case (names_curve); call enter_name(record, names%curves, errors)
+        case (names_patch); call enter_name(record, names%patches, errors)
+        case (names_set); call enter_name(record, names%sets, errors)
+        case (names_point); call enter_name(record, names%points, errors)
         case (names_tool)
-          call enter_name(deck, record, names%patches, errors)
-          if (.not. is_option_given(deck, record, "COMPONENT OF")) &
-            call enter_name(deck, record, names%tools, known)
+          call enter_name(record, names%patches, errors)
+          if (.not. is_option_given(record, "COMPONENT OF")) &
+            call enter_name(record, names%tools, known)
         end select
       end associate
     end do
@@ -247,15 +258,14 @@ contains
 
   !> Enter one name. A record without a new name takes a place too, under a name none can write.
   !! Names become those of groups in the result file, where slashes and lone points have a meaning.
-  subroutine enter_name(deck, record, names, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine enter_name(record, names, errors)
     type(record_t), intent(in) :: record
     type(name_table_t), intent(inout) :: names
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: name, given
     logical :: is_new
 
-    given = squeezed(option_text(deck, record, "NAME"))
+    given = squeezed(option_text(record, "NAME"))
     name = upper_case(given)
     is_new = .false.
     if (name /= "") call insert(names, name, is_new)
@@ -287,8 +297,7 @@ contains
   end subroutine resolve
 
   !> Place of the thing that an option names; 0 if the option is not given or its name is unknown.
-  pure subroutine resolve_option(deck, record, option, names, what, place, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  pure subroutine resolve_option(record, option, names, what, place, errors)
     type(record_t), intent(in) :: record
     character(*), intent(in) :: option
     type(name_table_t), intent(in) :: names
@@ -297,8 +306,8 @@ contains
     type(error_list_t), intent(inout) :: errors
 
     place = 0
-    if (.not. is_option_given(deck, record, option)) return
-    call resolve(names, option_text(deck, record, option), what, record%origin, place, errors)
+    if (.not. is_option_given(record, option)) return
+    call resolve(names, option_text(record, option), what, record%origin, place, errors)
   end subroutine resolve_option
 
   !> Give every record the number of its step. What stands before the first has 0.
@@ -350,12 +359,11 @@ contains
   end function n_data_lines
 
   !> Only a record with OP=NEW may have no data lines.
-  subroutine check_lines(deck, record, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine check_lines(record, errors)
     type(record_t), intent(in) :: record
     type(error_list_t), intent(inout) :: errors
 
-    if (record%n_lines > 0 .or. option_text(deck, record, "OP") == "NEW") return
+    if (record%n_lines > 0 .or. option_text(record, "OP") == "NEW") return
     call add_error(errors, record%origin, "0 data lines", "1 data line or more, or OP=NEW")
   end subroutine check_lines
 

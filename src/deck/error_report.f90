@@ -1,5 +1,7 @@
 !> The errors of a deck as lines of text.
 module error_report
+  use kinds, only: wp
+  use lapack, only: sorted_order
   use input_errors, only: input_error_t, error_list_t, n_errors
   use text, only: string_t, to_text
   use system_files, only: true_path
@@ -92,17 +94,20 @@ contains
     type(error_list_t), intent(inout) :: errors
     type(string_t), intent(in) :: files(:)
     type(error_list_t) :: sorted
-    integer :: key(2, errors%n_items), order(errors%n_items), i, j
+    real(wp), parameter :: most_lines = 1.0e10_wp   ! of a file
+    real(wp) :: place(errors%n_items)
+    integer :: order(errors%n_items), i, j
 
     if (errors%n_items == 0) return
     do i = 1, errors%n_items
-      key(:, i) = [0, errors%items(i)%origin%line]
+      place(i) = errors%items(i)%origin%line
       do j = 1, size(files)
-        if (files(j)%value == errors%items(i)%origin%file) key(1, i) = j
-        if (key(1, i) > 0) exit
+        if (files(j)%value /= errors%items(i)%origin%file) cycle
+        place(i) = place(i) + most_lines*j
+        exit
       end do
     end do
-    call merge_sort(key, order)
+    order = sorted_order(place)
     sorted%n_items = errors%n_items
     allocate (sorted%items(errors%n_items))
     do i = 1, errors%n_items
@@ -110,48 +115,5 @@ contains
     end do
     call move_alloc(sorted%items, errors%items)
   end subroutine sort_errors
-
-  !> Stable order of keys that compare by their first and then their second entry.
-  pure subroutine merge_sort(key, order)
-    integer, intent(in) :: key(:, :)     !! shape (2, n)
-    integer, intent(out) :: order(:)     !! shape (n)
-    integer :: merged(size(order)), width, first, middle, last, i, j, k, n
-
-    n = size(order)
-    order = [(i, i=1, n)]
-    width = 1
-    do while (width < n)
-      do first = 1, n, 2*width
-        middle = min(first + width, n + 1)
-        last = min(first + 2*width, n + 1)
-        i = first
-        j = middle
-        do k = first, last - 1
-          if (takes_left(i, middle, j, last)) then
-            merged(k) = order(i)
-            i = i + 1
-          else
-            merged(k) = order(j)
-            j = j + 1
-          end if
-        end do
-      end do
-      order = merged
-      width = 2*width
-    end do
-
-  contains
-
-    pure logical function takes_left(i, middle, j, last)
-      integer, intent(in) :: i, middle, j, last
-
-      takes_left = i < middle
-      if (.not. takes_left .or. j >= last) return
-      associate (a => key(:, order(i)), b => key(:, order(j)))
-        takes_left = a(1) < b(1) .or. (a(1) == b(1) .and. a(2) <= b(2))
-      end associate
-    end function takes_left
-
-  end subroutine merge_sort
 
 end module error_report

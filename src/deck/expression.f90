@@ -169,18 +169,20 @@ contains
     character_ahead = reader%line(reader%place + i - 1:reader%place + i - 1)
   end function next
 
-  !> Move past `symbol` if it comes next.
-  pure subroutine accept(reader, symbol, is_there)
+  !> Move past one of these symbols if it comes next, and say which; 0: none.
+  pure subroutine accept(reader, symbols, which)
     type(reader_t), intent(inout) :: reader
-    character(*), intent(in) :: symbol
-    logical, intent(out) :: is_there
+    character(*), intent(in) :: symbols(:)   !! of one length
+    integer, intent(out) :: which
     integer :: first
 
-    is_there = .false.
+    which = 0
     if (allocated(reader%message) .or. reader%place > len(reader%line)) return
     first = reader%place + verify(reader%line(reader%place:), " ") - 1
-    is_there = reader%line(first:min(first + len(symbol), len(reader%line) + 1) - 1) == symbol
-    if (is_there) reader%place = first + len(symbol)
+    do which = size(symbols), 1, -1
+      if (index(reader%line(first:), symbols(which)) == 1) exit
+    end do
+    if (which > 0) reader%place = first + len(symbols)
   end subroutine accept
 
   pure recursive subroutine read_sum(reader, parameters, value)
@@ -188,16 +190,14 @@ contains
     type(parameter_table_t), intent(in) :: parameters
     real(wp), intent(out) :: value
     real(wp) :: term
-    logical :: is_plus, is_minus
+    integer :: which
 
     call read_product(reader, parameters, value)
     do
-      call accept(reader, "+", is_plus)
-      is_minus = .false.
-      if (.not. is_plus) call accept(reader, "-", is_minus)
-      if (.not. (is_plus .or. is_minus)) exit
+      call accept(reader, ["+", "-"], which)
+      if (which == 0) exit
       call read_product(reader, parameters, term)
-      value = value + merge(term, -term, is_plus)
+      value = value + merge(term, -term, which == 1)
     end do
   end subroutine read_sum
 
@@ -206,17 +206,15 @@ contains
     type(parameter_table_t), intent(in) :: parameters
     real(wp), intent(out) :: value
     real(wp) :: factor
-    logical :: is_times, is_over
+    integer :: which
 
     call read_signed(reader, parameters, value)
     do
-      call accept(reader, "*", is_times)
-      is_over = .false.
-      if (.not. is_times) call accept(reader, "/", is_over)
-      if (.not. (is_times .or. is_over)) exit
+      call accept(reader, ["*", "/"], which)
+      if (which == 0) exit
       call read_signed(reader, parameters, factor)
       if (allocated(reader%message)) exit
-      if (is_times) then
+      if (which == 1) then
         value = value*factor
       else if (abs(factor) > 0.0_wp) then
         value = value/factor
@@ -230,19 +228,17 @@ contains
     type(reader_t), intent(inout) :: reader
     type(parameter_table_t), intent(in) :: parameters
     real(wp), intent(out) :: value
-    logical :: is_plus, is_minus
+    integer :: which
 
     value = 0.0_wp
     reader%depth = reader%depth + 1
     if (reader%depth > deepest .and. .not. allocated(reader%message)) then
       reader%message = "more than "//to_text(deepest)//" brackets or signs within each other"
     end if
-    call accept(reader, "-", is_minus)
-    is_plus = .false.
-    if (.not. is_minus) call accept(reader, "+", is_plus)
-    if (is_minus .or. is_plus) then
+    call accept(reader, ["+", "-"], which)
+    if (which > 0) then
       call read_signed(reader, parameters, value)
-      if (is_minus) value = -value
+      if (which == 2) value = -value
     else if (.not. allocated(reader%message)) then
       call read_power(reader, parameters, value)
     end if
@@ -254,11 +250,11 @@ contains
     type(parameter_table_t), intent(in) :: parameters
     real(wp), intent(out) :: value
     real(wp) :: exponent
-    logical :: is_power
+    integer :: which
 
     call read_operand(reader, parameters, value)
-    call accept(reader, "**", is_power)
-    if (.not. is_power) return
+    call accept(reader, ["**"], which)
+    if (which == 0) return
     call read_signed(reader, parameters, exponent)
     if (allocated(reader%message)) return
     if (value < 0.0_wp .and. abs(exponent - anint(exponent)) > 0.0_wp) then
@@ -278,7 +274,7 @@ contains
     type(parameter_table_t), intent(in) :: parameters
     real(wp), intent(out) :: value
     character(:), allocatable :: ahead, word
-    logical :: is_there
+    integer :: which
 
     value = 0.0_wp
     ahead = next(reader)
@@ -288,10 +284,10 @@ contains
     else if (scan(ahead, "0123456789.") == 1) then
       call read_literal(reader, value)
     else if (ahead == "(") then
-      call accept(reader, "(", is_there)
+      call accept(reader, ["("], which)
       call read_sum(reader, parameters, value)
-      call accept(reader, ")", is_there)
-      if (.not. (is_there .or. allocated(reader%message))) reader%message = "no closing bracket"
+      call accept(reader, [")"], which)
+      if (which == 0 .and. .not. allocated(reader%message)) reader%message = "no closing bracket"
     else
       call read_word(reader, word)
       if (next(reader) == "(") then
@@ -391,7 +387,7 @@ contains
     character(*), intent(in) :: word
     real(wp), intent(out) :: value
     real(wp) :: other
-    logical :: is_there
+    integer :: which
     character(:), allocatable :: name, nearest
 
     name = lower_case(word)
@@ -402,20 +398,20 @@ contains
       if (nearest /= "") reader%message = reader%message//", did you mean `"//nearest//"`?"
       return
     end if
-    call accept(reader, "(", is_there)
+    call accept(reader, ["("], which)
     call read_sum(reader, parameters, value)
     if (name == "min" .or. name == "max") then
       do
-        call accept(reader, ",", is_there)
-        if (.not. is_there) exit
+        call accept(reader, [","], which)
+        if (which == 0) exit
         call read_sum(reader, parameters, other)
         if (name == "min") value = min(value, other)
         if (name == "max") value = max(value, other)
       end do
     end if
-    call accept(reader, ")", is_there)
+    call accept(reader, [")"], which)
     if (allocated(reader%message)) return
-    if (is_there) then
+    if (which > 0) then
       call apply(name, value, reader%message)
     else
       reader%message = "no closing bracket after the argument of "//name

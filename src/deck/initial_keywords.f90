@@ -1,7 +1,7 @@
 !> *INITIAL CONDITIONS, and *TEMPERATURE and *FIELD during the run.
 module initial_keywords
   use kinds, only: wp
-  use input_errors, only: error_list_t, add_error, add_warning
+  use input_errors, only: origin_t, error_list_t, add_error, add_warning
   use text, only: upper_case, to_text, read_real
   use scene, only: scene_t, initial_state_spec_t, is_user_material, material_spec_t, field_spec_t
   use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
@@ -77,7 +77,7 @@ contains
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
         if (.not. record%is_valid) cycle
-        if (index(option_text(deck, record, "TYPE"), "VELOCITY") == 0) cycle
+        if (index(option_text(record, "TYPE"), "VELOCITY") == 0) cycle
         do line = 1, record%n_lines
           n = n + 1
           call find_set(context, field_word(record, line, 1), &
@@ -85,7 +85,7 @@ contains
           associate (start => scene%initial_velocities(n))
             start%origin = line_origin(deck, record, line)
             start%set = set
-            if (option_text(deck, record, "TYPE") == "VELOCITY") then
+            if (option_text(record, "TYPE") == "VELOCITY") then
               start%velocity(field_integer(record, line, 2)) = field_real(record, line, 3)
             else
               start%omega = [(field_real(record, line, 1 + j), j=1, 3)]
@@ -126,8 +126,7 @@ contains
     call list_states(deck, starts, errors)
     do i = 1, size(starts)
       if (upper_case(starts(i)%name) == "ALL") cycle
-      call add_warning(errors, starts(i)%origin, "the set "//starts(i)%name//", in which the "// &
-                       "point of a material test does not lie", "ALL for a start of the tests")
+      call warn_of_set(starts(i)%name, starts(i)%origin, errors)
     end do
     do i = 1, size(scene%tests)
       associate (test => scene%tests(i))
@@ -143,6 +142,16 @@ contains
       end associate
     end do
   end subroutine read_test_states
+
+  !> A material test has no sets.
+  subroutine warn_of_set(name, origin, errors)
+    character(*), intent(in) :: name
+    type(origin_t), intent(in) :: origin
+    type(error_list_t), intent(inout) :: errors
+
+    call add_warning(errors, origin, "the set "//name//", in which the point of a material "// &
+                     "test does not lie", "ALL for a start of the tests")
+  end subroutine warn_of_set
 
   !> Names of sets with their state variables, as Abaqus places them: eight entries on a line, the
   !! name of the set being the first. A line that begins with a number goes on with the values of
@@ -162,7 +171,7 @@ contains
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
         if (.not. record%is_valid) cycle
-        if (option_text(deck, record, "TYPE") /= "SOLUTION") cycle
+        if (option_text(record, "TYPE") /= "SOLUTION") cycle
         n_full = 0
         do line = 1, record%n_lines
           start%name = field_word(record, line, 1)
@@ -261,7 +270,7 @@ contains
     found = find_records(deck, "INITIAL CONDITIONS")
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
-        variable = start_variable(deck, record)
+        variable = start_variable(record)
         if (variable > 0) call read_lines(deck, record, context, field_spec_t(variable=variable), &
                                           scene, errors)
       end associate
@@ -349,15 +358,13 @@ contains
     found = find_records(deck, "INITIAL CONDITIONS")
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
-        start%variable = start_variable(deck, record)
+        start%variable = start_variable(record)
         if (start%variable == 0) cycle
         do line = 1, record%n_lines
           start%origin = line_origin(deck, record, line)
           start%value = field_real(record, line, 2)
           if (upper_case(field_word(record, line, 1)) /= "ALL") then
-            call add_warning(errors, start%origin, "the set "//field_word(record, line, 1)// &
-                             ", in which the point of a material test does not lie", &
-                             "ALL for a start of the tests")
+            call warn_of_set(field_word(record, line, 1), start%origin, errors)
           else if (any([(abs(field_real(record, line, 2 + k)) > 0.0_wp, k=1, 3)])) then
             call add_error(errors, start%origin, "a change along x, y or z for a material test", &
                            "one value: its point has no place")
@@ -386,17 +393,16 @@ contains
   end subroutine refuse_changes
 
   !> Which field a record of *INITIAL CONDITIONS gives; 0: none.
-  integer function start_variable(deck, record) result(variable)
-    type(parsed_deck_t), intent(in) :: deck
+  integer function start_variable(record) result(variable)
     type(record_t), intent(in) :: record
 
     variable = 0
     if (.not. record%is_valid) return
-    select case (option_text(deck, record, "TYPE"))
+    select case (option_text(record, "TYPE"))
     case ("TEMPERATURE")
       variable = 1
     case ("FIELD")
-      variable = 1 + option_integer(deck, record, "VARIABLE")
+      variable = 1 + option_integer(record, "VARIABLE")
     end select
   end function start_variable
 
@@ -414,12 +420,12 @@ contains
     found = find_records(deck, keyword)
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
-        call find_amplitude(deck, record, context, field%curve, errors)
+        call find_amplitude(record, context, field%curve, errors)
         if (.not. record%is_valid) cycle
-        call check_lines(deck, record, errors)
+        call check_lines(record, errors)
         field%first_step = step_of(record%step)
-        if (keyword == "FIELD") field%variable = 1 + option_integer(deck, record, "VARIABLE")
-        if (option_text(deck, record, "OP") == "NEW") then
+        if (keyword == "FIELD") field%variable = 1 + option_integer(record, "VARIABLE")
+        if (option_text(record, "OP") == "NEW") then
           where (scene%fields%variable == field%variable .and. scene%fields%first_step > 0)
             scene%fields%last_step = end_before(field%first_step, scene%fields%first_step, &
                                                 scene%fields%last_step)

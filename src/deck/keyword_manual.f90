@@ -3,6 +3,7 @@ module keyword_manual
   use text, only: to_text, lower_case
   use keyword_spec, only: keyword_spec_t, line_spec_t, value_spec_t, kind_flag, kind_name, &
                           kind_words, any_number, selects_lines, may_be_left_out, expectation, &
+                          choices_in_words, &
                           may_be_in_step
   use keyword_table, only: keyword_table_t
   use all_keywords, only: list_keywords
@@ -49,11 +50,7 @@ contains
     type(page_t) :: page
     integer :: i
 
-    if (present(keywords)) then
-      table = keywords
-    else
-      call list_keywords(table)
-    end if
+    call list_keywords(table, keywords)
     do i = 1, size(preface)
       call put(page, trim(preface(i)))
     end do
@@ -141,7 +138,7 @@ contains
       do i = 1, size(keyword%options)
         if (selects_lines(keyword%options(i))) then
           title = title//" ("//keyword%options(i)%name//"="// &
-                  listed(line%when)//")"
+                  choices_in_words(line%when)//")"
         end if
       end do
     end if
@@ -157,25 +154,6 @@ contains
       call put_field(page, line%fields(i), name)
     end do
   end subroutine put_line
-
-  !> Words separated by bars as `A, B or C`.
-  pure function listed(words) result(list)
-    character(*), intent(in) :: words
-    character(:), allocatable :: list
-    integer :: i, last
-
-    last = index(words, "|", back=.true.)
-    list = ""
-    do i = 1, len(words)
-      if (words(i:i) /= "|") then
-        list = list//words(i:i)
-      else if (i == last) then
-        list = list//" or "
-      else
-        list = list//", "
-      end if
-    end do
-  end function listed
 
   pure subroutine put_field(page, field, name)
     type(page_t), intent(inout) :: page

@@ -1,12 +1,13 @@
 !> How a keyword is described, and the check of one value against its description.
 module keyword_spec
   use kinds, only: wp
-  use text, only: string_t, read_real, read_integer, upper_case, squeezed, nearest_name, to_text
+  use text, only: string_t, read_real, read_integer, upper_case, squeezed, nearest_name, joined, &
+                  to_text
   implicit none
   private
 
   public :: value_spec_t, line_spec_t, keyword_spec_t, option_index, selects_lines
-  public :: may_be_left_out, check_field, expectation, choice_list, did_you_mean, wanted
+  public :: may_be_left_out, check_field, expectation, choices_in_words, did_you_mean, wanted
   public :: lines_in_words, field_names, may_be_in_step
 
   integer, parameter, public :: kind_real = 1      !! a number
@@ -121,7 +122,7 @@ contains
       number = whole
     case (kind_choice)
       word = squeezed(upper_case(given))
-      is_good = is_among(word, choice_list(spec))
+      is_good = is_among(word, choice_list(spec%choices))
     case default
       word = given
     end select
@@ -132,15 +133,14 @@ contains
     found = "`"//given//"` for "//trim(spec%name)
     expected = expectation(spec)
     if (is_good) expected = "a length below 1e50"
-    if (spec%kind == kind_choice) expected = expected//did_you_mean(given, choice_list(spec))
+    if (spec%kind == kind_choice) &
+      expected = expected//did_you_mean(given, choice_list(spec%choices))
   end subroutine check_field
 
   !> What a field may hold, such as `a number > 0`.
   pure function expectation(spec) result(expected)
     type(value_spec_t), intent(in) :: spec
     character(:), allocatable :: expected
-    type(string_t), allocatable :: words(:)
-    integer :: i
 
     select case (spec%kind)
     case (kind_real)
@@ -148,25 +148,20 @@ contains
     case (kind_integer)
       expected = trim("a whole number "//spec%range)
     case (kind_choice)
-      words = choice_list(spec)
-      expected = words(1)%value
-      do i = 2, size(words) - 1
-        expected = expected//", "//words(i)%value
-      end do
-      if (size(words) > 1) expected = expected//" or "//words(size(words))%value
+      expected = choices_in_words(spec%choices)
     case default
       expected = "a name"
     end select
   end function expectation
 
-  !> The words that a choice allows.
-  pure function choice_list(spec) result(words)
-    type(value_spec_t), intent(in) :: spec
+  !> The words of a list separated by |.
+  pure function choice_list(choices) result(words)
+    character(*), intent(in) :: choices
     type(string_t), allocatable :: words(:)
     character(:), allocatable :: rest
     integer :: i, bar
 
-    rest = trim(spec%choices)//"|"
+    rest = choices//"|"
     allocate (words(count([(rest(i:i) == "|", i=1, len(rest))])))
     do i = 1, size(words)
       bar = index(rest, "|")
@@ -175,14 +170,35 @@ contains
     end do
   end function choice_list
 
+  !> The same as `A, B or C`.
+  pure function choices_in_words(choices) result(list)
+    character(*), intent(in) :: choices
+    character(:), allocatable :: list
+    type(string_t), allocatable :: words(:)
+
+    words = choice_list(choices)
+    list = joined(words(:size(words) - 1), ", ")
+    if (list /= "") list = list//" or "
+    list = list//words(size(words))%value
+  end function choices_in_words
+
   !> `, did you mean NAME?` for the nearest of the names, empty where none is near.
-  pure function did_you_mean(given, names) result(hint)
+  pure function did_you_mean(given, names, present_names) result(hint)
     character(*), intent(in) :: given
     type(string_t), intent(in) :: names(:)
+    type(string_t), intent(in), optional :: present_names(:)   !! to be suggested instead of these
     character(:), allocatable :: hint
+    integer :: i
 
     hint = nearest_name(given, names)
-    if (hint /= "") hint = ", did you mean "//hint//"?"
+    if (hint == "") return
+    if (present(present_names)) then
+      do i = 1, size(names)
+        if (names(i)%value == hint) exit
+      end do
+      hint = present_names(i)%value
+    end if
+    hint = ", did you mean "//hint//"?"
   end function did_you_mean
 
   pure logical function is_among(word, words)

@@ -51,7 +51,7 @@ module lexer
 
   !> A deck with all its includes; lists are longer than their `n_` says.
   type :: lexed_deck_t
-    integer :: n_files = 0, n_blocks = 0, n_characters = 0
+    integer :: n_blocks = 0, n_characters = 0
     integer :: end_line = 1                     !! where the deck itself ends
     logical :: is_cut = .false.                 !! a limit was passed; the rest was not read
     type(string_t), allocatable :: files(:)     !! paths in the order of opening
@@ -236,7 +236,7 @@ contains
     character(:), allocatable :: name, nearest
 
     nowhere = new_origin(path, 0, "")
-    allocate (deck%files(8), deck%sums(8), deck%blocks(64))
+    allocate (deck%files(0), deck%sums(0), deck%blocks(64))
     call take_overrides(overrides, state, nowhere, errors)
     call read_deck_file(path, nowhere, deck, state, errors)
     do i = 1, state%overrides%names%n_names
@@ -320,12 +320,12 @@ contains
       call add_error(errors, origin, "more than "//to_text(most_levels)// &
                      " files within each other", "fewer levels of *INCLUDE")
       return
-    else if (deck%n_files == most_files) then
+    else if (size(deck%files) == most_files) then
       call cut(deck, origin, "more than "//to_text(most_files)//" files in all", &
                "fewer *INCLUDE", errors)
       return
     end if
-    if (deck%n_files == 0) then
+    if (size(deck%files) == 0) then
       call read_source(path, cursor%contents, error)
     else
       call read_plain_source(path, cursor%contents, error)
@@ -396,20 +396,13 @@ contains
     character(*), intent(in) :: path
     type(lexed_deck_t), intent(inout) :: deck
     type(cursor_t), intent(inout) :: cursor
-    type(string_t), allocatable :: longer(:)
+    type(string_t) :: file, sum
 
-    if (deck%n_files == size(deck%files)) then
-      allocate (longer(2*deck%n_files))
-      longer(:deck%n_files) = deck%files
-      call move_alloc(longer, deck%files)
-      allocate (longer(2*deck%n_files))
-      longer(:deck%n_files) = deck%sums
-      call move_alloc(longer, deck%sums)
-    end if
-    deck%n_files = deck%n_files + 1
-    deck%files(deck%n_files)%value = path
-    deck%sums(deck%n_files)%value = contents_checksum(cursor%contents)
-    cursor%file = deck%n_files
+    file%value = path
+    sum%value = contents_checksum(cursor%contents)
+    deck%files = [deck%files, file]
+    deck%sums = [deck%sums, sum]
+    cursor%file = size(deck%files)
     call append_text(deck%characters, deck%n_characters, "** file "//path//new_line("a"))
     call append_text(deck%characters, deck%n_characters, cursor%contents//new_line("a"))
   end subroutine add_file
@@ -686,7 +679,7 @@ contains
       option = closed(first(i + 1):last(i + 1))
       equals = index(option//"=", "=")
       name = squeezed(upper_case(option(:equals - 1)))
-      if (option_place_before(block, name, i) > 0) then
+      if (option_place(block, name, before=i) > 0) then
         call add_error(errors, origin, "the option "//name//" twice", "each option once")
       end if
       block%options(i)%name = name
@@ -701,26 +694,17 @@ contains
     if (is_open) call add_error(errors, origin, "a quote that is not closed", "quotes in pairs")
   end subroutine read_options
 
-  pure integer function option_place_before(block, name, i)
-    type(block_t), intent(in) :: block
-    character(*), intent(in) :: name
-    integer, intent(in) :: i
-    integer :: j
-
-    option_place_before = 0
-    do j = 1, i - 1
-      if (block%options(j)%name == name) option_place_before = j
-    end do
-  end function option_place_before
-
   !> Place of the last option of that name, 0 if the keyword line has none.
-  pure integer function option_place(block, name)
+  pure integer function option_place(block, name, before)
     type(block_t), intent(in) :: block
     character(*), intent(in) :: name
-    integer :: i
+    integer, intent(in), optional :: before   !! this option of the line
+    integer :: i, n
 
     option_place = 0
-    do i = 1, size(block%options)
+    n = size(block%options)
+    if (present(before)) n = before - 1
+    do i = 1, n
       if (block%options(i)%name == name) option_place = i
     end do
   end function option_place

@@ -324,7 +324,7 @@ contains
     do i = 1, size(found)
       associate (material => scene%materials(i), record => deck%records(found(i)))
         material%origin = record%origin
-        material%name = option_text(deck, record, "NAME")
+        material%name = option_text(record, "NAME")
         call read_law(deck, has(:, found(i)), material, errors)
       end associate
     end do
@@ -375,14 +375,14 @@ contains
       material%young = field_real(record, 1, 1)
       material%poisson = field_real(record, 1, 2)
     case ("PLASTIC")
-      call read_plastic(deck, record, material)
+      call read_plastic(record, material)
     case ("RATE DEPENDENT")
-      material%plasticity%rate = option_text(deck, record, "TYPE")
+      material%plasticity%rate = option_text(record, "TYPE")
       material%plasticity%rate_constants = all_numbers(record)
     case ("BACK STRESS")
       material%plasticity%back_stresses = all_numbers(record)
     case ("POTENTIAL")
-      material%plasticity%potential = option_text(deck, record, "TYPE")
+      material%plasticity%potential = option_text(record, "TYPE")
       material%plasticity%coefficients = all_numbers(record)
     case ("ORIENTATION")
       call read_orientation(record, material, errors)
@@ -394,8 +394,8 @@ contains
       call read_user_material(deck, record, material, errors)
     case ("DEPVAR")
       call read_state_names(deck, record, material, errors)
-      if (is_option_given(deck, record, "DELETE")) then
-        call add_warning(errors, record%origin, "DELETE="//option_text(deck, record, &
+      if (is_option_given(record, "DELETE")) then
+        call add_warning(errors, record%origin, "DELETE="//option_text(record, &
                          "DELETE"), "none, for no element is ever removed: points that "// &
                          "the subroutine deletes keep the stress it returns")
       end if
@@ -462,11 +462,11 @@ contains
     type(material_spec_t), intent(inout) :: material
     type(error_list_t), intent(inout) :: errors
 
-    material%law = option_text(deck, record, "TYPE")
+    material%law = option_text(record, "TYPE")
     if (material%law /= "UMAT" .and. material%law /= "VUMAT") material%law = "USER"
-    material%thread_safe = option_text(deck, record, "THREADSAFE")
-    if (is_option_given(deck, record, "HYBRID FORMULATION")) then
-      call add_warning(errors, record%origin, "HYBRID FORMULATION="//option_text(deck, record, &
+    material%thread_safe = option_text(record, "THREADSAFE")
+    if (is_option_given(record, "HYBRID FORMULATION")) then
+      call add_warning(errors, record%origin, "HYBRID FORMULATION="//option_text(record, &
                        "HYBRID FORMULATION")//", an option that is ignored here", "none, for "// &
                        "there are no hybrid elements; PROJECTION of *BLANK says how locking "// &
                        "is avoided")
@@ -515,17 +515,16 @@ contains
     end do
   end subroutine read_state_names
 
-  subroutine read_plastic(deck, record, material)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine read_plastic(record, material)
     type(record_t), intent(in) :: record
     type(material_spec_t), intent(inout) :: material
 
     material%law = "PLASTIC"
     material%constants = all_numbers(record)
-    material%plasticity%hardening = option_text(deck, record, "HARDENING")
+    material%plasticity%hardening = option_text(record, "HARDENING")
     if (material%plasticity%hardening == "ISOTROPIC") material%plasticity%hardening = "TABLE"
-    if (option_text(deck, record, "STRESS UPDATE") == "MULTISTAGE") then
-      material%plasticity%n_stages = option_integer(deck, record, "STAGES")
+    if (option_text(record, "STRESS UPDATE") == "MULTISTAGE") then
+      material%plasticity%n_stages = option_integer(record, "STAGES")
     end if
   end subroutine read_plastic
 
@@ -538,7 +537,7 @@ contains
     type(error_list_t), intent(inout) :: errors
     integer :: n, line, n_wanted, n_given
 
-    n = option_integer(deck, record, "CONSTANTS")
+    n = option_integer(record, "CONSTANTS")
     n_wanted = (n + on_a_line - 1)/on_a_line
     if (record%n_lines /= n_wanted) then
       call add_error(errors, record%origin, to_text(record%n_lines)//" data lines", &

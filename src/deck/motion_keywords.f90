@@ -102,10 +102,9 @@ contains
     allocate (scene%curves(size(found)))
     do i = 1, size(found)
       scene%curves(i)%origin = deck%records(found(i))%origin
-      scene%curves(i)%name = option_text(deck, deck%records(found(i)), "NAME")
-      scene%curves(i)%is_total = option_text(deck, deck%records(found(i)), "TIME") == "TOTAL TIME"
-      scene%curves(i)%is_smooth = option_text(deck, deck%records(found(i)), "DEFINITION") &
-                                  == "SMOOTH STEP"
+      scene%curves(i)%name = option_text(deck%records(found(i)), "NAME")
+      scene%curves(i)%is_total = option_text(deck%records(found(i)), "TIME") == "TOTAL TIME"
+      scene%curves(i)%is_smooth = option_text(deck%records(found(i)), "DEFINITION") == "SMOOTH STEP"
       call read_curve(deck%records(found(i)), scene%curves(i), errors)
     end do
   end subroutine read_amplitudes
@@ -137,15 +136,13 @@ contains
   end subroutine read_curve
 
   !> Place of the curve that the AMPLITUDE option names; 0 if there is no such option.
-  subroutine find_amplitude(deck, record, context, curve, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine find_amplitude(record, context, curve, errors)
     type(record_t), intent(in) :: record
     type(deck_context_t), intent(inout) :: context
     integer, intent(out) :: curve
     type(error_list_t), intent(inout) :: errors
 
-    call resolve_option(deck, record, "AMPLITUDE", context%names%curves, "*AMPLITUDE", curve, &
-                        errors)
+    call resolve_option(record, "AMPLITUDE", context%names%curves, "*AMPLITUDE", curve, errors)
   end subroutine find_amplitude
 
   !> Fill the list of motions, one for each *TOOL MOTION and *TOOL FORCE.
@@ -176,15 +173,15 @@ contains
     type(motion_spec_t) :: motion
 
     associate (record => deck%records(r))
-      call resolve_option(deck, record, "TOOL", context%names%tools, "*TOOL", motion%tool, errors)
+      call resolve_option(record, "TOOL", context%names%tools, "*TOOL", motion%tool, errors)
       if (motion%tool == 0) return
       motion%origin = record%origin
       motion%step = step_of(record%step)
       motion%is_force = is_force
       if (record%is_valid .and. is_force) then
-        call read_force(deck, record, context, motion, errors)
+        call read_force(record, context, motion, errors)
       else if (record%is_valid) then
-        call read_motion(deck, record, context, scene%curves, motion, errors)
+        call read_motion(record, context, scene%curves, motion, errors)
       end if
       call check_second(scene%tools(motion%tool)%name, scene%motions, motion, errors)
     end associate
@@ -214,23 +211,21 @@ contains
   end subroutine check_second
 
   !> A force, along which the tool is free.
-  subroutine read_force(deck, record, context, motion, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine read_force(record, context, motion, errors)
     type(record_t), intent(in) :: record
     type(deck_context_t), intent(inout) :: context
     type(motion_spec_t), intent(inout) :: motion
     type(error_list_t), intent(inout) :: errors
 
-    call find_amplitude(deck, record, context, motion%curve, errors)
+    call find_amplitude(record, context, motion%curve, errors)
     motion%vector = [field_real(record, 1, 1), field_real(record, 1, 2), field_real(record, 1, 3)]
-    motion%mass = option_real(deck, record, "MASS")
-    motion%damping = option_real(deck, record, "DAMPING")
+    motion%mass = option_real(record, "MASS")
+    motion%damping = option_real(record, "DAMPING")
     if (.not. any(abs(motion%vector) > 0.0_wp)) &
       call add_error(errors, record%origin, "a force without direction", "a force that is not 0")
   end subroutine read_force
 
-  subroutine read_motion(deck, record, context, curves, motion, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine read_motion(record, context, curves, motion, errors)
     type(record_t), intent(in) :: record
     type(deck_context_t), intent(inout) :: context
     type(curve_spec_t), intent(in) :: curves(:)
@@ -238,14 +233,14 @@ contains
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: type
 
-    call find_amplitude(deck, record, context, motion%curve, errors)
-    type = option_text(deck, record, "TYPE")
+    call find_amplitude(record, context, motion%curve, errors)
+    type = option_text(record, "TYPE")
     motion%is_displacement = any(type == [character(12) :: "DISPLACEMENT", "ROTATION"])
     motion%is_rotation = any(type == [character(16) :: "ROTATION", "ANGULAR VELOCITY"])
     motion%vector = [field_real(record, 1, 1), field_real(record, 1, 2), field_real(record, 1, 3)]
     if (motion%is_rotation) call read_axis(record, motion, errors)
     if (.not. motion%is_displacement) return
-    if (.not. is_option_given(deck, record, "AMPLITUDE")) then
+    if (.not. is_option_given(record, "AMPLITUDE")) then
       call add_error(errors, record%origin, "TYPE="//type//" without AMPLITUDE", &
                      "an *AMPLITUDE that starts at 0")
     else if (motion%curve > 0) then

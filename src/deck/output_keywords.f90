@@ -96,12 +96,12 @@ contains
     if (size(found) == 0) return
     if (.not. deck%records(found(1))%is_valid) return
     associate (record => deck%records(found(1)), spec => scene%checkpoints)
-      spec%n_steps = option_integer(deck, record, "STEPS")
-      spec%minutes = option_real(deck, record, "MINUTES")
-      spec%number = option_integer(deck, record, "NUMBER")
-      spec%wall_minutes = option_real(deck, record, "WALL")
-      spec%retry = option_real(deck, record, "RETRY")
-      is_off = is_option_given(deck, record, "OFF")
+      spec%n_steps = option_integer(record, "STEPS")
+      spec%minutes = option_real(record, "MINUTES")
+      spec%number = option_integer(record, "NUMBER")
+      spec%wall_minutes = option_real(record, "WALL")
+      spec%retry = option_real(record, "RETRY")
+      is_off = is_option_given(record, "OFF")
       spec%is_lasting = spec%n_steps > 0 .or. spec%number > 0 .or. spec%minutes > 0
       if (is_off .and. spec%is_lasting) call add_error(errors, record%origin, &
         "OFF with an interval", "either OFF or STEPS, MINUTES, NUMBER")
@@ -128,9 +128,9 @@ contains
     do i = 1, size(found)
       associate (record => deck%records(found(i)), probe => scene%probes(i))
         probe%origin = record%origin
-        probe%name = option_text(deck, record, "NAME")
-        if (is_option_given(deck, record, "PATCH")) then
-          call find_patch(scene, option_text(deck, record, "PATCH"), probe, errors)
+        probe%name = option_text(record, "NAME")
+        if (is_option_given(record, "PATCH")) then
+          call find_patch(scene, option_text(record, "PATCH"), probe, errors)
         end if
         if (.not. record%is_valid) cycle
         probe%xi = [(field_real(record, 1, a), a=1, 3)]
@@ -179,17 +179,14 @@ contains
     i = first_in_step(deck, "OUTPUT", number)
     if (i == 0) return
     output%origin = deck%records(i)%origin
-    output%n_frames = option_integer(deck, deck%records(i), "FRAMES")
-    output%n_history = option_integer(deck, deck%records(i), "HISTORY")
-    output%has_wear = output%has_wear .or. &
-                      option_text(deck, deck%records(i), "FIELDS") == "WEAR"
-    output%has_pressure = output%has_pressure .or. &
-                          option_text(deck, deck%records(i), "FIELDS") /= "NONE"
-    is_bezier = option_text(deck, deck%records(i), "CELLS") == "BEZIER"
+    output%n_frames = option_integer(deck%records(i), "FRAMES")
+    output%n_history = option_integer(deck%records(i), "HISTORY")
+    output%has_wear = output%has_wear .or. option_text(deck%records(i), "FIELDS") == "WEAR"
+    output%has_pressure = output%has_pressure .or. option_text(deck%records(i), "FIELDS") /= "NONE"
+    is_bezier = option_text(deck%records(i), "CELLS") == "BEZIER"
     if (number == 1) output%is_bezier = is_bezier
-    if (is_option_given(deck, deck%records(i), "CELLS") .and. &
-        (is_bezier .neqv. output%is_bezier)) &
-      call add_error(errors, output%origin, "CELLS="//option_text(deck, deck%records(i), "CELLS") &
+    if (is_option_given(deck%records(i), "CELLS") .and. (is_bezier .neqv. output%is_bezier)) &
+      call add_error(errors, output%origin, "CELLS="//option_text(deck%records(i), "CELLS") &
                      //", which are not those of the first step", "the cells in the first "// &
                      "step alone; they apply in all steps")
   end subroutine read_output

@@ -103,7 +103,7 @@ contains
     found = find_records(deck, keyword)
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
-        call resolve_option(deck, record, "PATCH", names%patches, "*BLANK, *PATCH or *TOOL", &
+        call resolve_option(record, "PATCH", names%patches, "*BLANK, *PATCH or *TOOL", &
                             owner(found(i)), errors)
       end associate
     end do
@@ -120,13 +120,13 @@ contains
 
     do i = 1, size(parts%knots)
       associate (record => deck%records(parts%knots(i)))
-        axis = option_integer(deck, record, "AXIS")
+        axis = option_integer(record, "AXIS")
         if (axis > n_axes) then
           call add_error(errors, record%origin, "knots of axis "//to_text(axis)//" for "//what, &
                          "only axes up to "//to_text(n_axes))
         end if
         do j = 1, i - 1
-          if (option_integer(deck, deck%records(parts%knots(j)), "AXIS") /= axis) cycle
+          if (option_integer(deck%records(parts%knots(j)), "AXIS") /= axis) cycle
           call add_error(errors, record%origin, "a second *KNOTS for axis "//to_text(axis)// &
                          " of this patch", "one for each axis")
         end do
@@ -158,10 +158,10 @@ contains
     is_complete = .true.
     do i = 1, size(parts%knots)
       associate (record => deck%records(parts%knots(i)))
-        axis = option_integer(deck, record, "AXIS")
+        axis = option_integer(record, "AXIS")
         if (axis < 1 .or. axis > size(axes)) cycle
         has_axis(axis) = .true.
-        if (record%is_valid) call read_knots(deck, record, axes(axis), errors)
+        if (record%is_valid) call read_knots(record, axes(axis), errors)
         is_complete = is_complete .and. axes(axis)%n_basis > 0
       end associate
     end do
@@ -169,13 +169,11 @@ contains
       if (has_axis(axis)) cycle
       is_complete = .false.
       call add_error(errors, owner%origin, "no *KNOTS for axis "//to_text(axis), &
-                     "*KNOTS with PATCH="//option_text(deck, owner, "NAME")//", AXIS="// &
-                     to_text(axis))
+                     "*KNOTS with PATCH="//option_text(owner, "NAME")//", AXIS="//to_text(axis))
     end do
   end subroutine read_axes
 
-  subroutine read_knots(deck, record, axis, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine read_knots(record, axis, errors)
     type(record_t), intent(in) :: record
     type(knot_vector_t), intent(inout) :: axis   !! without basis functions if the knots are wrong
     type(error_list_t), intent(inout) :: errors
@@ -186,7 +184,7 @@ contains
     integer :: i, degree
 
     knots = all_numbers(record)
-    degree = option_integer(deck, record, "DEGREE")
+    degree = option_integer(record, "DEGREE")
     call new_knot_vector(axis, degree, knots, error)
     if (.not. allocated(error)) return
     shown = to_text(knots(1))
@@ -214,7 +212,7 @@ contains
     is_complete = .false.
     if (size(parts%points) == 0) then
       call add_error(errors, owner%origin, "no control points", "*CONTROL POINTS with PATCH="// &
-                     option_text(deck, owner, "NAME"))
+                     option_text(owner, "NAME"))
       return
     end if
     associate (record => deck%records(parts%points(1)))
@@ -248,14 +246,14 @@ contains
     do i = 1, size(parts%refinements)
       associate (record => deck%records(parts%refinements(i)))
         if (.not. record%is_valid) cycle
-        axis = option_integer(deck, record, "AXIS")
+        axis = option_integer(record, "AXIS")
         if (axis > 2) then
           call add_error(errors, record%origin, "AXIS=3 for a surface", "AXIS=1 or 2")
           cycle
         end if
-        call elevate_degree(surface, axis, option_integer(deck, record, "ELEVATE"), error)
+        call elevate_degree(surface, axis, option_integer(record, "ELEVATE"), error)
         if (.not. allocated(error)) then
-          knots = new_knots(deck, record, surface%axes(axis))
+          knots = new_knots(record, surface%axes(axis))
           if (is_too_fine(surface%axes, axis, size(knots), record, errors)) return
           call insert_knots(surface, axis, knots, error)
         end if
@@ -276,10 +274,10 @@ contains
     do i = 1, size(parts%refinements)
       associate (record => deck%records(parts%refinements(i)))
         if (.not. record%is_valid) cycle
-        axis = option_integer(deck, record, "AXIS")
-        call elevate_degree(solid, axis, option_integer(deck, record, "ELEVATE"), error)
+        axis = option_integer(record, "AXIS")
+        call elevate_degree(solid, axis, option_integer(record, "ELEVATE"), error)
         if (.not. allocated(error)) then
-          knots = new_knots(deck, record, solid%axes(axis))
+          knots = new_knots(record, solid%axes(axis))
           if (is_too_fine(solid%axes, axis, size(knots), record, errors)) return
           call insert_knots(solid, axis, knots, error)
         end if
@@ -306,13 +304,12 @@ contains
   end function is_too_fine
 
   !> Knots that a *REFINE inserts: those that divide the spans, then those it lists.
-  function new_knots(deck, record, axis) result(knots)
-    type(parsed_deck_t), intent(in) :: deck
+  function new_knots(record, axis) result(knots)
     type(record_t), intent(in) :: record
     type(knot_vector_t), intent(in) :: axis
     real(wp), allocatable :: knots(:)
 
-    knots = [dividing_knots(axis, option_integer(deck, record, "SUBDIVIDE")), all_numbers(record)]
+    knots = [dividing_knots(axis, option_integer(record, "SUBDIVIDE")), all_numbers(record)]
   end function new_knots
 
   pure subroutine refuse(record, error, errors)

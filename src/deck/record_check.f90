@@ -1,16 +1,16 @@
 !> From keyword blocks to records: every block is checked against its entry in the keyword table.
-!! Keywords of Abaqus decks that mean nothing here are skipped with a note, so that the material of a
-!! subroutine's own deck can be used as it is; of others the counterpart is named.
+!! Keywords of Abaqus decks that mean nothing here are skipped with a note, so that the material of
+!! a subroutine's own deck can be used as it is; of others the counterpart is named.
 module record_check
   use kinds, only: wp
   use input_errors, only: origin_t, new_origin, error_list_t, add_error, add_warning
-  use text, only: string_t, to_text, squeezed
+  use text, only: string_t, to_text, squeezed, joined
   use keyword_spec, only: keyword_spec_t, line_spec_t, value_spec_t, kind_flag, kind_words, &
                           anywhere, option_index, selects_lines, may_be_left_out, check_field, &
                           expectation, did_you_mean, wanted, lines_in_words, field_names
   use lexer, only: lexed_deck_t, block_t, option_place, line_text, split_fields, field_text
-  use deck_records, only: number_steps, n_deck_steps, record_t, parsed_deck_t, find_records, &
-                          line_origin, line_place
+  use deck_records, only: record_t, option_t, parsed_deck_t, find_records, number_steps, &
+                          n_deck_steps, line_origin, line_place
   implicit none
   private
 
@@ -51,7 +51,6 @@ contains
     call move_alloc(lexed%files, deck%lexed%files)
     call move_alloc(lexed%blocks, deck%lexed%blocks)
     call move_alloc(lexed%characters, deck%lexed%characters)
-    deck%lexed%n_files = lexed%n_files
     deck%lexed%n_blocks = lexed%n_blocks
     deck%lexed%n_characters = lexed%n_characters
     deck%lexed%end_line = lexed%end_line
@@ -90,7 +89,7 @@ contains
     type(keyword_spec_t), intent(in) :: keywords(:)
     type(record_t), intent(inout) :: record
     type(error_list_t), intent(inout) :: errors
-    type(string_t), allocatable :: names(:)
+    type(string_t), allocatable :: names(:), present_names(:)
     integer :: i
 
     do i = 1, size(keywords)
@@ -119,14 +118,15 @@ contains
       call add_error(errors, record%origin, "an unknown keyword", counterpart(block%keyword))
       return
     end if
-    allocate (names(2*size(keywords)))
+    allocate (names(2*size(keywords)), present_names(2*size(keywords)))
     do i = 1, size(keywords)
-      names(2*i - 1)%value = "*"//keywords(i)%name
-      names(2*i)%value = names(2*i - 1)%value
+      present_names(2*i - 1)%value = "*"//keywords(i)%name
+      present_names(2*i) = present_names(2*i - 1)
+      names(2*i - 1:2*i) = present_names(2*i - 1:2*i)
       if (keywords(i)%alias /= "") names(2*i)%value = "*"//keywords(i)%alias
     end do
-    call add_error(errors, record%origin, "an unknown keyword", &
-                   "a keyword of input/KEYWORDS.md"//did_you_mean("*"//block%keyword, names))
+    call add_error(errors, record%origin, "an unknown keyword", "a keyword of "// &
+                   "input/KEYWORDS.md"//did_you_mean("*"//block%keyword, names, present_names))
   end subroutine find_keyword
 
   !> Give options that go by another name the one of the table.
@@ -181,16 +181,17 @@ contains
     type(record_t), intent(inout) :: record
     type(error_list_t), intent(inout) :: errors
     type(string_t) :: names(size(spec%options)), aliases(size(spec%options))
+    character(:), allocatable :: known
     integer :: i
 
-    allocate (record%options(size(spec%options)), record%is_given(size(spec%options)))
+    allocate (record%options(size(spec%options)))
     do i = 1, size(spec%options)
       names(i)%value = spec%options(i)%name
-      aliases(i)%value = names(i)%value
-      if (spec%options(i)%alias /= "") aliases(i)%value = spec%options(i)%alias
-      call check_option(block, spec%options(i), record%origin, record%options(i)%value, &
-                        record%is_given(i), errors)
+      aliases(i)%value = spec%options(i)%alias
+      call check_option(block, spec%options(i), record%origin, record%options(i), errors)
     end do
+    known = joined(names, ", ")
+    if (known == "") known = "no option"
     do i = 1, size(block%options)
       associate (name => block%options(i)%name)
         if (option_index(spec, name) > 0) then
@@ -201,7 +202,7 @@ contains
                          "a list in quotes: "//quoted_list(block, i - 1))
         else
           call add_error(errors, record%origin, "the unknown option "//name, &
-                         listed(names)//did_you_mean(name, [names, aliases]))
+                         known//did_you_mean(name, [names, aliases], [names, names]))
         end if
       end associate
     end do
@@ -234,49 +235,36 @@ contains
     option = option//""""
   end function quoted_list
 
-  pure function listed(names) result(words)
-    type(string_t), intent(in) :: names(:)
-    character(:), allocatable :: words
-    integer :: i
-
-    words = "no option"
-    if (size(names) > 0) words = names(1)%value
-    do i = 2, size(names)
-      words = words//", "//names(i)%value
-    end do
-  end function listed
-
-  subroutine check_option(block, spec, origin, value, is_given, errors)
+  subroutine check_option(block, spec, origin, option, errors)
     type(block_t), intent(in) :: block
     type(value_spec_t), intent(in) :: spec
     type(origin_t), intent(in) :: origin
-    character(:), allocatable, intent(out) :: value
-    logical, intent(out) :: is_given   !! by the deck or by default
+    type(option_t), intent(out) :: option
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: found, expected
     real(wp) :: number
     integer :: place
 
     place = option_place(block, spec%name)
-    value = spec%default
-    is_given = place > 0 .or. value /= ""
+    option%name = spec%name
+    option%value = spec%default
+    option%is_given = place > 0 .or. option%value /= ""
+    expected = spec%name//"="//expectation(spec)
     if (place == 0) then
-      if (spec%is_required) call add_error(errors, origin, "no option "//spec%name, &
-                                           spec%name//"="//expectation(spec))
-    else if (block%options(place)%has_value .eqv. spec%kind == kind_flag) then
-      if (spec%kind == kind_flag) expected = spec%name//" alone"
-      if (spec%kind /= kind_flag) expected = spec%name//"="//expectation(spec)
-      found = spec%name//" with a value"
-      if (spec%kind /= kind_flag) found = spec%name//" without a value"
-      call add_error(errors, origin, found, expected)
+      if (spec%is_required) call add_error(errors, origin, "no option "//spec%name, expected)
+    else if (spec%kind == kind_flag) then
+      if (block%options(place)%has_value) &
+        call add_error(errors, origin, spec%name//" with a value", spec%name//" alone")
+      option%value = block%options(place)%value
     else
-      value = block%options(place)%value
-      call check_field(spec, squeezed(value), number, value, found, expected)
-      if (allocated(found)) call add_error(errors, origin, found, expected)
-      if (value == "" .and. spec%kind /= kind_flag .and. .not. allocated(found)) then
-        call add_error(errors, origin, spec%name//" without a value", &
-                       spec%name//"="//expectation(spec))
+      option%value = block%options(place)%value
+      if (option%value /= "") &
+        call check_field(spec, squeezed(option%value), number, option%value, found, expected)
+      if (option%value == "") then
+        found = spec%name//" without a value"
+        option%value = spec%default
       end if
+      if (allocated(found)) call add_error(errors, origin, found, expected)
     end if
   end subroutine check_option
 
@@ -291,7 +279,7 @@ contains
     associate (spec => deck%keywords(deck%records(i)%spec), record => deck%records(i))
       do place = 1, size(spec%options)
         if (.not. selects_lines(spec%options(place))) cycle
-        if (.not. (record%is_given(place) .or. spec%options(place)%is_required)) cycle
+        if (.not. (record%options(place)%is_given .or. spec%options(place)%is_required)) cycle
         has_known_type = index("|"//spec%options(place)%choices//"|", &
                                "|"//record%options(place)%value//"|") > 0
       end do
@@ -398,7 +386,7 @@ contains
     is_asked_for = line%when == ""
     do place = 1, size(spec%options)
       if (.not. selects_lines(spec%options(place))) cycle
-      if (record%is_given(place) .and. .not. is_asked_for) then
+      if (record%options(place)%is_given .and. .not. is_asked_for) then
         is_asked_for = index("|"//line%when//"|", &
                              "|"//record%options(place)%value//"|") > 0
       end if

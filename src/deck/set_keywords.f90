@@ -5,7 +5,7 @@ module set_keywords
   use text, only: string_t, upper_case, squeezed, to_text, read_real, strings
   use name_table, only: insert, place_of
   use knot_vector, only: basis_derivatives, find_span
-  use scene, only: scene_t, set_spec_t
+  use scene, only: scene_t, box_spec_t, set_spec_t
   use keyword_spec, only: did_you_mean
   use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
                            add_example, kind_name, any_number, in_any_step, names_set, kind_choice
@@ -32,17 +32,18 @@ contains
   subroutine add_set_keyword(table)
     type(keyword_table_t), intent(inout) :: table
 
-    call add_keyword(table, "SET", "Names a part of the blank: the intersection of its lines. "// &
-                     "A control point belongs to it when its Greville abscissae do. Faces and "// &
-                     "ALL need no set: their names serve wherever a set is asked for.", &
+    call add_keyword(table, "SET", "Names a part of the blank. A control point belongs to it "// &
+                     "when its Greville abscissae do. Faces and ALL need no set: their names "// &
+                     "serve wherever a set is asked for.", &
                      place=in_any_step, names=names_set, read=read_sets)
     call add_option(table, "NAME", kind_name, "name")
     call add_option(table, "PATCH", kind_name, "patch of the blank, all if none is given; a "// &
                     "name without its number stands for all that differ in it alone", &
                     is_required=.false.)
-    call add_option(table, "OPERATION", kind_choice, "how several lines or several names on a "// &
-                    "line combine, required with several lines: the set is their intersection", &
-                    is_required=.false., choices="INTERSECTION")
+    call add_option(table, "OPERATION", kind_choice, "how several lines combine, required with "// &
+                    "several: UNION, a control point satisfies one of them at least, or "// &
+                    "INTERSECTION, all of them. It must satisfy all names of one line", &
+                    is_required=.false., choices="UNION|INTERSECTION")
     call add_line(table, "One or more face names ("//face_text//"; two "// &
                   "make an edge), or an axis (xi, eta, zeta; for a box also x, y, z) with the "// &
                   "lower and the upper bound.", n_max=any_number, is_repeated=.true.)
@@ -57,6 +58,7 @@ contains
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
     type(set_spec_t) :: set
+    type(box_spec_t), allocatable :: boxes(:)
     integer, allocatable :: found(:)
     integer :: i, line
 
@@ -65,29 +67,52 @@ contains
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
         set%origin = record%origin
-        set%name = option_text(deck, record, "NAME")
+        set%name = option_text(record, "NAME")
         call take_whole(scene, set)
-        if (is_option_given(deck, record, "PATCH")) then
-          call keep_patch(scene, option_text(deck, record, "PATCH"), set, errors)
+        if (is_option_given(record, "PATCH")) then
+          call keep_patch(scene, option_text(record, "PATCH"), set, errors)
         end if
         if (face_of(set%name, context%frame) > 0 .or. side_of(set%name) > 0 .or. &
             upper_case(set%name) == "ALL") then
           call add_error(errors, record%origin, "the name "//set%name, &
                          "a name that is not ALL or that of a face")
         end if
-        if (record%n_lines > 1 .and. .not. is_option_given(deck, record, "OPERATION")) &
+        if (record%n_lines > 1 .and. .not. is_option_given(record, "OPERATION")) &
           call add_error(errors, record%origin, to_text(record%n_lines)//" data lines without "// &
-                         "the option OPERATION", "OPERATION=INTERSECTION: the set is what "// &
-                         "the lines have in common")
+                         "the option OPERATION", "OPERATION=UNION, for the parts of all lines, "// &
+                         "or INTERSECTION, for what they have in common")
         if (record%is_valid) then
+          if (allocated(boxes)) deallocate (boxes)
+          allocate (boxes(record%n_lines))
           do line = 1, record%n_lines
-            call read_line(deck, record, line, context%frame, scene, set, errors)
+            boxes(line) = set%box_spec_t
+            call read_line(deck, record, line, context%frame, scene, boxes(line), errors)
           end do
+          call combine(boxes, option_text(record, "OPERATION") == "UNION", set)
         end if
         scene%sets(i) = set
       end associate
     end do
   end subroutine read_sets
+
+  !> Make a set of the boxes of its lines: their union or what they have in common.
+  pure subroutine combine(boxes, is_union, set)
+    type(box_spec_t), intent(in) :: boxes(:)
+    logical, intent(in) :: is_union
+    type(set_spec_t), intent(inout) :: set
+    integer :: i
+
+    if (allocated(set%others)) deallocate (set%others)
+    set%box_spec_t = boxes(1)
+    if (is_union .and. size(boxes) > 1) set%others = boxes(2:)
+    if (is_union) return
+    do i = 2, size(boxes)
+      set%lower = max(set%lower, boxes(i)%lower)
+      set%upper = min(set%upper, boxes(i)%upper)
+      set%from = max(set%from, boxes(i)%from)
+      set%to = min(set%to, boxes(i)%to)
+    end do
+  end subroutine combine
 
   !> Number of the face that goes by this name (1 xi_min to 6 zeta_max), 0 if none does.
   pure integer function face_of(name, frame)
@@ -160,7 +185,7 @@ contains
   !> Bounds of the whole blank; 0 and 1 where its solid could not be made.
   pure subroutine take_whole(scene, set)
     type(scene_t), intent(in) :: scene
-    type(set_spec_t), intent(inout) :: set
+    class(box_spec_t), intent(inout) :: set
     integer :: a, p
 
     associate (n => size(scene%blank%patches))
@@ -218,7 +243,7 @@ contains
     integer, intent(in) :: line
     type(box_frame_t), intent(in) :: frame
     type(scene_t), intent(in) :: scene
-    type(set_spec_t), intent(inout) :: set
+    class(box_spec_t), intent(inout) :: set
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: word
     integer :: i, axis
@@ -275,7 +300,7 @@ contains
     type(scene_t), intent(in) :: scene
     character(*), intent(in) :: name
     type(box_frame_t), intent(in) :: frame
-    type(set_spec_t), intent(inout) :: set
+    class(box_spec_t), intent(inout) :: set
     integer :: p, axis
     real(wp) :: place
 
@@ -300,8 +325,8 @@ contains
   pure subroutine narrow_to_face(scene, face, set)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: face
-    type(set_spec_t), intent(inout) :: set
-    type(set_spec_t) :: whole
+    class(box_spec_t), intent(inout) :: set
+    type(box_spec_t) :: whole
 
     call take_whole(scene, whole)
     associate (axis => (face + 1)/2)
@@ -333,7 +358,7 @@ contains
     integer, intent(in) :: line, axis
     character(*), intent(in) :: word   !! name of the axis
     type(box_frame_t), intent(in) :: frame
-    type(set_spec_t), intent(inout) :: set
+    class(box_spec_t), intent(inout) :: set
     type(error_list_t), intent(inout) :: errors
     real(wp) :: bounds(2)
     logical :: is_number(2)

@@ -35,10 +35,11 @@ contains
     call add_option(table, "STABLE STEP", kind_choice, "from the largest frequency of the "// &
                     "whole blank, or from that of its elements, which lies above it", &
                     default="ASSEMBLED", choices="ASSEMBLED|ELEMENT")
-    call add_line(table, "The end time, alone or as the second field, where Abaqus has it.")
-    call add_field(table, "end time", kind_real, "end of the run", unit="time", range="> 0", &
-                   is_required=.false.)
-    call add_field(table, "end time", kind_real, "the same, if the first field is empty", &
+    call add_line(table, "The time period of the step, alone or as the second field, where "// &
+                  "Abaqus has it.")
+    call add_field(table, "time period", kind_real, "duration of the step", unit="time", &
+                   range="> 0", is_required=.false.)
+    call add_field(table, "time period", kind_real, "the same, if the first field is empty", &
                    unit="time", range="> 0", is_required=.false.)
     call add_example(table, "*DYNAMIC, EXPLICIT, SCALE FACTOR=0.8", "4.0e-3")
 
@@ -117,7 +118,7 @@ contains
 
     call add_keyword(table, "DYNAMIC RELAXATION", "Converges to static equilibrium and ends "// &
                      "the run there: when both residuals are small, and not before the last "// &
-                     "time in any *AMPLITUDE. The end time of *DYNAMIC is the limit; a run "// &
+                     "time in any *AMPLITUDE. The time period of *DYNAMIC is the limit; a run "// &
                      "that reaches it first ends with an error. Apply loads with an *AMPLITUDE.", &
                      is_unique=.true., place=in_any_step)
     call add_option(table, "METHOD", kind_choice, "RAYLEIGH: critical damping of the frequency "// &
@@ -168,8 +169,8 @@ contains
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
         if (.not. record%is_valid) cycle
-        is_added = is_option_given(deck, record, "ADD")
-        if (is_added .eqv. is_option_given(deck, record, "REMOVE")) then
+        is_added = is_option_given(record, "ADD")
+        if (is_added .eqv. is_option_given(record, "REMOVE")) then
           call add_error(errors, record%origin, "not one of ADD and REMOVE", "ADD or REMOVE")
           cycle
         end if
@@ -257,30 +258,16 @@ contains
       new = parked
       new%step = step
       parked%tool = 0
-      call append_motion(new, motions)
+      motions = [motions, new]
     else if (motions(last)%is_force) then
       parked = motions(last)
       new%origin = origin
       new%tool = tool
       new%step = step
       if (motions(last)%step == step) motions(last) = new
-      if (motions(last)%is_force) call append_motion(new, motions)
+      if (motions(last)%is_force) motions = [motions, new]
     end if
   end subroutine park_tool
-
-  subroutine append_motion(new, motions)
-    type(motion_spec_t), intent(in) :: new
-    type(motion_spec_t), allocatable, intent(inout) :: motions(:)
-    type(motion_spec_t), allocatable :: longer(:)
-    integer :: i
-
-    allocate (longer(size(motions) + 1))
-    do i = 1, size(motions)
-      longer(i) = motions(i)
-    end do
-    longer(size(longer)) = new
-    call move_alloc(longer, motions)
-  end subroutine append_motion
 
   !> The beads of a name come or go with a step.
   subroutine change_bead(name, step, is_added, origin, beads, errors)
@@ -333,21 +320,21 @@ contains
     words = trim(merge("there", "away ", is_added))
   end function place_now
 
-  !> The end time stands in the one field or the other.
-  subroutine read_end_time(record, end_time, errors)
+  !> The time period is in the one field or the other.
+  subroutine read_duration(record, duration, errors)
     type(record_t), intent(in) :: record
-    real(wp), intent(inout) :: end_time
+    real(wp), intent(inout) :: duration
     type(error_list_t), intent(inout) :: errors
 
     if (is_filled(record, 1, 1) .neqv. is_filled(record, 1, 2)) then
-      end_time = field_real(record, 1, merge(1, 2, is_filled(record, 1, 1)))
+      duration = field_real(record, 1, merge(1, 2, is_filled(record, 1, 1)))
     else if (is_filled(record, 1, 1)) then
-      call add_error(errors, record%origin, "two times", "the end time alone, for the stable "// &
-                     "step follows from the blank")
+      call add_error(errors, record%origin, "two times", "the time period alone, for "// &
+                     "the stable time increment follows from the blank")
     else
-      call add_error(errors, record%origin, "no end time", "a number > 0")
+      call add_error(errors, record%origin, "no time period", "a number > 0")
     end if
-  end subroutine read_end_time
+  end subroutine read_duration
 
   !> All steps. Each takes from the one before what it does not change.
   subroutine read_steps(deck, context, scene, errors)
@@ -374,7 +361,7 @@ contains
     end do
   end subroutine read_steps
 
-  !> End time, safety factor, damping, mass scaling, viscosity, limits and output of a step.
+  !> Duration, safety factor, damping, mass scaling, viscosity, limits and output of a step.
   subroutine read_step(deck, number, step, output, errors)
     type(parsed_deck_t), intent(in) :: deck
     integer, intent(in) :: number
@@ -384,13 +371,13 @@ contains
     integer :: i
 
     i = first_in_step(deck, "STEP", number)
-    if (i > 0) step%name = option_text(deck, deck%records(i), "NAME")
+    if (i > 0) step%name = option_text(deck%records(i), "NAME")
     if (i > 0 .and. step%name == "") step%name = "Step-"//to_text(number)
     i = first_in_step(deck, "DYNAMIC", number)
     if (i > 0) then
       step%origin = deck%records(i)%origin
-      call read_end_time(deck%records(i), step%duration, errors)
-      call read_stable_step(deck, deck%records(i), number, step, errors)
+      call read_duration(deck%records(i), step%duration, errors)
+      call read_stable_step(deck%records(i), number, step, errors)
     end if
     call read_damping(deck, number, step)
     call read_mass_scaling(deck, number, step, errors)
@@ -410,8 +397,7 @@ contains
   end subroutine read_step
 
   !> How the time step follows from the blank: the penalties rest on it, so it is one for all steps.
-  subroutine read_stable_step(deck, record, number, step, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine read_stable_step(record, number, step, errors)
     type(record_t), intent(in) :: record           !! of *DYNAMIC
     integer, intent(in) :: number
     type(step_spec_t), intent(inout) :: step
@@ -420,8 +406,8 @@ contains
     real(wp) :: safety
     logical :: is_element
 
-    safety = option_real(deck, record, "SCALE FACTOR")
-    is_element = option_text(deck, record, "STABLE STEP") == "ELEMENT"
+    safety = option_real(record, "SCALE FACTOR")
+    is_element = option_text(record, "STABLE STEP") == "ELEMENT"
     if (number == 1) then
       step%safety = safety
       step%is_element_step = is_element
@@ -440,13 +426,13 @@ contains
     integer :: i
 
     i = first_in_step(deck, "DAMPING", number)
-    if (i > 0) step%alpha = option_real(deck, deck%records(i), "ALPHA")
+    if (i > 0) step%alpha = option_real(deck%records(i), "ALPHA")
     i = first_in_step(deck, "DYNAMIC RELAXATION", number)
     step%has_relaxation = i > 0
     if (i > 0) then
-      step%is_kinetic = option_text(deck, deck%records(i), "METHOD") == "KINETIC"
-      step%energy_residual = option_real(deck, deck%records(i), "ENERGY")
-      step%force_residual = option_real(deck, deck%records(i), "FORCE")
+      step%is_kinetic = option_text(deck%records(i), "METHOD") == "KINETIC"
+      step%energy_residual = option_real(deck%records(i), "ENERGY")
+      step%force_residual = option_real(deck%records(i), "FORCE")
     end if
   end subroutine read_damping
 
@@ -461,10 +447,10 @@ contains
 
     i = first_in_step(deck, "MASS SCALING", number)
     if (i == 0) return
-    has_factor = is_option_given(deck, deck%records(i), "THICKNESS")
-    if (has_factor) step%thickness_factor = option_real(deck, deck%records(i), "THICKNESS")
-    step%target_step = option_real(deck, deck%records(i), "DT")
-    if (.not. (has_factor .or. is_option_given(deck, deck%records(i), "DT"))) &
+    has_factor = is_option_given(deck%records(i), "THICKNESS")
+    if (has_factor) step%thickness_factor = option_real(deck%records(i), "THICKNESS")
+    step%target_step = option_real(deck%records(i), "DT")
+    if (.not. (has_factor .or. is_option_given(deck%records(i), "DT"))) &
       call add_error(errors, deck%records(i)%origin, "no option", "THICKNESS or DT or both")
     if (step%thickness_factor > 1.0_wp .and. step%is_element_step) then
       call add_error(errors, deck%records(i)%origin, "THICKNESS with STABLE STEP=ELEMENT", &

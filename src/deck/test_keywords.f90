@@ -105,12 +105,12 @@ contains
     allocate (scene%tests(size(found)))
     do i = 1, size(found)
       associate (record => deck%records(found(i)), test => scene%tests(i))
-        call enter_name(deck, record, own, errors)
+        call enter_name(record, own, errors)
         test%origin = record%origin
-        test%name = squeezed(option_text(deck, record, "NAME"))
-        test%kind = option_text(deck, record, "TYPE")
+        test%name = squeezed(option_text(record, "NAME"))
+        test%kind = option_text(record, "TYPE")
         call check_name(test, errors)
-        call resolve_option(deck, record, "MATERIAL", context%names%materials, "*MATERIAL", &
+        call resolve_option(record, "MATERIAL", context%names%materials, "*MATERIAL", &
                             test%material, errors)
         if (record%is_valid) call read_test(deck, record, test, errors)
       end associate
@@ -135,17 +135,17 @@ contains
     type(material_test_spec_t), intent(inout) :: test
     type(error_list_t), intent(inout) :: errors
 
-    test%angle = option_real(deck, record, "ANGLE")
-    test%n_increments = option_integer(deck, record, "INCREMENTS")
-    test%rate = option_real(deck, record, "RATE")
-    if (is_option_given(deck, record, "STRESS") .and. test%kind /= "PATH") then
+    test%angle = option_real(record, "ANGLE")
+    test%n_increments = option_integer(record, "INCREMENTS")
+    test%rate = option_real(record, "RATE")
+    if (is_option_given(record, "STRESS") .and. test%kind /= "PATH") then
       call add_error(errors, record%origin, "STRESS with TYPE="//test%kind, &
                      "STRESS with TYPE=PATH alone")
     end if
     select case (test%kind)
     case ("PATH")
       call read_path(deck, record, test, errors)
-      call read_components(option_text(deck, record, "STRESS"), test, errors)
+      call read_components(option_text(record, "STRESS"), test, errors)
     case ("YIELD LOCUS")
       test%n_repeats = field_integer(record, 1, 1)
       test%threshold = field_real(record, 1, 2)

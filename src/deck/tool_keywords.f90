@@ -30,8 +30,7 @@ module tool_keywords
   implicit none
   private
 
-  public :: add_tool_keywords
-  public :: read_offset_tool, check_offset_option, measure_offset
+  public :: add_tool_keywords, measure_offset
 
   real(wp), parameter :: usual = 1.0e-4_wp       !! tolerance, part of the distance
   real(wp), parameter :: seam_width = 0.01_wp    !! widest seam, part of the distance
@@ -59,7 +58,8 @@ contains
                     "then one of that tool, and has no side, motion or contact of its own", &
                     is_required=.false., alias="PART OF")
     call add_cad_options(table)
-    call add_offset_option(table)
+    call add_option(table, "OF", kind_name, "OFFSET: name of the tool whose offset it is", &
+                    is_required=.false.)
     call add_line(table, "Extrusion of the curve; it is eta of the surface.", when="EXTRUDED")
     call add_vector(table, "d", "extrusion")
     call add_field(table, "rows", kind_integer, "rows of control points", default="2", &
@@ -113,19 +113,9 @@ contains
                     """DIE,RADIUS""", is_required=.false.)
   end subroutine add_cad_options
 
-  !> Add the option to the keyword begun last.
-  subroutine add_offset_option(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_option(table, "OF", kind_name, "OFFSET: name of the tool whose offset it is", &
-                    is_required=.false.)
-  end subroutine add_offset_option
-
   !> Add the data lines to the keyword begun last.
   subroutine add_offset_lines(table)
     type(keyword_table_t), intent(inout) :: table
-    character(*), parameter :: axes = "xyz"
-    integer :: i
 
     call add_line(table, "Distance from the tool OF. Above 0 it leads to where its sheet is, "// &
                   "and the sheet lies between the two; below 0 it leads away, and the sheet "// &
@@ -135,9 +125,7 @@ contains
                    "1e-4 of the distance", unit="length", default="0", range=">= 0")
     call add_line(table, "Way from there to where the tool is at the start.", when="OFFSET", &
                   n_min=0)
-    do i = 1, 3
-      call add_field(table, "s"//axes(i:i), kind_real, "shift", unit="length")
-    end do
+    call add_vector(table, "s", "shift")
   end subroutine add_offset_lines
 
   !> Add *TOOL PLACEMENT.
@@ -169,7 +157,7 @@ contains
     found = find_records(deck, "TOOL PLACEMENT")
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
-        call resolve_option(deck, record, "TOOL", context%names%tools, "*TOOL", tool, errors)
+        call resolve_option(record, "TOOL", context%names%tools, "*TOOL", tool, errors)
         if (tool == 0 .or. .not. record%is_valid) cycle
         direction = [(field_real(record, 1, k), k=1, 3)]
         if (.not. norm2(direction) > 0.0_wp) then
@@ -180,7 +168,7 @@ contains
                          scene%tools(tool)%name, "one *TOOL PLACEMENT a tool")
         else
           scene%tools(tool)%placing = direction
-          scene%tools(tool)%clearance = option_real(deck, record, "CLEARANCE")
+          scene%tools(tool)%clearance = option_real(record, "CLEARANCE")
         end if
       end associate
     end do
@@ -194,108 +182,105 @@ contains
     type(deck_context_t), intent(inout) :: context
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
-    type(nurbs_surface_t) :: surface
-    type(string_t) :: file
-    integer, allocatable :: found(:), all_found(:)
-    integer :: i, s, patch
-    logical :: is_complete
+    integer, allocatable :: found(:), parts(:)
+    logical, allocatable :: is_offset(:)
+    integer :: i, tool
 
-    all_found = find_records(deck, "TOOL")
-    found = pack(all_found, [(.not. is_option_given(deck, deck%records(all_found(i)), &
-                                                    "COMPONENT OF"), i=1, size(all_found))])
+    found = find_records(deck, "TOOL")
+    parts = pack(found, [(is_option_given(deck%records(found(i)), "COMPONENT OF"), &
+                          i=1, size(found))])
+    found = pack(found, [(all(parts /= found(i)), i=1, size(found))])
+    is_offset = [(option_text(deck%records(found(i)), "TYPE") == "OFFSET", i=1, size(found))]
     allocate (scene%tools(size(found)))
     do i = 1, size(found)
       associate (record => deck%records(found(i)), tool => scene%tools(i))
         tool%origin = record%origin
-        tool%name = option_text(deck, record, "NAME")
-        tool%side = merge(-1, 1, option_text(deck, record, "SIDE") == "NEGATIVE")
+        tool%name = option_text(record, "NAME")
+        tool%side = merge(-1, 1, option_text(record, "SIDE") == "NEGATIVE")
         allocate (tool%surfaces(0), tool%notes(0))
-        patch = place_of(context%names%patches, squeezed(upper_case(tool%name)))
-        if (patch == 0) cycle
-        if (option_text(deck, record, "TYPE") == "OFFSET") cycle
-        call check_offset_option(deck, record, errors)
-        if (option_text(deck, record, "TYPE") == "IGES") then
-          call read_cad_tool(deck, record, scene%units, tool, file%value, errors)
-          if (file%value /= "") call add_source(scene, file)
-          call check_parts(deck, context%parts(patch), 0, "a tool of TYPE=IGES", errors)
-          do s = 1, size(tool%surfaces)
-            call refine(deck, context%parts(patch), tool%surfaces(s), errors)
-          end do
+      end associate
+      if (.not. is_offset(i)) &
+        call read_surfaces(deck, deck%records(found(i)), context, is_offset, i, scene, errors)
+    end do
+    do i = 1, size(parts)
+      associate (record => deck%records(parts(i)))
+        call resolve_option(record, "COMPONENT OF", context%names%tools, "*TOOL", tool, errors)
+        if (tool == 0) cycle
+        if (any(option_text(record, "TYPE") == [character(6) :: "IGES", "OFFSET"])) then
+          call add_error(errors, record%origin, "a component of TYPE="// &
+                         option_text(record, "TYPE"), "components whose surface is given "// &
+                         "in the deck, or a *TOOL of its own")
           cycle
         end if
-        call check_cad_options(deck, record, errors)
-        call read_surface(deck, record, context%parts(patch), surface, is_complete, errors)
-        if (.not. is_complete) cycle
-        call refine(deck, context%parts(patch), surface, errors)
-        tool%surfaces = [surface]
+        call read_surfaces(deck, record, context, is_offset, tool, scene, errors)
       end associate
     end do
-    do i = 1, size(all_found)
-      if (all(found /= all_found(i))) &
-        call read_part(deck, deck%records(all_found(i)), context, scene, errors)
+    do i = 1, size(found)
+      if (is_offset(i)) &
+        call read_surfaces(deck, deck%records(found(i)), context, is_offset, i, scene, errors)
     end do
-    call read_offsets(deck, found, context, scene, errors)
   end subroutine read_tools
 
-  !> Make the tools that are offsets of others.
-  subroutine read_offsets(deck, found, context, scene, errors)
-    type(parsed_deck_t), intent(in) :: deck
-    integer, intent(in) :: found(:)               !! records of the tools
-    type(deck_context_t), intent(inout) :: context
-    type(scene_t), intent(inout) :: scene
-    type(error_list_t), intent(inout) :: errors
-    logical :: is_offset(size(found))
-    integer :: i, s, patch
-
-    is_offset = [(option_text(deck, deck%records(found(i)), "TYPE") == "OFFSET", i=1, size(found))]
-    do i = 1, size(found)
-      associate (record => deck%records(found(i)))
-        if (.not. is_offset(i)) cycle
-        patch = place_of(context%names%patches, squeezed(upper_case(scene%tools(i)%name)))
-        if (patch == 0) cycle
-        call check_cad_options(deck, record, errors)
-        call check_parts(deck, context%parts(patch), 0, "a tool of TYPE=OFFSET", errors)
-        call read_offset_tool(deck, record, context%names, is_offset, scene, i, errors)
-        do s = 1, size(scene%tools(i)%surfaces)
-          call refine(deck, context%parts(patch), scene%tools(i)%surfaces(s), errors)
-        end do
-      end associate
-    end do
-  end subroutine read_offsets
-
-  !> Add the surface of a *TOOL that is a component of another.
-  subroutine read_part(deck, record, context, scene, errors)
+  !> Add the surfaces of one record to those of a tool, refined as the deck asks.
+  subroutine read_surfaces(deck, record, context, is_offset, tool, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
-    type(deck_context_t), intent(inout) :: context
+    type(deck_context_t), intent(in) :: context
+    logical, intent(in) :: is_offset(:)           !! tools of the scene, read or not
+    integer, intent(in) :: tool                   !! place in the scene
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
     type(nurbs_surface_t) :: surface
-    integer :: tool, patch
+    type(string_t) :: file
+    character(:), allocatable :: type
+    integer :: patch, s, n_before
     logical :: is_complete
 
-    call resolve_option(deck, record, "COMPONENT OF", context%names%tools, "*TOOL", tool, errors)
-    patch = place_of(context%names%patches, squeezed(upper_case(option_text(deck, record, "NAME"))))
-    if (tool == 0 .or. patch == 0) return
-    if (any(option_text(deck, record, "TYPE") == [character(6) :: "IGES", "OFFSET"])) then
-      call add_error(errors, record%origin, "a component of TYPE="// &
-                     option_text(deck, record, "TYPE"), "components whose surface is given "// &
-                     "in the deck, or a *TOOL of its own")
-      return
-    end if
-    call check_cad_options(deck, record, errors)
-    call check_offset_option(deck, record, errors)
-    call read_surface(deck, record, context%parts(patch), surface, is_complete, errors)
-    if (.not. is_complete) return
-    call refine(deck, context%parts(patch), surface, errors)
-    scene%tools(tool)%surfaces = [scene%tools(tool)%surfaces, surface]
-  end subroutine read_part
+    patch = place_of(context%names%patches, squeezed(upper_case(option_text(record, "NAME"))))
+    if (patch == 0) return
+    type = option_text(record, "TYPE")
+    call check_type_options(record, type, errors)
+    n_before = size(scene%tools(tool)%surfaces)
+    select case (type)
+    case ("IGES")
+      call read_cad_tool(record, scene%units, scene%tools(tool), file%value, errors)
+      if (file%value /= "") call add_source(scene, file)
+      call check_parts(deck, context%parts(patch), 0, "a tool of TYPE=IGES", errors)
+    case ("OFFSET")
+      call check_parts(deck, context%parts(patch), 0, "a tool of TYPE=OFFSET", errors)
+      call read_offset_tool(record, context%names, is_offset, scene, tool, errors)
+    case default
+      call read_surface(deck, record, context%parts(patch), surface, is_complete, errors)
+      if (.not. is_complete) return
+      scene%tools(tool)%surfaces = [scene%tools(tool)%surfaces, surface]
+    end select
+    do s = n_before + 1, size(scene%tools(tool)%surfaces)
+      call refine(deck, context%parts(patch), scene%tools(tool)%surfaces(s), errors)
+    end do
+  end subroutine read_surfaces
+
+  !> Options that one type of tool alone has.
+  subroutine check_type_options(record, type, errors)
+    type(record_t), intent(in) :: record
+    character(*), intent(in) :: type
+    type(error_list_t), intent(inout) :: errors
+    character(*), parameter :: options(5) = [character(6) :: "INPUT", "LENGTH", "ENTITY", "LABEL", &
+                                             "OF"]
+    character(6) :: owner
+    integer :: i
+
+    do i = 1, size(options)
+      owner = merge("OFFSET", "IGES  ", options(i) == "OF")
+      if (owner == type .or. .not. is_option_given(record, trim(options(i)))) cycle
+      call add_error(errors, record%origin, "the option "//trim(options(i))//" for a tool of "// &
+                     "TYPE="//type, "this option with TYPE="//trim(owner)//" only")
+    end do
+  end subroutine check_type_options
 
   !> A file that is no text of the deck counts to it all the same: by its checksum.
   subroutine add_source(scene, file)
     type(scene_t), intent(inout) :: scene
     type(string_t), intent(in) :: file
-
     type(string_t) :: sum
 
     sum%value = file_checksum(file%value)
@@ -315,7 +300,7 @@ contains
     type(error_t), allocatable :: error
     integer :: n_axes
 
-    type = option_text(deck, record, "TYPE")
+    type = option_text(record, "TYPE")
     n_axes = 0
     if (type == "SURFACE") n_axes = 2
     if (type == "EXTRUDED") n_axes = 1
@@ -389,8 +374,7 @@ contains
   end function vector
 
   !> Read the surfaces of a tool and what the log says of them; without surfaces on an error.
-  subroutine read_cad_tool(deck, record, units, tool, path, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine read_cad_tool(record, units, tool, path, errors)
     type(record_t), intent(in) :: record
     character(*), intent(in) :: units                     !! what *UNITS says, empty: nothing
     type(tool_spec_t), intent(inout) :: tool
@@ -400,16 +384,16 @@ contains
     logical :: is_there
 
     path = ""
-    if (.not. is_option_given(deck, record, "INPUT")) then
+    if (.not. is_option_given(record, "INPUT")) then
       call add_error(errors, record%origin, "no option INPUT", "INPUT=file.igs for TYPE=IGES")
       return
     end if
     if (.not. record%is_valid) return
     request%origin = record%origin
-    request%path = path_beside(record%origin%file, option_text(deck, record, "INPUT"))
-    request%unit = deck_unit(deck, record, units)
-    request%labels = entries_of(option_text(deck, record, "LABEL"))
-    call read_numbers(deck, record, request%numbers, errors)
+    request%path = path_beside(record%origin%file, option_text(record, "INPUT"))
+    request%unit = deck_unit(record, units)
+    request%labels = entries_of(option_text(record, "LABEL"))
+    call read_numbers(record, request%numbers, errors)
     inquire (file=request%path, exist=is_there)
     if (.not. is_there) then
       call add_error(errors, record%origin, "no file `"//request%path//"`", &
@@ -420,31 +404,15 @@ contains
     path = request%path
   end subroutine read_cad_tool
 
-  !> Refuse the options of CAD files for a tool of another type.
-  subroutine check_cad_options(deck, record, errors)
-    type(parsed_deck_t), intent(in) :: deck
-    type(record_t), intent(in) :: record
-    type(error_list_t), intent(inout) :: errors
-    character(*), parameter :: options(4) = [character(6) :: "INPUT", "LENGTH", "ENTITY", "LABEL"]
-    integer :: i
-
-    do i = 1, size(options)
-      if (.not. is_option_given(deck, record, trim(options(i)))) cycle
-      call add_error(errors, record%origin, "the option "//trim(options(i))//" for a tool of "// &
-                     "TYPE="//option_text(deck, record, "TYPE"), "this option with TYPE=IGES only")
-    end do
-  end subroutine check_cad_options
-
   !> The unit of LENGTH, else that of *UNITS, else millimetres.
-  function deck_unit(deck, record, units) result(unit)
-    type(parsed_deck_t), intent(in) :: deck
+  function deck_unit(record, units) result(unit)
     type(record_t), intent(in) :: record
     character(*), intent(in) :: units
     character(:), allocatable :: unit
     type(string_t), allocatable :: named(:)
     integer :: i
 
-    unit = option_text(deck, record, "LENGTH")
+    unit = option_text(record, "LENGTH")
     if (unit /= "") return
     unit = "MM"
     named = entries_of(units)
@@ -455,8 +423,7 @@ contains
     end do
   end function deck_unit
 
-  subroutine read_numbers(deck, record, numbers, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine read_numbers(record, numbers, errors)
     type(record_t), intent(in) :: record
     integer, allocatable, intent(out) :: numbers(:)
     type(error_list_t), intent(inout) :: errors
@@ -464,7 +431,7 @@ contains
     integer :: i, first
     logical :: is_number
 
-    words = entries_of(option_text(deck, record, "ENTITY"))
+    words = entries_of(option_text(record, "ENTITY"))
     allocate (numbers(size(words)))
     do i = 1, size(words)
       first = merge(2, 1, upper_case(words(i)%value(1:1)) == "D" .and. len(words(i)%value) > 1)
@@ -491,21 +458,9 @@ contains
     end do
   end function entries_of
 
-  !> Refuse the option of offsets for a tool of another type.
-  subroutine check_offset_option(deck, record, errors)
-    type(parsed_deck_t), intent(in) :: deck
-    type(record_t), intent(in) :: record
-    type(error_list_t), intent(inout) :: errors
-
-    if (is_option_given(deck, record, "OF")) &
-      call add_error(errors, record%origin, "the option OF for a tool of TYPE="// &
-                     option_text(deck, record, "TYPE"), "this option with TYPE=OFFSET only")
-  end subroutine check_offset_option
-
   !> Surfaces, side and notes of a tool; all others that are no offsets have been read. Without
   !! surfaces on an error.
-  subroutine read_offset_tool(deck, record, names, is_offset, scene, tool, errors)
-    type(parsed_deck_t), intent(in) :: deck
+  subroutine read_offset_tool(record, names, is_offset, scene, tool, errors)
     type(record_t), intent(in) :: record
     type(deck_names_t), intent(in) :: names
     logical, intent(in) :: is_offset(:)       !! tools of the scene, read or not
@@ -515,14 +470,14 @@ contains
     integer :: base, i, c
     real(wp) :: distance, tolerance
 
-    if (is_option_given(deck, record, "SIDE")) &
+    if (is_option_given(record, "SIDE")) &
       call add_error(errors, record%origin, "the option SIDE for a tool of TYPE=OFFSET", &
                      "none: it follows from the tool OF and the sign of the distance")
-    if (.not. is_option_given(deck, record, "OF")) then
+    if (.not. is_option_given(record, "OF")) then
       call add_error(errors, record%origin, "no option OF", "OF=name of a tool for TYPE=OFFSET")
       return
     end if
-    call resolve(names%tools, option_text(deck, record, "OF"), "*TOOL", record%origin, base, errors)
+    call resolve(names%tools, option_text(record, "OF"), "*TOOL", record%origin, base, errors)
     if (base == 0 .or. .not. record%is_valid) return
     distance = field_real(record, 1, 1)
     if (is_offset(base)) then

@@ -10,12 +10,13 @@
 !! below it, to a column along another axis, to a part of a longer one. Such columns are not whole.
 module seams
   use kinds, only: wp
+  use lapack, only: sorted_order
   use nurbs_solid, only: nurbs_solid_t
   implicit none
   private
 
   public :: seams_t, no_seams, find_seams, collect, sum_groups, largest_of_groups, distribute, &
-            group_table, is_counted, sorted_order, whole_columns
+            group_table, is_counted, whole_columns
 
   integer, parameter :: most_components = 3
 
@@ -148,38 +149,6 @@ contains
       top = root(top)
     end do
   end function top_of
-
-  !> Order in which values rise, by merging ever longer runs; equal values keep their order.
-  pure function sorted_order(values) result(order)
-    real(wp), intent(in) :: values(:)
-    integer, allocatable :: order(:)
-    integer :: merged(size(values)), width, low, middle, high, i, a, b
-    logical :: takes_first
-
-    order = [(i, i=1, size(values))]
-    width = 1
-    do while (width < size(values))
-      do low = 1, size(values), 2*width
-        middle = min(low + width, size(values) + 1)
-        high = min(low + 2*width, size(values) + 1)
-        a = low
-        b = middle
-        do i = low, high - 1
-          takes_first = b >= high
-          if (a < middle .and. b < high) takes_first = values(order(a)) <= values(order(b))
-          if (takes_first) then
-            merged(i) = order(a)
-            a = a + 1
-          else
-            merged(i) = order(b)
-            b = b + 1
-          end if
-        end do
-      end do
-      order = merged
-      width = 2*width
-    end do
-  end function sorted_order
 
   !> Lists of the groups that have more than one member.
   pure function groups_of(n_patches, patch, point, root) result(seams)

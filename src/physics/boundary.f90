@@ -3,7 +3,7 @@ module boundary
   use kinds, only: wp
   use state_store, only: state_store_t, carry
   use blank, only: assembly_t
-  use motion_curve, only: curve_t, curve_value, start_curve
+  use motion_curve, only: curve_value, start_curve
   use element, only: part_t
   use vibration, only: fixed_t
   use effect, only: effect_t, effect_slot_t, instant_t, previous_increment
@@ -20,7 +20,6 @@ module boundary
     integer, allocatable :: part(:)             !! patch of each control point, shape (n)
     integer, allocatable :: points(:, :)        !! control indices, shape (3, n), as arrays run
     real(wp) :: velocity = 0.0_wp               !! times the curve
-    type(curve_t) :: curve
     real(wp) :: moved = 0.0_wp                  !! displacement of the last step
     logical :: is_catching = .false.            !! it takes hold of points that move
   contains

@@ -36,7 +36,7 @@ module contact_fields
     integer :: kind = 0                     !! of the slave points
     integer :: n_gauss(2) = 0
     integer :: face = 0                     !! of the patch
-    type(nurbs_surface_t) :: surface        !! of the blank, as it was at the start
+    type(nurbs_surface_t) :: surface        !! of the blank, without its control points
     type(tool_field_t), allocatable :: tools(:)   !! one for each surface of the tool
     logical :: has_wear = .false.
     logical, allocatable :: is_touching(:)  !! at the last call, shape (n_points)
@@ -51,7 +51,7 @@ contains
     type(contact_fields_t), intent(out) :: fields
     type(contact_t), intent(in) :: pair
     type(tool_t), intent(in) :: tool
-    type(nurbs_surface_t), intent(in) :: surface      !! the face of the blank at the start
+    type(nurbs_surface_t), intent(in) :: surface      !! the face of the blank
     integer, intent(in) :: face, kind, n_gauss(2)     !! as `new_slave_surface` takes them
     real(wp), intent(in) :: length                    !! of an element of the blank [length]
     logical, intent(in) :: has_wear
@@ -61,6 +61,7 @@ contains
     fields%n_gauss = n_gauss
     fields%face = face
     fields%surface = surface
+    deallocate (fields%surface%points)
     fields%has_wear = has_wear
     allocate (fields%tools(size(tool%surfaces)))
     do s = 1, size(fields%tools)

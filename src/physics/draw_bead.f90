@@ -15,7 +15,7 @@ module draw_bead
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use tool, only: travel_of
   use blank, only: assembly_t
-  use motion_curve, only: curve_t, curve_value, start_curve
+  use motion_curve, only: curve_value, start_curve
   use effect, only: effect_t, instant_t, tally_t
   implicit none
   private
@@ -42,7 +42,6 @@ module draw_bead
     real(wp) :: hold_down = 0.0_wp            !! push against the outward normal [force/length]
     real(wp) :: outward = 1.0_wp              !! sign that turns xi x eta outward
     real(wp) :: slip = 0.0_wp                 !! stretch of the springs at full force [length]
-    type(curve_t) :: curve                    !! factor on both forces
     integer :: closing = 0                    !! tool whose way the curve runs over, 0: the time
     type(bead_point_t), allocatable :: points(:)
     real(wp), allocatable :: stretch(:)       !! of the springs, -slip to slip, (n_points)

@@ -6,10 +6,11 @@ module effect
   use text, only: to_text
   use timer, only: timer_t, start_watch, stop_watch
   use blank, only: assembly_t
+  use motion_curve, only: curve_t, start_curve
   implicit none
   private
 
-  public :: apply_effects, carry_effects, sort_effects, previous_increment
+  public :: add_effect, apply_effects, carry_effects, sort_effects, previous_increment
 
   !> Where the step stands.
   type, public :: instant_t
@@ -38,6 +39,7 @@ module effect
     logical :: is_done = .false.           !! what the step was to reach is reached: it may end
     integer :: first_step = 1, last_step = huge(1)   !! of the deck, in which the effect acts
     integer :: given_step = 1              !! of the deck, that names it: its curve begins there
+    type(curve_t) :: curve                 !! factor against time, of an effect that has one
   contains
     procedure(apply_effect), deferred :: apply
     procedure(carry_effect), deferred :: carry     !! own state into a store, and back
@@ -78,6 +80,22 @@ contains
 
     previous_increment = 2.0_wp*instant%dt_mean - instant%dt
   end function previous_increment
+
+  !> Append a copy of an effect to a list, whose others are moved: they may hold much, and
+  !! gfortran 12 does not free what array constructors copy of them.
+  subroutine add_effect(effects, item)
+    type(effect_slot_t), allocatable, intent(inout) :: effects(:)
+    class(effect_t), intent(in) :: item
+    type(effect_slot_t), allocatable :: grown(:)
+    integer :: i
+
+    allocate (grown(size(effects) + 1))
+    do i = 1, size(effects)
+      call move_alloc(effects(i)%item, grown(i)%item)
+    end do
+    allocate (grown(size(grown))%item, source=item)
+    call move_alloc(grown, effects)
+  end subroutine add_effect
 
   !> Let the effects of a list act in their order, each timed by its own watch.
   subroutine apply_effects(effects, timer, bodies, instant)
@@ -132,10 +150,13 @@ contains
     call enter_folder(store, "")
   end subroutine carry_effects
 
-  !> The effect begins with a later step of the deck. Not called in the first step.
+  !> The effect begins with a later step of the deck, and its curve with it. Not called in the first
+  !! step.
   subroutine start_effect(self, time)
     class(effect_t), intent(inout) :: self
     real(wp), intent(in) :: time           !! at which the step began that names it
+
+    call start_curve(self%curve, time)
   end subroutine start_effect
 
   !> The last step of the effect is over: its force acts over half of the time step to come, whose

@@ -3,7 +3,7 @@ module field_change
   use kinds, only: wp
   use state_store, only: state_store_t
   use blank, only: assembly_t
-  use motion_curve, only: curve_t, curve_value, start_curve
+  use motion_curve, only: curve_value
   use effect, only: effect_t, instant_t
   implicit none
   private
@@ -15,12 +15,10 @@ module field_change
     integer, allocatable :: part(:)           !! patch of each control point, shape (n)
     integer, allocatable :: points(:, :)      !! control indices, shape (3, n)
     real(wp), allocatable :: values(:)        !! times the curve, shape (n)
-    type(curve_t) :: curve
     logical :: is_first = .false., is_last = .false.   !! of those that act in a time step
   contains
     procedure :: apply
     procedure :: carry
-    procedure :: start
   end type field_change_t
 
 contains
@@ -65,13 +63,5 @@ contains
     class(field_change_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
   end subroutine carry
-
-  !> The curve begins with its step.
-  subroutine start(self, time)
-    class(field_change_t), intent(inout) :: self
-    real(wp), intent(in) :: time
-
-    call start_curve(self%curve, time)
-  end subroutine start
 
 end module field_change

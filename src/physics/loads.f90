@@ -5,7 +5,7 @@ module loads
   use state_store, only: state_store_t, carry, carry_array, has_state
   use nurbs_surface, only: nurbs_surface_t
   use blank, only: blank_t, assembly_t
-  use motion_curve, only: curve_t, curve_value, start_curve
+  use motion_curve, only: curve_t, curve_value
   use effect, only: effect_t, instant_t
   use face_quadrature, only: face_rule_t, add_face_forces
   implicit none
@@ -17,9 +17,6 @@ module loads
   type, extends(effect_t), abstract :: load_t
     integer :: part = 1                            !! patch of the blank
     integer :: lower(3) = 1, upper(3) = 0
-    type(curve_t) :: curve
-  contains
-    procedure :: start
   end type load_t
 
   !> A constant pattern of forces.
@@ -44,14 +41,6 @@ module loads
   end type pressure_t
 
 contains
-
-  !> The curve begins with its step.
-  subroutine start(self, time)
-    class(load_t), intent(inout) :: self
-    real(wp), intent(in) :: time
-
-    call start_curve(self%curve, time)
-  end subroutine start
 
   !> Gravity on all control points of a patch; mass that scaling has added has no weight.
   pure function gravity_load(blank, part, acceleration, curve) result(load)

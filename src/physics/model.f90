@@ -6,12 +6,11 @@ module model
   use scene, only: step_spec_t, output_spec_t, later_step_t, probe_spec_t
   use blank, only: assembly_t
   use rigid_motion, only: rigid_motion_t, start_motion
-  use effect, only: effect_slot_t, sort_effects
+  use effect, only: effect_t, effect_slot_t, add_effect, sort_effects
   implicit none
   private
 
-  public :: increment_limit
-  public :: hold_back_forces, begin_next_step
+  public :: increment_limit, add_support, hold_back_forces, begin_next_step
 
   !> All that a run needs; built by `model_setup`.
   type, public :: model_t
@@ -43,6 +42,15 @@ contains
 
     increment_limit = model%step%safety*model%stable_step
   end function increment_limit
+
+  !> Append a copy of an effect on the velocities, to those at work or to those of later steps.
+  subroutine add_support(model, item)
+    type(model_t), intent(inout) :: model
+    class(effect_t), intent(in) :: item
+
+    if (item%first_step == 1) call add_effect(model%supports, item)
+    if (item%first_step > 1) call add_effect(model%later_supports, item)
+  end subroutine add_support
 
   !> Take the effects of later steps out of the force stage.
   subroutine hold_back_forces(model)

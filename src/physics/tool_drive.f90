@@ -3,7 +3,7 @@ module tool_drive
   use kinds, only: wp
   use state_store, only: state_store_t, carry
   use blank, only: assembly_t
-  use motion_curve, only: curve_t, curve_value, start_curve
+  use motion_curve, only: curve_value
   use effect, only: effect_t, instant_t, tally_t, previous_increment
   implicit none
   private
@@ -15,7 +15,6 @@ module tool_drive
     integer :: tool = 0                    !! index into the tools of the model
     real(wp) :: direction(3) = 0.0_wp      !! of unit length
     real(wp) :: value = 0.0_wp             !! force along it, times the curve
-    type(curve_t) :: curve
     real(wp) :: mass = 0.0_wp, alpha = 0.0_wp   !! [mass], [1/time]
     real(wp) :: speed = 0.0_wp             !! along the direction, half a step back
     real(wp) :: net = 0.0_wp, drag = 0.0_wp     !! F + R and the damping force of the last step
@@ -24,7 +23,6 @@ module tool_drive
     logical :: is_moving = .false.         !! the speed is known
   contains
     procedure :: apply
-    procedure :: start
     procedure :: stop
     procedure :: carry => carry_drive
     procedure :: tally => tally_drive
@@ -67,14 +65,6 @@ contains
     self%external_work = self%external_work + 0.5_wp*self%mass*speed**2
     self%is_moving = .true.
   end subroutine take_over
-
-  !> The curve begins with its step.
-  subroutine start(self, time)
-    class(tool_drive_t), intent(inout) :: self
-    real(wp), intent(in) :: time
-
-    call start_curve(self%curve, time)
-  end subroutine start
 
   !> Another motion takes the tool over, and with it the energy of its motion.
   subroutine stop(self, bodies, dt)

@@ -13,7 +13,7 @@ module scene
   private
 
   public :: is_user_material
-  public :: is_held, face_of_set
+  public :: boxes_of, is_held, face_of_set
 
   !> A material: density, elastic constants and a law with its constants.
   type, public :: material_spec_t
@@ -125,12 +125,17 @@ module scene
   end type contact_spec_t
 
   !> A box in the parameter space of each patch, cut with a box in space; a face is a box without
-  !! height, and a patch outside of the set has `lower` above `upper`.
-  type, public :: set_spec_t
-    type(origin_t) :: origin
-    character(:), allocatable :: name
+  !! height, and a patch outside of it has `lower` above `upper`.
+  type, public :: box_spec_t
     real(wp), allocatable :: lower(:, :), upper(:, :)   !! of xi, eta, zeta, shape (3, n_patches)
     real(wp) :: from(3) = -huge(1.0_wp), to(3) = huge(1.0_wp)   !! bounds of x, y, z [length]
+  end type box_spec_t
+
+  !> A box with a name; or, with others, their union.
+  type, extends(box_spec_t), public :: set_spec_t
+    type(origin_t) :: origin
+    character(:), allocatable :: name
+    type(box_spec_t), allocatable :: others(:)
   end type set_spec_t
 
   !> Prescribed components of the control points of a set.
@@ -299,11 +304,39 @@ contains
     is_user_material = any(material%law == ["UMAT ", "VUMAT", "USER "])
   end function is_user_material
 
-  !> Control points whose Greville abscissae and, where the set is bounded in space, whose places
-  !! at the start lie in the set.
+  !> All boxes of a set.
+  pure function boxes_of(set) result(boxes)
+    type(set_spec_t), intent(in) :: set
+    type(box_spec_t), allocatable :: boxes(:)
+    integer :: n
+
+    n = 0
+    if (allocated(set%others)) n = size(set%others)
+    allocate (boxes(n + 1))
+    boxes(1) = set%box_spec_t
+    if (n > 0) boxes(2:) = set%others
+  end function boxes_of
+
+  !> Control points that a set holds.
   pure function is_held(solid, set, part) result(is_in)
     type(nurbs_solid_t), intent(in) :: solid
     type(set_spec_t), intent(in) :: set
+    integer, intent(in) :: part              !! number of the patch
+    logical, allocatable :: is_in(:, :, :)   !! shape (n1, n2, n3)
+    integer :: i
+
+    is_in = is_in_box(solid, set%box_spec_t, part)
+    if (.not. allocated(set%others)) return
+    do i = 1, size(set%others)
+      is_in = is_in .or. is_in_box(solid, set%others(i), part)
+    end do
+  end function is_held
+
+  !> Control points whose Greville abscissae and, where the box is bounded in space, whose positions
+  !! at the start lie in the box.
+  pure function is_in_box(solid, set, part) result(is_in)
+    type(nurbs_solid_t), intent(in) :: solid
+    type(box_spec_t), intent(in) :: set
     integer, intent(in) :: part              !! number of the patch
     logical, allocatable :: is_in(:, :, :)   !! shape (n1, n2, n3)
     logical, allocatable :: along(:)
@@ -330,10 +363,10 @@ contains
       is_in = is_in .and. solid%points(:, :, :, axis) >= set%from(axis) - slack &
               .and. solid%points(:, :, :, axis) <= set%to(axis) + slack
     end do
-  end function is_held
+  end function is_in_box
 
   !> Face (1 xi_min to 6 zeta_max) of a patch that a set without height lies on; 0 where it is
-  !! none or the patch has no part in the set.
+  !! none or a union, or the patch has no part in the set.
   pure integer function face_of_set(solid, set, part) result(face)
     type(nurbs_solid_t), intent(in) :: solid
     type(set_spec_t), intent(in) :: set
@@ -342,6 +375,7 @@ contains
     real(wp) :: slack, low, high
 
     face = 0
+    if (allocated(set%others)) return
     do axis = 1, 3
       associate (kv => solid%axes(axis))
         slack = tolerance*axis_length(kv)

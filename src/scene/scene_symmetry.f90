@@ -8,7 +8,7 @@ module scene_symmetry
   use kinds, only: wp
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t
-  use scene, only: scene_t, tool_spec_t, set_spec_t, boundary_spec_t
+  use scene, only: scene_t, tool_spec_t, box_spec_t, set_spec_t, boundary_spec_t, boxes_of
   use input_errors, only: error_list_t, add_error
   use text, only: to_text
   implicit none
@@ -161,18 +161,24 @@ contains
     if (size(scene%beads) > 0) reason = "a draw bead may differ along "//axis_name(component)
   end function condition_problem
 
-  !> Does a set hold all of the width? Set 0 is all of the blank.
+  !> Does a set extend, with each of its boxes, over all of the width? Set 0 is all of the blank.
   pure logical function reaches_over(scene, set, axis, component)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: set, axis, component
+    type(box_spec_t), allocatable :: boxes(:)
+    integer :: i
 
-    reaches_over = set == 0
-    if (reaches_over) return
-    associate (spec => scene%sets(set), solid => scene%blank%patches(1)%solid)
+    reaches_over = .true.
+    if (set == 0) return
+    boxes = boxes_of(scene%sets(set))
+    associate (solid => scene%blank%patches(1)%solid)
       associate (knots => solid%axes(axis)%knots, x => solid%points(:, :, :, component))
-        reaches_over = spec%lower(axis, 1) <= knots(1) .and. &
-                       spec%upper(axis, 1) >= knots(size(knots)) .and. &
-                       spec%from(component) <= minval(x) .and. spec%to(component) >= maxval(x)
+        do i = 1, size(boxes)
+          reaches_over = reaches_over .and. boxes(i)%lower(axis, 1) <= knots(1) .and. &
+                         boxes(i)%upper(axis, 1) >= knots(size(knots)) .and. &
+                         boxes(i)%from(component) <= minval(x) .and. &
+                         boxes(i)%to(component) >= maxval(x)
+        end do
       end associate
     end associate
   end function reaches_over
@@ -366,23 +372,28 @@ contains
     if (size(scene%beads) > 0) reason = "a draw bead may not be"
   end function mirrored_condition_problem
 
-  !> Does a set lie evenly about the plane?
+  !> Does a set lie, with each of its boxes, evenly about the plane?
   pure logical function is_even_set(scene, set, axis, component, middle)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: set, axis, component
     real(wp), intent(in) :: middle
+    type(box_spec_t), allocatable :: boxes(:)
     real(wp) :: span
+    integer :: i
 
-    is_even_set = set == 0
-    if (is_even_set) return
-    associate (spec => scene%sets(set), knots => scene%blank%patches(1)%solid%axes(axis)%knots)
-      span = knots(size(knots)) - knots(1)
-      is_even_set = abs(spec%lower(axis, 1) + spec%upper(axis, 1) - knots(1) - &
-                        knots(size(knots))) <= tolerance*span
-      if (spec%from(component) > -huge(1.0_wp) .or. spec%to(component) < huge(1.0_wp)) &
-        is_even_set = is_even_set .and. abs(spec%from(component) + spec%to(component) &
-                                            - 2.0_wp*middle) <= tolerance*abs(middle)
-    end associate
+    is_even_set = .true.
+    if (set == 0) return
+    boxes = boxes_of(scene%sets(set))
+    do i = 1, size(boxes)
+      associate (box => boxes(i), knots => scene%blank%patches(1)%solid%axes(axis)%knots)
+        span = knots(size(knots)) - knots(1)
+        is_even_set = is_even_set .and. abs(box%lower(axis, 1) + box%upper(axis, 1) - knots(1) - &
+                                            knots(size(knots))) <= tolerance*span
+        if (box%from(component) > -huge(1.0_wp) .or. box%to(component) < huge(1.0_wp)) &
+          is_even_set = is_even_set .and. abs(box%from(component) + box%to(component) &
+                                              - 2.0_wp*middle) <= tolerance*abs(middle)
+      end associate
+    end do
   end function is_even_set
 
   pure character(1) function axis_name(component)

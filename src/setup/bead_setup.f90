@@ -17,7 +17,7 @@ module bead_setup
   use motion_curve, only: curve_t
   use support_setup, only: curve_of
   use draw_bead, only: draw_bead_t, new_draw_bead, set_slip, is_on
-  use effect, only: effect_slot_t
+  use effect, only: add_effect
   use model, only: model_t, increment_limit
   implicit none
   private
@@ -37,7 +37,6 @@ contains
     type(draw_bead_t) :: bead
     type(nurbs_surface_t) :: face
     type(nurbs_surface_t), allocatable :: faces(:)
-    type(effect_slot_t) :: slot
     integer :: p
     logical :: is_there
     real(wp), parameter :: part_of_width = 0.01_wp
@@ -56,9 +55,7 @@ contains
         call set_slip(bead, merge(spec%slip, part_of_width*spec%width, spec%slip > 0.0_wp), &
                       sum(body%mass)/area_of(face), increment_limit(model))
       end associate
-      allocate (slot%item, source=bead)
-      model%forces = [model%forces, slot]
-      deallocate (slot%item)
+      call add_effect(model%forces, bead)
     end do
     if (spec%first_step > 1) return
     if (is_there) then

@@ -20,7 +20,7 @@ module contact_setup
   use surface_grid, only: element_size_of, lines
   use tool, only: tool_t
   use tool_setup, only: sheet_thickness
-  use effect, only: effect_slot_t
+  use effect, only: add_effect
   use model, only: model_t, increment_limit
   use knot_vector, only: n_spans
   use tool_bends, only: bend_t, tool_bends_below, elements_on_radius
@@ -92,7 +92,6 @@ contains
     type(contact_effect_t) :: pair
     type(contact_options_t) :: options
     type(slave_surface_t) :: slave
-    type(effect_slot_t) :: slot
     type(error_t), allocatable :: error
     integer :: bounds(3, 2)
 
@@ -140,8 +139,7 @@ contains
       if (spec%first_step == 1) call check_start(spec, blank_spec%origin, model, pair, errors)
       if (model%output%has_pressure) call add_fields(spec, body, face, tool, model%output, pair)
     end associate
-    allocate (slot%item, source=pair)
-    model%forces = [model%forces, slot]
+    call add_effect(model%forces, pair)
   end subroutine add_patch_contact
 
   !> Fields of the pair on grids of cells that are about as large as the elements of its face.

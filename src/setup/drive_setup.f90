@@ -8,8 +8,7 @@ module drive_setup
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
   use tool_drive, only: tool_drive_t
   use support_setup, only: curve_of
-  use effect, only: effect_slot_t
-  use model, only: model_t, increment_limit
+  use model, only: model_t, increment_limit, add_support
   implicit none
   private
 
@@ -84,7 +83,6 @@ contains
     type(model_t), intent(inout) :: model
     type(error_list_t), intent(inout) :: errors
     type(tool_drive_t) :: drive
-    type(effect_slot_t) :: slot
     real(wp) :: stiffness, least
     integer :: j
 
@@ -119,12 +117,7 @@ contains
                                mask=[.true., (scene%motions(j)%tool == spec%tool .and. &
                                      scene%motions(j)%step > spec%step, j=1, size(scene%motions))])
     end associate
-    allocate (slot%item, source=drive)
-    if (drive%first_step == 1) then
-      model%supports = [model%supports, slot]
-    else
-      model%later_supports = [model%later_supports, slot]
-    end if
+    call add_support(model, drive)
   end subroutine add_drive
 
   !> Stiffness of all contact springs of a tool, if all were pressed.

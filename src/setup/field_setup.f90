@@ -3,16 +3,15 @@
 !! field variables; those of the run as effects of the model.
 module field_setup
   use kinds, only: wp
-  use scene, only: scene_t, field_spec_t, set_spec_t
+  use scene, only: scene_t, field_spec_t, box_spec_t, set_spec_t, boxes_of
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use block_law, only: block_law_t
   use user_call, only: user_law_t
   use motion_curve, only: constant_curve
-  use support_setup, only: members_t, find_members, curve_of
+  use support_setup, only: members_t, find_members, curve_of, owner_t, new_owners, list_points
   use blank, only: blank_t
-  use effect, only: effect_slot_t
   use field_change, only: field_change_t
-  use model, only: model_t
+  use model, only: model_t, add_support
   use failure, only: error_t
   use element, only: element_t, point_coordinates, next_element, grid_number
   use user_law, only: set_initial_state, lacks_moduli, find_moduli, first_point_t
@@ -22,18 +21,13 @@ module field_setup
   public :: set_initial_fields, add_field_changes
   public :: set_initial_states, find_initial_moduli
 
-  !> Number of the entry of the scene that holds each variable of the control points of a patch.
-  type :: holder_t
-    integer, allocatable :: entry(:, :, :, :)   ! shape (n1, n2, n3, n_fields), 0: none
-  end type holder_t
-
 contains
 
   !> Give all points the fields of the start. Where entries meet, the last one holds.
   subroutine set_initial_fields(scene, blank)
     type(scene_t), intent(in) :: scene
     type(blank_t), intent(inout) :: blank
-    type(holder_t), allocatable :: holders(:)
+    type(owner_t), allocatable :: owners(:)
     integer :: p, v, i, j, k, n
 
     n = n_fields_of(scene)
@@ -41,9 +35,9 @@ contains
     do p = 1, size(blank%parts)
       call blank%parts(p)%element%new_fields(n)
     end do
-    call find_holders(scene, blank, 0, holders)
-    do p = 1, size(holders)
-      associate (element => blank%parts(p)%element, entry => holders(p)%entry)
+    call find_owners(scene, blank, 0, owners)
+    do p = 1, size(owners)
+      associate (element => blank%parts(p)%element, entry => owners(p)%entry)
         do v = 1, n
           do k = 1, size(entry, 3)
             do j = 1, size(entry, 2)
@@ -94,26 +88,20 @@ contains
       first = last + 1
       last = minval([n_steps, pack(fields%first_step - 1, fields%first_step > first), &
                      pack(fields%last_step, fields%last_step >= first)])
-      if (first == 1) then
-        call add_changes_of(scene, first, last, model%bodies%blank, model%supports)
-      else
-        call add_changes_of(scene, first, last, model%bodies%blank, model%later_supports)
-      end if
+      call add_changes_of(scene, first, last, model)
     end do
   end subroutine add_field_changes
 
   !> The effects of all steps from `first` to `last`.
-  subroutine add_changes_of(scene, first, last, blank, supports)
+  subroutine add_changes_of(scene, first, last, model)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: first, last
-    type(blank_t), intent(in) :: blank
-    type(effect_slot_t), allocatable, intent(inout) :: supports(:)
-    type(holder_t), allocatable :: holders(:)
+    type(model_t), intent(inout) :: model
+    type(owner_t), allocatable :: owners(:)
     type(field_change_t), allocatable :: changes(:)
-    type(effect_slot_t) :: slot
     integer :: i, n
 
-    call find_holders(scene, blank, first, holders)
+    call find_owners(scene, model%bodies%blank, first, owners)
     allocate (changes(size(scene%fields) + 1))
     n = 0
     do i = 1, size(scene%fields)
@@ -124,7 +112,7 @@ contains
         changes(n)%variable = spec%variable
         changes(n)%curve = curve_of(scene, spec%curve)
         changes(n)%given_step = spec%first_step
-        call take_points(spec, i, blank, holders, changes(n))
+        call take_points(spec, i, model%bodies%blank, owners, changes(n))
       end associate
     end do
     if (n == 0) then
@@ -138,65 +126,42 @@ contains
     do i = 1, n
       changes(i)%first_step = first
       changes(i)%last_step = last
-      allocate (slot%item, source=changes(i))
-      supports = [supports, slot]
-      deallocate (slot%item)
+      call add_support(model, changes(i))
     end do
   end subroutine add_changes_of
 
   !> The control points that an entry holds, with their values.
-  subroutine take_points(spec, number, blank, holders, change)
+  subroutine take_points(spec, number, blank, owners, change)
     type(field_spec_t), intent(in) :: spec
     integer, intent(in) :: number                !! of the entry
     type(blank_t), intent(in) :: blank
-    type(holder_t), intent(in) :: holders(:)
+    type(owner_t), intent(in) :: owners(:)
     type(field_change_t), intent(inout) :: change
-    integer :: p, i, j, k, n
+    integer :: i
 
-    n = 0
-    do p = 1, size(holders)
-      n = n + count(holders(p)%entry(:, :, :, spec%variable) == number)
-    end do
-    allocate (change%part(n), change%points(3, n), change%values(n))
-    n = 0
-    do p = 1, size(holders)
-      associate (entry => holders(p)%entry)
-        do k = 1, size(entry, 3)
-          do j = 1, size(entry, 2)
-            do i = 1, size(entry, 1)
-              if (entry(i, j, k, spec%variable) /= number) cycle
-              n = n + 1
-              change%part(n) = p
-              change%points(:, n) = [i, j, k]
-              change%values(n) = value_at(spec, blank%parts(p)%element%grid, [i, j, k])
-            end do
-          end do
-        end do
-      end associate
-    end do
+    call list_points(owners, spec%variable, number, change%part, change%points)
+    change%values = [(value_at(spec, blank%parts(change%part(i))%element%grid, &
+                               change%points(:, i)), i=1, size(change%part))]
   end subroutine take_points
 
   !> Which entry holds each control point in a step, 0 being the start: the last one that has it.
-  subroutine find_holders(scene, blank, step, holders)
+  subroutine find_owners(scene, blank, step, owners)
     type(scene_t), intent(in) :: scene
     type(blank_t), intent(in) :: blank
     integer, intent(in) :: step
-    type(holder_t), allocatable, intent(out) :: holders(:)
+    type(owner_t), allocatable, intent(out) :: owners(:)
     type(members_t), allocatable :: members(:)
     integer :: p, i
 
-    allocate (holders(size(blank%parts)))
-    do p = 1, size(holders)
-      allocate (holders(p)%entry, source=nint(0.0_wp*blank%parts(p)%element%nodal))
-    end do
+    owners = new_owners(blank, n_fields_of(scene))
     do i = 1, size(scene%fields)
       if (.not. is_active(scene%fields(i), step)) cycle
       call find_members(blank, scene%sets(scene%fields(i)%set), members)
-      do p = 1, size(holders)
-        where (members(p)%is_in) holders(p)%entry(:, :, :, scene%fields(i)%variable) = i
+      do p = 1, size(owners)
+        where (members(p)%is_in) owners(p)%entry(:, :, :, scene%fields(i)%variable) = i
       end do
     end do
-  end subroutine find_holders
+  end subroutine find_owners
 
   pure logical function is_active(spec, step)
     type(field_spec_t), intent(in) :: spec
@@ -396,11 +361,14 @@ contains
     integer, intent(in) :: part
     type(nurbs_solid_t), intent(in) :: solid
     real(wp), intent(in) :: xi(3)
+    type(box_spec_t), allocatable :: boxes(:)
     real(wp) :: x(3)
+    integer :: i
 
     call evaluate_solid(solid, xi, x)
-    holds = all(xi >= set%lower(:, part) .and. xi <= set%upper(:, part) .and. &
-                x >= set%from .and. x <= set%to)
+    boxes = boxes_of(set)
+    holds = any([(all(xi >= boxes(i)%lower(:, part) .and. xi <= boxes(i)%upper(:, part) .and. &
+                      x >= boxes(i)%from .and. x <= boxes(i)%to), i=1, size(boxes))])
   end function holds
 
 end module field_setup

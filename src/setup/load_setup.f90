@@ -10,7 +10,7 @@ module load_setup
   use face_quadrature, only: face_rule_t, new_face_rule
   use loads, only: gravity_load, traction_load, new_pressure
   use support_setup, only: curve_of
-  use effect, only: effect_slot_t
+  use effect, only: effect_t, add_effect
   use model, only: model_t
   implicit none
   private
@@ -26,7 +26,7 @@ contains
     type(load_spec_t), intent(in) :: spec
     type(model_t), intent(inout) :: model
     type(error_list_t), intent(inout) :: errors
-    type(effect_slot_t) :: slot
+    class(effect_t), allocatable :: load
     type(curve_t) :: curve
     logical :: has_face, has_element
     integer :: p, face
@@ -36,25 +36,24 @@ contains
     has_element = .false.
     do p = 1, size(scene%blank%patches)
       if (spec%kind == "GRAVITY") then
-        allocate (slot%item, source=gravity_load(model%bodies%blank, p, spec%value, curve))
+        allocate (load, source=gravity_load(model%bodies%blank, p, spec%value, curve))
       else
         associate (patch => scene%blank%patches(p), set => scene%sets(spec%set))
           face = face_of_set(patch%solid, set, p)
           if (face == 0) cycle
           has_face = .true.
           if (patch%is_joined(face)) cycle
-          call new_face_load(spec, patch%solid, set, p, face, scene%reduction%axis, curve, slot)
+          call new_face_load(spec, patch%solid, set, p, face, scene%reduction%axis, curve, load)
         end associate
-        if (.not. allocated(slot%item)) cycle
+        if (.not. allocated(load)) cycle
       end if
       has_element = .true.
-      slot%item%first_step = spec%first_step
-      slot%item%given_step = spec%first_step
-      slot%item%last_step = spec%last_step
-      if (size(scene%blank%patches) > 1) &
-        slot%item%name = slot%item%name//" "//scene%blank%patches(p)%name
-      model%forces = [model%forces, slot]
-      deallocate (slot%item)
+      load%first_step = spec%first_step
+      load%given_step = spec%first_step
+      load%last_step = spec%last_step
+      if (size(scene%blank%patches) > 1) load%name = load%name//" "//scene%blank%patches(p)%name
+      call add_effect(model%forces, load)
+      deallocate (load)
     end do
     if (has_element) return
     associate (name => scene%sets(spec%set)%name)
@@ -69,14 +68,14 @@ contains
   end subroutine add_load
 
   !> Pressure or traction on the part of a face that lies in a set; nothing if that is no element.
-  subroutine new_face_load(spec, solid, set, part, face, across, curve, slot)
+  subroutine new_face_load(spec, solid, set, part, face, across, curve, load)
     type(load_spec_t), intent(in) :: spec
     type(nurbs_solid_t), intent(in) :: solid
     type(set_spec_t), intent(in) :: set
     integer, intent(in) :: part, face
     integer, intent(in) :: across            !! axis of plane strain, 0: none
     type(curve_t), intent(in) :: curve
-    type(effect_slot_t), intent(out) :: slot
+    class(effect_t), allocatable, intent(out) :: load
     type(nurbs_surface_t) :: surface
     type(face_rule_t) :: rule
     integer :: bounds(3, 2), axes(2)
@@ -88,10 +87,10 @@ contains
                          findloc(axes, across, 1))
     if (.not. any(rule%is_loaded)) return
     if (spec%kind == "PRESSURE") then
-      allocate (slot%item, source=new_pressure(part, rule, bounds, spec%value(1), curve))
+      allocate (load, source=new_pressure(part, rule, bounds, spec%value(1), curve))
     else
-      allocate (slot%item, source=traction_load(part, surface, rule, bounds(:, 1), bounds(:, 2), &
-                                                spec%value, curve))
+      allocate (load, source=traction_load(part, surface, rule, bounds(:, 1), bounds(:, 2), &
+                                           spec%value, curve))
     end if
   end subroutine new_face_load
 

@@ -126,8 +126,8 @@ contains
       "SCALE FACTOR="//to_text(model%step%safety)//", time increments above the stable one", &
       "at most 1")
     n_steps = model%step%duration/increment_limit(model)
-    if (n_steps > many) call add_warning(errors, scene%step%origin, "an end time of about "// &
-      rounded_text(n_steps)//" steps of "//rounded_text(increment_limit(model)), &
+    if (n_steps > many) call add_warning(errors, scene%step%origin, "a time period of about "// &
+      rounded_text(n_steps)//" increments of "//rounded_text(increment_limit(model)), &
       "fewer: check the units of the deck, shorten the process or scale masses")
   end subroutine check_step
 
@@ -152,7 +152,7 @@ contains
     type(model_t), intent(inout) :: model
     type(error_list_t), intent(inout) :: errors
     type(user_library_t), intent(in), optional :: library
-    real(wp), parameter :: short = 1.0e-6_wp   ! of the end time: about a step
+    real(wp), parameter :: short = 1.0e-6_wp   ! of the duration: about an increment
     class(block_law_t), allocatable :: law
     type(error_t), allocatable :: error
     integer :: p

@@ -11,9 +11,9 @@ module step_setup
   use vibration, only: fixed_t
   use damping, only: damping_t, start_damping, relaxation_t
   use thickness_scaling, only: thickness_scaling_t, held_column_t
-  use effect, only: effect_slot_t
+  use effect, only: effect_slot_t, add_effect
   use scene, only: step_spec_t
-  use model, only: model_t, increment_limit
+  use model, only: model_t, increment_limit, add_support
   use input_errors, only: origin_t, error_list_t, add_warning
   use text, only: to_text, rounded_text
   use contact, only: scale_stiffness
@@ -115,7 +115,6 @@ contains
   !! hold the same columns in part. The supports must be there already.
   subroutine add_thickness_scaling(model)
     type(model_t), intent(inout) :: model
-    type(effect_slot_t) :: slot
     type(thickness_scaling_t) :: scaling
     type(held_column_t), allocatable :: held(:)
     integer :: s, n, n_steps
@@ -132,9 +131,7 @@ contains
       scaling%last_step = s
       scaling%before = spread(0.0_wp, 1, sum([(size(scaling%held(n)%is_held), &
                                                n=1, size(scaling%held))]))
-      if (allocated(slot%item)) deallocate (slot%item)
-      allocate (slot%item, source=scaling)
-      model%forces = [model%forces, slot]
+      call add_effect(model%forces, scaling)
       if (s == n_steps) exit
       scaling%first_step = s + 1
       scaling%given_step = s + 1
@@ -195,7 +192,7 @@ contains
     real(wp), intent(in) :: settled_from(:)  !! time of each step from which curves are constant
     type(model_t), intent(inout) :: model
     type(step_spec_t) :: step
-    type(effect_slot_t) :: slot
+    class(damping_t), allocatable :: damping
     integer :: s, last
 
     last = 0
@@ -204,23 +201,23 @@ contains
       last = s
       step = spec_of(model, s)
       if (step%has_relaxation) then
-        call new_relaxation(model, step, settled_from(s), s, slot)
+        call new_relaxation(model, step, settled_from(s), s, damping)
       else if (step%alpha > 0.0_wp) then
         do last = s, size(settled_from) - 1
           if (.not. is_same_damping(step, spec_of(model, last + 1))) exit
         end do
-        call new_damping(model%bodies%blank, step%alpha, slot)
+        allocate (damping_t :: damping)
+        damping%name = "damping"
+        damping%alpha = step%alpha
       else
         cycle
       end if
-      slot%item%first_step = s
-      slot%item%given_step = s
-      slot%item%last_step = last
-      if (s == 1) then
-        model%supports = [model%supports, slot]
-      else
-        model%later_supports = [model%later_supports, slot]
-      end if
+      call start_damping(damping, model%bodies%blank)
+      damping%first_step = s
+      damping%given_step = s
+      damping%last_step = last
+      call add_support(model, damping)
+      deallocate (damping)
     end do
   end subroutine add_damping
 
@@ -240,12 +237,12 @@ contains
     is_same = .not. b%has_relaxation .and. .not. abs(a%alpha - b%alpha) > 0.0_wp
   end function is_same_damping
 
-  subroutine new_relaxation(model, step, settled_from, number, slot)
+  subroutine new_relaxation(model, step, settled_from, number, damping)
     type(model_t), intent(in) :: model
     type(step_spec_t), intent(in) :: step
     real(wp), intent(in) :: settled_from
     integer, intent(in) :: number
-    type(effect_slot_t), intent(out) :: slot
+    class(damping_t), allocatable, intent(out) :: damping
     type(relaxation_t) :: relaxation
 
     relaxation%name = "dynamic relaxation"
@@ -255,21 +252,8 @@ contains
     relaxation%settled_from = settled_from
     relaxation%is_free = free_components(model%bodies%blank, &
                                          [model%supports, model%later_supports], number)
-    call start_damping(relaxation, model%bodies%blank)
-    allocate (slot%item, source=relaxation)
+    allocate (damping, source=relaxation)
   end subroutine new_relaxation
-
-  subroutine new_damping(blank, alpha, slot)
-    type(blank_t), intent(in) :: blank
-    real(wp), intent(in) :: alpha
-    type(effect_slot_t), intent(out) :: slot
-    type(damping_t) :: damping
-
-    damping%name = "damping"
-    damping%alpha = alpha
-    call start_damping(damping, blank)
-    allocate (slot%item, source=damping)
-  end subroutine new_damping
 
   !> Let the penalties of all tools on a face together stay within what the step leaves: a penalty
   !! s m/dt^2 beside the blank's own frequency w is stable for (w dt)^2 + s <= 4, and w dt is twice

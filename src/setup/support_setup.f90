@@ -6,19 +6,19 @@ module support_setup
   use motion_curve, only: curve_t, constant_curve, curve_value
   use blank, only: blank_t
   use boundary, only: boundary_t
-  use effect, only: effect_slot_t
-  use model, only: model_t
+  use model, only: model_t, add_support
   use seams, only: seams_t, collect, largest_of_groups, distribute
   implicit none
   private
 
-  public :: add_supports, curve_of
+  public :: add_supports, curve_of, owner_t, new_owners, list_points
   public :: members_t, find_members
 
-  !> Number of the support that holds each component of the control points of a patch, 0: free.
-  type :: holder_t
-    integer, allocatable :: support(:, :, :, :)   ! shape (n1, n2, n3, 3)
-  end type holder_t
+  !> Number of the entry of the scene that has the last word on each component of the control points
+  !! of a patch, 0: none.
+  type :: owner_t
+    integer, allocatable :: entry(:, :, :, :)   !! shape (n1, n2, n3, components)
+  end type owner_t
 
   !> Which control points of a patch belong to a set.
   type :: members_t
@@ -57,59 +57,45 @@ contains
       last = minval([n_steps, pack(scene%boundaries%first_step - 1, &
                                    scene%boundaries%first_step > first), &
                      pack(scene%boundaries%last_step, scene%boundaries%last_step >= first)])
-      if (first == 1) then
-        call add_supports_of(scene, first, last, model%bodies%blank, model%supports)
-      else
-        call add_supports_of(scene, first, last, model%bodies%blank, model%later_supports)
-      end if
+      call add_supports_of(scene, first, last, model)
     end do
   end subroutine add_supports
 
   !> The supports of all steps from `first` to `last`.
-  subroutine add_supports_of(scene, first, last, blank, supports)
+  subroutine add_supports_of(scene, first, last, model)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: first, last
-    type(blank_t), intent(inout) :: blank
-    type(effect_slot_t), allocatable, intent(inout) :: supports(:)
-    type(holder_t), allocatable :: holders(:)
+    type(model_t), intent(inout) :: model
+    type(owner_t), allocatable :: owners(:)
     type(members_t), allocatable :: members(:)
     logical :: is_held(3, size(scene%boundaries))
-    type(effect_slot_t) :: slot
     type(boundary_t) :: support
-    integer :: i, c, n, p
+    integer :: i, c, p
 
-    associate (boundaries => scene%boundaries)
+    associate (boundaries => scene%boundaries, blank => model%bodies%blank)
       do i = 1, size(boundaries)
         is_held(:, i) = boundaries(i)%is_prescribed .and. boundaries(i)%first_step <= first &
                         .and. boundaries(i)%last_step >= first
       end do
-      allocate (holders(size(blank%parts)))
-      do p = 1, size(holders)
-        associate (n => blank%parts(p)%element%grid%axes%n_basis)
-          allocate (holders(p)%support(n(1), n(2), n(3), 3), source=0)
-        end associate
-      end do
+      owners = new_owners(blank, 3)
       do i = 1, size(boundaries)
         if (.not. any(is_held(:, i))) cycle
         call find_members(blank, scene%sets(boundaries(i)%set), members)
         do c = 1, 3
-          n = 3*(i - 1) + c
-          do p = 1, size(holders)
-            where (members(p)%is_in .and. is_held(c, i)) holders(p)%support(:, :, :, c) = n
+          do p = 1, size(owners)
+            where (members(p)%is_in .and. is_held(c, i)) owners(p)%entry(:, :, :, c) = i
           end do
         end do
       end do
       do i = 1, size(boundaries)
         do c = 1, 3
           if (.not. is_held(c, i)) cycle
-          call set_support(scene, i, c, 3*(i - 1) + c, holders, support)
+          call set_support(scene, i, c, owners, support)
           support%first_step = first
           support%last_step = last
           support%given_step = boundaries(i)%first_step
           if (first == 1) call start_held(support, blank)
-          if (allocated(slot%item)) deallocate (slot%item)
-          allocate (slot%item, source=support)
-          supports = [supports, slot]
+          call add_support(model, support)
         end do
       end do
     end associate
@@ -131,13 +117,11 @@ contains
   end subroutine start_held
 
   !> One component of one boundary condition.
-  subroutine set_support(scene, boundary, component, number, holders, support)
+  subroutine set_support(scene, boundary, component, owners, support)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: boundary, component   !! which boundary condition
-    integer, intent(in) :: number                !! of the support, in `holders`
-    type(holder_t), intent(in) :: holders(:)
+    type(owner_t), intent(in) :: owners(:)
     type(boundary_t), intent(out) :: support
-    integer :: p, i, j, k, n
 
     associate (spec => scene%boundaries(boundary))
       support%name = "boundary "//scene%sets(spec%set)%name
@@ -145,27 +129,50 @@ contains
       support%component = component
       support%velocity = spec%velocity(component)
     end associate
-    n = 0
-    do p = 1, size(holders)
-      n = n + count(holders(p)%support(:, :, :, component) == number)
+    call list_points(owners, component, boundary, support%part, support%points)
+  end subroutine set_support
+
+  !> Nothing owned yet.
+  function new_owners(blank, n_components) result(owners)
+    type(blank_t), intent(in) :: blank
+    integer, intent(in) :: n_components
+    type(owner_t), allocatable :: owners(:)
+    integer :: p
+
+    allocate (owners(size(blank%parts)))
+    do p = 1, size(owners)
+      associate (n => blank%parts(p)%element%grid%axes%n_basis)
+        allocate (owners(p)%entry(n(1), n(2), n(3), n_components), source=0)
+      end associate
     end do
-    allocate (support%part(n), support%points(3, n))
+  end function new_owners
+
+  !> The control points that an entry owns in one component.
+  pure subroutine list_points(owners, component, entry, part, points)
+    type(owner_t), intent(in) :: owners(:)
+    integer, intent(in) :: component, entry
+    integer, allocatable, intent(out) :: part(:)        !! patch of each, shape (n)
+    integer, allocatable, intent(out) :: points(:, :)   !! control indices, shape (3, n)
+    integer :: p, i, j, k, n
+
+    n = sum([(count(owners(p)%entry(:, :, :, component) == entry), p=1, size(owners))])
+    allocate (part(n), points(3, n))
     n = 0
-    do p = 1, size(holders)
-      associate (held => holders(p)%support)
-        do k = 1, size(held, 3)
-          do j = 1, size(held, 2)
-            do i = 1, size(held, 1)
-              if (held(i, j, k, component) /= number) cycle
+    do p = 1, size(owners)
+      associate (owner => owners(p)%entry)
+        do k = 1, size(owner, 3)
+          do j = 1, size(owner, 2)
+            do i = 1, size(owner, 1)
+              if (owner(i, j, k, component) /= entry) cycle
               n = n + 1
-              support%part(n) = p
-              support%points(:, n) = [i, j, k]
+              part(n) = p
+              points(:, n) = [i, j, k]
             end do
           end do
         end do
       end associate
     end do
-  end subroutine set_support
+  end subroutine list_points
 
   !> Control points of all patches that belong to a set; with one all that it is joined to.
   subroutine find_members(blank, set, members)

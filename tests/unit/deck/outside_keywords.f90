@@ -42,10 +42,10 @@ contains
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
         if (.not. record%is_valid) cycle
-        call resolve(context%names%materials, option_text(deck, record, "MATERIAL"), "*MATERIAL", &
+        call resolve(context%names%materials, option_text(record, "MATERIAL"), "*MATERIAL", &
                      record%origin, material, errors)
         if (material == 0) cycle
-        scene%heading = scene%heading//option_text(deck, record, "COLOUR")//" "// &
+        scene%heading = scene%heading//option_text(record, "COLOUR")//" "// &
                         scene%materials(material)%name//" "//to_text(field_real(record, 1, 1))//";"
       end associate
     end do
