@@ -71,7 +71,7 @@ contains
     call add_field(table, "units", kind_words, "length, mass, time, force, stress, energy")
     call add_example(table, "*UNITS", "mm, t, s, N, MPa, mJ")
 
-    call add_keyword(table, "INCLUDE", "Reads another file at this place. Data lines at the "// &
+    call add_keyword(table, "INCLUDE", "Reads another file at this point. Data lines at the "// &
                      "start of that file continue the keyword before the *INCLUDE.", &
                      place=anywhere, is_in_digest=.false.)
     call add_option(table, "INPUT", kind_name, "path of the file, relative to the file that "// &
@@ -94,7 +94,7 @@ contains
                      "floor, ceil, round, min, max, pi and earlier parameters. `--set "// &
                      "name=value` on the command line wins over the deck.", place=anywhere, &
                      is_in_digest=.false.)
-    call add_option(table, "DEFAULT", kind_flag, "the lines hold only for parameters that have "// &
+    call add_option(table, "DEFAULT", kind_flag, "the lines apply only to parameters that have "// &
                     "no value yet, so a deck can set them before it includes this one")
     call add_line(table, "One parameter per line: `name = expression` or `name = ""text""`.", &
                   n_max=any_number)

@@ -88,7 +88,7 @@ contains
                     "points there; the degrees where none are given", is_required=.false., &
                     alias="SAMPLES")
     call add_option(table, "MERGE", kind_choice, "whether control points on the outsides of "// &
-                    "patches that lie in one place move as one", default="YES", choices="YES|NO")
+                    "patches that coincide move as one", default="YES", choices="YES|NO")
     call add_option(table, "TOLERANCE", kind_real, "largest distance of such points; 0: a "// &
                     "millionth of the size of the blank. Neighbours in the grid of a patch "// &
                     "must be farther apart, or one", default="0", unit="length", range=">= 0")

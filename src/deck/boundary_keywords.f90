@@ -30,7 +30,7 @@ contains
     type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "BOUNDARY", "Prescribed velocity of the control points of a set, "// &
-                     "zero if none is given. Where lines meet, the last one holds.", &
+                     "zero if none is given. Where lines overlap, the last one applies.", &
                      place=in_any_step, read=read_boundaries)
     call add_option(table, "TYPE", kind_choice, "what the values are, required if any of them "// &
                     "is not zero. Displacements cannot be prescribed", is_required=.false., &

@@ -131,7 +131,7 @@ contains
       if (any([(any(is_held(scene%blank%patches(p)%solid, scene%sets(i), p)), &
                 p=1, size(scene%blank%patches))])) cycle
       call add_error(errors, scene%sets(i)%origin, "the set "//scene%sets(i)%name// &
-                     ", which holds no control point", "bounds that hold Greville abscissae")
+                     ", which contains no control point", "bounds that contain Greville abscissae")
     end do
   end subroutine check_sets
 

@@ -10,7 +10,7 @@ module error_report
 
   public :: error_line, report_errors, sort_errors
 
-  integer, parameter :: most_told = 1000      !! errors, and as many warnings
+  integer, parameter :: most_listed = 1000      !! errors, and as many warnings
 
 contains
 
@@ -37,40 +37,40 @@ contains
   subroutine report_errors(errors, unit)
     type(error_list_t), intent(in) :: errors
     integer, intent(in) :: unit   !! such as error_unit
-    integer :: i, kind, n_told(2), n_warnings
+    integer :: i, kind, n_listed(2), n_warnings
 
-    n_told = 0
+    n_listed = 0
     do i = 1, errors%n_items
       kind = merge(2, 1, errors%items(i)%is_warning)
-      if (n_told(kind) == most_told) cycle
-      n_told(kind) = n_told(kind) + 1
+      if (n_listed(kind) == most_listed) cycle
+      n_listed(kind) = n_listed(kind) + 1
       write (unit, "(a)") error_line(errors%items(i))
     end do
     if (errors%n_items == 0) return
-    if (sum(n_told) < errors%n_items) write (unit, "(a)") &
-      "... and "//to_text(errors%n_items - sum(n_told))//" more that are left out here"
-    call tell_true_paths(errors, unit)
+    if (sum(n_listed) < errors%n_items) write (unit, "(a)") &
+      "... and "//to_text(errors%n_items - sum(n_listed))//" more that are not listed"
+    call list_true_paths(errors, unit)
     n_warnings = errors%n_items - n_errors(errors)
     write (unit, "(a)") number_of(n_errors(errors), "error")//", "//number_of(n_warnings, "warning")
   end subroutine report_errors
 
   !> The true path of each file that is reached by `..` or by a link, once.
-  subroutine tell_true_paths(errors, unit)
+  subroutine list_true_paths(errors, unit)
     type(error_list_t), intent(in) :: errors
     integer, intent(in) :: unit
-    character(:), allocatable :: path, found, told
+    character(:), allocatable :: path, found, listed
     integer :: i
 
-    told = new_line("a")
-    do i = 1, min(errors%n_items, most_told)
+    listed = new_line("a")
+    do i = 1, min(errors%n_items, most_listed)
       path = errors%items(i)%origin%file
-      if (path == "" .or. index(told, new_line("a")//path//new_line("a")) > 0) cycle
-      told = told//path//new_line("a")
+      if (path == "" .or. index(listed, new_line("a")//path//new_line("a")) > 0) cycle
+      listed = listed//path//new_line("a")
       found = true_path(path)
       if (found == path .or. is_tail(found, "/"//path)) cycle
       write (unit, "(a)") path//" is "//found
     end do
-  end subroutine tell_true_paths
+  end subroutine list_true_paths
 
   pure logical function is_tail(text, tail)
     character(*), intent(in) :: text, tail

@@ -48,14 +48,14 @@ contains
     call add_vector(table, "omega_", "angular velocity", unit="1/time")
     call add_vector(table, "", "a point of the axis of rotation")
     call add_line(table, "The state variables of the elements whose middle lies in a set, as "// &
-                  "Abaqus places them: eight entries on a line, the set among them. Lines that "// &
-                  "begin with a number continue the values; what a shorter line before them "// &
-                  "lacks counts as zeros.", when="SOLUTION", n_min=0, n_max=any_number, &
+                  "Abaqus arranges them: eight entries on a line, the set among them. Lines "// &
+                  "that begin with a number continue the values; what a shorter line before "// &
+                  "them lacks counts as zeros.", when="SOLUTION", n_min=0, n_max=any_number, &
                   is_repeated=.true.)
     call add_field(table, "set", kind_name, "name of a set or face, or ALL; or a value")
     call add_field(table, "value", kind_real, "a state variable", is_required=.false.)
-    call add_line(table, "The control points of a set; where lines meet, the last one holds.", &
-                  when="TEMPERATURE|FIELD", n_max=any_number)
+    call add_line(table, "The control points of a set; where lines overlap, the last one "// &
+                  "applies.", when="TEMPERATURE|FIELD", n_max=any_number)
     call add_value_fields(table)
     call add_example(table, "*INITIAL CONDITIONS, TYPE=VELOCITY", "ALL, 2, -1500")
 
@@ -220,9 +220,9 @@ contains
 
     call add_keyword(table, "TEMPERATURE", "Temperature of the control points of a set, for a "// &
                      "user's law (TEMP, DTEMP): value times amplitude. No heat is conducted, "// &
-                     "and no strain of expansion arises. Without amplitude it holds from the "// &
-                     "start of the step on. Where lines meet, the last one holds; points of "// &
-                     "none have what they had at the start of the run.", place=in_any_step, &
+                     "and no strain of expansion arises. Without amplitude it applies from the "// &
+                     "start of the step on. Where lines overlap, the last one applies; points "// &
+                     "of none have what they had at the start of the run.", place=in_any_step, &
                      read=read_temperatures)
     call add_amplitude_option(table, "it")
     call add_op_option(table)
@@ -245,7 +245,7 @@ contains
   !> Set, value and slopes of a data line.
   subroutine add_value_fields(table)
     type(keyword_table_t), intent(inout) :: table
-    character(*), parameter :: slope = "change by length along this axis, places at the start"
+    character(*), parameter :: slope = "change by length along this axis, positions at the start"
 
     call add_field(table, "set", kind_name, "name of a set or face, or ALL")
     call add_field(table, "value", kind_real, "at the origin of the coordinates, everywhere if "// &
@@ -367,7 +367,7 @@ contains
             call warn_of_set(field_word(record, line, 1), start%origin, errors)
           else if (any([(abs(field_real(record, line, 2 + k)) > 0.0_wp, k=1, 3)])) then
             call add_error(errors, start%origin, "a change along x, y or z for a material test", &
-                           "one value: its point has no place")
+                           "one value: its point has no position")
           else
             starts = [starts, start]
           end if

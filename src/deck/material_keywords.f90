@@ -156,8 +156,8 @@ contains
     type(keyword_table_t), intent(inout) :: table
     integer :: i
 
-    call add_keyword(table, "POTENTIAL", "Anisotropic yield function, with associated flow, in "// &
-                     "place of von Mises; its axes are those of *ORIENTATION. The curve of "// &
+    call add_keyword(table, "POTENTIAL", "Anisotropic yield function, with associated flow, "// &
+                     "instead of von Mises; its axes are those of *ORIENTATION. The curve of "// &
                      "*PLASTIC is that of the equivalent stress. YLD91 (Barlat, Lege and Brem "// &
                      "1991): |S1-S2|^m + |S2-S3|^m + |S3-S1|^m = 2 sigma^m with the principal "// &
                      "values of a transform of the stress, YLD2004 (Yld2004-18p, Barlat et al. "// &
@@ -275,7 +275,7 @@ contains
     call add_option(table, "UNSYMM", kind_flag, "accepted and ignored: no equations are solved")
     call add_option(table, "HYBRID FORMULATION", kind_name, "ignored with a warning: there are "// &
                     "no hybrid elements", is_required=.false.)
-    call add_line(table, "The constants PROPS, eight on a line. Blank places and the ends of "// &
+    call add_line(table, "The constants PROPS, eight on a line. Empty fields and the ends of "// &
                   "shorter lines count as zeros, as in Abaqus.", n_min=0, n_max=any_number, &
                   is_repeated=.true.)
     call add_field(table, "constant", kind_real, "one constant", default="0")
@@ -486,7 +486,7 @@ contains
     if (size(numbers) < 8) return
     if (abs(numbers(8)) > 0.0_wp) then
       call add_error(errors, record%origin, "a further rotation by "//to_text(numbers(8)), &
-                     "vectors a and b that are turned by it, and no angle")
+                     "vectors a and b that are rotated by it, and no angle")
     end if
   end subroutine read_orientation
 

@@ -48,10 +48,10 @@ contains
     call add_example(table, "*AMPLITUDE, NAME=soft start", "0, 0, 0.001, 1")
 
     call add_keyword(table, "TOOL MOTION", "How a tool moves from the start of the step on, in "// &
-                     "which this stands; in later steps it continues until the tool gets "// &
+                     "which this appears; in later steps it continues until the tool gets "// &
                      "another motion. Several of one tool in one step add up if they move "// &
-                     "different components; one of them may turn it. A tool without it stands "// &
-                     "still.", place=in_any_step, read=read_tool_motions)
+                     "different components; one of them may rotate it. A tool without it does "// &
+                     "not move.", place=in_any_step, read=read_tool_motions)
     call add_option(table, "TOOL", kind_name, "name of the tool")
     call add_option(table, "TYPE", kind_choice, "what the data lines are; DISPLACEMENT and "// &
                     "ROTATION count from where the tool is at the start of the step, and need "// &
@@ -61,8 +61,8 @@ contains
     call add_line(table, "The vector.", when="VELOCITY|DISPLACEMENT")
     call add_vector(table, "", "component", unit="length/time, length")
     call add_line(table, "A point of the axis at the start of the step, and the direction of "// &
-                  "the axis, which goes with the other motions of the tool; it turns "// &
-                  "right-handed.", when="ROTATION|ANGULAR VELOCITY")
+                  "the axis, which moves with the other motions of the tool; the "// &
+                  "rotation is right-handed.", when="ROTATION|ANGULAR VELOCITY")
     call add_vector(table, "", "point")
     call add_vector(table, "a", "axis", unit="none")
     call add_line(table, "The angle.", when="ROTATION|ANGULAR VELOCITY")
@@ -72,18 +72,18 @@ contains
                      "0, -2000, 0")
 
     call add_keyword(table, "TOOL FORCE", "A force that moves a tool, such as a blank holder: "// &
-                     "the tool is free along the force and held across it. It acts until the "// &
-                     "tool gets another motion. A weight is a part of the force.", &
+                     "the tool is free along the force and constrained across it. It acts "// &
+                     "until the tool gets another motion. A weight is a part of the force.", &
                      place=in_any_step)
     call add_option(table, "TOOL", kind_name, "name of the tool")
     call add_amplitude_option(table, "the force")
     call add_option(table, "MASS", kind_real, "mass of the tool; 0: twice what its contact "// &
                     "springs and the time step ask for, named in the log", default="0", &
                     unit="mass", range=">= 0")
-    call add_option(table, "DAMPING", kind_real, "damping of the tool against the ground, part "// &
-                    "of the critical of its mass on all of its contact springs: it adds to "// &
-                    "the force of a tool that gives way, as DAMPING of *CONTACT PAIR does not", &
-                    default="0", range=">= 0")
+    call add_option(table, "DAMPING", kind_real, "damping of the tool motion, as a fraction of "// &
+                    "critical damping for the tool mass and its total contact stiffness. It "// &
+                    "increases the force on the sheet while the tool is pushed back; DAMPING "// &
+                    "of *CONTACT PAIR does not", default="0", range=">= 0")
     call add_line(table, "The force.")
     call add_vector(table, "", "component", unit="force")
     call add_example(table, "*TOOL FORCE, TOOL=blank holder, AMPLITUDE=soft start", "0, -2450, 0")

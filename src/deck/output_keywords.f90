@@ -78,7 +78,7 @@ contains
                     "state is saved and the run stops with exit code 3, as with `--wall`; 0: "// &
                     "never", default="0", unit="min", range=">= 0")
     call add_option(table, "RETRY", kind_real, "factor below 1 on the time step for one "// &
-                    "more try from the last good state if the numerics fail; 0: none", &
+                    "more try from the last verified state if the numerics fail; 0: none", &
                     default="0", range=">= 0")
     call add_example(table, "*CHECKPOINT, MINUTES=15, RETRY=0.5")
   end subroutine add_run_keywords

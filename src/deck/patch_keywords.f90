@@ -31,7 +31,8 @@ contains
     character(*), parameter :: owner = "name of the blank, of a *PATCH or of the tool"
 
     call add_keyword(table, "KNOTS", "Open knot vector of one axis of a patch: the first and "// &
-                     "the last knot stand degree + 1 times, an inner one at most degree times.")
+                     "the last knot are repeated degree + 1 times, an inner one at most degree "// &
+                     "times.")
     call add_option(table, "PATCH", kind_name, owner)
     call add_option(table, "AXIS", kind_integer, "1 for xi, 2 for eta, 3 for zeta", &
                     range=">= 1 and <= 3")

@@ -34,11 +34,11 @@ contains
 
     call add_keyword(table, "SET", "Names a part of the blank. A control point belongs to it "// &
                      "when its Greville abscissae do. Faces and ALL need no set: their names "// &
-                     "serve wherever a set is asked for.", &
+                     "serve wherever a set is expected.", &
                      place=in_any_step, names=names_set, read=read_sets)
     call add_option(table, "NAME", kind_name, "name")
     call add_option(table, "PATCH", kind_name, "patch of the blank, all if none is given; a "// &
-                    "name without its number stands for all that differ in it alone", &
+                    "name without its number means all that differ in it alone", &
                     is_required=.false.)
     call add_option(table, "OPERATION", kind_choice, "how several lines combine, required with "// &
                     "several: UNION, a control point satisfies one of them at least, or "// &

@@ -27,10 +27,10 @@ contains
                      is_required=.true., read=read_steps)
     call add_option(table, "EXPLICIT", kind_flag, "accepted for Abaqus compatibility; all "// &
                     "steps are explicit")
-    call add_option(table, "SCALE FACTOR", kind_real, "fraction of the stable time increment; "// &
-                    "above 1, for trials, runs are unstable but where that step is too "// &
-                    "cautious; steps that deformation has made shorter may be up to 3 % longer "// &
-                    "again, to hit output times in whole steps", default="0.8", &
+    call add_option(table, "SCALE FACTOR", kind_real, "scale factor on the stable time "// &
+                    "increment. Values above 1 are for experiments only; the run is unstable "// &
+                    "unless the estimate is conservative. An increment that deformation has "// &
+                    "reduced may grow by up to 3 % to meet output times", default="0.8", &
                     range="> 0 and <= 2", alias="SAFETY")
     call add_option(table, "STABLE STEP", kind_choice, "from the largest frequency of the "// &
                     "whole blank, or from that of its elements, which lies above it", &
@@ -77,7 +77,7 @@ contains
                      "without *STEP is one step. Motions, boundary conditions, loads, contact, "// &
                      "damping, limits and output remain in effect in all later steps until "// &
                      "they are replaced or removed; dynamic relaxation is for its step alone. "// &
-                     "What stands before the first *STEP holds from it on.", place=bounds_step)
+                     "What appears before the first *STEP applies from it on.", place=bounds_step)
     call add_option(table, "NAME", kind_name, "name in log and results", is_required=.false.)
     call add_option(table, "NLGEOM", kind_choice, "accepted for Abaqus compatibility", &
                     default="YES", choices="YES")
@@ -126,10 +126,11 @@ contains
                     "stops when the kinetic energy has passed a maximum; between stops the "// &
                     "blank swings freely and may yield more", default="RAYLEIGH", &
                     choices="RAYLEIGH|KINETIC")
-    call add_option(table, "ENERGY", kind_real, "convergence criterion: kinetic energy, over "// &
-                    "the largest change of the internal energy since the step began; with "// &
-                    "KINETIC the largest of the latest maxima, three at least, over half of "// &
-                    "the time since the step began at least", default="1e-8", range="> 0")
+    call add_option(table, "ENERGY", kind_real, "convergence tolerance: kinetic energy divided "// &
+                    "by the largest change of the internal energy since the start of the step. "// &
+                    "With METHOD=KINETIC, the largest of the recent maxima is used: at least "// &
+                    "three, over at least half of the elapsed step time", default="1e-8", &
+                    range="> 0")
     call add_option(table, "FORCE", kind_real, "convergence criterion: norm of the unbalanced "// &
                     "force, over the largest norm of the internal or external forces in the step", &
                     default="1e-3", range="> 0")

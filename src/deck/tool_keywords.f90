@@ -41,8 +41,8 @@ contains
   subroutine add_tool_keywords(table)
     type(keyword_table_t), intent(inout) :: table
 
-    call add_keyword(table, "TOOL", "A rigid tool: one surface in its place at the start, or "// &
-                     "several of a CAD file, oriented so that they agree at common edges. Its "// &
+    call add_keyword(table, "TOOL", "A rigid tool: one surface in its position at the start, "// &
+                     "or several of a CAD file, oriented so that they agree at common edges. Its "// &
                      "normal is the direction of xi crossed with that of eta.", names=names_tool, &
                      read=read_tools)
     call add_option(table, "NAME", kind_name, "name")
@@ -123,7 +123,7 @@ contains
     call add_field(table, "distance", kind_real, "such as thickness and gap", unit="length")
     call add_field(table, "tolerance", kind_real, "largest error of the surface; 0: "// &
                    "1e-4 of the distance", unit="length", default="0", range=">= 0")
-    call add_line(table, "Way from there to where the tool is at the start.", when="OFFSET", &
+    call add_line(table, "Shift from there to where the tool is at the start.", when="OFFSET", &
                   n_min=0)
     call add_vector(table, "s", "shift")
   end subroutine add_offset_lines
@@ -598,7 +598,7 @@ contains
 
     note%value = "tool "//base%name//", offset by "//to_text(distance)//": "// &
                  to_text(report%n_faces)//" faces, off by at most "//rounded_text(report%error)// &
-                 " at "//to_text(report%n_places)//" places, normals by "// &
+                 " at "//to_text(report%n_places)//" positions, normals by "// &
                  rounded_text(report%angle)//" degrees"
     tool%notes = [tool%notes, note]
   end subroutine add_note

@@ -121,10 +121,10 @@ contains
     do i = 1, size(scene%boundaries)
       associate (spec => scene%boundaries(i))
         if (abs(spec%velocity(component)) > 0.0_wp) then
-          reason = "a boundary moves along "//axis_name(component)
+          reason = "a boundary condition moves along "//axis_name(component)
         else if (count(spec%is_prescribed) > merge(1, 0, spec%is_prescribed(component)) &
                  .and. .not. reaches_over(scene, spec%set, axis, component)) then
-          reason = "a boundary holds a part of the width"
+          reason = "a boundary condition acts on a part of the width"
         end if
       end associate
     end do

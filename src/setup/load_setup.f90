@@ -58,8 +58,8 @@ contains
     if (has_element) return
     associate (name => scene%sets(spec%set)%name)
       if (has_face) then
-        call add_error(errors, spec%origin, "set '"//name//"', which holds no element", &
-                       "a set that holds the middle of an element of its face")
+        call add_error(errors, spec%origin, "set '"//name//"', which contains no element", &
+                       "a set that contains the middle of an element of its face")
       else
         call add_error(errors, spec%origin, "set '"//name//"', which is not on a face", &
                        "a set on one of the faces of the blank")

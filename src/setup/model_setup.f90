@@ -123,7 +123,7 @@ contains
       return
     end if
     if (model%step%safety > 1.0_wp) call add_warning(errors, scene%step%origin, &
-      "SCALE FACTOR="//to_text(model%step%safety)//", time increments above the stable one", &
+      "SCALE FACTOR="//to_text(model%step%safety)//", above the stable time increment", &
       "at most 1")
     n_steps = model%step%duration/increment_limit(model)
     if (n_steps > many) call add_warning(errors, scene%step%origin, "a time period of about "// &

@@ -184,7 +184,7 @@ contains
     if (way > last) then
       call fail(error, "tool "//tool%name//" passes the sheet at a distance of "//to_text(least))
     else if (abs(left) > 1000*exact*search%scale) then
-      call fail(error, "tool "//tool%name//" does not come to rest at its clearance from the "// &
+      call fail(error, "tool "//tool%name//" does not converge to its clearance from the "// &
                 "sheet; the last distance is "//to_text(nearest))
     end if
   end subroutine placing_shift
