@@ -74,7 +74,8 @@ def one_file_has_one_writer(folder):
         said = igaform(folder, "batch", "list.txt", code=1)
         assert "list.txt:4: " in said and "line 3" in said, said
     write_list(folder, f"{DECK} --colour red")
-    assert "--colour" in igaform(folder, "batch", "list.txt", code=1)
+    said = igaform(folder, "batch", "list.txt", code=1)
+    assert "list.txt:3: " in said and "--colour" in said, said
     write_list(folder, f"{DECK} 'a b")
     assert "list.txt:3: a quote" in igaform(folder, "batch", "list.txt", code=1)
     assert not list(folder.glob("**/*.h5"))
@@ -332,7 +333,7 @@ def a_second_signal_leaves_no_run_behind(folder):
         time.sleep(0.5)     # in which it comes to the loop
         runs = runs_of(batch)
         batch.send_signal(signal.SIGTERM)
-        wait_for(lambda: "UMAT" in (folder / "a.err").read_text())
+        wait_for(lambda: "element 2" in (folder / "a.err").read_text())
         time.sleep(1.5)
         batch.send_signal(signal.SIGTERM)
         assert batch.wait(20) == 3
