@@ -42,9 +42,9 @@ contains
     type(keyword_table_t), intent(inout) :: table
 
     call add_keyword(table, "TOOL", "A rigid tool: one surface in its position at the start, "// &
-                     "or several of a CAD file, oriented so that they agree at common edges. Its "// &
-                     "normal is the direction of xi crossed with that of eta.", names=names_tool, &
-                     read=read_tools)
+                     "or several of a CAD file, oriented so that they agree at common edges. "// &
+                     "Its normal is the direction of xi crossed with that of eta.", &
+                     names=names_tool, read=read_tools)
     call add_option(table, "NAME", kind_name, "name")
     call add_option(table, "TYPE", kind_choice, "SURFACE: knots and points listed; EXTRUDED: a "// &
                     "curve listed, drawn along a vector; PLANE; CYLINDER; SPHERE; IGES: "// &

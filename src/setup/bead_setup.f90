@@ -104,7 +104,8 @@ contains
     call new_tool(sheet, "sheet", faces, 1, spec%width, error)
     if (allocated(error)) then
       call add_warning(errors, spec%origin, "a line whose position on the blank cannot be "// &
-                       "checked ("//error%message//")", "patches that a tool could be made of as well")
+                       "checked ("//error%message//")", &
+                       "patches that a tool could be made of as well")
       return
     end if
     length = 0.0_wp
