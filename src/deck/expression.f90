@@ -174,15 +174,16 @@ contains
     type(reader_t), intent(inout) :: reader
     character(*), intent(in) :: symbols(:)   !! of one length
     integer, intent(out) :: which
-    integer :: first
+    integer :: first, last
 
     which = 0
     if (allocated(reader%message) .or. reader%place > len(reader%line)) return
     first = reader%place + verify(reader%line(reader%place:), " ") - 1
+    last = min(first + len(symbols), len(reader%line) + 1) - 1
     do which = size(symbols), 1, -1
-      if (index(reader%line(first:), symbols(which)) == 1) exit
+      if (reader%line(first:last) == symbols(which)) exit
     end do
-    if (which > 0) reader%place = first + len(symbols)
+    if (which > 0) reader%place = last + 1
   end subroutine accept
 
   pure recursive subroutine read_sum(reader, parameters, value)
