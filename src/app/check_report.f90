@@ -25,7 +25,7 @@ module check_report
   use vibration, only: fixed_t, free_frequencies, n_free
   use input_errors, only: origin_t, error_list_t, add_warning
   use symmetric_eigen, only: principal_values
-  use lapack, only: cross
+  use linear_algebra, only: cross
   use patch_points, only: determinant
   implicit none
   private

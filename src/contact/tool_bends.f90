@@ -1,7 +1,7 @@
 !> Where a tool bends towards the sheet, and how sharply: radii that elements must be fit for.
 module tool_bends
   use kinds, only: wp
-  use lapack, only: cross
+  use linear_algebra, only: cross
   use tool, only: tool_t
   use tool_face, only: face_derivatives, unit_normal
   implicit none

@@ -2,7 +2,7 @@
 !! closest points walks on there. The knots of the two need not match.
 module tool_seams
   use kinds, only: wp
-  use lapack, only: sorted_order
+  use linear_algebra, only: sorted_order
   use tool_face, only: face_position, face_derivatives
   implicit none
   private

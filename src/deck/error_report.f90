@@ -1,7 +1,7 @@
 !> The errors of a deck as lines of text.
 module error_report
   use kinds, only: wp
-  use lapack, only: sorted_order
+  use linear_algebra, only: sorted_order
   use input_errors, only: input_error_t, error_list_t, n_errors
   use text, only: string_t, to_text
   use system_files, only: true_path

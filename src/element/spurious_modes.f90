@@ -11,7 +11,7 @@ module spurious_modes
   use element, only: element_t, part_t, force_report_t
   use element_kinds, only: new_part
   use strain_projection, only: projection_spec_t, project_nothing
-  use lapack, only: eigenvalues
+  use linear_algebra, only: eigenvalues
   implicit none
   private
 

@@ -19,7 +19,7 @@ module stable_step
   use spurious_modes, only: dense_stiffness
   use column_scaling, only: column_directions, shrink_differences
   use body_parts, only: forces_of_parts, elastic_copies, share_internal_forces
-  use lapack, only: eigenvalues, tridiagonal_eigensystem
+  use linear_algebra, only: eigenvalues, tridiagonal_eigensystem
   implicit none
   private
 

@@ -6,7 +6,7 @@ module vibration
   use seams, only: seams_t, is_counted, collect, sum_groups, distribute
   use element, only: part_t, force_report_t
   use body_parts, only: forces_of_parts, elastic_copies
-  use lapack, only: eigenvalues
+  use linear_algebra, only: eigenvalues
   implicit none
   private
 

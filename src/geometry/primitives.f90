@@ -4,7 +4,7 @@
 !! started quarter turn (L. Piegl and W. Tiller, The NURBS Book, 2nd ed., section 7.3).
 module primitives
   use kinds, only: wp
-  use lapack, only: cross
+  use linear_algebra, only: cross
   use failure, only: error_t, fail
   use knot_vector, only: knot_vector_t, new_knot_vector, greville
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface

@@ -10,7 +10,7 @@
 !! below it, to a column along another axis, to a part of a longer one. Such columns are not whole.
 module seams
   use kinds, only: wp
-  use lapack, only: sorted_order
+  use linear_algebra, only: sorted_order
   use nurbs_solid, only: nurbs_solid_t
   implicit none
   private

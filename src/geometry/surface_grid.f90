@@ -1,7 +1,7 @@
 !> A grid in the parameter space of a surface that carries fields linear in each of its cells.
 module surface_grid
   use kinds, only: wp
-  use lapack, only: cross
+  use linear_algebra, only: cross
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use knot_vector, only: knot_vector_t, span_table
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface

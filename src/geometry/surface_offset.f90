@@ -11,7 +11,7 @@ module surface_offset
   use kinds, only: wp
   use failure, only: error_t, fail
   use text, only: to_text, rounded_text, place_text
-  use lapack, only: solve_band, cross
+  use linear_algebra, only: solve_band, cross
   use knot_vector, only: knot_vector_t, greville, find_span, basis_derivatives, n_spans, &
                          span_table
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface

@@ -10,7 +10,7 @@ module simple_shear
   use kinds, only: wp
   use block_law, only: block_law_t
   use symmetric_eigen, only: principal_values
-  use lapack, only: cross
+  use linear_algebra, only: cross
   implicit none
   private
 

@@ -9,7 +9,7 @@
 module draw_bead
   use kinds, only: wp
   use state_store, only: state_store_t, carry, carry_array
-  use lapack, only: cross
+  use linear_algebra, only: cross
   use knot_vector, only: span_table, basis_derivatives
   use nurbs_surface, only: nurbs_surface_t
   use gauss_rule, only: gauss_rule_t, new_gauss_rule

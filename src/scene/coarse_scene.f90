@@ -3,7 +3,7 @@ module coarse_scene
   use kinds, only: wp
   use knot_vector, only: knot_vector_t, span_table, greville, find_span, basis_derivatives
   use nurbs_solid, only: nurbs_solid_t
-  use lapack, only: solve
+  use linear_algebra, only: solve
   use scene, only: scene_t
   implicit none
   private

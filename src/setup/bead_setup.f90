@@ -3,7 +3,7 @@ module bead_setup
   use kinds, only: wp
   use input_errors, only: error_list_t, add_warning
   use text, only: rounded_text, place_text
-  use lapack, only: cross
+  use linear_algebra, only: cross
   use tool, only: tool_t, new_tool
   use tool_face, only: separation_t, separation, unit_normal
   use tool_search, only: search_all_faces

@@ -12,7 +12,7 @@ module material_point
   use block_law, only: block_law_t
   use point_context, only: point_context_t, new_point_context
   use tensor_rotation, only: rotate_by_spin
-  use lapack, only: solve
+  use linear_algebra, only: solve
   use user_law, only: set_initial_state
   use user_call, only: user_law_t, refusal_words
   implicit none

@@ -8,7 +8,7 @@ module smooth_splines
   use knot_vector, only: knot_vector_t, basis_derivatives
   use basis_tables, only: n_lanes, axis_table_t, lane_table_t
   use ig_patch, only: ig_patch_t, block_t, block_at
-  use lapack, only: band_cholesky
+  use linear_algebra, only: band_cholesky
   implicit none
   private
 

@@ -13,7 +13,7 @@ module strain_projection
   use text, only: to_text
   use basis_tables, only: axis_table_t
   use knot_vector, only: knot_vector_t
-  use lapack, only: solve
+  use linear_algebra, only: solve
   use smooth_splines, only: smooth_axis_t, new_smooth_axis
   implicit none
   private

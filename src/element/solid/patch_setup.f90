@@ -12,7 +12,7 @@ module patch_setup
                       point_of_row
   use patch_points, only: new_inverse_jacobians, new_element_sizes, determinant
   use kernel_dispatch, only: kernel_of
-  use lapack, only: eigenvalues
+  use linear_algebra, only: eigenvalues
   implicit none
   private
 

@@ -1,6 +1,6 @@
 !> Linear algebra: LAPACK's solvers for dense symmetric and general systems; the vector product; the
 !! order of numbers.
-module lapack
+module linear_algebra
   use kinds, only: wp
   implicit none
   private
@@ -165,4 +165,4 @@ contains
     end do
   end function sorted_order
 
-end module lapack
+end module linear_algebra
