@@ -16,7 +16,7 @@ from post.results import ResultsError
 FORECAST = re.compile(r"^run time +about +(\S+) s", re.MULTILINE)
 FINAL = ("completed", "failed")     # a run that failed would fail again
 FORECAST_IF_UNKNOWN = 1.0
-LIST = "runs.txt"
+LIST, TABLE = "runs.txt", "runs_summary.csv"
 GO_ON = "the same command continues"
 
 
@@ -33,7 +33,7 @@ class Program:
 
 
 class Run:
-    """One run: a deck with parameters, whose result is named by a digest of both."""
+    """One run: its result is named by a digest of the deck's path, parameters and threads."""
 
     def __init__(self, deck, parameters, threads, program, folder):
         self.deck, self.parameters, self.threads = os.path.abspath(deck), parameters, threads
@@ -85,7 +85,10 @@ class Run:
 
 
 def batch(runs, program, folder, *options, **more):
-    """`igaform batch` on the list of all runs, those with the longest forecast first."""
+    """`igaform batch` on a list of runs, those with the longest forecast first."""
+    table = os.path.join(folder, TABLE)
+    if os.path.exists(table):       # that of an earlier study says nothing of this one
+        os.remove(table)
     lines = {run.identity: shlex.join(run.words("--out", f"{run.identity}.h5"))
              for run in sorted(runs, key=lambda run: -(run.forecast or 0))}
     with open(os.path.join(folder, LIST), "w", encoding="utf-8") as file:
@@ -95,21 +98,27 @@ def batch(runs, program, folder, *options, **more):
 
 
 def read_states(runs, folder):
-    """Take the status of each run from the table of the batch."""
-    with open(os.path.join(folder, LIST.replace(".txt", "_summary.csv")), newline="",
-              encoding="utf-8") as file:
+    """Take the status of each run of the list from the table of the batch."""
+    table = os.path.join(folder, TABLE)
+    if not os.path.isfile(table):
+        raise ResultsError(f"`igaform batch` ended without its table '{table}'; {GO_ON}")
+    with open(table, newline="", encoding="utf-8") as file:
         states = {row["result"]: row["status"] for row in csv.DictReader(file)}
     for run in runs:
-        run.status = states[f"{run.identity}.h5"]
+        run.status = states.get(f"{run.identity}.h5", run.status)
 
 
 def find_finished(runs, program, folder):
     """Let the program say which runs are finished with this deck and this program."""
     said = batch(runs, program, folder, "--summary", "--quiet",
                  stderr=subprocess.PIPE).communicate()[1]
-    if "error" in said or not os.path.isfile(os.path.join(folder, "runs_summary.csv")):
+    if not os.path.isfile(os.path.join(folder, TABLE)):
         raise ResultsError(said.strip())
     read_states(runs, folder)
+    busy = [run.name for run in runs if run.status == "running"]
+    if busy:
+        raise ResultsError(f"another process carries out {len(busy)} of the runs, such as "
+                           f"{busy[0]}; wait until it has ended")
 
 
 def check_all(runs, n_jobs):
@@ -136,7 +145,7 @@ def carry_out(runs, due, program, folder, n_jobs):
         if os.path.exists(f"{run.base}.ckpt.h5"):
             os.remove(f"{run.base}.ckpt.h5")
     before, work, done = time.monotonic(), sum(run.forecast for run in due), 0.0
-    process = batch(runs, program, folder, "--jobs", str(n_jobs), stdout=subprocess.PIPE)
+    process = batch(due, program, folder, "--jobs", str(n_jobs), stdout=subprocess.PIPE)
     try:
         for line in process.stdout:
             for run in due if line.startswith("[") else ():

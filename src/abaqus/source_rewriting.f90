@@ -2,7 +2,7 @@
 !! by line, so that messages name the lines of the file itself.
 module source_rewriting
   use text, only: lower_case
-  use whole_file, only: read_whole_file, take_line
+  use text_file, only: read_whole_file, take_line
   implicit none
   private
 

@@ -9,7 +9,7 @@ module user_build
   use child_process, only: run_program, program_missing, c_text
   use system_files, only: folder_of, program_folder, replace_file, open_own_file, digest_of, &
                           keep_to_owner, close_file, path_of
-  use whole_file, only: read_whole_file
+  use text_file, only: read_whole_file
   use user_sources, only: is_source, is_c_source, is_fixed_form, has_directives, provide_includes, &
                           as_file, ending_of, kinds_of, digest_t, add_text, add_file, &
                           whole_digest_text

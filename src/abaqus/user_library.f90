@@ -9,7 +9,7 @@ module user_library
   use text, only: string_t, joined, upper_case
   use child_process, only: c_text, run_program
   use system_files, only: fortran_text, open_own_folder, open_memory, close_file, path_of
-  use whole_file, only: read_whole_file, take_line
+  use text_file, only: read_whole_file, take_line
   use user_build, only: build_user_library, setting
   use user_sources, only: ending_of, uncalled_routines
   use user_call, only: uexternaldb_procedure, vexternaldb_procedure, enter_user_call, &

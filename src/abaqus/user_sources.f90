@@ -5,7 +5,7 @@ module user_sources
   use sha256, only: sha256_t, add_to_digest, sha256_text
   use child_process, only: run_program
   use system_files, only: folder_of
-  use whole_file, only: read_whole_file, take_line
+  use text_file, only: read_whole_file, take_line
   implicit none
   private
 

@@ -11,7 +11,7 @@ module user_watch
                                          c_null_funptr, c_null_ptr, c_ptr, c_associated, &
                                          c_f_procpointer
   use c_library, only: c_exit, c_exit_now, c_raise, c_signal
-  use crash_watch, only: signal_stack_t, catch_crashes, give_signal_stack, is_out_of_stack, &
+  use crash_handler, only: signal_stack_t, catch_crashes, give_signal_stack, is_out_of_stack, &
                          message_t, add_text, add_number, send, open_for_lines
   implicit none
   private

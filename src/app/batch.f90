@@ -21,7 +21,7 @@ module batch
   use batch_list, only: batch_run_t, read_batch
   use existing_result, only: result_state_t, read_result_state
   use file_lock, only: is_locked_by_others
-  use whole_file, only: why_left_alone, write_lines
+  use text_file, only: why_left_alone, write_lines
   use result_table, only: quoted
   implicit none
   private

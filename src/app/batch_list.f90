@@ -2,7 +2,7 @@
 module batch_list
   use text, only: string_t, to_text
   use failure, only: error_t, fail
-  use whole_file, only: read_source, next_line
+  use text_file, only: read_source, next_line
   use system_files, only: true_path, matching_files, is_folder, is_no_file, kind_of_file
   use command_line, only: command_t, parse_arguments
   use output_files, only: base_of, result_base, file_name

@@ -19,7 +19,7 @@ module check_report
   use system_files, only: true_path
   use basis_tables, only: n_lanes
   use knot_vector, only: n_spans
-  use scene_symmetry, only: axis_along, uniformity_problem, mirror_problem
+  use scene_reduction, only: axis_along, uniformity_problem, mirror_problem
   use failure, only: error_t, fail
   use boundary, only: prescribed_components
   use vibration, only: fixed_t, free_frequencies, n_free

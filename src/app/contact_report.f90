@@ -4,7 +4,7 @@ module contact_report
   use text, only: to_text, rounded_text, place_text
   use run_log, only: run_log_t, log_line
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
-  use contact_check, only: face_gaps
+  use start_gaps, only: face_gaps
   use tool, only: tool_t
   use model, only: model_t
   use run_state, only: run_t

@@ -8,7 +8,7 @@ module output_files
   use system_files, only: is_same_file, is_any_of_files, remove_file, true_path
   use command_line, only: command_t
   use scene, only: scene_t
-  use whole_file, only: why_left_alone
+  use text_file, only: why_left_alone
   implicit none
   private
 

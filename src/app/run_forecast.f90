@@ -22,7 +22,7 @@ module run_forecast
   use run_state, only: run_t
   use forming_run, only: new_run, take_step
   use surface_grid, only: element_size_of, no_length
-  use seams, only: seams_t
+  use patch_seams, only: seams_t
   use block_law, only: block_law_t
   use element, only: part_t, force_report_t
   use body_parts, only: forces_of_parts

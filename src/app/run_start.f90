@@ -14,7 +14,7 @@ module run_start
   use file_lock, only: lock_t, hold_file
   use system_files, only: kind_of_file, is_same_file
   use provenance, only: log_mark
-  use whole_file, only: why_left_alone
+  use text_file, only: why_left_alone
   use output_files, only: check_message_file, path_beside_result
   use forming_run, only: new_run
   use run_state, only: run_t

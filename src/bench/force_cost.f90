@@ -1,8 +1,8 @@
 !> Floating-point operations and bytes of the force routine, by formula.
 !!
-!! Counted from the loops of `element/ig_solid_kernel.inc`, `point_kinematics` and the Voce law: a
-!! multiply-add counts 2, all else (also min, max, division, root) counts 1. Padded lanes do not
-!! count, nor do tables, gathers and the adding of tiles.
+!! Counted from the loops of `element/solid/ig_solid_kernel.inc`, `point_kinematics` and the Voce
+!! law: a multiply-add counts 2, all else (also min, max, division, root) counts 1. Padded lanes do
+!! not count, nor do tables, gathers and the adding of tiles.
 module force_cost
   use kinds, only: wp
   implicit none

@@ -5,7 +5,7 @@ module vector_check
   use failure, only: error_t, fail
   use text, only: strings, to_text
   use child_process, only: run_program, program_missing
-  use whole_file, only: read_whole_file
+  use text_file, only: read_whole_file
   use system_files, only: make_folder, remove_file, program_folder
   use bench_paths, only: scratch_folder
   implicit none

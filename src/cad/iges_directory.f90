@@ -7,7 +7,7 @@ module iges_directory
   use input_errors, only: error_list_t, new_origin, add_error
   use text, only: read_integer, to_text
   use failure, only: error_t
-  use whole_file, only: read_plain_source, next_line
+  use text_file, only: read_plain_source, next_line
   implicit none
   private
 

@@ -18,6 +18,7 @@ module least_distance
   private
 
   public :: distance_search_t, new_distance_search, find_least_distance, follow_least_distance
+  public :: pair_t, lowest_bound, add_pair, take_first
 
   real(wp), parameter :: first_step = 0.125_wp    !! of an element, after a first descent
   integer, parameter :: max_halvings = 50000      !! of pairs; the rest goes into `doubt`

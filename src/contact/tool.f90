@@ -14,7 +14,7 @@ module tool
   use position_code, only: position_code_t, new_position_code
   use tool_cells, only: cell_t, cell_list_t, cut_surface
   use cell_tree, only: cell_tree_t, new_cell_tree
-  use tool_seams, only: seam_t, find_seams
+  use tool_seams, only: seam_t, find_tool_seams
   implicit none
   private
 
@@ -77,7 +77,7 @@ contains
     if (size(surfaces) > 1) call reverse_surfaces(tool, error)
     if (allocated(error)) return
     call set_faces(tool)
-    if (size(surfaces) > 1) call find_seams(tool%orders, tool%coefficients, tool%surface_of, &
+    if (size(surfaces) > 1) call find_tool_seams(tool%orders, tool%coefficients, tool%surface_of, &
                                             seam_width*search_distance, tool%neighbours, tool%links)
   end subroutine new_tool
 

@@ -7,7 +7,7 @@ module tool_seams
   implicit none
   private
 
-  public :: seam_t, find_seams, move_across
+  public :: seam_t, find_tool_seams, move_across
 
   integer, parameter :: n_samples = 8             !! parts of an edge, for first guesses
   real(wp), parameter :: shortest = 1.0e-6_wp     !! common part, of an edge
@@ -30,7 +30,7 @@ contains
 
   !> Seams of all edges of surfaces: those of edge (face, e) begin at `-neighbours(e, face)` in the
   !! list.
-  pure subroutine find_seams(orders, coefficients, surface_of, tolerance, neighbours, links)
+  pure subroutine find_tool_seams(orders, coefficients, surface_of, tolerance, neighbours, links)
     integer, intent(in) :: orders(2)
     real(wp), intent(in) :: coefficients(:, :, :, :)   !! power form of the faces
     integer, intent(in) :: surface_of(:)               !! surface of each face
@@ -64,7 +64,7 @@ contains
         neighbours(edges(i)%edge, edges(i)%face) = -k
     end do
     call move_alloc(ordered, links)
-  end subroutine find_seams
+  end subroutine find_tool_seams
 
   !> Border edges that have a length.
   pure function border_edges(orders, coefficients, surface_of, tolerance, neighbours) result(edges)

@@ -21,7 +21,7 @@ module blank_keywords
   use patch_keywords, only: check_parts, read_axes, read_points, refine, collect_parts
   use round_solids, only: round_shape_t, disk_solids, bar_solids, ring_solids, tube_solids, &
                           cup_solids
-  use seams, only: seams_t, find_seams, group_table
+  use patch_seams, only: seams_t, find_seams, group_table
   use patch_joints, only: joints_t, find_joints, face_names, find_tee_joints
   implicit none
   private

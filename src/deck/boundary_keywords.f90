@@ -66,7 +66,8 @@ contains
     call add_amplitude_option(table, "the load")
     call add_op_option(table)
     call add_line(table, "", n_min=0, n_max=any_number)
-    call add_field(table, "set", kind_name, "name of a face, or of a set that is a part of one")
+    call add_field(table, "set", kind_name, "name of a face, or of a set that is a part "// &
+                   "of one; no union of sets: give a line for each")
     call add_field(table, "pressure", kind_real, "pressure, positive when it pushes", &
                    unit="stress")
     call add_example(table, "*PRESSURE, AMPLITUDE=soft start", "ZETA_MAX, 0.5")
@@ -76,7 +77,8 @@ contains
     call add_amplitude_option(table, "the load")
     call add_op_option(table)
     call add_line(table, "", n_min=0, n_max=any_number)
-    call add_field(table, "set", kind_name, "name of a face, or of a set that is a part of one")
+    call add_field(table, "set", kind_name, "name of a face, or of a set that is a part "// &
+                   "of one; no union of sets: give a line for each")
     call add_vector(table, "t", "traction", unit="stress")
     call add_example(table, "*TRACTION", "X_MAX, 10, 0, 0")
 

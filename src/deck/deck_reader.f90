@@ -5,7 +5,7 @@ module deck_reader
   use input_errors, only: error_list_t, add_error, n_errors
   use text, only: string_t, to_text
   use scene, only: scene_t
-  use scene_symmetry, only: reduce_scene
+  use scene_reduction, only: reduce_scene
   use lexer, only: lexed_deck_t, lex_deck, line_text, append_text
   use deck_records, only: parsed_deck_t, find_records, deck_end, deck_context_t, enter_names
   use keyword_table, only: keyword_table_t

@@ -5,7 +5,7 @@ module lexer
   use input_errors, only: origin_t, new_origin, error_list_t, add_error
   use text, only: string_t, upper_case, to_text, squeezed
   use checksum, only: contents_checksum
-  use whole_file, only: read_source, read_plain_source, next_line, path_beside
+  use text_file, only: read_source, read_plain_source, next_line, path_beside
   use expression, only: parameter_table_t, parameter_t, find_parameter, define_parameter, &
                         nearest_parameter, evaluate, substitute
   implicit none

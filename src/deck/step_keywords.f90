@@ -126,7 +126,7 @@ contains
                     "stops when the kinetic energy has passed a maximum; between stops the "// &
                     "blank swings freely and may yield more", default="RAYLEIGH", &
                     choices="RAYLEIGH|KINETIC")
-    call add_option(table, "ENERGY", kind_real, "convergence tolerance: kinetic energy divided "// &
+    call add_option(table, "ENERGY", kind_real, "convergence criterion: kinetic energy divided "// &
                     "by the largest change of the internal energy since the start of the step. "// &
                     "With METHOD=KINETIC, the largest of the recent maxima is used: at least "// &
                     "three, over at least half of the elapsed step time", default="1e-8", &

@@ -7,7 +7,7 @@ module tool_keywords
   use text, only: string_t, upper_case, squeezed, read_integer, to_text, rounded_text, place_text
   use name_table, only: place_of
   use checksum, only: file_checksum
-  use whole_file, only: path_beside
+  use text_file, only: path_beside
   use iges_global, only: unit_names, unit_in_mm
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface, evaluate_surface

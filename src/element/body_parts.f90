@@ -3,7 +3,7 @@ module body_parts
   use kinds, only: wp
   use text, only: to_text
   use state_store, only: state_store_t, carry_array
-  use seams, only: seams_t, collect, sum_groups, distribute
+  use patch_seams, only: seams_t, collect, sum_groups, distribute
   use block_law, only: block_law_t
   use element, only: part_t, force_report_t, merge_reports
   implicit none

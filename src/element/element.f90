@@ -49,7 +49,7 @@ module element
     logical :: has_viscosity = .false.         !! bulk viscosity
     real(wp), allocatable :: mass(:, :, :)     !! lumped, of the control points
     real(wp), allocatable :: inertia(:, :, :)  !! the same, of all that is joined in a point
-    !> Factors on the mass of differences through the thickness, (n1, n2); see `column_scaling`.
+    !> Factors on the mass of differences through the thickness, (n1, n2); see `thickness_masses`.
     real(wp), allocatable :: column_factor(:, :)
     type(motion_t) :: motion
     integer :: n_fields = 0                    !! temperature and field variables of the deck

@@ -126,7 +126,7 @@ KERNELS = [
     Kernel("ig_solid", "block_forces", "Block force kernel", "ig_solid_kernel.inc", [],
            [LAW, ("point_context", "point_context_t"),
             ("tensor_rotation", "rotate_by_spin, turn_to_end"), GRADIENTS,
-            ("ig_patch", "point_number")],
+            ("solid_patch", "point_number")],
            SOLID_RULES, ALL, COUNTS, solid_arguments),
     Kernel("ig_strain", "block_strain", "Kinematics of projected elements", "ig_solid_kernel.inc",
            ["PROJECTED", "STRAIN"],
@@ -136,7 +136,7 @@ KERNELS = [
     Kernel("ig_nodal", "block_nodal", "Nodal forces of projected elements", "ig_solid_kernel.inc",
            ["PROJECTED", "NODAL"], [], SOLID_RULES, ["", "rational"], COUNTS, nodal_arguments),
     Kernel("plane_strain", "block_forces", "Block force kernel of plane strain",
-           "plane_strain_kernel.inc", [], [LAW, ("ig_patch", "plane_strain_t")],
+           "plane_strain_kernel.inc", [], [LAW, ("solid_patch", "plane_strain_t")],
            STRIP_RULES, [""], ["p(1)", "p(3)", "q(1)", "q(3)"], strip_arguments),
 ]
 

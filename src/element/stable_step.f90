@@ -12,12 +12,12 @@ module stable_step
   use kinds, only: wp
   use elastic, only: elastic_t
   use block_law, only: block_law_t
-  use seams, only: seams_t, is_counted
+  use patch_seams, only: seams_t, is_counted
   use basis_tables, only: axis_table_t
   use element, only: element_t, part_t, force_report_t, next_element
   use lumped_mass, only: mass_tables
   use spurious_modes, only: dense_stiffness
-  use column_scaling, only: column_directions, shrink_differences
+  use thickness_masses, only: column_directions, shrink_differences
   use body_parts, only: forces_of_parts, elastic_copies, share_internal_forces
   use linear_algebra, only: eigenvalues, tridiagonal_eigensystem
   implicit none

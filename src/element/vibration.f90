@@ -3,7 +3,7 @@ module vibration
   use kinds, only: wp
   use elastic, only: elastic_t
   use block_law, only: block_law_t
-  use seams, only: seams_t, is_counted, collect, sum_groups, distribute
+  use patch_seams, only: seams_t, is_counted, collect, sum_groups, distribute
   use element, only: part_t, force_report_t
   use body_parts, only: forces_of_parts, elastic_copies
   use linear_algebra, only: eigenvalues

@@ -8,7 +8,7 @@ module patch_joints
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use nurbs_solid, only: nurbs_solid_t, solid_face, face_axes
-  use seams, only: seams_t, group_table
+  use patch_seams, only: seams_t, group_table
   implicit none
   private
 

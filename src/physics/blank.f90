@@ -4,7 +4,7 @@ module blank
   use failure, only: error_t
   use nurbs_solid, only: nurbs_solid_t
   use scene, only: patch_spec_t
-  use seams, only: seams_t, no_seams, find_seams, column_mask_t, whole_columns
+  use patch_seams, only: seams_t, no_seams, find_seams, column_mask_t, whole_columns
   use block_law, only: block_law_t
   use strain_projection, only: projection_spec_t
   use element, only: part_t, force_report_t

@@ -4,7 +4,7 @@ module damping
   use kinds, only: wp
   use state_store, only: state_store_t, carry, has_state
   use blank, only: assembly_t, blank_t
-  use column_scaling, only: column_directions, shrink_differences, column_differences
+  use thickness_masses, only: column_directions, shrink_differences, column_differences
   use element, only: element_t
   use body_parts, only: field_t, carry_fields
   use effect, only: effect_t, instant_t, tally_t, previous_increment, effect_slot_t

@@ -5,7 +5,7 @@ module face_quadrature
   use nurbs_surface, only: nurbs_surface_t
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use basis_tables, only: axis_table_t, lane_table_t, new_axis_table, new_lane_table, n_lanes
-  use block_exchange, only: gather_block, weigh_block, add_block
+  use block_gather, only: gather_block, weigh_block, add_block
   implicit none
   private
 

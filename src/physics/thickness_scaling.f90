@@ -1,11 +1,11 @@
 !> Mass scaling through the thickness as an effect: the last of the force stage.
 module thickness_scaling
   use kinds, only: wp
-  use seams, only: collect, sum_groups, distribute
+  use patch_seams, only: collect, sum_groups, distribute
   use state_store, only: state_store_t, carry, carry_array
   use element, only: element_t
   use blank, only: assembly_t
-  use column_scaling, only: column_directions, column_differences, held_column_lag
+  use thickness_masses, only: column_directions, column_differences, held_column_lag
   use effect, only: effect_t, instant_t
   implicit none
   private

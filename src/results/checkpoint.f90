@@ -13,7 +13,7 @@ module checkpoint
   use state_store, only: state_store_t, add_entry
   use system_files, only: remove_file, is_no_file, kind_of_file, true_path, draft_ending, &
                           install_file
-  use whole_file, only: is_of_size
+  use text_file, only: is_of_size
   use file_lock, only: is_locked_by_others, lock_t, hold_folder, release_lock
   use provenance, only: fingerprint_difference
   use hdf5_library, only: hid_t

@@ -293,12 +293,12 @@ contains
     end do
   end subroutine append_values
 
-  !> Keep a row of the history in memory until the next frame.
-  subroutine record_history(results, row)
+  !> Keep a history sample in memory until the next frame.
+  subroutine record_history(results, sample)
     type(results_t), intent(inout) :: results
-    type(history_sample_t), intent(in) :: row
+    type(history_sample_t), intent(in) :: sample
 
-    call record_sample(results%history, row)
+    call record_sample(results%history, sample)
   end subroutine record_history
 
   !> Write what is left of the history, how the run ended and what it cost; close the file.
@@ -345,7 +345,7 @@ contains
                      "wall-clock time of all steps")
     call cpu_time(cpu_seconds)
     call write_reals(file, "/timings/cpu_seconds", [cpu_seconds], [integer ::], "s", &
-                     "processor time of the program, all threads")
+                     "processor time since the start or restart, all threads")
     call write_integers(file, "/timings/steps", [timings%n_steps], [integer ::], &
                         "number of steps", integer_values)
     call write_integers(file, "/timings/elements", [int(timings%n_elements, int64)], &

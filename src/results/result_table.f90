@@ -3,7 +3,7 @@ module result_table
   use kinds, only: wp
   use failure, only: error_t, fail
   use text, only: string_t, strings, to_text, joined
-  use whole_file, only: why_left_alone, write_lines
+  use text_file, only: why_left_alone, write_lines
   use hdf5_file, only: hdf5_file_t, create_group, write_reals, write_text_attribute
   use unit_system, only: unit_system_t, unit_of
   implicit none

@@ -15,7 +15,7 @@ module bead_setup
   use failure, only: error_t
   use blank, only: face_slice
   use motion_curve, only: curve_t
-  use support_setup, only: curve_of
+  use boundary_setup, only: curve_of
   use draw_bead, only: draw_bead_t, new_draw_bead, set_slip, is_on
   use effect, only: add_effect
   use model, only: model_t, increment_limit

@@ -11,7 +11,7 @@ module contact_setup
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss, points_knot, &
                            points_greville
   use contact, only: contact_options_t, new_contact
-  use contact_check, only: initial_gap, face_gaps
+  use start_gaps, only: initial_gap, face_gaps
   use element, only: element_t
   use blank, only: face_slice, blank_t
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs

@@ -4,10 +4,10 @@ module drive_setup
   use text, only: rounded_text
   use input_errors, only: error_list_t, add_error, add_warning
   use scene, only: scene_t
-  use contact_check, only: sheet_side
+  use start_gaps, only: sheet_side
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
   use tool_drive, only: tool_drive_t
-  use support_setup, only: curve_of
+  use boundary_setup, only: curve_of
   use model, only: model_t, increment_limit, add_support
   implicit none
   private

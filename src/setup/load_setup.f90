@@ -9,7 +9,7 @@ module load_setup
   use blank, only: face_slice
   use face_quadrature, only: face_rule_t, new_face_rule
   use loads, only: gravity_load, traction_load, new_pressure
-  use support_setup, only: curve_of
+  use boundary_setup, only: curve_of
   use effect, only: effect_t, add_effect
   use model, only: model_t
   implicit none

@@ -8,20 +8,20 @@ module model_setup
   use text, only: to_text, rounded_text
   use scene, only: scene_t, blank_spec_t, patch_spec_t, motion_spec_t
   use knot_vector, only: n_spans
-  use seams, only: column_mask_t
+  use patch_seams, only: column_mask_t
   use block_law, only: block_law_t
   use user_library, only: user_library_t
   use law_setup, only: build_law
-  use field_setup, only: set_initial_fields, add_field_changes, set_initial_states, &
+  use initial_setup, only: set_initial_fields, add_field_changes, set_initial_states, &
                          find_initial_moduli
   use tool_setup, only: start_tools
   use drive_setup, only: add_drives
   use spurious_modes, only: n_spurious_modes, serving_rule
-  use step_setup, only: set_stable_step, add_thickness_scaling, add_damping, share_penalties
+  use stability_setup, only: set_stable_step, add_thickness_scaling, add_damping, share_penalties
   use strain_projection, only: projection_spec_t, project_volume, project_sheet, default_samples
   use blank, only: blank_t, new_blank, columns_of
   use rigid_motion, only: move_tool, rigid_motion_t, motion_term_t
-  use support_setup, only: members_t, find_members, add_supports, curve_of
+  use boundary_setup, only: members_t, find_members, add_supports, curve_of
   use element_kinds, only: reduce_to_plane
   use effect, only: sort_effects
   use model, only: hold_back_forces, model_t, increment_limit

@@ -7,7 +7,7 @@
 module energy_balance
   use kinds, only: wp
   use element, only: element_t, force_report_t
-  use column_scaling, only: column_directions, column_differences
+  use thickness_masses, only: column_directions, column_differences
   use effect, only: effect_slot_t, tally_t
   use body_parts, only: field_t
   use blank, only: blank_t, assembly_t

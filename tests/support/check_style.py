@@ -11,7 +11,8 @@ MAX_FILE_LINES = 800
 MAX_PROCEDURE_LINES = 75
 # The modules that must remember something between calls which have no argument to carry it,
 # and the assertions' list of failures for the same reason.
-MAY_HOLD_VARIABLES = {"interrupt", "out_of_memory", "user_watch", "aba_services", "funit_failures"}
+MAY_HOLD_VARIABLES = {"interrupt", "out_of_memory", "user_watch", "abaqus_utilities",
+                      "funit_failures"}
 FORBIDDEN = [
     (re.compile(r"^\s*save\b|,\s*save\b"), "save"),
     (re.compile(r"^\s*common\b"), "common"),

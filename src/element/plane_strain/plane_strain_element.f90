@@ -3,7 +3,7 @@ module plane_strain_element
   use kinds, only: wp
   use block_law, only: block_law_t
   use element, only: element_t, force_report_t
-  use ig_patch, only: ig_patch_t, plane_strain_t
+  use solid_patch, only: solid_patch_t, plane_strain_t
   use solid_element, only: solid_element_t
   use plane_strain_forces, only: forces_in_plane, plane_kernel_of, plane_kernel_name
   implicit none
@@ -43,7 +43,7 @@ contains
   !! coordinate and linear with one point there, or where material or state could move the sides
   !! apart.
   pure subroutine new_plane(patch, law, component, x, plane)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: component         !! that is held: 1 x, 2 y, 3 z
     real(wp), intent(in) :: x(:, :, :, :)    !! control points

@@ -5,7 +5,7 @@ module plane_strain_forces
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use element, only: force_report_t
-  use ig_patch, only: ig_patch_t, plane_strain_t, tile_t, block_t, n_blocks_of, next_block
+  use solid_patch, only: solid_patch_t, plane_strain_t, tile_t, block_t, n_blocks_of, next_block
   use kernel_dispatch, only: viscous_factors
   use solid_forces, only: add_report, finish_evaluation
 #include "plane_strain_uses.inc"
@@ -22,7 +22,7 @@ contains
   !> Stress update and internal forces; arguments as of `internal_forces`. Tiles are added up in
   !! their order, whatever the number of threads.
   subroutine forces_in_plane(patch, plane, law, dt, x, v, force, report)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     type(plane_strain_t), intent(inout) :: plane
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt
@@ -48,7 +48,7 @@ contains
 
   !> The blocks of one tile.
   subroutine work_tile(patch, plane, law, tile, dt, x, v, motion, side, report)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     type(plane_strain_t), intent(in) :: plane
     class(block_law_t), intent(in) :: law
     type(tile_t), intent(in) :: tile
@@ -74,7 +74,7 @@ contains
   !> Add up the tiles, a row of control points along axis 1 by one thread. The sides pull at each
   !! other across, and are else alike.
   subroutine add_sides(patch, plane, force)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(plane_strain_t), intent(in) :: plane
     real(wp), intent(inout), contiguous :: force(:, :, :, :)
     integer :: t, k, c
@@ -121,7 +121,7 @@ contains
 
   !> Stress update and forces of a block.
   subroutine run_plane(patch, plane, law, block, dt, x, v, motion, lower, upper, side, sums, ok)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     type(plane_strain_t), intent(in) :: plane
     class(block_law_t), intent(in) :: law
     type(block_t), intent(in) :: block

@@ -7,7 +7,7 @@ module projected_forces
   use basis_tables, only: n_lanes
   use point_context, only: point_context_t
   use element, only: force_report_t
-  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
+  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
   use kernel_dispatch, only: viscous_factors
   use strain_projection, only: projection_t, project_sheet, project_along
   use projected_points, only: volume_strain, correct_volume, split_volume, join_volume, &
@@ -51,7 +51,7 @@ contains
 
   !> Stress update and internal forces; arguments as of `internal_forces`.
   subroutine forces_of_projection(patch, projection, buffers, law, dt, x, v, force, report)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     type(projection_t), intent(in) :: projection
     type(tile_buffer_t), intent(inout) :: buffers(:)
     class(block_law_t), intent(in) :: law
@@ -76,7 +76,7 @@ contains
 
   !> The blocks of one tile, each projected on its own.
   subroutine forces_of_tile(patch, projection, law, tile, dt, x, v, force, border, report)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     type(projection_t), intent(in) :: projection
     class(block_law_t), intent(in) :: law
     type(tile_t), intent(in) :: tile
@@ -107,7 +107,7 @@ contains
 
   !> Room for the points of a block.
   pure function new_point_fields(patch, projection) result(fields)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(projection_t), intent(in) :: projection
     type(point_fields_t) :: fields
     integer :: q(3), points, rows, n_sheet, n_whole, n_context
@@ -131,7 +131,7 @@ contains
 
   !> Stress update and forces of a block.
   subroutine run_projected(patch, projection, law, block, dt, u, context, fields, f, sums, ok)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     type(projection_t), intent(in) :: projection
     class(block_law_t), intent(in) :: law
     type(block_t), intent(in) :: block
@@ -156,7 +156,7 @@ contains
 
   !> Fill what is to be projected of the strains of a block.
   pure subroutine start_strain(patch, fields)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(point_fields_t), intent(inout) :: fields
 
     call volume_strain(fields%n_layers, fields%n_rows, fields%dstrain, fields%mean)
@@ -166,7 +166,7 @@ contains
 
   !> Project the strains of a block.
   pure subroutine project_strain(patch, projection, fields)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(projection_t), intent(in) :: projection
     type(point_fields_t), intent(inout) :: fields
     integer :: q(3)
@@ -185,7 +185,7 @@ contains
 
   !> Put what has been projected into the strains of a block.
   pure subroutine finish_strain(patch, projection, fields)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(projection_t), intent(in) :: projection
     type(point_fields_t), intent(inout) :: fields
 
@@ -201,7 +201,7 @@ contains
 
   !> Stress and stress times volume of the points of a block.
   subroutine update_stress(patch, law, block, dt, context, fields, sums, ok)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: dt
@@ -236,7 +236,7 @@ contains
 
   !> Project the stresses of a block, transposed.
   pure subroutine project_stress(patch, projection, fields)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(projection_t), intent(in) :: projection
     type(point_fields_t), intent(inout) :: fields
     integer :: q(3)
@@ -264,7 +264,7 @@ contains
 
   !> Kinematics of a block; or no more than strains, spins and their volumes, for a start.
   subroutine run_strain(patch, projection, block, has_end, u, fields, sums)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(projection_t), intent(in) :: projection
     type(block_t), intent(in) :: block
     logical, intent(in) :: has_end                   !! of the step, and the tangents of sheets
@@ -285,7 +285,7 @@ contains
 
   !> Control-point forces of a block.
   subroutine run_nodal(patch, projection, block, u, fields, f)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(projection_t), intent(in) :: projection
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: u(*)                     !! positions, for smooth projections

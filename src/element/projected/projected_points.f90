@@ -14,7 +14,7 @@ module projected_points
   use basis_tables, only: n_lanes
   use point_context, only: point_context_t
   use tensor_rotation, only: rotate_by_spin, turn_to_end
-  use ig_patch, only: point_number
+  use solid_patch, only: point_number
   implicit none
   private
 

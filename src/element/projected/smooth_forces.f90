@@ -8,7 +8,7 @@ module smooth_forces
   use basis_tables, only: n_lanes
   use point_context, only: point_context_t
   use element, only: force_report_t
-  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
+  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
   use solid_forces, only: gather_motion, gather_positions, add_forces, place_context, &
                           new_patch_context, clear_rows, add_report, add_tiles, finish_evaluation
   use strain_projection, only: projection_t
@@ -26,7 +26,7 @@ contains
   !> Stress update and internal forces; arguments as of `internal_forces`.
   subroutine forces_of_smooth_projection(patch, projection, fields, buffers, law, dt, x, v, force, &
                                          report)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     type(projection_t), intent(in) :: projection
     type(smooth_fields_t), intent(inout) :: fields
     type(tile_buffer_t), intent(inout) :: buffers(:)
@@ -63,7 +63,7 @@ contains
 
   !> Loads of the strains of a tile.
   subroutine strain_of_tile(patch, projection, tile, dt, x, v, fields)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(projection_t), intent(in) :: projection
     type(tile_t), intent(in) :: tile
     real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
@@ -86,7 +86,7 @@ contains
 
   !> Stresses of a tile and their loads. Kinematics are worked out once more instead of being kept.
   subroutine stress_of_tile(patch, projection, law, tile, dt, x, v, fields, report)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     type(projection_t), intent(in) :: projection
     class(block_law_t), intent(in) :: law
     type(tile_t), intent(in) :: tile
@@ -120,7 +120,7 @@ contains
 
   !> Forces of the blocks of a tile.
   subroutine nodal_of_tile(patch, projection, tile, x, fields, force, border)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(projection_t), intent(in) :: projection
     type(tile_t), intent(in) :: tile
     real(wp), intent(in) :: x(:, :, :, :)
@@ -147,7 +147,7 @@ contains
 
   !> Loads of the strains of a block.
   pure subroutine collect_strain(patch, block, points, fields)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
     type(point_fields_t), intent(in) :: points
     type(smooth_fields_t), intent(inout) :: fields
@@ -163,7 +163,7 @@ contains
 
   !> The same of its stresses, with the transposed operators.
   pure subroutine collect_stress(patch, block, points, fields)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
     type(point_fields_t), intent(in) :: points
     type(smooth_fields_t), intent(inout) :: fields
@@ -174,7 +174,7 @@ contains
 
   !> Put the projected strains into the points of a block.
   pure subroutine spread_strain(patch, block, fields, points)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
     type(smooth_fields_t), intent(in) :: fields
     type(point_fields_t), intent(inout) :: points
@@ -189,7 +189,7 @@ contains
 
   !> Put the projected stresses into the points of a block.
   pure subroutine spread_stress(patch, block, fields, points)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
     type(smooth_fields_t), intent(in) :: fields
     type(point_fields_t), intent(inout) :: points
@@ -198,7 +198,7 @@ contains
   end subroutine spread_stress
 
   pure subroutine spread_mean(patch, way, block, fields, points)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: way                       !! strains 1, stresses 2
     type(block_t), intent(in) :: block
     type(smooth_fields_t), intent(in) :: fields
@@ -209,7 +209,7 @@ contains
   end subroutine spread_mean
 
   pure subroutine collect_all(patch, way, block, tables, field, loads)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: way
     type(block_t), intent(in) :: block
     type(smooth_table_t), intent(in) :: tables(3)
@@ -227,7 +227,7 @@ contains
   end subroutine collect_all
 
   pure subroutine spread_all(patch, way, block, tables, n, coefficients, field)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: way
     type(block_t), intent(in) :: block
     type(smooth_table_t), intent(in) :: tables(3)
@@ -258,7 +258,7 @@ contains
 
   !> Coefficients of spline `a` of the eight elements.
   pure subroutine gather_lanes(patch, b, a, coefficients, lanes)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: b, a
     real(wp), intent(in) :: coefficients(*)
     real(wp), intent(out) :: lanes(n_lanes)

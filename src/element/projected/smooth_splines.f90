@@ -7,7 +7,7 @@ module smooth_splines
   use failure, only: error_t, fail
   use knot_vector, only: knot_vector_t, basis_derivatives
   use basis_tables, only: n_lanes, axis_table_t, lane_table_t
-  use ig_patch, only: ig_patch_t, block_t, block_at
+  use solid_patch, only: solid_patch_t, block_t, block_at
   use linear_algebra, only: band_cholesky
   implicit none
   private
@@ -227,7 +227,7 @@ contains
 
   !> Coefficients of the first `n_means` fields that are projected.
   subroutine solve_for_splines(patch, smooth, n_means, fields)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(smooth_axis_t), intent(in) :: smooth(3)
     integer, intent(in) :: n_means
     type(smooth_fields_t), intent(inout) :: fields
@@ -240,7 +240,7 @@ contains
 
   !> Along all axes.
   pure subroutine solve_all(patch, smooth, loads, coefficients)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(smooth_axis_t), intent(in) :: smooth(3)
     real(wp), intent(in) :: loads(:, :, :, :, :)        !! (8, p3, p2, p1, n_blocks)
     real(wp), intent(inout) :: coefficients(:, :, :)
@@ -271,7 +271,7 @@ contains
 
   !> Add the loads of spline `a` of each lane.
   pure subroutine add_lanes(patch, b, a, loads, coefficients)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: b, a
     real(wp), intent(in) :: loads(n_lanes)
     real(wp), intent(inout) :: coefficients(*)

@@ -5,7 +5,7 @@ module kernel_dispatch
   use block_law, only: block_law_t
   use point_context, only: point_context_t
   use basis_tables, only: n_lanes
-  use ig_patch, only: ig_patch_t, viscosity_t, block_t
+  use solid_patch, only: solid_patch_t, viscosity_t, block_t
 #include "ig_solid_uses.inc"
   implicit none
   private
@@ -53,7 +53,7 @@ contains
 
   !> Stress update and forces of a block.
   subroutine run_kernel(patch, law, block, dt, x, v, u, context, f, sums, ok)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: dt
@@ -83,7 +83,7 @@ contains
   !! not gathered? The tuned ones without weights do, where the control points of lanes follow each
   !! other.
   pure logical function takes_fields(patch, block)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
 
     takes_fields = patch%kernel <= 2*size(tuned_rules, 2) .and. .not. patch%is_rational &

@@ -7,7 +7,7 @@ module patch_points
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use element, only: jacobian_in_span
-  use ig_patch, only: ig_patch_t, element_of_lane, is_counted_lane, point_of_row
+  use solid_patch, only: solid_patch_t, element_of_lane, is_counted_lane, point_of_row
   implicit none
   private
 
@@ -21,7 +21,7 @@ contains
 
   !> Volumes in the layout of the point state, zero for lanes that repeat an element.
   function new_point_volumes(patch, solid) result(volumes)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid
     real(wp), allocatable :: volumes(:, :, :, :)   !! shape (8, q3, q1*q2, n_blocks)
     integer :: q(3), block, lane, row, layer, e(3)
@@ -46,7 +46,7 @@ contains
 
   !> Cube roots of the volumes of the elements.
   function new_element_sizes(patch, solid) result(sizes)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid
     real(wp), allocatable :: sizes(:, :)   !! shape (8, n_blocks) [length]
     integer :: q(3), block, lane, row, layer, e(3)
@@ -69,7 +69,7 @@ contains
 
   !> Inverse jacobians by element-local coordinates in the layout of the point state, row by row.
   function new_inverse_jacobians(patch, solid) result(inverses)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid
     real(wp), allocatable :: inverses(:, :, :, :, :)   !! shape (8, q3, 9, q1*q2, n_blocks)
     real(wp) :: j(3, 3)
@@ -91,7 +91,7 @@ contains
   end function new_inverse_jacobians
 
   pure real(wp) function volume_at(patch, solid, element, point) result(volume)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid
     integer, intent(in) :: element(3), point(3)
     real(wp) :: j(3, 3)
@@ -103,7 +103,7 @@ contains
 
   !> Jacobian by element-local coordinates, and place, of a point of the rule in an element.
   pure subroutine jacobian_at(patch, solid, element, point, j, place)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid               !! in any shape
     integer, intent(in) :: element(3), point(3)
     real(wp), intent(out) :: j(3, 3)                       !! [length]
@@ -178,7 +178,7 @@ contains
 
   !> Room for fields that are zero everywhere.
   subroutine new_given_fields(patch, n_fields)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     integer, intent(in) :: n_fields
 
     patch%n_fields = n_fields
@@ -192,7 +192,7 @@ contains
   !! end they have what the control points have now, by the basis of the patch. Where neither
   !! changes there is nothing to do.
   subroutine spread_to_points(patch, nodal)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     real(wp), intent(in) :: nodal(:, :, :, :)     !! at the control points, (n1, n2, n3, n_fields)
     logical :: is_same
     integer :: block, k
@@ -215,7 +215,7 @@ contains
 
   !> The points of one block.
   pure subroutine spread_in_block(patch, block)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     integer, intent(in) :: block
     real(wp) :: values(patch%n_fields)
     integer :: lane, e(3), q(3), row, layer
@@ -234,7 +234,7 @@ contains
 
   !> The fields at one point of an element.
   pure subroutine interpolate(patch, e, q, values)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: e(3), q(3)
     real(wp), intent(out) :: values(patch%n_fields)
     real(wp) :: share, total

@@ -8,7 +8,7 @@ module patch_setup
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes, new_axis_table, new_lane_table
-  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, viscosity_t, element_of_lane, &
+  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, viscosity_t, element_of_lane, &
                       point_of_row
   use patch_points, only: new_inverse_jacobians, new_element_sizes, determinant
   use kernel_dispatch, only: kernel_of
@@ -26,7 +26,7 @@ contains
 
   !> Tables, tiles and a stress-free state. Viscosity is set when either factor is positive.
   subroutine new_patch(patch, solid, n_points, n_parts, law, viscosity, error)
-    type(ig_patch_t), intent(out) :: patch
+    type(solid_patch_t), intent(out) :: patch
     type(nurbs_solid_t), intent(in) :: solid
     integer, intent(in) :: n_points(3), n_parts(3)   !! Gauss points a part, parts an element
     class(block_law_t), intent(in) :: law
@@ -70,7 +70,7 @@ contains
 
   !> Speed of pressure waves for the viscosity, from the moduli of the law.
   pure subroutine set_wave_speed(patch, law)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
 
     patch%viscosity%wave_speed = sqrt((law%bulk + 4.0_wp/3.0_wp*law%shear)/law%density)
@@ -78,10 +78,10 @@ contains
 
   !> One element of a patch as a patch of its own, without stress and viscosity.
   function element_patch(patch, solid, element) result(single)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid     !! that the patch was made of
     integer, intent(in) :: element(3)
-    type(ig_patch_t) :: single
+    type(solid_patch_t) :: single
     integer :: axis, low(3), high(3), q(3)
 
     single%is_rational = patch%is_rational
@@ -115,7 +115,7 @@ contains
   !> At most `target_count` tiles: rows of axis 2 first, then shares of axis 1. A row of control
   !! points belongs to the last tile that touches it, if no other tile shares its elements.
   pure function new_tiles(patch, target_count) result(tiles)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: target_count
     type(tile_t), allocatable :: tiles(:)
     integer :: n_rows, n_shares, row, share, t
@@ -149,7 +149,7 @@ contains
 
   !> Force buffers of all tiles, for the rows that they do not own.
   pure function new_tile_buffers(patch) result(buffers)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
     integer :: t
 
@@ -165,7 +165,7 @@ contains
 
   !> Factors of the rational basis at every point; the weights never change.
   pure subroutine set_rational(patch)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     integer :: q(3), block, lane, row, layer, e(3)
     real(wp) :: w, slope(3)
 
@@ -190,7 +190,7 @@ contains
 
   !> Weight function W of the patch at one quadrature point and its element-local slopes.
   pure subroutine weight_at(patch, element, point, w, slope)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: element(3), point(3)
     real(wp), intent(out) :: w, slope(3)
     real(wp) :: value1, value2, value3, slope1, slope2, slope3, control
@@ -221,7 +221,7 @@ contains
   !> Shortest axis of each element at its centre: 2 over the spectral norm of the inverse
   !! jacobian, which is the edge of a cube and the thickness of a sheet.
   subroutine set_lengths(patch, solid, viscosity, error)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid
     type(viscosity_t), intent(inout) :: viscosity
     type(error_t), allocatable, intent(out) :: error

@@ -8,7 +8,7 @@ module solid_element
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use element, only: element_t, force_report_t, carry_motion, stored_motion, new_nodal_fields
-  use ig_patch, only: ig_patch_t, tile_buffer_t, element_of_lane, lane_of_element, &
+  use solid_patch, only: solid_patch_t, tile_buffer_t, element_of_lane, lane_of_element, &
                       is_counted_lane, block_number, row_of_point
   use patch_setup, only: new_patch, new_tile_buffers, set_wave_speed, element_patch, check_shape
   use patch_points, only: new_point_volumes, jacobian_at, energy_of_points, new_given_fields, &
@@ -23,7 +23,7 @@ module solid_element
 
   !> A solid patch.
   type, extends(element_t), public :: solid_element_t
-    type(ig_patch_t) :: patch
+    type(solid_patch_t) :: patch
     type(tile_buffer_t), allocatable :: buffers(:)
     real(wp), allocatable :: volumes(:, :, :, :)   !! of the points at the start, when asked for
   contains

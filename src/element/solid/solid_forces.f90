@@ -6,8 +6,8 @@ module solid_forces
   use basis_tables, only: n_lanes
   use point_context, only: point_context_t, new_point_context
   use element, only: force_report_t, merge_reports, grid_number
-  use ig_patch, only: ig_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
-  use block_exchange, only: gather_block, weigh_block, add_block
+  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
+  use block_gather, only: gather_block, weigh_block, add_block
   use kernel_dispatch, only: run_kernel, takes_fields
   implicit none
   private
@@ -22,7 +22,7 @@ contains
   !! every tile has its own rows of control points and a buffer for the others that it touches,
   !! and the buffers are added in the order of the tiles.
   subroutine internal_forces(patch, buffers, law, dt, x, v, force, report)
-    type(ig_patch_t), intent(inout) :: patch            !! state is carried forward
+    type(solid_patch_t), intent(inout) :: patch            !! state is carried forward
     type(tile_buffer_t), intent(inout) :: buffers(:)    !! from `new_tile_buffers`
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt                          !! [time]
@@ -48,7 +48,7 @@ contains
   !! the threads of a region share the rows of control points along axis 2, each near the tiles
   !! that it has worked.
   subroutine add_tiles(patch, buffers, force)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(tile_buffer_t), intent(in) :: buffers(:)
     real(wp), intent(inout) :: force(:, :, :, :)
     integer :: t, j, k, c
@@ -74,7 +74,7 @@ contains
 
   !> The evaluation is one increment more; its report is that of all tiles, in their order.
   pure subroutine finish_evaluation(patch, dt, reports, report)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     real(wp), intent(in) :: dt
     type(force_report_t), intent(in) :: reports(:)     !! of the tiles
     type(force_report_t), intent(out) :: report
@@ -90,7 +90,7 @@ contains
 
   !> Internal forces of the blocks of one tile.
   subroutine forces_of_tile(patch, law, tile, dt, x, v, force, border, report)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     type(tile_t), intent(in) :: tile
     real(wp), intent(in) :: dt           !! [time]
@@ -129,7 +129,7 @@ contains
   !> Positions of a block and half of its motion in the step, multiplied by the weights of a
   !! rational patch.
   subroutine gather_motion(patch, block, dt, x, v, u, w)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
     real(wp), intent(inout) :: u(:, :)
@@ -145,7 +145,7 @@ contains
 
   !> The same of the positions alone.
   subroutine gather_positions(patch, block, x, u, w)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: x(:, :, :, :)
     real(wp), intent(inout) :: u(:, :), w(:)
@@ -159,7 +159,7 @@ contains
 
   !> A vector at the control points of a block, times a factor.
   subroutine gather_field(patch, block, factor, field, u)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: factor, field(:, :, :, :)
     real(wp), intent(inout) :: u(:, :)
@@ -171,7 +171,7 @@ contains
 
   !> Weights of the control points of a block.
   subroutine gather_weights(patch, block, w)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
     real(wp), intent(inout) :: w(:)
 
@@ -182,7 +182,7 @@ contains
 
   !> Add the forces of a block, which come without weights, to those of its tile.
   subroutine add_forces(patch, tile, block, w, f, force, border)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(tile_t), intent(in) :: tile
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: w(:)           !! the weights of a rational patch
@@ -208,7 +208,7 @@ contains
 
   !> Room for the context of a block.
   pure function new_patch_context(patch) result(context)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(point_context_t) :: context
 
     context = new_point_context(n_lanes*patch%axes(3)%n_points, patch%n_fields, &
@@ -217,7 +217,7 @@ contains
 
   !> Time, elements and their sizes of a block; the kernel adds what differs from row to row.
   pure subroutine place_context(patch, block, context)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
     type(point_context_t), intent(inout) :: context
     integer :: q, lanes(2), before

@@ -8,7 +8,7 @@ module element_cases
   use elastic, only: elastic_t, new_elastic
   use gauss_rule, only: gauss_rule_t
   use element, only: element_t, part_t, force_report_t
-  use ig_patch, only: ig_patch_t, tile_buffer_t
+  use solid_patch, only: solid_patch_t, tile_buffer_t
   use strain_projection, only: projection_spec_t
   use patch_setup, only: new_patch, new_tile_buffers
   use solid_element, only: solid_element_t
@@ -137,7 +137,7 @@ contains
     type(nurbs_solid_t), intent(in) :: solid
     integer, intent(in) :: n_points(3)
     class(block_law_t), intent(in) :: law
-    type(ig_patch_t) :: patch
+    type(solid_patch_t) :: patch
     patch = viscous_patch_of(solid, n_points, law, [0.0_wp, 0.0_wp])
   end function patch_of
 
@@ -147,7 +147,7 @@ contains
     integer, intent(in) :: n_points(3)
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: viscosity(2)
-    type(ig_patch_t) :: patch
+    type(solid_patch_t) :: patch
     type(error_t), allocatable :: error
     call new_patch(patch, solid, n_points, [1, 1, 1], law, viscosity, error)
     if (allocated(error)) error stop "the patch of the test is wrong"
@@ -182,7 +182,7 @@ contains
 
   !> The solid element of a patch with this grid.
   function element_with(patch, grid) result(element)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: grid
     type(solid_element_t) :: element
     integer :: axis
@@ -204,7 +204,7 @@ contains
 
   !> Stiffness of a patch without stress whose control points are these.
   function patch_stiffness(patch, law, x) result(stiffness)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: x(:, :, :, :)
     real(wp), allocatable :: stiffness(:, :)
@@ -215,7 +215,7 @@ contains
 
   !> A body of one patch with these control points and masses.
   function body_of(patch, x, mass, factor) result(bodies)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     real(wp), intent(in) :: x(:, :, :, :), mass(:, :, :)
     real(wp), intent(in), optional :: factor(:, :)   !! of the columns
     type(part_t) :: bodies(1)
@@ -235,7 +235,7 @@ contains
   end function body_of
 
   subroutine evaluate_patch(patch, law, dt, x, v, force, report)
-    type(ig_patch_t), intent(inout) :: patch
+    type(solid_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
     real(wp), intent(out) :: force(:, :, :, :)

@@ -129,9 +129,9 @@ def pipes_keep_nobody_waiting(folder):
     os.mkfifo(folder / "c.log")
     os.mkfifo(folder / "d.ckpt.h5")
     for words, told in ((("--restart", "pipe"), "checkpoint 'pipe'"),
-                        (("--out", "pipe"), "pipe"),
-                        (("--out", "c.h5"), "pipe"),
-                        (("--out", "d.h5"), "pipe"),
+                        (("--out", "pipe"), "a pipe"),
+                        (("--out", "c.h5"), "a pipe"),
+                        (("--out", "d.h5"), "a pipe"),
                         (("--user", "pipe"), "pipe 'pipe'"), (("--user", "."), "folder '.'"),
                         (("--restart", "."), "folder"),
                         (("--restart", "nix"), "checkpoint 'nix'")):

@@ -266,8 +266,8 @@ def refusals(igaform, folder, _):
     (folder / "sheet.igs").unlink()
     told = call(igaform, "iges", deck, "--part", "drum", expect=1)
     assert told.count("\n") == 1 and "'python -m post iges FILE'" in told, told
-    for words, told in ((("--unit", "furlong"), "--unit"),
-                        (("--part", "drum", "--face", "XI_MIN"), "--face"),
+    for words, told in ((("--unit", "furlong"), "MM"),
+                        (("--part", "drum", "--face", "XI_MIN"), "blank"),
                         (("--part", "drun"), "'drun'; there are blank, drum; did you mean drum?"),
                         (("--face", "top"), "'TOP'"),
                         (("--out", folder / "nowhere" / "x.igs"), "nowhere"),

@@ -1,4 +1,4 @@
-"""A process that is slow enough: the ratio of energies that the probe tells against the closed
+"""A process that is slow enough: the ratio of energies that the trial run shows against the closed
 form, and what comes of the factor on the masses that it advises. One that is too fast gets no
 such advice.
 
@@ -73,7 +73,7 @@ def told_of_the_study(said, source):
 
 
 def relaxation_is_foreseen(igaform, deck):
-    """The probe shows when a relaxation converges, long before its time limit."""
+    """The trial run shows when a relaxation converges, long before its time limit."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "released.key")
         with open(deck, encoding="utf-8") as file:
@@ -92,7 +92,7 @@ def relaxation_is_foreseen(igaform, deck):
 
 def main(igaform, source):
     deck = os.path.join(source, "tests/verification/probe/pulled.key")
-    said = run(igaform, deck, "--check", "--probe")
+    said = run(igaform, deck, "--check", "--trial-run")
     mean, = found(r"kinetic over internal energy (\S+) % in the mean", said)
     expected = 100*expected_ratio()
     assert abs(mean/expected - 1) < 0.1, f"ratio {mean} %, closed form {expected:.4g} %"
@@ -112,7 +112,7 @@ def main(igaform, source):
           f"{100*(scaled_work/work - 1):+.2g} %")
     told_of_the_study(said, source)
     relaxation_is_foreseen(igaform, deck)
-    fast = run(igaform, deck, "--check", "--probe", "--set", "speed=400000")
+    fast = run(igaform, deck, "--check", "--trial-run", "--set", "speed=400000")
     assert "no mass scaling" in fast, fast
 
 

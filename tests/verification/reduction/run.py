@@ -180,7 +180,7 @@ TUBE = """*MATERIAL, NAME=steel
 
 
 def closed_tubes_stay_closed(igaform, folder):
-    """A tube of 360 degrees keeps its seams on the grid that a reduction or the run of --probe with
+    """A tube of 360 degrees keeps its seams on the grid that a reduction or the trial run with
     fewer elements gives it. Its mass is that of the closed form, its step that of one element."""
     path = os.path.join(folder, "tube.key")
 
@@ -253,6 +253,7 @@ def advise(igaform, source, folder):
     done = run(igaform, variant(folder, source, ""), "--check", "--set", "n_x=40")
     assert "*REDUCE, TYPE=PLANE STRAIN, AXIS=z" in done.stdout, done.stdout
     assert "1 of 8 elements, saves 88 %" in done.stdout, done.stdout
+    assert "narrows" in done.stdout, done.stdout
     assert "*BOUNDARY ZSYMM" in done.stdout and "XSYMM" not in done.stdout, done.stdout
     held = variant(folder, source, "*BOUNDARY\nZ_MIN, 1")
     done = run(igaform, held, "--check", "--set", "n_x=40")

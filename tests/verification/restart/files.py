@@ -207,9 +207,9 @@ def what_others_made_is_left_alone(folder):
     (folder / "diary.log").write_text("mine\n")
     os.mkfifo(folder / "pipe.h5")
     before = {file.name: file.read_bytes() for file in folder.iterdir() if file.is_file()}
-    for name, reason in (("text", "result"), ("other", "result"),
-                         ("saved", "checkpoint"), ("diary", "log"),
-                         ("pipe", "pipe")):
+    for name, reason in (("text", "not a result"), ("other", "not a result"),
+                         ("saved", "a checkpoint of"), ("diary", "no log"),
+                         ("pipe", "a pipe")):
         for more in ([], ["--restart", "a.ckpt.h5"]):
             said = igaform(folder, path, *SMALL, *more, "--out", name + ".h5", code=1)
             assert reason in said, (name, more, said)

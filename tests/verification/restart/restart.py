@@ -324,7 +324,7 @@ def another_build_is_refused(folder):
     with h5py.File(io.BytesIO(state), "r+") as file:
         del file["build"]
         file.flush()
-        cases["built"] = file.id.get_file_image()
+        cases["not state how"] = file.id.get_file_image()
     before = (folder / "a.h5").read_bytes()
     for reason, changed in cases.items():
         (folder / "b.ckpt.h5").write_bytes(sealed(changed, result))

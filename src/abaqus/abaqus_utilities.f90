@@ -6,7 +6,7 @@
 !!
 !! The calls carry no argument that says where they come from, so this module remembers the name of
 !! the job and keeps the locks.
-module aba_services
+module abaqus_utilities
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t, c_double
   use, intrinsic :: iso_fortran_env, only: error_unit
   use omp_lib, only: omp_lock_kind, omp_init_lock, omp_set_lock, omp_unset_lock, &
@@ -274,4 +274,4 @@ contains
     end do
   end function word_of
 
-end module aba_services
+end module abaqus_utilities

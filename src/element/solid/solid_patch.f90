@@ -1,5 +1,5 @@
 !> One patch of the blank as the kernels see it: tables, tiles, weights and point state.
-module ig_patch
+module solid_patch
   use kinds, only: wp
   use basis_tables, only: axis_table_t, lane_table_t
   implicit none
@@ -43,7 +43,7 @@ module ig_patch
   end type tile_buffer_t
 
   !> Tables and state of a patch. Blocks are numbered along axis 1 first, then axis 2, axis 3.
-  type, public :: ig_patch_t
+  type, public :: solid_patch_t
     integer :: n_control(3) = 0
     integer :: n_blocks = 0
     integer :: kernel = 0                          !! instance, see kernel_dispatch
@@ -78,7 +78,7 @@ module ig_patch
     integer :: n_before = 0                        !! elements of the patches before, in numbers
     type(viscosity_t) :: viscosity
     type(tile_t), allocatable :: tiles(:)
-  end type ig_patch_t
+  end type solid_patch_t
 
   !> What a patch in plane strain has besides its tables. It is one element wide along axis 2,
   !! linear across with one integration point there, and held so that its two sides move alike.
@@ -96,7 +96,7 @@ contains
 
   !> Number of block `b` of the row of elements (e2, e3).
   pure integer function block_number(patch, b, e2, e3) result(number)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: b, e2, e3
 
     number = b + patch%lanes%n_blocks*((e2 - 1) + patch%axes(2)%n_elements*(e3 - 1))
@@ -104,7 +104,7 @@ contains
 
   !> The block of a number.
   pure function block_at(patch, number) result(block)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: number
     type(block_t) :: block
     integer :: row
@@ -118,7 +118,7 @@ contains
 
   !> Number of blocks of a tile.
   pure integer function n_blocks_of(patch, tile) result(n)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(tile_t), intent(in) :: tile
 
     n = (tile%block_last - tile%block_first + 1)*(tile%row_last - tile%row_first + 1) &
@@ -127,7 +127,7 @@ contains
 
   !> Step through the blocks of a tile, axis 1 first; the first one follows a block that is not set.
   pure subroutine next_block(patch, tile, block)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     type(tile_t), intent(in) :: tile
     type(block_t), intent(inout) :: block
 
@@ -150,7 +150,7 @@ contains
 
   !> Element (e1, e2, e3) of a lane of a block.
   pure function element_of_lane(patch, number, lane) result(element)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: number, lane
     integer :: element(3)
     type(block_t) :: block
@@ -161,7 +161,7 @@ contains
 
   !> Is this the lane that counts for its element? Others repeat an element.
   pure logical function is_counted_lane(patch, number, lane) result(is_counted)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: number, lane
     type(block_t) :: block
 
@@ -171,7 +171,7 @@ contains
 
   !> Block and lane that count for an element.
   pure function lane_of_element(patch, element) result(at)
-    type(ig_patch_t), intent(in) :: patch
+    type(solid_patch_t), intent(in) :: patch
     integer, intent(in) :: element(3)
     integer :: at(2), b
 
@@ -219,4 +219,4 @@ contains
     damping_ratio = 0.5_wp*lag*omega_bulk**2/omega
   end function damping_ratio
 
-end module ig_patch
+end module solid_patch

@@ -1,5 +1,5 @@
 !> Questions about blank and tools that the set-up of a model asks, once.
-module contact_check
+module start_gaps
   use kinds, only: wp
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, slave_positions
@@ -85,4 +85,4 @@ contains
     direction = direction/max(n, 1)
   end function sheet_side
 
-end module contact_check
+end module start_gaps

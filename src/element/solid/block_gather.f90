@@ -1,5 +1,5 @@
 !> Between control-point fields and blocks of eight elements: gather, weigh, add back.
-module block_exchange
+module block_gather
   use kinds, only: wp
   implicit none
   private
@@ -150,4 +150,4 @@ contains
     end do
   end subroutine add_quadratic
 
-end module block_exchange
+end module block_gather

@@ -1,7 +1,7 @@
 !> Crashes caught on a stack of their own, so that one by which the stack ran out can be reported.
 !! And messages put together and written without the heap and without the run-time library of
 !! Fortran: for the end of a program in which a unit may be locked and the heap written over.
-module crash_watch
+module crash_handler
   use, intrinsic :: iso_c_binding, only: c_funptr, c_int, c_int64_t, c_intptr_t, c_loc, &
                                          c_null_funptr, c_null_ptr, c_ptr, c_size_t, c_f_pointer, &
                                          c_char
@@ -188,4 +188,4 @@ contains
     ignored = c_write(descriptor, line, int(message%length + 1, c_size_t))
   end subroutine send
 
-end module crash_watch
+end module crash_handler

@@ -1,7 +1,7 @@
 !> Text files. Written ones exist as a whole or not at all, and an existing file is replaced only if
 !! this program has written it, which its first line says. Read ones: the bytes of a deck or include
 !! file, and its lines whatever ends them.
-module whole_file
+module text_file
   use, intrinsic :: iso_fortran_env, only: int64
   use text, only: string_t, to_text
   use failure, only: error_t, fail
@@ -332,4 +332,4 @@ contains
     end do
   end function path_beside
 
-end module whole_file
+end module text_file

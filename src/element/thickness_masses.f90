@@ -5,7 +5,7 @@
 !! is larger by a factor. The mean keeps its mass, so linear momentum does not change, and no
 !! system has to be solved: an acceleration a_n becomes mean + (a_n - mean)/factor. These
 !! differences make the highest frequencies of a thin sheet, and they carry next to no energy.
-module column_scaling
+module thickness_masses
   use kinds, only: wp
   implicit none
   private
@@ -109,4 +109,4 @@ contains
     moving = sum(mass, 3) - sum(mass**2, 3)/sum(mass, 3)
   end function difference_masses
 
-end module column_scaling
+end module thickness_masses

@@ -1,5 +1,5 @@
 !> A temperature or field variable that the deck gives during the run.
-module field_change
+module prescribed_field
   use kinds, only: wp
   use state_store, only: state_store_t
   use blank, only: assembly_t
@@ -64,4 +64,4 @@ contains
     type(state_store_t), intent(inout) :: store
   end subroutine carry
 
-end module field_change
+end module prescribed_field

@@ -1,9 +1,9 @@
 !> Mass scaling, the stable time increment that goes with it, and penalties within what it leaves;
 !! damping and relaxation.
-module step_setup
+module stability_setup
   use kinds, only: wp
-  use column_scaling, only: difference_masses
-  use seams, only: column_mask_t
+  use thickness_masses, only: difference_masses
+  use patch_seams, only: column_mask_t
   use stable_step, only: largest_frequency, viscous_step, stable_element_step
   use body_parts, only: field_t, set_inertia
   use blank, only: blank_t, mass_of, columns_of
@@ -317,4 +317,4 @@ contains
                      rounded_text(model%step%safety)//"; they are scaled to that")
   end subroutine share_face
 
-end module step_setup
+end module stability_setup

@@ -4,7 +4,7 @@
 !! The strip is linear across, with one point of integration, contact and pressure there: its two
 !! sides then move alike, and nothing that is uniform across is lost. A kernel of its own sees one
 !! side (plane_setup): no strain holds both together, so nothing may distinguish them.
-module scene_symmetry
+module scene_reduction
   use kinds, only: wp
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t
@@ -530,4 +530,4 @@ contains
     scene%boundaries = [scene%boundaries, support]
   end subroutine hold_width
 
-end module scene_symmetry
+end module scene_reduction

@@ -1,16 +1,16 @@
 !> What the points of the blank have at the start: state variables that the deck gives to sets of
 !! elements, then the user's SDVINI, the moduli that a user's law has with them, and temperature and
 !! field variables; those of the run as effects of the model.
-module field_setup
+module initial_setup
   use kinds, only: wp
   use scene, only: scene_t, field_spec_t, box_spec_t, set_spec_t, boxes_of
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid
   use block_law, only: block_law_t
   use user_call, only: user_law_t
   use motion_curve, only: constant_curve
-  use support_setup, only: members_t, find_members, curve_of, owner_t, new_owners, list_points
+  use boundary_setup, only: members_t, find_members, curve_of, owner_t, new_owners, list_points
   use blank, only: blank_t
-  use field_change, only: field_change_t
+  use prescribed_field, only: field_change_t
   use model, only: model_t, add_support
   use failure, only: error_t
   use element, only: element_t, point_coordinates, next_element, grid_number
@@ -371,4 +371,4 @@ contains
                       x >= boxes(i)%from .and. x <= boxes(i)%to), i=1, size(boxes))])
   end function holds
 
-end module field_setup
+end module initial_setup

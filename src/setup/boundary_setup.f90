@@ -1,13 +1,13 @@
 !> Boundary conditions of the scene as supports of the model; the control points of a named set, and
 !! curves of the scene.
-module support_setup
+module boundary_setup
   use kinds, only: wp
   use scene, only: scene_t, set_spec_t, is_held
   use motion_curve, only: curve_t, constant_curve, curve_value
   use blank, only: blank_t
   use boundary, only: boundary_t
   use model, only: model_t, add_support
-  use seams, only: seams_t, collect, largest_of_groups, distribute
+  use patch_seams, only: seams_t, collect, largest_of_groups, distribute
   implicit none
   private
 
@@ -199,4 +199,4 @@ contains
     end do
   end subroutine find_members
 
-end module support_setup
+end module boundary_setup

@@ -8,7 +8,7 @@
 !! Where a seam runs through the thickness, a column of control points along axis 3 of one patch is
 !! a column of each other patch there. A seam may also join a column to something else: to the layer
 !! below it, to a column along another axis, to a part of a longer one. Such columns are not whole.
-module seams
+module patch_seams
   use kinds, only: wp
   use linear_algebra, only: sorted_order
   use nurbs_solid, only: nurbs_solid_t
@@ -386,4 +386,4 @@ contains
     end do
   end function is_any
 
-end module seams
+end module patch_seams
