@@ -439,7 +439,7 @@ contains
 
   !> Write what waits in the units that are open.
   subroutine flush_units()
-    integer, parameter :: last = 200   ! those from NEWUNIT have no numbers that can be asked for
+    integer, parameter :: last = 200   ! NEWUNIT gives negative numbers, which are not searched
     integer :: unit
     logical :: is_open
 

@@ -312,8 +312,8 @@ contains
     if (nearest%distance > search%tolerance) call set_across(search, tool, nearest)
   end subroutine descend
 
-  !> Vector from the tool to the sheet at the position that is nearest. The shorter it is the less
-  !! its ends tell, so it is made normal to the tangents along which either side continues.
+  !> Vector from the tool to the sheet at the nearest position. The difference of its ends loses
+  !! digits as it gets short, so it is made normal to the tangents along which a side continues.
   subroutine set_across(search, tool, hit)
     type(distance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool

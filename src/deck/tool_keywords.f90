@@ -556,7 +556,7 @@ contains
     real(wp), intent(in) :: distance, tolerance          !! [length]
     type(offset_report_t), intent(inout) :: report
     type(error_t), allocatable, intent(out) :: error
-    real(wp), parameter :: beside = 1.0e-4_wp   ! part of a span that its ends are avoided by
+    real(wp), parameter :: end_inset = 1.0e-4_wp   ! fraction of a span left out at its ends
     type(tool_t) :: tool
     type(hit_t) :: hit
     real(wp), allocatable :: xi(:), eta(:)
@@ -566,8 +566,8 @@ contains
     call new_tool(tool, name, given, 1, abs(distance), error)
     if (allocated(error)) return
     do s = 1, size(offsets)
-      xi = samples_along(offsets(s), 1, 2, beside)
-      eta = samples_along(offsets(s), 2, 2, beside)
+      xi = samples_along(offsets(s), 1, 2, end_inset)
+      eta = samples_along(offsets(s), 2, 2, end_inset)
       do j = 1, size(eta)
         do i = 1, size(xi)
           call evaluate_surface(offsets(s), [xi(i), eta(j)], x)
@@ -588,7 +588,7 @@ contains
     end do
   end subroutine measure_offset
 
-  !> Tell the log what was made.
+  !> Report the offset surface in the log.
   subroutine add_note(base, distance, report, tool)
     type(tool_spec_t), intent(in) :: base
     real(wp), intent(in) :: distance

@@ -29,7 +29,7 @@ module surface_offset
   real(wp), parameter :: flattest = 1.0e-3_wp    !! least stretch of the surface by the offset
 
   integer, parameter :: n_inner = 6              !! positions in a span where the offset is checked
-  real(wp), parameter :: beside = 1.0e-4_wp      !! part of a span that its ends are avoided by
+  real(wp), parameter :: end_inset = 1.0e-4_wp   !! fraction of a span left out at its ends
   real(wp), parameter :: share = 0.4_wp          !! of the tolerance that a direction may use up
   real(wp), parameter :: sure = 0.9_wp           !! part of it kept to: positions miss peaks
   integer, parameter :: most_parts = 8           !! that a span is cut into at a time
@@ -361,8 +361,8 @@ contains
     real(wp) :: off, turn
     integer :: i, j
 
-    xi = samples_along(offset, 1, n_inner, beside)
-    eta = samples_along(offset, 2, n_inner, beside)
+    xi = samples_along(offset, 1, n_inner, end_inset)
+    eta = samples_along(offset, 2, n_inner, end_inset)
     do j = 1, size(eta)
       do i = 1, size(xi)
         call compare(source, offset, [xi(i), eta(j)], off, turn)
@@ -384,7 +384,7 @@ contains
     real(wp) :: xi(2), off, turn
     integer :: i, j, span
 
-    along = samples_along(offset, d, n_inner, beside)
+    along = samples_along(offset, d, n_inner, end_inset)
     lines = greville(offset%axes(3 - d))
     allocate (errors(n_spans(offset%axes(d))), source=0.0_wp)
     do j = 1, size(lines)
