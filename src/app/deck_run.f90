@@ -22,6 +22,7 @@ module deck_run
   use contact_report, only: log_contact
   use damping, only: relaxation_outcome
   use model_setup, only: build_model
+  use setup_check, only: check_setup
   use display_fields, only: output_fields
   use frames, only: results_t, results_setup_t, close_results, length_unit
   use file_lock, only: lock_t, release_lock
@@ -69,6 +70,7 @@ contains
     type(user_library_t), allocatable :: library
     type(error_list_t) :: errors
     type(outlook_t) :: outlook
+    type(string_t), allocatable :: lines(:)
 
     ! The number of threads must not change under way: OpenMP may otherwise adapt it.
     call omp_set_dynamic(.false.)
@@ -76,6 +78,9 @@ contains
     call read_deck(command%deck, command%overrides, scene, errors)
     if (n_errors(errors) == 0) call load_user_files(command, scene, library, errors)
     if (n_errors(errors) == 0) call build_model(scene, model, errors, library)
+    allocate (lines(0))
+    if (is_built(model) .and. command%n_modes == 0) &
+      call check_setup(scene, model, errors, lines)
     if (command%is_check .and. n_errors(errors) == 0) &
       call check_torsion(model, scene%blank%origin, errors)
     call report_errors(errors, error_unit)
@@ -85,6 +90,7 @@ contains
     else if (command%is_check) then
       call cpu_time(outlook%set_up)
       call print_check(model)
+      call print_lines(lines)
       if (command%is_trial_run) call print_trial_run(scene, model, outlook, library)
       call print_forecast(model, outlook, may_be_called(library))
       call print_lines(saving_lines(scene))
@@ -96,6 +102,13 @@ contains
       code = run_accepted(command, scene, model)
     end if
   end function run_deck
+
+  !> Is the model complete but for effects with errors?
+  pure logical function is_built(model)
+    type(model_t), intent(in) :: model
+
+    is_built = allocated(model%supports) .and. model%stable_step > 0.0_wp
+  end function is_built
 
   !> Unless subroutines of a user are there that a check has not loaded.
   logical function may_be_called(library)

@@ -18,7 +18,8 @@ module tool
   implicit none
   private
 
-  public :: tool_t, new_tool, rotation_about, to_tool_frame, largest_speed, travel_of, torque_of
+  public :: tool_t, new_tool, seam_tolerance, rotation_about, to_tool_frame
+  public :: largest_speed, travel_of, torque_of
 
   integer, parameter :: least_order = 3   !! lower degrees are padded to 2, which the lanes are for
   real(wp), parameter :: seam_width = 1.0_wp/300   !! widest seam, of the search distance
@@ -77,9 +78,16 @@ contains
     if (size(surfaces) > 1) call reverse_surfaces(tool, error)
     if (allocated(error)) return
     call set_faces(tool)
-    if (size(surfaces) > 1) call find_tool_seams(tool%orders, tool%coefficients, tool%surface_of, &
-                                            seam_width*search_distance, tool%neighbours, tool%links)
+    if (size(surfaces) > 1) call find_tool_seams(tool%orders, tool%coefficients, &
+      tool%surface_of, seam_tolerance(search_distance), tool%neighbours, tool%links)
   end subroutine new_tool
+
+  !> Widest gap between edges of a tool that counts as none [length].
+  pure real(wp) function seam_tolerance(search_distance)
+    real(wp), intent(in) :: search_distance   !! [length]
+
+    seam_tolerance = seam_width*search_distance
+  end function seam_tolerance
 
   !> Reverse those surfaces whose normals do not agree with the first surface of their group.
   subroutine reverse_surfaces(tool, error)
@@ -87,7 +95,7 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     type(surface_seams_t) :: seams
 
-    call find_surface_seams(tool%surfaces, seam_width*tool%search_distance, seams)
+    call find_surface_seams(tool%surfaces, seam_tolerance(tool%search_distance), seams)
     if (seams%is_one_sided) then
       call fail(error, "tool "//tool%name//": the normals of its surfaces cannot agree across "// &
                 "their seams")

@@ -212,144 +212,16 @@ contains
     end associate
   end function extents
 
-  !> Warn of a tool that no contact pair and no bead names, or that cannot reach the blank.
+  !> Warn of a tool that no contact pair and no bead names.
   subroutine check_tool(scene, i, errors)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: i
     type(error_list_t), intent(inout) :: errors
-    type(bounds_t) :: blank, swept
-    character(:), allocatable :: found
-    real(wp) :: reach
 
-    associate (tool => scene%tools(i))
-      if (.not. any(scene%contacts%tool == i)) then
-        if (any(scene%beads%closing == i)) return   ! whose way the forces of a bead run over
-        call add_warning(errors, tool%origin, "the tool "//tool%name//", which touches nothing", &
-                         "a *CONTACT PAIR that names it")
-        return
-      end if
-      if (any(abs(tool%placing) > 0.0_wp)) return   ! it will be put against the blank
-      if (tool%offset_of > 0) then                  ! and an offset goes with its tool
-        if (any(abs(scene%tools(tool%offset_of)%placing) > 0.0_wp)) return
-      end if
-      reach = blank_reach(scene, i)
-      blank = solid_bounds(scene)
-      swept = swept_bounds(scene, i)
-      if (all(swept%lower <= blank%upper + reach) .and. &
-          all(swept%upper >= blank%lower - reach)) return
-      found = "the tool "//tool%name//", which moves but cannot reach the blank"
-      if (.not. any(abs(travel(scene, i)) > 0.0_wp)) then
-        found = "the tool "//tool%name//", which never moves and never touches the blank"
-      end if
-      call add_warning(errors, tool%origin, found, "a *TOOL MOTION towards the blank")
-    end associate
+    if (any(scene%contacts%tool == i)) return
+    if (any(scene%beads%closing == i)) return   ! whose way the forces of a bead run over
+    call add_warning(errors, scene%tools(i)%origin, "the tool "//scene%tools(i)%name// &
+                     ", which touches nothing", "a *CONTACT PAIR that names it")
   end subroutine check_tool
-
-  !> How far the blank may be carried by all but one tool: a generous guess, never too small for
-  !! a blank that is only pushed. Gravity and loads count as without limit.
-  pure real(wp) function blank_reach(scene, except)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: except
-    real(wp) :: way(3, 2), speed
-    integer :: i
-
-    blank_reach = 0.0_wp
-    if (size(scene%loads) > 0) blank_reach = huge(1.0_wp)/4
-    speed = 0.0_wp
-    do i = 1, size(scene%initial_velocities)
-      if (any(abs(scene%initial_velocities(i)%omega) > 0.0_wp)) blank_reach = huge(1.0_wp)/4
-      speed = speed + norm2(scene%initial_velocities(i)%velocity)
-    end do
-    do i = 1, size(scene%boundaries)
-      speed = max(speed, norm2(scene%boundaries(i)%velocity) &
-                  *maxval(abs(curve_values(scene, scene%boundaries(i)%curve))))
-    end do
-    do i = 1, size(scene%tools)
-      if (i == except) cycle
-      way = travel(scene, i)
-      blank_reach = blank_reach + norm2(maxval(abs(way), 2))
-    end do
-    blank_reach = blank_reach + speed*time_from(scene, 1)
-  end function blank_reach
-
-  !> Bounds of the displacement of a tool, shape (3, 2): the ways of all its motions add up.
-  pure function travel(scene, tool) result(way)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: tool
-    real(wp) :: way(3, 2), factor(2)
-    integer :: i
-
-    way = 0.0_wp
-    do i = 1, size(scene%motions)
-      associate (motion => scene%motions(i))
-        if (motion%tool /= tool) cycle
-        if (motion%is_force .or. motion%is_rotation) then
-          way = reshape([-1, -1, -1, 1, 1, 1], [3, 2])*1.0e30_wp
-          return
-        end if
-        associate (values => curve_values(scene, motion%curve))
-          factor = [min(0.0_wp, minval(values)), max(0.0_wp, maxval(values))]
-        end associate
-        if (.not. motion%is_displacement) factor = factor*time_from(scene, motion%step)
-        way(:, 1) = way(:, 1) + min(motion%vector*factor(1), motion%vector*factor(2))
-        way(:, 2) = way(:, 2) + max(motion%vector*factor(1), motion%vector*factor(2))
-      end associate
-    end do
-  end function travel
-
-  !> Time from the start of a step to the end of the run.
-  pure real(wp) function time_from(scene, step) result(time)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: step
-
-    time = sum(scene%later_steps(max(1, step - 1):)%step%duration)
-    if (step == 1) time = time + scene%step%duration
-  end function time_from
-
-  !> Values of a curve, 1 where there is none.
-  pure function curve_values(scene, curve) result(values)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: curve
-    real(wp), allocatable :: values(:)
-
-    values = [1.0_wp]
-    if (curve > 0) values = scene%curves(curve)%values
-  end function curve_values
-
-  pure function solid_bounds(scene) result(bounds)
-    type(scene_t), intent(in) :: scene
-    type(bounds_t) :: bounds
-    integer :: c, p
-
-    do p = 1, size(scene%blank%patches)
-      do c = 1, 3
-        associate (x => scene%blank%patches(p)%solid%points(:, :, :, c))
-          bounds%lower(c) = min(bounds%lower(c), minval(x))
-          bounds%upper(c) = max(bounds%upper(c), maxval(x))
-        end associate
-      end do
-    end do
-  end function solid_bounds
-
-  !> Bounds of all places of a tool, from its control points.
-  pure function swept_bounds(scene, i_tool) result(bounds)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: i_tool
-    type(bounds_t) :: bounds
-    real(wp) :: way(3, 2)
-    integer :: i, c
-
-    way = travel(scene, i_tool)
-    associate (tool => scene%tools(i_tool))
-      do i = 1, size(tool%surfaces)
-        do c = 1, 3
-          associate (points => tool%surfaces(i)%points(:, :, c))
-            bounds%lower(c) = min(bounds%lower(c), minval(points) + way(c, 1))
-            bounds%upper(c) = max(bounds%upper(c), maxval(points) + way(c, 2))
-          end associate
-        end do
-      end do
-    end associate
-  end function swept_bounds
 
 end module deck_check

@@ -15,15 +15,16 @@ module record_check
   private
 
   public :: check_records
-  public :: foreign_note, counterpart, lost_option
+  public :: foreign_note, counterpart
 
   integer, parameter :: most_errors = 20   ! of the data lines of one block; the rest is the same
 
-  character(*), parameter :: of_mesh(16) = [character(14) :: "NODE", "ELEMENT", "NSET", "ELSET", &
-    "NGEN", "NFILL", "NCOPY", "ELGEN", "ELCOPY", "PART", "END PART", "ASSEMBLY", "END ASSEMBLY", &
-    "INSTANCE", "END INSTANCE", "SYSTEM"]
-  character(*), parameter :: of_section(6) = [character(26) :: "SOLID SECTION", "SHELL SECTION", &
-    "SECTION CONTROLS", "HOURGLASS", "HOURGLASS STIFFNESS", "TRANSVERSE SHEAR STIFFNESS"]
+  character(*), parameter :: of_mesh(9) = [character(13) :: "NODE", "ELEMENT", "NGEN", "NFILL", &
+    "NCOPY", "ELGEN", "ELCOPY", "SOLID SECTION", "SHELL SECTION"]
+  character(*), parameter :: of_model(9) = [character(14) :: "NSET", "ELSET", "PART", "END PART", &
+    "ASSEMBLY", "END ASSEMBLY", "INSTANCE", "END INSTANCE", "SYSTEM"]
+  character(*), parameter :: of_section(4) = [character(26) :: "SECTION CONTROLS", "HOURGLASS", &
+    "HOURGLASS STIFFNESS", "TRANSVERSE SHEAR STIFFNESS"]
   character(*), parameter :: of_step(6) = [character(18) :: "STATIC", "CONTROLS", &
     "SOLUTION TECHNIQUE", "PREPRINT", "RESTART", "MONITOR"]
   character(*), parameter :: of_output(16) = [character(21) :: "USER OUTPUT VARIABLES", &
@@ -103,15 +104,7 @@ contains
     end do
     if (foreign_note(block) /= "") then
       record%spec = 0
-      if (lost_option(block) == "") then
-        call add_warning(errors, record%origin, "a keyword that is ignored here", &
-                         foreign_note(block))
-      else
-        call add_error(errors, record%origin, "the option "//lost_option(block)//", which "// &
-                       "is not honoured here", "none, and axes of the "// &
-                       "material by *ORIENTATION in *MATERIAL with *PLASTIC; a user's law "// &
-                       "works in x, y, z (see docs/user-materials.md)")
-      end if
+      call add_warning(errors, record%origin, "a keyword that is ignored here", foreign_note(block))
     end if
     if (record%spec > 0 .or. foreign_note(block) /= "") return
     if (counterpart(block%keyword) /= "") then
@@ -521,7 +514,7 @@ contains
     character(:), allocatable :: note
 
     note = ""
-    if (any(block%keyword == of_mesh)) then
+    if (any(block%keyword == of_model)) then
       note = "none, for the mesh is that of *BLANK"//passed_over
     else if (any(block%keyword == of_section)) then
       note = "none, for *BLANK names its material and consists of solid elements"//passed_over
@@ -538,24 +531,15 @@ contains
     end if
   end function foreign_note
 
-  !> An option of a keyword that would be passed over, but asks for what the result depends on;
-  !! empty if there is none.
-  pure function lost_option(block) result(option)
-    type(block_t), intent(in) :: block
-    character(:), allocatable :: option
-
-    option = ""
-    if (.not. any(block%keyword == of_section)) return
-    if (option_place(block, "ORIENTATION") > 0) option = "ORIENTATION"
-  end function lost_option
-
   !> What does here what a keyword of Abaqus does there; empty where nothing is known.
   pure function counterpart(keyword) result(hint)
     character(*), intent(in) :: keyword
     character(:), allocatable :: hint
 
     hint = ""
-    if (any(keyword == of_contact)) then
+    if (any(keyword == of_mesh)) then
+      hint = "*BLANK, which makes its own elements; the mesh of another program is not read"
+    else if (any(keyword == of_contact)) then
       hint = "*CONTACT PAIR, TOOL=name, with options such as FACE, FRICTION and DAMPING"
     else if (any(keyword == of_tools)) then
       hint = "*TOOL, which is rigid; MASS of *TOOL FORCE where a force moves it"

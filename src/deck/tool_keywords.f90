@@ -51,9 +51,10 @@ contains
                     "surfaces of a CAD file; OFFSET: those of another tool at a distance", &
                     choices="SURFACE|EXTRUDED|PLANE|CYLINDER|SPHERE|IGES|OFFSET")
     call add_option(table, "SIDE", kind_choice, "side of the surface on which the sheet lies: "// &
-                    "where the normal points (POSITIVE, if not given) or the other; "// &
-                    "not for OFFSET", &
-                    choices="POSITIVE|NEGATIVE", is_required=.false.)
+                    "where the normal points (POSITIVE), or the other, or where the blank is "// &
+                    "at the start, for each connected group of surfaces on its own (BLANK, if "// &
+                    "not given; POSITIVE for a tool that an OFFSET refers to); not for "// &
+                    "OFFSET", choices="BLANK|POSITIVE|NEGATIVE", is_required=.false.)
     call add_option(table, "COMPONENT OF", kind_name, "name of another *TOOL: this surface is "// &
                     "then one of that tool, and has no side, motion or contact of its own", &
                     is_required=.false., alias="PART OF")
@@ -196,7 +197,8 @@ contains
       associate (record => deck%records(found(i)), tool => scene%tools(i))
         tool%origin = record%origin
         tool%name = option_text(record, "NAME")
-        tool%side = merge(-1, 1, option_text(record, "SIDE") == "NEGATIVE")
+        if (option_text(record, "SIDE") == "POSITIVE") tool%side = 1
+        if (option_text(record, "SIDE") == "NEGATIVE") tool%side = -1
         allocate (tool%surfaces(0), tool%notes(0))
       end associate
       if (.not. is_offset(i)) &
@@ -489,6 +491,8 @@ contains
     else if (size(scene%tools(base)%surfaces) > 0) then
       tolerance = field_real(record, 1, 2)
       if (.not. tolerance > 0.0_wp) tolerance = usual*abs(distance)
+      ! The offset is made before the blank is known to lie on one side.
+      if (scene%tools(base)%side == 0) scene%tools(base)%side = 1
       call make_offset(record, scene%tools(base), distance, tolerance, scene%tools(tool), errors)
       scene%tools(tool)%offset_of = base
       if (record%n_lines < 2) return

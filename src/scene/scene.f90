@@ -86,7 +86,8 @@ module scene
     character(:), allocatable :: name
     type(nurbs_surface_t), allocatable :: surfaces(:)
     type(string_t), allocatable :: notes(:) !! lines for the log: what came from which file
-    integer :: side = 1                     !! +1: the sheet lies on the side of xi x eta
+    integer :: side = 0                     !! +1: the sheet lies on the side of xi x eta, -1: on
+                                            !! the other; 0: where the blank is
     integer :: offset_of = 0                !! tool whose offset it is, index into `tools`; 0: none
     real(wp) :: placing(3) = 0.0_wp         !! direction to put it against the sheet; 0: not
     real(wp) :: clearance = 0.0_wp          !! smallest distance to the sheet then [length]

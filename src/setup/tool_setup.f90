@@ -8,6 +8,7 @@ module tool_setup
   use nurbs_solid, only: nurbs_solid_t, evaluate_solid, solid_face
   use scene, only: scene_t, blank_spec_t, tool_spec_t
   use tool, only: tool_t, new_tool
+  use tool_side, only: face_the_blank
   use least_distance, only: distance_search_t, new_distance_search, find_least_distance, &
                             follow_least_distance
   implicit none
@@ -43,13 +44,15 @@ contains
     allocate (tools(size(scene%tools)))
     do t = 1, size(scene%tools)
       associate (spec => scene%tools(t))
-        call new_tool(tools(t), spec%name, spec%surfaces, spec%side, reach, error)
+        call new_tool(tools(t), spec%name, spec%surfaces, merge(spec%side, 1, spec%side /= 0), &
+                      reach, error)
         if (allocated(error)) then
           call add_error(errors, spec%origin, error%message, "a usable tool surface")
           cycle
         end if
         if (any(abs(spec%placing) > 0.0_wp)) &
           call place_tool(scene, spec, tools(t), shifts(:, t), errors)
+        if (spec%side == 0) call turn_tool(scene%blank, tools(t))
       end associate
     end do
     if (n_errors(errors) > before) return
@@ -62,6 +65,23 @@ contains
       end associate
     end do
   end subroutine start_tools
+
+  !> Make the side that faces the blank the active one.
+  subroutine turn_tool(blank, tool)
+    type(blank_spec_t), intent(in) :: blank
+    type(tool_t), intent(inout) :: tool
+    type(nurbs_surface_t), allocatable :: surfaces(:)
+    type(error_t), allocatable :: error
+    type(tool_t) :: turned
+    integer :: side
+
+    surfaces = tool%surfaces
+    call face_the_blank(blank, surfaces, tool%search_distance, side)
+    ! Cannot be rejected: it was taken the other way round.
+    call new_tool(turned, tool%name, surfaces, side, tool%search_distance, error)
+    turned%n_reversed = tool%n_reversed
+    tool = turned
+  end subroutine turn_tool
 
   !> Put a tool against the sheet as the deck wants it.
   subroutine place_tool(scene, spec, tool, shift, errors)

@@ -4,10 +4,11 @@
 !! label does not name is composed of length, mass and time; without a label the quantities
 !! themselves stand for their units.
 module unit_system
+  use kinds, only: wp
   implicit none
   private
 
-  public :: unit_system_t, new_unit_system, unit_of
+  public :: unit_system_t, new_unit_system, unit_of, size_in_si
 
   !> Symbols of a deck's units.
   type :: unit_system_t
@@ -80,6 +81,28 @@ contains
       unit = "1"
     end select
   end function unit_of
+
+  !> Size of a unit of length, mass, time or stress in SI units; 0 for any other text.
+  pure real(wp) function size_in_si(symbol) result(size)
+    character(*), intent(in) :: symbol
+
+    select case (symbol)
+    case ("m", "kg", "s", "Pa"); size = 1.0_wp
+    case ("cm"); size = 1.0e-2_wp
+    case ("mm", "g", "ms"); size = 1.0e-3_wp
+    case ("um", "us", "mg"); size = 1.0e-6_wp
+    case ("in"); size = 0.0254_wp
+    case ("ft"); size = 0.3048_wp
+    case ("t", "Mg", "tonne", "kPa"); size = 1.0e3_wp
+    case ("lb"); size = 0.45359237_wp
+    case ("slug"); size = 14.5939029_wp
+    case ("MPa"); size = 1.0e6_wp
+    case ("GPa"); size = 1.0e9_wp
+    case ("psi"); size = 6894.757293_wp
+    case ("ksi"); size = 6894757.293_wp
+    case default; size = 0.0_wp
+    end select
+  end function size_in_si
 
   pure subroutine place_symbol(units, symbol)
     type(unit_system_t), intent(inout) :: units

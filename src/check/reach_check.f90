@@ -1,0 +1,217 @@
+!> Whether tools come to the blank and lie on it as tools should: tools that never reach it or move
+!! away from it, tools behind whose surface it lies, faces that look away from their tool, and
+!! edges of tools that touch the sheet inside its outline.
+module reach_check
+  use kinds, only: wp
+  use text, only: rounded_text, place_text
+  use input_errors, only: origin_t, error_list_t, add_warning, add_error
+  use scene, only: scene_t
+  use model, only: model_t
+  use contact_effect, only: contact_view_t, contact_pairs
+  use tool, only: tool_t
+  use least_distance, only: distance_search_t, new_distance_search, find_least_distance
+  use sheet_target, only: sheet_target_t, new_sheet_target
+  use sweep, only: frame_t, frames_of, in_tool
+  use closest_point, only: hit_t, is_beside
+  use tool_search, only: search_all_faces
+  use approach, only: approach_t, edge_t, find_approach, rest_on_sheet
+  use travel, only: blank_reach, force_motion
+  implicit none
+  private
+
+  public :: check_reach, meeting_t, meetings_of
+
+  !> A tool against a face of the blank, and how it comes there.
+  type :: meeting_t
+    integer :: tool = 0
+    integer :: face = 0
+    integer :: first_step = 1                 !! of the deck, from which on they may touch
+    type(origin_t) :: origin                  !! of the *CONTACT PAIR
+    type(frame_t), allocatable :: frames(:)
+    real(wp) :: way = 0.0_wp                  !! of a tool that a force moves, to the sheet
+    type(approach_t) :: approach
+  end type meeting_t
+
+contains
+
+  !> Follow all tools of contact pairs on their way to the blank that lies as at the start.
+  function meetings_of(scene, model, thickness) result(meetings)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in), target :: model
+    real(wp), intent(in) :: thickness         !! [length]
+    type(meeting_t), allocatable :: meetings(:)
+    type(sheet_target_t) :: targets(6)
+    type(contact_view_t), allocatable :: pairs(:)
+    type(meeting_t) :: meeting
+    integer :: i, k
+
+    allocate (meetings(0))
+    pairs = [contact_pairs(model%forces), contact_pairs(model%later_forces)]
+    do i = 1, size(pairs)
+      associate (pair => pairs(i)%pair)
+        if (any(meetings%tool == pair%tool .and. meetings%face == pair%face)) cycle
+        associate (target => targets(pair%face), tool => model%bodies%tools(pair%tool))
+          if (target%face == 0) call new_sheet_target(model%bodies%blank, pair%face, thickness, &
+                                                      target)
+          if (target%face == 0) cycle
+          meeting%tool = pair%tool
+          meeting%face = pair%face
+          meeting%first_step = pair%first_step
+          k = findloc(scene%contacts%tool, pair%tool, dim=1)
+          meeting%origin = scene%contacts(k)%origin
+          meeting%way = 0.0_wp
+          meeting%frames = frames_of(model, pair%tool)
+          k = force_motion(scene, pair%tool)
+          if (k > 0 .and. size(meeting%frames) == 1) &
+            call rest_on_sheet(tool, direction_of(scene%motions(k)%vector), target, &
+                               meeting%frames(1), meeting%way)
+          call find_approach(tool, meeting%frames, target, meeting%approach)
+        end associate
+      end associate
+      meetings = [meetings, meeting]
+    end do
+  end function meetings_of
+
+  pure function direction_of(vector) result(direction)
+    real(wp), intent(in) :: vector(3)
+    real(wp) :: direction(3)
+
+    direction = vector/max(norm2(vector), tiny(1.0_wp))
+  end function direction_of
+
+  !> Report what is wrong with the meetings of a scene.
+  subroutine check_reach(scene, model, meetings, errors)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(meeting_t), intent(in) :: meetings(:)
+    type(error_list_t), intent(inout) :: errors
+    integer :: i
+
+    do i = 1, size(meetings)
+      associate (meeting => meetings(i), approach => meetings(i)%approach, &
+                 tool => model%bodies%tools(meetings(i)%tool))
+        if (meeting%first_step == 1 .and. approach%is_behind) then
+          call add_error(errors, scene%tools(meeting%tool)%origin, "the tool '"//tool%name// &
+                         "', behind whose surface the blank lies, "// &
+                         rounded_text(approach%at_start)//" away", "the other SIDE")
+          cycle
+        end if
+        if (meeting%first_step == 1 .and. approach%is_averted) call add_warning(errors, &
+          meeting%origin, "a face of the blank that looks away from the tool '"//tool%name//"'", &
+          "the opposite FACE, or no FACE: the one that faces the tool is then chosen")
+        call check_edges(scene, model, meetings, i, errors)
+        call check_distance(scene, model, meeting, errors)
+      end associate
+    end do
+  end subroutine check_reach
+
+  !> Warn of the edge of a tool beyond which the blank extends farthest, without another tool that
+  !! faces the same side of it there, as the punch does in the opening of a holder.
+  subroutine check_edges(scene, model, meetings, i, errors)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(meeting_t), intent(in) :: meetings(:)
+    integer, intent(in) :: i
+    type(error_list_t), intent(inout) :: errors
+    type(edge_t) :: worst
+    logical :: is_followed
+    integer :: k, j
+
+    do k = 1, size(meetings(i)%approach%edges)
+      associate (edge => meetings(i)%approach%edges(k))
+        if (edge%overhang <= worst%overhang) cycle
+        is_followed = .false.
+        do j = 1, size(meetings)
+          if (j == i .or. meetings(j)%face /= meetings(i)%face .or. is_followed) cycle
+          is_followed = faces(model%bodies%tools(meetings(j)%tool), meetings(j)%frames(1), edge)
+        end do
+        if (.not. is_followed) worst = edge
+      end associate
+    end do
+    if (worst%overhang > 0.0_wp) call add_warning(errors, &
+      scene%tools(meetings(i)%tool)%origin, "an edge of the tool '"// &
+      scene%tools(meetings(i)%tool)%name//"' that touches the sheet at "// &
+      place_text(worst%x)//", time "//rounded_text(worst%time)//": the blank extends "// &
+      rounded_text(worst%overhang)//" beyond it", &
+      "a tool that is larger than the blank, or whose edge turns away from it")
+  end subroutine check_edges
+
+  !> Does a tool lie above the blank where it extends beyond an edge of another?
+  logical function faces(tool, frame, edge)
+    type(tool_t), intent(in) :: tool
+    type(frame_t), intent(in) :: frame
+    type(edge_t), intent(in) :: edge
+    integer, parameter :: n_samples = 8
+    real(wp), parameter :: alike = 0.5_wp    ! cosine between the two tools
+    type(hit_t) :: hit
+    integer :: k
+
+    faces = .false.
+    do k = 1, n_samples
+      call search_all_faces(tool, in_tool(frame, edge%x + edge%overhang*k/n_samples*edge%outward), &
+                            hit)
+      faces = faces .or. (.not. is_beside(tool, hit, 0.0_wp) .and. &
+                          dot_product(matmul(frame%rotation, hit%normal), edge%normal) > alike)
+    end do
+  end function faces
+
+  !> A tool that does not touch the blank at rest must be met by a blank that others carry.
+  subroutine check_distance(scene, model, meeting, errors)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(meeting_t), intent(in) :: meeting
+    type(error_list_t), intent(inout) :: errors
+    real(wp), parameter :: clearly = 1.0e-3_wp
+    character(:), allocatable :: found
+    real(wp) :: away, gone
+
+    if (force_motion(scene, meeting%tool) > 0) return
+    found = ""
+    associate (tool => scene%tools(meeting%tool), approach => meeting%approach)
+      if (.not. approach%has_touched) then
+        away = least_distance_of(model, meeting)
+        if (away > blank_reach(scene, meeting%tool, approach%toward)) found = "the tool '"// &
+          tool%name//"', which never reaches the blank: it comes within "//rounded_text(away)
+      end if
+      gone = approach%at_end - approach%at_start
+      if (found == "" .and. .not. approach%is_pressed .and. approach%nearest == 1 .and. &
+          gone > clearly*approach%at_end) then
+        if (gone > blank_reach(scene, meeting%tool, approach%toward_end)) &
+          found = "the tool '"//tool%name//"', which moves away from the blank"
+      end if
+      if (found /= "") call add_warning(errors, tool%origin, found, &
+                                        "a *TOOL MOTION towards the blank")
+    end associate
+  end subroutine check_distance
+
+  !> Smallest distance of the tool and all of the blank at the position that sampled points found
+  !! nearest.
+  real(wp) function least_distance_of(model, meeting) result(distance)
+    type(model_t), intent(in) :: model
+    type(meeting_t), intent(in) :: meeting
+    type(distance_search_t) :: search
+    real(wp) :: doubt
+    integer :: p
+
+    associate (parts => model%bodies%blank%parts, tool => model%bodies%tools(meeting%tool), &
+               frame => meeting%frames(meeting%approach%nearest))
+      distance = meeting%approach%least
+      if (any(abs(frame%rotation - identity()) > 0.0_wp)) return
+      call new_distance_search(search, [(parts(p)%element%surface(meeting%face), &
+                                         p=1, size(parts))], tool)
+      call find_least_distance(search, tool, frame%displacement, 0.0_wp, 0.0_wp, distance, doubt)
+      distance = distance - doubt
+    end associate
+  end function least_distance_of
+
+  pure function identity() result(matrix)
+    real(wp) :: matrix(3, 3)
+    integer :: i
+
+    matrix = 0.0_wp
+    do i = 1, 3
+      matrix(i, i) = 1.0_wp
+    end do
+  end function identity
+
+end module reach_check

@@ -1,0 +1,47 @@
+!> All checks of a set-up that need the model: what would run, but not as it is meant.
+module setup_check
+  use kinds, only: wp
+  use text, only: string_t
+  use input_errors, only: error_list_t
+  use scene, only: scene_t
+  use model, only: model_t
+  use tool_setup, only: sheet_thickness
+  use unit_check, only: check_units
+  use shape_check, only: check_shape
+  use reach_check, only: meeting_t, meetings_of, check_reach
+  use effort_check, only: check_effort, effort_lines
+  use step_check, only: check_motion, check_friction, check_forces, check_supports
+  implicit none
+  private
+
+  public :: check_setup
+
+contains
+
+  !> Add warnings, and errors where the run could only be wrong. `lines` say how large the forces of
+  !! inertia are.
+  subroutine check_setup(scene, model, errors, lines)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(error_list_t), intent(inout) :: errors
+    type(string_t), allocatable, intent(out) :: lines(:)
+    type(meeting_t), allocatable :: meetings(:)
+    real(wp) :: thickness
+    integer :: t
+
+    thickness = sheet_thickness(scene%blank)
+    call check_units(scene, thickness, errors)
+    call check_motion(scene, errors)
+    call check_friction(scene, errors)
+    call check_supports(scene, errors)
+    do t = 1, size(scene%tools)
+      call check_shape(model%bodies%tools(t), thickness, scene%tools(t)%origin, errors)
+    end do
+    meetings = meetings_of(scene, model, thickness)
+    call check_reach(scene, model, meetings, errors)
+    call check_forces(scene, meetings, errors)
+    call check_effort(scene, model, meetings, thickness, errors)
+    lines = effort_lines(scene, model, meetings, thickness)
+  end subroutine check_setup
+
+end module setup_check

@@ -1,0 +1,160 @@
+!> Whether the surfaces of a tool are shapes that a sheet can lie on: not folded over themselves,
+!! without gaps and overlaps where they meet.
+module shape_check
+  use kinds, only: wp
+  use failure, only: error_t
+  use text, only: rounded_text, place_text
+  use input_errors, only: origin_t, error_list_t, add_warning
+  use surface_grid, only: lines
+  use nurbs_surface, only: nurbs_surface_t, evaluate_surface
+  use tool, only: tool_t, new_tool
+  use linear_algebra, only: cross
+  use tool_face, only: unit_normal, face_position
+  use closest_point, only: hit_t, is_beside
+  use tool_search, only: search_all_faces
+  use tool_points, only: tool_point_t, border_points, length_along
+  implicit none
+  private
+
+  public :: check_shape, find_fold, find_misfits, misfit_t
+
+  !> The worst of a kind.
+  type :: misfit_t
+    real(wp) :: size = 0.0_wp                 !! [length]; 0: none
+    real(wp) :: x(3) = 0.0_wp
+    integer :: surfaces(2) = 0
+  end type misfit_t
+
+  integer, parameter :: n_parts = 4           !! of a knot span, between which normals are compared
+  real(wp), parameter :: flipped = -0.5_wp    !! cosine between two of them, 120 degrees
+  real(wp), parameter :: sewn = 0.01_wp       !! distance, of the thickness, that counts as none
+  real(wp), parameter :: aligned = 0.7_wp     !! cosine between surfaces that lie on each other
+
+  real(wp), parameter :: along = 0.3_wp       !! cosine of a way to the edge that it runs along
+
+contains
+
+  !> Warn of folds, gaps and overlaps of a tool.
+  subroutine check_shape(tool, thickness, origin, errors)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: thickness         !! of the blank [length]
+    type(origin_t), intent(in) :: origin
+    type(error_list_t), intent(inout) :: errors
+    type(misfit_t) :: gap, overlap
+    real(wp) :: x(3)
+    logical :: is_folded
+    integer :: s
+
+    do s = 1, size(tool%surfaces)
+      call find_fold(tool%surfaces(s), is_folded, x)
+      if (.not. is_folded) cycle
+      call add_warning(errors, origin, "the tool '"//tool%name//"', whose surface folds over "// &
+                       "itself at "//place_text(x)//": its normal flips", &
+                       "a surface without folds; an offset must stay below the smallest radius")
+      exit
+    end do
+    if (size(tool%surfaces) == 1) return
+    call find_misfits(tool, thickness, gap, overlap)
+    if (gap%size > 0.0_wp) call add_warning(errors, origin, "a gap of "// &
+      rounded_text(gap%size)//" between two surfaces of the tool '"//tool%name//"' at "// &
+      place_text(gap%x), "surfaces that meet to within a hundredth of the thickness, "// &
+      rounded_text(sewn*thickness))
+    if (overlap%size > 0.0_wp) call add_warning(errors, origin, "two surfaces of the tool '"// &
+      tool%name//"' that overlap by "//rounded_text(overlap%size)//" at "// &
+      place_text(overlap%x), "surfaces that meet at their edges")
+  end subroutine check_shape
+
+  !> Does the normal of a surface flip inside a knot span? There lies a fold.
+  pure subroutine find_fold(surface, is_folded, x)
+    type(nurbs_surface_t), intent(in) :: surface
+    logical, intent(out) :: is_folded
+    real(wp), intent(out) :: x(3)             !! where it is
+    real(wp), allocatable :: xi(:), eta(:), normals(:, :, :)
+    real(wp) :: d1(3, 2)
+    integer :: i, j
+
+    xi = lines(surface%axes(1), n_parts)
+    eta = lines(surface%axes(2), n_parts)
+    allocate (normals(3, size(xi), size(eta)))
+    is_folded = .false.
+    do j = 1, size(eta)
+      do i = 1, size(xi)
+        call evaluate_surface(surface, [xi(i), eta(j)], x, d1)
+        normals(:, i, j) = unit_normal(d1)
+        if (i > 1) is_folded = dot_product(normals(:, i, j), normals(:, i - 1, j)) < flipped
+        if (is_folded) return
+        if (j > 1) is_folded = dot_product(normals(:, i, j), normals(:, i, j - 1)) < flipped
+        if (is_folded) return
+      end do
+    end do
+  end subroutine find_fold
+
+  !> The widest gap and the widest overlap between surfaces of a tool, up to a sheet thickness: what
+  !! is farther apart is meant to be.
+  subroutine find_misfits(tool, thickness, gap, overlap)
+    type(tool_t), intent(in) :: tool
+    real(wp), intent(in) :: thickness         !! [length]
+    type(misfit_t), intent(out) :: gap, overlap
+    type(tool_t) :: pieces(size(tool%surfaces))
+    type(tool_point_t), allocatable :: border(:)
+    type(error_t), allocatable :: error
+    integer :: a, i
+
+    do a = 1, size(pieces)
+      call new_tool(pieces(a), tool%name, tool%surfaces(a:a), tool%side, &
+                    tool%search_distance, error)
+      if (allocated(error)) return
+    end do
+    do a = 1, size(pieces)
+      border = border_points(pieces(a))
+      do i = 1, size(border)
+        call compare(pieces, a, border(i), thickness, gap, overlap)
+      end do
+    end do
+  end subroutine find_misfits
+
+  !> A point of an edge of surface a against all other surfaces.
+  subroutine compare(pieces, a, point, thickness, gap, overlap)
+    type(tool_t), intent(in) :: pieces(:)
+    integer, intent(in) :: a
+    type(tool_point_t), intent(in) :: point
+    real(wp), intent(in) :: thickness
+    type(misfit_t), intent(inout) :: gap, overlap
+    type(hit_t) :: hit, nearest
+    real(wp) :: width
+    integer :: b, neighbour
+
+    neighbour = 0
+    do b = 1, size(pieces)
+      if (a == b .or. any(point%x < pieces(b)%box(:, 1) - thickness) .or. &
+          any(point%x > pieces(b)%box(:, 2) + thickness)) cycle
+      call search_all_faces(pieces(b), point%x, hit)
+      if (hit%distance > thickness) cycle
+      if (hit%distance < nearest%distance) then
+        nearest = hit
+        neighbour = b
+      end if
+      if (is_beside(pieces(b), hit, 0.0_wp) .or. &
+          abs(dot_product(hit%normal, point%normal)) < aligned) cycle
+      width = length_along(pieces(b), point%x, -point%outward, sewn*thickness)
+      if (width > overlap%size) overlap = misfit_t(width, point%x, [a, b])
+    end do
+    if (neighbour == 0 .or. nearest%distance <= max(gap%size, sewn*thickness)) return
+    if (is_across(pieces(neighbour), nearest, point)) &
+      gap = misfit_t(nearest%distance, point%x, [a, neighbour])
+  end subroutine compare
+
+  !> Does the way to what is nearest run across the edge? Along it lies a corner that is no
+  !! neighbour.
+  pure logical function is_across(surface, hit, point)
+    type(tool_t), intent(in) :: surface
+    type(hit_t), intent(in) :: hit
+    type(tool_point_t), intent(in) :: point
+    real(wp) :: way(3)
+
+    way = face_position(surface%orders, surface%coefficients(:, :, :, hit%face), hit%at) - point%x
+    is_across = abs(dot_product(way, cross(point%normal, point%outward))) &
+                < along*hit%distance
+  end function is_across
+
+end module shape_check

@@ -1,0 +1,142 @@
+!> Points of a tool that are compared with the blank or with other surfaces.
+module tool_points
+  use kinds, only: wp
+  use tool, only: tool_t
+  use tool_face, only: face_derivatives, unit_normal
+  use closest_point, only: hit_t, is_beside
+  use tool_search, only: search_all_faces
+  implicit none
+  private
+
+  public :: tool_point_t, inner_points, border_points, length_along
+
+  !> A point of a tool in the tool's own frame.
+  type :: tool_point_t
+    real(wp) :: x(3) = 0.0_wp
+    real(wp) :: normal(3) = 0.0_wp            !! unit, towards the sheet
+    real(wp) :: outward(3) = 0.0_wp           !! unit, along the tool and out of it, at an edge
+  end type tool_point_t
+
+  integer, parameter :: most_points = 400     !! inside, and as many at edges
+  integer, parameter :: per_edge = 3          !! along an edge of a face
+
+contains
+
+  !> Points spread over the faces of a tool.
+  pure function inner_points(tool) result(points)
+    type(tool_t), intent(in) :: tool
+    type(tool_point_t), allocatable :: points(:)
+    integer :: every, per_side, n, f, i, j
+
+    every = (tool%n_faces + most_points - 1)/most_points
+    n = (tool%n_faces + every - 1)/every
+    per_side = max(1, int(sqrt(real(most_points, wp)/n)))
+    allocate (points(n*per_side**2))
+    n = 0
+    do f = 1, tool%n_faces, every
+      do j = 1, per_side
+        do i = 1, per_side
+          n = n + 1
+          points(n) = point_of(tool, f, [i - 0.5_wp, j - 0.5_wp]/per_side)
+        end do
+      end do
+    end do
+  end function inner_points
+
+  !> Points of the edges beyond which the tool has no face, of every n-th edge if these are many.
+  pure function border_points(tool) result(points)
+    type(tool_t), intent(in) :: tool
+    type(tool_point_t), allocatable :: points(:)
+    real(wp) :: at(2)
+    integer :: n, every, f, e, i, d
+
+    n = count(tool%neighbours == 0)
+    every = (per_edge*n + most_points - 1)/most_points
+    if (n == 0) every = 1
+    allocate (points(0))
+    n = 0
+    do f = 1, tool%n_faces
+      do e = 1, 4
+        if (tool%neighbours(e, f) /= 0) cycle
+        n = n + 1
+        if (mod(n, every) /= 0) cycle
+        d = (e + 1)/2
+        do i = 1, per_edge
+          at(d) = merge(0.0_wp, 1.0_wp, mod(e, 2) == 1)
+          at(3 - d) = (i - 1.0_wp)/(per_edge - 1)
+          points = [points, edge_point(tool, f, at, d)]
+        end do
+      end do
+    end do
+    points = pack(points, lengths_of(points) > 0.0_wp)
+  end function border_points
+
+  pure function lengths_of(points) result(length)
+    type(tool_point_t), intent(in) :: points(:)
+    real(wp) :: length(size(points))
+    integer :: i
+
+    length = [(norm2(points(i)%outward)*norm2(points(i)%normal), i=1, size(points))]
+  end function lengths_of
+
+  pure function point_of(tool, face, at) result(point)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: face
+    real(wp), intent(in) :: at(2)             !! local coordinates
+    type(tool_point_t) :: point
+    real(wp) :: d1(3, 2), d2(3, 3)
+
+    call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), at, point%x, d1, d2)
+    point%normal = tool%side*unit_normal(d1)
+  end function point_of
+
+  !> A point of an edge across which coordinate `d` ends; no direction where the edge has shrunk.
+  pure function edge_point(tool, face, at, d) result(point)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: face, d
+    real(wp), intent(in) :: at(2)
+    type(tool_point_t) :: point
+    real(wp) :: d1(3, 2), d2(3, 3), along(3), out(3)
+
+    call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), at, point%x, d1, d2)
+    point%normal = tool%side*unit_normal(d1)
+    along = d1(:, 3 - d)
+    if (.not. norm2(along) > 0.0_wp) return
+    along = along/norm2(along)
+    out = merge(1.0_wp, -1.0_wp, at(d) > 0.5_wp)*d1(:, d)
+    out = out - dot_product(out, along)*along
+    if (norm2(out) > 0.0_wp) point%outward = out/norm2(out)
+  end function edge_point
+
+  !> How far a surface goes on from a point near it in a direction, to within `step`; 0 if less.
+  real(wp) function length_along(surface, x, direction, step) result(length)
+    type(tool_t), intent(in) :: surface
+    real(wp), intent(in) :: x(3)
+    real(wp), intent(in) :: direction(3)      !! unit vector
+    real(wp), intent(in) :: step              !! [length]
+    real(wp) :: trial
+
+    length = 0.0_wp
+    trial = step
+    do while (is_on_surface(trial))
+      length = trial
+      trial = 2*trial
+    end do
+    trial = trial/4
+    do while (trial > step .and. length > 0.0_wp)
+      if (is_on_surface(length + trial)) length = length + trial
+      trial = trial/2
+    end do
+  contains
+
+    logical function is_on_surface(way)
+      real(wp), intent(in) :: way
+      type(hit_t) :: hit
+
+      call search_all_faces(surface, x + way*direction, hit)
+      is_on_surface = way < 4*surface%scale .and. .not. is_beside(surface, hit, 0.0_wp)
+    end function is_on_surface
+
+  end function length_along
+
+end module tool_points

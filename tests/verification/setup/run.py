@@ -1,0 +1,176 @@
+"""Deliberate mistakes in a set-up, each with the finding that `--check` must report.
+
+Usage: run.py PROGRAM. Every mistake changes draw.key, which has none, by parameters or by text.
+"""
+import pathlib
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass, field
+
+DECK = (pathlib.Path(__file__).resolve().parent / "draw.key").read_text()
+
+
+@dataclass
+class Mistake:
+    name: str
+    at: str                                     # text of the line that the finding must name
+    words: list                                 # that its line must contain
+    set: list = field(default_factory=list)     # parameters
+    text: list = field(default_factory=list)    # (old, new)
+    level: str = "warning"
+
+
+DIE, PUNCH, HOLDER = ("*TOOL, NAME=" + name for name in ("die", "punch", "holder"))
+MATERIAL, BLANK = "*MATERIAL, NAME=steel", "*BLANK, NAME=sheet"
+MOTION, FORCE = "*TOOL MOTION, TOOL=punch", "*TOOL FORCE, TOOL=holder"
+PIECE = """*TOOL, NAME=tail, TYPE=PLANE, COMPONENT OF=die
+{x}, 0, 22
+20, 0, 0
+0, 0, -23
+"""
+SHORT_DIE = [("70, 0, 0\n100, 0, 0", "55, 0, 0\n60, 0, 0"), (PUNCH, PIECE.format(x="{x}") + PUNCH)]
+
+
+def die_in_two(x):
+    """The flange of the die ends at 60 and a second surface begins at x."""
+    return [(old, new.format(x=x)) for old, new in SHORT_DIE]
+
+
+MISTAKES = [
+    Mistake("density in kg/m3", MATERIAL, ["density", "kg/m3", "7.850E-09"], ["density=7850"]),
+    Mistake("density in g/mm3", MATERIAL, ["wave speed", "m/s"], ["density=7.85e-3"]),
+    Mistake("modulus in GPa", MATERIAL, ["Young's modulus", "GPa", "2.100E+05"], ["young=210"]),
+    Mistake("modulus in Pa", MATERIAL, ["Young's modulus", "2.100E+05"], ["young=2.1e11"]),
+    Mistake("two systems of units without a label", MATERIAL, ["m, kg, s, Pa", "mm, t, s, MPa"],
+            ["density=7850"], [("*UNITS\nmm, t, s, N, MPa, mJ\n", "")]),
+    Mistake("lengths in metres", BLANK, ["thick", "mm"], ["thickness=0.001"]),
+    Mistake("lengths in micrometres", BLANK, ["thick", "mm"],
+            text=[("mm, t, s, N, MPa, mJ", "m, kg, s"), ("7.85e-9", "7850"),
+                  ("young = 210000", "young = 2.1e11"), ("thickness = 1\n", "thickness = 1\n")]),
+    Mistake("stroke that ends above the sheet", PUNCH, ["punch", "never reaches"],
+            ["stroke=5"], [("<punch_x + 15>, <thickness>", "<punch_x + 15>, <thickness + 9>"),
+                           ("<punch_x - 2>, <thickness>", "<punch_x - 2>, <thickness + 9>"),
+                           ("<punch_x + 32>, <thickness>", "<punch_x + 32>, <thickness + 9>"),
+                           ("<punch_x + 38>, <thickness>, 0", "<punch_x + 38>, <thickness + 9>, 0"),
+                           ("<punch_x + 38>, <thickness + 6>",
+                            "<punch_x + 38>, <thickness + 15>")]),
+    Mistake("punch beside the sheet", PUNCH, ["punch", "never reaches"], ["punch_x=200"]),
+    Mistake("punch that moves up", PUNCH, ["punch", "moves away"],
+            text=[("0, <-speed>, 0", "0, <speed>, 0"), (PUNCH, PUNCH)]),
+    Mistake("nothing that moves", DIE, ["no tool that moves", "*TOOL MOTION"],
+            text=[("*TOOL MOTION, TOOL=punch, AMPLITUDE=stroke\n0, <-speed>, 0\n", "")]),
+    Mistake("die narrower than the sheet", DIE, ["die", "beyond"], ["die_end=15"]),
+    Mistake("sheet wider than the die", DIE, ["die", "beyond"], ["length=120", "holder_end=130"]),
+    Mistake("holder shorter than the sheet", HOLDER, ["holder", "beyond"], ["holder_end=80"]),
+    Mistake("side of the punch", PUNCH, ["punch", "SIDE"], level="error",
+            text=[("*TOOL, NAME=punch, TYPE=EXTRUDED, SIDE=POSITIVE",
+                   "*TOOL, NAME=punch, TYPE=EXTRUDED, SIDE=NEGATIVE"),
+                  ("<punch_x - 2>, <thickness>, 0", "<punch_x - 2>, <thickness + 9>, 0"),
+                  ("<punch_x + 15>, <thickness>, 0", "<punch_x + 15>, <thickness + 9>, 0"),
+                  ("<punch_x + 32>, <thickness>, 0", "<punch_x + 32>, <thickness + 9>, 0"),
+                  ("<punch_x + 38>, <thickness>, 0", "<punch_x + 38>, <thickness + 9>, 0"),
+                  ("<punch_x + 38>, <thickness + 6>", "<punch_x + 38>, <thickness + 15>")]),
+    Mistake("side of the die, which touches", "*CONTACT PAIR, TOOL=die", ["die", "SIDE"],
+            level="error", text=[("TYPE=EXTRUDED, SIDE=NEGATIVE", "TYPE=EXTRUDED, SIDE=POSITIVE")]),
+    Mistake("face that looks away", "*CONTACT PAIR, TOOL=die", ["looks away", "FACE"],
+            text=[("TOOL=die, FACE=Y_MIN", "TOOL=die, FACE=Y_MAX")]),
+    Mistake("tool folded over itself", DIE, ["die", "folds over itself"],
+            text=[("40, -40, 0\n", "40, 10, 0\n"), ("40, -6, 0\n", "40, -70, 0\n")]),
+    Mistake("gap in the die", DIE, ["gap", "5.000E-01"], text=die_in_two(60.5)),
+    Mistake("overlap in the die", DIE, ["overlap", "die"], text=die_in_two(57)),
+    Mistake("punch too fast", MOTION, ["punch", "impact", "speed of at most"],
+            ["speed=40000"], [("0, 0, <0.1*time>, 1, <0.9*time>, 1, <time>, 0", "0, 1")]),
+    Mistake("punch that starts too soon", MOTION, ["punch", "accelerates", "speed of at most"],
+            ["speed=100000", "stroke=20"]),
+    Mistake("no friction under the holder", "*CONTACT PAIR, TOOL=holder", ["friction", "holder"],
+            text=[("TOOL=holder, FACE=Y_MAX, FRICTION=0.1", "TOOL=holder, FACE=Y_MAX")]),
+    Mistake("springback without supports", "*DYNAMIC, EXPLICIT\n0.01", ["leave free", "motion in y"],
+            text=[("*BOUNDARY\nnear, 2, 3\n", "")]),
+    Mistake("springback clamped", "near, 2, 3", ["near", "cannot spring back"],
+            text=[("OPERATION=INTERSECTION\nX_MIN\nZ_MIN", "OPERATION=INTERSECTION\nX_MIN\nX_MIN")]),
+    Mistake("holder drawn away", FORCE, ["holder", "away"], ["holder_force=2000"]),
+    Mistake("holder beside the sheet", FORCE, ["holder", "beside"],
+            text=[("42, <thickness>, -1\n", "142, <thickness>, -1\n")]),
+    Mistake("holder too heavy and too far", FORCE, ["holder", "longer than the step"],
+            text=[(FORCE, FORCE + ", MASS=1"), ("42, <thickness>, -1", "42, <thickness + 20>, -1")]),
+    Mistake("tool without a pair", HOLDER, ["holder", "*CONTACT PAIR"],
+            text=[("*CONTACT PAIR, TOOL=holder, FACE=Y_MAX, FRICTION=0.1\n", ""),
+                  (FORCE + "\n0, <holder_force>, 0\n", "")]),
+    Mistake("an Abaqus mesh: nodes", "*NODE", ["*BLANK"], level="error",
+            text=[("*BOUNDARY\nX_MIN", "*NODE\n1, 0, 0, 0\n*BOUNDARY\nX_MIN")]),
+    Mistake("an Abaqus mesh: elements", "*ELEMENT", ["*BLANK"], level="error",
+            text=[("*BOUNDARY\nX_MIN",
+                   "*ELEMENT, TYPE=S4R\n1, 1, 2, 3, 4\n*BOUNDARY\nX_MIN")]),
+    Mistake("an Abaqus section", "*SHELL SECTION", ["*BLANK"], level="error",
+            text=[("*BOUNDARY\nX_MIN",
+                   "*SHELL SECTION, ELSET=all, MATERIAL=steel\n1.0\n*BOUNDARY\nX_MIN")]),
+]
+
+
+def check(program, deck, *options):
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "draw.key"
+        path.write_text(deck)
+        return subprocess.run([program, str(path), "--check", *options], capture_output=True,
+                              text=True, timeout=120, cwd=folder, check=False)
+
+
+def complaint_about(program, mistake):
+    """What is wrong with the report of a mistake, or None."""
+    deck = DECK
+    for old, new in mistake.text:
+        if old not in deck:
+            return f"the deck has no '{old}'"
+        deck = deck.replace(old, new)
+    options = [word for setting in mistake.set for word in ("--set", setting)]
+    done = check(program, deck, *options)
+    line = deck[:deck.index(mistake.at)].count("\n") + 1
+    mark = f"draw.key:{line}: {mistake.level}:"
+    for report in done.stderr.splitlines():
+        if mark in report and all(word in report for word in mistake.words):
+            break
+    else:
+        return f"no line with {mark} and {mistake.words}:\n{done.stderr}"
+    if done.returncode != (1 if mistake.level == "error" else 0):
+        return f"exit code {done.returncode}"
+    return None
+
+
+def complaint_about_sides(program):
+    """All sides reversed in one run are reported in one go; without SIDE all are right."""
+    pattern = ("TYPE=EXTRUDED, SIDE=NEGATIVE", "TYPE=EXTRUDED, SIDE=POSITIVE",
+               "TYPE=PLANE, SIDE=POSITIVE")
+    without = reverse = DECK
+    for words in pattern:
+        without = without.replace(words, words[:words.index(",")])
+    swap = {"NEGATIVE": "POSITIVE", "POSITIVE": "NEGATIVE"}
+    reverse = "\n".join(line.rsplit("SIDE=", 1)[0] + "SIDE=" + swap[line.rsplit("SIDE=", 1)[1]]
+                        if "SIDE=" in line and line.startswith("*TOOL,") else line
+                        for line in DECK.splitlines()) + "\n"
+    done = check(program, without)
+    if done.returncode != 0 or "warning" in done.stderr:
+        return f"without SIDE:\n{done.stderr}"
+    done = check(program, reverse)
+    missing = [tool for tool in ("die", "punch", "holder")
+               if not any(f"'{tool}'" in line and "error" in line and "SIDE" in line
+                          for line in done.stderr.splitlines())]
+    return f"sides of {missing} not reported:\n{done.stderr}" if missing else None
+
+
+def main(program):
+    done = check(program, DECK)
+    complaints = [("set-up without a mistake", done.stderr)] \
+        if done.returncode != 0 or done.stderr else []
+    for mistake in MISTAKES:
+        complaints.append((mistake.name, complaint_about(program, mistake)))
+    complaints.append(("all sides", complaint_about_sides(program)))
+    complaints = [(name, text) for name, text in complaints if text]
+    for name, text in complaints:
+        print(f"{name}: {text}\n")
+    print(f"{len(MISTAKES) + 2} set-ups, {len(complaints)} complaints")
+    return 1 if complaints else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))
