@@ -262,7 +262,8 @@ contains
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
-    integer :: i, variable
+    type(field_spec_t) :: field
+    integer :: i
 
     call read_initial_velocities(deck, context, scene, errors)
     call read_initial_states(deck, context, scene, errors)
@@ -270,9 +271,8 @@ contains
     found = find_records(deck, "INITIAL CONDITIONS")
     do i = 1, size(found)
       associate (record => deck%records(found(i)))
-        variable = start_variable(record)
-        if (variable > 0) call read_lines(deck, record, context, field_spec_t(variable=variable), &
-                                          scene, errors)
+        field%variable = start_variable(record)
+        if (field%variable > 0) call read_lines(deck, record, context, field, scene, errors)
       end associate
     end do
   end subroutine read_initial_conditions
