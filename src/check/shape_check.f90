@@ -136,13 +136,27 @@ contains
       end if
       if (is_beside(pieces(b), hit, 0.0_wp) .or. &
           abs(dot_product(hit%normal, point%normal)) < aligned) cycle
-      width = length_along(pieces(b), point%x, -point%outward, sewn*thickness)
+      width = width_around(pieces(b), point, sewn*thickness)
       if (width > overlap%size) overlap = misfit_t(width, point%x, [a, b])
     end do
     if (neighbour == 0 .or. nearest%distance <= max(gap%size, sewn*thickness)) return
     if (is_across(pieces(neighbour), nearest, point)) &
       gap = misfit_t(nearest%distance, point%x, [a, neighbour])
   end subroutine compare
+
+  !> How far a surface goes on from a point of an edge that lies on it: the least of inwards and
+  !! along the edge both ways.
+  real(wp) function width_around(surface, point, step) result(width)
+    type(tool_t), intent(in) :: surface
+    type(tool_point_t), intent(in) :: point
+    real(wp), intent(in) :: step              !! [length]
+    real(wp) :: edge(3)
+
+    edge = cross(point%normal, point%outward)
+    width = length_along(surface, point%x, -point%outward, step)
+    if (width > 0.0_wp) width = min(width, length_along(surface, point%x, edge, step), &
+                                    length_along(surface, point%x, -edge, step))
+  end function width_around
 
   !> Does the way to what is nearest run across the edge? Along it lies a corner that is no
   !! neighbour.

@@ -63,7 +63,7 @@ contains
         d = (e + 1)/2
         do i = 1, per_edge
           at(d) = merge(0.0_wp, 1.0_wp, mod(e, 2) == 1)
-          at(3 - d) = (i - 1.0_wp)/(per_edge - 1)
+          at(3 - d) = (i - 0.5_wp)/per_edge
           points = [points, edge_point(tool, f, at, d)]
         end do
       end do
