@@ -42,6 +42,7 @@ contains
     if (size(pairs) == 0) return
     call log_depths(log, pairs, run%largest_penetration, unit)
     call log_searches(log, pairs)
+    call log_line(log, work_words(pairs, model%bodies%tools))
     if (.not. is_complete) return
     meetings = meetings_of(pairs, model%bodies%tools)
     do i = 1, size(meetings)
@@ -94,6 +95,30 @@ contains
       end associate
     end do
   end subroutine log_searches
+
+  !> Work of each tool on the blank: of its pairs, friction and penalty springs included.
+  function work_words(pairs, tools) result(words)
+    type(contact_view_t), intent(in) :: pairs(:)
+    type(tool_t), intent(in) :: tools(:)
+    character(:), allocatable :: words
+    real(wp) :: work(size(tools))
+    logical :: is_paired(size(tools))
+    integer :: i, t
+
+    work = 0.0_wp
+    is_paired = .false.
+    do i = 1, size(pairs)
+      associate (pair => pairs(i)%pair)
+        work(pair%tool) = work(pair%tool) + pair%external_work
+        is_paired(pair%tool) = .true.
+      end associate
+    end do
+    words = "contact    work of the tools on the blank:"
+    do t = 1, size(tools)
+      if (is_paired(t)) words = words//" "//tools(t)%name//" "//rounded_text(work(t))//","
+    end do
+    words = words(:len(words) - 1)
+  end function work_words
 
   !> How tools and faces have met. Of a blank of several patches, and of a tool that a deck takes
   !! away and brings again, all pairs are one meeting.

@@ -1,6 +1,7 @@
 !> `igaform --check --trial-run`: a quick run with fewer elements shows how much inertia a process
 !! has, and so how much mass may be added for a larger step.
 module trial_run
+  use, intrinsic :: iso_fortran_env, only: int64, error_unit
   use kinds, only: wp
   use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use failure, only: error_t
@@ -156,20 +157,23 @@ contains
     type(run_t) :: run
     type(error_t), allocatable :: error
     real(wp) :: rate, dt, time, first_step, start, finish
+    integer(int64) :: last_shown
 
+    call system_clock(last_shown)
     time = model%step%duration + sum(model%later_steps%step%duration)
     call new_run(model, run)
     rate = model%rate
     dt = 0.0_wp
     first_step = next_step(run%control, 0.0_wp, rate)
     call cpu_time(start)
-    call run_first(model, added, run, rate, dt, inertia, error)
+    call run_first(model, added, run, rate, dt, inertia, last_shown, error)
     if (allocated(error)) return
     do while (size(model%later_steps) > 0)
       call enter_next_step(model, run)
       do while (.not. has_ended(model, run))
         call take_step(model, run, rate, dt, error)
         if (allocated(error)) return
+        call show_progress(model, run, last_shown)
       end do
     end do
     call cpu_time(finish)
@@ -181,13 +185,14 @@ contains
   end subroutine run_all
 
   !> The first step of the deck, with its energies at equal times.
-  subroutine run_first(model, added, run, rate, dt, inertia, error)
+  subroutine run_first(model, added, run, rate, dt, inertia, last_shown, error)
     type(model_t), intent(inout) :: model
     real(wp), intent(in) :: added       !! factor on all masses for the trial alone
     type(run_t), intent(inout) :: run
     real(wp), intent(inout) :: rate     !! largest |J^-1|^2
     real(wp), intent(inout) :: dt       !! [time]
     type(inertia_t), intent(inout) :: inertia
+    integer(int64), intent(inout) :: last_shown
     type(error_t), allocatable, intent(out) :: error
     real(wp) :: kinetic, sums(2)
     integer :: taken
@@ -198,6 +203,7 @@ contains
       do while (.not. has_ended(model, run))
         call take_step(model, run, rate, dt, error)
         if (allocated(error)) return
+        call show_progress(model, run, last_shown)
         if (run%instant%time < taken*duration/n_samples) cycle
         taken = taken + 1
         kinetic = kinetic_energy(model%bodies%blank)/added
@@ -209,6 +215,23 @@ contains
     inertia%mean = sums(1)/max(sums(2), tiny(1.0_wp))
     inertia%internal = run%balance%internal
   end subroutine run_first
+
+  !> A line about every five seconds on how far the run is, to standard error.
+  subroutine show_progress(model, run, last_shown)
+    type(model_t), intent(in) :: model
+    type(run_t), intent(in) :: run
+    integer(int64), intent(inout) :: last_shown   !! clock when that was
+    integer, parameter :: every = 5               !! [s]
+    integer(int64) :: now, rate
+
+    if (mod(run%n_steps, 64_int64) /= 0) return
+    call system_clock(now, rate)
+    if (now - last_shown < every*rate) return
+    last_shown = now
+    write (error_unit, "(a)") "trial run        step "//to_text(model%i_step)//" of "// &
+      to_text(model%i_step + size(model%later_steps))//", "//percent((run%instant%time &
+      - run%control%start_time)/(run%control%end_time - run%control%start_time))//" of its time"
+  end subroutine show_progress
 
   !> Steps of another model of the scene over those of the first size in its whole time. What
   !! shortens them are elements bent over radii, the more the longer they are: in a square box of
