@@ -9,7 +9,7 @@ file(GLOB_RECURSE files RELATIVE ${SOURCE} ${SOURCE}/src/*.f90 ${SOURCE}/src/*.F
      ${SOURCE}/src/*.inc ${SOURCE}/src/*.in ${SOURCE}/src/CMakeLists.txt)
 list(FILTER files EXCLUDE REGEX "^src/bench/")
 list(SORT files)
-foreach(file CMakeLists.txt ${files})
+foreach(file CMakeLists.txt input/KEYWORDS.md ${files})
   file(SHA256 ${SOURCE}/${file} digest)
   string(APPEND digests "${file} ${digest}\n")
 endforeach()

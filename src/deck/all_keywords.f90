@@ -1,21 +1,22 @@
-!> The list of all families of keywords, and the family of title, units, files, parameters and the
-!! reduction of the whole scene.
+!> The readers of all keywords, and those of title and units and of the reduction of the scene.
 module all_keywords
-  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                           add_example, kind_real, kind_name, kind_choice, kind_flag, kind_words, &
-                           any_number, anywhere
-  use material_keywords, only: add_material_keywords
-  use test_keywords, only: add_test_keyword
-  use blank_keywords, only: add_blank_keywords
-  use patch_keywords, only: add_patch_keywords
-  use tool_keywords, only: add_tool_keywords
-  use motion_keywords, only: add_motion_keywords
-  use contact_keywords, only: add_contact_keywords
-  use set_keywords, only: add_set_keyword
-  use boundary_keywords, only: add_boundary_keywords
-  use initial_keywords, only: add_initial_keywords
-  use step_keywords, only: add_step_keywords
-  use output_keywords, only: add_output_keywords
+  use embedded_page, only: embedded_page_text
+  use keyword_spec, only: in_first_step, in_any_step, inside_step, needs_step, bounds_step, &
+                          anywhere, names_material, names_curve, names_patch, names_tool, &
+                          names_set, names_point
+  use keyword_table, only: keyword_table_t, add_keywords, set_keyword
+  use material_keywords, only: read_materials
+  use test_keywords, only: read_tests
+  use blank_keywords, only: read_blank
+  use tool_keywords, only: read_tools, read_placements
+  use motion_keywords, only: read_amplitudes, read_tool_motions
+  use contact_keywords, only: read_contacts, read_beads
+  use set_keywords, only: read_sets
+  use boundary_keywords, only: read_boundaries, read_loads
+  use initial_keywords, only: read_initial_conditions, read_temperatures, read_field_variables, &
+                              read_test_starts
+  use step_keywords, only: read_changes, read_steps
+  use output_keywords, only: read_checkpoints, read_probes
   use input_errors, only: error_list_t
   use scene, only: scene_t
   use deck_records, only: parsed_deck_t, find_records, option_real, option_text, is_option_given, &
@@ -24,11 +25,10 @@ module all_keywords
   private
 
   public :: list_keywords
-  public :: add_general_keywords
 
 contains
 
-  !> All keywords in the order of the manual, in which they are also read: what a reader looks up in
+  !> All keywords in the order of the page, in which they are also read: what a reader looks up in
   !! the scene, such as tools, comes before it.
   subroutine list_keywords(table, others)
     type(keyword_table_t), intent(out) :: table
@@ -38,87 +38,49 @@ contains
       table = others
       return
     end if
-    call add_general_keywords(table)
-    call add_material_keywords(table)
-    call add_test_keyword(table)
-    call add_blank_keywords(table)
-    call add_patch_keywords(table)
-    call add_tool_keywords(table)
-    call add_motion_keywords(table)
-    call add_contact_keywords(table)
-    call add_set_keyword(table)
-    call add_boundary_keywords(table)
-    call add_initial_keywords(table)
-    call add_step_keywords(table)
-    call add_output_keywords(table)
+    call add_keywords(table, embedded_page_text())
+    call set_keyword(table, "HEADING", words="title", is_in_digest=.false., read=read_labels, &
+                     read_test=read_labels)
+    call set_keyword(table, "UNITS", words="units")
+    call set_keyword(table, "INCLUDE", anywhere, is_in_digest=.false.)
+    call set_keyword(table, "END", anywhere, is_in_digest=.false.)
+    call set_keyword(table, "PARAMETER", anywhere, is_in_digest=.false.)
+    call set_keyword(table, "REDUCE", read=read_reduction)
+    call set_keyword(table, "MATERIAL", names=names_material, read=read_materials, &
+                     read_test=read_materials)
+    call set_keyword(table, "MATERIAL TEST", read=read_tests, read_test=read_tests)
+    call set_keyword(table, "BLANK", names=names_patch, is_required=.true., read=read_blank)
+    call set_keyword(table, "PATCH", names=names_patch)
+    call set_keyword(table, "TOOL", names=names_tool, read=read_tools)
+    call set_keyword(table, "TOOL PLACEMENT", read=read_placements)
+    call set_keyword(table, "AMPLITUDE", names=names_curve, read=read_amplitudes)
+    call set_keyword(table, "TOOL MOTION", in_any_step, read=read_tool_motions)
+    call set_keyword(table, "TOOL FORCE", in_any_step)
+    call set_keyword(table, "CONTACT PAIR", in_any_step, read=read_contacts)
+    call set_keyword(table, "DRAW BEAD", in_any_step, n_min=2, read=read_beads)
+    call set_keyword(table, "SET", in_any_step, names=names_set, read=read_sets)
+    call set_keyword(table, "BOUNDARY", in_any_step, read=read_boundaries)
+    call set_keyword(table, "PRESSURE", in_any_step, read=read_loads)
+    call set_keyword(table, "TRACTION", in_any_step)
+    call set_keyword(table, "GRAVITY", in_any_step)
+    call set_keyword(table, "INITIAL CONDITIONS", read=read_initial_conditions, &
+                     read_test=read_test_starts)
+    call set_keyword(table, "TEMPERATURE", in_any_step, read=read_temperatures)
+    call set_keyword(table, "FIELD", in_any_step, read=read_field_variables)
+    call set_keyword(table, "STEP", bounds_step)
+    call set_keyword(table, "END STEP", bounds_step)
+    call set_keyword(table, "MODEL CHANGE", needs_step, read=read_changes)
+    call set_keyword(table, "DYNAMIC", inside_step, is_required=.true., read=read_steps)
+    call set_keyword(table, "BULK VISCOSITY", in_first_step)
+    call set_keyword(table, "ENERGY LIMIT", in_any_step)
+    call set_keyword(table, "PENETRATION LIMIT", in_any_step)
+    call set_keyword(table, "DAMPING", in_any_step)
+    call set_keyword(table, "DYNAMIC RELAXATION", in_any_step)
+    call set_keyword(table, "MASS SCALING", in_first_step)
+    call set_keyword(table, "HISTORY POINT", names=names_point, read=read_probes)
+    call set_keyword(table, "OUTPUT", in_any_step, is_in_digest=.false.)
+    call set_keyword(table, "CHECKPOINT", is_in_digest=.false., read=read_checkpoints)
   end subroutine list_keywords
-
-  !> Add *HEADING, *UNITS, *INCLUDE, *END, *PARAMETER and *REDUCE.
-  subroutine add_general_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "HEADING", "Title of the run. Of several headings the first "// &
-                     "counts, so a deck that includes another can give its own before the "// &
-                     "*INCLUDE.", is_in_digest=.false., read=read_labels, read_test=read_labels)
-    call add_line(table, "Free text.", n_max=any_number)
-    call add_field(table, "title", kind_words, "title, kept with the results")
-    call add_example(table, "*HEADING", "Channel forming with coarse tools")
-
-    call add_keyword(table, "UNITS", "Names of the units of the deck, a label for results and "// &
-                     "pictures: the program converts nothing, so units must be consistent.", &
-                     is_unique=.true.)
-    call add_line(table, "Free text.")
-    call add_field(table, "units", kind_words, "length, mass, time, force, stress, energy")
-    call add_example(table, "*UNITS", "mm, t, s, N, MPa, mJ")
-
-    call add_keyword(table, "INCLUDE", "Reads another file at this point. Data lines at the "// &
-                     "start of that file continue the keyword before the *INCLUDE.", &
-                     place=anywhere, is_in_digest=.false.)
-    call add_option(table, "INPUT", kind_name, "path of the file, relative to the file that "// &
-                    "includes it")
-    call add_example(table, "*INCLUDE, INPUT=channel/dies.inc")
-
-    call add_keyword(table, "END", "Ends the file that contains it; nothing after it is read.", &
-                     place=anywhere, is_in_digest=.false.)
-    call add_example(table, "*END")
-    call add_parameter_keyword(table)
-    call add_reduction_keyword(table)
-  end subroutine add_general_keywords
-
-  subroutine add_parameter_keyword(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "PARAMETER", "Names for numbers and texts. `<name>` or "// &
-                     "`<expression>` anywhere after it is replaced by the value. Expressions "// &
-                     "know + - * / ** ( ), sqrt, sin, cos, tan (radians), exp, log, abs, "// &
-                     "floor, ceil, round, min, max, pi and earlier parameters. `--set "// &
-                     "name=value` on the command line wins over the deck.", place=anywhere, &
-                     is_in_digest=.false.)
-    call add_option(table, "DEFAULT", kind_flag, "the lines apply only to parameters that have "// &
-                    "no value yet, so a deck can set them before it includes this one")
-    call add_line(table, "One parameter per line: `name = expression` or `name = ""text""`.", &
-                  n_max=any_number)
-    call add_field(table, "definition", kind_words, "name, equals sign, value")
-    call add_example(table, "*PARAMETER", "speed = 18750", "end_time = 150/(2*speed)", &
-                     "rule = ""2,2,2x3""")
-  end subroutine add_parameter_keyword
-
-  !> Add *REDUCE.
-  subroutine add_reduction_keyword(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "REDUCE", "Runs a scene that is the same all along its width "// &
-                     "(extruded tools, uniform blank and loads) as a strip one element wide "// &
-                     "without motion across it. Forces, energies and masses in deck and "// &
-                     "results are those of the full width. `--check` reports which scenes "// &
-                     "qualify.", is_unique=.true., read=read_reduction)
-    call add_option(table, "TYPE", kind_choice, "kind of the reduction", choices="PLANE STRAIN")
-    call add_option(table, "AXIS", kind_choice, "coordinate across the width; without it, that "// &
-                    "along which the scene is uniform", choices="X|Y|Z", is_required=.false.)
-    call add_option(table, "WIDTH", kind_real, "width of the strip; without it, that of an "// &
-                    "element of the blank", is_required=.false., unit="length", range="> 0")
-    call add_example(table, "*REDUCE, TYPE=PLANE STRAIN")
-  end subroutine add_reduction_keyword
 
   !> What a deck wants to be reduced.
   subroutine read_reduction(deck, context, scene, errors)
@@ -126,12 +88,11 @@ contains
     type(deck_context_t), intent(inout) :: context
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
-    integer, allocatable :: found(:)
+    integer :: i
 
-    found = find_records(deck, "REDUCE")
-    if (size(found) == 0) return
-    associate (record => deck%records(found(1)))
-      if (.not. record%is_valid) return
+    i = first_of(deck, "REDUCE")
+    if (i == 0) return
+    associate (record => deck%records(i))
       scene%reduction%origin = record%origin
       scene%reduction%component = index("XYZ", option_text(record, "AXIS"))
       if (.not. is_option_given(record, "AXIS")) scene%reduction%component = 0

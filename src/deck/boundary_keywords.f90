@@ -4,18 +4,15 @@ module boundary_keywords
   use input_errors, only: error_list_t, add_error
   use text, only: upper_case, read_integer, to_text
   use scene, only: scene_t, boundary_spec_t, load_spec_t
-  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                           add_vector, add_example, kind_real, kind_integer, kind_name, &
-                           kind_choice, any_number, in_any_step
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
                           field_word, field_real, field_integer, is_filled, deck_context_t, &
                           step_of, check_lines, end_before, n_data_lines
-  use motion_keywords, only: find_amplitude, add_amplitude_option
+  use motion_keywords, only: find_amplitude
   use set_keywords, only: find_set
   implicit none
   private
 
-  public :: add_boundary_keywords, add_op_option
+  public :: read_boundaries, read_loads
 
   character(*), parameter :: op_text = &
     "NEW removes all of this keyword that earlier steps gave; it needs no data lines then. MOD "// &
@@ -24,72 +21,6 @@ module boundary_keywords
   character(*), parameter :: kinds(3) = [character(8) :: "PRESSURE", "TRACTION", "GRAVITY"]
 
 contains
-
-  !> Add *BOUNDARY, *PRESSURE, *TRACTION and *GRAVITY.
-  subroutine add_boundary_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "BOUNDARY", "Prescribed velocity of the control points of a set, "// &
-                     "zero if none is given. Where lines overlap, the last one applies.", &
-                     place=in_any_step, read=read_boundaries)
-    call add_option(table, "TYPE", kind_choice, "what the values are, required if any of them "// &
-                    "is not zero. Displacements cannot be prescribed", is_required=.false., &
-                    choices="VELOCITY|DISPLACEMENT")
-    call add_amplitude_option(table, "the value")
-    call add_op_option(table)
-    call add_line(table, "A set and its components.", n_min=0, n_max=any_number)
-    call add_field(table, "set", kind_name, "name of a set or face, or ALL")
-    call add_field(table, "first", kind_name, "first component, 1 to 3, or XSYMM, YSYMM, ZSYMM "// &
-                   "(component 1, 2, 3), PINNED or ENCASTRE (all)")
-    call add_field(table, "last", kind_integer, "last component, the first one if not given", &
-                   is_required=.false., range=">= 1 and <= 3")
-    call add_field(table, "velocity", kind_real, "velocity of these components", default="0", &
-                   unit="length/time")
-    call add_example(table, "*BOUNDARY, TYPE=VELOCITY, AMPLITUDE=soft start", "X_MIN, XSYMM", &
-                     "X_MAX, 1, 1, 2000")
-
-    call add_load_keywords(table)
-  end subroutine add_boundary_keywords
-
-  !> Add the option OP to the last keyword.
-  pure subroutine add_op_option(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_option(table, "OP", kind_choice, op_text, default="MOD", choices="MOD|NEW")
-  end subroutine add_op_option
-
-  subroutine add_load_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "PRESSURE", "Pressure against the current outer normal of a face.", &
-                     place=in_any_step, read=read_loads)
-    call add_amplitude_option(table, "the load")
-    call add_op_option(table)
-    call add_line(table, "", n_min=0, n_max=any_number)
-    call add_field(table, "set", kind_name, "name of a face, or of a set that is a part "// &
-                   "of one; no union of sets: give a line for each")
-    call add_field(table, "pressure", kind_real, "pressure, positive when it pushes", &
-                   unit="stress")
-    call add_example(table, "*PRESSURE, AMPLITUDE=soft start", "ZETA_MAX, 0.5")
-
-    call add_keyword(table, "TRACTION", "Load of fixed direction, per area that a face has at "// &
-                     "the start.", place=in_any_step)
-    call add_amplitude_option(table, "the load")
-    call add_op_option(table)
-    call add_line(table, "", n_min=0, n_max=any_number)
-    call add_field(table, "set", kind_name, "name of a face, or of a set that is a part "// &
-                   "of one; no union of sets: give a line for each")
-    call add_vector(table, "t", "traction", unit="stress")
-    call add_example(table, "*TRACTION", "X_MAX, 10, 0, 0")
-
-    call add_keyword(table, "GRAVITY", "Acceleration that acts on all of the blank.", &
-                     place=in_any_step)
-    call add_amplitude_option(table, "the load")
-    call add_op_option(table)
-    call add_line(table, "", n_min=0)
-    call add_vector(table, "g", "acceleration", unit="length/time^2")
-    call add_example(table, "*GRAVITY", "0, -9810, 0")
-  end subroutine add_load_keywords
 
   !> Fill the list of boundary conditions, one for each data line of *BOUNDARY.
   subroutine read_boundaries(deck, context, scene, errors)

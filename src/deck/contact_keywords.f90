@@ -6,58 +6,20 @@ module contact_keywords
   use name_table, only: place_of
   use scene, only: scene_t, contact_spec_t
   use keyword_spec, only: did_you_mean
-  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                           add_vector, add_example, kind_real, kind_name, kind_choice, any_number, &
-                           in_any_step
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
                           is_option_given, field_real, deck_context_t, box_frame_t, &
                           resolve_option, step_of
   use blank_keywords, only: read_count
-  use motion_keywords, only: find_amplitude, add_amplitude_option
-  use set_keywords, only: face_of, face_names, face_text
+  use motion_keywords, only: find_amplitude
+  use set_keywords, only: face_of, face_names
   implicit none
   private
 
-  public :: add_contact_keywords
+  public :: read_contacts, read_beads
 
   integer, parameter :: first_large = 5   !! faces from here on are the large ones
 
 contains
-
-  subroutine add_contact_keyword(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "CONTACT PAIR", "Contact between a tool and a face of the blank, "// &
-                     "by a penalty on points of the face. Without friction and damping unless "// &
-                     "named.", place=in_any_step, read=read_contacts)
-    call add_option(table, "TOOL", kind_name, "name of the tool")
-    call add_option(table, "FACE", kind_name, &
-                    "face of the blank: "//face_text// &
-                    "; AUTO: the top or bottom surface that faces the tool", default="AUTO")
-    call add_option(table, "POINTS", kind_choice, "points of the face that may touch: Gauss "// &
-                    "points, crossings of knot lines, or Greville points", default="GAUSS", &
-                    choices="GAUSS|KNOT|GREVILLE")
-    call add_option(table, "COUNT", kind_name, "Gauss points per element in the two directions "// &
-                    "of the face, such as ""3,3""; degree + 1 if not given", is_required=.false.)
-    call add_option(table, "PENALTY SCALE", kind_real, "factor s of the penalty s m/dt^2, m "// &
-                    "being the mass that the point sees", default="0.5", range="> 0", &
-                    alias="PENALTY")
-    call add_option(table, "STIFFNESS", kind_real, "penalty per area instead of the one from "// &
-                    "mass and step; 0: none given", default="0", unit="stress/length", &
-                    range=">= 0")
-    call add_option(table, "FRICTION", kind_real, "coefficient of Coulomb friction", &
-                    default="0", range=">= 0")
-    call add_option(table, "DAMPING", kind_real, "damping of the motion along the normal, as "// &
-                    "part of the critical damping of penalty and mass", default="0", &
-                    range=">= 0 and <= 0.5")
-    call add_option(table, "EXTENSION ZONE", kind_real, "how far beyond the edge of the tool a "// &
-                    "point is still in contact", default="0", unit="length", range=">= 0", &
-                    alias="OVERHANG")
-    call add_option(table, "START", kind_choice, "start of the closest-point search: the last "// &
-                    "answer, or the corner of the tool's face", default="WARM", &
-                    choices="WARM|CORNER")
-    call add_example(table, "*CONTACT PAIR, TOOL=punch, FACE=ZETA_MAX, POINTS=GAUSS, COUNT=""3,3""")
-  end subroutine add_contact_keyword
 
   !> Fill the list of contact pairs in the order of the deck.
   subroutine read_contacts(deck, context, scene, errors)
@@ -113,45 +75,6 @@ contains
                      "COUNT only with POINTS=GAUSS")
     end if
   end subroutine read_face
-
-  !> Add *CONTACT PAIR and *DRAW BEAD.
-  subroutine add_contact_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_contact_keyword(table)
-    call add_bead_keywords(table)
-  end subroutine add_contact_keywords
-
-  subroutine add_bead_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "DRAW BEAD", "A draw bead as a line of force: it holds back sheet "// &
-                     "that is drawn across a polyline, in a band along it, up to a force per "// &
-                     "length. Sheet at rest is constrained by springs, motion along the line "// &
-                     "is free, and beyond the ends of the line nothing acts. Nothing bends the "// &
-                     "sheet there. A bead in a step begins with it; *MODEL CHANGE, REMOVE "// &
-                     "removes it.", place=in_any_step, read=read_beads)
-    call add_option(table, "NAME", kind_name, "name", default="bead")
-    call add_option(table, "WIDTH", kind_real, "width of the band; at least three elements "// &
-                    "across make the force exact within a per cent", unit="length", range="> 0")
-    call add_option(table, "FACE", kind_name, "top or bottom surface of the blank that the "// &
-                    "bead is on", default="ZETA_MAX")
-    call add_option(table, "ELASTIC SLIP", kind_real, "slip at which the springs yield; 0: a "// &
-                    "hundredth of the width. It is raised where the time step needs it", &
-                    default="0", unit="length", range=">= 0", alias="SLIP")
-    call add_amplitude_option(table, "the forces")
-    call add_option(table, "CLOSING TOOL", kind_name, "tool whose stroke the amplitude runs "// &
-                    "over, instead of the time", is_required=.false., alias="CLOSING")
-    call add_line(table, "Forces per length of the line.")
-    call add_field(table, "restraint", kind_real, "greatest force across the line", &
-                   unit="force/length", range=">= 0")
-    call add_field(table, "hold-down", kind_real, "force against the outward normal of the face", &
-                   default="0", unit="force/length")
-    call add_line(table, "Corners of the line.", n_min=2, n_max=any_number)
-    call add_vector(table, "", "coordinate")
-    call add_example(table, "*DRAW BEAD, NAME=front, WIDTH=10", "120, 15", "60, -40, 0.8", &
-                     "60, 40, 0.8")
-  end subroutine add_bead_keywords
 
   !> Fill the list of draw beads in the order of the deck.
   subroutine read_beads(deck, context, scene, errors)

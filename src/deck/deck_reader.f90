@@ -2,7 +2,7 @@
 !! the key of a deck for checkpoints, which changes with everything that may not change when a run
 !! is taken up again.
 module deck_reader
-  use input_errors, only: error_list_t, add_error, n_errors
+  use input_errors, only: error_list_t, new_origin, add_error, n_errors
   use text, only: string_t, to_text
   use scene, only: scene_t
   use scene_reduction, only: reduce_scene
@@ -69,11 +69,11 @@ contains
                      "no *MATERIAL TEST in the deck, which ends here", &
                      "at least one *MATERIAL TEST")
     end if
-    do i = 1, table%n_keywords
+    do i = 1, size(table%items)
       if (.not. associated(table%items(i)%read_test)) cycle
       call enter_names(deck, i, context%names, errors)
     end do
-    do i = 1, table%n_keywords
+    do i = 1, size(table%items)
       if (associated(table%items(i)%read_test)) &
         call table%items(i)%read_test(deck, context, scene, errors)
     end do
@@ -104,9 +104,14 @@ contains
                        "a deck of keywords")
       end if
     end if
+    if (allocated(table%error)) then
+      is_deck = .false.
+      call add_error(errors, new_origin(path, 0, ""), "a program whose keywords have a fault ("// &
+                     table%error%message//")", "sections of the form in docs/adding.md")
+    end if
     if (.not. is_deck) return
-    allocate (deck%keywords(table%n_keywords))
-    do i = 1, table%n_keywords
+    allocate (deck%keywords(size(table%items)))
+    do i = 1, size(table%items)
       deck%keywords(i) = table%items(i)%keyword_spec_t
     end do
     call check_records(lexed, deck, errors)
@@ -123,10 +128,10 @@ contains
     type(deck_context_t) :: context
     integer :: i
 
-    do i = 1, table%n_keywords
+    do i = 1, size(table%items)
       call enter_names(deck, i, context%names, errors)
     end do
-    do i = 1, table%n_keywords
+    do i = 1, size(table%items)
       if (associated(table%items(i)%read)) call table%items(i)%read(deck, context, scene, errors)
     end do
     do i = size(deck%lexed%files) + 1, size(scene%files)   ! geometry from other programs

@@ -4,63 +4,22 @@ module initial_keywords
   use input_errors, only: origin_t, error_list_t, add_error, add_warning
   use text, only: upper_case, to_text, read_real
   use scene, only: scene_t, initial_state_spec_t, is_user_material, material_spec_t, field_spec_t
-  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                           add_example, kind_real, kind_integer, kind_name, kind_choice, &
-                           any_number, in_any_step, add_vector, kind_flag
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
                           field_word, field_real, field_integer, is_filled, n_fields, &
                           option_integer, deck_context_t, step_of, check_lines, end_before, &
                           n_data_lines
-  use boundary_keywords, only: add_op_option
-  use motion_keywords, only: find_amplitude, add_amplitude_option
+  use motion_keywords, only: find_amplitude
   use set_keywords, only: find_set
   implicit none
   private
 
-  public :: add_initial_keywords
+  public :: read_initial_conditions, read_temperatures, read_field_variables, read_test_starts
 
   integer, parameter :: on_a_line = 8   ! entries of *INITIAL CONDITIONS, TYPE=SOLUTION
 
   character(*), parameter :: variable_text = "with FIELD: which field variable"
 
 contains
-
-  !> Add *INITIAL CONDITIONS, *TEMPERATURE and *FIELD.
-  subroutine add_initial_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "INITIAL CONDITIONS", "Velocities at the start, which add up over "// &
-                     "all lines, or state variables, temperatures and field variables at the "// &
-                     "start.", read=read_initial_conditions, read_test=read_test_starts)
-    call add_option(table, "TYPE", kind_choice, "a uniform velocity, that of a rotation, state "// &
-                    "variables (SOLUTION), a temperature or a field variable", &
-                    choices="VELOCITY|ROTATING VELOCITY|SOLUTION|TEMPERATURE|FIELD")
-    call add_option(table, "VARIABLE", kind_integer, variable_text, default="1", &
-                    range=">= 1 and <= 20")
-    call add_option(table, "USER", kind_flag, "with SOLUTION: the user's subroutine SDVINI, "// &
-                    "which is called anyhow if there is one")
-    call add_line(table, "", when="VELOCITY", n_max=any_number)
-    call add_field(table, "set", kind_name, "name of a set or face, or ALL")
-    call add_field(table, "component", kind_integer, "component", range=">= 1 and <= 3")
-    call add_field(table, "velocity", kind_real, "velocity", unit="length/time")
-    call add_line(table, "", when="ROTATING VELOCITY", n_max=any_number)
-    call add_field(table, "set", kind_name, "name of a set or face, or ALL")
-    call add_vector(table, "omega_", "angular velocity", unit="1/time")
-    call add_vector(table, "", "a point of the axis of rotation")
-    call add_line(table, "The state variables of the elements whose middle lies in a set, as "// &
-                  "Abaqus arranges them: eight entries on a line, the set among them. Lines "// &
-                  "that begin with a number continue the values; what a shorter line before "// &
-                  "them lacks counts as zeros.", when="SOLUTION", n_min=0, n_max=any_number, &
-                  is_repeated=.true.)
-    call add_field(table, "set", kind_name, "name of a set or face, or ALL; or a value")
-    call add_field(table, "value", kind_real, "a state variable", is_required=.false.)
-    call add_line(table, "The control points of a set; where lines overlap, the last one "// &
-                  "applies.", when="TEMPERATURE|FIELD", n_max=any_number)
-    call add_value_fields(table)
-    call add_example(table, "*INITIAL CONDITIONS, TYPE=VELOCITY", "ALL, 2, -1500")
-
-    call add_field_keywords(table)
-  end subroutine add_initial_keywords
 
   !> Fill the list of initial velocities, one for each data line of *INITIAL CONDITIONS.
   subroutine read_initial_velocities(deck, context, scene, errors)
@@ -213,47 +172,6 @@ contains
                      "or eight of these")
     end if
   end function line_values
-
-  !> Temperature and field variables during the run.
-  subroutine add_field_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "TEMPERATURE", "Temperature of the control points of a set, for a "// &
-                     "user's law (TEMP, DTEMP): value times amplitude. No heat is conducted, "// &
-                     "and no strain of expansion arises. Without amplitude it applies from the "// &
-                     "start of the step on. Where lines overlap, the last one applies; points "// &
-                     "of none have what they had at the start of the run.", place=in_any_step, &
-                     read=read_temperatures)
-    call add_amplitude_option(table, "it")
-    call add_op_option(table)
-    call add_line(table, "", n_min=0, n_max=any_number)
-    call add_value_fields(table)
-    call add_example(table, "*TEMPERATURE, AMPLITUDE=cooling", "ALL, 700")
-
-    call add_keyword(table, "FIELD", "Field variable of the control points of a set, for a "// &
-                     "user's law (PREDEF, DPRED; fieldOld, fieldNew). As *TEMPERATURE.", &
-                     place=in_any_step, read=read_field_variables)
-    call add_option(table, "VARIABLE", kind_integer, variable_text, default="1", &
-                    range=">= 1 and <= 20")
-    call add_amplitude_option(table, "it")
-    call add_op_option(table)
-    call add_line(table, "", n_min=0, n_max=any_number)
-    call add_value_fields(table)
-    call add_example(table, "*FIELD, VARIABLE=1", "ALL, 0.5")
-  end subroutine add_field_keywords
-
-  !> Set, value and slopes of a data line.
-  subroutine add_value_fields(table)
-    type(keyword_table_t), intent(inout) :: table
-    character(*), parameter :: slope = "change by length along this axis, positions at the start"
-
-    call add_field(table, "set", kind_name, "name of a set or face, or ALL")
-    call add_field(table, "value", kind_real, "at the origin of the coordinates, everywhere if "// &
-                   "nothing follows", default="0")
-    call add_field(table, "d/dx", kind_real, slope, default="0")
-    call add_field(table, "d/dy", kind_real, slope, default="0")
-    call add_field(table, "d/dz", kind_real, slope, default="0")
-  end subroutine add_value_fields
 
   !> Velocities, state variables and fields at the start.
   subroutine read_initial_conditions(deck, context, scene, errors)

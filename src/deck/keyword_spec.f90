@@ -1,19 +1,19 @@
 !> How a keyword is described, and the check of one value against its description.
 module keyword_spec
   use kinds, only: wp
-  use text, only: string_t, read_real, read_integer, upper_case, squeezed, nearest_name, joined, &
-                  to_text
+  use text, only: string_t, read_real, read_integer, upper_case, squeezed, nearest_name, &
+                  append_text, to_text
   implicit none
   private
 
-  public :: value_spec_t, line_spec_t, keyword_spec_t, option_index, selects_lines
-  public :: may_be_left_out, check_field, expectation, choices_in_words, did_you_mean, wanted
-  public :: lines_in_words, field_names, may_be_in_step
+  public :: value_spec_t, line_spec_t, keyword_spec_t, selects_lines, may_be_left_out
+  public :: check_field, choice_list, is_among, did_you_mean, wanted, lines_in_words, field_names
+  public :: may_be_in_step
 
   integer, parameter, public :: kind_real = 1      !! a number
   integer, parameter, public :: kind_integer = 2   !! a whole number
   integer, parameter, public :: kind_name = 3      !! a name, or a short text in quotes
-  integer, parameter, public :: kind_choice = 4    !! one of the words in `choices`
+  integer, parameter, public :: kind_choice = 4    !! one of the words that are `allowed`
   integer, parameter, public :: kind_flag = 5      !! an option without a value
   integer, parameter, public :: kind_words = 6     !! a whole line of free text
 
@@ -40,27 +40,26 @@ module keyword_spec
     logical :: is_required = .true.
     character(:), allocatable :: default   !! value if the deck gives none, as a deck writes it
     character(:), allocatable :: unit
-    character(:), allocatable :: range     !! such as `> 0` or `>= 1 and <= 5`
-    character(:), allocatable :: choices   !! words separated by |
-    character(:), allocatable :: text      !! meaning
+    character(:), allocatable :: allowed   !! such as `a number > 0` or `BOX, NURBS or DISK`
+    character(:), allocatable :: range     !! of a number, such as `> 0` or `>= 1 and <= 5`
   end type value_spec_t
 
   !> Data lines of one form; the lines of a keyword follow each other in the order of the table.
   type :: line_spec_t
-    character(:), allocatable :: when    !! values of TYPE or HARDENING, by |; "": always
+    character(:), allocatable :: when    !! values of TYPE or HARDENING, as `A or B`; "": always
     integer :: n_min = 1, n_max = 1      !! how many lines of this form
     logical :: is_repeated = .false.     !! the last field may be repeated any number of times
     logical :: is_joinable = .false.     !! may follow at the end of the line before
-    character(:), allocatable :: text    !! meaning
     type(value_spec_t), allocatable :: fields(:)
   end type line_spec_t
 
-  !> One keyword, as checks and manual need it.
+  !> One keyword, as the checks need it.
   type :: keyword_spec_t
     character(:), allocatable :: name    !! upper case, without the star
     character(:), allocatable :: alias   !! another name of the keyword, "": none
     character(:), allocatable :: parent  !! keyword that it must follow, "": none
     character(:), allocatable :: text    !! meaning
+    character(:), allocatable :: page    !! all that `input/KEYWORDS.md` says of it
     logical :: is_unique = .false.       !! once in a deck, or in a step
     logical :: is_required = .false.     !! every deck must have it
     logical :: is_in_digest = .true.     !! a restart needs it unchanged
@@ -68,20 +67,9 @@ module keyword_spec
     integer :: names = names_nothing     !! what its NAME names, such as `names_tool`
     type(value_spec_t), allocatable :: options(:)
     type(line_spec_t), allocatable :: lines(:)
-    type(string_t), allocatable :: example(:)
   end type keyword_spec_t
 
 contains
-
-  !> Index of an option by its name, 0 if the keyword has none of that name.
-  pure integer function option_index(keyword, name) result(i)
-    class(keyword_spec_t), intent(in) :: keyword
-    character(*), intent(in) :: name
-
-    do i = size(keyword%options), 1, -1
-      if (keyword%options(i)%name == name) exit
-    end do
-  end function option_index
 
   !> Does the value of this option decide which data lines follow?
   pure logical function selects_lines(option)
@@ -122,65 +110,36 @@ contains
       number = whole
     case (kind_choice)
       word = squeezed(upper_case(given))
-      is_good = is_among(word, choice_list(spec%choices))
+      is_good = is_among(word, choice_list(spec%allowed))
     case default
       word = given
     end select
     if (is_good .and. (spec%kind == kind_real .or. spec%kind == kind_integer)) then
-      is_good = is_within(number, trim(spec%range))
+      is_good = is_within(number, spec%range)
     end if
     if (is_good .and. .not. (spec%unit == "length" .and. abs(number) > longest)) return
-    found = "`"//given//"` for "//trim(spec%name)
-    expected = expectation(spec)
+    found = "`"//given//"` for "//spec%name
+    expected = spec%allowed
     if (is_good) expected = "a length below 1e50"
     if (spec%kind == kind_choice) &
-      expected = expected//did_you_mean(given, choice_list(spec%choices))
+      expected = expected//did_you_mean(given, choice_list(spec%allowed))
   end subroutine check_field
 
-  !> What a field may hold, such as `a number > 0`.
-  pure function expectation(spec) result(expected)
-    type(value_spec_t), intent(in) :: spec
-    character(:), allocatable :: expected
-
-    select case (spec%kind)
-    case (kind_real)
-      expected = trim("a number "//spec%range)
-    case (kind_integer)
-      expected = trim("a whole number "//spec%range)
-    case (kind_choice)
-      expected = choices_in_words(spec%choices)
-    case default
-      expected = "a name"
-    end select
-  end function expectation
-
-  !> The words of a list separated by |.
+  !> The words of a list such as `A, B or C`.
   pure function choice_list(choices) result(words)
     character(*), intent(in) :: choices
     type(string_t), allocatable :: words(:)
-    character(:), allocatable :: rest
-    integer :: i, bar
+    integer :: first, last
 
-    rest = choices//"|"
-    allocate (words(count([(rest(i:i) == "|", i=1, len(rest))])))
-    do i = 1, size(words)
-      bar = index(rest, "|")
-      words(i)%value = rest(:bar - 1)
-      rest = rest(bar + 1:)
+    allocate (words(0))
+    first = 1
+    do while (first <= len(choices))
+      last = index(choices(first:)//", ", ", ") + first - 2
+      if (last == len(choices)) last = index(choices(first:)//" or ", " or ") + first - 2
+      call append_text(words, choices(first:last))
+      first = last + merge(3, 5, choices(last + 1:min(last + 1, len(choices))) == ",")
     end do
   end function choice_list
-
-  !> The same as `A, B or C`.
-  pure function choices_in_words(choices) result(list)
-    character(*), intent(in) :: choices
-    character(:), allocatable :: list
-    type(string_t), allocatable :: words(:)
-
-    words = choice_list(choices)
-    list = joined(words(:size(words) - 1), ", ")
-    if (list /= "") list = list//" or "
-    list = list//words(size(words))%value
-  end function choices_in_words
 
   !> `, did you mean NAME?` for the nearest of the names, empty where none is near.
   pure function did_you_mean(given, names, present_names) result(hint)
@@ -263,15 +222,15 @@ contains
     character(:), allocatable :: names
     integer :: i
 
-    names = trim(line%fields(1)%name)
+    names = line%fields(1)%name
     do i = 2, size(line%fields)
-      names = names//", "//trim(line%fields(i)%name)
+      names = names//", "//line%fields(i)%name
     end do
   end function field_names
 
   !> May a keyword appear in a step, in the first one at least?
   pure logical function may_be_in_step(keyword)
-    class(keyword_spec_t), intent(in) :: keyword
+    type(keyword_spec_t), intent(in) :: keyword
 
     may_be_in_step = any(keyword%place == [in_first_step, in_any_step, inside_step, needs_step, &
                                            bounds_step])

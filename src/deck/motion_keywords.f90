@@ -4,90 +4,15 @@ module motion_keywords
   use input_errors, only: error_list_t, add_error
   use text, only: to_text
   use scene, only: scene_t, curve_spec_t, motion_spec_t
-  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                           add_vector, add_example, kind_real, kind_name, kind_choice, any_number, &
-                           in_any_step, names_curve
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
                           is_option_given, field_real, all_numbers, deck_context_t, &
                           resolve_option, step_of
   implicit none
   private
 
-  public :: add_motion_keywords, add_amplitude_option, find_amplitude
+  public :: read_amplitudes, read_tool_motions, find_amplitude
 
 contains
-
-  !> Add the option AMPLITUDE to the last keyword.
-  pure subroutine add_amplitude_option(table, scaled)
-    type(keyword_table_t), intent(inout) :: table
-    character(*), intent(in) :: scaled     !! what it scales
-
-    call add_option(table, "AMPLITUDE", kind_name, "amplitude that scales "//scaled, &
-                    is_required=.false.)
-  end subroutine add_amplitude_option
-
-  !> Add *AMPLITUDE, *TOOL MOTION and *TOOL FORCE.
-  subroutine add_motion_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "AMPLITUDE", "A factor against time, linear or smooth between the "// &
-                     "points and constant outside.", names=names_curve, read=read_amplitudes)
-    call add_option(table, "NAME", kind_name, "name, for AMPLITUDE options")
-    call add_option(table, "INPUT", kind_name, "file with the data lines", is_required=.false.)
-    call add_option(table, "DEFINITION", kind_choice, "SMOOTH STEP: between the points "// &
-                    "a quintic that is level at both of them, as in Abaqus", default="TABULAR", &
-                    choices="TABULAR|SMOOTH STEP")
-    call add_option(table, "TIME", kind_choice, "times since the start of the step that names "// &
-                    "the amplitude, or since that of the run", default="STEP TIME", &
-                    choices="STEP TIME|TOTAL TIME")
-    call add_option(table, "VALUE", kind_choice, "accepted for Abaqus compatibility", &
-                    default="RELATIVE", choices="RELATIVE")
-    call add_line(table, "Pairs of time and value, any number on a line; times rise.", &
-                  n_max=any_number, is_repeated=.true.)
-    call add_field(table, "time, value", kind_real, "time, then value", unit="time, none")
-    call add_example(table, "*AMPLITUDE, NAME=soft start", "0, 0, 0.001, 1")
-
-    call add_keyword(table, "TOOL MOTION", "How a tool moves from the start of the step on, in "// &
-                     "which this appears; in later steps it continues until the tool gets "// &
-                     "another motion. Several of one tool in one step add up if they move "// &
-                     "different components; one of them may rotate it. A tool without it does "// &
-                     "not move.", place=in_any_step, read=read_tool_motions)
-    call add_option(table, "TOOL", kind_name, "name of the tool")
-    call add_option(table, "TYPE", kind_choice, "what the data lines are; DISPLACEMENT and "// &
-                    "ROTATION count from where the tool is at the start of the step, and need "// &
-                    "an AMPLITUDE that starts at 0", default="VELOCITY", &
-                    choices="VELOCITY|DISPLACEMENT|ROTATION|ANGULAR VELOCITY")
-    call add_amplitude_option(table, "the vector")
-    call add_line(table, "The vector.", when="VELOCITY|DISPLACEMENT")
-    call add_vector(table, "", "component", unit="length/time, length")
-    call add_line(table, "A point of the axis at the start of the step, and the direction of "// &
-                  "the axis, which moves with the other motions of the tool; the "// &
-                  "rotation is right-handed.", when="ROTATION|ANGULAR VELOCITY")
-    call add_vector(table, "", "point")
-    call add_vector(table, "a", "axis", unit="none")
-    call add_line(table, "The angle.", when="ROTATION|ANGULAR VELOCITY")
-    call add_field(table, "angle", kind_real, "angle, or angle per time", &
-                   unit="degrees, degrees/time")
-    call add_example(table, "*TOOL MOTION, TOOL=punch, TYPE=VELOCITY, AMPLITUDE=soft start", &
-                     "0, -2000, 0")
-
-    call add_keyword(table, "TOOL FORCE", "A force that moves a tool, such as a blank holder: "// &
-                     "the tool is free along the force and constrained across it. It acts "// &
-                     "until the tool gets another motion. A weight is a part of the force.", &
-                     place=in_any_step)
-    call add_option(table, "TOOL", kind_name, "name of the tool")
-    call add_amplitude_option(table, "the force")
-    call add_option(table, "MASS", kind_real, "mass of the tool; 0: twice what its contact "// &
-                    "springs and the time step ask for, named in the log", default="0", &
-                    unit="mass", range=">= 0")
-    call add_option(table, "DAMPING", kind_real, "damping of the tool motion, as a fraction of "// &
-                    "critical damping for the tool mass and its total contact stiffness. It "// &
-                    "increases the force on the sheet while the tool is pushed back; DAMPING "// &
-                    "of *CONTACT PAIR does not", default="0", range=">= 0")
-    call add_line(table, "The force.")
-    call add_vector(table, "", "component", unit="force")
-    call add_example(table, "*TOOL FORCE, TOOL=blank holder, AMPLITUDE=soft start", "0, -2450, 0")
-  end subroutine add_motion_keywords
 
   !> Fill the list of curves, one for each *AMPLITUDE in the order of the deck.
   subroutine read_amplitudes(deck, context, scene, errors)

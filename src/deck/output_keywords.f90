@@ -3,85 +3,16 @@ module output_keywords
   use input_errors, only: error_list_t, add_error
   use text, only: squeezed, to_text, upper_case
   use scene, only: scene_t, output_spec_t, probe_spec_t
-  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                           add_example, kind_real, kind_integer, kind_name, kind_choice, &
-                           kind_flag, in_any_step, names_point
   use deck_records, only: parsed_deck_t, find_records, option_real, option_integer, &
                           is_option_given, field_real, option_text, deck_context_t, first_in_step
   implicit none
   private
 
-  public :: add_output_keywords, read_output
+  public :: read_checkpoints, read_probes, read_output
 
   integer, parameter :: usual_number = 10
 
 contains
-
-  !> Add *HISTORY POINT, *OUTPUT and *CHECKPOINT.
-  subroutine add_output_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "HISTORY POINT", "A point of the blank whose motion is written to "// &
-                     "the history.", &
-                     alias="PROBE", names=names_point, read=read_probes)
-    call add_option(table, "NAME", kind_name, "name in the result file")
-    call add_option(table, "PATCH", kind_name, "patch of the blank, the first if none is given", &
-                    is_required=.false.)
-    call add_line(table, "Coordinates in the ranges of the knots, 0 to 1 for a box.")
-    call add_field(table, "xi", kind_real, "parametric coordinate")
-    call add_field(table, "eta", kind_real, "parametric coordinate")
-    call add_field(table, "zeta", kind_real, "parametric coordinate")
-    call add_example(table, "*HISTORY POINT, NAME=middle", "0.5, 0.5, 0.5")
-
-    call add_keyword(table, "OUTPUT", "What is written and how often.", is_unique=.true., &
-                     place=in_any_step, is_in_digest=.false.)
-    call add_option(table, "FRAMES", kind_integer, "frames of the whole model, at equal "// &
-                    "intervals after the one at the start", default="20", range=">= 1")
-    call add_option(table, "HISTORY", kind_integer, "history samples of energies and forces, "// &
-                    "likewise. Of frames and samples, time steps end at the times of those "// &
-                    "that are due more often; the others come with the first step at or after "// &
-                    "theirs", default="200", range=">= 1")
-    call add_option(table, "CELLS", kind_choice, "cells of the pictures: LAGRANGE for all "// &
-                    "readers; BEZIER keeps weights, for readers that know them. Those of the "// &
-                    "first step apply in all steps", default="LAGRANGE", choices="LAGRANGE|BEZIER")
-    call add_option(table, "FIELDS", kind_choice, "more fields: CONTACT: the pressure of the "// &
-                    "contact pairs on blank and tools; WEAR: also pressure times slip on the "// &
-                    "tools since the start, gathered in every time step. What one *STEP "// &
-                    "asks for is written in all, as frames of a file have the same fields", &
-                    default="NONE", &
-                    choices="NONE|CONTACT|WEAR")
-    call add_example(table, "*OUTPUT, FRAMES=20, HISTORY=200")
-    call add_run_keywords(table)
-  end subroutine add_output_keywords
-
-  !> Add *CHECKPOINT.
-  subroutine add_run_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "CHECKPOINT", "Saves the state in regular intervals, and at the "// &
-                     "end, to NAME.ckpt.h5 next to the result: `--restart NAME.ckpt.h5` "// &
-                     "continues from there with bitwise identical results. Whichever interval "// &
-                     "is over first counts; without any, NUMBER is 10. A deck without this "// &
-                     "keyword saves every 15 minutes of wall-clock time, and the file is "// &
-                     "deleted when the run is complete. Signals, `--wall` and failures save "// &
-                     "the state in any case, see docs/running.md.", is_unique=.true., &
-                     is_in_digest=.false., read=read_checkpoints)
-    call add_option(table, "OFF", kind_flag, "saves in no intervals")
-    call add_option(table, "STEPS", kind_integer, "time steps between two checkpoints; below "// &
-                    "21 they are 21 apart, for 20 further steps prove each state; 0: none", &
-                    default="0", range=">= 0")
-    call add_option(table, "MINUTES", kind_real, "minutes of wall-clock time between them; 0: "// &
-                    "none", default="0", unit="min", range=">= 0")
-    call add_option(table, "NUMBER", kind_integer, "checkpoints over the run; 0: none", &
-                    default="0", range=">= 0")
-    call add_option(table, "WALL", kind_real, "minutes of wall-clock time after which the "// &
-                    "state is saved and the run stops with exit code 3, as with `--wall`; 0: "// &
-                    "never", default="0", unit="min", range=">= 0")
-    call add_option(table, "RETRY", kind_real, "factor below 1 on the time step for one "// &
-                    "more try from the last verified state if the numerics fail; 0: none", &
-                    default="0", range=">= 0")
-    call add_example(table, "*CHECKPOINT, MINUTES=15, RETRY=0.5")
-  end subroutine add_run_keywords
 
   !> Take *CHECKPOINT.
   subroutine read_checkpoints(deck, context, scene, errors)

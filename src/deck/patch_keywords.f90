@@ -8,15 +8,13 @@ module patch_keywords
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t
   use refinement, only: insert_knots, elevate_degree, dividing_knots
-  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                           add_vector, add_example, kind_real, kind_integer, kind_name, any_number
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
                           field_real, all_numbers, deck_names_t, deck_context_t, patch_parts_t, &
                           resolve_option
   implicit none
   private
 
-  public :: add_patch_keywords, collect_parts, check_parts, read_axes, read_points, refine
+  public :: collect_parts, check_parts, read_axes, read_points, refine
 
   !> Refine a surface or a solid by all its *REFINE, in the order of the deck.
   interface refine
@@ -24,50 +22,6 @@ module patch_keywords
   end interface refine
 
 contains
-
-  !> Add *KNOTS, *CONTROL POINTS and *REFINE.
-  subroutine add_patch_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-    character(*), parameter :: owner = "name of the blank, of a *PATCH or of the tool"
-
-    call add_keyword(table, "KNOTS", "Open knot vector of one axis of a patch: the first and "// &
-                     "the last knot are repeated degree + 1 times, an inner one at most degree "// &
-                     "times.")
-    call add_option(table, "PATCH", kind_name, owner)
-    call add_option(table, "AXIS", kind_integer, "1 for xi, 2 for eta, 3 for zeta", &
-                    range=">= 1 and <= 3")
-    call add_option(table, "DEGREE", kind_integer, "polynomial degree", range=">= 1 and <= 5")
-    call add_option(table, "INPUT", kind_name, "file with the data lines", is_required=.false.)
-    call add_line(table, "Knots, any number on a line.", n_max=any_number, is_repeated=.true.)
-    call add_field(table, "knot", kind_real, "never below the one before")
-    call add_example(table, "*KNOTS, PATCH=punch, AXIS=1, DEGREE=2", "0, 0, 0, 0.5, 1, 1, 1")
-
-    call add_keyword(table, "CONTROL POINTS", "Control points of a patch, or of the curve of "// &
-                     "an extruded tool; axis 1 runs fastest. Points are not multiplied by weights.")
-    call add_option(table, "PATCH", kind_name, owner)
-    call add_option(table, "INPUT", kind_name, "CSV file with the data lines; a first line of "// &
-                    "column names is skipped", is_required=.false.)
-    call add_line(table, "One point per line.", n_max=any_number)
-    call add_vector(table, "", "coordinate")
-    call add_field(table, "w", kind_real, "weight", default="1", range=">= 1e-30 and <= 1e30")
-    call add_example(table, "*CONTROL POINTS, PATCH=punch, INPUT=punch.csv")
-
-    call add_keyword(table, "REFINE", "Refines one axis of the blank or of a tool; the shape "// &
-                     "stays the same. Several *REFINE work in the order of the deck; within "// &
-                     "one, first the degree is raised, then spans are divided, then knots "// &
-                     "inserted.")
-    call add_option(table, "PATCH", kind_name, owner)
-    call add_option(table, "AXIS", kind_integer, "1 for xi, 2 for eta, 3 for zeta", &
-                    range=">= 1 and <= 3")
-    call add_option(table, "ELEVATE", kind_integer, "by how much the degree rises", default="0", &
-                    range=">= 0 and <= 4")
-    call add_option(table, "SUBDIVIDE", kind_integer, "parts that each span is divided into", &
-                    default="1", range=">= 1 and <= 1000")
-    call add_line(table, "Knots to insert, any number on a line.", n_min=0, n_max=any_number, &
-                  is_repeated=.true.)
-    call add_field(table, "knot", kind_real, "inside the knot vector")
-    call add_example(table, "*REFINE, PATCH=lower die, AXIS=1, SUBDIVIDE=4")
-  end subroutine add_patch_keywords
 
   !> Records that name each patch; a name that is no patch is an error.
   subroutine collect_parts(deck, context, errors)

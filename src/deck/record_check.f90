@@ -6,8 +6,8 @@ module record_check
   use input_errors, only: origin_t, new_origin, error_list_t, add_error, add_warning
   use text, only: string_t, to_text, squeezed, joined
   use keyword_spec, only: keyword_spec_t, line_spec_t, value_spec_t, kind_flag, kind_words, &
-                          anywhere, option_index, selects_lines, may_be_left_out, check_field, &
-                          expectation, did_you_mean, wanted, lines_in_words, field_names
+                          anywhere, selects_lines, may_be_left_out, check_field, choice_list, &
+                          is_among, did_you_mean, wanted, lines_in_words, field_names
   use lexer, only: lexed_deck_t, block_t, option_place, line_text, split_fields, field_text
   use deck_records, only: record_t, option_t, parsed_deck_t, find_records, number_steps, &
                           n_deck_steps, line_origin, line_place
@@ -187,7 +187,7 @@ contains
     if (known == "") known = "no option"
     do i = 1, size(block%options)
       associate (name => block%options(i)%name)
-        if (option_index(spec, name) > 0) then
+        if (is_among(name, names)) then
           cycle
         else if (is_list_entry(block, i)) then
           if (is_list_entry(block, i - 1)) cycle
@@ -242,7 +242,7 @@ contains
     option%name = spec%name
     option%value = spec%default
     option%is_given = place > 0 .or. option%value /= ""
-    expected = spec%name//"="//expectation(spec)
+    expected = spec%name//"="//spec%allowed
     if (place == 0) then
       if (spec%is_required) call add_error(errors, origin, "no option "//spec%name, expected)
     else if (spec%kind == kind_flag) then
@@ -273,8 +273,8 @@ contains
       do place = 1, size(spec%options)
         if (.not. selects_lines(spec%options(place))) cycle
         if (.not. (record%options(place)%is_given .or. spec%options(place)%is_required)) cycle
-        has_known_type = index("|"//spec%options(place)%choices//"|", &
-                               "|"//record%options(place)%value//"|") > 0
+        has_known_type = is_among(record%options(place)%value, &
+                                  choice_list(spec%options(place)%allowed))
       end do
     end associate
   end function has_known_type
@@ -379,10 +379,8 @@ contains
     is_asked_for = line%when == ""
     do place = 1, size(spec%options)
       if (.not. selects_lines(spec%options(place))) cycle
-      if (record%options(place)%is_given .and. .not. is_asked_for) then
-        is_asked_for = index("|"//line%when//"|", &
-                             "|"//record%options(place)%value//"|") > 0
-      end if
+      if (record%options(place)%is_given .and. .not. is_asked_for) &
+        is_asked_for = is_among(record%options(place)%value, choice_list(line%when))
     end do
   end function is_asked_for
 
@@ -458,7 +456,7 @@ contains
                          record%words(place)%value, found, expected)
       else if (spec%is_required) then
         found = "no "//spec%name
-        expected = expectation(spec)
+        expected = spec%allowed
       end if
       if (allocated(found)) then
         call add_error(errors, line_origin(deck, record, line), found, expected)

@@ -7,15 +7,13 @@ module set_keywords
   use knot_vector, only: basis_derivatives, find_span
   use scene, only: scene_t, box_spec_t, set_spec_t
   use keyword_spec, only: did_you_mean
-  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                           add_example, kind_name, any_number, in_any_step, names_set, kind_choice
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given, &
                           line_origin, n_fields, field_word, deck_names_t, deck_context_t, &
                           box_frame_t
   implicit none
   private
 
-  public :: add_set_keyword, find_set, face_of, face_names, face_text
+  public :: read_sets, find_set, face_of, face_names
 
   character(8), parameter :: faces(6) = [character(8) :: "XI_MIN", "XI_MAX", "ETA_MIN", &
                                          "ETA_MAX", "ZETA_MIN", "ZETA_MAX"]
@@ -27,29 +25,6 @@ module set_keywords
     "for a box also X_MIN, X_MAX, Y_MIN, Y_MAX, Z_MIN or Z_MAX"
 
 contains
-
-  !> Add *SET.
-  subroutine add_set_keyword(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "SET", "Names a part of the blank. A control point belongs to it "// &
-                     "when its Greville abscissae do. Faces and ALL need no set: their names "// &
-                     "serve wherever a set is expected.", &
-                     place=in_any_step, names=names_set, read=read_sets)
-    call add_option(table, "NAME", kind_name, "name")
-    call add_option(table, "PATCH", kind_name, "patch of the blank, all if none is given; a "// &
-                    "name without its number means all that differ in it alone", &
-                    is_required=.false.)
-    call add_option(table, "OPERATION", kind_choice, "how several lines combine, required with "// &
-                    "several: UNION, a control point satisfies one of them at least, or "// &
-                    "INTERSECTION, all of them. It must satisfy all names of one line", &
-                    is_required=.false., choices="UNION|INTERSECTION")
-    call add_line(table, "One or more face names ("//face_text//"; two "// &
-                  "make an edge), or an axis (xi, eta, zeta; for a box also x, y, z) with the "// &
-                  "lower and the upper bound.", n_max=any_number, is_repeated=.true.)
-    call add_field(table, "face or axis", kind_name, "name of a face, or axis and bounds")
-    call add_example(table, "*SET, NAME=gauge, OPERATION=INTERSECTION", "ZETA_MAX", "x, 20, 40")
-  end subroutine add_set_keyword
 
   !> Fill the list of sets, one for each *SET in the order of the deck.
   subroutine read_sets(deck, context, scene, errors)

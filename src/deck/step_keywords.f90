@@ -6,9 +6,6 @@ module step_keywords
   use name_table, only: name_table_t, insert
   use scene, only: scene_t, contact_spec_t, bead_spec_t, motion_spec_t, step_spec_t, &
                    output_spec_t, later_step_t
-  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                           add_example, kind_real, kind_name, kind_choice, kind_flag, kind_words, &
-                           in_first_step, in_any_step, inside_step, needs_step, bounds_step
   use deck_records, only: parsed_deck_t, find_records, is_option_given, field_word, line_origin, &
                           n_fields, option_text, option_real, field_real, record_t, is_filled, &
                           resolve, deck_context_t, step_of, n_deck_steps, first_in_step
@@ -16,139 +13,9 @@ module step_keywords
   implicit none
   private
 
-  public :: add_step_keywords
+  public :: read_changes, read_steps
 
 contains
-
-  subroutine add_time_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "DYNAMIC", "The explicit step.", is_unique=.true., place=inside_step, &
-                     is_required=.true., read=read_steps)
-    call add_option(table, "EXPLICIT", kind_flag, "accepted for Abaqus compatibility; all "// &
-                    "steps are explicit")
-    call add_option(table, "SCALE FACTOR", kind_real, "scale factor on the stable time "// &
-                    "increment. Values above 1 are for experiments only; the run is unstable "// &
-                    "unless the estimate is conservative. An increment that deformation has "// &
-                    "reduced may grow by up to 3 % to meet output times", default="0.8", &
-                    range="> 0 and <= 2", alias="SAFETY")
-    call add_option(table, "STABLE STEP", kind_choice, "from the largest frequency of the "// &
-                    "whole blank, or from that of its elements, which lies above it", &
-                    default="ASSEMBLED", choices="ASSEMBLED|ELEMENT")
-    call add_line(table, "The time period of the step, alone or as the second field, where "// &
-                  "Abaqus has it.")
-    call add_field(table, "time period", kind_real, "duration of the step", unit="time", &
-                   range="> 0", is_required=.false.)
-    call add_field(table, "time period", kind_real, "the same, if the first field is empty", &
-                   unit="time", range="> 0", is_required=.false.)
-    call add_example(table, "*DYNAMIC, EXPLICIT, SCALE FACTOR=0.8", "4.0e-3")
-
-    call add_keyword(table, "BULK VISCOSITY", "Damping of the volume change; 0, 0 switches it "// &
-                     "off.", is_unique=.true., place=in_first_step)
-    call add_line(table, "")
-    call add_field(table, "b1", kind_real, "linear part", default="0.06", range=">= 0")
-    call add_field(table, "b2", kind_real, "quadratic part", default="1.2", range=">= 0")
-    call add_example(table, "*BULK VISCOSITY", "0.06, 1.2")
-
-    call add_keyword(table, "ENERGY LIMIT", "Error of the energy balance that ends the run.", &
-                     is_unique=.true., place=in_any_step)
-    call add_line(table, "")
-    call add_field(table, "limit", kind_real, "fraction of the largest energy; 0: never", &
-                   range=">= 0")
-    call add_example(table, "*ENERGY LIMIT", "0.2")
-
-    call add_keyword(table, "PENETRATION LIMIT", "Penetrations of the blank into a tool, as "// &
-                     "fractions of its thickness, at which a pair warns and at which the run "// &
-                     "ends.", is_unique=.true., place=in_any_step)
-    call add_line(table, "")
-    call add_field(table, "warning", kind_real, "a warning in the log, once per pair; 0: never", &
-                   default="0.1", range=">= 0")
-    call add_field(table, "limit", kind_real, "end of the run with an error; 0: never", &
-                   default="0.5", range=">= 0")
-    call add_example(table, "*PENETRATION LIMIT", "0.05, 0.2")
-  end subroutine add_time_keywords
-
-  !> Add *STEP, *END STEP, *MODEL CHANGE and all that describes a step.
-  subroutine add_step_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "STEP", "Begins a step: its *DYNAMIC, motions, boundary "// &
-                     "conditions, loads, limits and output follow, up to *END STEP. A deck "// &
-                     "without *STEP is one step. Motions, boundary conditions, loads, contact, "// &
-                     "damping, limits and output remain in effect in all later steps until "// &
-                     "they are replaced or removed; dynamic relaxation is for its step alone. "// &
-                     "What appears before the first *STEP applies from it on.", place=bounds_step)
-    call add_option(table, "NAME", kind_name, "name in log and results", is_required=.false.)
-    call add_option(table, "NLGEOM", kind_choice, "accepted for Abaqus compatibility", &
-                    default="YES", choices="YES")
-    call add_line(table, "Free text, which is ignored.", n_min=0)
-    call add_field(table, "title", kind_words, "title", is_required=.false.)
-    call add_example(table, "*STEP, NAME=release", "*MODEL CHANGE, REMOVE", "punch, die", &
-                     "*DYNAMIC, EXPLICIT", "0.01", "*END STEP")
-
-    call add_keyword(table, "END STEP", "Ends a step.", place=bounds_step)
-    call add_example(table, "*END STEP")
-
-    call add_keyword(table, "MODEL CHANGE", "Takes tools and draw beads away from the blank at "// &
-                     "the start of a step, or brings them again. A tool that is away has no "// &
-                     "contact; it continues its *TOOL MOTION, but its *TOOL FORCE waits, with "// &
-                     "the tool at rest, and starts again when the tool returns. A tool that "// &
-                     "first comes later is removed in the first step.", place=needs_step, &
-                     read=read_changes)
-    call add_option(table, "REMOVE", kind_flag, "they go")
-    call add_option(table, "ADD", kind_flag, "they come")
-    call add_line(table, "Names of tools and draw beads.", n_max=huge(1), is_repeated=.true.)
-    call add_field(table, "name", kind_name, "name of a tool, or that which one or more draw "// &
-                   "beads have")
-    call add_example(table, "*MODEL CHANGE, REMOVE", "punch, blank holder")
-    call add_time_keywords(table)
-    call add_dynamics_keywords(table)
-  end subroutine add_step_keywords
-
-  !> Add *DAMPING, *DYNAMIC RELAXATION and *MASS SCALING.
-  subroutine add_dynamics_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "DAMPING", "Damping in proportion to the mass: a force -ALPHA m v "// &
-                     "on all of the blank. A mode of angular frequency w gets the damping "// &
-                     "ratio ALPHA/(2 w). The stable time increment is unchanged.", &
-                     is_unique=.true., place=in_any_step)
-    call add_option(table, "ALPHA", kind_real, "factor", unit="1/time", range="> 0")
-    call add_example(table, "*DAMPING, ALPHA=500")
-
-    call add_keyword(table, "DYNAMIC RELAXATION", "Converges to static equilibrium and ends "// &
-                     "the run there: when both residuals are small, and not before the last "// &
-                     "time in any *AMPLITUDE. The time period of *DYNAMIC is the limit; a run "// &
-                     "that reaches it first ends with an error. Apply loads with an *AMPLITUDE.", &
-                     is_unique=.true., place=in_any_step)
-    call add_option(table, "METHOD", kind_choice, "RAYLEIGH: critical damping of the frequency "// &
-                    "that the motion has in each step; KINETIC: no damping, but all motion "// &
-                    "stops when the kinetic energy has passed a maximum; between stops the "// &
-                    "blank swings freely and may yield more", default="RAYLEIGH", &
-                    choices="RAYLEIGH|KINETIC")
-    call add_option(table, "ENERGY", kind_real, "convergence criterion: kinetic energy divided "// &
-                    "by the largest change of the internal energy since the start of the step. "// &
-                    "With METHOD=KINETIC, the largest of the recent maxima is used: at least "// &
-                    "three, over at least half of the elapsed step time", default="1e-8", &
-                    range="> 0")
-    call add_option(table, "FORCE", kind_real, "convergence criterion: norm of the unbalanced "// &
-                    "force, over the largest norm of the internal or external forces in the step", &
-                    default="1e-3", range="> 0")
-    call add_example(table, "*DYNAMIC RELAXATION, METHOD=RAYLEIGH, ENERGY=1e-8, FORCE=1e-3")
-
-    call add_keyword(table, "MASS SCALING", "Mass that is added for a larger stable time "// &
-                     "increment. Weight under *GRAVITY stays that of the real mass.", &
-                     is_unique=.true., place=in_first_step)
-    call add_option(table, "THICKNESS", kind_real, "factor on the mass of motion through the "// &
-                    "thickness, which has hardly any energy in a sheet: of a column of control "// &
-                    "points, the differences to their mean along the column; 1: none. Boundary "// &
-                    "conditions do not change the stable time increment", range=">= 1", &
-                    is_required=.false.)
-    call add_option(table, "DT", kind_real, "time step that all masses are raised for, by one "// &
-                    "factor and after the other scaling; 0: none", unit="time", range=">= 0", &
-                    is_required=.false., alias="STEP")
-    call add_example(table, "*MASS SCALING, THICKNESS=4")
-  end subroutine add_dynamics_keywords
 
   !> Cut contact pairs and draw beads where *MODEL CHANGE takes them away, or brings them again.
   subroutine read_changes(deck, context, scene, errors)

@@ -8,16 +8,13 @@ module tool_keywords
   use name_table, only: place_of
   use checksum, only: file_checksum
   use text_file, only: path_beside
-  use iges_global, only: unit_names, unit_in_mm
+  use iges_global, only: unit_in_mm
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface, evaluate_surface
   use primitives, only: plane_surface, cylinder_surface, sphere_surface, extruded_surface
   use iges_reader, only: read_iges
   use iges_selection, only: iges_request_t
   use scene, only: scene_t, tool_spec_t
-  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                           add_vector, add_example, kind_real, kind_integer, kind_name, &
-                           kind_choice, names_tool
   use deck_records, only: parsed_deck_t, find_records, option_text, option_real, field_real, &
                           is_option_given, record_t, field_integer, deck_context_t, patch_parts_t, &
                           resolve_option, deck_names_t, resolve
@@ -30,120 +27,12 @@ module tool_keywords
   implicit none
   private
 
-  public :: add_tool_keywords, measure_offset
+  public :: read_tools, read_placements, measure_offset
 
   real(wp), parameter :: usual = 1.0e-4_wp       !! tolerance, part of the distance
   real(wp), parameter :: seam_width = 0.01_wp    !! widest seam, part of the distance
 
 contains
-
-  !> Add *TOOL and *TOOL PLACEMENT.
-  subroutine add_tool_keywords(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "TOOL", "A rigid tool: one surface in its position at the start, "// &
-                     "or several of a CAD file, oriented so that they agree at common edges. "// &
-                     "Its normal is the direction of xi crossed with that of eta.", &
-                     names=names_tool, read=read_tools)
-    call add_option(table, "NAME", kind_name, "name")
-    call add_option(table, "TYPE", kind_choice, "SURFACE: knots and points listed; EXTRUDED: a "// &
-                    "curve listed, drawn along a vector; PLANE; CYLINDER; SPHERE; IGES: "// &
-                    "surfaces of a CAD file; OFFSET: those of another tool at a distance", &
-                    choices="SURFACE|EXTRUDED|PLANE|CYLINDER|SPHERE|IGES|OFFSET")
-    call add_option(table, "SIDE", kind_choice, "side of the surface on which the sheet lies: "// &
-                    "where the normal points (POSITIVE), or the other, or where the blank is "// &
-                    "at the start, for each connected group of surfaces on its own (BLANK, if "// &
-                    "not given; POSITIVE for a tool that an OFFSET refers to); not for "// &
-                    "OFFSET", choices="BLANK|POSITIVE|NEGATIVE", is_required=.false.)
-    call add_option(table, "COMPONENT OF", kind_name, "name of another *TOOL: this surface is "// &
-                    "then one of that tool, and has no side, motion or contact of its own", &
-                    is_required=.false., alias="PART OF")
-    call add_cad_options(table)
-    call add_option(table, "OF", kind_name, "OFFSET: name of the tool whose offset it is", &
-                    is_required=.false.)
-    call add_line(table, "Extrusion of the curve; it is eta of the surface.", when="EXTRUDED")
-    call add_vector(table, "d", "extrusion")
-    call add_field(table, "rows", kind_integer, "rows of control points", default="2", &
-                   range=">= 2")
-    call add_field(table, "degree", kind_integer, "degree along it, below the number of rows", &
-                   default="1", range=">= 1 and <= 5")
-    call add_line(table, "Shift of the curve before it is extruded.", when="EXTRUDED", n_min=0)
-    call add_vector(table, "s", "shift")
-    call add_line(table, "A corner.", when="PLANE")
-    call add_vector(table, "", "corner")
-    call add_line(table, "Edge from the corner along xi.", when="PLANE")
-    call add_vector(table, "a", "edge")
-    call add_line(table, "Edge from the corner along eta.", when="PLANE")
-    call add_vector(table, "b", "edge")
-    call add_line(table, "A point of the axis where the cylinder begins, and the axis in its "// &
-                  "full length, along eta; the normal points outwards.", when="CYLINDER")
-    call add_vector(table, "", "point")
-    call add_vector(table, "a", "axis")
-    call add_line(table, "Radius and arc. Angle 0 is the x direction (y if the axis is along "// &
-                  "x), angles turn right-handed about the axis, along xi.", when="CYLINDER", &
-                  is_joinable=.true.)
-    call add_field(table, "radius", kind_real, "radius", unit="length", range="> 0")
-    call add_field(table, "start", kind_real, "angle where the arc starts", unit="degrees", &
-                   default="0")
-    call add_field(table, "angle", kind_real, "angle of the arc", unit="degrees", default="360", &
-                   range="> 0 and <= 360")
-    call add_line(table, "The centre; the normal points outwards.", when="SPHERE")
-    call add_vector(table, "", "centre")
-    call add_line(table, "The radius.", when="SPHERE", is_joinable=.true.)
-    call add_field(table, "radius", kind_real, "radius", unit="length", range="> 0")
-    call add_offset_lines(table)
-    call add_example(table, "*TOOL, NAME=punch, TYPE=CYLINDER, SIDE=POSITIVE", &
-                     "0, 60, 0, 0, 0, 100", "50", "*TOOL, NAME=die, TYPE=IGES, INPUT=die.igs, "// &
-                     "SIDE=NEGATIVE", "*TOOL, NAME=lid, TYPE=OFFSET, OF=die", "1.05")
-    call add_placement_keyword(table)
-  end subroutine add_tool_keywords
-
-  !> Add the options to the keyword begun last.
-  subroutine add_cad_options(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_option(table, "INPUT", kind_name, "IGES: the file, relative to the deck", &
-                    is_required=.false.)
-    call add_option(table, "LENGTH", kind_choice, "IGES: unit of the deck's lengths, into "// &
-                    "which those of the file are converted; the one that *UNITS names, else "// &
-                    "MM, if not given", choices=unit_names, is_required=.false.)
-    call add_option(table, "ENTITY", kind_name, "IGES: directory numbers of the surfaces to "// &
-                    "take, such as ""5,9""; all untrimmed ones if neither ENTITY nor LABEL is "// &
-                    "given", is_required=.false.)
-    call add_option(table, "LABEL", kind_name, "IGES: labels of the surfaces to take, such as "// &
-                    """DIE,RADIUS""", is_required=.false.)
-  end subroutine add_cad_options
-
-  !> Add the data lines to the keyword begun last.
-  subroutine add_offset_lines(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_line(table, "Distance from the tool OF. Above 0 it leads to where its sheet is, "// &
-                  "and the sheet lies between the two; below 0 it leads away, and the sheet "// &
-                  "lies on the side that OF has it.", when="OFFSET")
-    call add_field(table, "distance", kind_real, "such as thickness and gap", unit="length")
-    call add_field(table, "tolerance", kind_real, "largest error of the surface; 0: "// &
-                   "1e-4 of the distance", unit="length", default="0", range=">= 0")
-    call add_line(table, "Shift from there to where the tool is at the start.", when="OFFSET", &
-                  n_min=0)
-    call add_vector(table, "s", "shift")
-  end subroutine add_offset_lines
-
-  !> Add *TOOL PLACEMENT.
-  subroutine add_placement_keyword(table)
-    type(keyword_table_t), intent(inout) :: table
-
-    call add_keyword(table, "TOOL PLACEMENT", "Puts a tool against the sheet before the run: "// &
-                     "coming along a direction from outside it stops where its smallest "// &
-                     "distance to the sheet is the clearance. Where the deck has it along that "// &
-                     "direction does not matter.", read=read_placements)
-    call add_option(table, "TOOL", kind_name, "name of the tool")
-    call add_option(table, "CLEARANCE", kind_real, "smallest distance to the sheet", &
-                    default="0", unit="length", range=">= 0")
-    call add_line(table, "Direction from the tool towards the sheet, of any length.")
-    call add_vector(table, "", "direction", unit="none")
-    call add_example(table, "*TOOL PLACEMENT, TOOL=punch, CLEARANCE=0.01", "0, 0, -1")
-  end subroutine add_placement_keyword
 
   !> Note direction and clearance of tools that are to be placed.
   subroutine read_placements(deck, context, scene, errors)

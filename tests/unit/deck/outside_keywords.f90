@@ -6,12 +6,25 @@ module outside_keywords
   use scene, only: scene_t
   use deck_records, only: parsed_deck_t, find_records, option_text, field_real, deck_context_t, &
                           resolve
-  use keyword_table, only: keyword_table_t, add_keyword, add_option, add_line, add_field, &
-                           add_example, kind_real, kind_name, kind_choice, in_any_step
+  use keyword_spec, only: in_any_step
+  use keyword_table, only: keyword_table_t, add_keywords, set_keyword
   implicit none
   private
 
   public :: add_outside_keywords
+
+  character(*), parameter :: feed = new_line("a")
+  character(*), parameter, public :: stamp_page = feed// &
+    "## *STAMP"//feed//feed// &
+    "Marks the sheet. For a test."//feed// &
+    "Also: *OLD STAMP."//feed//feed// &
+    "| Option | Value | Default | Unit | Meaning |"//feed//"|---|---|---|---|---|"//feed// &
+    "| MATERIAL (also: MAT) | text | required |  | name of a material |"//feed// &
+    "| COLOUR | RED or BLUE | RED |  | colour of the mark |"//feed//feed// &
+    "One data line. Size."//feed//feed// &
+    "| Field | Value | Default | Unit | Meaning |"//feed//"|---|---|---|---|---|"//feed// &
+    "| width | a number > 0 | required | length | width of the mark |"//feed//feed// &
+    "```"//feed//"*STAMP, MATERIAL=steel"//feed//"2.5"//feed//"```"//feed
 
 contains
 
@@ -19,14 +32,8 @@ contains
   subroutine add_outside_keywords(table)
     type(keyword_table_t), intent(inout) :: table
 
-    call add_keyword(table, "STAMP", "Marks the sheet. For a test.", alias="OLD STAMP", &
-                     place=in_any_step, read=read_stamps)
-    call add_option(table, "MATERIAL", kind_name, "name of a material", alias="MAT")
-    call add_option(table, "COLOUR", kind_choice, "colour of the mark", default="RED", &
-                    choices="RED|BLUE")
-    call add_line(table, "Size.")
-    call add_field(table, "width", kind_real, "width of the mark", unit="length", range="> 0")
-    call add_example(table, "*STAMP, MATERIAL=steel", "2.5")
+    call add_keywords(table, stamp_page)
+    call set_keyword(table, "STAMP", in_any_step, read=read_stamps)
   end subroutine add_outside_keywords
 
   !> Append what each *STAMP says to the heading.
