@@ -13,13 +13,12 @@ module all_keywords
   use contact_keywords, only: read_contacts, read_beads
   use set_keywords, only: read_sets
   use boundary_keywords, only: read_boundaries, read_loads
-  use initial_keywords, only: read_initial_conditions, read_temperatures, read_field_variables, &
-                              read_test_starts
+  use initial_keywords, only: read_initial_conditions, read_field_variables, read_test_starts
   use step_keywords, only: read_changes, read_steps
   use output_keywords, only: read_checkpoints, read_probes
   use input_errors, only: error_list_t
   use scene, only: scene_t
-  use deck_records, only: parsed_deck_t, find_records, option_real, option_text, is_option_given, &
+  use deck_records, only: parsed_deck_t, first_record, option_real, option_text, is_option_given, &
                           field_word, deck_context_t
   implicit none
   private
@@ -65,7 +64,7 @@ contains
     call set_keyword(table, "GRAVITY", in_any_step)
     call set_keyword(table, "INITIAL CONDITIONS", read=read_initial_conditions, &
                      read_test=read_test_starts)
-    call set_keyword(table, "TEMPERATURE", in_any_step, read=read_temperatures)
+    call set_keyword(table, "TEMPERATURE", in_any_step)
     call set_keyword(table, "FIELD", in_any_step, read=read_field_variables)
     call set_keyword(table, "STEP", bounds_step)
     call set_keyword(table, "END STEP", bounds_step)
@@ -90,7 +89,7 @@ contains
     type(error_list_t), intent(inout) :: errors
     integer :: i
 
-    i = first_of(deck, "REDUCE")
+    i = first_record(deck, "REDUCE")
     if (i == 0) return
     associate (record => deck%records(i))
       scene%reduction%origin = record%origin
@@ -110,27 +109,15 @@ contains
 
     scene%heading = ""
     scene%units = ""
-    i = first_of(deck, "HEADING")
+    i = first_record(deck, "HEADING")
     if (i > 0) then
       do line = 1, deck%records(i)%n_lines
         if (line > 1) scene%heading = scene%heading//new_line("a")
         scene%heading = scene%heading//trim(adjustl(field_word(deck%records(i), line, 1)))
       end do
     end if
-    i = first_of(deck, "UNITS")
+    i = first_record(deck, "UNITS")
     if (i > 0) scene%units = trim(adjustl(field_word(deck%records(i), 1, 1)))
   end subroutine read_labels
-
-  !> The first record of a keyword; 0 if there is none or it has errors.
-  pure integer function first_of(deck, keyword)
-    type(parsed_deck_t), intent(in) :: deck
-    character(*), intent(in) :: keyword
-    integer, allocatable :: found(:)
-
-    found = find_records(deck, keyword)
-    first_of = 0
-    if (size(found) == 0) return
-    if (deck%records(found(1))%is_valid) first_of = found(1)
-  end function first_of
 
 end module all_keywords

@@ -14,7 +14,7 @@ module blank_keywords
   use lexer, only: split_fields
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, is_option_given, &
                           field_real, field_integer, field_word, deck_context_t, patch_parts_t, &
-                          box_frame_t, resolve_option, option_real
+                          box_frame_t, resolve_option, option_real, field_vector
   use patch_keywords, only: check_parts, read_axes, read_points, refine, collect_parts
   use round_solids, only: round_shape_t, disk_solids, bar_solids, ring_solids, tube_solids, &
                           cup_solids
@@ -55,7 +55,7 @@ contains
       call refuse_stray_patches(deck, record, errors)
       if (.not. is_complete) return
       do p = 1, size(blank%patches)
-        call refine(deck, context%parts(1), blank%patches(p)%solid, errors)
+        call refine(deck, context%parts(1), errors, solid=blank%patches(p)%solid)
         call read_rule(option_text(record, "QUADRATURE"), record, blank%patches(p), errors)
       end do
       call read_projection(record, blank, errors)
@@ -124,7 +124,7 @@ contains
           call check_parts(deck, context%parts(place), 0, "a patch of TYPE=BOX", errors)
           call read_box(record, .false., patch%solid, ignored, is_made, errors)
         end if
-        if (is_made) call refine(deck, context%parts(place), patch%solid, errors)
+        if (is_made) call refine(deck, context%parts(place), errors, solid=patch%solid)
         is_complete = is_complete .and. is_made
       end associate
     end do
@@ -382,11 +382,11 @@ contains
     type(record_t), intent(in) :: record
     logical, intent(in) :: is_cup
     type(round_shape_t) :: shape
-    integer :: i, more
+    integer :: more
 
     more = merge(2, 0, is_cup)
     shape%axis = index("XYZ", option_text(record, "AXIS"))
-    shape%origin = [(field_real(record, 1, i), i=1, 3)]
+    shape%origin = field_vector(record, 1, 1)
     shape%radius = field_real(record, 1, 4)
     shape%height = field_real(record, 1, 5)
     shape%angle = field_real(record, 2, 1)
@@ -404,10 +404,9 @@ contains
   function ring_shape(record) result(shape)
     type(record_t), intent(in) :: record
     type(round_shape_t) :: shape
-    integer :: i
 
     shape%axis = index("XYZ", option_text(record, "AXIS"))
-    shape%origin = [(field_real(record, 1, i), i=1, 3)]
+    shape%origin = field_vector(record, 1, 1)
     shape%inner_radius = field_real(record, 1, 4)
     shape%radius = field_real(record, 1, 5)
     shape%height = field_real(record, 1, 6)

@@ -6,17 +6,13 @@ module boundary_keywords
   use scene, only: scene_t, boundary_spec_t, load_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
                           field_word, field_real, field_integer, is_filled, deck_context_t, &
-                          step_of, check_lines, end_before, n_data_lines
+                          step_of, check_lines, end_before, n_data_lines, field_vector
   use motion_keywords, only: find_amplitude
   use set_keywords, only: find_set
   implicit none
   private
 
   public :: read_boundaries, read_loads
-
-  character(*), parameter :: op_text = &
-    "NEW removes all of this keyword that earlier steps gave; it needs no data lines then. MOD "// &
-    "adds; a load replaces an earlier one on the same set"
 
   character(*), parameter :: kinds(3) = [character(8) :: "PRESSURE", "TRACTION", "GRAVITY"]
 
@@ -165,10 +161,10 @@ contains
     type(deck_context_t), intent(inout) :: context
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
-    integer :: i, set
+    integer :: set
 
     if (scene%loads(n)%kind == "GRAVITY") then
-      scene%loads(n)%value = [(field_real(record, line, i), i=1, 3)]
+      scene%loads(n)%value = field_vector(record, line, 1)
       return
     end if
     call find_set(context, field_word(record, line, 1), line_origin(deck, record, line), &
@@ -184,7 +180,7 @@ contains
     if (scene%loads(n)%kind == "PRESSURE") then
       scene%loads(n)%value(1) = field_real(record, line, 2)
     else
-      scene%loads(n)%value = [(field_real(record, line, 1 + i), i=1, 3)]
+      scene%loads(n)%value = field_vector(record, line, 2)
     end if
   end subroutine read_load
 

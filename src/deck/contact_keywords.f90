@@ -8,7 +8,7 @@ module contact_keywords
   use keyword_spec, only: did_you_mean
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
                           is_option_given, field_real, deck_context_t, box_frame_t, &
-                          resolve_option, step_of
+                          resolve_option, step_of, field_vector
   use blank_keywords, only: read_count
   use motion_keywords, only: find_amplitude
   use set_keywords, only: face_of, face_names
@@ -131,14 +131,14 @@ contains
     integer, intent(in) :: i
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
-    integer :: line, c
+    integer :: line
 
     associate (bead => scene%beads(i))
       bead%restraint = field_real(record, 1, 1)
       bead%hold_down = field_real(record, 1, 2)
       allocate (bead%line(3, record%n_lines - 1))
       do line = 2, record%n_lines
-        bead%line(:, line - 1) = [(field_real(record, line, c), c=1, 3)]
+        bead%line(:, line - 1) = field_vector(record, line, 1)
         if (line < 3) cycle
         if (norm2(bead%line(:, line - 1) - bead%line(:, line - 2)) > 0.0_wp) cycle
         call add_error(errors, record%origin, "a corner of the line twice in a row", &

@@ -16,9 +16,9 @@ module deck_records
 
   public :: record_t, option_t, parsed_deck_t, find_records
   public :: option_text, option_real, option_integer, is_option_given
-  public :: n_fields, field_real, field_integer, field_word, is_filled, all_numbers
+  public :: n_fields, field_real, field_vector, field_integer, field_word, is_filled, all_numbers
   public :: line_origin, line_place, deck_end, n_data_lines, check_lines
-  public :: number_steps, n_deck_steps, step_of, first_in_step, end_before
+  public :: n_deck_steps, step_of, first_record, end_before
   public :: deck_context_t, deck_names_t, box_frame_t, patch_parts_t
   public :: enter_names, enter_name, resolve, resolve_option
 
@@ -154,11 +154,10 @@ contains
     type(record_t), intent(in) :: record
     integer, intent(in) :: line   !! from 1 to `record%n_lines`
     type(origin_t) :: origin
-    integer :: place
 
-    place = line_place(record, line)
-    origin = new_origin(deck%lexed%files(deck%lexed%lines%file(place))%value, &
-                      deck%lexed%lines%number(place), record%origin%keyword)
+    associate (place => deck%lexed%lines%items(line_place(record, line)))
+      origin = new_origin(deck%lexed%files(place%file)%value, place%number, record%origin%keyword)
+    end associate
   end function line_origin
 
   !> Place of a data line in the deck's list.
@@ -193,6 +192,17 @@ contains
 
     field_real = record%numbers(record%first(line) + field - 1)
   end function field_real
+
+  !> Three number fields from `field` on.
+  pure function field_vector(record, line, field) result(vector)
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line, field
+    real(wp) :: vector(3)
+
+    associate (place => record%first(line) + field - 1)
+      vector = record%numbers(place:place + 2)
+    end associate
+  end function field_vector
 
   !> A whole-number field.
   pure integer function field_integer(record, line, field)
@@ -310,18 +320,6 @@ contains
     call resolve(names, option_text(record, option), what, record%origin, place, errors)
   end subroutine resolve_option
 
-  !> Give every record the number of its step. What stands before the first has 0.
-  pure subroutine number_steps(deck)
-    type(parsed_deck_t), intent(inout) :: deck
-    integer, allocatable :: starts(:)
-    integer :: i
-
-    starts = find_records(deck, "STEP")
-    do i = 1, size(deck%records)
-      deck%records(i)%step = count(starts <= i)
-    end do
-  end subroutine number_steps
-
   !> Number of *STEP in the deck; a deck without has one step.
   pure integer function n_deck_steps(deck)
     type(parsed_deck_t), intent(in) :: deck
@@ -336,19 +334,20 @@ contains
     step = max(1, record_step)
   end function step_of
 
-  !> The first record of a keyword that begins with a step; 0 if there is none or it has errors.
-  pure integer function first_in_step(deck, keyword, step)
+  !> The first record of a keyword, perhaps of those that begin with a step; 0 if there is none or
+  !! it has errors.
+  pure integer function first_record(deck, keyword, step) result(first)
     type(parsed_deck_t), intent(in) :: deck
     character(*), intent(in) :: keyword
-    integer, intent(in) :: step
+    integer, intent(in), optional :: step
     integer, allocatable :: found(:)
 
     found = find_records(deck, keyword)
-    found = pack(found, step_of(deck%records(found)%step) == step)
-    first_in_step = 0
+    if (present(step)) found = pack(found, step_of(deck%records(found)%step) == step)
+    first = 0
     if (size(found) == 0) return
-    if (deck%records(found(1))%is_valid) first_in_step = found(1)
-  end function first_in_step
+    if (deck%records(found(1))%is_valid) first = found(1)
+  end function first_record
 
   !> Number of data lines of all records of a keyword.
   pure integer function n_data_lines(deck, keyword)

@@ -19,6 +19,7 @@ for start in range(0, len(pieces), 200):   # a statement has 255 continuation li
     parts.append(f"part_{start}")
     lines += [f"character(*), parameter :: {parts[-1]} = &",
               "// &\n".join(pieces[start:start + 200])]
-lines += ["contains", f"pure function {name}_text() result(text)", "character(:), allocatable :: text",
-          "text = " + "// &\n".join(parts), f"end function {name}_text", f"end module {name}", ""]
+lines += ["contains", f"pure function {name}_text() result(text)",
+          "character(:), allocatable :: text", "text = " + "// &\n".join(parts),
+          f"end function {name}_text", f"end module {name}", ""]
 target.write_text("\n".join(lines))

@@ -3,21 +3,20 @@ module initial_keywords
   use kinds, only: wp
   use input_errors, only: origin_t, error_list_t, add_error, add_warning
   use text, only: upper_case, to_text, read_real
-  use scene, only: scene_t, initial_state_spec_t, is_user_material, material_spec_t, field_spec_t
+  use scene, only: scene_t, initial_state_spec_t, is_user_material, material_spec_t, field_spec_t, &
+                   initial_velocity_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, line_origin, &
                           field_word, field_real, field_integer, is_filled, n_fields, &
                           option_integer, deck_context_t, step_of, check_lines, end_before, &
-                          n_data_lines
+                          field_vector, n_data_lines
   use motion_keywords, only: find_amplitude
   use set_keywords, only: find_set
   implicit none
   private
 
-  public :: read_initial_conditions, read_temperatures, read_field_variables, read_test_starts
+  public :: read_initial_conditions, read_field_variables, read_test_starts
 
   integer, parameter :: on_a_line = 8   ! entries of *INITIAL CONDITIONS, TYPE=SOLUTION
-
-  character(*), parameter :: variable_text = "with FIELD: which field variable"
 
 contains
 
@@ -27,8 +26,9 @@ contains
     type(deck_context_t), intent(inout) :: context
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
+    type(initial_velocity_spec_t) :: start, none
     integer, allocatable :: found(:)
-    integer :: i, j, line, n, set
+    integer :: i, line, n
 
     allocate (scene%initial_velocities(n_data_lines(deck, "INITIAL CONDITIONS")))
     found = find_records(deck, "INITIAL CONDITIONS")
@@ -38,41 +38,23 @@ contains
         if (.not. record%is_valid) cycle
         if (index(option_text(record, "TYPE"), "VELOCITY") == 0) cycle
         do line = 1, record%n_lines
+          start = none
+          start%origin = line_origin(deck, record, line)
+          call find_set(context, field_word(record, line, 1), start%origin, scene, start%set, &
+                        errors)
+          if (option_text(record, "TYPE") == "VELOCITY") then
+            start%velocity(field_integer(record, line, 2)) = field_real(record, line, 3)
+          else
+            start%omega = field_vector(record, line, 2)
+            start%centre = field_vector(record, line, 5)
+          end if
           n = n + 1
-          call find_set(context, field_word(record, line, 1), &
-                        line_origin(deck, record, line), scene, set, errors)
-          associate (start => scene%initial_velocities(n))
-            start%origin = line_origin(deck, record, line)
-            start%set = set
-            if (option_text(record, "TYPE") == "VELOCITY") then
-              start%velocity(field_integer(record, line, 2)) = field_real(record, line, 3)
-            else
-              start%omega = [(field_real(record, line, 1 + j), j=1, 3)]
-              start%centre = [(field_real(record, line, 4 + j), j=1, 3)]
-            end if
-          end associate
+          scene%initial_velocities(n) = start
         end do
       end associate
     end do
     scene%initial_velocities = scene%initial_velocities(:n)
   end subroutine read_initial_velocities
-
-  !> Fill the list of initial states, one for each set that *INITIAL CONDITIONS, TYPE=SOLUTION
-  !! names.
-  subroutine read_initial_states(deck, context, scene, errors)
-    type(parsed_deck_t), intent(in) :: deck
-    type(deck_context_t), intent(inout) :: context
-    type(scene_t), intent(inout) :: scene
-    type(error_list_t), intent(inout) :: errors
-    integer :: i
-
-    call list_states(deck, scene%initial_states, errors)
-    do i = 1, size(scene%initial_states)
-      associate (start => scene%initial_states(i))
-        call find_set(context, start%name, start%origin, scene, start%set, errors)
-      end associate
-    end do
-  end subroutine read_initial_states
 
   !> Give the tests of a material deck, which has no sets, the states that its lines for ALL give.
   subroutine read_test_states(deck, scene, errors)
@@ -184,7 +166,12 @@ contains
     integer :: i
 
     call read_initial_velocities(deck, context, scene, errors)
-    call read_initial_states(deck, context, scene, errors)
+    call list_states(deck, scene%initial_states, errors)
+    do i = 1, size(scene%initial_states)
+      associate (start => scene%initial_states(i))
+        call find_set(context, start%name, start%origin, scene, start%set, errors)
+      end associate
+    end do
     allocate (scene%fields(0))
     found = find_records(deck, "INITIAL CONDITIONS")
     do i = 1, size(found)
@@ -195,23 +182,14 @@ contains
     end do
   end subroutine read_initial_conditions
 
-  !> Temperatures that change.
-  subroutine read_temperatures(deck, context, scene, errors)
-    type(parsed_deck_t), intent(in) :: deck
-    type(deck_context_t), intent(inout) :: context
-    type(scene_t), intent(inout) :: scene
-    type(error_list_t), intent(inout) :: errors
-
-    call read_changes(deck, "TEMPERATURE", context, scene, errors)
-  end subroutine read_temperatures
-
-  !> Field variables that change; all fields are known then.
+  !> Temperatures and field variables that change; all fields are known then.
   subroutine read_field_variables(deck, context, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(deck_context_t), intent(inout) :: context
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
 
+    call read_changes(deck, "TEMPERATURE", context, scene, errors)
     call read_changes(deck, "FIELD", context, scene, errors)
     call check_material(deck, scene, errors)
   end subroutine read_field_variables
@@ -270,7 +248,7 @@ contains
     type(error_list_t), intent(inout) :: errors
     type(field_spec_t) :: start
     integer, allocatable :: found(:)
-    integer :: i, k, line
+    integer :: i, line
 
     allocate (starts(0))
     found = find_records(deck, "INITIAL CONDITIONS")
@@ -283,7 +261,7 @@ contains
           start%value = field_real(record, line, 2)
           if (upper_case(field_word(record, line, 1)) /= "ALL") then
             call warn_of_set(field_word(record, line, 1), start%origin, errors)
-          else if (any([(abs(field_real(record, line, 2 + k)) > 0.0_wp, k=1, 3)])) then
+          else if (any(abs(field_vector(record, line, 3)) > 0.0_wp)) then
             call add_error(errors, start%origin, "a change along x, y or z for a material test", &
                            "one value: its point has no position")
           else
@@ -363,13 +341,13 @@ contains
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
     type(field_spec_t) :: field
-    integer :: line, i
+    integer :: line
 
     field = start
     do line = 1, record%n_lines
       field%origin = line_origin(deck, record, line)
       field%value = field_real(record, line, 2)
-      field%gradient = [(field_real(record, line, 2 + i), i=1, 3)]
+      field%gradient = field_vector(record, line, 3)
       call find_set(context, field_word(record, line, 1), field%origin, scene, field%set, &
                     errors)
       scene%fields = [scene%fields, field]

@@ -14,12 +14,17 @@ module lexer
   public :: lexed_deck_t, block_t, option_t, lex_deck, option_place
   public :: line_list_t, append_line, append_text, line_text, split_fields, field_text
 
-  !> Lines 1 to `n_lines`; all arrays are grown by doubling, so longer than what they hold.
+  !> Where a line stands.
+  type :: line_t
+    integer :: first = 1, last = 0   !! in the characters of its list
+    integer :: file = 0              !! number of the file
+    integer :: number = 0            !! of the line in that file
+  end type line_t
+
+  !> Lines 1 to `n_lines`; what holds them is grown by doubling, so longer.
   type :: line_list_t
-    integer :: n_lines = 0
-    integer, allocatable :: last(:)          !! place in `characters` where line i ends, from 0 on
-    integer, allocatable :: file(:)          !! number of the file that the line stands in
-    integer, allocatable :: number(:)        !! line number in that file
+    integer :: n_lines = 0, n_characters = 0
+    type(line_t), allocatable :: items(:)
     character(:), allocatable :: characters
   end type line_list_t
 
@@ -33,6 +38,8 @@ module lexer
   integer, parameter :: longest_line = 500000
   integer, parameter :: most_options = 1000         !! of a keyword
   integer, parameter :: longest_name = 255          !! of what a deck gives a name to
+
+  character(*), parameter :: letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
   !> One `NAME=value` of a keyword line, or a lone `NAME`.
   type :: option_t
@@ -91,24 +98,14 @@ contains
     type(line_list_t), intent(inout) :: list
     character(*), intent(in) :: line
     integer, intent(in) :: file, number
-    integer :: n_characters, n
+    integer :: n
 
-    if (.not. allocated(list%last)) then
-      allocate (list%last(0:64), list%file(64), list%number(64))
-      list%last(0) = 0
-    end if
-    n = list%n_lines
-    if (n == size(list%file)) then
-      call lengthen(list%last, 0)
-      call lengthen(list%file, 1)
-      call lengthen(list%number, 1)
-    end if
-    n_characters = list%last(n)
-    call append_text(list%characters, n_characters, line)
-    list%n_lines = n + 1
-    list%last(n + 1) = n_characters
-    list%file(n + 1) = file
-    list%number(n + 1) = number
+    if (.not. allocated(list%items)) allocate (list%items(64))
+    n = list%n_lines + 1
+    if (n > size(list%items)) list%items = [list%items, list%items]
+    list%items(n) = line_t(list%n_characters + 1, list%n_characters + len(line), file, number)
+    list%n_lines = n
+    call append_text(list%characters, list%n_characters, line)
   end subroutine append_line
 
   !> Line `i` of the list.
@@ -117,7 +114,7 @@ contains
     integer, intent(in) :: i
     character(:), allocatable :: line
 
-    line = list%characters(list%last(i - 1) + 1:list%last(i))
+    line = list%characters(list%items(i)%first:list%items(i)%last)
   end function line_text
 
   !> Add to a text of which the first `n_used` characters are in use, in time linear in all.
@@ -136,16 +133,6 @@ contains
     characters(n_used + 1:n_used + len(addition)) = addition
     n_used = n_used + len(addition)
   end subroutine append_text
-
-  pure subroutine lengthen(list, first)
-    integer, allocatable, intent(inout) :: list(:)
-    integer, intent(in) :: first   !! lower bound of the list
-    integer, allocatable :: longer(:)
-
-    allocate (longer(first:2*ubound(list, 1)))
-    longer(first:ubound(list, 1)) = list
-    call move_alloc(longer, list)
-  end subroutine lengthen
 
   !> Bounds of the fields of a line, without the blanks around them.
   !! Commas separate; in a line without commas blanks do. Empty fields count, except one after the
@@ -170,7 +157,8 @@ contains
       end if
       if (is_comma_separated .or. start < i) then
         n = n + 1
-        call strip(line, start, i - 1, first(n), last(n))
+        last(n) = start - 1 + len_trim(line(start:i - 1))
+        first(n) = start - 1 + max(1, verify(line(start:last(n)), " "))
       end if
       start = i + 1
     end do
@@ -206,23 +194,6 @@ contains
     end do
   end function has_bare_comma
 
-  pure subroutine strip(line, start, finish, first, last)
-    character(*), intent(in) :: line
-    integer, intent(in) :: start, finish
-    integer, intent(out) :: first, last
-
-    first = start
-    last = finish
-    do while (first <= last)
-      if (line(first:first) /= " ") exit
-      first = first + 1
-    end do
-    do while (last >= first)
-      if (line(last:last) /= " ") exit
-      last = last - 1
-    end do
-  end subroutine strip
-
   !> Read a deck and everything it includes. Errors are collected, reading goes on.
   !! `overrides` are texts `name=value` which win over the *PARAMETER of that name.
   subroutine lex_deck(path, overrides, deck, errors)
@@ -238,7 +209,7 @@ contains
     nowhere = new_origin(path, 0, "")
     allocate (deck%files(0), deck%sums(0), deck%blocks(64))
     call take_overrides(overrides, state, nowhere, errors)
-    call read_deck_file(path, nowhere, deck, state, errors)
+    call read_file(path, nowhere, .false., deck, state, errors)
     do i = 1, state%overrides%names%n_names
       if (state%is_used(i) .or. deck%is_cut) cycle
       name = state%overrides%names%names(i)%value
@@ -275,14 +246,18 @@ contains
     end do
   end subroutine take_overrides
 
-  recursive subroutine read_deck_file(path, origin, deck, state, errors)
+  !> Read a file of keywords, or one of data lines alone, of which a first line of column names and
+  !! lines that begin with `#` are left out.
+  recursive subroutine read_file(path, origin, is_data, deck, state, errors)
     character(*), intent(in) :: path
-    type(origin_t), intent(in) :: origin   !! of the *INCLUDE
+    type(origin_t), intent(in) :: origin   !! of the keyword that names it
+    logical, intent(in) :: is_data
     type(lexed_deck_t), intent(inout) :: deck
     type(state_t), intent(inout) :: state
     type(error_list_t), intent(inout) :: errors
     type(cursor_t) :: cursor
     character(:), allocatable :: line
+    integer :: first
     logical :: is_end
 
     call open_source(path, origin, deck, state, cursor, errors)
@@ -293,7 +268,13 @@ contains
       call check_line(line, cursor, deck, state, errors)
       if (deck%is_cut) return
       if (is_comment(line)) cycle
-      if (line(verify(line, " "):verify(line, " ")) == "*") then
+      first = verify(line, " ")
+      if (is_data) then
+        if (line(first:first) == "#") cycle
+        first = max(1, verify(line, ' "'))
+        if (cursor%number == 1 .and. scan(upper_case(line(first:first)), letters) == 1) cycle
+        call take_data_line(line, cursor, deck, state, errors)
+      else if (line(first:first) == "*") then
         call read_keyword_line(line, cursor, deck, state, is_end, errors)
       else
         call take_data_line(line, cursor, deck, state, errors)
@@ -302,7 +283,7 @@ contains
     end do
     state%n_open = state%n_open - 1
     if (state%n_open == 0) deck%end_line = max(1, cursor%number)
-  end subroutine read_deck_file
+  end subroutine read_file
 
   !> Read the bytes of a file that is not open already, whatever path leads to it; `cursor%file`
   !! stays 0 on an error. The deck itself may come from a pipe, so nothing reads it once more.
@@ -464,10 +445,10 @@ contains
     if (place == 0) return
     more = path_beside(deck%files(cursor%file)%value, block%options(place)%value)
     if (block%keyword == "INCLUDE") then
-      call read_deck_file(more, origin, deck, state, errors)
+      call read_file(more, origin, .false., deck, state, errors)
       state%is_in_parameters = .false.
     else if (block%keyword /= "TOOL") then   ! whose file is geometry, not lines of a deck
-      call read_data_file(more, origin, deck, state, errors)
+      call read_file(more, origin, .true., deck, state, errors)
     end if
   end subroutine read_keyword_line
 
@@ -540,7 +521,7 @@ contains
       origin%keyword = "*"//deck%blocks(state%block)%keyword
       call append_line(deck%lines, line, cursor%file, cursor%number)
       deck%blocks(state%block)%last = deck%lines%n_lines
-      if (deck%lines%last(deck%lines%n_lines) > most_characters) then
+      if (deck%lines%n_characters > most_characters) then
         call cut(deck, origin, "data lines of more than "//to_text(most_characters)// &
                  " characters in all, their parameters replaced", "a shorter deck", errors)
         return
@@ -552,35 +533,6 @@ contains
       call take_parameter(trim(adjustl(line)), origin, state, errors)
     end if
   end subroutine take_data_line
-
-  !> Data lines from a file of their own; a first line of column names and `#` lines are left out.
-  subroutine read_data_file(path, origin, deck, state, errors)
-    character(*), intent(in) :: path
-    type(origin_t), intent(in) :: origin
-    type(lexed_deck_t), intent(inout) :: deck
-    type(state_t), intent(inout) :: state
-    type(error_list_t), intent(inout) :: errors
-    type(cursor_t) :: cursor
-    character(:), allocatable :: line
-    integer :: first
-
-    call open_source(path, origin, deck, state, cursor, errors)
-    if (cursor%file == 0) return
-    do while (cursor%place <= len(cursor%contents))
-      call read_line(cursor, line)
-      call check_line(line, cursor, deck, state, errors)
-      if (deck%is_cut) return
-      if (is_comment(line)) cycle
-      first = verify(line, ' "')
-      if (first > 0 .and. cursor%number == 1) then
-        if (verify(upper_case(line(first:first)), "ABCDEFGHIJKLMNOPQRSTUVWXYZ") == 0) cycle
-      end if
-      if (index(adjustl(line), "#") == 1) cycle
-      call take_data_line(line, cursor, deck, state, errors)
-      if (deck%is_cut) return
-    end do
-    state%n_open = state%n_open - 1
-  end subroutine read_data_file
 
   !> A line `name = expression` or `name = "text"`.
   pure subroutine take_parameter(line, origin, state, errors)
@@ -641,13 +593,12 @@ contains
 
   pure logical function is_name(name)
     character(*), intent(in) :: name
-    character(*), parameter :: letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ_"
 
     is_name = len(name) > 0 .and. len(name) <= longest_name
     if (.not. is_name) return
     is_name = upper_case(name) /= "PI" &
-              .and. verify(upper_case(name), letters//"0123456789") == 0
-    if (is_name) is_name = verify(upper_case(name(1:1)), letters) == 0
+              .and. verify(upper_case(name), letters//"_0123456789") == 0
+    if (is_name) is_name = scan(upper_case(name(1:1)), letters//"_") == 1
   end function is_name
 
   !> Keyword and options of a whole keyword line; underscores count as blanks in the keyword.

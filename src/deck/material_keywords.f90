@@ -128,7 +128,7 @@ contains
     end select
   end subroutine read_part
 
-  !> What belongs to *PLASTIC needs it.
+  !> What belongs to *PLASTIC needs it. The temperatures of softening are those of *PLASTIC.
   subroutine check_plastic_parts(deck, has, errors)
     type(parsed_deck_t), intent(in) :: deck
     integer, intent(in) :: has(:)
@@ -137,32 +137,24 @@ contains
 
     do part = first_of_plastic, size(parts)
       if (has(part) == 0) cycle
-      if (parts(part) == "ADIABATIC HEATING") call check_heating(deck, has, part, errors)
-      if (has(plastic_part) > 0) cycle
-      if (parts(part) == "ADIABATIC HEATING" .and. has(user_part) > 0) cycle
-      if (parts(part) == "ORIENTATION" .and. has(user_part) > 0) then
-        call add_error(errors, deck%records(has(part))%origin, "axes for *USER MATERIAL", &
-                       "none: a UMAT is given components along x, y, z and DROT, a VUMAT those "// &
-                       "that turn with the material from x, y, z on (see docs/user-materials.md)")
-        cycle
-      end if
-      call add_error(errors, deck%records(has(part))%origin, "no *PLASTIC in this material", &
-                     "*"//trim(parts(part))//" only with *PLASTIC")
+      associate (record => deck%records(has(part)))
+        if (has(plastic_part) > 0) then
+          if (parts(part) /= "ADIABATIC HEATING" .or. .not. record%is_valid) cycle
+          if (is_filled(record, 1, 4) .and. is_filled(record, 1, 5)) cycle
+          call add_error(errors, record%origin, "no T_ref or no T_melt", "both with *PLASTIC")
+        else if (has(user_part) > 0 .and. parts(part) == "ADIABATIC HEATING") then
+          cycle
+        else if (has(user_part) > 0 .and. parts(part) == "ORIENTATION") then
+          call add_error(errors, record%origin, "axes for *USER MATERIAL", "none: a UMAT is "// &
+                         "given components along x, y, z and DROT, a VUMAT those that turn "// &
+                         "with the material from x, y, z on (see docs/user-materials.md)")
+        else
+          call add_error(errors, record%origin, "no *PLASTIC in this material", &
+                         "*"//trim(parts(part))//" only with *PLASTIC")
+        end if
+      end associate
     end do
   end subroutine check_plastic_parts
-
-  !> The temperatures of softening are those of *PLASTIC.
-  subroutine check_heating(deck, has, part, errors)
-    type(parsed_deck_t), intent(in) :: deck
-    integer, intent(in) :: has(:), part
-    type(error_list_t), intent(inout) :: errors
-
-    associate (record => deck%records(has(part)))
-      if (has(plastic_part) == 0 .or. .not. record%is_valid) return
-      if (is_filled(record, 1, 4) .and. is_filled(record, 1, 5)) return
-      call add_error(errors, record%origin, "no T_ref or no T_melt", "both with *PLASTIC")
-    end associate
-  end subroutine check_heating
 
   !> Of *PLASTIC, *USER MATERIAL and *HYPERELASTIC a material has one at most.
   subroutine check_one_law(deck, has, errors)

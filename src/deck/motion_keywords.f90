@@ -6,7 +6,7 @@ module motion_keywords
   use scene, only: scene_t, curve_spec_t, motion_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_real, &
                           is_option_given, field_real, all_numbers, deck_context_t, &
-                          resolve_option, step_of
+                          resolve_option, step_of, field_vector
   implicit none
   private
 
@@ -26,10 +26,6 @@ contains
     found = find_records(deck, "AMPLITUDE")
     allocate (scene%curves(size(found)))
     do i = 1, size(found)
-      scene%curves(i)%origin = deck%records(found(i))%origin
-      scene%curves(i)%name = option_text(deck%records(found(i)), "NAME")
-      scene%curves(i)%is_total = option_text(deck%records(found(i)), "TIME") == "TOTAL TIME"
-      scene%curves(i)%is_smooth = option_text(deck%records(found(i)), "DEFINITION") == "SMOOTH STEP"
       call read_curve(deck%records(found(i)), scene%curves(i), errors)
     end do
   end subroutine read_amplitudes
@@ -39,8 +35,12 @@ contains
     type(curve_spec_t), intent(inout) :: curve
     type(error_list_t), intent(inout) :: errors
     real(wp), allocatable :: numbers(:)
-    integer :: i, n
+    integer :: i
 
+    curve%origin = record%origin
+    curve%name = option_text(record, "NAME")
+    curve%is_total = option_text(record, "TIME") == "TOTAL TIME"
+    curve%is_smooth = option_text(record, "DEFINITION") == "SMOOTH STEP"
     allocate (curve%times(0), curve%values(0))
     if (.not. record%is_valid) return
     numbers = all_numbers(record)
@@ -51,8 +51,7 @@ contains
     end if
     curve%times = numbers(1::2)
     curve%values = numbers(2::2)
-    n = size(curve%times)
-    do i = 2, n
+    do i = 2, size(curve%times)
       if (curve%times(i) > curve%times(i - 1)) cycle
       call add_error(errors, record%origin, "the time "//to_text(curve%times(i))//" after "// &
                      to_text(curve%times(i - 1)), "times that rise")
@@ -77,41 +76,32 @@ contains
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
-    integer :: i
+    type(motion_spec_t) :: motion, none
+    integer :: i, n_motions
 
     allocate (scene%motions(0))
-    found = [find_records(deck, "TOOL MOTION"), find_records(deck, "TOOL FORCE")]
+    found = find_records(deck, "TOOL MOTION")
+    n_motions = size(found)
+    found = [found, find_records(deck, "TOOL FORCE")]
     do i = 1, size(found)
-      call add_motion(deck, found(i), context, i > size(find_records(deck, "TOOL MOTION")), scene, &
-                      errors)
+      associate (record => deck%records(found(i)))
+        motion = none
+        call resolve_option(record, "TOOL", context%names%tools, "*TOOL", motion%tool, errors)
+        if (motion%tool == 0) cycle
+        motion%origin = record%origin
+        motion%step = step_of(record%step)
+        motion%is_force = i > n_motions
+        if (record%is_valid) then
+          call find_amplitude(record, context, motion%curve, errors)
+          motion%vector = field_vector(record, 1, 1)
+          if (motion%is_force) call read_force(record, motion, errors)
+          if (.not. motion%is_force) call read_motion(record, scene%curves, motion, errors)
+        end if
+        call check_second(scene%tools(motion%tool)%name, scene%motions, motion, errors)
+        scene%motions = [scene%motions, motion]
+      end associate
     end do
   end subroutine read_tool_motions
-
-  !> Append the motion or force of one record, if it names its tool.
-  subroutine add_motion(deck, r, context, is_force, scene, errors)
-    type(parsed_deck_t), intent(in) :: deck
-    integer, intent(in) :: r                 !! index of the record
-    type(deck_context_t), intent(inout) :: context
-    logical, intent(in) :: is_force
-    type(scene_t), intent(inout) :: scene
-    type(error_list_t), intent(inout) :: errors
-    type(motion_spec_t) :: motion
-
-    associate (record => deck%records(r))
-      call resolve_option(record, "TOOL", context%names%tools, "*TOOL", motion%tool, errors)
-      if (motion%tool == 0) return
-      motion%origin = record%origin
-      motion%step = step_of(record%step)
-      motion%is_force = is_force
-      if (record%is_valid .and. is_force) then
-        call read_force(record, context, motion, errors)
-      else if (record%is_valid) then
-        call read_motion(record, context, scene%curves, motion, errors)
-      end if
-      call check_second(scene%tools(motion%tool)%name, scene%motions, motion, errors)
-    end associate
-    scene%motions = [scene%motions, motion]
-  end subroutine add_motion
 
   !> Motions of one tool in one step add up, but not along one component; a force stands alone.
   subroutine check_second(name, motions, motion, errors)
@@ -136,33 +126,27 @@ contains
   end subroutine check_second
 
   !> A force, along which the tool is free.
-  subroutine read_force(record, context, motion, errors)
+  subroutine read_force(record, motion, errors)
     type(record_t), intent(in) :: record
-    type(deck_context_t), intent(inout) :: context
     type(motion_spec_t), intent(inout) :: motion
     type(error_list_t), intent(inout) :: errors
 
-    call find_amplitude(record, context, motion%curve, errors)
-    motion%vector = [field_real(record, 1, 1), field_real(record, 1, 2), field_real(record, 1, 3)]
     motion%mass = option_real(record, "MASS")
     motion%damping = option_real(record, "DAMPING")
     if (.not. any(abs(motion%vector) > 0.0_wp)) &
       call add_error(errors, record%origin, "a force without direction", "a force that is not 0")
   end subroutine read_force
 
-  subroutine read_motion(record, context, curves, motion, errors)
+  subroutine read_motion(record, curves, motion, errors)
     type(record_t), intent(in) :: record
-    type(deck_context_t), intent(inout) :: context
     type(curve_spec_t), intent(in) :: curves(:)
     type(motion_spec_t), intent(inout) :: motion
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: type
 
-    call find_amplitude(record, context, motion%curve, errors)
     type = option_text(record, "TYPE")
     motion%is_displacement = any(type == [character(12) :: "DISPLACEMENT", "ROTATION"])
     motion%is_rotation = any(type == [character(16) :: "ROTATION", "ANGULAR VELOCITY"])
-    motion%vector = [field_real(record, 1, 1), field_real(record, 1, 2), field_real(record, 1, 3)]
     if (motion%is_rotation) call read_axis(record, motion, errors)
     if (.not. motion%is_displacement) return
     if (.not. is_option_given(record, "AMPLITUDE")) then
@@ -186,10 +170,9 @@ contains
     type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: degree = acos(-1.0_wp)/180
     real(wp) :: axis(3)
-    integer :: i
 
     motion%point = motion%vector
-    axis = [(field_real(record, 1, 3 + i), i=1, 3)]
+    axis = field_vector(record, 1, 4)
     motion%vector = axis*degree*field_real(record, 2, 1)/max(norm2(axis), tiny(1.0_wp))
     if (.not. norm2(axis) > 0.0_wp) call add_error(errors, record%origin, "a turn about an "// &
       "axis without direction", "a direction other than 0, 0, 0")

@@ -4,7 +4,7 @@ module output_keywords
   use text, only: squeezed, to_text, upper_case
   use scene, only: scene_t, output_spec_t, probe_spec_t
   use deck_records, only: parsed_deck_t, find_records, option_real, option_integer, &
-                          is_option_given, field_real, option_text, deck_context_t, first_in_step
+                          is_option_given, option_text, deck_context_t, first_record, field_vector
   implicit none
   private
 
@@ -20,13 +20,12 @@ contains
     type(deck_context_t), intent(inout) :: context
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
-    integer, allocatable :: found(:)
     logical :: is_off
+    integer :: i
 
-    found = find_records(deck, "CHECKPOINT")
-    if (size(found) == 0) return
-    if (.not. deck%records(found(1))%is_valid) return
-    associate (record => deck%records(found(1)), spec => scene%checkpoints)
+    i = first_record(deck, "CHECKPOINT")
+    if (i == 0) return
+    associate (record => deck%records(i), spec => scene%checkpoints)
       spec%n_steps = option_integer(record, "STEPS")
       spec%minutes = option_real(record, "MINUTES")
       spec%number = option_integer(record, "NUMBER")
@@ -64,7 +63,7 @@ contains
           call find_patch(scene, option_text(record, "PATCH"), probe, errors)
         end if
         if (.not. record%is_valid) cycle
-        probe%xi = [(field_real(record, 1, a), a=1, 3)]
+        probe%xi = field_vector(record, 1, 1)
         do a = 1, 3
           associate (axis => scene%blank%patches(probe%patch)%solid%axes(a))
             if (.not. allocated(axis%knots)) exit
@@ -107,19 +106,21 @@ contains
     logical :: is_bezier
     integer :: i
 
-    i = first_in_step(deck, "OUTPUT", number)
+    i = first_record(deck, "OUTPUT", number)
     if (i == 0) return
-    output%origin = deck%records(i)%origin
-    output%n_frames = option_integer(deck%records(i), "FRAMES")
-    output%n_history = option_integer(deck%records(i), "HISTORY")
-    output%has_wear = output%has_wear .or. option_text(deck%records(i), "FIELDS") == "WEAR"
-    output%has_pressure = output%has_pressure .or. option_text(deck%records(i), "FIELDS") /= "NONE"
-    is_bezier = option_text(deck%records(i), "CELLS") == "BEZIER"
-    if (number == 1) output%is_bezier = is_bezier
-    if (is_option_given(deck%records(i), "CELLS") .and. (is_bezier .neqv. output%is_bezier)) &
-      call add_error(errors, output%origin, "CELLS="//option_text(deck%records(i), "CELLS") &
-                     //", which are not those of the first step", "the cells in the first "// &
-                     "step alone; they apply in all steps")
+    associate (record => deck%records(i))
+      output%origin = record%origin
+      output%n_frames = option_integer(record, "FRAMES")
+      output%n_history = option_integer(record, "HISTORY")
+      output%has_wear = output%has_wear .or. option_text(record, "FIELDS") == "WEAR"
+      output%has_pressure = output%has_pressure .or. option_text(record, "FIELDS") /= "NONE"
+      is_bezier = option_text(record, "CELLS") == "BEZIER"
+      if (number == 1) output%is_bezier = is_bezier
+      if (is_option_given(record, "CELLS") .and. (is_bezier .neqv. output%is_bezier)) &
+        call add_error(errors, output%origin, "CELLS="//option_text(record, "CELLS")// &
+                       ", which are not those of the first step", "the cells in the first "// &
+                       "step alone; they apply in all steps")
+    end associate
   end subroutine read_output
 
 end module output_keywords

@@ -9,17 +9,11 @@ module patch_keywords
   use nurbs_solid, only: nurbs_solid_t
   use refinement, only: insert_knots, elevate_degree, dividing_knots
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
-                          field_real, all_numbers, deck_names_t, deck_context_t, patch_parts_t, &
-                          resolve_option
+                          field_real, all_numbers, deck_context_t, patch_parts_t, resolve_option
   implicit none
   private
 
   public :: collect_parts, check_parts, read_axes, read_points, refine
-
-  !> Refine a surface or a solid by all its *REFINE, in the order of the deck.
-  interface refine
-    module procedure refine_surface, refine_solid
-  end interface refine
 
 contains
 
@@ -28,41 +22,27 @@ contains
     type(parsed_deck_t), intent(in) :: deck
     type(deck_context_t), intent(inout) :: context   !! gets `parts`
     type(error_list_t), intent(inout) :: errors
-    integer :: owner(size(deck%records)), i, r
-
-    allocate (context%parts(context%names%patches%n_names))
-    call find_owners(deck, "KNOTS", context%names, owner, errors)
-    do i = 1, size(context%parts)
-      context%parts(i)%knots = pack([(r, r=1, size(owner))], owner == i)
-    end do
-    call find_owners(deck, "CONTROL POINTS", context%names, owner, errors)
-    do i = 1, size(context%parts)
-      context%parts(i)%points = pack([(r, r=1, size(owner))], owner == i)
-    end do
-    call find_owners(deck, "REFINE", context%names, owner, errors)
-    do i = 1, size(context%parts)
-      context%parts(i)%refinements = pack([(r, r=1, size(owner))], owner == i)
-    end do
-  end subroutine collect_parts
-
-  subroutine find_owners(deck, keyword, names, owner, errors)
-    type(parsed_deck_t), intent(in) :: deck
-    character(*), intent(in) :: keyword
-    type(deck_names_t), intent(in) :: names
-    integer, intent(out) :: owner(:)   !! place of the patch, by record
-    type(error_list_t), intent(inout) :: errors
+    character(*), parameter :: keywords(3) = [character(14) :: "KNOTS", "CONTROL POINTS", "REFINE"]
     integer, allocatable :: found(:)
-    integer :: i
+    integer :: owner(size(deck%records), size(keywords))   ! place of the patch, by record
+    integer :: records(size(deck%records)), i, k
 
     owner = 0
-    found = find_records(deck, keyword)
-    do i = 1, size(found)
-      associate (record => deck%records(found(i)))
-        call resolve_option(record, "PATCH", names%patches, "*BLANK, *PATCH or *TOOL", &
-                            owner(found(i)), errors)
-      end associate
+    do k = 1, size(keywords)
+      found = find_records(deck, trim(keywords(k)))
+      do i = 1, size(found)
+        call resolve_option(deck%records(found(i)), "PATCH", context%names%patches, &
+                            "*BLANK, *PATCH or *TOOL", owner(found(i), k), errors)
+      end do
     end do
-  end subroutine find_owners
+    allocate (context%parts(context%names%patches%n_names))
+    records = [(i, i=1, size(records))]
+    do i = 1, size(context%parts)
+      context%parts(i)%knots = pack(records, owner(:, 1) == i)
+      context%parts(i)%points = pack(records, owner(:, 2) == i)
+      context%parts(i)%refinements = pack(records, owner(:, 3) == i)
+    end do
+  end subroutine collect_parts
 
   !> Refuse what a patch must not have: knots of an axis above `n_axes`, points of a generated one.
   subroutine check_parts(deck, parts, n_axes, what, errors)
@@ -189,57 +169,45 @@ contains
     end associate
   end subroutine read_points
 
-  subroutine refine_surface(deck, parts, surface, errors)
+  !> Refine a surface or a solid by all its *REFINE, in the order of the deck.
+  subroutine refine(deck, parts, errors, surface, solid)
     type(parsed_deck_t), intent(in) :: deck
     type(patch_parts_t), intent(in) :: parts
-    type(nurbs_surface_t), intent(inout) :: surface
     type(error_list_t), intent(inout) :: errors
+    type(nurbs_surface_t), intent(inout), optional :: surface
+    type(nurbs_solid_t), intent(inout), optional :: solid      !! one of both
     type(error_t), allocatable :: error
+    type(knot_vector_t), allocatable :: axes(:)
     real(wp), allocatable :: knots(:)
-    integer :: i, axis
+    integer :: i, axis, rise
 
     do i = 1, size(parts%refinements)
       associate (record => deck%records(parts%refinements(i)))
         if (.not. record%is_valid) cycle
         axis = option_integer(record, "AXIS")
-        if (axis > 2) then
+        rise = option_integer(record, "ELEVATE")
+        if (present(solid)) then
+          call elevate_degree(solid, axis, rise, error)
+          axes = solid%axes
+        else if (axis > 2) then
           call add_error(errors, record%origin, "AXIS=3 for a surface", "AXIS=1 or 2")
           cycle
+        else
+          call elevate_degree(surface, axis, rise, error)
+          axes = surface%axes
         end if
-        call elevate_degree(surface, axis, option_integer(record, "ELEVATE"), error)
         if (.not. allocated(error)) then
-          knots = new_knots(record, surface%axes(axis))
-          if (is_too_fine(surface%axes, axis, size(knots), record, errors)) return
-          call insert_knots(surface, axis, knots, error)
+          knots = [dividing_knots(axes(axis), option_integer(record, "SUBDIVIDE")), &
+                   all_numbers(record)]
+          if (is_too_fine(axes, axis, size(knots), record, errors)) return
+          if (present(solid)) call insert_knots(solid, axis, knots, error)
+          if (present(surface)) call insert_knots(surface, axis, knots, error)
         end if
-        if (allocated(error)) call refuse(record, error, errors)
+        if (allocated(error)) call add_error(errors, record%origin, "what cannot be done ("// &
+          error%message//")", "degrees up to 5, knots inside the patch, each at most degree times")
       end associate
     end do
-  end subroutine refine_surface
-
-  subroutine refine_solid(deck, parts, solid, errors)
-    type(parsed_deck_t), intent(in) :: deck
-    type(patch_parts_t), intent(in) :: parts
-    type(nurbs_solid_t), intent(inout) :: solid
-    type(error_list_t), intent(inout) :: errors
-    type(error_t), allocatable :: error
-    real(wp), allocatable :: knots(:)
-    integer :: i, axis
-
-    do i = 1, size(parts%refinements)
-      associate (record => deck%records(parts%refinements(i)))
-        if (.not. record%is_valid) cycle
-        axis = option_integer(record, "AXIS")
-        call elevate_degree(solid, axis, option_integer(record, "ELEVATE"), error)
-        if (.not. allocated(error)) then
-          knots = new_knots(record, solid%axes(axis))
-          if (is_too_fine(solid%axes, axis, size(knots), record, errors)) return
-          call insert_knots(solid, axis, knots, error)
-        end if
-        if (allocated(error)) call refuse(record, error, errors)
-      end associate
-    end do
-  end subroutine refine_solid
+  end subroutine refine
 
   !> Refuse knots that would make more control points than anybody wants: every knot that comes in
   !! moves all of them, so that the time grows with both.
@@ -257,23 +225,5 @@ contains
                                     " knots to "//to_text(n_points)//" control points", &
                                     "at most "//to_text(min(most_points, most_moves/max(n_new, 1))))
   end function is_too_fine
-
-  !> Knots that a *REFINE inserts: those that divide the spans, then those it lists.
-  function new_knots(record, axis) result(knots)
-    type(record_t), intent(in) :: record
-    type(knot_vector_t), intent(in) :: axis
-    real(wp), allocatable :: knots(:)
-
-    knots = [dividing_knots(axis, option_integer(record, "SUBDIVIDE")), all_numbers(record)]
-  end function new_knots
-
-  pure subroutine refuse(record, error, errors)
-    type(record_t), intent(in) :: record
-    type(error_t), intent(in) :: error
-    type(error_list_t), intent(inout) :: errors
-
-    call add_error(errors, record%origin, "what cannot be done ("//error%message//")", &
-                   "degrees up to 5, knots inside the patch, each at most degree times")
-  end subroutine refuse
 
 end module patch_keywords

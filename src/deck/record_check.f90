@@ -9,13 +9,12 @@ module record_check
                           anywhere, selects_lines, may_be_left_out, check_field, choice_list, &
                           is_among, did_you_mean, wanted, lines_in_words, field_names
   use lexer, only: lexed_deck_t, block_t, option_place, line_text, split_fields, field_text
-  use deck_records, only: record_t, option_t, parsed_deck_t, find_records, number_steps, &
-                          n_deck_steps, line_origin, line_place
+  use deck_records, only: record_t, option_t, parsed_deck_t, find_records, n_deck_steps, &
+                          line_origin, line_place
   implicit none
   private
 
   public :: check_records
-  public :: foreign_note, counterpart
 
   integer, parameter :: most_errors = 20   ! of the data lines of one block; the rest is the same
 
@@ -38,7 +37,6 @@ module record_check
     "CONTACT DAMPING", "CONTACT PROPERTY", "SURFACE"]
   character(*), parameter :: of_tools(3) = [character(13) :: "RIGID BODY", "RIGID SURFACE", "MASS"]
   character(*), parameter :: of_loads(4) = [character(8) :: "CLOAD", "DLOAD", "DSLOAD", "VELOCITY"]
-  character(*), parameter :: passed_over = ": it and its lines are ignored"
 
 contains
 
@@ -47,6 +45,7 @@ contains
     type(lexed_deck_t), intent(inout) :: lexed   !! empty afterwards
     type(parsed_deck_t), intent(inout) :: deck   !! on entry its keywords
     type(error_list_t), intent(inout) :: errors
+    integer, allocatable :: starts(:)
     integer :: i, owner, n_before
 
     call move_alloc(lexed%files, deck%lexed%files)
@@ -79,7 +78,8 @@ contains
       end if
       deck%records(i)%is_valid = errors%n_items == n_before
     end do
-    call number_steps(deck)
+    starts = find_records(deck, "STEP")
+    deck%records%step = [(count(starts <= i), i=1, size(deck%records))]
     call check_uniqueness(deck, errors)
   end subroutine check_records
 
@@ -513,20 +513,20 @@ contains
 
     note = ""
     if (any(block%keyword == of_model)) then
-      note = "none, for the mesh is that of *BLANK"//passed_over
+      note = "the mesh is that of *BLANK"
     else if (any(block%keyword == of_section)) then
-      note = "none, for *BLANK names its material and consists of solid elements"//passed_over
+      note = "*BLANK names its material and consists of solid elements"
     else if (any(block%keyword == of_step)) then
-      note = "none, for all steps are *DYNAMIC, EXPLICIT"//passed_over
+      note = "all steps are *DYNAMIC, EXPLICIT"
     else if (any(block%keyword == of_output) .or. is_other_output(block)) then
-      note = "none, for *OUTPUT, FRAMES=n, HISTORY=n says what is written"//passed_over
+      note = "*OUTPUT, FRAMES=n, HISTORY=n says what is written"
     else if (block%keyword == "PHYSICAL CONSTANTS") then
-      note = "none, for nothing here needs absolute zero, radiation or the gas constant"// &
-             passed_over
+      note = "nothing here needs absolute zero, radiation or the gas constant"
     else if (any(block%keyword == of_heat)) then
-      note = "none, for heat is not conducted and no strain of expansion arises; "// &
-             "*ADIABATIC HEATING heats by plastic work"//passed_over
+      note = "heat is not conducted and no strain of expansion arises; *ADIABATIC HEATING "// &
+             "heats by plastic work"
     end if
+    if (note /= "") note = "none, for "//note//": it and its lines are ignored"
   end function foreign_note
 
   !> What does here what a keyword of Abaqus does there; empty where nothing is known.

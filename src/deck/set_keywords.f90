@@ -20,10 +20,6 @@ module set_keywords
   character(8), parameter :: sides(6) = [character(8) :: "X_MIN", "X_MAX", "Y_MIN", "Y_MAX", &
                                          "Z_MIN", "Z_MAX"]
 
-  !> Names of faces for the manual.
-  character(*), parameter :: face_text = "XI_MIN|XI_MAX|ETA_MIN|ETA_MAX|ZETA_MIN|ZETA_MAX; "// &
-    "for a box also X_MIN, X_MAX, Y_MIN, Y_MAX, Z_MIN or Z_MAX"
-
 contains
 
   !> Fill the list of sets, one for each *SET in the order of the deck.

@@ -8,7 +8,7 @@ module step_keywords
                    output_spec_t, later_step_t
   use deck_records, only: parsed_deck_t, find_records, is_option_given, field_word, line_origin, &
                           n_fields, option_text, option_real, field_real, record_t, is_filled, &
-                          resolve, deck_context_t, step_of, n_deck_steps, first_in_step
+                          resolve, deck_context_t, step_of, n_deck_steps, first_record
   use output_keywords, only: read_output
   implicit none
   private
@@ -145,8 +145,9 @@ contains
     type(origin_t), intent(in) :: origin
     type(bead_spec_t), allocatable, intent(inout) :: beads(:)
     type(error_list_t), intent(inout) :: errors
+    type(bead_spec_t) :: again
     logical :: is_meant(size(beads)), is_there(size(beads))
-    integer :: i, n
+    integer :: i, last
 
     is_meant = [(squeezed(upper_case(beads(i)%name)) == name, i=1, size(beads))]
     is_there = is_meant .and. beads%last_step >= step
@@ -154,32 +155,19 @@ contains
       call add_error(errors, origin, "the draw bead "//beads(findloc(is_meant, .true., 1))%name// &
                      ", which is "//place_now(is_added)//" already", "another bead")
     else if (is_added) then
-      n = maxval(beads%last_step, mask=is_meant)
-      is_meant = is_meant .and. beads%last_step == n
-      call bring_again(pack([(i, i=1, size(beads))], is_meant), step, beads)
+      last = maxval(beads%last_step, mask=is_meant)
+      is_meant = is_meant .and. beads%last_step == last
+      do i = 1, size(is_meant)
+        if (.not. is_meant(i)) cycle
+        again = beads(i)
+        again%first_step = step   ! its curve goes on from the step that named it first
+        again%last_step = huge(1)
+        beads = [beads, again]
+      end do
     else
       where (is_there) beads%last_step = step - 1
     end if
   end subroutine change_bead
-
-  !> Append beads that begin once more; their curves go on from the step that named them first.
-  subroutine bring_again(which, step, beads)
-    integer, intent(in) :: which(:), step
-    type(bead_spec_t), allocatable, intent(inout) :: beads(:)
-    type(bead_spec_t), allocatable :: longer(:)
-    integer :: i, n
-
-    n = size(beads)
-    allocate (longer(n + size(which)))
-    do i = 1, size(longer)
-      if (i <= n) longer(i) = beads(i)
-      if (i <= n) cycle
-      longer(i) = beads(which(i - n))
-      longer(i)%first_step = step
-      longer(i)%last_step = huge(1)
-    end do
-    call move_alloc(longer, beads)
-  end subroutine bring_again
 
   pure function place_now(is_added) result(words)
     logical, intent(in) :: is_added
@@ -238,10 +226,10 @@ contains
     type(error_list_t), intent(inout) :: errors
     integer :: i
 
-    i = first_in_step(deck, "STEP", number)
+    i = first_record(deck, "STEP", number)
     if (i > 0) step%name = option_text(deck%records(i), "NAME")
     if (i > 0 .and. step%name == "") step%name = "Step-"//to_text(number)
-    i = first_in_step(deck, "DYNAMIC", number)
+    i = first_record(deck, "DYNAMIC", number)
     if (i > 0) then
       step%origin = deck%records(i)%origin
       call read_duration(deck%records(i), step%duration, errors)
@@ -249,17 +237,17 @@ contains
     end if
     call read_damping(deck, number, step)
     call read_mass_scaling(deck, number, step, errors)
-    i = first_in_step(deck, "BULK VISCOSITY", number)
+    i = first_record(deck, "BULK VISCOSITY", number)
     if (i > 0) then
       step%viscosity_linear = field_real(deck%records(i), 1, 1)
       step%viscosity_quadratic = field_real(deck%records(i), 1, 2)
     end if
-    i = first_in_step(deck, "PENETRATION LIMIT", number)
+    i = first_record(deck, "PENETRATION LIMIT", number)
     if (i > 0) then
       step%depth_warning = field_real(deck%records(i), 1, 1)
       step%depth_limit = field_real(deck%records(i), 1, 2)
     end if
-    i = first_in_step(deck, "ENERGY LIMIT", number)
+    i = first_record(deck, "ENERGY LIMIT", number)
     if (i > 0) step%energy_limit = field_real(deck%records(i), 1, 1)
     call read_output(deck, number, output, errors)
   end subroutine read_step
@@ -293,9 +281,9 @@ contains
     type(step_spec_t), intent(inout) :: step
     integer :: i
 
-    i = first_in_step(deck, "DAMPING", number)
+    i = first_record(deck, "DAMPING", number)
     if (i > 0) step%alpha = option_real(deck%records(i), "ALPHA")
-    i = first_in_step(deck, "DYNAMIC RELAXATION", number)
+    i = first_record(deck, "DYNAMIC RELAXATION", number)
     step%has_relaxation = i > 0
     if (i > 0) then
       step%is_kinetic = option_text(deck%records(i), "METHOD") == "KINETIC"
@@ -313,7 +301,7 @@ contains
     integer :: i
     logical :: has_factor
 
-    i = first_in_step(deck, "MASS SCALING", number)
+    i = first_record(deck, "MASS SCALING", number)
     if (i == 0) return
     has_factor = is_option_given(deck%records(i), "THICKNESS")
     if (has_factor) step%thickness_factor = option_real(deck%records(i), "THICKNESS")

@@ -14,8 +14,6 @@ module test_keywords
 
   public :: read_tests
 
-  character(*), parameter :: single = "UNIAXIAL|COMPRESSION|SIMPLE SHEAR|PLANE STRAIN|EQUIBIAXIAL"
-
 contains
 
   !> Fill the list of tests, one for each *MATERIAL TEST in the order of the deck.

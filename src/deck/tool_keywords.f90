@@ -17,7 +17,7 @@ module tool_keywords
   use scene, only: scene_t, tool_spec_t
   use deck_records, only: parsed_deck_t, find_records, option_text, option_real, field_real, &
                           is_option_given, record_t, field_integer, deck_context_t, patch_parts_t, &
-                          resolve_option, deck_names_t, resolve
+                          resolve_option, deck_names_t, resolve, field_vector
   use patch_keywords, only: check_parts, read_axes, read_points, refine
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use surface_offset, only: samples_along, offset_surface, offset_report_t
@@ -41,7 +41,7 @@ contains
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
     integer, allocatable :: found(:)
-    integer :: i, k, tool
+    integer :: i, tool
     real(wp) :: direction(3)
 
     found = find_records(deck, "TOOL PLACEMENT")
@@ -49,7 +49,7 @@ contains
       associate (record => deck%records(found(i)))
         call resolve_option(record, "TOOL", context%names%tools, "*TOOL", tool, errors)
         if (tool == 0 .or. .not. record%is_valid) cycle
-        direction = [(field_real(record, 1, k), k=1, 3)]
+        direction = field_vector(record, 1, 1)
         if (.not. norm2(direction) > 0.0_wp) then
           call add_error(errors, record%origin, "a direction of no length", &
                          "one that leads from the tool to the sheet")
@@ -146,7 +146,7 @@ contains
       scene%tools(tool)%surfaces = [scene%tools(tool)%surfaces, surface]
     end select
     do s = n_before + 1, size(scene%tools(tool)%surfaces)
-      call refine(deck, context%parts(patch), scene%tools(tool)%surfaces(s), errors)
+      call refine(deck, context%parts(patch), errors, surface=scene%tools(tool)%surfaces(s))
     end do
   end subroutine read_surfaces
 
@@ -189,6 +189,7 @@ contains
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: type
     type(error_t), allocatable :: error
+    real(wp) :: x(3), axis(3)
     integer :: n_axes
 
     type = option_text(record, "TYPE")
@@ -197,22 +198,22 @@ contains
     if (type == "EXTRUDED") n_axes = 1
     call check_parts(deck, parts, n_axes, "a tool of TYPE="//type, errors)
     is_complete = record%is_valid
-    select case (type)
-    case ("SURFACE", "EXTRUDED")
+    if (n_axes > 0) then
       call read_listed(deck, record, parts, n_axes, surface, is_complete, error, errors)
-    case ("PLANE")
-      if (is_complete) call plane_surface(surface, vector(record, 1, 1), vector(record, 2, 1), &
-                                          vector(record, 3, 1), error)
-    case ("CYLINDER")
-      if (is_complete) then
-        call cylinder_surface(surface, vector(record, 1, 1), vector(record, 1, 4), &
-                              field_real(record, 2, 1), norm2(vector(record, 1, 4)), &
+    else if (is_complete) then
+      x = field_vector(record, 1, 1)
+      select case (type)
+      case ("PLANE")
+        call plane_surface(surface, x, field_vector(record, 2, 1), field_vector(record, 3, 1), &
+                           error)
+      case ("CYLINDER")
+        axis = field_vector(record, 1, 4)
+        call cylinder_surface(surface, x, axis, field_real(record, 2, 1), norm2(axis), &
                               field_real(record, 2, 2), field_real(record, 2, 3), error)
-      end if
-    case ("SPHERE")
-      if (is_complete) call sphere_surface(surface, vector(record, 1, 1), &
-                                           field_real(record, 2, 1), error)
-    end select
+      case ("SPHERE")
+        call sphere_surface(surface, x, field_real(record, 2, 1), error)
+      end select
+    end if
     is_complete = is_complete .and. .not. allocated(error)
     if (allocated(error)) then
       call add_error(errors, record%origin, "a surface that cannot be made ("//error%message//")", &
@@ -247,22 +248,12 @@ contains
                              reshape(weights, n), error)
     else
       shift = 0.0_wp
-      if (record%n_lines > 1) shift = vector(record, 2, 1)
+      if (record%n_lines > 1) shift = field_vector(record, 2, 1)
       points = points + spread(shift, 1, size(points, 1))
-      call extruded_surface(surface, axes(1), points, weights, vector(record, 1, 1), &
+      call extruded_surface(surface, axes(1), points, weights, field_vector(record, 1, 1), &
                             field_integer(record, 1, 4), field_integer(record, 1, 5), error)
     end if
   end subroutine read_listed
-
-  !> Three fields of a line from `field` on.
-  pure function vector(record, line, field)
-    type(record_t), intent(in) :: record
-    integer, intent(in) :: line, field
-    real(wp) :: vector(3)
-    integer :: i
-
-    vector = [(field_real(record, line, field + i), i=0, 2)]
-  end function vector
 
   !> Read the surfaces of a tool and what the log says of them; without surfaces on an error.
   subroutine read_cad_tool(record, units, tool, path, errors)
