@@ -5,7 +5,7 @@
 module deck_records
   use kinds, only: wp
   use input_errors, only: origin_t, new_origin, error_list_t, add_error
-  use text, only: string_t, read_real, upper_case, to_text, squeezed
+  use text, only: read_real, upper_case, to_text, squeezed
   use keyword_spec, only: keyword_spec_t, did_you_mean, names_material, names_curve, &
                           names_patch, names_tool, names_set, names_point
   use lexer, only: lexed_deck_t
@@ -14,7 +14,7 @@ module deck_records
   implicit none
   private
 
-  public :: record_t, option_t, parsed_deck_t, find_records
+  public :: record_t, option_t, field_t, parsed_deck_t, find_records
   public :: option_text, option_real, option_integer, is_option_given
   public :: n_fields, field_real, field_vector, field_integer, field_word, is_filled, all_numbers
   public :: line_origin, line_place, deck_end, n_data_lines, check_lines
@@ -28,7 +28,14 @@ module deck_records
     logical :: is_given = .false.              !! by the deck or by default
   end type option_t
 
-  !> One keyword block. Field `j` of line `i` is entry `first(i) + j - 1` of the last three lists.
+  !> A field of a data line.
+  type :: field_t
+    real(wp) :: number = 0.0_wp              !! of a number field
+    character(:), allocatable :: word        !! of another field
+    logical :: is_filled = .false.           !! given or by default
+  end type field_t
+
+  !> One keyword block. Field `j` of line `i` is entry `first(i) + j - 1` of its fields.
   type :: record_t
     type(origin_t) :: origin
     integer :: spec = 0                        !! index of the keyword, 0: unknown keyword
@@ -40,9 +47,7 @@ module deck_records
     integer :: first_line = 1                  !! of the data lines in the deck's list
     integer :: joined = 0                      !! line that has the next one at its end, 0: none
     integer, allocatable :: first(:)           !! shape (n_lines + 1)
-    real(wp), allocatable :: numbers(:)        !! of number fields
-    type(string_t), allocatable :: words(:)    !! of other fields
-    logical, allocatable :: is_filled(:)       !! given or by default
+    type(field_t), allocatable :: fields(:)    !! longer than what the record holds
   end type record_t
 
   !> A whole deck; `records(i)` comes from block `i` of the lexer.
@@ -190,7 +195,7 @@ contains
     type(record_t), intent(in) :: record
     integer, intent(in) :: line, field
 
-    field_real = record%numbers(record%first(line) + field - 1)
+    field_real = record%fields(record%first(line) + field - 1)%number
   end function field_real
 
   !> Three number fields from `field` on.
@@ -200,7 +205,7 @@ contains
     real(wp) :: vector(3)
 
     associate (place => record%first(line) + field - 1)
-      vector = record%numbers(place:place + 2)
+      vector = record%fields(place:place + 2)%number
     end associate
   end function field_vector
 
@@ -218,7 +223,7 @@ contains
     integer, intent(in) :: line, field
     character(:), allocatable :: word
 
-    word = record%words(record%first(line) + field - 1)%value
+    word = record%fields(record%first(line) + field - 1)%word
   end function field_word
 
   !> Does a field hold anything, if only its default?
@@ -226,7 +231,7 @@ contains
     type(record_t), intent(in) :: record
     integer, intent(in) :: line, field
 
-    is_filled = record%is_filled(record%first(line) + field - 1)
+    is_filled = record%fields(record%first(line) + field - 1)%is_filled
   end function is_filled
 
   !> The numbers of all lines one after the other.
@@ -234,7 +239,7 @@ contains
     type(record_t), intent(in) :: record
     real(wp), allocatable :: numbers(:)
 
-    numbers = record%numbers(:record%first(record%n_lines + 1) - 1)
+    numbers = record%fields(:record%first(record%n_lines + 1) - 1)%number
   end function all_numbers
 
   !> Enter the NAME options of all records of a keyword into the table that its entry asks for. A

@@ -275,7 +275,7 @@ contains
         end if
         associate (first => record%first(line))
           material%constants(before + 1:before + n_given) = &
-            record%numbers(first:first + n_given - 1)
+            record%fields(first:first + n_given - 1)%number
         end associate
       end associate
     end do

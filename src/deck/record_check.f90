@@ -9,7 +9,7 @@ module record_check
                           anywhere, selects_lines, may_be_left_out, check_field, choice_list, &
                           is_among, did_you_mean, wanted, lines_in_words, field_names
   use lexer, only: lexed_deck_t, block_t, option_place, line_text, split_fields, field_text
-  use deck_records, only: record_t, option_t, parsed_deck_t, find_records, n_deck_steps, &
+  use deck_records, only: record_t, option_t, field_t, parsed_deck_t, find_records, n_deck_steps, &
                           line_origin, line_place
   implicit none
   private
@@ -310,9 +310,7 @@ contains
         if (may_be_left_out(spec%lines(form))) record%n_lines = 1   ! an empty one in its place
       end do
       call find_joined(deck, record, spec)
-      allocate (record%first(record%n_lines + 1), record%words(4*record%n_lines))
-      allocate (record%numbers(4*record%n_lines), source=0.0_wp)
-      allocate (record%is_filled(4*record%n_lines), source=.false.)
+      allocate (record%first(record%n_lines + 1), record%fields(4*record%n_lines))
       record%first(1) = 1
       n_before = errors%n_items
       done = 0
@@ -446,14 +444,12 @@ contains
     type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: found, expected
 
-    associate (record => deck%records(i))
-      record%is_filled(place) = given /= "" .or. spec%default /= ""
+    associate (record => deck%records(i), field => deck%records(i)%fields(place))
+      field%is_filled = given /= "" .or. spec%default /= ""
       if (given /= "") then
-        call check_field(spec, given, record%numbers(place), record%words(place)%value, found, &
-                         expected)
+        call check_field(spec, given, field%number, field%word, found, expected)
       else if (spec%default /= "") then
-        call check_field(spec, spec%default, record%numbers(place), &
-                         record%words(place)%value, found, expected)
+        call check_field(spec, spec%default, field%number, field%word, found, expected)
       else if (spec%is_required) then
         found = "no "//spec%name
         expected = spec%allowed
@@ -464,28 +460,16 @@ contains
     end associate
   end subroutine take_field
 
-  !> Let the lists of a record hold `n` fields, growing by doubling.
+  !> Let a record hold `n` fields, growing by doubling.
   pure subroutine make_room(record, n)
     type(record_t), intent(inout) :: record
     integer, intent(in) :: n
-    real(wp), allocatable :: numbers(:)
-    type(string_t), allocatable :: words(:)
-    logical, allocatable :: is_filled(:)
-    integer :: n_old, i
+    type(field_t), allocatable :: longer(:)
 
-    n_old = size(record%numbers)
-    if (n <= n_old) return
-    allocate (words(2*n))
-    allocate (numbers(2*n), source=0.0_wp)
-    allocate (is_filled(2*n), source=.false.)
-    numbers(:n_old) = record%numbers
-    is_filled(:n_old) = record%is_filled
-    do i = 1, n_old
-      call move_alloc(record%words(i)%value, words(i)%value)
-    end do
-    call move_alloc(numbers, record%numbers)
-    call move_alloc(words, record%words)
-    call move_alloc(is_filled, record%is_filled)
+    if (n <= size(record%fields)) return
+    allocate (longer(2*n))
+    longer(:size(record%fields)) = record%fields
+    call move_alloc(longer, record%fields)
   end subroutine make_room
 
   pure subroutine check_uniqueness(deck, errors)
