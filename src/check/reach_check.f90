@@ -4,7 +4,7 @@
 module reach_check
   use kinds, only: wp
   use text, only: rounded_text, place_text
-  use input_errors, only: origin_t, error_list_t, add_warning, add_error
+  use input_errors, only: origin_t, error_list_t, add_warning, add_error, has_error_at
   use scene, only: scene_t
   use model, only: model_t
   use contact_effect, only: contact_view_t, contact_pairs
@@ -90,6 +90,7 @@ contains
     do i = 1, size(meetings)
       associate (meeting => meetings(i), approach => meetings(i)%approach, &
                  tool => model%bodies%tools(meetings(i)%tool))
+        if (has_error_at(errors, meeting%origin)) cycle
         if (meeting%first_step == 1 .and. approach%is_behind) then
           call add_error(errors, scene%tools(meeting%tool)%origin, "the tool '"//tool%name// &
                          "', behind whose surface the blank lies, "// &

@@ -2,7 +2,7 @@
 module setup_check
   use kinds, only: wp
   use text, only: string_t
-  use input_errors, only: error_list_t
+  use input_errors, only: error_list_t, n_errors
   use scene, only: scene_t
   use model, only: model_t
   use tool_setup, only: sheet_thickness
@@ -18,7 +18,8 @@ module setup_check
 
 contains
 
-  !> Add warnings, and errors where the run could only be wrong. `lines` say how large the forces of
+  !> Add warnings, and errors where the run could only be wrong; after errors of contact pairs only
+  !! what else is wrong with the tools. `lines` say how large the forces of
   !! inertia are.
   subroutine check_setup(scene, model, errors, lines)
     type(scene_t), intent(in) :: scene
@@ -31,9 +32,11 @@ contains
 
     thickness = sheet_thickness(scene%blank)
     call check_units(scene, thickness, errors)
-    call check_motion(scene, errors)
-    call check_friction(scene, errors)
-    call check_supports(scene, errors)
+    if (n_errors(errors) == 0) then
+      call check_motion(scene, errors)
+      call check_friction(scene, errors)
+      call check_supports(scene, errors)
+    end if
     do t = 1, size(scene%tools)
       call check_shape(model%bodies%tools(t), thickness, scene%tools(t)%origin, errors)
     end do

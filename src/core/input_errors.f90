@@ -4,7 +4,7 @@ module input_errors
   private
 
   public :: origin_t, input_error_t, error_list_t, new_origin, n_errors
-  public :: add_error, add_warning, drop_warnings
+  public :: add_error, add_warning, drop_warnings, has_error_at
 
   !> The place in a deck that something came from.
   type :: origin_t
@@ -76,6 +76,21 @@ contains
     end do
     list%n_items = n_kept
   end subroutine drop_warnings
+
+  !> Is there an error, not only a warning, at a place?
+  pure logical function has_error_at(list, origin)
+    type(error_list_t), intent(in) :: list
+    type(origin_t), intent(in) :: origin
+    integer :: i
+
+    has_error_at = .false.
+    do i = 1, list%n_items
+      associate (item => list%items(i))
+        if (item%is_warning .or. item%origin%line /= origin%line) cycle
+        has_error_at = has_error_at .or. item%origin%file == origin%file
+      end associate
+    end do
+  end function has_error_at
 
   !> Number of errors that prevent the run (warnings do not count).
   pure integer function n_errors(list)

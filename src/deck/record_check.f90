@@ -18,12 +18,12 @@ module record_check
 
   integer, parameter :: most_errors = 20   ! of the data lines of one block; the rest is the same
 
-  character(*), parameter :: of_mesh(9) = [character(13) :: "NODE", "ELEMENT", "NGEN", "NFILL", &
-    "NCOPY", "ELGEN", "ELCOPY", "SOLID SECTION", "SHELL SECTION"]
+  character(*), parameter :: of_mesh(8) = [character(13) :: "NODE", "ELEMENT", "NGEN", "NFILL", &
+    "NCOPY", "ELGEN", "ELCOPY", "SHELL SECTION"]
   character(*), parameter :: of_model(9) = [character(14) :: "NSET", "ELSET", "PART", "END PART", &
     "ASSEMBLY", "END ASSEMBLY", "INSTANCE", "END INSTANCE", "SYSTEM"]
-  character(*), parameter :: of_section(4) = [character(26) :: "SECTION CONTROLS", "HOURGLASS", &
-    "HOURGLASS STIFFNESS", "TRANSVERSE SHEAR STIFFNESS"]
+  character(*), parameter :: of_section(5) = [character(26) :: "SOLID SECTION", &
+    "SECTION CONTROLS", "HOURGLASS", "HOURGLASS STIFFNESS", "TRANSVERSE SHEAR STIFFNESS"]
   character(*), parameter :: of_step(6) = [character(18) :: "STATIC", "CONTROLS", &
     "SOLUTION TECHNIQUE", "PREPRINT", "RESTART", "MONITOR"]
   character(*), parameter :: of_output(16) = [character(21) :: "USER OUTPUT VARIABLES", &
@@ -104,7 +104,15 @@ contains
     end do
     if (foreign_note(block) /= "") then
       record%spec = 0
-      call add_warning(errors, record%origin, "a keyword that is ignored here", foreign_note(block))
+      if (any(block%keyword == of_section) .and. option_place(block, "ORIENTATION") > 0) then
+        call add_error(errors, record%origin, "the option ORIENTATION, which is not honoured "// &
+                       "here", "none, and axes of the material by *ORIENTATION in *MATERIAL "// &
+                       "with *PLASTIC; a user's law works in x, y, z (see "// &
+                       "docs/user-materials.md)")
+      else
+        call add_warning(errors, record%origin, "a keyword that is ignored here", &
+                         foreign_note(block))
+      end if
     end if
     if (record%spec > 0 .or. foreign_note(block) /= "") return
     if (counterpart(block%keyword) /= "") then
