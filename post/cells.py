@@ -62,43 +62,71 @@ def quadrilateral_order(degree):
 def facets(points, weights, connectivity, n_parts):
     """Curved quadrilaterals cut into flat ones: points (n, 3) and corners (m, 4). Columns of the
     points behind the third are fields, which are carried along."""
-    all_points, all_corners, n = [], [], 0
+    if weights is not None:
+        points = np.column_stack([points * weights[:, None], weights])
     line = np.linspace(0, 1, n_parts + 1)
     numbers = np.arange((n_parts + 1)**2).reshape(n_parts + 1, n_parts + 1)
     corners = np.stack([numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1]],
                        axis=-1).reshape(-1, 4)
-    for nodes in connectivity:
-        degree = round(np.sqrt(len(nodes))) - 1
+    all_points, all_corners, n = [], [], 0
+    for n_nodes in sorted({len(nodes) for nodes in connectivity}):
+        nodes = np.array([cell for cell in connectivity if len(cell) == n_nodes])
+        degree = round(np.sqrt(n_nodes)) - 1
         j, i = np.array([(b, a) for a, b in quadrilateral_order(degree)]).T
-        grid = np.empty((degree + 1, degree + 1, points.shape[1]))
-        grid[j, i] = points[nodes]
-        grid_weights = None
-        if weights is not None:
-            grid_weights = np.empty((degree + 1, degree + 1, 1))
-            grid_weights[j, i, 0] = weights[nodes]
-        all_points.append(evaluate_grid(grid, grid_weights, (line, line), degree)
-                          .reshape(-1, points.shape[1]))
-        all_corners.append(corners + n)
+        grid = np.empty((len(nodes), degree + 1, degree + 1, points.shape[1]))
+        grid[:, j, i] = points[nodes]
+        shapes = shape_functions(degree, line, weights is not None)
+        cells = np.einsum("aj,bi,mjic->mabc", shapes, shapes, grid, optimize=True)
+        all_points.append(cells.reshape(-1, points.shape[1]))
+        firsts = n + len(numbers.flat) * np.arange(len(nodes))
+        all_corners.append((firsts[:, None, None] + corners).reshape(-1, 4))
         n += len(all_points[-1])
     if not all_points:
-        return np.empty((0, points.shape[1])), np.empty((0, 4), dtype=int)
-    return np.concatenate(all_points), np.concatenate(all_corners)
+        return np.empty((0, points.shape[1] - (weights is not None))), np.empty((0, 4), dtype=int)
+    cut_points = np.concatenate(all_points)
+    if weights is not None:
+        cut_points = cut_points[:, :-1] / cut_points[:, -1:]
+    return cut_points, np.concatenate(all_corners)
+
+
+def triangles_of(corners):
+    """Two triangles for each quadrilateral."""
+    return np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
+
+
+def clip(points, triangles, axis, place, side):
+    """The part of a surface where side*(coordinate - place) is not negative."""
+    height = side * (points[:, axis] - place)
+    height[np.abs(height) < 1e-9 * np.ptp(points)] = 0.0
+    parts, n = [points], len(points)
+    inside = (height >= 0)[triangles]
+    kept = [triangles[inside.all(axis=1)]]
+    for count in (1, 2):          # corners inside; the one that differs from the others goes first
+        crossed = triangles[inside.sum(axis=1) == count]
+        lone = (inside[inside.sum(axis=1) == count] == (count == 1)).argmax(axis=1)
+        a, b, c = (crossed[np.arange(len(crossed)), (lone + k) % 3] for k in range(3))
+        shares = [(height[a] / (height[a] - height[end]))[:, None] for end in (b, c)]
+        parts += [points[a] + share * (points[end] - points[a])
+                  for share, end in zip(shares, (b, c))]
+        ab, ac = (n + np.arange(len(crossed)) + k * len(crossed) for k in range(2))
+        kept += [np.stack([a, ab, ac], axis=1)] if count == 1 else \
+            [np.stack([ab, b, c], axis=1), np.stack([ab, c, ac], axis=1)]
+        n += 2 * len(crossed)
+    return np.concatenate(parts), np.concatenate(kept)
 
 
 def cut(points, corners, origin, normal):
     """Segments (m, 2, 3) in which a plane meets the facets."""
     height = (points - origin) @ normal
     segments = []
-    for triangle in (corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]):
-        h = height[triangle]
-        # a corner in the plane counts as above it, so that every cut has exactly two ends
-        above = h >= 0
-        crossed = triangle[above.any(axis=1) & ~above.all(axis=1)]
-        for t in crossed:
-            ends = []
-            for a, b in ((0, 1), (1, 2), (2, 0)):
-                ha, hb = height[t[a]], height[t[b]]
-                if (ha >= 0) != (hb >= 0):
-                    ends.append(points[t[a]] + ha / (ha - hb) * (points[t[b]] - points[t[a]]))
-            segments.append(ends)
+    triangles = triangles_of(corners)
+    # a corner in the plane counts as above it, so that every cut has exactly two ends
+    above = (height >= 0)[triangles]
+    for t in triangles[above.any(axis=1) & ~above.all(axis=1)]:
+        ends = []
+        for a, b in ((0, 1), (1, 2), (2, 0)):
+            ha, hb = height[t[a]], height[t[b]]
+            if (ha >= 0) != (hb >= 0):
+                ends.append(points[t[a]] + ha / (ha - hb) * (points[t[b]] - points[t[a]]))
+        segments.append(ends)
     return np.array(segments).reshape(-1, 2, 3)

@@ -1,10 +1,12 @@
 """Reading a results file: frames, curved cells, history."""
+import functools
 import os
 
 import h5py
 import numpy as np
 
 from post import cells
+from post.deck import Deck
 
 
 class ResultsError(Exception):
@@ -64,6 +66,21 @@ class Results:
         """Names of the tools in the deck's order."""
         tools = self.file["tools"]
         return sorted(tools, key=lambda name: int(tools[name].attrs["part"]))
+
+    @functools.cached_property
+    def deck(self):
+        """The deck of the run."""
+        source = self.file["provenance"]
+        return Deck(text_of(source["deck_text"][()]), text_of(source["command_line"][()]))
+
+    def tools_present(self, frame):
+        """Names of the tools that no *MODEL CHANGE has removed by the step of a frame."""
+        step = int(self.file["frames/process_step"][frame])
+        return [tool for tool in self.tools if not self.deck.is_removed(tool, step)]
+
+    @property
+    def n_tool_cells(self):
+        return int(np.count_nonzero(self.file["VTKHDF/CellData/part"][:]))
 
     @property
     def width_ratio(self):

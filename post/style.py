@@ -26,6 +26,11 @@ def tool_colour(i):
     return TOOLS[i % len(TOOLS)]
 
 
+def paler(colour, share=0.35):
+    """A colour mixed with white."""
+    return tuple(1 - share * (1 - part) for part in matplotlib.colors.to_rgb(colour))
+
+
 def check_format(path):
     """Refuse the name of a picture whose ending is no picture format."""
     formats = sorted(plt.figure().canvas.get_supported_filetypes())

@@ -1,0 +1,155 @@
+"""What a picture of a frame shows: the skin of the sheet, lines between its elements, the tools."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from post.cells import clip, triangles_of
+from post.style import tool_colour
+
+MOST_FACETS = 20000     # quadrilaterals of a face of the sheet, and of all tools
+SHEET_PARTS = 4         # cuts of an element along and across the sheet, at most
+TOOL_PARTS = 6          # cuts of a tool's cell, at most
+MOST_ELEMENTS = 5000    # along and across the sheet, for lines between them to be seen
+SAMPLES = 4000          # points of the sheet that are compared with the tools
+
+
+@dataclass
+class Part:
+    """A surface of triangles, with a value at each point or one colour."""
+    name: str
+    points: np.ndarray
+    triangles: np.ndarray
+    values: np.ndarray = None
+    colour: str = ""
+
+
+class Scene:
+    """Sheet, lines and tools of a frame; or a tool alone with a field on it."""
+
+    def __init__(self, results, frame, field, tool=None):
+        self.lines, self.tools = [], []
+        if tool:
+            points, corners, values = results.tool_field(tool, field, frame, TOOL_PARTS)
+            self.sheet = Part(tool, points, triangles_of(corners), values)
+            return
+        self.sheet = sheet_skin(results, frame, field)
+        self.middle = np.concatenate([middle_points(patch, frame) for patch in results.patches])
+        if sum(np.prod(patch.n_elements[:2]) for patch in results.patches) <= MOST_ELEMENTS:
+            self.lines = [lines for patch in results.patches
+                          for lines in element_lines(patch, frame)]
+        self.tools = tool_parts(results, frame)
+
+    def mirror(self, axis, place):
+        """Add the image of everything behind a plane; tools end at the plane."""
+        side = 1.0 if self.middle[:, axis].mean() > place else -1.0
+        for part in self.tools:
+            part.points, part.triangles = clip(part.points, part.triangles, axis, place, side)
+        for part in [self.sheet, *self.tools]:
+            n = len(part.points)
+            part.triangles = np.concatenate([part.triangles, n + part.triangles[:, ::-1]])
+            part.points = np.concatenate([part.points, reflected(part.points, axis, place)])
+        self.sheet.values = np.tile(self.sheet.values, 2)
+        self.lines += [reflected(lines, axis, place) for lines in self.lines]
+        self.middle = np.concatenate([self.middle, reflected(self.middle, axis, place)])
+
+    def shown(self, part, view):
+        """Which triangles of a tool are drawn: those of a tool below the sheet, where they have
+        the sheet on the eye's side of them."""
+        corners = part.points[part.triangles]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals *= np.sign(normals @ view.to_eye)[:, None]
+        to_sheet = self.way_to_sheet(corners.mean(axis=1))
+        distance = np.linalg.norm(to_sheet, axis=1)
+        near = np.argsort(distance)[:len(distance) // 3 + 1]
+        is_below = to_sheet[near, view.up_axis].mean() > 0
+        return is_below & (np.sum(to_sheet * normals, axis=1) > 0)
+
+    def way_to_sheet(self, points):
+        """From points to the nearest ones of the mid-surface."""
+        samples = self.middle[::-(-len(self.middle) // SAMPLES)]
+        origin = samples.mean(axis=0)
+        samples, points = samples - origin, points - origin
+        squares = np.sum(samples**2, axis=1)
+        nearest = np.concatenate([(squares - 2 * block @ samples.T).argmin(axis=1)
+                                  for block in np.array_split(points, len(points) // 2000 + 1)])
+        return samples[nearest] - points
+
+
+def welded(part):
+    """A part whose neighbouring triangles share their corners, without triangles of no area. (The
+    filter of VTK takes minutes for flat surfaces.)"""
+    grain = 1e-6 * max(np.ptp(part.points, axis=0).max(), 1e-300)
+    places = np.floor((part.points - part.points.min(axis=0)) / grain + 0.3).astype(np.int64)
+    _, first, number = np.unique(places @ [1, 1 << 21, 1 << 42], return_index=True,
+                                 return_inverse=True)
+    triangles = number[part.triangles]
+    is_plain = np.all(triangles != np.roll(triangles, 1, axis=1), axis=1)
+    values = None if part.values is None else part.values[first]
+    return Part(part.name, part.points[first], triangles[is_plain], values, part.colour)
+
+
+def reflected(points, axis, place):
+    image = points.copy()
+    image[..., axis] = 2 * place - image[..., axis]
+    return image
+
+
+def sheet_skin(results, frame, field):
+    """The six faces of each patch with the field on them."""
+    n_elements = sum(np.prod(patch.n_elements[:2]) for patch in results.patches)
+    n_parts = int(np.clip(np.sqrt(MOST_FACETS / n_elements), 1, SHEET_PARTS))
+    points, triangles, values, n = [], [], [], 0
+    for patch in results.patches:
+        for places in faces_of(patch, n_parts):
+            grid = patch.sample("Points", frame, *places)
+            rows, columns = [size for size in grid.shape[:3] if size > 1]
+            number = n + np.arange(rows * columns).reshape(rows, columns)
+            corners = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:],
+                                number[1:, :-1]], axis=-1).reshape(-1, 4)
+            points.append(grid.reshape(-1, 3))
+            triangles.append(triangles_of(corners))
+            values.append(magnitude(patch.sample(field, frame, *places)).ravel())
+            n += rows * columns
+    return Part("sheet", np.concatenate(points), np.concatenate(triangles), np.concatenate(values))
+
+
+def faces_of(patch, n_parts):
+    """Places along the three axes of a patch that make each of its faces."""
+    n = patch.n_elements
+    lines = [np.linspace(0, n[d], k * n[d] + 1) for d, k in enumerate((n_parts, n_parts, 2))]
+    for axis in range(3):
+        for end in (0, n[axis]):
+            yield [[end] if d == axis else line for d, line in enumerate(lines)]
+
+
+def middle_points(patch, frame):
+    """Points of the mid-surface, two in each element along and across."""
+    n = patch.n_elements
+    xi, eta = (np.arange(2 * n[d] + 1) / 2 for d in range(2))
+    return patch.sample("Points", frame, xi, eta, [0.5 * n[2]]).reshape(-1, 3)
+
+
+def element_lines(patch, frame):
+    """The boundaries of the elements on both faces, a little off them so that these do not hide
+    them: arrays of lines (lines, points, 3)."""
+    n = patch.n_elements
+    fine = [np.linspace(0, n[d], 2 * SHEET_PARTS * n[d] + 1) for d in range(2)]
+    for zeta in (-0.05, n[2] + 0.05):
+        yield patch.sample("Points", frame, fine[0], np.arange(n[1] + 1), [zeta])[0]
+        across = patch.sample("Points", frame, np.arange(n[0] + 1), fine[1], [zeta])[0]
+        yield np.swapaxes(across, 0, 1)
+
+
+def tool_parts(results, frame):
+    """The tools that act on the sheet in a frame."""
+    present = results.tools_present(frame)
+    n_parts = int(np.clip(np.sqrt(MOST_FACETS / max(results.n_tool_cells, 1)), 1, TOOL_PARTS))
+    return [Part(name, points, triangles_of(corners), colour=tool_colour(i))
+            for i, (name, (points, corners)) in
+            enumerate(zip(results.tools, results.tool_surfaces(frame, n_parts)))
+            if name in present and len(points)]
+
+
+def magnitude(values):
+    """The values of a scalar field, the lengths of a vector field."""
+    return values[..., 0] if values.shape[-1] == 1 else np.linalg.norm(values, axis=-1)

@@ -1,0 +1,199 @@
+"""Pictures of a result: layout, view, colours, images of a half, tools that a step removes.
+
+Usage: test_picture.py IGAFORM PROJECT_FOLDER
+"""
+import argparse
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
+sys.path.insert(0, PROJECT)
+
+import many_surfaces  # noqa: E402
+from post import bands, cells, mirror, picture  # noqa: E402
+from post.deck import Deck, number  # noqa: E402
+from post.results import Results  # noqa: E402
+from post.style import plt  # noqa: E402
+from post.view import View  # noqa: E402
+
+
+def boxes_of_text(figure):
+    """Where all text, the names and the scale are, in pixels of the figure."""
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()
+    parts = [text for text in figure.texts if text.get_text()] + figure.legends
+    parts += [axes for axes in figure.axes if axes.get_label() != "scene"]
+    return [part.get_tightbbox(renderer) for part in parts]
+
+
+def drawn_box(figure):
+    """Where the scene has other pixels than white ones."""
+    [scene] = [axes for axes in figure.axes if axes.get_label() == "scene"]
+    image = scene.images[0].get_array()
+    rows, columns = (np.flatnonzero(np.any(image < 250, axis=axes)) for axes in ((1, 2), (0, 2)))
+    box = scene.get_window_extent()
+    width, height = box.width / image.shape[1], box.height / image.shape[0]
+    return (box.x0 + width * columns[0], box.y1 - height * rows[-1],
+            box.x0 + width * columns[-1], box.y1 - height * rows[0])
+
+
+class TestPicture(unittest.TestCase):
+    """Half of a sheet between a punch, which a second step removes, and a die of 65 surfaces."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.deck, cls.path = (os.path.join(cls.folder.name, f"many.{end}") for end in ("key", "h5"))
+        many_surfaces.main(cls.deck)
+        subprocess.run([IGAFORM, cls.deck, "--quiet", "--threads", "1", "--out", cls.path],
+                       check=True, capture_output=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def post(self, *arguments):
+        return subprocess.run([sys.executable, "-m", "post", *arguments], cwd=PROJECT,
+                              capture_output=True, text=True, check=False)
+
+    def figure(self, *options):
+        parser = argparse.ArgumentParser()
+        picture.add_arguments(parser)
+        arguments = parser.parse_args(["--renderer", "matplotlib", *options])
+        arguments.file = self.path
+        with Results(self.path) as results:
+            frame = results.frame(arguments.frame, arguments.time)
+            job, contents = picture.new_job(results, [frame], arguments)
+            [image] = picture.images_of(results, job, arguments.renderer, self.folder.name)
+            return picture.finished(results, job, contents[0], image), contents[0]
+
+    def test_text_is_clear_of_the_part_and_of_other_text(self):
+        for options in (["--frame", "2"], ["--frame", "2", "--field", "mises", "--mirror", "X"]):
+            figure, _ = self.figure(*options)
+            part = drawn_box(figure)
+            self.assertGreater((part[2] - part[0]) * (part[3] - part[1]), 1e5)
+            boxes = [part, *(box.extents for box in boxes_of_text(figure))]
+            self.assertGreaterEqual(len(boxes), 5)
+            for i, a in enumerate(boxes):
+                self.assertTrue(min(a[:2]) >= 0 and a[2] <= figure.bbox.x1
+                                and a[3] <= figure.bbox.y1, a)
+                for b in boxes[:i]:
+                    self.assertFalse(a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3],
+                                     (a, b))
+            plt.close(figure)
+
+    def test_tools_that_a_step_has_removed_are_not_drawn(self):
+        for frame, names in ((2, ["die", "punch"]), (-1, ["die"])):
+            figure, contents = self.figure("--frame", str(frame))
+            self.assertEqual([name for name, _ in contents.tools], names)
+            plt.close(figure)
+
+    def test_a_half_is_completed(self):
+        whole = self.figure("--mirror", "X")[1].box
+        half = self.figure()[1].box
+        self.assertGreater(np.ptp(whole, axis=0)[0], 1.5 * np.ptp(half, axis=0)[0])
+        with Results(self.path) as results:
+            self.assertEqual(mirror.planes_of(results, (0,)), [(0, 0.0)])
+            self.assertEqual(mirror.planes_of(results, (1,)), [(1, 0.0)])
+            results.deck.records = Deck("** file a\n*BOUNDARY\nX_MAX, XSYMM\n").records
+            [(_, place)] = mirror.planes_of(results, (0,))
+            self.assertAlmostEqual(place, 60)
+        self.assertIn("XY", self.post("picture", self.path, "--mirror", "XX").stderr)
+
+    def test_65_surfaces_take_less_than_ten_seconds(self):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        done = self.post("picture", self.path, "--frame", "2")
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stderr, "")
+        self.assertLess(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, 10)
+        image = plt.imread(self.path.replace(".h5", "-picture.png"))[..., :3]
+        colours = len(np.unique((image[::5, ::5] * 31).astype(int).reshape(-1, 3), axis=0))
+        self.assertGreater(colours, 20)
+
+
+class TestBands(unittest.TestCase):
+    def test_steps_are_round_and_8_to_12(self):
+        for low, high in ((0, 0.32), (0, 7), (-0.289, 0.13), (200, 1234), (0.77, 0.79), (0, 1e-7),
+                          (5, 5), (0, 0), (-3e6, -1e6)):
+            levels = bands.round_levels(low, high)
+            self.assertTrue(8 <= len(levels) - 1 <= 12)
+            step = levels[1] - levels[0]
+            self.assertIn(round(step / 10**np.floor(np.log10(step * 1.001)), 6), (1, 2, 2.5, 5))
+            self.assertLessEqual(levels[0], low + 1e-5 * step)
+            self.assertGreaterEqual(levels[-1], high - 1e-5 * step)
+            self.assertEqual(len(set(bands.level_texts(levels))), len(levels))
+
+
+class TestView(unittest.TestCase):
+    def test_up_is_up(self):
+        for axis in range(3):
+            view = View(axis)
+            right, up, towards = view.project(np.eye(3)[axis])
+            self.assertAlmostEqual(right, 0)
+            self.assertGreater(up, 0.5)
+            self.assertGreater(towards, 0)
+            np.testing.assert_allclose(np.cross(view.right, view.up), view.to_eye)
+
+
+class TestClip(unittest.TestCase):
+    def test_the_area_on_one_side_stays(self):
+        points = np.array([[-1.0, 0, 0], [3, 0, 0], [3, 2, 0], [-1, 2, 0]])
+        triangles = cells.triangles_of(np.array([[0, 1, 2, 3]]))
+        for place, side, area in ((0, 1, 6), (0, -1, 2), (1.5, 1, 3), (5, 1, 0), (-1, 1, 8)):
+            kept, corners = cells.clip(points, triangles, 0, place, side)
+            ends = kept[corners]
+            normals = np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])[:, 2]
+            self.assertAlmostEqual(0.5 * normals.sum(), area)
+            self.assertTrue(np.all(normals >= 0))
+            self.assertTrue(np.all(side * (ends[..., 0] - place) > -1e-9))
+
+
+DECK = """** file /a/deck.key
+*PARAMETER, DEFAULT
+way = 3
+name = "upper die"
+*INCLUDE, INPUT=more/tools.inc
+*STEP
+*TOOL MOTION, TOOL=<name>
+0, <-2**2*way + sqrt(4)>, 1d-3
+*END STEP
+*STEP
+*MODEL CHANGE, REMOVE
+<name>, holder
+*STEP
+*MODEL CHANGE, ADD
+holder
+
+** file /a/more/tools.inc
+*TOOL, NAME="upper die", TYPE=PLANE,
+SIDE=NEGATIVE
+0 0 1
+*TOOL, NAME=lid, TYPE=OFFSET, OF=upper die
+1.05
+"""
+
+
+class TestDeck(unittest.TestCase):
+    def test_parameters_files_and_steps(self):
+        deck = Deck(DECK, "igaform deck.key --set way=5 --out 'a b.h5'")
+        [motion] = deck.named("TOOL MOTION")
+        self.assertEqual(motion.step, 1)
+        np.testing.assert_allclose([number(field) for field in motion.data[0]], [0, -18, 1e-3])
+        self.assertEqual(deck.named("TOOL")[0].data, [["0", "0", "1"]])
+        self.assertEqual([deck.side(name) for name in ("UPPER  DIE", "lid", "punch")],
+                         [-1, 1, None])
+        self.assertEqual([deck.is_removed("upper die", step) for step in (1, 2, 3)],
+                         [False, True, True])
+        self.assertEqual([deck.is_removed("holder", step) for step in (1, 2, 3)],
+                         [False, True, False])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
