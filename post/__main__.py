@@ -20,6 +20,7 @@ PICTURES = (
 # Those with arguments of their own.
 OTHERS = (
     ("verification", "verification", "pictures and table of the verification suite"),
+    ("movie", "movie", "a film of the frames: pictures of one view and one colour scale"),
     ("watch", "watch", "progress, energies and time step of a run while it goes on"),
     ("bench", "bench", "measurements of igaform_bench: share of the bound, targets, comparison of "
                        "two runs, pictures"),

@@ -77,7 +77,7 @@ class Contents:
     box: np.ndarray       # lower left and upper right corner on the screen
 
 
-def new_job(results, frames, arguments):
+def new_job(results, frames, arguments, largest=LARGEST):
     """What to draw, in terms of JSON, and the contents of each frame. Colours and the part of
     space that is shown are the same in all frames."""
     field = arguments.field or ("contact_pressure" if arguments.tool else "eqps")
@@ -91,13 +91,23 @@ def new_job(results, frames, arguments):
            "tool": arguments.tool, "levels": round_levels(*limits).tolist(),
            "planes": planes_of(results, arguments.mirror)}
     contents = [contents_of(results, frame, job) for frame in frames]
+    job["extend"] = extension(job["levels"], [content.limits for content in contents])
+    job["n_names"] = max(len(content.tools) for content in contents)
     boxes = np.array([content.box for content in contents])
     box = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
     box += MARGIN * np.ptp(box, axis=0).max() * np.array([[-1], [1]])
     size = np.ptp(box, axis=0)
     job["box"] = box.tolist()
-    job["window"] = np.maximum(size * np.min(LARGEST / size), 100).astype(int).tolist()
+    job["window"] = np.maximum(size * np.min(largest / size), 100).astype(int).tolist()
     return job, contents
+
+
+def extension(levels, limits):
+    """On which sides values lie beyond the scale, in the words of matplotlib."""
+    slack = 1e-3 * (levels[1] - levels[0])
+    is_below = min(low for low, _ in limits) < levels[0] - slack
+    is_above = max(high for _, high in limits) > levels[-1] + slack
+    return (("neither", "max"), ("min", "both"))[is_below][is_above]
 
 
 def contents_of(results, frame, job):
@@ -106,7 +116,7 @@ def contents_of(results, frame, job):
         np.concatenate([part.points for part in [scene.sheet, *scene.tools]]))[:, :2]
     values = scene.sheet.values
     return Contents(frame, [(part.name, part.colour) for part in scene.tools],
-                    (values.min(), values.max()),
+                    (float(values.min()), float(values.max())),
                     np.array([places.min(axis=0), places.max(axis=0)]))
 
 
@@ -172,15 +182,12 @@ def draw_with_vtk(job):
 
 def finished(results, job, contents, image):
     """The picture: scene, title, names, colours."""
-    levels = np.array(job["levels"])
-    is_beyond = contents.limits[0] < levels[0], contents.limits[1] > levels[-1]
-    extend = {(False, False): "neither", (True, False): "min", (False, True): "max",
-              (True, True): "both"}[tuple(map(bool, is_beyond))]
     line = time_text(results, contents.frame)
     if job["tool"]:
         line = f"{job['tool']}, {line}"
     return compose(image, text_of(results.file["provenance/heading"][()]), line, contents.tools,
-                   view_of(results), (levels, label_of(results, job["field"]), extend))
+                   view_of(results), (np.array(job["levels"]), label_of(results, job["field"]),
+                                      job["extend"]), job["n_names"])
 
 
 def time_text(results, frame):

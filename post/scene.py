@@ -6,11 +6,12 @@ import numpy as np
 from post.cells import clip, triangles_of
 from post.style import tool_colour
 
-MOST_FACETS = 20000     # quadrilaterals of a face of the sheet, and of all tools
+MOST_FACETS = 40000     # quadrilaterals of a face of the sheet, and of all tools
 SHEET_PARTS = 4         # cuts of an element along and across the sheet, at most
 TOOL_PARTS = 6          # cuts of a tool's cell, at most
 MOST_ELEMENTS = 5000    # along and across the sheet, for lines between them to be seen
-SAMPLES = 4000          # points of the sheet that are compared with the tools
+SAMPLES = 4000          # points of the sheet that are compared with
+TRIANGLES = 2000        # so many of a tool
 
 
 @dataclass
@@ -53,25 +54,23 @@ class Scene:
         self.middle = np.concatenate([self.middle, reflected(self.middle, axis, place)])
 
     def shown(self, part, view):
-        """Which triangles of a tool are drawn: those of a tool below the sheet, where they have
-        the sheet on the eye's side of them."""
+        """Which triangles of a tool are drawn: of a tool below the sheet those whose side on which
+        the sheet lies can be seen."""
         corners = part.points[part.triangles]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals *= np.sign(normals @ view.to_eye)[:, None]
-        to_sheet = self.way_to_sheet(corners.mean(axis=1))
-        distance = np.linalg.norm(to_sheet, axis=1)
-        near = np.argsort(distance)[:len(distance) // 3 + 1]
+        some = slice(None, None, -(-len(corners) // TRIANGLES))
+        to_sheet = self.way_to_sheet(corners[some].mean(axis=1))
+        near = np.argsort(np.linalg.norm(to_sheet, axis=1))[:len(to_sheet) // 3 + 1]
         is_below = to_sheet[near, view.up_axis].mean() > 0
-        return is_below & (np.sum(to_sheet * normals, axis=1) > 0)
+        side = np.sum(to_sheet[near] * normals[some][near])
+        return is_below & (side * (normals @ view.to_eye) > 0)
 
     def way_to_sheet(self, points):
         """From points to the nearest ones of the mid-surface."""
         samples = self.middle[::-(-len(self.middle) // SAMPLES)]
         origin = samples.mean(axis=0)
         samples, points = samples - origin, points - origin
-        squares = np.sum(samples**2, axis=1)
-        nearest = np.concatenate([(squares - 2 * block @ samples.T).argmin(axis=1)
-                                  for block in np.array_split(points, len(points) // 2000 + 1)])
+        nearest = (np.sum(samples**2, axis=1) - 2 * points @ samples.T).argmin(axis=1)
         return samples[nearest] - points
 
 

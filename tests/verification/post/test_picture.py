@@ -11,6 +11,7 @@ import tempfile
 import unittest
 
 import numpy as np
+from PIL import Image
 
 IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path.insert(0, PROJECT)
@@ -116,6 +117,26 @@ class TestPicture(unittest.TestCase):
         image = plt.imread(self.path.replace(".h5", "-picture.png"))[..., :3]
         colours = len(np.unique((image[::5, ::5] * 31).astype(int).reshape(-1, 3), axis=0))
         self.assertGreater(colours, 20)
+
+
+    def test_a_film_keeps_view_and_colours(self):
+        out = os.path.join(self.folder.name, "film.gif")
+        done = self.post("movie", self.path, "--out", out, "--renderer", "matplotlib", "--field",
+                         "mises")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with Image.open(out) as film:
+            self.assertEqual(film.n_frames, 4)
+            shots = []
+            for frame in range(4):
+                film.seek(frame)
+                shots.append(np.asarray(film.convert("RGB")).astype(int))
+        column = shots[0].shape[1] - 300                # with the numbers of the colour scale
+        for shot in shots[1:]:
+            self.assertLess(np.abs(shot - shots[0])[300:, column:].max(), 60)
+        self.assertGreater(np.abs(shots[2] - shots[0])[:, :column].max(), 100)
+        done = self.post("movie", self.path, "--out", out.replace(".gif", ".avi"))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(".mp4", done.stderr)
 
 
 class TestBands(unittest.TestCase):
