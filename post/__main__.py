@@ -21,6 +21,7 @@ PICTURES = (
 OTHERS = (
     ("verification", "verification", "pictures and table of the verification suite"),
     ("movie", "movie", "a film of the frames: pictures of one view and one colour scale"),
+    ("setup", "setup", "the set-up of a deck as a picture and as a page that turns, without a run"),
     ("watch", "watch", "progress, energies and time step of a run while it goes on"),
     ("bench", "bench", "measurements of igaform_bench: share of the bound, targets, comparison of "
                        "two runs, pictures"),

@@ -117,16 +117,17 @@ def clip(points, triangles, axis, place, side):
 
 def cut(points, corners, origin, normal):
     """Segments (m, 2, 3) in which a plane meets the facets."""
+    return cut_triangles(points, triangles_of(corners), origin, normal)[0]
+
+
+def cut_triangles(points, triangles, origin, normal):
+    """Segments (m, 2, 3) in which a plane meets triangles, and the numbers of these."""
     height = (points - origin) @ normal
-    segments = []
-    triangles = triangles_of(corners)
     # a corner in the plane counts as above it, so that every cut has exactly two ends
     above = (height >= 0)[triangles]
-    for t in triangles[above.any(axis=1) & ~above.all(axis=1)]:
-        ends = []
-        for a, b in ((0, 1), (1, 2), (2, 0)):
-            ha, hb = height[t[a]], height[t[b]]
-            if (ha >= 0) != (hb >= 0):
-                ends.append(points[t[a]] + ha / (ha - hb) * (points[t[b]] - points[t[a]]))
-        segments.append(ends)
-    return np.array(segments).reshape(-1, 2, 3)
+    numbers = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
+    lone = np.argmax(above[numbers] == (above[numbers].sum(axis=1) == 1)[:, None], axis=1)
+    a, b, c = (triangles[numbers, (lone + k) % 3] for k in range(3))
+    ends = [points[a] + (height[a] / (height[a] - height[end]))[:, None] * (points[end] - points[a])
+            for end in (b, c)]
+    return np.stack(ends, axis=1).reshape(-1, 2, 3), numbers

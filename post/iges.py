@@ -2,7 +2,6 @@
 import difflib
 import os
 import re
-import subprocess
 import sys
 import tempfile
 
@@ -10,12 +9,11 @@ import h5py
 import numpy as np
 
 from post.iges_file import UNITS, Surface, write_iges
-from post.program import PROGRAM
 from post.results import ResultsError, open_results, text_of
+from post.start import add_deck_arguments, start_of_deck
 
 FACES = ("XI_MIN", "XI_MAX", "ETA_MIN", "ETA_MAX", "ZETA_MIN", "ZETA_MAX")
 OUTWARD = ("XI_MAX", "ETA_MIN", "ZETA_MAX")    # their axis 1 x axis 2 points out of the solid
-SHORT = "1e-9"                                 # a run of so many minutes ends after its first step
 
 
 def add_arguments(command):
@@ -30,13 +28,7 @@ def add_arguments(command):
     command.add_argument("--unit", "--length", dest="unit", default="", metavar="UNIT",
                          help="unit of the lengths (default: that of *UNITS)")
     command.add_argument("--quiet", action="store_true", help="errors and warnings only")
-    command.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
-                         help="replace the value of a *PARAMETER of the deck")
-    command.add_argument("--user", action="append", default=[], metavar="FILE",
-                         help="UMAT or VUMAT of the deck's *USER MATERIAL")
-    command.add_argument("--igaform", default=PROGRAM, metavar="PROGRAM",
-                         help="the program that reads decks (default: build/native/bin/igaform, "
-                              "else that of PATH)")
+    add_deck_arguments(command)
 
 
 def run(arguments):
@@ -99,23 +91,10 @@ def net_of(group, n_axes, label=""):
 
 
 def shapes_of_deck(arguments):
-    """Blank and tools as a run starts with them, from the first frame of one that stops at once.
-    The program reports what is wrong with the deck."""
-    if not os.access(arguments.igaform, os.X_OK) or os.path.isdir(arguments.igaform):
-        raise ResultsError(f"there is no program '{arguments.igaform}' to read a deck: build "
-                           "igaform, or say where it is with --igaform")
-    options = [word for name in ("set", "user") for value in getattr(arguments, name)
-               for word in (f"--{name}", value)]
+    """Blank and tools as a run starts with them."""
     with tempfile.TemporaryDirectory() as folder:
         result = os.path.join(folder, "start.h5")
-        done = subprocess.run([arguments.igaform, arguments.file, "--out", result, "--wall", SHORT,
-                               "--quiet", *options], stderr=subprocess.PIPE, text=True,
-                              errors="replace", check=False)
-        is_run = done.returncode in (0, 3)
-        sys.stderr.writelines(line for line in done.stderr.splitlines(keepends=True)
-                              if not (is_run and line.startswith("igaform: warning: ")))
-        if not is_run:
-            raise ResultsError(f"igaform cannot begin a run of '{arguments.file}'")
+        start_of_deck(arguments, result)
         shapes = Shapes(result)
         if shapes.n_frames > 1:
             raise ResultsError(f"'{arguments.file}' asks for frames closer than a time step, so "

@@ -95,11 +95,15 @@ def new_job(results, frames, arguments, largest=LARGEST):
     job["n_names"] = max(len(content.tools) for content in contents)
     boxes = np.array([content.box for content in contents])
     box = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
-    box += MARGIN * np.ptp(box, axis=0).max() * np.array([[-1], [1]])
+    return job | window_of(box, largest), contents
+
+
+def window_of(box, largest):
+    """A part of the screen with a margin, and its pixels."""
+    box = box + MARGIN * np.ptp(box, axis=0).max() * np.array([[-1], [1]])
     size = np.ptp(box, axis=0)
-    job["box"] = box.tolist()
-    job["window"] = np.maximum(size * np.min(largest / size), 100).astype(int).tolist()
-    return job, contents
+    pixels = np.maximum(size * np.min(largest / size), 100).astype(int)
+    return {"box": box.tolist(), "window": pixels.tolist()}
 
 
 def extension(levels, limits):
@@ -112,12 +116,10 @@ def extension(levels, limits):
 
 def contents_of(results, frame, job):
     scene = scene_of(results, frame, job)
-    places = view_of(results).project(
-        np.concatenate([part.points for part in [scene.sheet, *scene.tools]]))[:, :2]
     values = scene.sheet.values
     return Contents(frame, [(part.name, part.colour) for part in scene.tools],
                     (float(values.min()), float(values.max())),
-                    np.array([places.min(axis=0), places.max(axis=0)]))
+                    scene.box(view_of(results)))
 
 
 def scene_of(results, frame, job):

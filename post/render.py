@@ -13,7 +13,7 @@ from post.bands import colours_of
 from post.picture import scene_of
 from post.results import Results
 from post.scene import welded
-from post.style import paler
+from post.style import SIDES, paler
 from post.view import view_of
 
 EDGE_ANGLE = 40.0      # degrees between facets that make an edge of the shading
@@ -34,6 +34,11 @@ def add_sheet(plotter, scene, levels):
     plotter.add_mesh(shaded(scene.sheet), scalars="values", cmap=ListedColormap(colours_of(levels)),
                      n_colors=len(levels) - 1, clim=(levels[0], levels[-1]), smooth_shading=True,
                      specular=0.1, ambient=0.35, diffuse=0.7, show_scalar_bar=False)
+    add_lines(plotter, scene)
+
+
+def add_lines(plotter, scene):
+    """The lines between the elements, if there are few enough."""
     if scene.lines:
         lines = plotter.add_mesh(lines_mesh(scene.lines), color="black", opacity=0.3, line_width=2)
         lines.mapper.SetResolveCoincidentTopologyToPolygonOffset()
@@ -92,24 +97,43 @@ def look(plotter, view, box):
     plotter.reset_camera_clipping_range()
 
 
-def draw(results, job, frame, path):
-    view = view_of(results)
-    plotter = pyvista.Plotter(off_screen=True, window_size=job["window"])
+def add_setup(plotter, results, scene, view):
+    """The blank in one colour; tools behind it in the colours of their two sides."""
+    plotter.add_mesh(shaded(replace(scene.sheet, values=None)), color=SIDES["blank"],
+                     ambient=0.35, diffuse=0.7)
+    for part in scene.tools:
+        plotter.add_mesh(outline_of(part, view), color=part.colour, line_width=4)
+        if scene.place_of(part, view.up_axis)[0] == (view.above > 0):
+            triangles = part.triangles[:, ::results.side(part.name)]
+            plotter.add_mesh(shaded(replace(part, triangles=triangles)), color=SIDES["sheet side"],
+                             ambient=0.35, diffuse=0.7, backface_params={"color": SIDES["back"]})
+
+
+def draw(results, job, i):
+    """The picture of a frame, or a view of a set-up."""
+    is_setup = "views" in job
+    view = view_of(results, job["views"][i]["above"] if is_setup else 1)
+    place = job["views"][i] if is_setup else job
+    plotter = pyvista.Plotter(off_screen=True, window_size=place["window"])
     plotter.set_background("white")
     plotter.enable_anti_aliasing("ssaa")
-    scene = scene_of(results, frame, job)
-    add_sheet(plotter, scene, np.array(job["levels"]))
-    add_tools(plotter, scene, view)
-    look(plotter, view, job["box"])
-    plotter.screenshot(path)
+    scene = scene_of(results, job["frames"][i], job)
+    if is_setup:
+        add_lines(plotter, scene)
+        add_setup(plotter, results, scene, view)
+    else:
+        add_sheet(plotter, scene, np.array(job["levels"]))
+        add_tools(plotter, scene, view)
+    look(plotter, view, place["box"])
+    plotter.screenshot(job["images"][i])
     plotter.close()
 
 
 def main(text):
     job = json.loads(text)
     with Results(job["file"]) as results:
-        for frame, path in zip(job["frames"], job["images"]):
-            draw(results, job, frame, path)
+        for i in range(len(job["frames"])):
+            draw(results, job, i)
 
 
 if __name__ == "__main__":

@@ -78,6 +78,11 @@ class Results:
         step = int(self.file["frames/process_step"][frame])
         return [tool for tool in self.tools if not self.deck.is_removed(tool, step)]
 
+    def side(self, tool):
+        """1 where the sheet lies on the side of a tool's normals, else -1."""
+        side = self.file["tools"][tool].attrs.get("side", self.deck.side(tool))
+        return 1 if side is None else int(side)
+
     @property
     def n_tool_cells(self):
         return int(np.count_nonzero(self.file["VTKHDF/CellData/part"][:]))

@@ -53,17 +53,28 @@ class Scene:
         self.lines += [reflected(lines, axis, place) for lines in self.lines]
         self.middle = np.concatenate([self.middle, reflected(self.middle, axis, place)])
 
+    def box(self, view):
+        """Lower left and upper right corner on the screen."""
+        places = view.project(
+            np.concatenate([part.points for part in [self.sheet, *self.tools]]))[:, :2]
+        return np.array([places.min(axis=0), places.max(axis=0)])
+
     def shown(self, part, view):
         """Which triangles of a tool are drawn: of a tool below the sheet those whose side on which
         the sheet lies can be seen."""
+        is_below, side, normals = self.place_of(part, view.up_axis)
+        return is_below & (side * (normals @ view.to_eye) > 0)
+
+    def place_of(self, part, up_axis):
+        """Whether a tool lies below the sheet, on which side of it the sheet lies (positive: where
+        the normals point), and the normals."""
         corners = part.points[part.triangles]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         some = slice(None, None, -(-len(corners) // TRIANGLES))
         to_sheet = self.way_to_sheet(corners[some].mean(axis=1))
         near = np.argsort(np.linalg.norm(to_sheet, axis=1))[:len(to_sheet) // 3 + 1]
-        is_below = to_sheet[near, view.up_axis].mean() > 0
-        side = np.sum(to_sheet[near] * normals[some][near])
-        return is_below & (side * (normals @ view.to_eye) > 0)
+        is_below = to_sheet[near, up_axis].mean() > 0
+        return is_below, np.sum(to_sheet[near] * normals[some][near]), normals
 
     def way_to_sheet(self, points):
         """From points to the nearest ones of the mid-surface."""
@@ -93,10 +104,10 @@ def reflected(points, axis, place):
     return image
 
 
-def sheet_skin(results, frame, field):
+def sheet_skin(results, frame, field, most_parts=SHEET_PARTS):
     """The six faces of each patch with the field on them."""
     n_elements = sum(np.prod(patch.n_elements[:2]) for patch in results.patches)
-    n_parts = int(np.clip(np.sqrt(MOST_FACETS / n_elements), 1, SHEET_PARTS))
+    n_parts = int(np.clip(np.sqrt(MOST_FACETS / n_elements), 1, most_parts))
     points, triangles, values, n = [], [], [], 0
     for patch in results.patches:
         for places in faces_of(patch, n_parts):

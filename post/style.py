@@ -12,6 +12,7 @@ import matplotlib.pyplot as plt  # noqa: E402  (the backend must be chosen first
 
 BLANK = "#1f4e79"
 TOOLS = ("#b35900", "#5a7d2a", "#7a4b94", "#a33b4a")
+SIDES = {"blank": "#7f9fc6", "sheet side": "#8fc7b2", "back": "#c9c3ba"}   # of a set-up
 COLOUR_MAP = "viridis"
 PALETTE = 96     # colours of a flat picture
 

@@ -10,13 +10,14 @@ EYE = (-0.35, 0.55, 0.8)     # to the right, up and to the front
 
 
 class View:
-    """Axes of the screen: `right`, `up` and `to_eye` are perpendicular to each other."""
+    """Axes of the screen: `right`, `up` and `to_eye` are perpendicular to each other. `above` -1
+    looks from below."""
 
-    def __init__(self, up_axis):
+    def __init__(self, up_axis, above=1):
         upright = np.eye(3)[up_axis]
         across = np.eye(3)[1 if up_axis == 0 else 0]
-        self.up_axis = up_axis
-        self.to_eye = EYE @ np.array([across, upright, np.cross(across, upright)])
+        self.up_axis, self.above = up_axis, above
+        self.to_eye = EYE @ np.array([across, above * upright, np.cross(across, upright)])
         self.to_eye /= np.linalg.norm(self.to_eye)
         self.right = np.cross(upright, self.to_eye)
         self.right /= np.linalg.norm(self.right)
@@ -27,11 +28,11 @@ class View:
         return points @ np.array([self.right, self.up, self.to_eye]).T
 
 
-def view_of(results):
-    """The view by the rule."""
+def view_of(results, above=1):
+    """The view by the rule, or that from below."""
     normal = sum(mean_normal(patch) for patch in results.patches)
     size = np.round(np.abs(normal) / np.abs(normal).max(), 3)
-    return View(int(np.flatnonzero(size == 1)[-1]))
+    return View(int(np.flatnonzero(size == 1)[-1]), above)
 
 
 def mean_normal(patch):
