@@ -7,7 +7,6 @@ import math
 import operator
 import os
 import re
-import shlex
 from dataclasses import dataclass
 
 FILE = "** file "
@@ -115,11 +114,9 @@ def files_of(text):
 
 
 def settings(command_line):
-    """Names and values of --set on a command line."""
-    words = shlex.split(command_line)
-    pairs = [words[i + 1] for i, word in enumerate(words[:-1]) if word == "--set"]
-    return [(name.strip().lower(), value) for name, _, value in
-            (pair.partition("=") for pair in pairs)]
+    """Names and values of --set on a command line, whose words are joined without quotes."""
+    return [(name.lower(), value) for name, value in
+            re.findall(r"--set\s+(\w+)\s*=\s*(\S+)", command_line)]
 
 
 def keywords_of(lines):
@@ -129,13 +126,14 @@ def keywords_of(lines):
         line = line.strip()
         if not line or line.startswith(("**", "$")):
             continue
-        if is_open:
-            found[-1][0] += line
-        elif line.startswith("*"):
+        is_keyword = line.startswith("*")
+        if is_keyword:
             found.append([line, []])
+        elif is_open:
+            found[-1][0] += line
         elif found:
             found[-1][1].append(line)
-        is_open = line.endswith(",") and (is_open or line.startswith("*"))
+        is_open = line.endswith(",") and (is_open or is_keyword)
     for line, data in found:
         head, *options = commas(line[1:])
         pairs = [option.partition("=") for option in options]

@@ -80,8 +80,7 @@ class Results:
 
     def side(self, tool):
         """1 where the sheet lies on the side of a tool's normals, else -1."""
-        side = self.file["tools"][tool].attrs.get("side", self.deck.side(tool))
-        return 1 if side is None else int(side)
+        return self.deck.side(tool) or 1
 
     @property
     def n_tool_cells(self):

@@ -155,7 +155,7 @@ def run_words(report, warnings):
     """Mass, steps and time from the report of --check, and how many warnings it has."""
     found = re.findall(r"^(mass|stable increment|steps|run time) {2,}(.*)$", report, re.MULTILINE)
     n = len(re.findall(r"\bwarning:", warnings))
-    return [f"{name} {value}" for name, value in found] + [f"{n} warnings of --check"] * (n > 0)
+    return [f"{name} {value}" for name, value in found] + [f"warnings of --check: {n}"] * (n > 0)
 
 
 def blank_words(results, points, length):

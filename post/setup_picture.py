@@ -151,11 +151,14 @@ def add_section(axes, results, facts):
         axes.add_collection(LineCollection(lines + 0.5 * shift[:, None], linewidths=0.8,
                                            colors=part.colour, label=part.name))
     draw_arrows(axes, facts, lambda point: point[[right, up]])
+    tails = [tail[[right, up]] for _, tail, _ in arrows(facts)]
+    axes.update_datalim(np.reshape(tails, (-1, 2)))
+    axes.margins(0.08)
     axes.autoscale_view()
-    axes.margins(0.05)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set(xlabel=f"{'xyz'[right]} [{facts.length}]", ylabel=f"{'xyz'[up]} [{facts.length}]")
-    axes.set_title(f"section at {'xyz'[depth]} = {place:.4g} {facts.length}", fontsize=10,
+    shown = place if abs(place) > 2 * BESIDE * np.ptp(facts.sheet.points[:, depth]) else 0.0
+    axes.set_title(f"section at {'xyz'[depth]} = {shown:.4g} {facts.length}", fontsize=10,
                    loc="left")
 
 

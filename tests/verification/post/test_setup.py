@@ -65,7 +65,7 @@ class TestSetup(unittest.TestCase):
             facts = Facts(results, "mass             1.0\n", "a: warning: b\n")
             die, punch = facts.tools
             self.assertEqual((results.side("die"), results.side("punch")), (1, -1))
-            self.assertEqual(facts.run, ["mass 1.0", "1 warnings of --check"])
+            self.assertEqual(facts.run, ["mass 1.0", "warnings of --check: 1"])
             self.assertIn("60 x 60 x 1 mm", facts.blank[0])
             self.assertIn("touches the blank at the start", die.words)
             self.assertAlmostEqual(punch.way, 0.5)
