@@ -1,4 +1,6 @@
 """A drawn scene with its title above, and names of the tools, colour scale and axes beside it."""
+import textwrap
+
 import matplotlib
 import numpy as np
 
@@ -11,6 +13,7 @@ COLUMN = 2.0          # inches beside it
 LEAST_HEIGHT = 5.2    # inches below the head, for the column
 MOST_NAMES = 6        # of tools
 NAME_HEIGHT = 0.25    # inches
+LETTERS = 8           # of the title per inch
 
 
 def compose(image, heading, line, tools, view, scale, n_names):
@@ -24,6 +27,7 @@ def compose(image, heading, line, tools, view, scale, n_names):
     scene.imshow(image, aspect="auto")
     scene.set_axis_off()
     scene.set_label("scene")
+    heading = textwrap.shorten(heading, int(LETTERS * size[0]), placeholder=" ...")
     figure.text(0.12 / size[0], 1 - 0.12 / size[1], heading, fontsize=12, va="top", weight="bold")
     figure.text(0.12 / size[0], 1 - 0.36 / size[1], line, fontsize=11, va="top")
     left = (width + 0.15) / size[0]

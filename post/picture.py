@@ -20,7 +20,7 @@ from post.layout import compose
 from post.mirror import parse_axes, planes_of
 from post.results import Results, ResultsError, text_of
 from post.scene import Scene, magnitude
-from post.style import save
+from post.style import SHADED, save
 from post.view import view_of
 
 FIELDS = {"eqps": "equivalent plastic strain", "mises": "von Mises stress",
@@ -31,6 +31,7 @@ FIELDS = {"eqps": "equivalent plastic strain", "mises": "von Mises stress",
 TIME_LIMIT = 600          # seconds for VTK
 LARGEST = 1400, 1000      # pixels of the scene
 MARGIN = 0.03             # of the larger side around it
+LEAST_SHARE = 0.6, 0.15   # of the height that is the width, and of the width
 
 
 def add_arguments(command):
@@ -38,7 +39,13 @@ def add_arguments(command):
     which.add_argument("--frame", type=int, metavar="N",
                        help="frame from 0, negative from the end (default: the last)")
     which.add_argument("--time", type=float, metavar="T", help="the frame nearest to this time")
+    add_size_argument(command)
     add_common_arguments(command)
+
+
+def add_size_argument(command):
+    command.add_argument("--small", action="store_const", const=SHADED,
+                         help="write a PNG with 256 colours, a fifth as large")
 
 
 def add_common_arguments(command):
@@ -64,7 +71,7 @@ def run(arguments):
         job, contents = new_job(results, [frame], arguments)
         with tempfile.TemporaryDirectory() as folder:
             [image] = images_of(results, job, arguments.renderer, folder)
-        save(finished(results, job, contents[0], image), arguments.out)
+        save(finished(results, job, contents[0], image), arguments.out, arguments.small)
     return 0
 
 
@@ -100,10 +107,11 @@ def new_job(results, frames, arguments, largest=LARGEST):
 
 def window_of(box, largest):
     """A part of the screen with a margin, and its pixels."""
-    box = box + MARGIN * np.ptp(box, axis=0).max() * np.array([[-1], [1]])
-    size = np.ptp(box, axis=0)
-    pixels = np.maximum(size * np.min(largest / size), 100).astype(int)
-    return {"box": box.tolist(), "window": pixels.tolist()}
+    middle, size = box.mean(axis=0), np.ptp(box, axis=0)
+    size = np.maximum(size + 2 * MARGIN * size.max(), LEAST_SHARE * size[::-1])
+    pixels = (size * np.min(largest / size)).astype(int)
+    return {"box": [(middle - size / 2).tolist(), (middle + size / 2).tolist()],
+            "window": pixels.tolist()}
 
 
 def extension(levels, limits):
@@ -193,7 +201,8 @@ def finished(results, job, contents, image):
 
 
 def time_text(results, frame):
-    return f"time {results.times[frame]:.4g} {results.unit('VTKHDF/Steps/Values')}"
+    unit = results.unit("VTKHDF/Steps/Values")
+    return f"time {results.times[frame]:.4g}" + f" {unit}" * (unit != "time")
 
 
 def label_of(results, field):

@@ -6,9 +6,10 @@ import numpy as np
 from post.cells import clip, triangles_of
 from post.style import tool_colour
 
-MOST_FACETS = 40000     # quadrilaterals of a face of the sheet, and of all tools
+MOST_FACETS = 40000     # quadrilaterals of a face of the sheet
+MOST_OF_TOOLS = 20000   # of all tools
 SHEET_PARTS = 4         # cuts of an element along and across the sheet, at most
-TOOL_PARTS = 6          # cuts of a tool's cell, at most
+TOOL_PARTS = 12         # cuts of a tool's cell, at most
 MOST_ELEMENTS = 5000    # along and across the sheet, for lines between them to be seen
 SAMPLES = 4000          # points of the sheet that are compared with
 TRIANGLES = 2000        # so many of a tool
@@ -36,8 +37,9 @@ class Scene:
         self.sheet = sheet_skin(results, frame, field)
         self.middle = np.concatenate([middle_points(patch, frame) for patch in results.patches])
         if sum(np.prod(patch.n_elements[:2]) for patch in results.patches) <= MOST_ELEMENTS:
+            n_parts = sheet_parts(results)
             self.lines = [lines for patch in results.patches
-                          for lines in element_lines(patch, frame)]
+                          for lines in element_lines(patch, frame, n_parts)]
         self.tools = tool_parts(results, frame)
 
     def mirror(self, axis, place):
@@ -104,10 +106,15 @@ def reflected(points, axis, place):
     return image
 
 
+def sheet_parts(results, most=SHEET_PARTS):
+    """Cuts of an element of the sheet along and across it."""
+    n_elements = sum(np.prod(patch.n_elements[:2]) for patch in results.patches)
+    return int(np.clip(np.sqrt(MOST_FACETS / n_elements), 1, most))
+
+
 def sheet_skin(results, frame, field, most_parts=SHEET_PARTS):
     """The six faces of each patch with the field on them."""
-    n_elements = sum(np.prod(patch.n_elements[:2]) for patch in results.patches)
-    n_parts = int(np.clip(np.sqrt(MOST_FACETS / n_elements), 1, most_parts))
+    n_parts = sheet_parts(results, most_parts)
     points, triangles, values, n = [], [], [], 0
     for patch in results.patches:
         for places in faces_of(patch, n_parts):
@@ -139,12 +146,12 @@ def middle_points(patch, frame):
     return patch.sample("Points", frame, xi, eta, [0.5 * n[2]]).reshape(-1, 3)
 
 
-def element_lines(patch, frame):
-    """The boundaries of the elements on both faces, a little off them so that these do not hide
-    them: arrays of lines (lines, points, 3)."""
+def element_lines(patch, frame, n_parts):
+    """The boundaries of the elements on both faces, along edges of the facets: arrays of lines
+    (lines, points, 3)."""
     n = patch.n_elements
-    fine = [np.linspace(0, n[d], 2 * SHEET_PARTS * n[d] + 1) for d in range(2)]
-    for zeta in (-0.05, n[2] + 0.05):
+    fine = [np.linspace(0, n[d], n_parts * n[d] + 1) for d in range(2)]
+    for zeta in (0, n[2]):
         yield patch.sample("Points", frame, fine[0], np.arange(n[1] + 1), [zeta])[0]
         across = patch.sample("Points", frame, np.arange(n[0] + 1), fine[1], [zeta])[0]
         yield np.swapaxes(across, 0, 1)
@@ -153,7 +160,7 @@ def element_lines(patch, frame):
 def tool_parts(results, frame):
     """The tools that act on the sheet in a frame."""
     present = results.tools_present(frame)
-    n_parts = int(np.clip(np.sqrt(MOST_FACETS / max(results.n_tool_cells, 1)), 1, TOOL_PARTS))
+    n_parts = int(np.clip(np.sqrt(MOST_OF_TOOLS / max(results.n_tool_cells, 1)), 1, TOOL_PARTS))
     return [Part(name, points, triangles_of(corners), colour=tool_colour(i))
             for i, (name, (points, corners)) in
             enumerate(zip(results.tools, results.tool_surfaces(frame, n_parts)))

@@ -10,6 +10,7 @@ import numpy as np
 from post.deck import same
 from post.drives import (coarse_sheet, coarse_tool, drives_of, first_drive, time_of,
                          way_to_contact)
+from post.picture import add_size_argument
 from post.results import Results, ResultsError, text_of
 from post.scene import Scene
 from post.setup_page import page
@@ -26,6 +27,7 @@ def add_arguments(command):
     command.add_argument("-o", "--out", default="", metavar="PNG",
                          help="the picture to write (default: DECK without its ending, -setup.png, "
                               "here); the page is written beside it as .html")
+    add_size_argument(command)
     add_deck_arguments(command)
 
 
@@ -38,7 +40,7 @@ def run(arguments):
         report, warnings = checked_start(arguments, path)
         with Results(path) as results:
             facts = Facts(results, report, warnings)
-            save(draw(results, facts, folder), out)
+            save(draw(results, facts, folder), out, arguments.small)
             write_page(os.path.splitext(out)[0] + ".html", page(results, facts))
     return 0
 

@@ -14,7 +14,7 @@ BLANK = "#1f4e79"
 TOOLS = ("#b35900", "#5a7d2a", "#7a4b94", "#a33b4a")
 SIDES = {"blank": "#7f9fc6", "sheet side": "#8fc7b2", "back": "#c9c3ba"}   # of a set-up
 COLOUR_MAP = "viridis"
-PALETTE = 96     # colours of a flat picture
+FLAT, SHADED = 96, 256     # colours of a small picture of plain areas and lines, of one in 3-D
 
 plt.rcParams.update({
     "font.size": 9, "axes.grid": True, "grid.color": "#dddddd", "grid.linewidth": 0.6,
@@ -42,14 +42,14 @@ def check_format(path):
                            f"one of {', '.join(formats)}")
 
 
-def save(figure, path, flat=False):
-    """Write the picture; `flat`: with a palette, for plain areas and lines, a third as large."""
+def save(figure, path, n_colours=None):
+    """Write the picture; as PNG with a palette of so many colours, a third to a fifth as large."""
     try:
-        if flat:
+        if n_colours:
             raw = io.BytesIO()
             figure.savefig(raw, format="png")
             image = Image.open(raw).convert("RGB")
-            image.quantize(PALETTE, Image.Quantize.MAXCOVERAGE).save(path, "PNG", optimize=True)
+            image.quantize(n_colours, Image.Quantize.MAXCOVERAGE).save(path, "PNG", optimize=True)
         else:
             figure.savefig(path)
     except OSError as fault:

@@ -7,7 +7,7 @@ from post.study import figures, table
 from post.study.choice import (COST, errors_text, front, has_settings, recommended, score,
                                setting_text)
 from post.study.spec import MEASURES, read_study
-from post.style import save
+from post.style import FLAT, save
 
 UNITS = {True: "mm", False: "%"}
 HEAD = """# What accuracy costs
@@ -58,7 +58,7 @@ def run(arguments):
     parts = [HEAD, choice_section(zip(studies, tables))]
     for study, rows in zip(studies, tables):
         save(figures.draw(study, rows), os.path.join(pictures, f"accuracy_{study.name}.png"),
-             flat=True)
+             n_colours=FLAT)
         parts.append(section(study, rows))
     parts.append(budget_section(zip(studies, tables)))
     parts.append(forecast_section([row for rows in tables for row in rows]))
