@@ -1,0 +1,85 @@
+"""Pictures of forming that one may show: drawn, readable, and what they say.
+
+Usage: test_pictures.py IGAFORM PROJECT_FOLDER
+"""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
+sys.path[:0] = [PROJECT, os.path.dirname(os.path.abspath(__file__))]
+
+import drawn  # noqa: E402
+from post import history, model, steps  # noqa: E402
+from post.results import Results  # noqa: E402
+from post.style import plt  # noqa: E402
+
+# Deck and settings of the two short runs that all tests share.
+RUNS = {"bend": ("u_bend", {"stroke": 16, "speed": 20000, "rest_energy": 0.5, "rest_force": 0.5}),
+        "box": ("square_box", {"elements": 8, "depth": 8, "speed": 40000, "frames": 3})}
+FOLDER = tempfile.TemporaryDirectory()
+
+
+def setUpModule():
+    for name, (deck, settings) in RUNS.items():
+        sets = [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
+        subprocess.run([IGAFORM, os.path.join(PROJECT, "input", deck + ".key"), "--threads", "1",
+                        "--quiet", "--out", path_of(name), *sets], check=True, capture_output=True)
+
+
+def tearDownModule():
+    FOLDER.cleanup()
+
+
+def path_of(name, ending=".h5"):
+    return os.path.join(FOLDER.name, name + ending)
+
+
+def post(*words):
+    return subprocess.run([sys.executable, "-m", "post", *words], cwd=PROJECT, capture_output=True,
+                          text=True, check=False)
+
+
+class Pictures(unittest.TestCase):
+    def assert_readable(self, figure):
+        self.assertFalse(drawn.is_blank(figure))
+        self.assertEqual(drawn.covering(figure), [])
+        plt.close(figure)
+
+
+class TestDeck(unittest.TestCase):
+    """What the deck in the result says."""
+
+    def test_steps_have_their_names_frames_and_samples(self):
+        with Results(path_of("bend")) as results:
+            draw, release = steps.steps_of(results)
+            self.assertEqual((draw.title, release.title), ("step 1 draw", "step 2 release"))
+            np.testing.assert_array_equal(draw.frames, np.arange(11))
+            self.assertEqual(release.frames[0], 11)
+            self.assertEqual(release.samples.start, draw.samples.stop - 1)
+            last = len(results.times) - 1
+            self.assertEqual(steps.frame_before_release(results, last), 10)
+            self.assertIsNone(steps.frame_before_release(results, 10))
+
+    def test_planes_of_symmetry_and_tools_by_force(self):
+        for name, planes in (("bend", {"X": "X_MIN"}), ("box", {"X": "X_MIN", "Y": "Y_MIN"})):
+            with Results(path_of(name)) as results:
+                self.assertEqual(model.symmetry_planes(results), planes)
+                self.assertEqual(model.tools_by_force(results), {"holder"})
+
+
+class TestHistory(Pictures):
+    def test_a_column_for_each_step(self):
+        for name, titles in (("bend", ["step 1 draw", "step 2 release"]), ("box", [""])):
+            with Results(path_of(name)) as results:
+                figure = history.draw(results)
+            self.assertEqual([axis.get_title() for axis in figure.axes[:len(titles)]], titles)
+            self.assert_readable(figure)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
