@@ -1,16 +1,22 @@
-"""Angles between straight stretches of the sheet's mid-section, and the curl of each.
+"""Angles between straight stretches of the sheet's mid-section, and the curl of each: released, and
+of the same material as formed.
 
 A stretch is straight where the radius of curvature exceeds `--radius`; of the stretches found,
 those shorter than `--shortest` are passed over. `--stretch FROM TO` takes stretches of material
 instead, by their coordinates along the sheet at the start. Lines are fitted by least squares of the
-distance, circles by Kasa's method. Of a U-section from the bottom outwards the first two angles are
-theta 1 (bottom and wall) and theta 2 (wall and flange) of NUMISHEET'93.
+distance, circles by Kasa's method; a stretch has a radius where its circle fits much better than
+its line. Of a U-section from the bottom outwards the first two angles are theta 1 (bottom and wall)
+and theta 2 (wall and flange) of NUMISHEET'93.
 """
 import numpy as np
 
 from post.results import Results, ResultsError
 from post.section import Section
-from post.style import BLANK, plt, save, tool_colour
+from post.springback_picture import draw
+from post.steps import frame_before_release
+from post.style import save
+
+BETTER = 0.3   # a circle must be as much closer to a stretch than its line to have a radius
 
 
 def add_arguments(command):
@@ -29,31 +35,69 @@ def add_arguments(command):
 
 def run(arguments):
     with Results(arguments.file) as results:
-        frame = results.frame(arguments.frame, arguments.time)
-        section = Section(results)
-        line = section.sheet(frame)[1]
-        thickness = float(np.median(section.thickness(frame)))
-        if arguments.stretch:
-            parts = [by_start(section.start, *bounds) for bounds in arguments.stretch]
-        else:
-            parts = straight_parts(line, arguments.radius or 30 * thickness,
-                                   arguments.shortest or 8 * thickness)
-        if len(parts) < 2:
-            raise ResultsError(f"{len(parts)} straight stretch found, an angle needs two: change "
-                               "--radius or --shortest, or give --stretch")
-        unit = results.unit("VTKHDF/Points")
-        fits = [fitted(line[part]) for part in parts]
-        print(f"{'stretch':>7} {'from':>10} {'to':>10} {'length':>10} {'direction':>10} "
-              f"{'off line':>9} {'radius':>10}")
-        for i, (part, fit) in enumerate(zip(parts, fits)):
-            print(f"{i + 1:7d} {section.start[part[0]]:10.3f} {section.start[part[-1]]:10.3f} "
-                  f"{fit['length']:10.3f} {fit['direction']:10.3f} {fit['rms']:9.2g} "
-                  f"{fit['radius']:10.4g}")
-        for i, (a, b) in enumerate(zip(fits, fits[1:])):
-            print(f"angle between stretches {i + 1} and {i + 2}: {angle_between(a, b):.3f} degrees")
-        figure = draw(section, line, parts, fits, unit)
+        figure = measured(results, arguments)
     save(figure, arguments.out)
     return 0
+
+
+def measured(results, arguments):
+    """The picture of the angles, which are printed too."""
+    frame = results.frame(arguments.frame, arguments.time)
+    section = Section(results)
+    parts = stretches(section, frame, arguments)
+    states = [State("released", section, frame, parts)]
+    formed = frame_before_release(results, frame)
+    if formed is None:
+        states[0].name = "section"
+    else:
+        states.insert(0, State("formed", section, formed, parts))
+    for state in states:
+        state.tell(section.start)
+    tell_angles(states)
+    return draw(section, states)
+
+
+def stretches(section, frame, arguments):
+    """Places of each stretch along the section."""
+    if arguments.stretch:
+        return [by_start(section.start, *bounds) for bounds in arguments.stretch]
+    thickness = float(np.median(section.thickness(frame)))
+    parts = straight_parts(section.sheet(frame)[1], arguments.radius or 30 * thickness,
+                           arguments.shortest or 8 * thickness)
+    if len(parts) < 2:
+        raise ResultsError(f"{len(parts)} straight stretch found, an angle needs two: change "
+                           "--radius or --shortest, or give --stretch")
+    return parts
+
+
+class State:
+    """The section at a frame with the fits of its stretches."""
+
+    def __init__(self, name, section, frame, parts):
+        self.name, self.parts = name, parts
+        self.time = section.results.times[frame]
+        self.line = section.sheet(frame)[1]
+        self.fits = [fitted(self.line[part]) for part in parts]
+        self.angles = [angle_between(a, b) for a, b in zip(self.fits, self.fits[1:])]
+
+    def tell(self, start):
+        """A table of the stretches."""
+        print(f"{self.name}, time {self.time:.4g}")
+        print(f"{'stretch':>7} {'from':>10} {'to':>10} {'length':>10} {'direction':>10} "
+              f"{'off line':>9} {'radius':>10}")
+        for i, (part, fit) in enumerate(zip(self.parts, self.fits)):
+            print(f"{i + 1:7d} {start[part[0]]:10.3f} {start[part[-1]]:10.3f} "
+                  f"{fit['length']:10.3f} {fit['direction']:10.3f} {fit['rms']:9.2g} "
+                  f"{fit['radius']:10.4g}")
+
+
+def tell_angles(states):
+    """The angles of all states, and how much the release has changed them."""
+    for i, angles in enumerate(zip(*(state.angles for state in states))):
+        text = ", ".join(f"{angle:.3f} degrees {state.name}" if len(states) > 1 else
+                         f"{angle:.3f} degrees" for angle, state in zip(angles, states))
+        change = f", springback {angles[1] - angles[0]:+.3f} degrees" if len(states) > 1 else ""
+        print(f"angle between stretches {i + 1} and {i + 2}: {text}{change}")
 
 
 def by_start(start, low, high):
@@ -79,48 +123,38 @@ def straight_parts(line, radius, shortest):
 
 
 def fitted(points):
-    """Line and circle of a stretch: direction in degrees, distance from the line, length and
-    radius."""
-    centre = points.mean(axis=0)
-    _, _, axes = np.linalg.svd(points - centre)
+    """Line and circle of a stretch: direction in degrees, distance from the line, length, radius
+    and centre of the circle."""
+    middle = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - middle)
     along = axes[0] * np.sign((points[-1] - points[0]) @ axes[0])
-    off = (points - centre) @ [-along[1], along[0]]
+    off = (points - middle) @ [-along[1], along[0]]
+    radius, centre = circle(points - middle)
+    rms = float(np.sqrt(np.mean(off**2)))
+    if np.isfinite(radius):
+        off_circle = np.linalg.norm(points - middle - centre, axis=1) - radius
+        if np.sqrt(np.mean(off_circle**2)) > BETTER * rms:
+            radius = float("inf")
     return {"direction": float(np.degrees(np.arctan2(along[1], along[0]))), "along": along,
-            "centre": centre, "rms": float(np.sqrt(np.mean(off**2))),
-            "length": float(np.ptp((points - centre) @ along)),
-            "radius": circle_radius(points - centre)}
+            "middle": middle, "rms": rms,
+            "length": float(np.ptp((points - middle) @ along)),
+            "radius": radius, "circle": middle + centre}
 
 
-def circle_radius(points):
-    """Radius of the circle that fits best in the algebraic sense (I. Kasa 1976); inf for a line."""
+def circle(points):
+    """Radius and centre of the circle that fits best in the algebraic sense (I. Kasa 1976); inf for
+    a line."""
     size = np.abs(points).max()
     matrix = np.column_stack([points / size, np.ones(len(points))])
     solution, _, rank, values = np.linalg.lstsq(matrix, np.sum((points / size)**2, axis=1),
                                                 rcond=None)
     if rank < 3 or values[-1] < 1e-6 * values[0]:
-        return float("inf")
-    return float(size * np.sqrt(solution[2] + 0.25 * np.sum(solution[:2]**2)))
+        return float("inf"), np.full(2, np.inf)
+    centre = 0.5 * solution[:2]
+    return float(size * np.sqrt(solution[2] + np.sum(centre**2))), size * centre
 
 
 def angle_between(a, b):
     """Angle enclosed by two stretches, 180 degrees if one goes on in the direction of the other."""
     turn = b["direction"] - a["direction"]
     return 180 - abs((turn + 180) % 360 - 180)
-
-
-def draw(section, line, parts, fits, unit):
-    figure, axis = plt.subplots(figsize=(8, 5), layout="constrained")
-    axis.plot(*line.T, color=BLANK, linewidth=0.9, label="mid-section")
-    for i, (part, fit) in enumerate(zip(parts, fits)):
-        half = 0.5 * fit["length"] * fit["along"]
-        ends = np.array([fit["centre"] - 1.15 * half, fit["centre"] + 1.15 * half])
-        axis.plot(*ends.T, color=tool_colour(i), linewidth=0.8)
-        axis.plot(*line[part].T, color=tool_colour(i), linewidth=2.2, alpha=0.6,
-                  label=f"stretch {i + 1}, {fit['direction']:.2f} degrees")
-    for a, b in zip(fits, fits[1:]):
-        middle = 0.5 * (a["centre"] + b["centre"])
-        axis.annotate(f"{angle_between(a, b):.2f}°", middle, fontsize=9)
-    axis.set_aspect("equal")
-    axis.set(xlabel=f"{section.axis_names[0]} [{unit}]", ylabel=f"{section.axis_names[1]} [{unit}]")
-    axis.legend(fontsize=8)
-    return figure

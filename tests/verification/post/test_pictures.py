@@ -2,6 +2,9 @@
 
 Usage: test_pictures.py IGAFORM PROJECT_FOLDER
 """
+import argparse
+import contextlib
+import io
 import os
 import subprocess
 import sys
@@ -14,7 +17,8 @@ IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path[:0] = [PROJECT, os.path.dirname(os.path.abspath(__file__))]
 
 import drawn  # noqa: E402
-from post import history, model, steps  # noqa: E402
+from post import history, model, springback, steps  # noqa: E402
+from post.labels import Labels  # noqa: E402
 from post.results import Results  # noqa: E402
 from post.style import plt  # noqa: E402
 
@@ -79,6 +83,41 @@ class TestHistory(Pictures):
                 figure = history.draw(results)
             self.assertEqual([axis.get_title() for axis in figure.axes[:len(titles)]], titles)
             self.assert_readable(figure)
+
+
+class TestSpringback(Pictures):
+    def measured(self, **options):
+        words = argparse.Namespace(**{"frame": None, "time": None, "stretch": None, "radius": None,
+                                      "shortest": None} | options)
+        said = io.StringIO()
+        with Results(path_of("bend")) as results, contextlib.redirect_stdout(said):
+            return springback.measured(results, words), said.getvalue()
+
+    def test_formed_and_released_in_one_picture(self):
+        figure, said = self.measured(stretch=[(2, 18), (32, 36), (60, 170)])
+        self.assertRegex(said, r"stretches 1 and 2: \S+ degrees formed, \S+ degrees released, "
+                               r"springback [+-]")
+        names = [text.get_text() for text in figure.axes[0].texts]
+        self.assertTrue(names[0].startswith("angle 1: ") and "→" in names[0], names)
+        self.assert_readable(figure)
+
+    def test_a_frame_within_the_tools_stands_alone(self):
+        figure, said = self.measured(frame=10)
+        self.assertNotIn("springback", said)
+        self.assert_readable(figure)
+
+
+class TestLabels(Pictures):
+    def test_labels_leave_lines_and_each_other_free(self):
+        figure, axis = plt.subplots(figsize=(5, 4))
+        x = np.linspace(0, 10, 400)
+        line = np.column_stack([x, np.sin(4 * x)])
+        axis.plot(*line.T)
+        axis.set(ylim=(-3, 3))
+        labels = Labels(axis, [line])
+        for place in line[::80]:
+            labels.put("a long label", place, (1.0, 0.2))
+        self.assert_readable(figure)
 
 
 if __name__ == "__main__":
