@@ -18,7 +18,7 @@ LETTERS = 8           # of the title per inch
 
 def compose(image, heading, line, tools, view, scale, n_names):
     """A figure of these parts; `tools`: names and colours; `scale`: its edges, its label, and on
-    which sides values lie beyond it, below room for a number of names."""
+    which sides values lie beyond it, below room for a number of names; None: no scale."""
     width, height = image.shape[1] / DOTS, image.shape[0] / DOTS
     body = max(height, LEAST_HEIGHT)
     size = width + COLUMN, body + HEAD
@@ -33,7 +33,8 @@ def compose(image, heading, line, tools, view, scale, n_names):
     left = (width + 0.15) / size[0]
     add_names(figure, tools, left, body / size[1])
     top = body - NAME_HEIGHT * (min(n_names, MOST_NAMES + 1) + 1)
-    add_scale(figure, scale, [left, 1.0 / size[1], 0.2 / size[0], (top - 1.0) / size[1]])
+    if scale is not None:
+        add_scale(figure, scale, [left, 1.0 / size[1], 0.2 / size[0], (top - 1.0) / size[1]])
     add_axes(figure, view, [left, 0.05 / size[1], 0.7 / size[0], 0.7 / size[1]])
     return figure
 

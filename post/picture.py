@@ -174,11 +174,11 @@ def images_of(results, job, renderer, folder):
             for frame in job["frames"]]
 
 
-def draw_with_vtk(job):
-    """Draw in another process; why it failed, or None."""
+def draw_with_vtk(job, module="post.render"):
+    """Draw in another process by a module that takes the job; why it failed, or None."""
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path))
     try:
-        done = subprocess.run([sys.executable, "-m", "post.render", json.dumps(job)],
+        done = subprocess.run([sys.executable, "-m", module, json.dumps(job)],
                               capture_output=True, text=True, env=environment, check=False,
                               timeout=TIME_LIMIT * len(job["frames"]))
     except subprocess.TimeoutExpired:

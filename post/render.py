@@ -109,14 +109,19 @@ def add_setup(plotter, results, scene, view):
                              ambient=0.35, diffuse=0.7, backface_params={"color": SIDES["back"]})
 
 
+def new_plotter(window):
+    plotter = pyvista.Plotter(off_screen=True, window_size=window)
+    plotter.set_background("white")
+    plotter.enable_anti_aliasing("ssaa")
+    return plotter
+
+
 def draw(results, job, i):
     """The picture of a frame, or a view of a set-up."""
     is_setup = "views" in job
     view = view_of(results, job["views"][i]["above"] if is_setup else 1)
     place = job["views"][i] if is_setup else job
-    plotter = pyvista.Plotter(off_screen=True, window_size=place["window"])
-    plotter.set_background("white")
-    plotter.enable_anti_aliasing("ssaa")
+    plotter = new_plotter(place["window"])
     scene = scene_of(results, job["frames"][i], job)
     if is_setup:
         add_lines(plotter, scene)

@@ -16,7 +16,7 @@ import numpy as np
 IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path.insert(0, PROJECT)
 
-from post import draw_in, fld, force, springback  # noqa: E402
+from post import draw_in, fld, force, limit_curve, springback  # noqa: E402
 from post.results import Results, ResultsError  # noqa: E402
 
 DECK = os.path.join(PROJECT, "tests", "verification", "post", "stretched_sheet.key")
@@ -88,17 +88,17 @@ class TestStretchedSheet(unittest.TestCase):
 
 class TestLimitCurves(unittest.TestCase):
     def test_keeler_and_brazier(self):
-        curve = fld.keeler_brazier(0.21, 1.0)
+        curve = limit_curve.keeler_brazier(0.21, 1.0)
         self.assertAlmostEqual(float(curve(np.array(0.0))), np.log(1.3743))
         np.testing.assert_allclose(curve(np.array([-0.1, 0.2])) - np.log(1.3743), [0.1, 0.1])
         # a steel of twice the exponent is no better than 0.21, half of it gives half
-        self.assertEqual(float(fld.keeler_brazier(0.42, 1.0)(np.array(0.0))),
+        self.assertEqual(float(limit_curve.keeler_brazier(0.42, 1.0)(np.array(0.0))),
                          float(curve(np.array(0.0))))
-        self.assertAlmostEqual(float(fld.keeler_brazier(0.105, 1.0)(np.array(0.0))),
+        self.assertAlmostEqual(float(limit_curve.keeler_brazier(0.105, 1.0)(np.array(0.0))),
                                np.log(1.18715))
 
     def test_a_listed_curve_goes_on_beyond_its_ends(self):
-        curve = fld.listed_curve(np.array([-0.1, 0.0, 0.2]), np.array([0.4, 0.3, 0.4]))
+        curve = limit_curve.listed_curve(np.array([-0.1, 0.0, 0.2]), np.array([0.4, 0.3, 0.4]))
         np.testing.assert_allclose(curve(np.array([-0.2, -0.05, 0.1, 0.4])), [0.5, 0.35, 0.35, 0.5])
 
     def test_curves_that_are_none_are_refused(self):
@@ -107,13 +107,13 @@ class TestLimitCurves(unittest.TestCase):
             for text in ("", "0.1,0.2\n", "0.1,0.2\n0.1,0.3\n"):
                 with open(path, "w", encoding="utf-8") as file:
                     file.write(text)
-                self.assertRaises(ResultsError, fld.read_curve, path, False)
+                self.assertRaises(ResultsError, limit_curve.read_curve, path, False)
             with open(path, "w", encoding="utf-8") as file:
                 file.write("# minor, major\n0.1,0.5\n-0.1,0.6\n")
-            minor, major = fld.read_curve(path, True)
+            minor, major = limit_curve.read_curve(path, True)
             np.testing.assert_allclose(minor, np.log1p([-0.1, 0.1]))
             np.testing.assert_allclose(major, np.log1p([0.6, 0.5]))
-        self.assertRaises(ResultsError, fld.read_curve, path, False)
+        self.assertRaises(ResultsError, limit_curve.read_curve, path, False)
 
     def test_layers(self):
         values = np.arange(6.0)[:, None]

@@ -17,7 +17,7 @@ IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path[:0] = [PROJECT, os.path.dirname(os.path.abspath(__file__))]
 
 import drawn  # noqa: E402
-from post import history, model, springback, steps  # noqa: E402
+from post import fld, history, limit_curve, model, springback, steps, zones  # noqa: E402
 from post.labels import Labels  # noqa: E402
 from post.results import Results  # noqa: E402
 from post.style import plt  # noqa: E402
@@ -104,6 +104,76 @@ class TestSpringback(Pictures):
     def test_a_frame_within_the_tools_stands_alone(self):
         figure, said = self.measured(frame=10)
         self.assertNotIn("springback", said)
+        self.assert_readable(figure)
+
+
+class TestZones(unittest.TestCase):
+    """A limit of 0.4 everywhere, its margin 0.1, strong thickening above 0.1."""
+
+    def setUp(self):
+        self.borders = zones.Borders(lambda minor: np.full_like(minor, 0.4),
+                                     argparse.Namespace(margin=0.1, thickening=0.1))
+
+    def test_each_zone(self):
+        for minor, major, zone in ((0.0, 0.41, "crack"), (0.1, 0.37, "marginal"),
+                                   (0.1, 0.35, "safe"), (-0.3, 0.31, "safe"),
+                                   (-0.3, 0.27, "wrinkle tendency"), (0.0, 0.0, "safe"),
+                                   (-0.3, 0.2, "strong thickening"), (-0.7, 0.41, "crack")):
+            found = self.borders.zone(np.array([minor]), np.array([major]))[0]
+            self.assertEqual(zones.ZONES[found].name, zone, (minor, major))
+
+    def test_without_a_limit_nothing_cracks(self):
+        borders = zones.Borders(None, argparse.Namespace(margin=0.1, thickening=0.1))
+        found = borders.zone(np.array([0.0, -0.1]), np.array([2.0, 0.02]))
+        np.testing.assert_array_equal(found, [zones.SAFE, zones.WRINKLE])
+
+    def test_the_areas_of_the_diagram_are_those_of_the_points(self):
+        x = np.linspace(-0.35, 0.3, 66)
+        for zone, below, above in self.borders.lines(x, -0.1, 0.6):
+            open_ = above - below > 1e-6
+            middle = 0.5 * (below + above)
+            np.testing.assert_array_equal(self.borders.zone(x, middle)[open_], zone)
+        np.testing.assert_allclose(above, 0.6)
+
+
+class TestFormingLimits(Pictures):
+    def options(self, **changes):
+        return argparse.Namespace(**{"layer": None, "curve": None, "exponent": 0.12,
+                                     "thickness": None, "engineering": False, "margin": 0.1,
+                                     "thickening": 0.05,
+                                     "mirror": ()} | changes)
+
+    def drawn(self, draw, **changes):
+        options = self.options(**changes)
+        with Results(path_of("box")) as results:
+            frame = len(results.times) - 1
+            borders = zones.Borders(limit_curve.limit_curve(options, results), options)
+            return draw(results, frame, borders, options)
+
+    def test_the_diagram_has_zones_both_faces_and_the_whole_limit(self):
+        for changes in ({}, {"engineering": True}, {"exponent": None}, {"layer": ["middle"]}):
+            figure = self.drawn(fld.draw, **changes)
+            axis = figure.axes[0]
+            names = axis.get_legend_handles_labels()[1]
+            self.assertEqual("crack" in names, changes != {"exponent": None})
+            faces = ["mid-surface"] if "layer" in changes else list(fld.LAYERS.values())[:0:-1]
+            self.assertEqual([name for name in names if "face" in name], faces)
+            for line in axis.lines:
+                if line.get_label() == "forming limit":
+                    x, y = line.get_data()
+                    self.assertLess(y.max(), axis.get_ylim()[1])
+                    np.testing.assert_allclose(x[[0, -1]], axis.get_xlim())
+            self.assert_readable(figure)
+
+    def test_the_map_shows_the_zones_that_occur(self):
+        figure = self.drawn(fld.draw_map, exponent=0.02)
+        part = figure.axes[0].images[0].get_array().astype(float) / 255
+        self.assertGreater(drawn.inked(part), 0.2)
+        names = [text.get_text() for text in figure.legends[0].get_texts()]
+        self.assertIn("safe", names)
+        self.assertIn("crack", names)
+        reddish = np.mean((part[..., 0] > 1.6 * part[..., 1]) & (part[..., 0] > 0.3))
+        self.assertGreater(reddish, 0.01)
         self.assert_readable(figure)
 
 
