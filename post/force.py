@@ -1,36 +1,112 @@
-"""Forces of the tools against their strokes, the way each tool moves most."""
+"""Forces of the tools against strokes, of the part that was modelled and of the full one.
+
+A tool that moves is drawn against its own stroke, the way it moves most. A tool that is fixed or
+that a force moves hardly travels: it is drawn against the stroke of the tool that travels farthest,
+and a tool by force with mean and band.
+"""
 import csv
+from typing import NamedTuple
 
 import numpy as np
 
+from post import model
 from post.results import Results, ResultsError
+from post.steps import steps_of
 from post.style import plt, save, tool_colour
+
+BAND = (5, 95)       # per cent of the samples that lie below the edges of the band
+WINDOW = 0.1         # of the samples, over which mean and band are taken
 
 
 def add_arguments(command):
     command.add_argument("--tool", nargs="+", metavar="NAME",
                          help="tools to show (default: all that move)")
+    command.add_argument("--parts", type=float, metavar="N",
+                         help="the full part is so many times the modelled one (default: 2 for "
+                              "each symmetry plane of the deck, times the width that *REDUCE left "
+                              "out)")
     command.add_argument("--csv", metavar="FILE", help="write stroke and force of these tools too")
 
 
 def run(arguments):
     with Results(arguments.file) as results:
-        curves = [(name, *stroke_and_force(results, name)) for name in chosen(results, arguments)]
-        length = results.unit("VTKHDF/Points")
-        force = results.unit(f"tools/{results.tools[0]}/force")
-    for name, stroke, load in curves:
-        top = int(np.argmax(np.abs(load)))
-        print(f"{name}: stroke {stroke[-1]:.4g} {length}, largest force {load[top]:.5g} {force} at "
-              f"{stroke[top]:.4g} {length}, force at the end {load[-1]:.5g} {force}")
-    if arguments.csv:
-        write_table(arguments.csv, curves)
-    figure, axis = plt.subplots(figsize=(7.5, 4.5), layout="constrained")
-    for i, (name, stroke, load) in enumerate(curves):
-        axis.plot(stroke, load, color=tool_colour(i), label=name)
-    axis.set(xlabel=f"stroke [{length}]", ylabel=f"force of the sheet against it [{force}]")
-    axis.legend(fontsize=8)
+        figure = shown(results, arguments)
     save(figure, arguments.out)
     return 0
+
+
+def shown(results, arguments):
+    """The picture of the forces, which are printed too."""
+    part = Part(results, arguments.parts)
+    curves = [curve(results, name) for name in chosen(results, arguments)]
+    units = results.unit("VTKHDF/Points"), results.unit(f"tools/{results.tools[0]}/force")
+    print(part.text)
+    for one in curves:
+        print(told(one, part, *units))
+    if arguments.csv:
+        write_table(arguments.csv, [(one.name, one.stroke, one.load) for one in curves])
+    return draw(curves, part, *units)
+
+
+class Part:
+    """How much of the full part was modelled. Forces in the file are those of the deck's width,
+    also if *REDUCE made a strip of it."""
+
+    def __init__(self, results, parts=None):
+        planes = model.symmetry_planes(results).values()
+        self.of_width = results.width_ratio
+        self.of_file = 2.0 ** len(planes) if parts is None else parts / self.of_width
+        self.times = self.of_file * self.of_width
+        if self.of_file <= 0:
+            raise ResultsError("--parts must be positive")
+        reasons = []
+        if parts is not None:
+            reasons = ["--parts"]
+        elif planes:
+            reasons = ["symmetry " + ", ".join(planes)]
+        if parts is None and self.of_width != 1:
+            reasons.append(f"*REDUCE: width {self.of_width:.4g} times that of the strip")
+        if self.times == 1:
+            self.text = "full part: as modelled, no symmetry plane in the deck"
+        else:
+            self.text = f"full part: {self.times:.4g} x the modelled part ({'; '.join(reasons)})"
+        if model.is_plane_strain(results) and parts is None:
+            self.text += ", a strip in plane strain"
+
+
+class Curve(NamedTuple):
+    """A tool's force over a stroke; `is_pressed`: a force moves the tool."""
+    name: str
+    stroke: np.ndarray
+    load: np.ndarray
+    along: str
+    is_pressed: bool
+    colour: str
+
+
+def curve(results, name):
+    """The force of a tool while it is in use."""
+    used = in_use(results, name)
+    stroke, load = stroke_and_force(results, name)
+    is_pressed = name in model.tools_by_force(results)
+    colour = tool_colour(results.tools.index(name))
+    if not is_pressed and np.any(stroke):
+        return Curve(name, stroke[used], load[used], name, False, colour)
+    leader = max(results.tools, key=lambda tool: np.abs(stroke_and_force(results, tool)[0]).max())
+    force = results.tool_history(name, "force")[used]
+    pressed = force[:, np.argmax(np.abs(force).max(axis=0))]
+    return Curve(name, stroke_and_force(results, leader)[0][used],
+                 pressed * (np.sign(pressed.mean()) or 1), leader, is_pressed, colour)
+
+
+def in_use(results, name):
+    """Samples of the steps in which the sheet touches a tool."""
+    force = results.tool_history(name, "force")
+    used = np.zeros(len(force), dtype=bool)
+    for step in steps_of(results):
+        own = slice(step.samples.start + min(step.samples.start, 1), step.samples.stop)
+        used[own] = np.any(force[own])
+    return used if used.any() else ~used
 
 
 def chosen(results, arguments):
@@ -63,13 +139,65 @@ def stroke_and_force(results, tool):
     return moved @ axis, -(force @ axis)
 
 
+def told(one, part, length, unit):
+    """A line on a tool: forces of the full part, then of the modelled one in brackets."""
+    def both(value):
+        if part.times == 1:
+            return f"{value:.5g} {unit}"
+        return f"{part.of_file * value:.5g} {unit} (modelled {value / part.of_width:.5g})"
+
+    if one.is_pressed:
+        late = one.load[len(one.load) // 2:]
+        low, high = np.percentile(late, BAND)
+        return (f"{one.name}, second half: mean {both(late.mean())}, {BAND[0]} to {BAND[1]} % "
+                f"{both(low)} to {both(high)}, extremes {both(late.min())} and {both(late.max())}")
+    of_other = "" if one.along == one.name else f" of {one.along}"
+    top = int(np.argmax(np.abs(one.load)))
+    return (f"{one.name}: stroke{of_other} {one.stroke[-1]:.4g} {length}, largest force "
+            f"{both(one.load[top])} at {one.stroke[top]:.4g} {length}, at the end "
+            f"{both(one.load[-1])}")
+
+
+def draw(curves, part, length, unit):
+    """Forces of the full part, a second axis for the modelled one."""
+    figure, axis = plt.subplots(figsize=(8, 5), layout="constrained")
+    for one in curves:
+        load, label = part.of_file * one.load, one.name
+        if one.is_pressed:
+            load, low, high = mean_and_band(load)
+            label += f", mean and {BAND[0]} to {BAND[1]} %"
+            axis.fill_between(one.stroke, low, high, color=one.colour, alpha=0.25, linewidth=0)
+        if one.along != one.name:
+            label += f", over the stroke of {one.along}"
+        axis.plot(one.stroke, load, color=one.colour, label=label)
+    axis.set(xlabel=f"stroke [{length}]", ylabel=f"force [{unit}]")
+    if part.times != 1:
+        axis.set_ylabel(f"force, full part [{unit}]")
+        beside = axis.secondary_yaxis("right", functions=(lambda full: full / part.times,
+                                                          lambda modelled: modelled * part.times))
+        beside.set_ylabel(f"force, modelled part [{unit}]")
+    axis.set_title(part.text, fontsize=9)
+    figure.legend(fontsize=8, loc="outside lower center", ncols=min(len(curves), 3))
+    return figure
+
+
+def mean_and_band(values):
+    """Moving mean and percentiles of a history."""
+    half = max(int(0.5 * WINDOW * len(values)), 1)
+    near = [values[max(i - half, 0):i + half + 1] for i in range(len(values))]
+    return np.array([(piece.mean(), *np.percentile(piece, BAND)) for piece in near]).T
+
+
 def write_table(path, curves):
-    """A CSV file with two columns a tool."""
+    """A CSV file with two columns a tool; columns end with the use of their tool."""
+    longest = max(len(stroke) for _, stroke, _ in curves)
+    columns = [[f"{value!r}" for value in map(float, column)] + [""] * (longest - len(column))
+               for _, *columns in curves for column in columns]
     try:
         with open(path, "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow([f"{name} {what}" for name, *_ in curves
                              for what in ("stroke", "force")])
-            writer.writerows(zip(*(column for _, *columns in curves for column in columns)))
+            writer.writerows(zip(*columns))
     except OSError as fault:
         raise ResultsError(f"cannot write '{path}': {fault.strerror}") from None

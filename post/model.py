@@ -4,7 +4,6 @@ import re
 from post.deck import same
 
 FACE = re.compile(r"(X|Y|Z|XI|ETA|ZETA)_(MIN|MAX)")
-SYMMETRY = re.compile(r"([XYZ])SYMM")
 
 
 def step_names(results):
@@ -19,12 +18,13 @@ def tools_by_force(results):
 
 
 def symmetry_planes(results):
-    """Faces of the blank on symmetry planes, by axis: of each axis the first. A condition on ALL is
-    plane strain, one on another set holds a rigid motion: neither is a plane of symmetry."""
-    planes = {}
-    for record in results.deck.named("BOUNDARY"):
-        for name, *condition in record.data:
-            symmetry = SYMMETRY.fullmatch(condition[0].upper()) if condition else None
-            if symmetry and FACE.fullmatch(name.upper()):
-                planes.setdefault(symmetry[1], name)
-    return planes
+    """Faces of the blank on symmetry planes, one for each axis. A condition on a set of the deck's
+    own may only hold a rigid motion and counts as none."""
+    faces = {axis: sorted(filter(FACE.fullmatch, results.deck.symmetric_faces(axis)))
+             for axis in "XYZ"}
+    return {axis: names[0] for axis, names in faces.items() if names}
+
+
+def is_plane_strain(results):
+    """Whether the deck forbids all motion along an axis."""
+    return any("ALL" in results.deck.symmetric_faces(axis) for axis in "XYZ")

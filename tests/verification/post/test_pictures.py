@@ -17,7 +17,9 @@ IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path[:0] = [PROJECT, os.path.dirname(os.path.abspath(__file__))]
 
 import drawn  # noqa: E402
-from post import fld, history, limit_curve, model, springback, steps, zones  # noqa: E402
+from post import fld, force, history, limit_curve, model, springback  # noqa: E402
+from post import steps, zones  # noqa: E402
+from post.deck import Deck  # noqa: E402
 from post.labels import Labels  # noqa: E402
 from post.results import Results  # noqa: E402
 from post.style import plt  # noqa: E402
@@ -175,6 +177,58 @@ class TestFormingLimits(Pictures):
         reddish = np.mean((part[..., 0] > 1.6 * part[..., 1]) & (part[..., 0] > 0.3))
         self.assertGreater(reddish, 0.01)
         self.assert_readable(figure)
+
+
+class TestForce(Pictures):
+    def shown(self, name, **options):
+        words = argparse.Namespace(**{"tool": None, "parts": None, "csv": None} | options)
+        said = io.StringIO()
+        with Results(path_of(name)) as results, contextlib.redirect_stdout(said):
+            return force.shown(results, words), said.getvalue()
+
+    def test_full_and_modelled_part_are_named(self):
+        for name, options, times in (("box", {}, 4), ("bend", {}, 2), ("bend", {"parts": 70}, 70)):
+            figure, said = self.shown(name, **options)
+            self.assertIn(f"full part: {times} x the modelled part", said)
+            full, modelled = figure.axes[0], figure.axes[0].child_axes[0]
+            figure.canvas.draw()
+            self.assertIn("full part", full.get_ylabel())
+            self.assertIn("modelled part", modelled.get_ylabel())
+            np.testing.assert_allclose(full.get_ylim(), times * np.array(modelled.get_ylim()))
+            self.assert_readable(figure)
+
+    def test_a_tool_by_force_has_its_mean_and_band(self):
+        figure, said = self.shown("box")
+        mean = float(said.split("second half: mean ")[1].split()[0])
+        self.assertAlmostEqual(mean, 19600, delta=1000)
+        self.assertRegex(said, r"5 to 95 % \S+ N \(modelled \S+\) to ")
+        self.assertEqual(len(figure.axes[0].collections), 1)
+        self.assert_readable(figure)
+
+    def test_forces_end_with_the_use_of_the_tools(self):
+        with Results(path_of("bend")) as results:
+            curves = [force.curve(results, name) for name in results.tools]
+            samples = np.count_nonzero(results.history("process_step") == 1)
+        for one in curves:
+            self.assertEqual((one.along, len(one.load)), ("punch", samples))
+
+    def test_the_width_that_a_reduction_left_out_counts(self):
+        class Reduced:
+            width_ratio = 5.0
+            deck = Deck("** file strip.key\n*BOUNDARY\nX_MIN, XSYMM\n")
+        part = force.Part(Reduced())
+        self.assertEqual((part.times, part.of_file), (10, 2))
+        part = force.Part(Reduced(), 20)
+        self.assertEqual((part.times, part.of_file), (20, 4))
+
+    def test_a_table_of_the_modelled_part(self):
+        table = path_of("box", ".csv")
+        figure, _ = self.shown("box", csv=table)
+        plt.close(figure)
+        with open(table, encoding="utf-8") as file:
+            names, *rows = (line.rstrip().split(",") for line in file)
+        self.assertEqual(names, ["punch stroke", "punch force", "holder stroke", "holder force"])
+        self.assertAlmostEqual(float(rows[-1][0]), 8, delta=0.01)
 
 
 class TestLabels(Pictures):
