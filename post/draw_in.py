@@ -1,10 +1,12 @@
 """Draw-in: how far the edge of the sheet has moved inwards along chosen directions."""
 import numpy as np
 
+from post.labels import Labels
 from post.results import Results, ResultsError
 from post.style import BLANK, plt, save, tool_colour
 
 N_PER_ELEMENT = 8    # places along an edge
+ROOM = 0.2          # around the outline, part of its size
 SAME = 1e-6          # of the sheet's size: edges that coincide at the start are joined
 
 
@@ -137,22 +139,30 @@ class Outline:
 
 
 def draw(results, outline, frames, angles, unit):
-    """The outline at the start and at the frames with the directions."""
+    """The outline at the start and at the frames, with the draw-in of the last along each
+    direction."""
     figure, axis = plt.subplots(figsize=(6.5, 6), layout="constrained")
     start = outline.at(None)
+    lines = list(start)
     for i, line in enumerate(start):
         axis.plot(*line.T, "--", color="#777777", linewidth=0.9, label=None if i else "start")
     for k, frame in enumerate(frames):
         colour = BLANK if k == len(frames) - 1 else tool_colour(k)
+        lines += outline.at(frame)
         for i, line in enumerate(outline.at(frame)):
             label = f"time {results.times[frame]:.4g} {results.unit('VTKHDF/Steps/Values')}"
             axis.plot(*line.T, color=colour, label=None if i else label)
-    for angle, radius in zip(angles, outline.radii(start, angles)):
-        turn = np.radians(angle)
-        end = outline.centre + radius * np.array([np.cos(turn), np.sin(turn)])
-        axis.plot(*np.transpose([outline.centre, end]), color="#bbbbbb", linewidth=0.7)
+    rays = [np.array([np.cos(turn), np.sin(turn)]) for turn in np.radians(angles)]
+    before, now = (outline.radii(edges, angles) for edges in (start, outline.at(frames[-1])))
+    for ray, radius in zip(rays, before):
+        lines.append(np.array([outline.centre, outline.centre + radius * ray]))
+        axis.plot(*lines[-1].T, color="#bbbbbb", linewidth=0.7)
     axis.set_aspect("equal")
+    axis.margins(ROOM)
     axis.set(xlabel=f"{outline.names[0]} [{unit}]", ylabel=f"{outline.names[1]} [{unit}]",
-             title="Edge of the sheet")
-    axis.legend(fontsize=8)
+             title="Edge of the sheet and draw-in")
+    figure.legend(fontsize=8, loc="outside lower center", ncols=4)
+    labels = Labels(axis, lines)
+    for angle, ray, a, b in zip(angles, rays, before, now):
+        labels.put(f"{angle:g}°\n{a - b:.2f} {unit}", outline.centre + a * ray, ray)
     return figure

@@ -2,7 +2,9 @@
 import numpy as np
 
 GAP = 4          # pixels around a label that stay free
+CLOSE = 60       # pixels from the place, where a label is on the wanted side of it if possible
 FARTHEST = 260   # pixels from the place
+TURNS = (0, 15, -15, 30, -30, 50, -50, 75, -75, 105, -105, 140, -140, 180)   # degrees
 SPACING = 3      # pixels between the points that stand for a line
 
 
@@ -47,13 +49,13 @@ class Labels:
     def _free_offset(self, origin, half, along):
         """The nearest offset whose box is free, directions close to `along` first."""
         start = np.arctan2(along[1], along[0])
-        turns = np.radians([0, 15, -15, 30, -30, 50, -50, 75, -75, 105, -105, 140, -140, 180])
-        for distance in np.arange(8, FARTHEST, 6):
-            for turn in turns:
-                ray = np.array([np.cos(start + turn), np.sin(start + turn)])
-                offset = ray * (distance + np.min(half / np.maximum(np.abs(ray), 1e-9)))
-                if self._is_free(origin + offset, half + GAP):
-                    return offset
+        for turns, farthest in ((TURNS[:7], CLOSE), (TURNS, FARTHEST)):
+            for distance in np.arange(8, farthest, 6):
+                for turn in np.radians(turns):
+                    ray = np.array([np.cos(start + turn), np.sin(start + turn)])
+                    offset = ray * (distance + np.min(half / np.maximum(np.abs(ray), 1e-9)))
+                    if self._is_free(origin + offset, half + GAP):
+                        return offset
         return np.zeros(2)
 
     def _is_free(self, centre, half):
