@@ -19,6 +19,7 @@ PICTURES = (
     ("compare", "compare", "a strip of the channel against reference data"))
 # Those with arguments of their own.
 OTHERS = (
+    ("report", "report", "one HTML page on a run, with its pictures in it"),
     ("verification", "verification", "pictures and table of the verification suite"),
     ("movie", "movie", "a film of the frames: pictures of one view and one colour scale"),
     ("setup", "setup", "the set-up of a deck as a picture and as a page that turns, without a run"),
@@ -50,7 +51,8 @@ def parser(chosen):
                                  help="the picture to write (default: FILE without its ending, "
                                       f"-{name}.png)")
         module.add_arguments(command)
-        command.set_defaults(run=module.run, is_picture=is_picture)
+        command.set_defaults(run=module.run, is_picture=is_picture,
+                             ending=getattr(module, "ENDING", ".png"))
     return top
 
 
@@ -60,7 +62,8 @@ def main():
     if arguments.out is None and arguments.command == "verification":
         arguments.out = arguments.file
     elif arguments.out is None:
-        arguments.out = arguments.file.removesuffix(".h5") + f"-{arguments.command}.png"
+        stem = arguments.file.removesuffix(".h5")
+        arguments.out = f"{stem}-{arguments.command}{arguments.ending}"
     try:
         folder = arguments.out
         if arguments.command != "verification":

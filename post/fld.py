@@ -42,7 +42,8 @@ def draw(results, frame, borders, arguments):
     """The diagram with a cloud of points for each layer."""
     clouds = {LAYERS[layer]: strains(results, frame, layer)[:2]
               for layer in arguments.layer or ("bottom", "top")}
-    return fld_picture.draw(clouds, borders, arguments.engineering, picture.time_text(results, frame))
+    return fld_picture.draw(clouds, borders, arguments.engineering,
+                            picture.time_text(results, frame))
 
 
 def draw_map(results, frame, borders, arguments):

@@ -3,7 +3,9 @@
 Usage: test_pictures.py IGAFORM PROJECT_FOLDER
 """
 import argparse
+import base64
 import contextlib
+import html.parser
 import io
 import os
 import subprocess
@@ -17,8 +19,8 @@ IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path[:0] = [PROJECT, os.path.dirname(os.path.abspath(__file__))]
 
 import drawn  # noqa: E402
-from post import fld, force, history, limit_curve, model, springback  # noqa: E402
-from post import steps, zones  # noqa: E402
+from post import draw_in, fld, force, history, limit_curve, model  # noqa: E402
+from post import springback, steps, zones  # noqa: E402
 from post.deck import Deck  # noqa: E402
 from post.labels import Labels  # noqa: E402
 from post.results import Results  # noqa: E402
@@ -229,6 +231,79 @@ class TestForce(Pictures):
             names, *rows = (line.rstrip().split(",") for line in file)
         self.assertEqual(names, ["punch stroke", "punch force", "holder stroke", "holder force"])
         self.assertAlmostEqual(float(rows[-1][0]), 8, delta=0.01)
+
+
+class TestDrawIn(Pictures):
+    def test_the_draw_in_stands_in_the_picture(self):
+        with Results(path_of("box")) as results:
+            outline = draw_in.Outline(results)
+            figure = draw_in.draw(results, outline, [1, len(results.times) - 1], [0, 45, 90], "mm")
+            moved = 75 - outline.radii(outline.at(len(results.times) - 1), [0])[0]
+        texts = [text.get_text() for text in figure.axes[0].texts]
+        self.assertEqual(texts[0], f"0°\n{moved:.2f} mm")
+        self.assertEqual(len(texts), 3)
+        self.assert_readable(figure)
+
+
+class Page(html.parser.HTMLParser):
+    """Headings, pictures and words of a page; its elements must be closed."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.headings, self.pictures, self.links, self.words = [], [], [], [], ""
+        self.feed(text)
+        assert not self.open, self.open
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        if tag == "img":
+            self.pictures.append(attributes["src"])
+        elif tag != "meta":
+            self.open.append(tag)
+        self.links += [value for name, value in attributes.items()
+                       if name in ("href", "src") and not value.startswith("data:")]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag, tag
+
+    def handle_data(self, data):
+        self.words += data
+        if self.open and self.open[-1] in ("h1", "h2"):
+            self.headings.append(data)
+
+
+class TestReport(unittest.TestCase):
+    """The page of the bent strip; the box is a quarter of a part, drawn by the slower VTK."""
+
+    @classmethod
+    def setUpClass(cls):
+        out = path_of("bend", ".html")
+        done = post("report", path_of("bend"), "-n", "0.25", "--parts", "70", "-o", out)
+        assert done.returncode == 0, done.stderr
+        with open(out, encoding="utf-8") as file:
+            cls.page = Page(file.read())
+
+    def test_it_is_whole_in_itself(self):
+        self.assertEqual(self.page.links, [])
+        self.assertEqual(len(self.page.pictures), 5)
+        for picture in self.page.pictures:
+            data = base64.b64decode(picture.removeprefix("data:image/png;base64,"))
+            self.assertGreater(drawn.inked(plt.imread(io.BytesIO(data))), 0.01)
+
+    def test_it_tells_set_up_steps_warnings_and_results(self):
+        for heading in ("Set-up", "Quality", "Warnings of the run", "Section", "Forming limits",
+                        "Forces of the tools", "Energies", "Springback", "Deck"):
+            self.assertIn(heading, self.page.headings)
+        for words in ("u_bend.key", "115 elements", "step 1 draw", "step 2 release", "by force",
+                      "warning: with masses scaled", "70 x the modelled part", "degrees released",
+                      "*BLANK, NAME=sheet"):
+            self.assertIn(words, self.page.words)
+        self.assertNotIn("not drawn", self.page.words)
+
+    def test_a_place_that_cannot_be_written(self):
+        done = post("report", path_of("bend"), "-o", os.path.join(FOLDER.name, "no", "x.html"))
+        self.assertEqual(done.returncode, 1)
+        self.assertNotIn("Traceback", done.stderr)
 
 
 class TestLabels(Pictures):
