@@ -66,9 +66,8 @@ class Part:
             reasons = ["symmetry " + ", ".join(planes)]
         if parts is None and self.of_width != 1:
             reasons.append(f"*REDUCE: width {self.of_width:.4g} times that of the strip")
-        if self.times == 1:
-            self.text = "full part: as modelled, no symmetry plane in the deck"
-        else:
+        self.text = "full part: as modelled, no symmetry plane in the deck"
+        if reasons:
             self.text = f"full part: {self.times:.4g} x the modelled part ({'; '.join(reasons)})"
         if model.is_plane_strain(results) and parts is None:
             self.text += ", a strip in plane strain"

@@ -56,14 +56,17 @@ def sections(results, arguments):
     limit = [word for option in ("exponent", "curve", "thickness")
              if (value := getattr(arguments, option)) is not None
              for word in (f"--{option}", str(value))]
+    axes = "".join(axis for axis, face in model.symmetry_planes(results).items()
+                   if face[0] == axis and face[1] == "_")
+    mirror = ["--mirror", axes] if axes else []
     is_strip = model.is_plane_strain(results)    # of which one sees the section only
     if is_strip:
         yield "Section", ["profile"]
     else:
-        yield "Thinning", ["picture", "--field", "thinning"]
+        yield "Thinning", ["picture", "--field", "thinning", *mirror]
     yield "Forming limits", ["fld", *limit]
     if not is_strip:
-        yield "Forming-limit zones on the part", ["fld", "--map", *limit]
+        yield "Forming-limit zones on the part", ["fld", "--map", *mirror, *limit]
     if results.tools:
         yield "Forces of the tools", ["force", *(["--parts", arguments.parts] if arguments.parts
                                                  else [])]

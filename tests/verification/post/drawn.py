@@ -17,10 +17,12 @@ def inked(pixels):
 
 
 def covering(figure):
-    """Texts and legends whose boxes cover a drawn line or another text."""
+    """Texts and legends whose boxes cover a drawn line, a picture or another text."""
     figure.canvas.draw()
     renderer = figure.canvas.get_renderer()
-    bad = []
+    pictures = [axis.get_window_extent(renderer) for axis in figure.axes if axis.images]
+    bad = [item for item in [*figure.legends, *figure.texts] for picture in pictures
+           if item.get_window_extent(renderer).overlaps(picture)]
     for axis in figure.axes:
         boxes = [(text.get_text(), text.get_window_extent(renderer)) for text in axis.texts
                  if text.get_text()]

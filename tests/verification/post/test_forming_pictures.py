@@ -1,6 +1,6 @@
 """Pictures of forming that one may show: drawn, readable, and what they say.
 
-Usage: test_pictures.py IGAFORM PROJECT_FOLDER
+Usage: test_forming_pictures.py IGAFORM PROJECT_FOLDER
 """
 import argparse
 import base64
@@ -145,7 +145,7 @@ class TestFormingLimits(Pictures):
         return argparse.Namespace(**{"layer": None, "curve": None, "exponent": 0.12,
                                      "thickness": None, "engineering": False, "margin": 0.1,
                                      "thickening": 0.05,
-                                     "mirror": ()} | changes)
+                                     "mirror": (0, 1)} | changes)
 
     def drawn(self, draw, **changes):
         options = self.options(**changes)
