@@ -6,6 +6,9 @@ from post.results import Results
 from post.section import Section
 from post.style import BLANK, plt, save, tool_colour
 
+MARGIN = 0.08     # around the sheet, part of its size
+TALL = 0.45       # height over width from which panels stand in two columns
+
 
 def add_arguments(command):
     command.add_argument("--times", type=float, nargs="+", metavar="T",
@@ -25,25 +28,32 @@ def run(arguments):
 
 
 def draw(results, frames):
-    """One panel per frame, all with the same scale."""
+    """One panel per frame, all with the same scale: around the sheet, which tools may overhang."""
     section = Section(results)
     unit = results.unit("VTKHDF/Points")
-    corners = [section.sheet(f).reshape(-1, 2) for f in frames]
-    corners += [lines.reshape(-1, 2) for f in frames for lines in section.tools(f)]
-    low, high = (f([f(c, axis=0) for c in corners if len(c)], axis=0) for f in (np.min, np.max))
-    margin = 0.03 * (high - low).max()
-    rows = (high - low)[1] / (high - low)[0] * 8.5 + 0.7
-    figure, panels = plt.subplots(len(frames), 1, figsize=(9.5, rows * len(frames)), sharex=True,
-                                  sharey=True, squeeze=False, layout="constrained")
-    for panel, frame in zip(panels[:, 0], frames):
+    points = np.concatenate([section.sheet(frame).reshape(-1, 2) for frame in frames])
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = MARGIN * (high - low).max()
+    low, high = low - margin, high + margin
+    ratio = (high - low)[1] / (high - low)[0]
+    n_columns = 2 if ratio > TALL and len(frames) > 1 else 1
+    n_rows = -(-len(frames) // n_columns)
+    figure, panels = plt.subplots(
+        n_rows, n_columns, sharex=True, sharey=True, squeeze=False, layout="constrained",
+        figsize=(9.5, (8.5 / n_columns * ratio + 0.4) * n_rows + 0.6))
+    for panel, frame in zip(panels.flat, frames):
         draw_panel(panel, section, frame)
         panel.set_title(f"time {results.times[frame]:.4g} {results.unit('VTKHDF/Steps/Values')}",
                         loc="left", fontsize=9)
+    for panel in panels.flat[len(frames):]:
+        panel.set_axis_off()
+    for panel in panels[:, 0]:
         panel.set_ylabel(f"{section.axis_names[1]} [{unit}]")
-    panels[-1, 0].set_xlabel(f"{section.axis_names[0]} [{unit}]")
-    panels[0, 0].set(xlim=(low[0] - margin, high[0] + margin),
-                     ylim=(low[1] - margin, high[1] + margin))
-    panels[0, 0].legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=4, fontsize=8)
+    for panel in panels[-1]:
+        panel.set_xlabel(f"{section.axis_names[0]} [{unit}]")
+    panels[0, 0].set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5,
+                  fontsize=8)
     return figure
 
 
@@ -55,7 +65,9 @@ def draw_panel(panel, section, frame):
                                (middle, "mid-surface", "--")):
         panel.plot(line[:, 0], line[:, 1], style, color=BLANK, label=label,
                    linewidth=0.6 if style == "--" else 0.9)
-    for i, segments in enumerate(section.tools(frame)):
-        panel.add_collection(LineCollection(segments, colors=tool_colour(i), linewidths=1.2,
-                                            label=section.results.tools[i]))
+    present = section.results.tools_present(frame)
+    for i, (name, segments) in enumerate(zip(section.results.tools, section.tools(frame))):
+        if name in present:
+            panel.add_collection(LineCollection(segments, colors=tool_colour(i), linewidths=1.2,
+                                                label=name), autolim=False)
     panel.set_aspect("equal")

@@ -20,7 +20,7 @@ sys.path[:0] = [PROJECT, os.path.dirname(os.path.abspath(__file__))]
 
 import drawn  # noqa: E402
 from post import draw_in, fld, force, history, limit_curve, model  # noqa: E402
-from post import springback, steps, zones  # noqa: E402
+from post import profile, springback, steps, zones  # noqa: E402
 from post.deck import Deck  # noqa: E402
 from post.labels import Labels  # noqa: E402
 from post.results import Results  # noqa: E402
@@ -87,6 +87,16 @@ class TestHistory(Pictures):
                 figure = history.draw(results)
             self.assertEqual([axis.get_title() for axis in figure.axes[:len(titles)]], titles)
             self.assert_readable(figure)
+
+
+class TestProfile(Pictures):
+    def test_the_sheet_fills_the_panels_and_removed_tools_are_away(self):
+        with Results(path_of("bend")) as results:
+            figure = profile.draw(results, [5, 10, 11])
+        formed, released = figure.axes[1:3]
+        self.assertEqual([len(axis.collections) for axis in (formed, released)], [3, 0])
+        self.assertLess(np.ptp(formed.get_xlim()), 1.2 * 175)
+        self.assert_readable(figure)
 
 
 class TestSpringback(Pictures):
