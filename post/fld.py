@@ -19,6 +19,7 @@ def add_arguments(command):
     command.add_argument("--map", action="store_true", help="draw the zones on the part instead")
     command.add_argument("--mirror", type=parse_axes, default=(), metavar="AXES",
                          help="complete the part of the map as in `post picture`")
+    picture.add_size_argument(command)
     limit_curve.add_arguments(command)
     zones.add_arguments(command)
     command.add_argument("--engineering", action="store_true",
@@ -34,7 +35,7 @@ def run(arguments):
             figure = draw_map(results, frame, borders, arguments)
         else:
             figure = draw(results, frame, borders, arguments)
-    save(figure, arguments.out)
+    save(figure, arguments.out, arguments.small)
     return 0
 
 

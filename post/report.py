@@ -63,10 +63,10 @@ def sections(results, arguments):
     if is_strip:
         yield "Section", ["profile"]
     else:
-        yield "Thinning", ["picture", "--field", "thinning", *mirror]
+        yield "Thinning", ["picture", "--field", "thinning", "--small", *mirror]
     yield "Forming limits", ["fld", *limit]
     if not is_strip:
-        yield "Forming-limit zones on the part", ["fld", "--map", *mirror, *limit]
+        yield "Forming-limit zones on the part", ["fld", "--map", "--small", *mirror, *limit]
     if results.tools:
         yield "Forces of the tools", ["force", *(["--parts", arguments.parts] if arguments.parts
                                                  else [])]
