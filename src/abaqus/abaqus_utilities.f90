@@ -2,7 +2,8 @@
 !! the run and messages.
 !!
 !! Built into a shared library of its own, which the program and the compiled subroutines both
-!! link. The routines have the names and arguments that Abaqus gives them.
+!! link. The routines have the names and arguments that Abaqus gives them; CMakeLists.txt lists those
+!! that an explicit analysis calls by a second name, with V before it.
 !!
 !! The calls carry no argument that says where they come from, so this module remembers the name of
 !! the job and keeps the locks.
@@ -14,6 +15,8 @@ module abaqus_utilities
   use user_watch, only: end_run
   implicit none
   private
+
+  public :: set_job
 
   integer, parameter :: longest_line = 400   ! of a message
   integer, parameter :: n_locks = 100, longest = 255
@@ -48,15 +51,6 @@ contains
     call copy_text(folder, outdir, length)
   end subroutine getoutdir
 
-  !> The same from an explicit analysis.
-  subroutine vgetoutdir(outdir, length, outdir_length) bind(C, name="vgetoutdir_")
-    integer(c_size_t), value :: outdir_length
-    character(kind=c_char), intent(out) :: outdir(outdir_length)
-    integer(c_int), intent(out) :: length
-
-    call copy_text(folder, outdir, length)
-  end subroutine vgetoutdir
-
   !> The name of the job: that of the result file without its ending.
   subroutine getjobname(name, length, name_length) bind(C, name="getjobname_")
     integer(c_size_t), value :: name_length
@@ -65,15 +59,6 @@ contains
 
     call copy_text(job, name, length)
   end subroutine getjobname
-
-  !> The same from an explicit analysis.
-  subroutine vgetjobname(name, length, name_length) bind(C, name="vgetjobname_")
-    integer(c_size_t), value :: name_length
-    character(kind=c_char), intent(out) :: name(name_length)
-    integer(c_int), intent(out) :: length
-
-    call copy_text(job, name, length)
-  end subroutine vgetjobname
 
   subroutine copy_text(text, characters, length)
     character(*), intent(in) :: text
@@ -95,26 +80,12 @@ contains
     rank = 0
   end subroutine getrank
 
-  !> The same from an explicit analysis.
-  subroutine vgetrank(rank) bind(C, name="vgetrank_")
-    integer(c_int), intent(out) :: rank
-
-    rank = 0
-  end subroutine vgetrank
-
   !> Number of processes, not of threads.
   subroutine getnumcpus(n) bind(C, name="getnumcpus_")
     integer(c_int), intent(out) :: n
 
     n = 1
   end subroutine getnumcpus
-
-  !> The same from an explicit analysis.
-  subroutine vgetnumcpus(n) bind(C, name="vgetnumcpus_")
-    integer(c_int), intent(out) :: n
-
-    n = 1
-  end subroutine vgetnumcpus
 
   !> Number of threads that may call the subroutine at once.
   integer(c_int) function getnumthreads() bind(C, name="getnumthreads_")

@@ -3,6 +3,7 @@
 module source_rewriting
   use text, only: lower_case
   use text_file, only: read_whole_file, take_line
+  use user_sources, only: write_text
   implicit none
   private
 
@@ -23,7 +24,7 @@ contains
     character(:), allocatable, intent(out) :: changes   !! what was changed, for the user
     character(:), allocatable :: content, line, copy
     logical :: is_there
-    integer :: first, unit, status
+    integer :: first
 
     changes = ""
     copy = "# 1 """//path//""""//new_line("a")
@@ -34,12 +35,7 @@ contains
       call rewrite_line(line, is_fixed, changes)
       copy = copy//line//new_line("a")
     end do
-    if (changes == "") return
-    open (newunit=unit, file=target, access="stream", form="unformatted", action="write", &
-          status="replace", iostat=status)
-    if (status /= 0) return   ! the compiler will miss the file
-    write (unit, iostat=status) copy
-    close (unit)
+    if (changes /= "") call write_text(target, copy)
   end subroutine rewrite_source
 
   subroutine rewrite_line(line, is_fixed, changes)

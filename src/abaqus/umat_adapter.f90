@@ -81,7 +81,11 @@ contains
       increment%length = context%length(l)
       increment%dstrain = dstrain(l, :)
       increment%place = context%place(l, :)
-      call take_fields(context, l, increment)
+      associate (n => context%n_fields)
+        if (n > 0) increment%fields(:n) = context%fields(l, :n, context%row)
+        if (n > 0) increment%changes(:n) = context%fields(l, n + 1:, context%row) &
+                                           - increment%fields(:n)
+      end associate
       increment%f0 = transpose(reshape(context%f0(l, :), [3, 3]))
       increment%f1 = transpose(reshape(context%f1(l, :), [3, 3]))
       sigma = stress(l, :)
@@ -95,19 +99,6 @@ contains
     end do
     call leave_user_call()
   end subroutine update_in_context
-
-  !> Temperature and field variables of a point, and how they change.
-  pure subroutine take_fields(context, l, increment)
-    type(point_context_t), intent(in) :: context
-    integer, intent(in) :: l
-    type(increment_t), intent(inout) :: increment
-
-    associate (n => context%n_fields)
-      if (n == 0) return
-      increment%fields(:n) = context%fields(l, :n, context%row)
-      increment%changes(:n) = context%fields(l, n + 1:, context%row) - increment%fields(:n)
-    end associate
-  end subroutine take_fields
 
   !> The increment of a point in one, then if the UMAT asks for it in 2, 4, ... equal parts.
   subroutine update_point(self, increment, spin, stress, state, ok)

@@ -12,7 +12,8 @@ module user_build
   use text_file, only: read_whole_file
   use user_sources, only: is_source, is_c_source, is_fixed_form, has_directives, provide_includes, &
                           as_file, ending_of, kinds_of, digest_t, add_text, add_file, &
-                          whole_digest_text
+                          write_text
+  use sha256, only: sha256_text
   use source_rewriting, only: rewrite_source
   implicit none
   private
@@ -46,7 +47,8 @@ module user_build
 
   !> What every call of the compiler needs to know.
   type :: build_t
-    character(:), allocatable :: compiler, folder, log, support
+    type(string_t) :: compiler
+    character(:), allocatable :: folder, log, support
     type(string_t), allocatable :: objects(:)    !! compiled so far
     character(:), allocatable :: note
     logical :: has_cpp = .false.                 !! one of the sources is C++
@@ -77,7 +79,7 @@ contains
     note = ""
     library = -1
     build%note = ""
-    build%compiler = setting("IGAFORM_FC", "gfortran")
+    build%compiler%value = setting("IGAFORM_FC", "gfortran")
     call find_support(build, error)
     if (allocated(error)) return
     call new_folder(cache//"/build_XXXXXX", build%folder, error)
@@ -234,12 +236,12 @@ contains
 
     key = ""
     allocate (found(0))
-    words = command(build%compiler)
+    words = [build%compiler]
     call append_text(words, "--version")
     call run_program(words, build%log, code)
     inquire (file=build%log, exist=is_there)
     if (code == program_missing .and. is_there) then
-      call fail(error, "no compiler: '"//build%compiler//"' cannot be started, which "// &
+      call fail(error, "no compiler: '"//build%compiler%value//"' cannot be started, which "// &
                 "compiles and links "//kinds_of(files)//"; install gfortran (Debian: apt "// &
                 "install gfortran; with C++ source also g++), name another gfortran by the "// &
                 "environment variable IGAFORM_FC, or give a library that is compiled already (.so)")
@@ -271,16 +273,8 @@ contains
     do i = 1, size(found)
       call add_file(digest, found(i)%value)
     end do
-    key = whole_digest_text(digest)
+    key = sha256_text(digest%sum)
   end subroutine find_key
-
-  !> The first word of a command.
-  pure function command(program) result(words)
-    character(*), intent(in) :: program
-    type(string_t), allocatable :: words(:)
-
-    words = strings([program])
-  end function command
 
   !> Object file of one source; objects and libraries are passed on to the linker.
   subroutine compile(build, path, number, error)
@@ -404,8 +398,7 @@ contains
     integer, intent(out) :: code
     type(string_t), allocatable :: words(:)
 
-    words = command(build%compiler)
-    words = [words, options]
+    words = [build%compiler, options]
     call append_text(words, "-I"//folder_of(path))
     call append_text(words, "-I"//build%folder)
     call append_text(words, "-I"//build%support//"/include")
@@ -425,27 +418,20 @@ contains
     logical :: is_there
     integer :: i, code
 
-    words = command(build%compiler)
-    call append_text(words, "-shared")
-    call append_text(words, "-Wl,--no-undefined")
-    call append_text(words, "-Wl,--gc-sections")
     call write_exports(build%folder//"/exports.txt")
-    call append_text(words, "-Xlinker")   ! not -Wl, which splits a path at its commas
+    ! -Xlinker, not -Wl, which splits a path at its commas
+    words = [build%compiler, strings([character(18) :: "-shared", "-Wl,--no-undefined", &
+                                       "-Wl,--gc-sections", "-Xlinker"])]
     call append_text(words, "--version-script="//build%folder//"/exports.txt")
     do i = 1, size(exported)   ! which an archive would else keep for itself
       call append_text(words, "-Wl,-u,"//trim(exported(i)))
     end do
-    do i = 1, size(build%objects)
-      call append_text(words, build%objects(i)%value)
-    end do
+    words = [words, build%objects]
     if (build%has_cpp) call append_text(words, "-lstdc++")
     call append_text(words, "-L"//build%support//"/lib")
-    call append_text(words, "-Xlinker")
-    call append_text(words, "-rpath")
-    call append_text(words, "-Xlinker")
+    words = [words, strings([character(8) :: "-Xlinker", "-rpath", "-Xlinker"])]
     call append_text(words, build%support//"/lib")
-    call append_text(words, "-ligaform_user")
-    call append_text(words, "-o")
+    words = [words, strings([character(14) :: "-ligaform_user", "-o"])]
     call append_text(words, fresh_library(build))
     call run_program(words, build%log, code)
     if (code /= 0) then
@@ -507,15 +493,16 @@ contains
     integer :: first
 
     names = ""
-    first = index(messages, mark)
-    do while (first > 0)
-      rest = messages(first + len(mark):)
+    rest = messages
+    do
+      first = index(rest, mark)
+      if (first == 0) exit
+      rest = rest(first + len(mark):)
       name = upper_case(rest(:max(scan(rest, "'"//new_line("a")) - 1, 0)))
       if (len(name) > 1 .and. index(name, "_", back=.true.) == len(name)) &
         name = name(:len(name) - 1)
       if (index(", "//names//",", ", "//name//",") == 0) names = names//", "//name
       if (names(1:1) == ",") names = names(3:)
-      first = next_place(messages, mark, first + len(mark))
     end do
     if (index(messages, "recompile with -fPIC") > 0) then
       message = "an object or archive of --user cannot be part of a shared library: compile it "// &
@@ -532,13 +519,5 @@ contains
         "library). Of the utility routines of Abaqus there are "//utilities
     end if
   end function link_message
-
-  pure integer function next_place(text, mark, from)
-    character(*), intent(in) :: text, mark
-    integer, intent(in) :: from
-
-    next_place = index(text(from:), mark)
-    if (next_place > 0) next_place = next_place + from - 1
-  end function next_place
 
 end module user_build

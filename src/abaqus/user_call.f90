@@ -4,12 +4,15 @@
 !! The length of CMNAME comes last in an interface and by value, as gfortran passes it.
 module user_call
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_size_t
   use kinds, only: wp
   use text, only: upper_case, to_text, joined, strings
   use block_law, only: block_law_t
   use point_context, only: point_context_t, new_point_context
   use child_process, only: c_text
+  use user_watch, only: enter_user_call, leave_user_call, watch_user_calls, expect_elements, &
+                        forget_thread, note_failure, take_failure, note_log, at_stop, &
+                        end_by_overrun, end_by_problem
   implicit none
   private
 
@@ -146,76 +149,6 @@ module user_call
     end subroutine vexternaldb_procedure
   end interface
 
-  interface
-    !> A call of a user's subroutine begins for this element and point.
-    subroutine enter_user_call(routine, noel, npt, last) bind(C, name="igaform_enter_user_call")
-      import :: c_int
-      integer(c_int), value :: routine, noel, npt, last   !! a VUMAT: elements `noel` to `last`
-    end subroutine enter_user_call
-
-    !> The calls of this thread are done.
-    subroutine leave_user_call() bind(C, name="igaform_leave_user_call")
-    end subroutine leave_user_call
-
-    !> From now on elements have the numbers 1 to n.
-    subroutine expect_elements(n) bind(C, name="igaform_expect_elements")
-      import :: c_int
-      integer(c_int), value :: n
-    end subroutine expect_elements
-
-    !> The log of the run, for the words at a crash.
-    subroutine note_log(path) bind(C, name="igaform_note_log")
-      import :: c_char
-      character(kind=c_char), intent(in) :: path(*)   !! with the zero at its end
-    end subroutine note_log
-
-    !> A signal asks for the end of the run, for the first time (0) or again: see `watch_signals`.
-    subroutine at_stop(is_again) bind(C, name="igaform_at_stop")
-      import :: c_int
-      integer(c_int), value :: is_again
-    end subroutine at_stop
-
-    !> In a copy of the process: its thread has another number for the system.
-    subroutine forget_thread() bind(C, name="igaform_forget_thread")
-    end subroutine forget_thread
-
-    !> The call in hand wrote past the end of the argument of this name, which ends the run.
-    subroutine end_by_overrun(name, length) bind(C, name="igaform_end_by_overrun")
-      import :: c_char, c_int
-      integer(c_int), value :: length
-      character(kind=c_char), intent(in) :: name(length)
-    end subroutine end_by_overrun
-
-    !> The current call did what no result can be had from, reported after its routine and place;
-    !! the run ends, and its state is saved.
-    subroutine end_by_problem(deed, length) bind(C, name="igaform_end_by_fault")
-      import :: c_char, c_int
-      integer(c_int), value :: length
-      character(kind=c_char), intent(in) :: deed(length)
-    end subroutine end_by_problem
-
-    !> A stress update failed: 1 not finite, 2 PNEWDT stays below one.
-    subroutine note_failure(noel, npt, reason) bind(C, name="igaform_note_user_failure")
-      import :: c_int
-      integer(c_int), value :: noel, npt, reason
-    end subroutine note_failure
-
-    !> Element, point and reason of the failure in the lowest element, which is then forgotten;
-    !! zeros if there is none.
-    subroutine take_failure(values) bind(C, name="igaform_take_user_failure")
-      import :: c_int
-      integer(c_int), intent(out) :: values(3)
-    end subroutine take_failure
-
-    !> Carry out `action` (may be null) on `context` when a call ends the program. The action is
-    !! called with the context, a message and its length.
-    subroutine watch_user_calls(action, context) bind(C, name="igaform_watch_user_calls")
-      import :: c_funptr, c_ptr
-      type(c_funptr), value :: action
-      type(c_ptr), value :: context
-    end subroutine watch_user_calls
-  end interface
-
 contains
 
   !> Set what laws of users have in common.
@@ -270,17 +203,16 @@ contains
   end subroutine update
 
   !> Let the inelastic work that the user's subroutine reports heat its points.
-  subroutine set_user_heating(law, fraction, specific_heat, start)
+  subroutine set_user_heating(law, heating)
     class(user_law_t), intent(inout) :: law
-    real(wp), intent(in) :: fraction              !! of the work that turns into heat
-    real(wp), intent(in) :: specific_heat         !! [energy/mass/temperature]
-    real(wp), intent(in) :: start                 !! temperature at the start
+    !> Fraction of the work that turns into heat, specific heat, temperature at the start.
+    real(wp), intent(in) :: heating(3)
 
     law%n_state = law%n_state + 1
     law%n_hidden = law%n_hidden + 1
     law%heat_state = law%n_state
-    law%heat_per_work = fraction/(law%density*specific_heat)
-    law%start_temperature = start
+    law%heat_per_work = heating(1)/(law%density*heating(2))
+    law%start_temperature = heating(3)
   end subroutine set_user_heating
 
   !> What is known of a failed stress update of a user's subroutine since this was asked last; empty

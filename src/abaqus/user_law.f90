@@ -4,7 +4,9 @@ module user_law
   use kinds, only: wp
   use failure, only: error_t, fail
   use text, only: joined
+  use law_spec, only: law_spec_t
   use block_law, only: block_law_t, set_elastic
+  use material_table, only: check_elastic
   use user_library, only: user_library_t
   use user_call, only: umat_procedure, vumat_procedure, sdvini_procedure, user_law_t, &
                        set_user_heating, first_point_t, call_sdvini, watch_user_calls, &
@@ -14,20 +16,8 @@ module user_law
   implicit none
   private
 
-  public :: user_material_t, new_user_law, lacks_moduli, find_moduli, set_initial_state
+  public :: new_user_law, lacks_moduli, find_moduli, set_initial_state
   public :: first_point_t
-
-  !> What the deck says of a material whose law is a user's.
-  type :: user_material_t
-    character(:), allocatable :: name          !! CMNAME
-    character(:), allocatable :: kind          !! UMAT, VUMAT or empty: what the files have
-    character(:), allocatable :: thread_safe   !! YES, NO or empty: what the files look like
-    real(wp) :: density = 0.0_wp               !! [mass/length^3]
-    real(wp) :: young = 0.0_wp, poisson = 0.0_wp   !! for the stable time increment; 0: of the law
-    real(wp), allocatable :: props(:)
-    integer :: n_statv = 0
-    real(wp), allocatable :: heating(:)        !! fraction, specific heat, temperature at the start
-  end type user_material_t
 
 contains
 
@@ -36,7 +26,7 @@ contains
   !! where there is none of that kind, or where density or moduli are out of range.
   subroutine new_user_law(library, material, law, note, error)
     type(user_library_t), intent(in) :: library
-    type(user_material_t), intent(in) :: material
+    class(law_spec_t), intent(in) :: material
     class(block_law_t), allocatable, intent(out) :: law
     character(:), allocatable, intent(out) :: note   !! worth telling the user, or empty
     type(error_t), allocatable, intent(out) :: error
@@ -44,12 +34,11 @@ contains
     logical :: is_vumat
 
     note = ""
-    if (.not. (material%density > 0.0_wp .and. material%density <= huge(1.0_wp))) then
-      call fail(error, "material: the density must be positive")
-      return
-    end if
-    is_vumat = material%kind == "VUMAT" .or. &
-               (material%kind /= "UMAT" .and. .not. c_associated(library%umat))
+    call check_elastic(material%density, merge(material%young, 1.0_wp, material%young > 0.0_wp), &
+                       material%poisson, error)
+    if (allocated(error)) return
+    is_vumat = material%law == "VUMAT" .or. &
+               (material%law /= "UMAT" .and. .not. c_associated(library%umat))
     if (is_vumat .and. .not. c_associated(library%vumat)) then
       call fail(error, "material: no SUBROUTINE VUMAT in "//joined(library%files, ", "))
     else if (.not. is_vumat .and. .not. c_associated(library%umat)) then
@@ -60,14 +49,8 @@ contains
     call watch_user_calls(c_null_funptr, c_null_ptr)
     call make_law(library, material, is_vumat, made)
     call move_alloc(made, law)
-    if (material%young > 0.0_wp) then
-      if (material%poisson > -1.0_wp .and. material%poisson < 0.5_wp) then
-        call set_elastic(law, material%density, material%young, material%poisson)
-      else
-        call fail(error, "material: Poisson's ratio must lie between -1 and 0.5, both excluded")
-        return
-      end if
-    end if
+    if (material%young > 0.0_wp) &
+      call set_elastic(law, material%density, material%young, material%poisson)
     law%is_serial = material%thread_safe == "NO"
     if (material%thread_safe == "" .and. library%writable /= "") then
       law%is_serial = .true.
@@ -79,7 +62,7 @@ contains
   !> The adapter of the UMAT or VUMAT of a library.
   subroutine make_law(library, material, is_vumat, law)
     type(user_library_t), intent(in) :: library
-    type(user_material_t), intent(in) :: material
+    class(law_spec_t), intent(in) :: material
     logical, intent(in) :: is_vumat
     class(user_law_t), allocatable, intent(out) :: law
     procedure(umat_procedure), pointer :: umat
@@ -89,18 +72,17 @@ contains
     associate (m => material)
       if (is_vumat) then
         call c_f_procpointer(library%vumat, vumat)
-        allocate (law, source=new_vumat_adapter(vumat, m%name, m%density, m%props, m%n_statv))
+        allocate (law, source=new_vumat_adapter(vumat, m%name, m%density, m%constants, m%n_state))
       else
         call c_f_procpointer(library%umat, umat)
-        allocate (law, source=new_umat_adapter(umat, m%name, m%density, m%props, m%n_statv))
+        allocate (law, source=new_umat_adapter(umat, m%name, m%density, m%constants, m%n_state))
       end if
       if (c_associated(library%sdvini)) then
         call c_f_procpointer(library%sdvini, sdvini)
         law%sdvini => sdvini
       end if
       law%has_moduli = m%young > 0.0_wp
-      if (allocated(m%heating)) &
-        call set_user_heating(law, m%heating(1), m%heating(2), m%heating(3))
+      if (allocated(m%plasticity%heating)) call set_user_heating(law, m%plasticity%heating(:3))
     end associate
   end subroutine make_law
 

@@ -12,20 +12,13 @@ module user_library
   use text_file, only: read_whole_file, take_line
   use user_build, only: build_user_library, setting
   use user_sources, only: ending_of, uncalled_routines
+  use abaqus_utilities, only: set_job
   use user_call, only: uexternaldb_procedure, vexternaldb_procedure, enter_user_call, &
                        leave_user_call, watch_user_calls, in_uexternaldb, in_vexternaldb
   implicit none
   private
 
   public :: load_user_library, start_user_code
-
-  interface
-    subroutine set_job(name, name_length, place, place_length) bind(C, name="igaform_set_job")
-      import :: c_char, c_int
-      integer(c_int), value :: name_length, place_length
-      character(kind=c_char), intent(in) :: name(*), place(*)
-    end subroutine set_job
-  end interface
 
   !> What was found in the files. The library stays loaded until the program ends.
   type, public :: user_library_t

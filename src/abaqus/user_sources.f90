@@ -10,8 +10,8 @@ module user_sources
   private
 
   public :: is_source, is_c_source, kinds_of, is_fixed_form, has_directives, provide_includes
-  public :: uncalled_routines, ending_of, as_file
-  public :: digest_t, add_text, add_file, add_contents, digest_text, whole_digest_text
+  public :: uncalled_routines, ending_of, as_file, write_text
+  public :: digest_t, add_text, add_file, add_contents, digest_text
 
   !> What texts and files are folded into.
   type :: digest_t
@@ -110,7 +110,8 @@ contains
           source = in_other_letters(folder_of(path), target, name)
           if (source == "") source = in_other_letters(support, target, name)
           if (source == "") cycle
-          call copy_file(source, target//"/"//name)
+          call read_whole_file(source, content, is_there)
+          call write_text(target//"/"//name, content)
           call append_text(found, source)
         end if
         if (.not. is_listed(source, open_files)) call append_text(open_files, source)
@@ -232,19 +233,17 @@ contains
     end do
   end function with_slashes
 
-  subroutine copy_file(source, target)
-    character(*), intent(in) :: source, target
-    character(:), allocatable :: content
-    logical :: is_there
+  !> Write a file for the compiler, which will miss it where that fails.
+  subroutine write_text(path, content)
+    character(*), intent(in) :: path, content
     integer :: unit, status
 
-    call read_whole_file(source, content, is_there)
-    open (newunit=unit, file=target, access="stream", form="unformatted", action="write", &
+    open (newunit=unit, file=path, access="stream", form="unformatted", action="write", &
           status="replace", iostat=status)
-    if (status /= 0) return   ! the compiler will miss the file
+    if (status /= 0) return
     write (unit, iostat=status) content
     close (unit)
-  end subroutine copy_file
+  end subroutine write_text
 
   pure logical function is_listed(path, list)
     character(*), intent(in) :: path
@@ -389,16 +388,8 @@ contains
     character(16) :: text
     character(64) :: whole
 
-    whole = whole_digest_text(digest)
+    whole = sha256_text(digest%sum)
     text = whole(:len(text))
   end function digest_text
-
-  !> Sixty-four hexadecimal digits, which nobody can make another source have.
-  function whole_digest_text(digest) result(text)
-    type(digest_t), intent(in) :: digest
-    character(64) :: text
-
-    text = sha256_text(digest%sum)
-  end function whole_digest_text
 
 end module user_sources

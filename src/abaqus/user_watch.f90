@@ -16,7 +16,9 @@ module user_watch
   implicit none
   private
 
-  public :: end_run
+  public :: enter_user_call, leave_user_call, watch_user_calls, expect_elements, forget_thread
+  public :: note_failure, take_failure, note_log, at_stop
+  public :: end_run, end_by_overrun, end_by_problem
 
   integer, parameter, public :: exit_by_user = 2   !! exit code of a run that a subroutine ends
   integer, parameter, public :: exit_by_signal = 3 !! of one that a signal ends inside of one

@@ -5,13 +5,13 @@ module force_case
   use failure, only: error_t, fail
   use nurbs_solid, only: nurbs_solid_t
   use primitives, only: box_solid
-  use text, only: string_t
+  use text, only: string_t, upper_case
   use state_store, only: state_store_t, empty_store
   use block_law, only: block_law_t
   use law_spec, only: law_spec_t
   use material_table, only: new_law
   use user_library, only: user_library_t, load_user_library
-  use user_law, only: user_material_t, new_user_law
+  use user_law, only: new_user_law
   use element, only: part_t, force_report_t
   use element_kinds, only: new_part, reduce_to_plane
   use strain_projection, only: projection_spec_t, project_nothing
@@ -215,35 +215,19 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(law_spec_t) :: spec
 
-    select case (name)
-    case ("umat_voce")
-      call new_user("UMAT", project_folder()//"/input/umat_voce.f", law, error)
-      return
-    case ("vumat_voce")
-      call new_user("VUMAT", project_folder()//"/input/vumat_voce.f", law, error)
-      return
-    case ("elastic", "neo_hooke")
-      spec%law = "ELASTIC"
-      if (name == "neo_hooke") spec%law = "NEO HOOKE"
-      allocate (spec%constants(0))
-    case default
-      spec%law = "PLASTIC"
-      spec%plasticity%hardening = "VOCE"
-      spec%constants = flow
-    end select
     spec%density = density
     spec%young = young
     spec%poisson = poisson
-    call set_variant(name, spec)
-    call new_law(spec, law, error)
-  end subroutine new_bench_law
-
-  !> What differs from von Mises with Voce hardening.
-  subroutine set_variant(name, spec)
-    character(*), intent(in) :: name
-    type(law_spec_t), intent(inout) :: spec
-
+    spec%law = "PLASTIC"
+    spec%plasticity%hardening = "VOCE"
+    spec%constants = flow
     select case (name)
+    case ("umat_voce", "vumat_voce")
+      call new_user(name, spec, law, error)
+      return
+    case ("elastic", "neo_hooke")
+      spec%law = merge("ELASTIC  ", "NEO HOOKE", name == "elastic")
+      spec%constants = [real(wp) ::]
     case ("swift")
       spec%plasticity%hardening = "SWIFT"
       spec%constants = [600.0_wp, 0.005_wp, 0.2_wp]
@@ -258,30 +242,28 @@ contains
       spec%plasticity%coefficients = [1.05_wp, 0.98_wp, 1.02_wp, 1.0_wp, 1.0_wp, 1.0_wp, 6.0_wp]
       spec%plasticity%orientation = rolling_direction
     end select
-  end subroutine set_variant
+    call new_law(spec, law, error)
+  end subroutine new_bench_law
 
   !> Von Mises with Voce hardening as a user's subroutine.
-  subroutine new_user(kind, file, law, error)
-    character(*), intent(in) :: kind, file
+  subroutine new_user(name, spec, law, error)
+    character(*), intent(in) :: name               !! of the example in the folder input
+    type(law_spec_t), intent(inout) :: spec
     class(block_law_t), allocatable, intent(out) :: law
     type(error_t), allocatable, intent(out) :: error
     type(user_library_t) :: library
-    type(user_material_t) :: material
     type(string_t) :: files(1)
     character(:), allocatable :: note
 
-    files(1)%value = file
+    files(1)%value = project_folder()//"/input/"//name//".f"
     call load_user_library(files, .true., library, error)
     if (allocated(error)) return
-    material%name = "steel"
-    material%kind = kind
-    material%thread_safe = "YES"
-    material%density = density
-    material%young = young
-    material%poisson = poisson
-    material%props = [young, poisson, flow]
-    material%n_statv = 1
-    call new_user_law(library, material, law, note, error)
+    spec%name = "steel"
+    spec%law = upper_case(name(:index(name, "_") - 1))
+    spec%thread_safe = "YES"
+    spec%constants = [young, poisson, flow]
+    spec%n_state = 1
+    call new_user_law(library, spec, law, note, error)
     if (.not. allocated(error)) law%eqps_state = 1
   end subroutine new_user
 

@@ -18,7 +18,7 @@ module material_table
   implicit none
   private
 
-  public :: new_law, known_laws
+  public :: new_law, known_laws, check_elastic
 
 contains
 

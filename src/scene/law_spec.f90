@@ -19,13 +19,15 @@ module law_spec
 
   !> A law with its density, elastic constants and constants of its own.
   type, public :: law_spec_t
-    character(16) :: law = "ELASTIC"           !! ELASTIC, NEO HOOKE, PLASTIC or UMAT
+    character(16) :: law = "ELASTIC"           !! ELASTIC, NEO HOOKE, PLASTIC; UMAT, VUMAT or USER
     real(wp) :: density = 0.0_wp               !! [mass/length^3]
     real(wp) :: young = 0.0_wp                 !! Young's modulus [stress]
     real(wp) :: poisson = 0.0_wp               !! Poisson's ratio
     real(wp), allocatable :: constants(:)      !! PLASTIC: of the hardening; UMAT: its PROPS
     integer :: n_state = 0                     !! UMAT: number of STATEV
-    type(plasticity_spec_t) :: plasticity = plasticity_spec_t()   !! of PLASTIC
+    type(plasticity_spec_t) :: plasticity = plasticity_spec_t()   !! of PLASTIC; heating: UMAT too
+    character(:), allocatable :: name          !! of the material
+    character(3) :: thread_safe = ""           !! UMAT: YES, NO or "": what the files look like
   end type law_spec_t
 
 end module law_spec

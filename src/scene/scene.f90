@@ -7,7 +7,7 @@ module scene
   use text, only: string_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t
-  use law_spec, only: plasticity_spec_t
+  use law_spec, only: law_spec_t
   use knot_vector, only: knot_vector_t, greville
   implicit none
   private
@@ -15,19 +15,10 @@ module scene
   public :: is_user_material
   public :: boxes_of, is_held, face_of_set
 
-  !> A material: density, elastic constants and a law with its constants.
-  type, public :: material_spec_t
+  !> A material: its law by a name.
+  type, extends(law_spec_t), public :: material_spec_t
     type(origin_t) :: origin
-    character(:), allocatable :: name
-    real(wp) :: density = 0.0_wp            !! [mass/length^3]
-    real(wp) :: young = 0.0_wp              !! Young's modulus [stress]
-    real(wp) :: poisson = 0.0_wp            !! Poisson's ratio
-    character(:), allocatable :: law        !! ELASTIC, NEO HOOKE, PLASTIC or UMAT
-    real(wp), allocatable :: constants(:)   !! PLASTIC: of the hardening; UMAT: its PROPS
-    integer :: n_state = 0                  !! UMAT: number of STATEV
-    type(string_t), allocatable :: state_names(:)   !! names of the first of them; may be none
-    character(:), allocatable :: thread_safe        !! YES, NO or empty: not said
-    type(plasticity_spec_t) :: plasticity = plasticity_spec_t()   !! of PLASTIC
+    type(string_t), allocatable :: state_names(:)   !! of the first state variables; may be none
   end type material_spec_t
 
   !> State variables at the start of the elements whose centre lies in a set.

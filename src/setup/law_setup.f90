@@ -5,10 +5,9 @@ module law_setup
   use text, only: upper_case
   use scene, only: material_spec_t, is_user_material
   use block_law, only: block_law_t
-  use law_spec, only: law_spec_t
   use material_table, only: new_law
   use user_library, only: user_library_t
-  use user_law, only: user_material_t, new_user_law
+  use user_law, only: new_user_law
   implicit none
   private
 
@@ -27,7 +26,7 @@ contains
     if (is_user_material(material)) then
       call build_user_law(material, law, errors, library)
     else
-      call new_material_law(material, law, error)
+      call new_law(material%law_spec_t, law, error)
       if (allocated(error)) call add_error(errors, material%origin, error%message, &
                                            "constants that the law accepts")
     end if
@@ -38,7 +37,6 @@ contains
     class(block_law_t), allocatable, intent(out) :: law
     type(error_list_t), intent(inout) :: errors
     type(user_library_t), intent(in), optional :: library
-    type(user_material_t) :: user
     type(error_t), allocatable :: error
     character(:), allocatable :: note
     integer :: i
@@ -48,17 +46,7 @@ contains
                      "--user FILE with the UMAT or VUMAT on the command line")
       return
     end if
-    user%name = material%name
-    user%kind = material%law
-    user%thread_safe = ""
-    if (allocated(material%thread_safe)) user%thread_safe = material%thread_safe
-    user%density = material%density
-    user%young = material%young
-    user%poisson = material%poisson
-    user%props = material%constants
-    user%n_statv = material%n_state
-    if (allocated(material%plasticity%heating)) user%heating = material%plasticity%heating(:3)
-    call new_user_law(library, user, law, note, error)
+    call new_user_law(library, material, law, note, error)
     if (allocated(error)) then
       call add_error(errors, material%origin, error%message, "a law that can be called")
       return
@@ -73,22 +61,5 @@ contains
       end select
     end do
   end subroutine build_user_law
-
-  !> Bind the law that the deck asks for; constants that it does not accept are an error.
-  subroutine new_material_law(material, law, error)
-    type(material_spec_t), intent(in) :: material
-    class(block_law_t), allocatable, intent(out) :: law
-    type(error_t), allocatable, intent(out) :: error
-    type(law_spec_t) :: spec
-
-    spec%law = material%law
-    spec%density = material%density
-    spec%young = material%young
-    spec%poisson = material%poisson
-    spec%constants = material%constants
-    spec%n_state = material%n_state
-    spec%plasticity = material%plasticity
-    call new_law(spec, law, error)
-  end subroutine new_material_law
 
 end module law_setup
