@@ -272,7 +272,7 @@ module scene
     type(boundary_spec_t), allocatable :: boundaries(:)
     type(initial_velocity_spec_t), allocatable :: initial_velocities(:)
     type(initial_state_spec_t), allocatable :: initial_states(:)
-    type(field_spec_t), allocatable :: fields(:)   !! in the order of the deck; may be unset
+    type(field_spec_t), allocatable :: fields(:)   !! in the order of the deck
     type(load_spec_t), allocatable :: loads(:)
     type(bead_spec_t), allocatable :: beads(:)
     type(probe_spec_t), allocatable :: probes(:)

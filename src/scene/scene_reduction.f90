@@ -149,15 +149,13 @@ contains
       if (.not. reaches_over(scene, scene%initial_states(i)%set, axis, component)) &
         reason = "the states at the start differ along "//axis_name(component)
     end do
-    if (allocated(scene%fields)) then
-      do i = 1, size(scene%fields)
-        associate (spec => scene%fields(i))
-          if (abs(spec%gradient(component)) > 0.0_wp .or. &
-              .not. reaches_over(scene, spec%set, axis, component)) &
-            reason = "a temperature or field variable differs along "//axis_name(component)
-        end associate
-      end do
-    end if
+    do i = 1, size(scene%fields)
+      associate (spec => scene%fields(i))
+        if (abs(spec%gradient(component)) > 0.0_wp .or. &
+            .not. reaches_over(scene, spec%set, axis, component)) &
+          reason = "a temperature or field variable differs along "//axis_name(component)
+      end associate
+    end do
     if (size(scene%beads) > 0) reason = "a draw bead may differ along "//axis_name(component)
   end function condition_problem
 
@@ -366,9 +364,7 @@ contains
     end do
     if (size(scene%initial_velocities) + size(scene%initial_states) > 0) &
       reason = "the state at the start may not be"
-    if (allocated(scene%fields)) then
-      if (size(scene%fields) > 0) reason = "a temperature or field variable may not be"
-    end if
+    if (size(scene%fields) > 0) reason = "a temperature or field variable may not be"
     if (size(scene%beads) > 0) reason = "a draw bead may not be"
   end function mirrored_condition_problem
 
@@ -434,7 +430,12 @@ contains
     scene%reduction%component = component
     if (.not. scene%width_ratio > 0.0_wp) return
     call hold_width(scene, component)
-    call share_tool_forces(scene)
+    ! Forces on tools, and masses that they move: the deck gives those of all the width.
+    do c = 1, size(scene%motions)
+      if (.not. scene%motions(c)%is_force) cycle
+      scene%motions(c)%vector = scene%motions(c)%vector/scene%width_ratio
+      scene%motions(c)%mass = scene%motions(c)%mass/scene%width_ratio
+    end do
   end subroutine reduce_scene
 
   !> Leave one element of the blank; the deck's forces become those of all the width by
@@ -493,18 +494,6 @@ contains
     scene%reduction%axis = axis
     scene%width_ratio = full/width
   end subroutine cut_strip
-
-  !> Forces on tools, and masses that they move: the deck gives those of all the width.
-  pure subroutine share_tool_forces(scene)
-    type(scene_t), intent(inout) :: scene
-    integer :: i
-
-    do i = 1, size(scene%motions)
-      if (.not. scene%motions(i)%is_force) cycle
-      scene%motions(i)%vector = scene%motions(i)%vector/scene%width_ratio
-      scene%motions(i)%mass = scene%motions(i)%mass/scene%width_ratio
-    end do
-  end subroutine share_tool_forces
 
   !> No motion across the strip, in no control point. It comes last, so it holds all of them.
   subroutine hold_width(scene, component)

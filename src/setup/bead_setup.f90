@@ -8,7 +8,7 @@ module bead_setup
   use tool_face, only: separation_t, separation, unit_normal
   use tool_search, only: search_all_faces
   use closest_point, only: hit_t
-  use scene, only: scene_t, bead_spec_t, blank_spec_t
+  use scene, only: scene_t, bead_spec_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: face_side
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss
@@ -37,6 +37,7 @@ contains
     type(draw_bead_t) :: bead
     type(nurbs_surface_t) :: face
     type(nurbs_surface_t), allocatable :: faces(:)
+    character(:), allocatable :: name
     integer :: p
     logical :: is_there
     real(wp), parameter :: part_of_width = 0.01_wp
@@ -50,7 +51,9 @@ contains
         call take_spec(spec, curve_of(scene, spec%curve), p, &
                        face_slice(body%grid%axes%n_basis, spec%face), bead)
         faces = [faces, face]
-        call new_draw_bead(bead, face, bead_name(spec, scene%blank, p))
+        name = "draw bead "//spec%name
+        if (size(scene%blank%patches) > 1) name = name//" "//scene%blank%patches(p)%name
+        call new_draw_bead(bead, face, name)
         is_there = is_there .or. is_on(bead, face)
         call set_slip(bead, merge(spec%slip, part_of_width*spec%width, spec%slip > 0.0_wp), &
                       sum(body%mass)/area_of(face), increment_limit(model))
@@ -147,16 +150,6 @@ contains
     across = across/max(norm2(across), tiny(1.0_wp))
     width = max(abs(dot_product(state%d1(:, 1), across)), abs(dot_product(state%d1(:, 2), across)))
   end function width_across
-
-  pure function bead_name(spec, blank_spec, p) result(name)
-    type(bead_spec_t), intent(in) :: spec
-    type(blank_spec_t), intent(in) :: blank_spec
-    integer, intent(in) :: p
-    character(:), allocatable :: name
-
-    name = "draw bead "//spec%name
-    if (size(blank_spec%patches) > 1) name = name//" "//blank_spec%patches(p)%name
-  end function bead_name
 
   !> Area of a face at the start.
   real(wp) function area_of(face) result(area)

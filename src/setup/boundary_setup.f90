@@ -11,7 +11,7 @@ module boundary_setup
   implicit none
   private
 
-  public :: add_supports, curve_of, owner_t, new_owners, list_points
+  public :: add_supports, last_alike, curve_of, owner_t, new_owners, list_points
   public :: members_t, find_members
 
   !> Number of the entry of the scene that has the last word on each component of the control points
@@ -54,12 +54,19 @@ contains
     last = 0
     do while (last < n_steps)
       first = last + 1
-      last = minval([n_steps, pack(scene%boundaries%first_step - 1, &
-                                   scene%boundaries%first_step > first), &
-                     pack(scene%boundaries%last_step, scene%boundaries%last_step >= first)])
+      last = last_alike(first, n_steps, scene%boundaries%first_step, scene%boundaries%last_step)
       call add_supports_of(scene, first, last, model)
     end do
   end subroutine add_supports
+
+  !> Up to which step the same entries hold as in step `first`.
+  pure integer function last_alike(first, n_steps, first_steps, last_steps) result(last)
+    integer, intent(in) :: first, n_steps
+    integer, intent(in) :: first_steps(:), last_steps(:)   !! of the entries
+
+    last = minval([n_steps, pack(first_steps - 1, first_steps > first), &
+                   pack(last_steps, last_steps >= first)])
+  end function last_alike
 
   !> The supports of all steps from `first` to `last`.
   subroutine add_supports_of(scene, first, last, model)
@@ -90,7 +97,11 @@ contains
       do i = 1, size(boundaries)
         do c = 1, 3
           if (.not. is_held(c, i)) cycle
-          call set_support(scene, i, c, owners, support)
+          support%name = "boundary "//scene%sets(boundaries(i)%set)%name
+          support%curve = curve_of(scene, boundaries(i)%curve)
+          support%component = c
+          support%velocity = boundaries(i)%velocity(c)
+          call list_points(owners, c, i, support%part, support%points)
           support%first_step = first
           support%last_step = last
           support%given_step = boundaries(i)%first_step
@@ -115,22 +126,6 @@ contains
       end associate
     end do
   end subroutine start_held
-
-  !> One component of one boundary condition.
-  subroutine set_support(scene, boundary, component, owners, support)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: boundary, component   !! which boundary condition
-    type(owner_t), intent(in) :: owners(:)
-    type(boundary_t), intent(out) :: support
-
-    associate (spec => scene%boundaries(boundary))
-      support%name = "boundary "//scene%sets(spec%set)%name
-      support%curve = curve_of(scene, spec%curve)
-      support%component = component
-      support%velocity = spec%velocity(component)
-    end associate
-    call list_points(owners, component, boundary, support%part, support%points)
-  end subroutine set_support
 
   !> Nothing owned yet.
   function new_owners(blank, n_components) result(owners)

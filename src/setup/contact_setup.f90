@@ -5,7 +5,7 @@ module contact_setup
   use failure, only: error_t
   use input_errors, only: origin_t, error_list_t, add_error, add_warning, n_errors
   use text, only: to_text, rounded_text, place_text
-  use scene, only: scene_t, contact_spec_t, blank_spec_t, output_spec_t
+  use scene, only: scene_t, contact_spec_t, blank_spec_t
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use nurbs_solid, only: face_axes
   use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss, points_knot, &
@@ -137,25 +137,15 @@ contains
       call new_depth_samples(pair%samples, pair%pair, tool, body%surface(face), pair%thickness, &
                              findloc(face_axes(face), across, dim=1))
       if (spec%first_step == 1) call check_start(spec, blank_spec%origin, model, pair, errors)
-      if (model%output%has_pressure) call add_fields(spec, body, face, tool, model%output, pair)
+      if (model%output%has_pressure) then
+        allocate (pair%fields)   ! on cells about as large as the elements of the face
+        call new_contact_fields(pair%fields, pair%pair, tool, body%surface(face), face, &
+                                point_kind(spec%points), spec%n_points, &
+                                element_size_of(body%surface(face)), model%output%has_wear)
+      end if
     end associate
     call add_effect(model%forces, pair)
   end subroutine add_patch_contact
-
-  !> Fields of the pair on grids of cells that are about as large as the elements of its face.
-  subroutine add_fields(spec, body, face, tool, output, pair)
-    type(contact_spec_t), intent(in) :: spec
-    class(element_t), intent(in) :: body
-    integer, intent(in) :: face
-    type(tool_t), intent(in) :: tool
-    type(output_spec_t), intent(in) :: output
-    type(contact_effect_t), intent(inout) :: pair
-
-    allocate (pair%fields)
-    call new_contact_fields(pair%fields, pair%pair, tool, body%surface(face), face, &
-                            point_kind(spec%points), spec%n_points, element_size_of( &
-                            body%surface(face)), output%has_wear)
-  end subroutine add_fields
 
   !> Does the model have a pair of this tool and this face? Their penalties would add up.
   logical function is_known(model, pair)
@@ -295,7 +285,7 @@ contains
     type(span_t), allocatable :: elements(:)
     type(bend_t), allocatable :: bends(:)
     type(bend_t) :: worst
-    character(:), allocatable :: expected
+    character(:), allocatable :: found, expected
     real(wp), parameter :: alike = 1.0e-3_wp
     real(wp) :: ratio, least, size_along, size_there, distance, nearest
     integer :: i
@@ -322,25 +312,12 @@ contains
     expected = "a radius of three elements: between contact points an edge goes unseen"
     if (worst%radius > 0.0_wp) expected = "elements of at most "// &
       rounded_text(worst%radius/elements_on_radius)//" there, a third of the radius"
-    call add_warning(errors, origin, found_words(tool, worst, size_there), expected)
+    found = "a sharp edge"
+    if (worst%radius > 0.0_wp) found = "the radius "//rounded_text(worst%radius)
+    call add_warning(errors, origin, "tool '"//tool%name//"' with "//found//" at "// &
+                     place_text(worst%x + tool%displacement)//", where the elements are "// &
+                     rounded_text(size_there)//" long", expected)
   end subroutine check_radii
-
-  !> What the deck has.
-  function found_words(tool, bend, size_there) result(found)
-    type(tool_t), intent(in) :: tool
-    type(bend_t), intent(in) :: bend
-    real(wp), intent(in) :: size_there     !! of the elements [length]
-    character(:), allocatable :: found
-
-    found = "tool '"//tool%name//"' with "
-    if (bend%radius > 0.0_wp) then
-      found = found//"the radius "//rounded_text(bend%radius)
-    else
-      found = found//"a sharp edge"
-    end if
-    found = found//" at "//place_text(bend%x + tool%displacement)//", where the elements are "// &
-            rounded_text(size_there)//" long"
-  end function found_words
 
   !> Length along a bend of the element nearest to it, 0 where the bend looks away from it, and how
   !! far away its middle is.
@@ -375,24 +352,22 @@ contains
     integer, intent(in) :: face, across
     type(span_t), allocatable :: elements(:)
     type(nurbs_surface_t) :: surface
-    type(span_t), allocatable :: of_patch(:)
     integer :: p
 
     allocate (elements(0))
     do p = 1, size(blank%parts)
       surface = blank%parts(p)%element%surface(face)
-      call find_elements(surface, across, of_patch)
-      elements = [elements, of_patch]
+      elements = [elements, elements_of_surface(surface, across)]
     end do
     p = (size(elements) + most_elements - 1)/most_elements
     elements = elements(::p)
   end function elements_of
 
   !> The elements of a surface.
-  subroutine find_elements(surface, across, elements)
+  function elements_of_surface(surface, across) result(elements)
     type(nurbs_surface_t), intent(in) :: surface
     integer, intent(in) :: across
-    type(span_t), allocatable, intent(out) :: elements(:)
+    type(span_t), allocatable :: elements(:)
     real(wp), allocatable :: xi(:), eta(:)
     real(wp) :: d1(3, 2)
     integer :: i, j, n, d
@@ -413,6 +388,6 @@ contains
         end associate
       end do
     end do
-  end subroutine find_elements
+  end function elements_of_surface
 
 end module contact_setup

@@ -5,7 +5,7 @@ module drive_setup
   use input_errors, only: error_list_t, add_error, add_warning
   use scene, only: scene_t
   use start_gaps, only: sheet_side
-  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
+  use contact_effect, only: contact_view_t, contact_pairs
   use tool_drive, only: tool_drive_t
   use boundary_setup, only: curve_of
   use model, only: model_t, increment_limit, add_support
@@ -51,7 +51,12 @@ contains
       way = 0.0_wp
       pairs = contact_pairs(model%forces)
       do k = 1, size(pairs)
-        if (pairs(k)%pair%tool == spec%tool) way = way + way_to_sheet(model, pairs(k)%pair)
+        if (pairs(k)%pair%tool /= spec%tool) cycle
+        associate (x => model%bodies%blank%parts(pairs(k)%pair%part)%element%motion%x, &
+                   a => pairs(k)%pair%lower, b => pairs(k)%pair%upper)
+          way = way + sheet_side(model%bodies%tools(spec%tool), reshape( &
+                                 x(a(1):b(1), a(2):b(2), a(3):b(3), :), [product(b - a + 1), 3]))
+        end associate
       end do
       towards = dot_product(spec%vector, way)/(norm2(spec%vector)*max(norm2(way), tiny(1.0_wp)))
       if (abs(towards) < clearly .or. any(factors*towards > 0.0_wp)) return
@@ -62,32 +67,26 @@ contains
     end associate
   end subroutine check_direction
 
-  !> From the tool of a pair to the face of the blank.
-  pure function way_to_sheet(model, pair) result(way)
-    type(model_t), intent(in) :: model
-    type(contact_effect_t), intent(in) :: pair
-    real(wp) :: way(3)
-
-    associate (x => model%bodies%blank%parts(pair%part)%element%motion%x, &
-               a => pair%lower, b => pair%upper)
-      way = sheet_side(model%bodies%tools(pair%tool), &
-                       reshape(x(a(1):b(1), a(2):b(2), a(3):b(3), :), [product(b - a + 1), 3]))
-    end associate
-  end function way_to_sheet
-
   !> Mass: a tool that rests on penalty springs of stiffness k in all adds k dt^2/m to what blank
   !! and penalty already take of the limit 4 of a stable step. Twice k dt^2 keeps that below 1/2.
   subroutine add_drive(scene, i, model, errors)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: i                   !! the motion
-    type(model_t), intent(inout) :: model
+    type(model_t), intent(inout), target :: model
     type(error_list_t), intent(inout) :: errors
     type(tool_drive_t) :: drive
+    type(contact_view_t), allocatable :: pairs(:)
     real(wp) :: stiffness, least
     integer :: j
 
     associate (spec => scene%motions(i), step => increment_limit(model))
-      stiffness = stiffness_of(model, spec%tool)
+      stiffness = 0.0_wp   ! of all contact springs of the tool, if all were pressed
+      pairs = contact_pairs(model%forces)
+      do j = 1, size(pairs)
+        associate (pair => pairs(j)%pair)
+          if (pair%tool == spec%tool) stiffness = stiffness + sum(pair%pair%stiffness)
+        end associate
+      end do
       least = mass_factor*stiffness*step**2
       drive%name = "force on "//scene%tools(spec%tool)%name
       drive%tool = spec%tool
@@ -119,21 +118,5 @@ contains
     end associate
     call add_support(model, drive)
   end subroutine add_drive
-
-  !> Stiffness of all contact springs of a tool, if all were pressed.
-  real(wp) function stiffness_of(model, tool) result(stiffness)
-    type(model_t), intent(in), target :: model
-    integer, intent(in) :: tool
-    type(contact_view_t), allocatable :: pairs(:)
-    integer :: i
-
-    stiffness = 0.0_wp
-    pairs = contact_pairs(model%forces)
-    do i = 1, size(pairs)
-      associate (pair => pairs(i)%pair)
-        if (pair%tool == tool) stiffness = stiffness + sum(pair%pair%stiffness)
-      end associate
-    end do
-  end function stiffness_of
 
 end module drive_setup

@@ -8,7 +8,8 @@ module initial_setup
   use block_law, only: block_law_t
   use user_call, only: user_law_t
   use motion_curve, only: constant_curve
-  use boundary_setup, only: members_t, find_members, curve_of, owner_t, new_owners, list_points
+  use boundary_setup, only: members_t, find_members, last_alike, curve_of, owner_t, new_owners, &
+                            list_points
   use blank, only: blank_t
   use prescribed_field, only: field_change_t
   use model, only: model_t, add_support
@@ -78,7 +79,6 @@ contains
     type(field_spec_t), allocatable :: fields(:)
     integer :: first, last, n_steps
 
-    if (.not. allocated(scene%fields)) return
     if (all(scene%fields%first_step == 0)) return
     if (.not. model%bodies%blank%law%needs_context) return
     n_steps = 1 + size(model%later_steps)
@@ -86,8 +86,7 @@ contains
     last = minval(fields%first_step) - 1
     do while (last < n_steps)
       first = last + 1
-      last = minval([n_steps, pack(fields%first_step - 1, fields%first_step > first), &
-                     pack(fields%last_step, fields%last_step >= first)])
+      last = last_alike(first, n_steps, fields%first_step, fields%last_step)
       call add_changes_of(scene, first, last, model)
     end do
   end subroutine add_field_changes
@@ -99,7 +98,7 @@ contains
     type(model_t), intent(inout) :: model
     type(owner_t), allocatable :: owners(:)
     type(field_change_t), allocatable :: changes(:)
-    integer :: i, n
+    integer :: i, k, n
 
     call find_owners(scene, model%bodies%blank, first, owners)
     allocate (changes(size(scene%fields) + 1))
@@ -108,11 +107,15 @@ contains
       associate (spec => scene%fields(i))
         if (.not. is_active(spec, first)) cycle
         n = n + 1
-        changes(n)%name = field_name(spec)//" "//scene%sets(spec%set)%name
+        changes(n)%name = trim(merge("temperature   ", "field variable", spec%variable == 1)) &
+                          //" "//scene%sets(spec%set)%name
         changes(n)%variable = spec%variable
         changes(n)%curve = curve_of(scene, spec%curve)
         changes(n)%given_step = spec%first_step
-        call take_points(spec, i, model%bodies%blank, owners, changes(n))
+        call list_points(owners, spec%variable, i, changes(n)%part, changes(n)%points)
+        changes(n)%values = [(value_at(spec, model%bodies%blank%parts(changes(n)%part(k)) &
+                                       %element%grid, changes(n)%points(:, k)), &
+                              k=1, size(changes(n)%part))]
       end associate
     end do
     if (n == 0) then
@@ -129,20 +132,6 @@ contains
       call add_support(model, changes(i))
     end do
   end subroutine add_changes_of
-
-  !> The control points that an entry holds, with their values.
-  subroutine take_points(spec, number, blank, owners, change)
-    type(field_spec_t), intent(in) :: spec
-    integer, intent(in) :: number                !! of the entry
-    type(blank_t), intent(in) :: blank
-    type(owner_t), intent(in) :: owners(:)
-    type(field_change_t), intent(inout) :: change
-    integer :: i
-
-    call list_points(owners, spec%variable, number, change%part, change%points)
-    change%values = [(value_at(spec, blank%parts(change%part(i))%element%grid, &
-                               change%points(:, i)), i=1, size(change%part))]
-  end subroutine take_points
 
   !> Which entry holds each control point in a step, 0 being the start: the last one that has it.
   subroutine find_owners(scene, blank, step, owners)
@@ -184,18 +173,8 @@ contains
   pure integer function n_fields_of(scene)
     type(scene_t), intent(in) :: scene
 
-    n_fields_of = 0
-    if (.not. allocated(scene%fields)) return
-    if (size(scene%fields) > 0) n_fields_of = maxval(scene%fields%variable)
+    n_fields_of = max(0, maxval(scene%fields%variable))
   end function n_fields_of
-
-  pure function field_name(spec) result(name)
-    type(field_spec_t), intent(in) :: spec
-    character(:), allocatable :: name
-
-    name = "temperature"
-    if (spec%variable > 1) name = "field variable"
-  end function field_name
 
   !> Fill the state of all points of a blank at rest.
   subroutine set_initial_states(scene, blank)
@@ -204,7 +183,6 @@ contains
     integer :: p, i, e(3)
 
     if (blank%law%n_state == 0) return
-    if (.not. allocated(scene%initial_states)) return
     if (size(scene%initial_states) == 0 .and. .not. blank%law%needs_context) return
     do p = 1, size(blank%parts)
       e = [0, 1, 1]
@@ -225,7 +203,6 @@ contains
     integer :: i, n
 
     given = 0.0_wp
-    if (.not. allocated(scene%initial_states)) return
     centre = point_coordinates(blank%parts(part)%element, e, [0.0_wp, 0.0_wp, 0.0_wp])
     do i = 1, size(scene%initial_states)
       associate (start => scene%initial_states(i))
@@ -264,7 +241,7 @@ contains
           n = n + 1
           seen(:, n) = now
         end if
-        call ask_element(blank%law, blank%parts(p)%element, e, dt, moduli, error)
+        call ask_element(blank%law, blank%parts(p)%element, e, now, dt, moduli, error)
         if (allocated(error)) return
         largest = max(largest, moduli)
       end do
@@ -281,30 +258,22 @@ contains
     class(element_t), intent(in) :: element
     integer, intent(in) :: n_state, e(3)
     real(wp) :: values(n_state + element%n_fields)
-
-    values(:n_state) = first_state(element, n_state, e)
-    if (element%n_fields > 0) values(n_state + 1:) = element%fields_at(e, [1, 1, 1])
-  end function start_of
-
-  !> State of an element's first point.
-  pure function first_state(element, n_state, e) result(values)
-    class(element_t), intent(in) :: element
-    integer, intent(in) :: n_state, e(3)
-    real(wp) :: values(n_state)
     real(wp), allocatable :: stress(:, :, :, :), state(:, :, :, :)
 
     associate (q => element%rule%n)
       allocate (stress(6, q(1), q(2), q(3)), state(n_state, q(1), q(2), q(3)))
     end associate
     call element%read_element(e, stress, state)
-    values = state(:, 1, 1, 1)
-  end function first_state
+    values(:n_state) = state(:, 1, 1, 1)
+    if (element%n_fields > 0) values(n_state + 1:) = element%fields_at(e, [1, 1, 1])
+  end function start_of
 
   !> The moduli of an element's first point.
-  subroutine ask_element(law, element, e, dt, moduli, error)
+  subroutine ask_element(law, element, e, start, dt, moduli, error)
     class(block_law_t), intent(in) :: law
     class(element_t), intent(in) :: element
     integer, intent(in) :: e(3)
+    real(wp), intent(in) :: start(:)           !! from `start_of`
     real(wp), intent(in) :: dt
     real(wp), intent(out) :: moduli(2)
     type(error_t), allocatable, intent(out) :: error
@@ -317,9 +286,8 @@ contains
                         [(element%rule(axis)%points(1), axis=1, 3)]), point%place)
     point%length = element%size_of(e)
     point%n_fields = element%n_fields
-    if (point%n_fields > 0) point%fields(:point%n_fields) = element%fields_at(e, [1, 1, 1])
-    call find_moduli(law, dt, point, first_state(element, law%n_state, e), moduli(1), moduli(2), &
-                     error)
+    point%fields(:point%n_fields) = start(law%n_state + 1:)
+    call find_moduli(law, dt, point, start(:law%n_state), moduli(1), moduli(2), error)
   end subroutine ask_element
 
   !> Number of an element of the blank, from 1.

@@ -22,25 +22,15 @@ contains
     type(error_list_t), intent(inout) :: errors
     type(user_library_t), intent(in), optional :: library   !! subroutines of the user
     type(error_t), allocatable :: error
-
-    if (is_user_material(material)) then
-      call build_user_law(material, law, errors, library)
-    else
-      call new_law(material%law_spec_t, law, error)
-      if (allocated(error)) call add_error(errors, material%origin, error%message, &
-                                           "constants that the law accepts")
-    end if
-  end subroutine build_law
-
-  subroutine build_user_law(material, law, errors, library)
-    type(material_spec_t), intent(in) :: material
-    class(block_law_t), allocatable, intent(out) :: law
-    type(error_list_t), intent(inout) :: errors
-    type(user_library_t), intent(in), optional :: library
-    type(error_t), allocatable :: error
     character(:), allocatable :: note
     integer :: i
 
+    if (.not. is_user_material(material)) then
+      call new_law(material%law_spec_t, law, error)
+      if (allocated(error)) call add_error(errors, material%origin, error%message, &
+                                           "constants that the law accepts")
+      return
+    end if
     if (.not. present(library)) then
       call add_error(errors, material%origin, "*USER MATERIAL without a subroutine", &
                      "--user FILE with the UMAT or VUMAT on the command line")
@@ -60,6 +50,6 @@ contains
         law%eqps_state = i
       end select
     end do
-  end subroutine build_user_law
+  end subroutine build_law
 
 end module law_setup

@@ -7,6 +7,7 @@ module model_setup
   use input_errors, only: error_list_t, add_error, add_warning, drop_warnings, n_errors
   use text, only: to_text, rounded_text
   use scene, only: scene_t, blank_spec_t, patch_spec_t, motion_spec_t
+  use linear_algebra, only: cross
   use knot_vector, only: n_spans
   use patch_seams, only: column_mask_t
   use block_law, only: block_law_t
@@ -53,8 +54,12 @@ contains
     model%step_starts = [0.0_wp]
     allocate (model%probes, source=scene%probes)
     call build_blank(scene, model, errors, library)
-    call build_tools(scene, model, errors)
+    call start_tools(scene, model%bodies%tools, errors)
+    call set_motions(scene, model)
     if (n_errors(errors) > before) return
+    do i = 1, size(scene%tools)
+      call move_tool(model%motions(i), 0.0_wp, 0.0_wp, model%bodies%tools(i))
+    end do
 
     if (scene%step%thickness_factor > 1.0_wp) call check_columns(scene, model%bodies%blank, errors)
     call set_initial_velocities(scene, model)
@@ -155,7 +160,7 @@ contains
     real(wp), parameter :: short = 1.0e-6_wp   ! of the duration: about an increment
     class(block_law_t), allocatable :: law
     type(error_t), allocatable :: error
-    integer :: p
+    integer :: p, i, n
 
     associate (spec => scene%blank, material => scene%materials(scene%blank%material))
       do p = 1, size(spec%patches)
@@ -173,7 +178,14 @@ contains
         call add_error(errors, spec%origin, error%message, "a right-handed patch "// &
                        "with positive volume everywhere")
       else
-        call check_initial_states(scene, model%bodies%blank%law, errors)
+        n = model%bodies%blank%law%n_state - model%bodies%blank%law%n_hidden
+        do i = 1, size(scene%initial_states)
+          associate (start => scene%initial_states(i))
+            if (size(start%values) > n) call add_error(errors, start%origin, &
+              to_text(size(start%values))//" state variables for "//start%name, &
+              to_text(n)//" at most, as the material has")
+          end associate
+        end do
         call set_initial_states(scene, model%bodies%blank)
         call set_initial_fields(scene, model%bodies%blank)
         call find_initial_moduli(short*scene%step%duration, model%bodies%blank, error)
@@ -182,24 +194,6 @@ contains
       end if
     end associate
   end subroutine build_blank
-
-  !> State variables at the start that the law does not have are errors.
-  subroutine check_initial_states(scene, law, errors)
-    type(scene_t), intent(in) :: scene
-    class(block_law_t), intent(in) :: law
-    type(error_list_t), intent(inout) :: errors
-    integer :: i
-
-    if (.not. allocated(scene%initial_states)) return
-    do i = 1, size(scene%initial_states)
-      associate (start => scene%initial_states(i), n => law%n_state - law%n_hidden)
-        if (size(start%values) <= n) cycle
-        call add_error(errors, start%origin, to_text(size(start%values))// &
-                       " state variables for "//start%name, to_text(n)//" at most, as the "// &
-                       "material has")
-      end associate
-    end do
-  end subroutine check_initial_states
 
   !> A rule that leaves deformations without energy is refused, and one that serves is named.
   subroutine check_rule(spec, patch, across, errors)
@@ -210,9 +204,7 @@ contains
     type(projection_spec_t) :: projection
     integer :: n_modes, axis, n_elements(3), rule(3)
 
-    do axis = 1, 3
-      n_elements(axis) = n_spans(patch%solid%axes(axis))
-    end do
+    n_elements = [(n_spans(patch%solid%axes(axis)), axis=1, 3)]
     projection = projection_of(spec)
     associate (degrees => patch%solid%axes%degree)
       if (any(projection%n_samples > patch%n_points*patch%n_parts)) return
@@ -255,22 +247,6 @@ contains
 
     list = '"'//to_text(counts(1))//","//to_text(counts(2))//","//to_text(counts(3))//'"'
   end function quoted
-
-  !> Tools at their start position.
-  subroutine build_tools(scene, model, errors)
-    type(scene_t), intent(in) :: scene
-    type(model_t), intent(inout) :: model
-    type(error_list_t), intent(inout) :: errors
-    integer :: t, before
-
-    before = n_errors(errors)
-    call start_tools(scene, model%bodies%tools, errors)
-    call set_motions(scene, model)
-    if (n_errors(errors) > before) return
-    do t = 1, size(scene%tools)
-      call move_tool(model%motions(t), 0.0_wp, 0.0_wp, model%bodies%tools(t))
-    end do
-  end subroutine build_tools
 
   !> Motions of all tools; those of one step add up.
   subroutine set_motions(scene, model)
@@ -332,24 +308,21 @@ contains
     type(scene_t), intent(in) :: scene
     type(model_t), intent(inout) :: model
     type(members_t), allocatable :: members(:)
-    real(wp) :: arm(3)
     integer :: n, p, i, j, k
 
     do n = 1, size(scene%initial_velocities)
       associate (spec => scene%initial_velocities(n), blank => model%bodies%blank)
         if (spec%set > 0) call find_members(blank, scene%sets(spec%set), members)
         do p = 1, size(blank%parts)
-          associate (motion => blank%parts(p)%element%motion, w => spec%omega)
+          associate (motion => blank%parts(p)%element%motion)
             do k = 1, size(motion%x, 3)
               do j = 1, size(motion%x, 2)
                 do i = 1, size(motion%x, 1)
                   if (spec%set > 0) then
                     if (.not. members(p)%is_in(i, j, k)) cycle
                   end if
-                  arm = motion%x(i, j, k, :) - spec%centre
                   motion%v(i, j, k, :) = motion%v(i, j, k, :) + spec%velocity &
-                    + [w(2)*arm(3) - w(3)*arm(2), w(3)*arm(1) - w(1)*arm(3), &
-                       w(1)*arm(2) - w(2)*arm(1)]
+                    + cross(spec%omega, motion%x(i, j, k, :) - spec%centre)
                 end do
               end do
             end do

@@ -29,52 +29,35 @@ contains
   !> Scale the masses as the deck asks and find the stable step of what comes out.
   subroutine set_stable_step(model)
     type(model_t), intent(inout) :: model
-    real(wp) :: omega
+    real(wp) :: omega, dt, rate, factor
+    integer :: p
 
     associate (blank => model%bodies%blank, step => model%step)
       if (step%thickness_factor > 1.0_wp) call scale_columns(model)
       if (step%is_element_step) then
-        call step_of_elements(blank, model%stable_step, model%rate)
+        model%stable_step = huge(1.0_wp)
+        model%rate = 0.0_wp
+        do p = 1, size(blank%parts)
+          call stable_element_step(blank%parts(p)%element, blank%law, dt, rate)
+          model%stable_step = min(model%stable_step, dt)
+          model%rate = max(model%rate, rate)
+        end do
       else
         call largest_frequency(blank%parts, blank%seams, blank%law, omega, model%rate)
         model%stable_step = viscous_step(blank%parts, blank%seams, blank%law, omega)
       end if
       if (step%target_step > increment_limit(model)) then
-        call scale_uniformly(blank, (step%target_step/increment_limit(model))**2)
+        factor = (step%target_step/increment_limit(model))**2   ! on all masses
+        blank%added_mass = factor*(blank%added_mass + mass_of(blank%parts)) - mass_of(blank%parts)
+        blank%mass_factor = factor
+        do p = 1, size(blank%parts)
+          call blank%parts(p)%element%scale_mass(factor)
+        end do
+        call set_inertia(blank%parts, blank%seams)
         model%stable_step = step%target_step/step%safety
       end if
     end associate
   end subroutine set_stable_step
-
-  !> The stable step of the worst element of all patches.
-  subroutine step_of_elements(blank, dt, rate)
-    type(blank_t), intent(in) :: blank
-    real(wp), intent(out) :: dt, rate
-    real(wp) :: own_dt, own_rate
-    integer :: p
-
-    dt = huge(1.0_wp)
-    rate = 0.0_wp
-    do p = 1, size(blank%parts)
-      call stable_element_step(blank%parts(p)%element, blank%law, own_dt, own_rate)
-      dt = min(dt, own_dt)
-      rate = max(rate, own_rate)
-    end do
-  end subroutine step_of_elements
-
-  !> Raise all masses by one factor.
-  subroutine scale_uniformly(blank, factor)
-    type(blank_t), intent(inout) :: blank
-    real(wp), intent(in) :: factor
-    integer :: p
-
-    blank%added_mass = factor*(blank%added_mass + mass_of(blank%parts)) - mass_of(blank%parts)
-    blank%mass_factor = factor
-    do p = 1, size(blank%parts)
-      call blank%parts(p)%element%scale_mass(factor)
-    end do
-    call set_inertia(blank%parts, blank%seams)
-  end subroutine scale_uniformly
 
   !> Factors of the columns; those that seams mix up stay as they are. Supports play no part: what
   !! they hold only lowers frequencies, so the stable step is that of every step of the deck.
@@ -191,8 +174,9 @@ contains
   subroutine add_damping(settled_from, model)
     real(wp), intent(in) :: settled_from(:)  !! time of each step from which curves are constant
     type(model_t), intent(inout) :: model
-    type(step_spec_t) :: step
+    type(step_spec_t) :: step, next
     class(damping_t), allocatable :: damping
+    type(relaxation_t) :: relaxation
     integer :: s, last
 
     last = 0
@@ -201,10 +185,18 @@ contains
       last = s
       step = spec_of(model, s)
       if (step%has_relaxation) then
-        call new_relaxation(model, step, settled_from(s), s, damping)
+        relaxation%name = "dynamic relaxation"
+        relaxation%is_kinetic = step%is_kinetic
+        relaxation%energy_limit = step%energy_residual
+        relaxation%force_limit = step%force_residual
+        relaxation%settled_from = settled_from(s)
+        relaxation%is_free = free_components(model%bodies%blank, &
+                                             [model%supports, model%later_supports], s)
+        allocate (damping, source=relaxation)
       else if (step%alpha > 0.0_wp) then
         do last = s, size(settled_from) - 1
-          if (.not. is_same_damping(step, spec_of(model, last + 1))) exit
+          next = spec_of(model, last + 1)
+          if (next%has_relaxation .or. abs(step%alpha - next%alpha) > 0.0_wp) exit
         end do
         allocate (damping_t :: damping)
         damping%name = "damping"
@@ -230,30 +222,6 @@ contains
     if (step == 1) spec = model%step
     if (step > 1) spec = model%later_steps(step - 1)%step
   end function spec_of
-
-  pure logical function is_same_damping(a, b) result(is_same)
-    type(step_spec_t), intent(in) :: a, b
-
-    is_same = .not. b%has_relaxation .and. .not. abs(a%alpha - b%alpha) > 0.0_wp
-  end function is_same_damping
-
-  subroutine new_relaxation(model, step, settled_from, number, damping)
-    type(model_t), intent(in) :: model
-    type(step_spec_t), intent(in) :: step
-    real(wp), intent(in) :: settled_from
-    integer, intent(in) :: number
-    class(damping_t), allocatable, intent(out) :: damping
-    type(relaxation_t) :: relaxation
-
-    relaxation%name = "dynamic relaxation"
-    relaxation%is_kinetic = step%is_kinetic
-    relaxation%energy_limit = step%energy_residual
-    relaxation%force_limit = step%force_residual
-    relaxation%settled_from = settled_from
-    relaxation%is_free = free_components(model%bodies%blank, &
-                                         [model%supports, model%later_supports], number)
-    allocate (damping, source=relaxation)
-  end subroutine new_relaxation
 
   !> Let the penalties of all tools on a face together stay within what the step leaves: a penalty
   !! s m/dt^2 beside the blank's own frequency w is stable for (w dt)^2 + s <= 4, and w dt is twice

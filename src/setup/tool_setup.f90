@@ -15,7 +15,7 @@ module tool_setup
   private
 
   public :: start_tools, sheet_thickness
-  public :: placing_shift, sheet_distance
+  public :: placing_shift
 
   real(wp), parameter :: search_reach = 3.0_wp       !! search distance over sheet thickness
   real(wp), parameter :: worth_telling = 1.0e-3_wp   !! doubt, part of the search distance
@@ -126,21 +126,18 @@ contains
     type(tool_t), intent(inout) :: tool
     type(nurbs_surface_t), allocatable :: surfaces(:)
     type(error_t), allocatable :: error
-    character(:), allocatable :: name
-    real(wp) :: reach
-    integer :: i, c, side
+    type(tool_t) :: old
+    integer :: i, c
 
+    old = tool
     surfaces = tool%surfaces
-    name = tool%name
-    side = tool%side
-    reach = tool%search_distance
     do i = 1, size(surfaces)
       do c = 1, 3
         surfaces(i)%points(:, :, c) = surfaces(i)%points(:, :, c) + shift(c)
       end do
     end do
     ! Cannot be refused: it was taken where it was.
-    call new_tool(tool, name, surfaces, side, reach, error)
+    call new_tool(tool, old%name, surfaces, old%side, old%search_distance, error)
   end subroutine shift_tool
 
   !> Distance of the faces zeta_min and zeta_max in the middle of a patch, the largest of all.
@@ -254,18 +251,6 @@ contains
     first = first - front
     last = last - rear
   end subroutine find_ends
-
-  !> Smallest distance between a tool where it is and the sheet.
-  real(wp) function sheet_distance(tool, solids) result(distance)
-    type(tool_t), intent(in) :: tool
-    type(nurbs_solid_t), intent(in) :: solids(:)   !! patches of the sheet
-    type(distance_search_t) :: search
-    real(wp) :: doubt
-
-    call new_distance_search(search, faces_of(solids), tool)
-    call find_least_distance(search, tool, [0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, 0.0_wp, distance, &
-                             doubt)
-  end function sheet_distance
 
   !> All faces of all patches.
   pure function faces_of(solids) result(faces)

@@ -54,10 +54,11 @@ contains
     scene%units = ""
     allocate (scene%materials(1), scene%curves(0), scene%tools(0), scene%contacts(0))
     allocate (scene%sets(0), scene%boundaries(0), scene%initial_velocities(0), scene%loads(0))
-    allocate (scene%beads(0), scene%initial_states(0))
+    allocate (scene%beads(0), scene%initial_states(0), scene%fields(0))
     allocate (scene%probes(0), scene%motions(0))
-    scene%materials(1) = material_spec_t(new_origin("test.key", 2, "*MATERIAL"), "steel", &
-                                         density, young, 0.3_wp, "ELASTIC", [real(wp) ::])
+    scene%materials(1) = material_spec_t("ELASTIC", density, young, 0.3_wp, [real(wp) ::], &
+                                         name="steel", &
+                                         origin=new_origin("test.key", 2, "*MATERIAL"))
     scene%blank%origin = new_origin("test.key", 1, "*BLANK")
     scene%blank%name = "sheet"
     allocate (scene%blank%patches(1))
