@@ -66,8 +66,6 @@ contains
   !> Go back to the state before `run`, untimed, so that each repetition does the same work.
   subroutine restore_nothing(self)
     class(bench_case_t), intent(inout) :: self
-
-    self%n_units = max(self%n_units, 0.0_wp)
   end subroutine restore_nothing
 
   !> After the last repetition: was the work that which the name says?

@@ -1,10 +1,11 @@
 !> The command line of the benchmark.
 module bench_options
-  use text, only: string_t, strings, nearest_name, read_integer
+  use text, only: string_t, strings
+  use command_options, only: take_count, unknown_option
   implicit none
   private
 
-  public :: options_t, read_options, parse_options, usage_text, is_chosen
+  public :: options_t, parse_options, usage_text, is_chosen
 
   !> What the user asked for.
   type :: options_t
@@ -19,21 +20,6 @@ module bench_options
   end type options_t
 
 contains
-
-  !> Read the arguments of the program.
-  subroutine read_options(options)
-    type(options_t), intent(out) :: options
-    type(string_t), allocatable :: arguments(:)
-    integer :: i, length
-
-    allocate (arguments(command_argument_count()))
-    do i = 1, size(arguments)
-      call get_command_argument(i, length=length)
-      allocate (character(length) :: arguments(i)%value)
-      call get_command_argument(i, value=arguments(i)%value)
-    end do
-    call parse_options(arguments, options)
-  end subroutine read_options
 
   !> Take a list of arguments apart, as far as the first error.
   subroutine parse_options(arguments, options)
@@ -61,59 +47,30 @@ contains
       case ("--help", "-h")
         options%wants_help = .true.
       case ("--only", "--json", "--threads", "--rounds")
-        call take_value(arguments, options, i)
+        if (i == size(arguments)) then
+          options%reason = "option "//arguments(i)%value//" needs a value"
+          return
+        end if
+        i = i + 1
+        associate (option => arguments(i - 1)%value, value => arguments(i)%value)
+          select case (option)
+          case ("--only")
+            options%only = [options%only, arguments(i)]
+          case ("--json")
+            options%json = value
+          case ("--threads")
+            call take_count(option, value, options%n_threads, options%reason)
+          case ("--rounds")
+            call take_count(option, value, options%n_rounds, options%reason)
+          end select
+        end associate
       case default
-        options%reason = unknown(arguments(i)%value)
+        options%reason = unknown_option(arguments(i)%value, strings([character(9) :: "--quick", &
+          "--list", "--vectors", "--help", "--only", "--json", "--threads", "--rounds", &
+          "--targets", "--compare"]))
       end select
     end do
   end subroutine parse_options
-
-  subroutine take_value(arguments, options, i)
-    type(string_t), intent(in) :: arguments(:)
-    type(options_t), intent(inout) :: options
-    integer, intent(inout) :: i
-    logical :: is_number
-
-    if (i == size(arguments)) then
-      options%reason = "option "//arguments(i)%value//" needs a value"
-      return
-    end if
-    i = i + 1
-    associate (value => arguments(i)%value)
-      select case (arguments(i - 1)%value)
-      case ("--only")
-        options%only = [options%only, arguments(i)]
-      case ("--json")
-        options%json = value
-      case ("--threads")
-        call take_number(options%n_threads)
-      case ("--rounds")
-        call take_number(options%n_rounds)
-      end select
-    end associate
-
-  contains
-
-    subroutine take_number(number)
-      integer, intent(inout) :: number
-
-      call read_integer(arguments(i)%value, number, is_number)
-      if (.not. is_number .or. number < 1) &
-        options%reason = "option "//arguments(i - 1)%value// &
-                        " needs a whole number of at least 1, not '"//arguments(i)%value//"'"
-    end subroutine take_number
-  end subroutine take_value
-
-  function unknown(word) result(reason)
-    character(*), intent(in) :: word
-    character(:), allocatable :: reason, nearest
-
-    nearest = nearest_name(word, strings([character(9) :: "--quick", "--list", "--vectors", &
-                                          "--help", "--only", "--json", "--threads", "--rounds", &
-                                          "--targets", "--compare"]))
-    reason = "unknown option '"//word//"'"
-    if (nearest /= "") reason = reason//"; nearest is "//nearest
-  end function unknown
 
   !> Does the name hold one of the texts of --only, if there are any?
   pure logical function is_chosen(options, name)

@@ -7,8 +7,7 @@ module bench_record
   implicit none
   private
 
-  public :: add_record, keep_least, find_record
-  public :: heading, record_line, json_text, check_writable, write_records
+  public :: keep_least, heading, record_line, json_text, check_writable, write_records
 
   !> One measurement. Negative numbers stand for what is not known.
   type, public :: record_t
@@ -26,67 +25,33 @@ module bench_record
     real(wp) :: memory_ratio = -1.0_wp        !! memory held over that of the state alone
   end type record_t
 
-  !> A list that grows.
-  type, public :: record_list_t
-    integer :: n = 0
-    type(record_t), allocatable :: items(:)   !! the first `n` are set
-  end type record_list_t
-
 contains
-
-  !> Append a record.
-  subroutine add_record(list, record)
-    type(record_list_t), intent(inout) :: list
-    type(record_t), intent(in) :: record
-    type(record_t), allocatable :: wider(:)
-    integer :: i
-
-    if (.not. allocated(list%items)) allocate (list%items(32))
-    if (list%n == size(list%items)) then
-      allocate (wider(2*list%n))
-      do i = 1, list%n
-        wider(i) = list%items(i)
-      end do
-      call move_alloc(wider, list%items)
-    end if
-    list%n = list%n + 1
-    list%items(list%n) = record
-  end subroutine add_record
 
   !> Append a record, or merge it with the one of its name and threads: the least of both times, the
   !! mean of both medians, weighted by the repetitions.
-  subroutine keep_least(list, record)
-    type(record_list_t), intent(inout) :: list
+  subroutine keep_least(records, record)
+    type(record_t), allocatable, intent(inout) :: records(:)
     type(record_t), intent(in) :: record
     type(record_t) :: merged
     integer :: i, n
 
-    i = find_record(list, record%name, record%threads)
-    if (i == 0) then
-      call add_record(list, record)
+    do i = 1, size(records)
+      if (records(i)%name == record%name .and. records(i)%threads == record%threads) exit
+    end do
+    if (i > size(records)) then
+      records = [records, record]
       return
     end if
     merged = record
-    associate (before => list%items(i))
+    associate (before => records(i))
       n = before%repetitions + record%repetitions
       if (before%ns < record%ns) merged = before
       merged%median = (before%median*before%repetitions + record%median*record%repetitions)/n
       merged%repetitions = n
       merged%spread = max(0.0_wp, merged%median/merged%ns - 1.0_wp)
     end associate
-    list%items(i) = merged
+    records(i) = merged
   end subroutine keep_least
-
-  !> Index of the record of this name and number of threads, 0: there is none.
-  pure integer function find_record(list, name, threads) result(found)
-    type(record_list_t), intent(in) :: list
-    character(*), intent(in) :: name
-    integer, intent(in) :: threads
-
-    do found = list%n, 1, -1
-      if (list%items(found)%name == name .and. list%items(found)%threads == threads) return
-    end do
-  end function find_record
 
   !> Names of the columns of `record_line`.
   pure function heading() result(line)
@@ -127,14 +92,14 @@ contains
 
   !> The list as JSON; numbers that are not known are null.
   pure function json_text(records) result(text)
-    type(record_list_t), intent(in) :: records
+    type(record_t), intent(in) :: records(:)
     character(:), allocatable :: text
     integer :: i
 
     text = "["
-    do i = 1, records%n
+    do i = 1, size(records)
       if (i > 1) text = text//","
-      text = text//new_line("a")//object(records%items(i))
+      text = text//new_line("a")//object(records(i))
     end do
     text = text//new_line("a")//"]"//new_line("a")
   end function json_text
@@ -167,7 +132,7 @@ contains
   !> Write the list to a file.
   subroutine write_records(path, records, error)
     character(*), intent(in) :: path
-    type(record_list_t), intent(in) :: records
+    type(record_t), intent(in) :: records(:)
     type(error_t), allocatable, intent(out) :: error
     integer :: unit, status
     character(256) :: message

@@ -6,7 +6,7 @@ module bench_run
   use failure, only: error_t, fail
   use text, only: to_text
   use bench_case, only: case_slot_t, sampling_t, measure
-  use bench_record, only: record_t, record_list_t, keep_least, heading, record_line, &
+  use bench_record, only: record_t, keep_least, heading, record_line, &
                           check_writable, write_records
   use bench_options, only: options_t, is_chosen
   use machine_bound, only: measure_machine
@@ -25,13 +25,14 @@ contains
   !> Measure what the options choose; the exit code tells how it went.
   integer function run_benchmark(options) result(code)
     type(options_t), intent(in) :: options
-    type(record_list_t) :: records
+    type(record_t), allocatable :: records(:)
     type(sampling_t) :: plan
     type(error_t), allocatable :: error
     integer :: i, n_threads
 
     call omp_set_dynamic(.false.)
     code = done
+    allocate (records(0))
     call check_choice(options, error)
     if (.not. allocated(error) .and. options%json /= "") call check_writable(options%json, error)
     if (allocated(error)) then
@@ -73,7 +74,7 @@ contains
     type(options_t), intent(in) :: options
     type(sampling_t), intent(in) :: plan
     integer, intent(in) :: n_threads
-    type(record_list_t), intent(inout) :: records
+    type(record_t), allocatable, intent(inout) :: records(:)
     integer, intent(inout) :: code
     type(case_slot_t), allocatable :: cases(:)
     integer :: i
@@ -96,7 +97,7 @@ contains
     type(sampling_t), intent(in) :: plan
     integer, intent(in) :: n_threads
     type(case_slot_t), intent(inout) :: slot
-    type(record_list_t), intent(inout) :: records
+    type(record_t), allocatable, intent(inout) :: records(:)
     integer, intent(inout) :: code
     type(record_t) :: record
     type(error_t), allocatable :: error
@@ -126,13 +127,13 @@ contains
 
   !> The records of this name, or below it, on this or any number of threads.
   subroutine print_records(records, name, threads)
-    type(record_list_t), intent(in) :: records
+    type(record_t), intent(in) :: records(:)
     character(*), intent(in) :: name
     integer, intent(in), optional :: threads
     integer :: i
 
-    do i = 1, records%n
-      associate (record => records%items(i))
+    do i = 1, size(records)
+      associate (record => records(i))
         if (present(threads)) then
           if (record%threads /= threads) cycle
         end if

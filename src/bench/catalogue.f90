@@ -46,23 +46,18 @@ contains
   !> Force routine by degree and rule, plain and rational.
   subroutine add_rules(cases)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
+    !> Degree, points a part, parts along axis 3, 1: rational.
+    integer, parameter :: rules(6, 16) = reshape([ &
+      2, 3, 3, 3, 1, 0,  2, 2, 2, 3, 1, 0,  2, 2, 2, 2, 1, 0,  2, 2, 2, 2, 3, 0, &
+      2, 3, 3, 3, 1, 1,  2, 2, 2, 3, 1, 1,  2, 2, 2, 2, 1, 1,  2, 2, 2, 2, 3, 1, &
+      2, 3, 3, 4, 1, 0,  1, 2, 2, 2, 1, 0,  3, 3, 3, 3, 1, 0,  3, 4, 4, 4, 1, 0, &
+      2, 2, 3, 2, 1, 0,  1, 1, 1, 2, 1, 0,  4, 4, 4, 4, 1, 0,  5, 5, 5, 5, 1, 0], [6, 16])
+    integer :: i
 
-    call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .false.)
-    call add_force(cases, 2, [2, 2, 3], [1, 1, 1], "voce", .false.)
-    call add_force(cases, 2, [2, 2, 2], [1, 1, 1], "voce", .false.)
-    call add_force(cases, 2, [2, 2, 2], [1, 1, 3], "voce", .false.)
-    call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .true.)
-    call add_force(cases, 2, [2, 2, 3], [1, 1, 1], "voce", .true.)
-    call add_force(cases, 2, [2, 2, 2], [1, 1, 1], "voce", .true.)
-    call add_force(cases, 2, [2, 2, 2], [1, 1, 3], "voce", .true.)
-    call add_force(cases, 2, [3, 3, 4], [1, 1, 1], "voce", .false.)
-    call add_force(cases, 1, [2, 2, 2], [1, 1, 1], "voce", .false.)
-    call add_force(cases, 3, [3, 3, 3], [1, 1, 1], "voce", .false.)
-    call add_force(cases, 3, [4, 4, 4], [1, 1, 1], "voce", .false.)
-    call add_force(cases, 2, [2, 3, 2], [1, 1, 1], "voce", .false.)
-    call add_force(cases, 1, [1, 1, 2], [1, 1, 1], "voce", .false.)
-    call add_force(cases, 4, [4, 4, 4], [1, 1, 1], "voce", .false.)
-    call add_force(cases, 5, [5, 5, 5], [1, 1, 1], "voce", .false.)
+    do i = 1, size(rules, 2)
+      call add_force(cases, rules(1, i), rules(2:4, i), [1, 1, rules(5, i)], "voce", &
+                     rules(6, i) == 1)
+    end do
     call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .false., projection=project_volume)
     call add_force(cases, 2, [3, 3, 3], [1, 1, 1], "voce", .false., projection=project_sheet)
     call add_force(cases, 2, [2, 2, 3], [1, 1, 1], "voce", .false., projection=project_volume)
@@ -219,25 +214,20 @@ contains
   subroutine add_channel(is_quick, cases)
     logical, intent(in) :: is_quick
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
+    character(*), parameter :: parts(4) = [character(7) :: "update", "scatter", "history", "frame"]
+    character(*), parameter :: units(4) = [character(18) :: "control-point-step", &
+      "control-point-step", "row", "frame"]
     type(channel_case_t) :: item
+    integer :: i
 
-    item%part = "update"
-    item%name = "update"
-    item%per = "control-point-step"
-    call add(cases, item)
-    item%part = "scatter"
-    item%name = "scatter"
-    call add(cases, item)
-    item%part = "history"
-    item%name = "history"
-    item%per = "row"
-    item%is_serial = .true.
-    call add(cases, item)
-    item%is_by_the_wall = .true.
-    item%part = "frame"
-    item%name = "frame"
-    item%per = "frame"
-    call add(cases, item)
+    do i = 1, size(parts)
+      item%part = parts(i)
+      item%name = trim(parts(i))
+      item%per = trim(units(i))
+      item%is_serial = i > 2
+      item%is_by_the_wall = i > 3
+      call add(cases, item)
+    end do
     item%part = "step"
     item%name = "step/channel"
     item%per = "element-step"

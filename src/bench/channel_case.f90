@@ -23,7 +23,7 @@ module channel_case
   use run_saver, only: saver_t
   use forming_run, only: new_run, run_model, take_balances, record_sample
   use bench_case, only: bench_case_t
-  use bench_record, only: record_t, record_list_t, keep_least
+  use bench_record, only: record_t, keep_least
   use system_files, only: make_folder, remove_file
   use bench_paths, only: project_folder, scratch_folder
   implicit none
@@ -59,6 +59,7 @@ contains
     class(channel_case_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
     type(error_list_t) :: errors
+    real(wp) :: n_controls
 
     call make_folder(scratch_folder)
     call read_deck(project_folder()//"/input/channel_forming.key", &
@@ -71,14 +72,7 @@ contains
     self%file = scratch_folder//"/bench_"//trim(self%part)//".h5"
     call new_model(self, error)
     if (allocated(error)) return
-    call set_units(self)
-  end subroutine prepare
-
-  !> What one call of `run` works through; that of whole steps shows when they are done.
-  subroutine set_units(self)
-    class(channel_case_t), intent(inout) :: self
-    real(wp) :: n_controls
-
+    ! What one call of `run` works through; that of whole steps shows when they are done.
     n_controls = n_controls_of(self%model%bodies%blank%parts)
     select case (trim(self%part))
     case ("update")
@@ -97,7 +91,7 @@ contains
     case ("frame")
       self%n_units = 1.0_wp
     end select
-  end subroutine set_units
+  end subroutine prepare
 
   !> A model at rest with an open result file.
   subroutine new_model(self, error)
@@ -155,6 +149,7 @@ contains
   subroutine run(self)
     class(channel_case_t), intent(inout) :: self
     type(energy_balance_t) :: balance
+    type(error_t), allocatable :: error
     integer :: i
 
     if (self%has_failed) return
@@ -162,9 +157,14 @@ contains
     case ("step")
       call run_steps(self)
     case ("update")
-      do i = 1, self%n_calls
-        call update(self%model)
-      end do
+      ! The motion of a step without forces: a blank at rest stays at rest.
+      associate (body => self%model%bodies%blank%parts(1)%element)
+        do i = 1, self%n_calls
+          call advance(shape(body%inertia), 1.0e-7_wp, 1.0e-7_wp, body%inertia, .true., &
+                       body%motion%external_force, body%motion%internal_force, body%motion%v, &
+                       body%motion%x)
+        end do
+      end associate
     case ("scatter")
       select type (body => self%model%bodies%blank%parts(1)%element)
       type is (solid_element_t)
@@ -180,7 +180,9 @@ contains
         call record_sample(self%model, self%solver, self%results)
       end do
     case ("frame")
-      call run_frame(self)
+      call fill_frame(self%model, self%solver%instant%time, self%solver%frames(1))
+      call write_frame(self%results, self%solver%frames(1), error)
+      self%has_failed = allocated(error)
     end select
   end subroutine run
 
@@ -208,26 +210,6 @@ contains
     self%seconds = [(watch_seconds(self%model%timer, i), i=1, size(self%model%timer%watches))]
   end subroutine run_steps
 
-  !> The motion of a step without forces: a blank at rest stays at rest.
-  subroutine update(model)
-    type(model_t), intent(inout) :: model
-
-    associate (body => model%bodies%blank%parts(1)%element, &
-               motion => model%bodies%blank%parts(1)%element%motion)
-      call advance(shape(body%inertia), 1.0e-7_wp, 1.0e-7_wp, body%inertia, .true., &
-                   motion%external_force, motion%internal_force, motion%v, motion%x)
-    end associate
-  end subroutine update
-
-  subroutine run_frame(self)
-    class(channel_case_t), intent(inout) :: self
-    type(error_t), allocatable :: error
-
-    call fill_frame(self%model, self%solver%instant%time, self%solver%frames(1))
-    call write_frame(self%results, self%solver%frames(1), error)
-    self%has_failed = self%has_failed .or. allocated(error)
-  end subroutine run_frame
-
   subroutine check(self, error)
     class(channel_case_t), intent(in) :: self
     type(error_t), allocatable, intent(out) :: error
@@ -240,7 +222,7 @@ contains
   subroutine add_parts(self, whole, records)
     class(channel_case_t), intent(inout) :: self
     type(record_t), intent(in) :: whole
-    type(record_list_t), intent(inout) :: records
+    type(record_t), allocatable, intent(inout) :: records(:)
     type(record_t) :: record
     integer :: i
 

@@ -103,12 +103,10 @@ contains
     real(wp), allocatable :: mass(:, :)
 
     call wavy_surface(surface, self%n_faces, self%edge, 0.0_wp, 0.1_wp, error)
-    if (allocated(error)) return
-    call new_tool(self%tool, "wavy tool", [surface], 1, reach, error)
+    if (.not. allocated(error)) call new_tool(self%tool, "wavy tool", [surface], 1, reach, error)
     if (allocated(error)) return
     call wavy_surface(sheet, self%n_sheet, 0.5_wp*self%edge, self%height, 0.0_wp, error)
-    if (allocated(error)) return
-    call new_slave_surface(slave, sheet, points_gauss, [0, 0], error)
+    if (.not. allocated(error)) call new_slave_surface(slave, sheet, points_gauss, [0, 0], error)
     if (allocated(error)) return
     allocate (mass(slave%n_net(1), slave%n_net(2)), source=1.0_wp)
     call new_contact(self%pair, slave, self%tool, mass, 1.0_wp, options, error)
@@ -158,8 +156,7 @@ contains
     integer :: i
 
     call wavy_surface(surface, self%n_faces, self%edge, 0.0_wp, 0.1_wp, error)
-    if (allocated(error)) return
-    call new_tool(self%tool, "wavy tool", [surface], 1, reach, error)
+    if (.not. allocated(error)) call new_tool(self%tool, "wavy tool", [surface], 1, reach, error)
     if (allocated(error)) return
     allocate (self%x(3, self%n_searches))
     do i = 1, self%n_searches

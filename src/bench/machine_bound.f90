@@ -6,7 +6,7 @@
 module machine_bound
   use kinds, only: wp
   use text, only: to_text
-  use bench_record, only: record_t, record_list_t, keep_least
+  use bench_record, only: record_t, keep_least
   use bench_case, only: seconds_now
   implicit none
   private
@@ -26,7 +26,7 @@ contains
   !! `machine/triad/<kB>` (per byte) are added. Of several rounds the best counts.
   subroutine measure_machine(threads, repetitions, records)
     integer, intent(in) :: threads, repetitions
-    type(record_list_t), intent(inout) :: records
+    type(record_t), allocatable, intent(inout) :: records(:)
     real(wp) :: seconds(repetitions), work
     integer :: i
 
@@ -43,7 +43,7 @@ contains
     character(*), intent(in) :: name, per
     integer, intent(in) :: threads
     real(wp), intent(in) :: seconds(:), work
-    type(record_list_t), intent(inout) :: records
+    type(record_t), allocatable, intent(inout) :: records(:)
     type(record_t) :: record
 
     record%name = name

@@ -4,7 +4,8 @@ program main
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use c_library, only: c_exit
   use thread_waiting, only: shorten_waiting
-  use bench_options, only: options_t, read_options, usage_text
+  use command_options, only: program_arguments
+  use bench_options, only: options_t, parse_options, usage_text
   use bench_run, only: run_benchmark, list_names, check_vectors
   implicit none
 
@@ -12,7 +13,7 @@ program main
   integer :: code
 
   call shorten_waiting()
-  call read_options(options)
+  call parse_options(program_arguments(), options)
   code = 0
   if (options%reason /= "") then
     write (error_unit, "(a)") "igaform_bench: "//options%reason
