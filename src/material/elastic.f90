@@ -22,10 +22,7 @@ contains
   function elastic_law() result(entry)
     type(law_entry_t) :: entry
 
-    entry%name = "ELASTIC"
-    entry%n_constants = 0
-    entry%constants = "no constants of its own"
-    entry%build => build
+    entry = law_entry_t("ELASTIC", 0, "no constants of its own", build)
   end function elastic_law
 
   subroutine build(spec, law, error)

@@ -26,8 +26,9 @@ module hardening
     real(wp), allocatable :: recall(:)    !! gamma, C/gamma is where it ends, shape (n)
   end type back_stresses_t
 
-  integer, parameter, public :: no_hardening = 0, linear_kind = 1, voce_kind = 2, swift_kind = 3
-  integer, parameter, public :: mixed_kind = 4, table_kind = 5
+  integer, parameter, public :: voce_kind = 2
+  integer, parameter :: no_hardening = 0, linear_kind = 1, swift_kind = 3, mixed_kind = 4, &
+                        table_kind = 5
 
   !> One hardening curve; which constants count depends on `kind`.
   type, public :: hardening_t
@@ -56,98 +57,77 @@ contains
     real(wp), intent(in) :: constants(:)
     type(hardening_t), intent(out) :: curve
     type(error_t), allocatable, intent(out) :: error
-    character(len(name) + 14) :: owner
+    character(*), parameter :: names(5) = [character(10) :: "VOCE", "SWIFT", "LINEAR", "PERFECT", &
+      "VOCE SWIFT"]
+    integer, parameter :: kinds(5) = [voce_kind, swift_kind, linear_kind, linear_kind, mixed_kind]
+    integer, parameter :: counts(5) = [3, 3, 2, 1, 7]
+    character(*), parameter :: words(5) = [character(50) :: "three constants: sigma_0, Q, b", &
+      "three constants: K, eps_0, n", "two constants: sigma_0, H", "one constant: sigma_0", &
+      "seven constants: alpha, K, eps_0, n, sigma_0, Q, b"]
+    integer :: i
 
     call check_finite("constants", constants, error)
     if (allocated(error)) return
-    owner = "the hardening "//name
-    select case (name)
-    case ("VOCE")
-      call check_count(owner, constants, 3, "three constants: sigma_0, Q, b", error)
-      if (.not. allocated(error)) call set_voce(constants, curve, error)
-      curve%kind = voce_kind
-    case ("SWIFT")
-      call check_count(owner, constants, 3, "three constants: K, eps_0, n", error)
-      if (.not. allocated(error)) call set_swift(constants, curve, error)
-      curve%kind = swift_kind
-    case ("LINEAR")
-      call check_count(owner, constants, 2, "two constants: sigma_0, H", error)
-      if (.not. allocated(error)) call set_linear([constants], curve, error)
-    case ("PERFECT")
-      call check_count(owner, constants, 1, "one constant: sigma_0", error)
-      if (.not. allocated(error)) call set_linear([constants, 0.0_wp], curve, error)
-    case ("VOCE SWIFT")
-      call check_count(owner, constants, 7, &
-                       "seven constants: alpha, K, eps_0, n, sigma_0, Q, b", error)
-      if (.not. allocated(error)) call set_mix(constants, curve, error)
-    case ("TABLE")
+    if (name == "TABLE") then
       call set_table(constants, curve, error)
-    case default
+      return
+    end if
+    do i = 1, size(names)
+      if (names(i) == name) exit
+    end do
+    if (i > size(names)) then
       call fail(error, "material: unknown hardening "//trim(name)//", known are VOCE, SWIFT, "// &
                 "LINEAR, PERFECT, VOCE SWIFT and TABLE")
-    end select
+      return
+    end if
+    curve%kind = kinds(i)
+    call check_count("the hardening "//name, constants, counts(i), trim(words(i)), error)
+    if (.not. allocated(error)) call set_constants(constants, curve, error)
   end subroutine new_hardening
 
-  pure subroutine set_voce(constants, curve, error)
-    real(wp), intent(in) :: constants(3)
+  !> Put the constants of a formula in their places and check them.
+  pure subroutine set_constants(constants, curve, error)
+    real(wp), intent(in) :: constants(:)
     type(hardening_t), intent(inout) :: curve
     type(error_t), allocatable, intent(inout) :: error
+    integer :: n
 
-    curve%yield = constants(1)
-    curve%saturation = constants(2)
-    curve%rate = constants(3)
-    call require(curve%yield > 0.0_wp, &
-                 "material: the yield stress sigma_0 must be positive", error)
-    call require(curve%saturation >= 0.0_wp, &
-                 "material: the hardening Q must not be negative, "//softening, error)
-    call require(curve%rate >= 0.0_wp, &
-                 "material: the saturation rate b must not be negative, "//softening, error)
-  end subroutine set_voce
-
-  pure subroutine set_swift(constants, curve, error)
-    real(wp), intent(in) :: constants(3)
-    type(hardening_t), intent(inout) :: curve
-    type(error_t), allocatable, intent(inout) :: error
-
-    curve%strength = constants(1)
-    curve%offset = constants(2)
-    curve%exponent = constants(3)
-    call require(curve%strength > 0.0_wp, &
-                 "material: the strength K must be positive", error)
-    call require(curve%offset >= 0.0_wp, &
-                 "material: the strain eps_0 must not be negative", error)
-    call require(curve%exponent >= 0.0_wp, &
-                 "material: the exponent n must not be negative, "//softening, error)
-    call require(curve%exponent <= 1.0_wp, &
-                 "material: the exponent n must not exceed 1", error)
-  end subroutine set_swift
-
-  pure subroutine set_linear(constants, curve, error)
-    real(wp), intent(in) :: constants(2)
-    type(hardening_t), intent(inout) :: curve
-    type(error_t), allocatable, intent(inout) :: error
-
-    curve%kind = linear_kind
-    curve%yield = constants(1)
-    curve%modulus = constants(2)
+    n = size(constants)
+    if (curve%kind == mixed_kind) then
+      curve%fraction = constants(1)
+      call require(curve%fraction >= 0.0_wp .and. curve%fraction <= 1.0_wp, &
+                   "material: the fraction alpha of Swift must lie between 0 and 1", error)
+    end if
+    if (curve%kind == swift_kind .or. curve%kind == mixed_kind) then
+      associate (swift => constants(merge(1, 2, n == 3):))
+        curve%strength = swift(1)
+        curve%offset = swift(2)
+        curve%exponent = swift(3)
+      end associate
+      call require(curve%strength > 0.0_wp, "material: the strength K must be positive", error)
+      call require(curve%offset >= 0.0_wp, "material: the strain eps_0 must not be negative", error)
+      call require(curve%exponent >= 0.0_wp, &
+                   "material: the exponent n must not be negative, "//softening, error)
+      call require(curve%exponent <= 1.0_wp, "material: the exponent n must not exceed 1", error)
+      if (curve%kind == swift_kind) return
+    end if
+    if (curve%kind == linear_kind) then
+      curve%yield = constants(1)
+      if (n == 2) curve%modulus = constants(2)
+    else
+      curve%yield = constants(n - 2)
+      curve%saturation = constants(n - 1)
+      curve%rate = constants(n)
+    end if
     call require(curve%yield > 0.0_wp, &
                  "material: the yield stress sigma_0 must be positive", error)
     call require(curve%modulus >= 0.0_wp, &
                  "material: the modulus H must not be negative, "//softening, error)
-  end subroutine set_linear
-
-  pure subroutine set_mix(constants, curve, error)
-    real(wp), intent(in) :: constants(7)
-    type(hardening_t), intent(inout) :: curve
-    type(error_t), allocatable, intent(inout) :: error
-
-    curve%kind = mixed_kind
-    curve%fraction = constants(1)
-    call require(curve%fraction >= 0.0_wp .and. curve%fraction <= 1.0_wp, &
-                 "material: the fraction alpha of Swift must lie between 0 and 1", error)
-    call set_swift(constants(2:4), curve, error)
-    call set_voce(constants(5:7), curve, error)
-  end subroutine set_mix
+    call require(curve%saturation >= 0.0_wp, &
+                 "material: the hardening Q must not be negative, "//softening, error)
+    call require(curve%rate >= 0.0_wp, &
+                 "material: the saturation rate b must not be negative, "//softening, error)
+  end subroutine set_constants
 
   pure subroutine set_table(constants, curve, error)
     real(wp), intent(in) :: constants(:)   !! stress and plastic strain in turn

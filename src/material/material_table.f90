@@ -105,7 +105,8 @@ contains
     end if
     if (spec%plasticity%potential /= "") then
       call new_anisotropic(spec, curve, back, law, error)
-    else if (is_plain_voce(spec, curve) .and. back%n == 0) then
+    else if (curve%hardening%kind == voce_kind .and. spec%plasticity%rate == "" .and. back%n == 0 &
+             .and. spec%plasticity%n_stages == 0 .and. .not. curve%heating%is_active) then
       allocate (law, source=new_voce(spec%density, spec%young, spec%poisson, spec%constants(1), &
                                      spec%constants(2), spec%constants(3)))
     else
@@ -136,14 +137,5 @@ contains
     allocate (law, source=new_anisotropic_plastic(spec%density, spec%young, spec%poisson, curve, &
                                                   yield, back, axes, spec%plasticity%n_stages))
   end subroutine new_anisotropic
-
-  !> Is it the case that the tuned law `voce` covers, back stresses aside?
-  pure logical function is_plain_voce(spec, curve)
-    type(law_spec_t), intent(in) :: spec
-    type(flow_curve_t), intent(in) :: curve
-
-    is_plain_voce = curve%hardening%kind == voce_kind .and. spec%plasticity%rate == "" &
-                    .and. spec%plasticity%n_stages == 0 .and. .not. curve%heating%is_active
-  end function is_plain_voce
 
 end module material_table

@@ -29,10 +29,7 @@ contains
   function neo_hooke_law() result(entry)
     type(law_entry_t) :: entry
 
-    entry%name = "NEO HOOKE"
-    entry%n_constants = 0
-    entry%constants = "no constants of its own"
-    entry%build => build
+    entry = law_entry_t("NEO HOOKE", 0, "no constants of its own", build)
   end function neo_hooke_law
 
   subroutine build(spec, law, error)

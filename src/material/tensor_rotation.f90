@@ -6,6 +6,7 @@
 module tensor_rotation
   use kinds, only: wp
   use failure, only: error_t, fail
+  use linear_algebra, only: cross
   implicit none
   private
 
@@ -137,7 +138,7 @@ contains
     end if
     a = points(:3)
     b = points(4:)
-    normal = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+    normal = cross(a, b)
     if (.not. norm2(normal) > least*norm2(a)*norm2(b)) then
       call fail(error, "material: the vectors a and b of the orientation must not be zero or "// &
                 "parallel")
@@ -145,9 +146,7 @@ contains
     end if
     axes(:, 1) = a/norm2(a)
     axes(:, 3) = normal/norm2(normal)
-    axes(:, 2) = [axes(2, 3)*axes(3, 1) - axes(3, 3)*axes(2, 1), &
-                  axes(3, 3)*axes(1, 1) - axes(1, 3)*axes(3, 1), &
-                  axes(1, 3)*axes(2, 1) - axes(2, 3)*axes(1, 1)]
+    axes(:, 2) = cross(axes(:, 3), axes(:, 1))
   end subroutine axes_from_points
 
   !> Rotate the axes of a row by the spin increment, exactly as the stress was rotated
@@ -195,12 +194,8 @@ contains
       v = quaternion(l, 2:)
       do i = 1, 3
         axis = axes(:, i)
-        across = 2.0_wp*[v(2)*axis(3) - v(3)*axis(2), v(3)*axis(1) - v(1)*axis(3), &
-                         v(1)*axis(2) - v(2)*axis(1)]
-        rotation(l, 3*i - 2:3*i) = axis + w*across &
-                                   + [v(2)*across(3) - v(3)*across(2), &
-                                      v(3)*across(1) - v(1)*across(3), &
-                                      v(1)*across(2) - v(2)*across(1)]
+        across = 2.0_wp*cross(v, axis)
+        rotation(l, 3*i - 2:3*i) = axis + w*across + cross(v, across)
       end do
     end do
   end subroutine axes_rotation

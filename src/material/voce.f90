@@ -9,7 +9,7 @@ module voce
   implicit none
   private
 
-  public :: new_voce, flow_stress, elastic_trial
+  public :: new_voce, elastic_trial
 
   !> Hardening sigma_0 + Q (1 - exp(-b eqps)); the only state is the equivalent plastic strain.
   type, extends(block_law_t), public :: voce_t
@@ -34,14 +34,6 @@ contains
     law%saturation = saturation
     law%rate = rate
   end function new_voce
-
-  !> Yield stress after the equivalent plastic strain `eqps`.
-  elemental real(wp) function flow_stress(law, eqps)
-    class(voce_t), intent(in) :: law
-    real(wp), intent(in) :: eqps
-
-    flow_stress = law%yield + law%saturation*(1.0_wp - exp(-law%rate*eqps))
-  end function flow_stress
 
   !> Elastic trial and radial return. Rows that stay below the initial yield stress end there.
   pure subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
