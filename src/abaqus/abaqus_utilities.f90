@@ -2,8 +2,8 @@
 !! the run and messages.
 !!
 !! Built into a shared library of its own, which the program and the compiled subroutines both
-!! link. The routines have the names and arguments that Abaqus gives them; CMakeLists.txt lists those
-!! that an explicit analysis calls by a second name, with V before it.
+!! link. The routines have the names and arguments that Abaqus gives them; CMakeLists.txt gives some
+!! a second name, with V before it, by which an explicit analysis calls them.
 !!
 !! The calls carry no argument that says where they come from, so this module remembers the name of
 !! the job and keeps the locks.

@@ -73,6 +73,7 @@ contains
     character(:), allocatable, intent(out) :: note      !! worth telling the user, or empty
     type(error_t), allocatable, intent(out) :: error
     type(build_t) :: build
+    type(string_t), allocatable :: words(:)
     character(:), allocatable :: key
     integer :: i
 
@@ -97,7 +98,10 @@ contains
       if (.not. allocated(error)) call keep(build, cache, key, library, error)
       note = build%note
     end if
-    call remove_folder(build)
+    ! What stays after all does no harm.
+    words = strings([character(3) :: "rm", "-rf"])
+    call append_text(words, as_file(build%folder))
+    call run_program(words, "/dev/null", i)
   end subroutine build_user_library
 
   !> Keep the fresh library under its digest, and the record that leads to it. Both appear at once
@@ -414,18 +418,20 @@ contains
     type(build_t), intent(in) :: build
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: words(:)
-    character(:), allocatable :: messages
+    character(:), allocatable :: exports, messages
     logical :: is_there
     integer :: i, code
 
-    call write_exports(build%folder//"/exports.txt")
     ! -Xlinker, not -Wl, which splits a path at its commas
     words = [build%compiler, strings([character(18) :: "-shared", "-Wl,--no-undefined", &
                                        "-Wl,--gc-sections", "-Xlinker"])]
     call append_text(words, "--version-script="//build%folder//"/exports.txt")
-    do i = 1, size(exported)   ! which an archive would else keep for itself
-      call append_text(words, "-Wl,-u,"//trim(exported(i)))
+    exports = "{ global: "   ! what the linker is to keep and to show
+    do i = 1, size(exported)
+      exports = exports//trim(exported(i))//"; "
+      call append_text(words, "-Wl,-u,"//trim(exported(i)))   ! else an archive would keep it
     end do
+    call write_text(build%folder//"/exports.txt", exports//"local: *; };"//new_line("a"))
     words = [words, build%objects]
     if (build%has_cpp) call append_text(words, "-lstdc++")
     call append_text(words, "-L"//build%support//"/lib")
@@ -439,29 +445,6 @@ contains
       call fail(error, link_message(messages))
     end if
   end subroutine link
-
-  !> What the linker is to keep and to show.
-  subroutine write_exports(path)
-    character(*), intent(in) :: path
-    integer :: unit, status, i
-
-    open (newunit=unit, file=path, action="write", status="replace", iostat=status)
-    if (status /= 0) return   ! the linker will miss the file
-    write (unit, "(*(a))") "{ global: ", (trim(exported(i))//"; ", i=1, size(exported)), &
-      "local: *; };"
-    close (unit)
-  end subroutine write_exports
-
-  !> Remove what compiling has left. What stays after all does no harm.
-  subroutine remove_folder(build)
-    type(build_t), intent(in) :: build
-    type(string_t), allocatable :: words(:)
-    integer :: code
-
-    words = strings([character(3) :: "rm", "-rf"])
-    call append_text(words, as_file(build%folder))
-    call run_program(words, "/dev/null", code)
-  end subroutine remove_folder
 
   !> What the compiler's words mean where the source is written for another compiler; empty where
   !! they say it themselves.

@@ -88,7 +88,8 @@ contains
       call open_library(library, error)
       if (allocated(error)) return
     else
-      call look_up(library, names)
+      if (index(names, " T umat_"//new_line("a")) > 0) library%umat = c_funloc(never_called)
+      if (index(names, " T vumat_"//new_line("a")) > 0) library%vumat = c_funloc(never_called)
     end if
     call find_writable(library%path, library%writable)
     library%uncalled = uncalled_routines(files)
@@ -105,7 +106,10 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: cache, descriptor
 
-    call open_own_folder(cache_path(), cache, error)
+    ! As the XDG Base Directory Specification has it, for what a user's programs can make again.
+    path = setting("XDG_CACHE_HOME", "")
+    if (path == "" .or. index(path, "/") /= 1) path = setting("HOME", "")//"/.cache"
+    call open_own_folder(path//"/igaform", cache, error)
     if (allocated(error)) then
       error%message = error%message//"; compiled subroutines are kept there. XDG_CACHE_HOME "// &
                       "names another place for it"
@@ -118,25 +122,19 @@ contains
     call close_file(cache)
   end subroutine find_compiled
 
-  !> The folder for compiled subroutines: that of the XDG Base Directory Specification for what a
-  !! user's programs can make again.
-  function cache_path() result(path)
-    character(:), allocatable :: path
-
-    path = setting("XDG_CACHE_HOME", "")
-    if (path == "" .or. index(path, "/") /= 1) path = setting("HOME", "")//"/.cache"
-    path = path//"/igaform"
-  end function cache_path
-
   subroutine open_library(library, error)
     type(user_library_t), intent(inout) :: library
     type(error_t), allocatable, intent(out) :: error
     integer(c_int), parameter :: all_now = 2_c_int  ! RTLD_NOW, names for this library alone
-    type(c_ptr) :: handle
+    type(c_ptr) :: handle, words
+    character(:), allocatable :: message
 
     handle = c_dlopen(c_text(library%path), all_now)
     if (.not. c_associated(handle)) then
-      call fail(error, "cannot load "//joined(library%files, ", ")//": "//loader_message())
+      words = c_dlerror()
+      message = ""
+      if (c_associated(words)) message = fortran_text(words)
+      call fail(error, "cannot load "//joined(library%files, ", ")//": "//message)
       return
     end if
     library%umat = c_dlsym(handle, c_text("umat_"))
@@ -146,29 +144,11 @@ contains
     library%vexternaldb = c_dlsym(handle, c_text("vexternaldb_"))
   end subroutine open_library
 
-  !> Placeholders for the laws of a library that is not loaded.
-  subroutine look_up(library, names)
-    type(user_library_t), intent(inout) :: library
-    character(*), intent(in) :: names       !! as `nm` lists them
-
-    if (index(names, " T umat_"//new_line("a")) > 0) library%umat = c_funloc(never_called)
-    if (index(names, " T vumat_"//new_line("a")) > 0) library%vumat = c_funloc(never_called)
-  end subroutine look_up
-
   !> A subroutine of a library that is not loaded was called, which is an error of this program.
   subroutine never_called() bind(C)
     write (error_unit, "(a)") "igaform: error: a user's subroutine was called, which is not loaded"
     call c_abort()
   end subroutine never_called
-
-  function loader_message() result(message)
-    character(:), allocatable :: message
-    type(c_ptr) :: text
-
-    message = ""
-    text = c_dlerror()
-    if (c_associated(text)) message = fortran_text(text)
-  end function loader_message
 
   !> Names of the data that the library can write to and that are not the linker's own: COMMON
   !! blocks, SAVE variables and variables with initial values. What is unknown counts as one.

@@ -27,12 +27,8 @@ contains
   pure logical function is_source(path)
     character(*), intent(in) :: path
 
-    select case (ending_of(path))
-    case ("f", "for", "ftn", "f77", "f90", "f95", "f03", "f08", "fpp")
-      is_source = .true.
-    case default
-      is_source = .false.
-    end select
+    is_source = any(ending_of(path) == [character(3) :: "f", "for", "ftn", "f77", "f90", "f95", &
+                                        "f03", "f08", "fpp"])
   end function is_source
 
   !> Is it C or C++, by its ending?
@@ -106,7 +102,8 @@ contains
         name = names(k)%value
         source = as_it_stands(folder_of(path), support, name)
         if (source == "") then
-          if (leads_out(name)) cycle
+          ! A copy by this name would not lie in the folder for copies.
+          if (index(name, "/") == 1 .or. index("/"//with_slashes(name)//"/", "/../") > 0) cycle
           source = in_other_letters(folder_of(path), target, name)
           if (source == "") source = in_other_letters(support, target, name)
           if (source == "") cycle
@@ -118,13 +115,6 @@ contains
       end do
     end do
   end subroutine provide_includes
-
-  !> Whether a copy by this name would not lie in the folder for copies.
-  pure logical function leads_out(name)
-    character(*), intent(in) :: name
-
-    leads_out = index(name, "/") == 1 .or. index("/"//with_slashes(name)//"/", "/../") > 0
-  end function leads_out
 
   !> Names of the files that a source includes.
   pure function included_files(content) result(names)
