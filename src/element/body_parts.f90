@@ -88,9 +88,7 @@ contains
     end do
     call sum_groups(seams, 1)
     do p = 1, size(parts)
-      associate (element => parts(p)%element)
-        call distribute(seams, p, size(element%mass), 1, element%inertia)
-      end associate
+      call distribute(seams, p, size(parts(p)%element%mass), 1, parts(p)%element%inertia)
     end do
   end subroutine set_inertia
 
@@ -102,15 +100,12 @@ contains
 
     if (seams%n_groups == 0) return
     do p = 1, size(parts)
-      associate (element => parts(p)%element)
-        call collect(seams, p, size(element%mass), 3, element%motion%internal_force)
-      end associate
+      call collect(seams, p, size(parts(p)%element%mass), 3, parts(p)%element%motion%internal_force)
     end do
     call sum_groups(seams, 3)
     do p = 1, size(parts)
-      associate (element => parts(p)%element)
-        call distribute(seams, p, size(element%mass), 3, element%motion%internal_force)
-      end associate
+      call distribute(seams, p, size(parts(p)%element%mass), 3, &
+                      parts(p)%element%motion%internal_force)
     end do
   end subroutine share_internal_forces
 
@@ -122,15 +117,12 @@ contains
 
     if (seams%n_groups == 0) return
     do p = 1, size(parts)
-      associate (element => parts(p)%element)
-        call collect(seams, p, size(element%mass), 3, element%motion%external_force)
-      end associate
+      call collect(seams, p, size(parts(p)%element%mass), 3, parts(p)%element%motion%external_force)
     end do
     call sum_groups(seams, 3)
     do p = 1, size(parts)
-      associate (element => parts(p)%element)
-        call distribute(seams, p, size(element%mass), 3, element%motion%external_force)
-      end associate
+      call distribute(seams, p, size(parts(p)%element%mass), 3, &
+                      parts(p)%element%motion%external_force)
     end do
   end subroutine share_external_forces
 

@@ -55,11 +55,9 @@ contains
     type(elastic_t) :: rigidity
     type(field_t), allocatable :: now(:), before(:), next(:)
     real(wp) :: alpha(max_vectors), beta(0:max_vectors), ritz, residual
-    integer :: k, n
+    integer :: k, n, p
 
-    rigidity%density = law%density
-    rigidity%bulk = law%bulk
-    rigidity%shear = law%shear
+    rigidity = elastic_t(density=law%density, bulk=law%bulk, shear=law%shear)
     joints = seams
     trial = elastic_copies(bodies)
     call set_start(joints, trial, now)
@@ -69,11 +67,17 @@ contains
     ritz = 0.0_wp
     residual = 0.0_wp
     beta(0) = 0.0_wp
-    n = dimension_of(now)
+    n = 0
+    do p = 1, size(now)
+      n = n + size(now(p)%at)
+      if (allocated(now(p)%counts)) n = n - count(.not. now(p)%counts)
+    end do
     do k = 1, min(max_vectors, n)
       call apply_operator(trial, joints, rigidity, now, next, rate)
       alpha(k) = product_of(next, now)
-      call orthogonalise(next, alpha(k), now, beta(k - 1), before)   ! beta(0) is zero
+      do p = 1, size(next)
+        next(p)%at = next(p)%at - alpha(k)*now(p)%at - beta(k - 1)*before(p)%at   ! beta(0) is zero
+      end do
       beta(k) = norm_of(next)
       if (.not. beta(k) <= huge(1.0_wp)) then   ! no numbers: nor is the frequency
         ritz = beta(k)
@@ -103,9 +107,7 @@ contains
 
     damping = 0.0_wp
     if (bodies(1)%element%has_viscosity) then
-      dilatation%density = law%density
-      dilatation%bulk = law%bulk
-      dilatation%shear = 0.0_wp
+      dilatation = elastic_t(density=law%density, bulk=law%bulk)
       call largest_frequency(bodies, seams, dilatation, omega_bulk, rate)
       damping = maxval([(bodies(p)%element%damping_ratio(law, omega, omega_bulk), &
                          p=1, size(bodies))])
@@ -193,18 +195,6 @@ contains
                             sqrt(body%column_factor), field)
   end subroutine shrink_columns
 
-  !> next - a now - b before.
-  pure subroutine orthogonalise(next, a, now, b, before)
-    type(field_t), intent(inout) :: next(:)
-    type(field_t), intent(in) :: now(:), before(:)
-    real(wp), intent(in) :: a, b
-    integer :: p
-
-    do p = 1, size(next)
-      next(p)%at = next(p)%at - a*now(p)%at - b*before(p)%at
-    end do
-  end subroutine orthogonalise
-
   !> Scalar product; places at seams count once.
   pure real(wp) function product_of(a, b) result(total)
     type(field_t), intent(in) :: a(:), b(:)
@@ -225,17 +215,6 @@ contains
 
     norm = sqrt(product_of(a, a))
   end function norm_of
-
-  pure integer function dimension_of(a) result(n)
-    type(field_t), intent(in) :: a(:)
-    integer :: p
-
-    n = 0
-    do p = 1, size(a)
-      n = n + size(a(p)%at)
-      if (allocated(a(p)%counts)) n = n - count(.not. a(p)%counts)
-    end do
-  end function dimension_of
 
   pure subroutine divide_vector(a, divisor)
     type(field_t), intent(inout) :: a(:)
@@ -291,9 +270,7 @@ contains
     type(force_report_t) :: report
     real(wp) :: omega, damping
 
-    rigidity%density = law%density
-    rigidity%bulk = law%bulk
-    rigidity%shear = law%shear
+    rigidity = elastic_t(density=law%density, bulk=law%bulk, shear=law%shear)
     omega = largest_element_frequency(element, rigidity)
     damping = 0.0_wp
     if (element%has_viscosity) then

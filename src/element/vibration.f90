@@ -45,13 +45,14 @@ contains
     free = list_free(bodies, seams, fixed)
     trial = elastic_copies(bodies)
     joints = seams
-    rigidity%density = law%density
-    rigidity%bulk = law%bulk
-    rigidity%shear = law%shear
+    rigidity = elastic_t(density=law%density, bulk=law%bulk, shear=law%shear)
     tiny_motion = 1.0e-6_wp*minval([(bodies(i)%element%shortest, i=1, size(bodies))])
-    root = sqrt([(inertia_of(bodies(free(i)%part)%element%inertia, free(i)%place), &
-                  i=1, size(free))])
-    allocate (matrix(size(free), size(free)), plus(size(free)), minus(size(free)))
+    allocate (matrix(size(free), size(free)), plus(size(free)), minus(size(free)), root(size(free)))
+    do i = 1, size(free)
+      associate (inertia => bodies(free(i)%part)%element%inertia)
+        root(i) = sqrt(value_at(size(inertia), mod(free(i)%place - 1, size(inertia)) + 1, inertia))
+      end associate
+    end do
     do i = 1, size(free)
       call raise_forces(trial, joints, rigidity, free(i), tiny_motion, free, plus)
       call raise_forces(trial, joints, rigidity, free(i), -tiny_motion, free, minus)
@@ -86,16 +87,6 @@ contains
       free = [free, [(freedom_t(p, places(i)), i=1, size(places))]]
     end do
   end function list_free
-
-  pure real(wp) function inertia_of(inertias, place) result(inertia)
-    real(wp), intent(in) :: inertias(:, :, :)
-    integer, intent(in) :: place
-    integer :: i, n(3)
-
-    n = shape(inertias)
-    i = mod(place - 1, product(n))
-    inertia = inertias(mod(i, n(1)) + 1, mod(i/n(1), n(2)) + 1, i/(n(1)*n(2)) + 1)
-  end function inertia_of
 
   !> Forces in the free components that a motion of one of them raises.
   subroutine raise_forces(bodies, seams, law, moved, amount, free, forces)

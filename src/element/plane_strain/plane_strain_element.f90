@@ -3,13 +3,13 @@ module plane_strain_element
   use kinds, only: wp
   use block_law, only: block_law_t
   use element, only: element_t, force_report_t
-  use solid_patch, only: solid_patch_t, plane_strain_t
+  use solid_patch, only: plane_strain_t
   use solid_element, only: solid_element_t
   use plane_strain_forces, only: forces_in_plane, plane_kernel_of, plane_kernel_name
   implicit none
   private
 
-  public :: strip_of, new_plane
+  public :: strip_of
 
   !> A solid that is worked in the plane.
   type, extends(solid_element_t), public :: plane_strain_element_t
@@ -23,36 +23,20 @@ module plane_strain_element
 contains
 
   !> The strip that does as a solid whose motion along a coordinate is held everywhere and whose
-  !! sides are loaded alike. Not allocated where the solid cannot be worked in the plane, see
-  !! `new_plane`.
+  !! sides are loaded alike. Not allocated where the solid is not one element wide across the held
+  !! coordinate and linear with one point there, or where material or state could move the sides
+  !! apart.
   subroutine strip_of(solid, law, component, strip)
     type(solid_element_t), intent(in) :: solid
     class(block_law_t), intent(in) :: law
     integer, intent(in) :: component         !! that is held: 1 x, 2 y, 3 z
     type(plane_strain_element_t), allocatable, intent(out) :: strip
-    type(plane_strain_t), allocatable :: plane
-
-    call new_plane(solid%patch, law, component, solid%motion%x, plane)
-    if (.not. allocated(plane)) return
-    allocate (strip)
-    strip%solid_element_t = solid
-    strip%plane = plane
-  end subroutine strip_of
-
-  !> The plane of a patch. Not allocated where the patch is not one element wide across the held
-  !! coordinate and linear with one point there, or where material or state could move the sides
-  !! apart.
-  pure subroutine new_plane(patch, law, component, x, plane)
-    type(solid_patch_t), intent(in) :: patch
-    class(block_law_t), intent(in) :: law
-    integer, intent(in) :: component         !! that is held: 1 x, 2 y, 3 z
-    real(wp), intent(in) :: x(:, :, :, :)    !! control points
-    type(plane_strain_t), allocatable, intent(out) :: plane
     integer, parameter :: in_plane(4, 3) = reshape([2, 3, 1, 6, 1, 3, 2, 5, 1, 2, 3, 4], [4, 3])
     real(wp) :: width
     integer :: i
 
-    associate (places => in_plane(:, component), across => patch%axes(2))
+    associate (patch => solid%patch, across => solid%patch%axes(2), x => solid%motion%x, &
+               places => in_plane(:, component))
       if (any([across%degree, across%n_elements, across%n_points] /= 1)) return
       if (patch%is_rational) return
       if (law%needs_context .or. .not. law%keeps_plane(component)) return
@@ -63,20 +47,23 @@ contains
       width = x(1, 2, 1, component) - x(1, 1, 1, component)
       if (any(abs(x(:, 2, :, component) - x(:, 1, :, component) - width) &
               > 1.0e-9_wp*abs(width))) return
-      allocate (plane)
-      plane%places = places
     end associate
-    plane%across = 0.5_wp*width
-    plane%half = merge(0.5_wp, -0.5_wp, component == 2)*width
-    allocate (plane%sides(size(patch%tiles)))
-    do i = 1, size(patch%tiles)
-      associate (tile => patch%tiles(i))
-        allocate (plane%sides(i)%force(tile%control_first(1):tile%control_last(1), 1, &
-                                       patch%n_control(3), 3))
-      end associate
-    end do
-    plane%kernel = plane_kernel_of(patch%axes%degree, patch%axes%n_points)
-  end subroutine new_plane
+    allocate (strip)
+    strip%solid_element_t = solid
+    associate (patch => solid%patch, plane => strip%plane)
+      plane%places = in_plane(:, component)
+      plane%across = 0.5_wp*width
+      plane%half = merge(0.5_wp, -0.5_wp, component == 2)*width
+      allocate (plane%sides(size(patch%tiles)))
+      do i = 1, size(patch%tiles)
+        associate (tile => patch%tiles(i))
+          allocate (plane%sides(i)%force(tile%control_first(1):tile%control_last(1), 1, &
+                                         patch%n_control(3), 3))
+        end associate
+      end do
+      plane%kernel = plane_kernel_of(patch%axes%degree, patch%axes%n_points)
+    end associate
+  end subroutine strip_of
 
   subroutine forces(self, law, dt, report)
     class(plane_strain_element_t), intent(inout) :: self

@@ -6,7 +6,7 @@ module plane_strain_forces
   use basis_tables, only: n_lanes
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, plane_strain_t, tile_t, block_t, n_blocks_of, next_block
-  use kernel_dispatch, only: viscous_factors
+  use bulk_viscosity, only: viscous_factors
   use solid_forces, only: add_report, finish_evaluation
 #include "plane_strain_uses.inc"
   implicit none
@@ -134,7 +134,7 @@ contains
     logical, intent(out) :: ok
     real(wp) :: viscous(n_lanes, 2)
 
-    viscous = viscous_factors(patch%viscosity, block, dt)
+    viscous = viscous_factors(patch%viscosity, block%number, dt)
     associate (p => patch%axes%degree, q => patch%axes%n_points)
       select case (plane%kernel)
 #include "plane_strain_cases.inc"

@@ -23,7 +23,6 @@ module projected_element
     type(smooth_fields_t), allocatable :: smooth   !! only where the projection is smooth
   contains
     procedure :: forces
-    procedure :: elastic_copy
     procedure :: single
     procedure :: describe
   end type projected_element_t
@@ -68,16 +67,6 @@ contains
       end if
     end associate
   end subroutine forces
-
-  subroutine elastic_copy(self, copy)
-    class(projected_element_t), intent(in) :: self
-    class(element_t), allocatable, intent(out) :: copy
-    type(projected_element_t), allocatable :: trial
-
-    allocate (trial, source=self)
-    call trial%drop_state()
-    call move_alloc(trial, copy)
-  end subroutine elastic_copy
 
   !> With plain strains where the projection couples elements.
   subroutine single(self, element, copy)

@@ -8,11 +8,11 @@ module projected_forces
   use point_context, only: point_context_t
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
-  use kernel_dispatch, only: viscous_factors
+  use bulk_viscosity, only: viscous_factors
   use strain_projection, only: projection_t, project_sheet, project_along
-  use projected_points, only: volume_strain, correct_volume, split_volume, join_volume, &
+  use projected_points, only: correct_volume, split_volume, join_volume, &
                               correct_sheet, split_sheet, join_sheet, stress_of_block, &
-                              logarithmic_volumes, set_volumes, scale_volumes
+                              logarithmic_volumes, set_volumes
   use solid_forces, only: gather_motion, add_forces, place_context, new_patch_context, &
                           clear_rows, add_report, add_tiles, finish_evaluation
 #include "ig_strain_uses.inc"
@@ -99,7 +99,15 @@ contains
       call next_block(patch, tile, block)
       call gather_motion(patch, block, dt, x, v, u, w)
       if (allocated(patch%reference)) call place_context(patch, block, context)
-      call run_projected(patch, projection, law, block, dt, u, context, fields, f, sums, ok)
+      call run_strain(patch, projection, block, .true., u, fields, sums)
+      call start_strain(patch, fields)
+      call project_strain(patch, projection, fields)
+      call finish_strain(patch, projection, fields)
+      call update_stress(patch, law, block, dt, context, fields, sums, ok)
+      call start_stress(projection, fields)
+      call project_stress(patch, projection, fields)
+      call finish_stress(projection, fields)
+      call run_nodal(patch, projection, block, u, fields, f)
       call add_forces(patch, tile, block, w, f, force, border)
       call add_report(report, sums, ok, block)
     end do
@@ -129,37 +137,12 @@ contains
     allocate (fields%place(points, 3, n_context), fields%growth(points, 2, n_context))
   end function new_point_fields
 
-  !> Stress update and forces of a block.
-  subroutine run_projected(patch, projection, law, block, dt, u, context, fields, f, sums, ok)
-    type(solid_patch_t), intent(inout) :: patch
-    type(projection_t), intent(in) :: projection
-    class(block_law_t), intent(in) :: law
-    type(block_t), intent(in) :: block
-    real(wp), intent(in) :: dt
-    real(wp), intent(in) :: u(*)                        !! from gather_motion
-    type(point_context_t), intent(inout) :: context
-    type(point_fields_t), intent(inout) :: fields
-    real(wp), intent(inout) :: f(*)                     !! internal forces of the block
-    real(wp), intent(out) :: sums(n_lanes, 4)           !! see block_forces
-    logical, intent(out) :: ok
-
-    call run_strain(patch, projection, block, .true., u, fields, sums)
-    call start_strain(patch, fields)
-    call project_strain(patch, projection, fields)
-    call finish_strain(patch, projection, fields)
-    call update_stress(patch, law, block, dt, context, fields, sums, ok)
-    call start_stress(projection, fields)
-    call project_stress(patch, projection, fields)
-    call finish_stress(projection, fields)
-    call run_nodal(patch, projection, block, u, fields, f)
-  end subroutine run_projected
-
   !> Fill what is to be projected of the strains of a block.
   pure subroutine start_strain(patch, fields)
     type(solid_patch_t), intent(in) :: patch
     type(point_fields_t), intent(inout) :: fields
 
-    call volume_strain(fields%n_layers, fields%n_rows, fields%dstrain, fields%mean)
+    fields%mean = fields%dstrain(:, 1, :) + fields%dstrain(:, 2, :) + fields%dstrain(:, 3, :)
     if (allocated(patch%reference)) &
       call logarithmic_volumes(shape(fields%mean), fields%gradients, fields%growth)
   end subroutine start_strain
@@ -210,10 +193,14 @@ contains
     real(wp), intent(inout) :: sums(n_lanes, 4)
     logical, intent(out) :: ok
 
-    if (law%uses_gradient) call scale_volumes(shape(fields%volume), fields%growth, fields%volume, &
-                                              fields%end_volume)
+    if (law%uses_gradient) then
+      ! The volumes of the scaled gradients: a law with an energy per volume at the start needs
+      ! them, for its forces to be the slopes of that energy.
+      fields%volume = fields%volume*exp(0.5_wp*(fields%growth(:, 1, :) + fields%growth(:, 2, :)))
+      fields%end_volume = fields%end_volume*exp(fields%growth(:, 2, :))
+    end if
     call stress_of_block(law, patch%axes%n_points, dt, patch%viscosity%is_active, &
-                         viscous_factors(patch%viscosity, block, dt), &
+                         viscous_factors(patch%viscosity, block%number, dt), &
                          fields%spin, fields%dstrain, fields%volume, fields%end_volume, context, &
                          fields%gradients, fields%place, patch%stress(:, :, :, :, block%number), &
                          patch%state(:, :, :, :, block%number), &

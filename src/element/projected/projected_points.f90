@@ -18,20 +18,11 @@ module projected_points
   implicit none
   private
 
-  public :: volume_strain, correct_volume, split_volume, join_volume
+  public :: correct_volume, split_volume, join_volume
   public :: correct_sheet, split_sheet, join_sheet
-  public :: stress_of_block, logarithmic_volumes, set_volumes, scale_volumes
+  public :: stress_of_block, logarithmic_volumes, set_volumes
 
 contains
-
-  !> Volume strain of n rows of points.
-  pure subroutine volume_strain(q, n, dstrain, theta)
-    integer, intent(in) :: q, n
-    real(wp), intent(in) :: dstrain(8*q, 6, n)
-    real(wp), intent(out) :: theta(8*q, n)
-
-    theta = dstrain(:, 1, :) + dstrain(:, 2, :) + dstrain(:, 3, :)
-  end subroutine volume_strain
 
   !> Put the projected volume strain in the place of the own one.
   pure subroutine correct_volume(q, n, theta, dstrain)
@@ -238,7 +229,9 @@ contains
       end if
       ok = ok .and. row_ok
       call add_work(q(3), stress(:, :, :, row), dstrain(:, :, :, row), volume(:, :, row), sums)
-      call weigh(q(3), stress(:, :, :, row), end_volume(:, :, row), weighted(:, :, :, row))
+      do l = 1, 6
+        weighted(:, :, l, row) = stress(:, :, l, row)*end_volume(:, :, row)
+      end do
       if (is_viscous) call add_viscous(q(3), dstrain(:, :, :, row), viscous, volume(:, :, row), &
                                        end_volume(:, :, row), push(:, :, row), &
                                        weighted(:, :, :, row), sums)
@@ -262,17 +255,6 @@ contains
       end do
     end do
   end subroutine add_work
-
-  pure subroutine weigh(n, stress, volume, weighted)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: stress(8*n, 6), volume(8*n)
-    real(wp), intent(out) :: weighted(8*n, 6)
-    integer :: c
-
-    do c = 1, 6
-      weighted(:, c) = stress(:, c)*volume
-    end do
-  end subroutine weigh
 
   !> Viscous stress, see `add_viscous` of the kernel.
   pure subroutine add_viscous(n, dstrain, viscous, volume, end_volume, push, weighted, sums)
@@ -328,17 +310,6 @@ contains
       end do
     end do
   end subroutine set_volumes
-
-  !> Volumes that belong to scaled gradients: a law with an energy per volume at the start needs
-  !! them, for its forces to be the slopes of that energy.
-  pure subroutine scale_volumes(n, growth, volume, end_volume)
-    integer, intent(in) :: n(2)
-    real(wp), intent(in) :: growth(n(1), 2, n(2))             !! from `set_volumes`
-    real(wp), intent(inout), dimension(n(1), n(2)) :: volume, end_volume
-
-    volume = volume*exp(0.5_wp*(growth(:, 1, :) + growth(:, 2, :)))
-    end_volume = end_volume*exp(growth(:, 2, :))
-  end subroutine scale_volumes
 
   pure function determinants(n, f) result(values)
     integer, intent(in) :: n

@@ -9,7 +9,7 @@ module smooth_forces
   use point_context, only: point_context_t
   use element, only: force_report_t
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
-  use solid_forces, only: gather_motion, gather_positions, add_forces, place_context, &
+  use solid_forces, only: gather_motion, add_forces, place_context, &
                           new_patch_context, clear_rows, add_report, add_tiles, finish_evaluation
   use strain_projection, only: projection_t
   use smooth_splines, only: smooth_fields_t, smooth_table_t, solve_for_splines
@@ -80,7 +80,7 @@ contains
       call gather_motion(patch, block, dt, x, v, u, w)
       call run_strain(patch, projection, block, .false., u, points, sums)
       call start_strain(patch, points)
-      call collect_strain(patch, block, points, fields)
+      call collect(patch, 1, size(fields%all, 4), block, points, fields)
     end do
   end subroutine strain_of_tile
 
@@ -107,12 +107,12 @@ contains
       call next_block(patch, tile, block)
       call gather_motion(patch, block, dt, x, v, u, w)
       call run_strain(patch, projection, block, .true., u, points, sums)
-      call spread_strain(patch, block, fields, points)
+      call spread_to_block(patch, 1, size(fields%all, 4), block, fields, points)
       call finish_strain(patch, projection, points)
       if (allocated(patch%reference)) call place_context(patch, block, context)
       call update_stress(patch, law, block, dt, context, points, sums, ok)
       call start_stress(projection, points)
-      call collect_stress(patch, block, points, fields)
+      call collect(patch, 2, 1, block, points, fields)
       fields%rest(:, :, :, block%number) = points%weighted
       call add_report(report, sums, ok, block)
     end do
@@ -137,76 +137,47 @@ contains
     do i = 1, n_blocks_of(patch, tile)
       call next_block(patch, tile, block)
       points%weighted(:, :, :) = fields%rest(:, :, :, block%number)
-      call spread_stress(patch, block, fields, points)
+      call spread_to_block(patch, 2, 1, block, fields, points)
       call finish_stress(projection, points)
-      call gather_positions(patch, block, x, u, w)
+      call gather_motion(patch, block, 0.0_wp, x, x, u, w)   ! positions alone
       call run_nodal(patch, projection, block, u, points, f)
       call add_forces(patch, tile, block, w, f, force, border)
     end do
   end subroutine nodal_of_tile
 
-  !> Loads of the strains of a block.
-  pure subroutine collect_strain(patch, block, points, fields)
+  !> Loads of the strains of a block (way 1), or of its stresses with the transposed operators (2).
+  pure subroutine collect(patch, way, n_fields, block, points, fields)
     type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: way, n_fields             !! volume strain, then growths
     type(block_t), intent(in) :: block
     type(point_fields_t), intent(in) :: points
     type(smooth_fields_t), intent(inout) :: fields
     integer :: k
 
-    call collect_all(patch, 1, block, fields%tables, points%mean, &
+    call collect_all(patch, way, block, fields%tables, points%mean, &
                      fields%loads(:, :, :, :, 1, block%number))
-    do k = 2, size(fields%loads, 5)
-      call collect_all(patch, 1, block, fields%tables, points%growth(:, k - 1, :), &
+    do k = 2, n_fields
+      call collect_all(patch, way, block, fields%tables, points%growth(:, k - 1, :), &
                        fields%loads(:, :, :, :, k, block%number))
     end do
-  end subroutine collect_strain
+  end subroutine collect
 
-  !> The same of its stresses, with the transposed operators.
-  pure subroutine collect_stress(patch, block, points, fields)
+  !> Put the projected strains or stresses into the points of a block.
+  pure subroutine spread_to_block(patch, way, n_fields, block, fields, points)
     type(solid_patch_t), intent(in) :: patch
-    type(block_t), intent(in) :: block
-    type(point_fields_t), intent(in) :: points
-    type(smooth_fields_t), intent(inout) :: fields
-
-    call collect_all(patch, 2, block, fields%tables, points%mean, &
-                     fields%loads(:, :, :, :, 1, block%number))
-  end subroutine collect_stress
-
-  !> Put the projected strains into the points of a block.
-  pure subroutine spread_strain(patch, block, fields, points)
-    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: way, n_fields
     type(block_t), intent(in) :: block
     type(smooth_fields_t), intent(in) :: fields
     type(point_fields_t), intent(inout) :: points
     integer :: k
-
-    call spread_mean(patch, 1, block, fields, points)
-    do k = 2, size(fields%all, 4)
-      call spread_all(patch, 1, block, fields%tables, shape(fields%all(:, :, :, 1)), &
-                      fields%all(:, :, :, k), points%growth(:, k - 1, :))
-    end do
-  end subroutine spread_strain
-
-  !> Put the projected stresses into the points of a block.
-  pure subroutine spread_stress(patch, block, fields, points)
-    type(solid_patch_t), intent(in) :: patch
-    type(block_t), intent(in) :: block
-    type(smooth_fields_t), intent(in) :: fields
-    type(point_fields_t), intent(inout) :: points
-
-    call spread_mean(patch, 2, block, fields, points)
-  end subroutine spread_stress
-
-  pure subroutine spread_mean(patch, way, block, fields, points)
-    type(solid_patch_t), intent(in) :: patch
-    integer, intent(in) :: way                       !! strains 1, stresses 2
-    type(block_t), intent(in) :: block
-    type(smooth_fields_t), intent(in) :: fields
-    type(point_fields_t), intent(inout) :: points
 
     call spread_all(patch, way, block, fields%tables, shape(fields%all(:, :, :, 1)), &
                     fields%all(:, :, :, 1), points%mean)
-  end subroutine spread_mean
+    do k = 2, n_fields
+      call spread_all(patch, way, block, fields%tables, shape(fields%all(:, :, :, 1)), &
+                      fields%all(:, :, :, k), points%growth(:, k - 1, :))
+    end do
+  end subroutine spread_to_block
 
   pure subroutine collect_all(patch, way, block, tables, field, loads)
     type(solid_patch_t), intent(in) :: patch

@@ -19,7 +19,6 @@ module strain_projection
   private
 
   public :: new_projection, default_samples, project_along, projection_name
-  public :: new_mls_matrix, tensor_exponents
 
   integer, parameter, public :: project_nothing = 0
   integer, parameter, public :: project_volume = 1   !! BBAR: the volume strain
@@ -95,12 +94,16 @@ contains
     end select
   end function projection_name
 
+  !> The fit of the values at the points of an axis by a polynomial of `n_samples` terms.
   subroutine set_operator(operator, axis, n_samples, error)
     type(axis_operator_t), intent(out) :: operator
     type(axis_table_t), intent(in) :: axis
     integer, intent(in) :: n_samples
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: points(1, axis%n_points)
+    real(wp) :: basis(n_samples, axis%n_points), weighted(n_samples, axis%n_points)
+    real(wp) :: factors(n_samples)
+    integer :: i, k
+    logical :: is_solved
 
     operator%is_identity = n_samples == axis%n_points
     if (operator%is_identity) return
@@ -109,72 +112,22 @@ contains
                 to_text(axis%n_points)//" quadrature points")
       return
     end if
-    points(1, :) = axis%abscissae
-    call new_mls_matrix(points, spread(axis%weights, 2, axis%n_points), points, &
-                        tensor_exponents([n_samples]), operator%matrix, error)
-    if (allocated(error)) return
-    allocate (operator%transposed, source=transpose(operator%matrix))
-  end subroutine set_operator
-
-  !> Matrix that turns values at the points `from` into those of their fit at the points `to`. The
-  !! fit is a sum of the monomials given, best in the squares of the residuals times `window`,
-  !! a column for each point of `to`. With as many monomials as points it interpolates.
-  subroutine new_mls_matrix(from, window, to, exponents, matrix, error)
-    real(wp), intent(in) :: from(:, :)        !! coordinates in [-1, 1], shape (d, n)
-    real(wp), intent(in) :: window(:, :)      !! positive, shape (n, m)
-    real(wp), intent(in) :: to(:, :)          !! shape (d, m)
-    integer, intent(in) :: exponents(:, :)    !! of the monomials, shape (d, k), k <= n
-    real(wp), allocatable, intent(out) :: matrix(:, :)     !! shape (m, n)
-    type(error_t), allocatable, intent(out) :: error
-    real(wp) :: basis(size(exponents, 2), size(from, 2)), factors(size(exponents, 2))
-    real(wp) :: weighted(size(exponents, 2), size(from, 2))
-    integer :: i, k
-    logical :: is_solved
-
-    do i = 1, size(from, 2)
-      basis(:, i) = monomials(from(:, i), exponents)
+    do k = 1, n_samples
+      basis(k, :) = axis%abscissae**(k - 1)
+      weighted(k, :) = axis%weights*basis(k, :)
     end do
-    allocate (matrix(size(to, 2), size(from, 2)))
-    do i = 1, size(to, 2)
-      do k = 1, size(exponents, 2)
-        weighted(k, :) = window(:, i)*basis(k, :)
-      end do
-      factors = monomials(to(:, i), exponents)
+    allocate (operator%matrix(axis%n_points, axis%n_points))
+    do i = 1, axis%n_points
+      factors = basis(:, i)
       call solve(matmul(weighted, transpose(basis)), factors, is_solved)
       if (.not. is_solved) then
         call fail(error, "projection: these points do not carry a fit of this degree")
         return
       end if
-      matrix(i, :) = matmul(factors, weighted)
+      operator%matrix(i, :) = matmul(factors, weighted)
     end do
-  end subroutine new_mls_matrix
-
-  !> Exponents of the full tensor basis with `counts` terms along each coordinate.
-  pure function tensor_exponents(counts) result(exponents)
-    integer, intent(in) :: counts(:)
-    integer, allocatable :: exponents(:, :)    !! shape (d, product(counts)), first fastest
-    integer :: k, d, rest
-
-    allocate (exponents(size(counts), product(counts)))
-    do k = 1, product(counts)
-      rest = k - 1
-      do d = 1, size(counts)
-        exponents(d, k) = mod(rest, counts(d))
-        rest = rest/counts(d)
-      end do
-    end do
-  end function tensor_exponents
-
-  pure function monomials(x, exponents) result(values)
-    real(wp), intent(in) :: x(:)
-    integer, intent(in) :: exponents(:, :)
-    real(wp) :: values(size(exponents, 2))
-    integer :: k
-
-    do k = 1, size(values)
-      values(k) = product(x**exponents(:, k))
-    end do
-  end function monomials
+    operator%transposed = transpose(operator%matrix)
+  end subroutine set_operator
 
   !> Project fields of the points of one block along the axes asked for, in place.
   pure subroutine project_along(projection, is_along, is_transposed, q, n_fields, field)

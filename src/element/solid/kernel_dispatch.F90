@@ -5,12 +5,13 @@ module kernel_dispatch
   use block_law, only: block_law_t
   use point_context, only: point_context_t
   use basis_tables, only: n_lanes
-  use solid_patch, only: solid_patch_t, viscosity_t, block_t
+  use bulk_viscosity, only: viscous_factors
+  use solid_patch, only: solid_patch_t, block_t
 #include "ig_solid_uses.inc"
   implicit none
   private
 
-  public :: kernel_of, kernel_name, run_kernel, takes_fields, viscous_factors, tuned_rules
+  public :: kernel_of, kernel_name, run_kernel, takes_fields, tuned_rules
 
   !> Degrees and points of the tuned instances: kernel 2k - 1 serves column k, kernel 2k the same
   !! with weights. Behind the table: general, general with weights, general with context.
@@ -71,7 +72,7 @@ contains
     first = [patch%lanes%first(1, block%b), patch%axes(2)%first(block%e2), &
              patch%axes(3)%first(block%e3)]
     on = patch%viscosity%is_active
-    viscous = viscous_factors(patch%viscosity, block, dt)
+    viscous = viscous_factors(patch%viscosity, block%number, dt)
     p = patch%axes%degree
     q = patch%axes%n_points
     select case (patch%kernel)
@@ -89,20 +90,5 @@ contains
     takes_fields = patch%kernel <= 2*size(tuned_rules, 2) .and. .not. patch%is_rational &
                    .and. patch%lanes%is_contiguous(block%b)
   end function takes_fields
-
-  !> Viscous stress per volume strain of a step (linear, quadratic) for the lanes of a block.
-  pure function viscous_factors(viscosity, block, dt) result(factors)
-    type(viscosity_t), intent(in) :: viscosity
-    type(block_t), intent(in) :: block
-    real(wp), intent(in) :: dt
-    real(wp) :: factors(n_lanes, 2)
-
-    factors = 0.0_wp
-    if (.not. viscosity%is_active) return
-    associate (length => viscosity%length(:, block%number))
-      factors(:, 1) = viscosity%linear*viscosity%density*viscosity%wave_speed*length/dt
-      factors(:, 2) = viscosity%density*(viscosity%quadratic*length/dt)**2
-    end associate
-  end function viscous_factors
 
 end module kernel_dispatch

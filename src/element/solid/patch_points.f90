@@ -11,8 +11,7 @@ module patch_points
   implicit none
   private
 
-  public :: new_point_volumes, new_inverse_jacobians, new_element_sizes, jacobian_at, determinant, &
-            inverse_rows
+  public :: new_point_volumes, set_reference, determinant, inverse_rows
   public :: energy_of_points, new_given_fields, spread_to_points
 
   integer, parameter :: parallel_size = 4000   !! fewer points are not worth waking threads for
@@ -24,19 +23,21 @@ contains
     type(solid_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid
     real(wp), allocatable :: volumes(:, :, :, :)   !! shape (8, q3, q1*q2, n_blocks)
-    integer :: q(3), block, lane, row, layer, e(3)
+    real(wp) :: j(3, 3)
+    integer :: q(3), block, lane, row, layer, e(3), point(3)
 
     q = patch%axes%n_points
     allocate (volumes(n_lanes, q(3), q(1)*q(2), patch%n_blocks), source=0.0_wp)
-    !$omp parallel do schedule(static) private(lane, row, layer, e)
+    !$omp parallel do schedule(static) private(lane, row, layer, e, point, j)
     do block = 1, patch%n_blocks
       do lane = 1, n_lanes
         if (.not. is_counted_lane(patch, block, lane)) cycle
         e = element_of_lane(patch, block, lane)
         do row = 1, q(1)*q(2)
           do layer = 1, q(3)
-            volumes(lane, layer, row, block) = volume_at(patch, solid, e, &
-                                                         point_of_row(q, row, layer))
+            point = point_of_row(q, row, layer)
+            call jacobian_at(patch, solid, e, point, j)
+            volumes(lane, layer, row, block) = point_volume(patch, j, point)
           end do
         end do
       end do
@@ -44,76 +45,54 @@ contains
     !$omp end parallel do
   end function new_point_volumes
 
-  !> Cube roots of the volumes of the elements.
-  function new_element_sizes(patch, solid) result(sizes)
-    type(solid_patch_t), intent(in) :: patch
-    type(nurbs_solid_t), intent(in) :: solid
-    real(wp), allocatable :: sizes(:, :)   !! shape (8, n_blocks) [length]
-    integer :: q(3), block, lane, row, layer, e(3)
-
-    q = patch%axes%n_points
-    allocate (sizes(n_lanes, patch%n_blocks), source=0.0_wp)
-    do block = 1, patch%n_blocks
-      do lane = 1, n_lanes
-        e = element_of_lane(patch, block, lane)
-        do row = 1, q(1)*q(2)
-          do layer = 1, q(3)
-            sizes(lane, block) = sizes(lane, block) &
-                                 + volume_at(patch, solid, e, point_of_row(q, row, layer))
-          end do
-        end do
-      end do
-    end do
-    sizes = max(sizes, 0.0_wp)**(1.0_wp/3.0_wp)
-  end function new_element_sizes
-
-  !> Inverse jacobians by element-local coordinates in the layout of the point state, row by row.
-  function new_inverse_jacobians(patch, solid) result(inverses)
-    type(solid_patch_t), intent(in) :: patch
-    type(nurbs_solid_t), intent(in) :: solid
-    real(wp), allocatable :: inverses(:, :, :, :, :)   !! shape (8, q3, 9, q1*q2, n_blocks)
+  !> What laws that need the context of their points refer to: inverse jacobians by element-local
+  !! coordinates, row by row, and cube roots of the volumes of the elements.
+  subroutine set_reference(patch, solid)
+    type(solid_patch_t), intent(inout) :: patch
+    type(nurbs_solid_t), intent(in) :: solid       !! that the patch is made of
     real(wp) :: j(3, 3)
-    integer :: q(3), block, lane, row, layer
+    integer :: q(3), block, lane, row, layer, point(3)
 
     q = patch%axes%n_points
-    allocate (inverses(n_lanes, q(3), 9, q(1)*q(2), patch%n_blocks))
+    allocate (patch%reference(n_lanes, q(3), 9, q(1)*q(2), patch%n_blocks))
+    allocate (patch%element_size(n_lanes, patch%n_blocks), source=0.0_wp)
     do block = 1, patch%n_blocks
       do lane = 1, n_lanes
         do row = 1, q(1)*q(2)
           do layer = 1, q(3)
-            call jacobian_at(patch, solid, element_of_lane(patch, block, lane), &
-                             point_of_row(q, row, layer), j)
-            inverses(lane, layer, :, row, block) = inverse_rows(j)
+            point = point_of_row(q, row, layer)
+            call jacobian_at(patch, solid, element_of_lane(patch, block, lane), point, j)
+            patch%reference(lane, layer, :, row, block) = inverse_rows(j)
+            patch%element_size(lane, block) = patch%element_size(lane, block) &
+                                              + point_volume(patch, j, point)
           end do
         end do
       end do
     end do
-  end function new_inverse_jacobians
+    patch%element_size = max(patch%element_size, 0.0_wp)**(1.0_wp/3.0_wp)
+  end subroutine set_reference
 
-  pure real(wp) function volume_at(patch, solid, element, point) result(volume)
+  !> Volume of a point from its jacobian.
+  pure real(wp) function point_volume(patch, j, point) result(volume)
     type(solid_patch_t), intent(in) :: patch
-    type(nurbs_solid_t), intent(in) :: solid
-    integer, intent(in) :: element(3), point(3)
-    real(wp) :: j(3, 3)
+    real(wp), intent(in) :: j(3, 3)
+    integer, intent(in) :: point(3)
 
-    call jacobian_at(patch, solid, element, point, j)
     volume = determinant(j)*patch%axes(1)%weights(point(1))*patch%axes(2)%weights(point(2)) &
              *patch%axes(3)%weights(point(3))
-  end function volume_at
+  end function point_volume
 
-  !> Jacobian by element-local coordinates, and place, of a point of the rule in an element.
-  pure subroutine jacobian_at(patch, solid, element, point, j, place)
+  !> Jacobian by element-local coordinates of a point of the rule in an element.
+  pure subroutine jacobian_at(patch, solid, element, point, j)
     type(solid_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid               !! in any shape
     integer, intent(in) :: element(3), point(3)
     real(wp), intent(out) :: j(3, 3)                       !! [length]
-    real(wp), intent(out), optional :: place(3)            !! [length]
     real(wp) :: x(3)
     integer :: span(3), axis
 
     span = [(patch%axes(axis)%first(element(axis)), axis=1, 3)] + patch%axes%degree
     call jacobian_in_span(solid, span, [(patch%axes(axis)%abscissae(point(axis)), axis=1, 3)], j, x)
-    if (present(place)) place = x
   end subroutine jacobian_at
 
   !> Determinant of a 3 x 3 matrix.

@@ -8,15 +8,15 @@ module patch_setup
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes, new_axis_table, new_lane_table
-  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, viscosity_t, element_of_lane, &
-                      point_of_row
-  use patch_points, only: new_inverse_jacobians, new_element_sizes, determinant
+  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, element_of_lane, point_of_row
+  use bulk_viscosity, only: new_viscosity
+  use patch_points, only: set_reference, determinant
   use kernel_dispatch, only: kernel_of
   use linear_algebra, only: eigenvalues
   implicit none
   private
 
-  public :: new_patch, new_tile_buffers, element_patch, set_wave_speed, check_shape
+  public :: new_patch, new_tile_buffers, element_patch, check_shape
 
   !> So far towards the centre of an element its ends are tested, as a share of the way: at degree 1
   !! the jacobian has a step between elements.
@@ -33,48 +33,45 @@ contains
     real(wp), intent(in) :: viscosity(2)             !! linear and quadratic factor
     type(error_t), allocatable, intent(out) :: error
     type(gauss_rule_t) :: rule
+    real(wp), allocatable :: lengths(:, :)
     integer :: axis, q(3)
 
     do axis = 1, 3
       rule = new_gauss_rule(n_points(axis), n_parts(axis))
       patch%axes(axis) = new_axis_table(solid%axes(axis), rule%points, rule%weights)
     end do
-    patch%lanes = new_lane_table(patch%axes(1))
-    patch%n_control = solid%axes%n_basis
-    patch%n_blocks = patch%lanes%n_blocks*patch%axes(2)%n_elements*patch%axes(3)%n_elements
     patch%is_rational = any(abs(solid%weights/solid%weights(1, 1, 1) - 1.0_wp) > 1.0e-14_wp)
-    q = patch%axes%n_points
     ! The kernel with context is written for weights and takes those that are all one, too.
     patch%is_rational = patch%is_rational .or. law%needs_context
     if (patch%is_rational) patch%weights = solid%weights
-    patch%kernel = kernel_of(patch%axes%degree, q, patch%is_rational, law%needs_context)
-    allocate (patch%stress(n_lanes, q(3), 6, q(1)*q(2), patch%n_blocks), source=0.0_wp)
-    allocate (patch%state(n_lanes, q(3), max(1, law%n_state), q(1)*q(2), patch%n_blocks), &
-              source=0.0_wp)
-    if (patch%is_rational) call set_rational(patch)
-    if (law%needs_context) then
-      patch%reference = new_inverse_jacobians(patch, solid)
-      patch%element_size = new_element_sizes(patch, solid)
-    end if
-    patch%viscosity%is_active = any(viscosity > 0.0_wp)
-    call set_lengths(patch, solid, patch%viscosity, error)
+    ! A law that must run on one thread gets the elements in their order: one tile for all.
+    call complete_patch(patch, max(1, law%n_state), law%needs_context, merge(1, 16, law%is_serial))
+    if (law%needs_context) call set_reference(patch, solid)
+    call find_lengths(patch, solid, lengths, error)
+    patch%shortest = minval(lengths)
+    patch%viscosity = new_viscosity(viscosity, law, lengths)
+    q = patch%axes%n_points
     allocate (patch%push(n_lanes, q(3), q(1)*q(2), &
                          merge(patch%n_blocks, 1, patch%viscosity%is_active)), source=0.0_wp)
-    patch%viscosity%linear = viscosity(1)
-    patch%viscosity%quadratic = viscosity(2)
-    patch%viscosity%density = law%density
-    call set_wave_speed(patch, law)
-    ! A law that must run on one thread gets the elements in their order: one tile for all.
-    patch%tiles = new_tiles(patch, merge(1, 16, law%is_serial))
   end subroutine new_patch
 
-  !> Speed of pressure waves for the viscosity, from the moduli of the law.
-  pure subroutine set_wave_speed(patch, law)
+  !> From the tables of the axes, and the weights, to what follows of them.
+  subroutine complete_patch(patch, n_state, needs_context, n_tiles)
     type(solid_patch_t), intent(inout) :: patch
-    class(block_law_t), intent(in) :: law
+    integer, intent(in) :: n_state, n_tiles          !! at most so many tiles
+    logical, intent(in) :: needs_context             !! see `kernel_of`
+    integer :: q(3)
 
-    patch%viscosity%wave_speed = sqrt((law%bulk + 4.0_wp/3.0_wp*law%shear)/law%density)
-  end subroutine set_wave_speed
+    q = patch%axes%n_points
+    patch%n_control = patch%axes%n_basis
+    patch%lanes = new_lane_table(patch%axes(1))
+    patch%n_blocks = patch%lanes%n_blocks*patch%axes(2)%n_elements*patch%axes(3)%n_elements
+    patch%kernel = kernel_of(patch%axes%degree, q, patch%is_rational, needs_context)
+    allocate (patch%stress(n_lanes, q(3), 6, q(1)*q(2), patch%n_blocks), source=0.0_wp)
+    allocate (patch%state(n_lanes, q(3), n_state, q(1)*q(2), patch%n_blocks), source=0.0_wp)
+    if (patch%is_rational) call set_rational(patch)
+    patch%tiles = new_tiles(patch, n_tiles)
+  end subroutine complete_patch
 
   !> One element of a patch as a patch of its own, without stress and viscosity.
   function element_patch(patch, solid, element) result(single)
@@ -97,19 +94,12 @@ contains
       end associate
     end do
     high = low + patch%axes%degree
-    single%n_control = single%axes%n_basis
-    single%lanes = new_lane_table(single%axes(1))
-    single%n_blocks = 1
     if (single%is_rational) &
       single%weights = solid%weights(low(1):high(1), low(2):high(2), low(3):high(3))
+    call complete_patch(single, size(patch%state, 3), .false., 1)
     q = patch%axes%n_points
-    single%kernel = kernel_of(patch%axes%degree, q, single%is_rational, .false.)
-    allocate (single%stress(n_lanes, q(3), 6, q(1)*q(2), 1), source=0.0_wp)
-    allocate (single%state(n_lanes, q(3), size(patch%state, 3), q(1)*q(2), 1), source=0.0_wp)
-    if (single%is_rational) call set_rational(single)
     allocate (single%push(n_lanes, q(3), q(1)*q(2), 1), source=0.0_wp)
-    single%viscosity%shortest = patch%viscosity%shortest
-    single%tiles = new_tiles(single, 1)
+    single%shortest = patch%shortest
   end function element_patch
 
   !> At most `target_count` tiles: rows of axis 2 first, then shares of axis 1. A row of control
@@ -220,16 +210,15 @@ contains
 
   !> Shortest axis of each element at its centre: 2 over the spectral norm of the inverse
   !! jacobian, which is the edge of a cube and the thickness of a sheet.
-  subroutine set_lengths(patch, solid, viscosity, error)
+  subroutine find_lengths(patch, solid, lengths, error)
     type(solid_patch_t), intent(in) :: patch
     type(nurbs_solid_t), intent(in) :: solid
-    type(viscosity_t), intent(inout) :: viscosity
+    real(wp), allocatable, intent(out) :: lengths(:, :)   !! shape (8, n_blocks)
     type(error_t), allocatable, intent(out) :: error
     real(wp) :: xi(3), point(3), jacobian(3, 3), metric(3, 3), smallest, det
     integer :: block, lane, axis, element(3), span(3)
 
-    if (viscosity%is_active) allocate (viscosity%length(n_lanes, patch%n_blocks))
-    viscosity%shortest = huge(1.0_wp)
+    allocate (lengths(n_lanes, patch%n_blocks), source=huge(1.0_wp))
     do block = 1, patch%n_blocks
       do lane = 1, n_lanes
         element = element_of_lane(patch, block, lane)
@@ -252,11 +241,10 @@ contains
                     "not positive); axes 1, 2, 3 must form a right-handed patch")
           return
         end if
-        viscosity%shortest = min(viscosity%shortest, 2.0_wp*sqrt(smallest))
-        if (viscosity%is_active) viscosity%length(lane, block) = 2.0_wp*sqrt(smallest)
+        lengths(lane, block) = 2.0_wp*sqrt(smallest)
       end do
     end do
-  end subroutine set_lengths
+  end subroutine find_lengths
 
   !> Refuse a patch with an element whose jacobian is not positive at its centre, or is negative
   !! at a corner, in the middle of an edge or of a face. Zero is allowed there: an edge may have

@@ -10,9 +10,9 @@ module solid_element
   use element, only: element_t, force_report_t, carry_motion, stored_motion, new_nodal_fields
   use solid_patch, only: solid_patch_t, tile_buffer_t, element_of_lane, lane_of_element, &
                       is_counted_lane, block_number, row_of_point
-  use patch_setup, only: new_patch, new_tile_buffers, set_wave_speed, element_patch, check_shape
-  use patch_points, only: new_point_volumes, jacobian_at, energy_of_points, new_given_fields, &
-                          spread_to_points
+  use bulk_viscosity, only: set_wave_speed, scale_viscosity, damping_ratio_of
+  use patch_setup, only: new_patch, new_tile_buffers, element_patch, check_shape
+  use patch_points, only: new_point_volumes, energy_of_points, new_given_fields, spread_to_points
   use solid_forces, only: internal_forces
   use lumped_mass, only: new_lumped_mass, mass_tables, add_masses
   use kernel_dispatch, only: solid_kernel_name => kernel_name
@@ -36,7 +36,6 @@ module solid_element
     procedure :: single
     procedure :: drop_state
     procedure :: elastic_energy
-    procedure :: jacobian
     procedure :: read_points
     procedure :: read_element
     procedure :: set_state
@@ -77,7 +76,7 @@ contains
       end associate
     end do
     element%n_evaluated = n_lanes*product(element%rule%n)*element%patch%n_blocks
-    element%shortest = element%patch%viscosity%shortest
+    element%shortest = element%patch%shortest
     element%has_viscosity = element%patch%viscosity%is_active
     element%buffers = new_tile_buffers(element%patch)
     element%mass = new_lumped_mass(grid, law%density)
@@ -127,7 +126,7 @@ contains
   subroutine elastic_copy(self, copy)
     class(solid_element_t), intent(in) :: self
     class(element_t), allocatable, intent(out) :: copy
-    type(solid_element_t), allocatable :: trial
+    class(solid_element_t), allocatable :: trial
 
     allocate (trial, source=self)
     call trial%drop_state()
@@ -153,7 +152,7 @@ contains
     class(solid_element_t), intent(inout) :: self
     class(block_law_t), intent(in) :: law
 
-    call set_wave_speed(self%patch, law)
+    call set_wave_speed(self%patch%viscosity, law)
   end subroutine take_moduli
 
   subroutine scale_mass(self, factor)
@@ -161,10 +160,7 @@ contains
     real(wp), intent(in) :: factor
 
     self%mass = self%mass*factor
-    associate (viscosity => self%patch%viscosity)
-      viscosity%density = viscosity%density*factor
-      viscosity%wave_speed = viscosity%wave_speed/sqrt(factor)
-    end associate
+    call scale_viscosity(self%patch%viscosity, factor)
   end subroutine scale_mass
 
   pure real(wp) function damping_ratio(self, law, omega, omega_bulk)
@@ -172,7 +168,7 @@ contains
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: omega, omega_bulk
 
-    damping_ratio = self%patch%viscosity%damping_ratio(law%bulk, omega, omega_bulk)
+    damping_ratio = damping_ratio_of(self%patch%viscosity, law%bulk, omega, omega_bulk)
   end function damping_ratio
 
   subroutine single(self, element, copy)
@@ -223,15 +219,6 @@ contains
     energy = energy_of_points(law, n_lanes*q(3), q(1)*q(2)*self%patch%n_blocks, &
                               self%patch%stress, self%volumes)
   end subroutine elastic_energy
-
-  pure subroutine jacobian(self, grid, element, point, j, x)
-    class(solid_element_t), intent(in) :: self
-    type(nurbs_solid_t), intent(in) :: grid
-    integer, intent(in) :: element(3), point(3)
-    real(wp), intent(out) :: j(3, 3), x(3)
-
-    call jacobian_at(self%patch, grid, element, point, j, x)
-  end subroutine jacobian
 
   !> By the threads that work the elements.
   subroutine read_points(self, eqps_state, eqps, stress, state)

@@ -13,7 +13,7 @@ module solid_forces
   private
 
   public :: internal_forces, add_tiles, finish_evaluation
-  public :: gather_motion, gather_positions, add_forces, place_context, new_patch_context
+  public :: gather_motion, add_forces, place_context, new_patch_context
   public :: clear_rows, add_report
 
 contains
@@ -126,8 +126,8 @@ contains
     border = 0.0_wp
   end subroutine clear_rows
 
-  !> Positions of a block and half of its motion in the step, multiplied by the weights of a
-  !! rational patch.
+  !> Positions of a block and, where there is room for it, half of its motion in the step,
+  !! multiplied by the weights of a rational patch.
   subroutine gather_motion(patch, block, dt, x, v, u, w)
     type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
@@ -135,50 +135,26 @@ contains
     real(wp), intent(inout) :: u(:, :)
     real(wp), intent(inout) :: w(:)        !! the weights, where there are any
 
-    call gather_field(patch, block, 1.0_wp, x, u(:, 1:3))
-    call gather_field(patch, block, 0.5_wp*dt, v, u(:, 4:6))
+    call gather_field(patch, block, 3, 1.0_wp, x, u)
+    if (size(u, 2) == 6) call gather_field(patch, block, 3, 0.5_wp*dt, v, u(:, 4:))
     if (patch%is_rational) then
-      call gather_weights(patch, block, w)
-      call weigh_block(size(u, 1), 6, w, u)
+      call gather_field(patch, block, 1, 1.0_wp, patch%weights, w)
+      call weigh_block(size(u, 1), size(u, 2), w, u)
     end if
   end subroutine gather_motion
 
-  !> The same of the positions alone.
-  subroutine gather_positions(patch, block, x, u, w)
+  !> Fields at the control points of a block, times a factor.
+  subroutine gather_field(patch, block, n_fields, factor, field, u)
     type(solid_patch_t), intent(in) :: patch
     type(block_t), intent(in) :: block
-    real(wp), intent(in) :: x(:, :, :, :)
-    real(wp), intent(inout) :: u(:, :), w(:)
+    integer, intent(in) :: n_fields
+    real(wp), intent(in) :: factor, field(*)
+    real(wp), intent(inout) :: u(*)
 
-    call gather_field(patch, block, 1.0_wp, x, u)
-    if (patch%is_rational) then
-      call gather_weights(patch, block, w)
-      call weigh_block(size(u, 1), 3, w, u)
-    end if
-  end subroutine gather_positions
-
-  !> A vector at the control points of a block, times a factor.
-  subroutine gather_field(patch, block, factor, field, u)
-    type(solid_patch_t), intent(in) :: patch
-    type(block_t), intent(in) :: block
-    real(wp), intent(in) :: factor, field(:, :, :, :)
-    real(wp), intent(inout) :: u(:, :)
-
-    call gather_block(patch%axes%degree, patch%n_control, 3, patch%lanes%is_contiguous(block%b), &
-                      patch%lanes%first(:, block%b), patch%axes(2)%first(block%e2), &
+    call gather_block(patch%axes%degree, patch%n_control, n_fields, patch%lanes%is_contiguous( &
+                      block%b), patch%lanes%first(:, block%b), patch%axes(2)%first(block%e2), &
                       patch%axes(3)%first(block%e3), factor, field, u)
   end subroutine gather_field
-
-  !> Weights of the control points of a block.
-  subroutine gather_weights(patch, block, w)
-    type(solid_patch_t), intent(in) :: patch
-    type(block_t), intent(in) :: block
-    real(wp), intent(inout) :: w(:)
-
-    call gather_block(patch%axes%degree, patch%n_control, 1, patch%lanes%is_contiguous(block%b), &
-                      patch%lanes%first(:, block%b), patch%axes(2)%first(block%e2), &
-                      patch%axes(3)%first(block%e3), 1.0_wp, patch%weights, w)
-  end subroutine gather_weights
 
   !> Add the forces of a block, which come without weights, to those of its tile.
   subroutine add_forces(patch, tile, block, w, f, force, border)

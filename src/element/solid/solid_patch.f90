@@ -2,6 +2,7 @@
 module solid_patch
   use kinds, only: wp
   use basis_tables, only: axis_table_t, lane_table_t
+  use bulk_viscosity, only: viscosity_t
   implicit none
   private
 
@@ -14,18 +15,6 @@ module solid_patch
     integer :: b = 0                !! along axis 1: last index of the lane table
     integer :: e2 = 0, e3 = 0       !! its elements along axes 2 and 3
   end type block_t
-
-  !> Bulk viscosity, linear and quadratic; the lengths are those of the elements at the start, all
-  !! of them only where it is active.
-  type, public :: viscosity_t
-    logical :: is_active = .false.
-    real(wp) :: linear = 0.0_wp, quadratic = 0.0_wp
-    real(wp) :: density = 0.0_wp, wave_speed = 0.0_wp
-    real(wp) :: shortest = 0.0_wp               !! length
-    real(wp), allocatable :: length(:, :)       !! shape (8, n_blocks)
-  contains
-    procedure :: damping_ratio
-  end type viscosity_t
 
   !> A fixed share of the blocks: ranges of blocks along axis 1 and of elements along axis 2,
   !! all of axis 3; and the control points they touch. The same whatever the thread count.
@@ -77,6 +66,7 @@ module solid_patch
     real(wp), allocatable :: given(:, :, :, :, :)
     integer :: n_before = 0                        !! elements of the patches before, in numbers
     type(viscosity_t) :: viscosity
+    real(wp) :: shortest = 0.0_wp                  !! axis of all elements at the start [length]
     type(tile_t), allocatable :: tiles(:)
   end type solid_patch_t
 
@@ -204,19 +194,5 @@ contains
 
     number = (row - 1)/n2 + 1 + n1*(mod(row - 1, n2) + n2*(layer - 1))
   end function point_number
-
-  !> Largest damping ratio of the linear viscosity, from the largest frequency and that of the bulk
-  !! part of the stiffness alone.
-  pure real(wp) function damping_ratio(viscosity, bulk, omega, omega_bulk)
-    class(viscosity_t), intent(in) :: viscosity
-    real(wp), intent(in) :: bulk                  !! modulus [stress]
-    real(wp), intent(in) :: omega, omega_bulk     !! angular frequencies [1/time]
-    real(wp) :: lag
-
-    damping_ratio = 0.0_wp
-    if (.not. viscosity%is_active) return
-    lag = viscosity%linear*viscosity%density*viscosity%wave_speed*maxval(viscosity%length)/bulk
-    damping_ratio = 0.5_wp*lag*omega_bulk**2/omega
-  end function damping_ratio
 
 end module solid_patch

@@ -195,7 +195,7 @@ contains
         element%rule(axis) = gauss_rule_t(table%n_points, table%abscissae, table%weights)
       end associate
     end do
-    element%shortest = patch%viscosity%shortest
+    element%shortest = patch%shortest
     element%has_viscosity = patch%viscosity%is_active
     element%motion%x = grid%points
     element%motion%v = 0.0_wp*grid%points
@@ -223,7 +223,7 @@ contains
     allocate (solid)
     solid%patch = patch
     solid%buffers = new_tile_buffers(patch)
-    solid%shortest = patch%viscosity%shortest
+    solid%shortest = patch%shortest
     solid%has_viscosity = patch%viscosity%is_active
     solid%mass = mass
     solid%inertia = mass
