@@ -30,16 +30,9 @@ contains
   subroutine set_job(name, name_length, place, place_length) bind(C, name="igaform_set_job")
     integer(c_int), value :: name_length, place_length
     character(kind=c_char), intent(in) :: name(name_length), place(place_length)
-    integer :: i
 
-    job = ""
-    folder = ""
-    do i = 1, min(int(name_length), longest)
-      job(i:i) = name(i)
-    end do
-    do i = 1, min(int(place_length), longest)
-      folder(i:i) = place(i)
-    end do
+    job = text_of(name)
+    folder = text_of(place)
   end subroutine set_job
 
   !> The folder of the results, without a slash at its end.
@@ -223,7 +216,7 @@ contains
           write (value, "(g0.8)") realv(used(2))
         case ("S", "s")
           used(3) = used(3) + 1
-          value = word_of(charv(:, used(3)))
+          value = text_of(charv(:, used(3)))
         case default
           i = i - 1
         end select
@@ -234,15 +227,14 @@ contains
     end do
   end subroutine fill_in
 
-  pure function word_of(characters) result(word)
+  pure function text_of(characters) result(text)
     character(kind=c_char), intent(in) :: characters(:)
-    character(24) :: word
+    character(size(characters)) :: text
     integer :: i
 
-    word = ""
-    do i = 1, min(size(characters), len(word))
-      word(i:i) = characters(i)
+    do i = 1, size(characters)
+      text(i:i) = characters(i)
     end do
-  end function word_of
+  end function text_of
 
 end module abaqus_utilities

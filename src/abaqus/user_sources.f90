@@ -90,7 +90,7 @@ contains
     type(string_t), allocatable :: open_files(:), names(:)
     character(:), allocatable :: source, name, content
     logical :: is_there
-    integer :: i, k
+    integer :: i, j, k
 
     open_files = strings([path])
     i = 0
@@ -111,7 +111,8 @@ contains
           call write_text(target//"/"//name, content)
           call append_text(found, source)
         end if
-        if (.not. is_listed(source, open_files)) call append_text(open_files, source)
+        if (.not. any([(open_files(j)%value == source, j=1, size(open_files))])) &
+          call append_text(open_files, source)
       end do
     end do
   end subroutine provide_includes
@@ -235,17 +236,6 @@ contains
     close (unit)
   end subroutine write_text
 
-  pure logical function is_listed(path, list)
-    character(*), intent(in) :: path
-    type(string_t), intent(in) :: list(:)
-    integer :: i
-
-    is_listed = .false.
-    do i = 1, size(list)
-      is_listed = is_listed .or. list(i)%value == path
-    end do
-  end function is_listed
-
   !> Names of the user subroutines in some sources that have their place in Abaqus and none here,
   !! set apart by commas; empty if there are none.
   function uncalled_routines(files) result(names)
@@ -359,7 +349,7 @@ contains
     logical :: is_there
 
     if (.not. allocated(digest%files)) allocate (digest%files(0))
-    if (is_listed(path, digest%files)) return
+    if (any([(digest%files(i)%value == path, i=1, size(digest%files))])) return
     call append_text(digest%files, path)
     call read_whole_file(path, content, is_there)
     call add_text(digest, content)

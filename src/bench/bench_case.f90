@@ -4,6 +4,7 @@ module bench_case
   use omp_lib, only: omp_set_num_threads
   use kinds, only: wp
   use failure, only: error_t
+  use linear_algebra, only: sorted_order
   use timer, only: clock_ticks, ticks_to_seconds
   use bench_record, only: record_t
   implicit none
@@ -133,18 +134,9 @@ contains
 
   pure real(wp) function median_of(values) result(median)
     real(wp), intent(in) :: values(:)
-    real(wp) :: sorted(size(values)), value
-    integer :: i, j
+    real(wp) :: sorted(size(values))
 
-    sorted = values
-    do i = 2, size(sorted)
-      value = sorted(i)
-      do j = i - 1, 1, -1
-        if (sorted(j) <= value) exit
-        sorted(j + 1) = sorted(j)
-      end do
-      sorted(j + 1) = value
-    end do
+    sorted = values(sorted_order(values))
     median = 0.5_wp*(sorted((size(sorted) + 1)/2) + sorted(size(sorted)/2 + 1))
   end function median_of
 

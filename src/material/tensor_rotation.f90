@@ -194,8 +194,12 @@ contains
       v = quaternion(l, 2:)
       do i = 1, 3
         axis = axes(:, i)
-        across = 2.0_wp*cross(v, axis)
-        rotation(l, 3*i - 2:3*i) = axis + w*across + cross(v, across)
+        across = 2.0_wp*[v(2)*axis(3) - v(3)*axis(2), v(3)*axis(1) - v(1)*axis(3), &
+                         v(1)*axis(2) - v(2)*axis(1)]
+        rotation(l, 3*i - 2:3*i) = axis + w*across &
+                                   + [v(2)*across(3) - v(3)*across(2), &
+                                      v(3)*across(1) - v(1)*across(3), &
+                                      v(1)*across(2) - v(2)*across(1)]
       end do
     end do
   end subroutine axes_rotation

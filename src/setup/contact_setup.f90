@@ -326,20 +326,13 @@ contains
     type(bend_t), intent(in) :: bend
     real(wp), intent(in) :: shift(3)       !! of the tool [length]
     real(wp), intent(out) :: length, distance   !! [length]
-    real(wp) :: least, square
-    integer :: i, nearest
+    real(wp) :: squares(size(elements))
+    integer :: i
 
-    least = huge(1.0_wp)
-    nearest = 1
-    do i = 1, size(elements)
-      square = sum((elements(i)%x - bend%x - shift)**2)
-      if (square >= least) cycle
-      least = square
-      nearest = i
-    end do
+    squares = [(sum((elements(i)%x - bend%x - shift)**2), i=1, size(elements))]
     length = 0.0_wp
-    distance = sqrt(least)
-    associate (element => elements(nearest))
+    distance = sqrt(minval(squares))
+    associate (element => elements(minloc(squares, 1)))
       if (sum((element%x - bend%x - shift)*bend%normal) <= 0.0_wp) return
       i = maxloc(abs(matmul(bend%way, element%way)), 1)
       length = element%size(i)

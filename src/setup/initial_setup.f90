@@ -39,12 +39,11 @@ contains
     call find_owners(scene, blank, 0, owners)
     do p = 1, size(owners)
       associate (element => blank%parts(p)%element, entry => owners(p)%entry)
+        element%nodal(:, :, :, 1) = start_temperature(blank%law)
         do v = 1, n
           do k = 1, size(entry, 3)
             do j = 1, size(entry, 2)
               do i = 1, size(entry, 1)
-                if (entry(i, j, k, v) == 0 .and. v == 1) &
-                  element%nodal(i, j, k, v) = start_temperature(blank%law)
                 if (entry(i, j, k, v) == 0) cycle
                 element%nodal(i, j, k, v) = value_at(scene%fields(entry(i, j, k, v)), &
                                                      element%grid, [i, j, k])

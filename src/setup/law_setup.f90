@@ -45,10 +45,7 @@ contains
                                      "none of these, or THREADSAFE=YES where they do no harm")
     if (.not. allocated(material%state_names)) return
     do i = 1, size(material%state_names)
-      select case (upper_case(material%state_names(i)%value))
-      case ("EQPS", "PEEQ")
-        law%eqps_state = i
-      end select
+      if (any(upper_case(material%state_names(i)%value) == ["EQPS", "PEEQ"])) law%eqps_state = i
     end do
   end subroutine build_law
 

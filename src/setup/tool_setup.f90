@@ -21,7 +21,6 @@ module tool_setup
   real(wp), parameter :: worth_telling = 1.0e-3_wp   !! doubt, part of the search distance
   real(wp), parameter :: far = 100.0_wp              !! of a clearance, of what sheet and tool reach
 
-  integer, parameter :: n_faces = 6
   integer, parameter :: max_advances = 1000
   real(wp), parameter :: exact = 1.0e-12_wp       !! what is left, of the size of the scene
   real(wp), parameter :: coarse = 0.1_wp          !! of an advance, known no better while it is long
@@ -177,10 +176,11 @@ contains
     type(distance_search_t) :: search
     real(wp) :: unit(3), way, last, nearest, least, left
     logical :: is_close
-    integer :: i
+    integer :: i, face
 
     unit = direction/norm2(direction)
-    call new_distance_search(search, faces_of(solids), tool, reach=clearance)
+    call new_distance_search(search, [((solid_face(solids(i), face), face=1, 6), &
+                                       i=1, size(solids))], tool, reach=clearance)
     call find_ends(tool, solids, unit, way, last)
     way = way - clearance
     last = last + clearance
@@ -251,18 +251,5 @@ contains
     first = first - front
     last = last - rear
   end subroutine find_ends
-
-  !> All faces of all patches.
-  pure function faces_of(solids) result(faces)
-    type(nurbs_solid_t), intent(in) :: solids(:)
-    type(nurbs_surface_t) :: faces(n_faces*size(solids))
-    integer :: p, f
-
-    do p = 1, size(solids)
-      do f = 1, n_faces
-        faces(f + n_faces*(p - 1)) = solid_face(solids(p), f)
-      end do
-    end do
-  end function faces_of
 
 end module tool_setup

@@ -101,11 +101,11 @@ contains
       if (allocated(patch%reference)) call place_context(patch, block, context)
       call run_strain(patch, projection, block, .true., u, fields, sums)
       call start_strain(patch, fields)
-      call project_strain(patch, projection, fields)
+      call project_block(patch, projection, .false., fields)
       call finish_strain(patch, projection, fields)
       call update_stress(patch, law, block, dt, context, fields, sums, ok)
       call start_stress(projection, fields)
-      call project_stress(patch, projection, fields)
+      call project_block(patch, projection, .true., fields)
       call finish_stress(projection, fields)
       call run_nodal(patch, projection, block, u, fields, f)
       call add_forces(patch, tile, block, w, f, force, border)
@@ -147,24 +147,25 @@ contains
       call logarithmic_volumes(shape(fields%mean), fields%gradients, fields%growth)
   end subroutine start_strain
 
-  !> Project the strains of a block.
-  pure subroutine project_strain(patch, projection, fields)
+  !> Project the strains of a block, or its stresses by the transposed operators.
+  pure subroutine project_block(patch, projection, is_stress, fields)
     type(solid_patch_t), intent(in) :: patch
     type(projection_t), intent(in) :: projection
+    logical, intent(in) :: is_stress
     type(point_fields_t), intent(inout) :: fields
     integer :: q(3)
 
     q = patch%axes%n_points
-    call project_along(projection, all_axes, .false., q, 1, fields%mean)
+    call project_along(projection, all_axes, is_stress, q, 1, fields%mean)
     if (projection%kind == project_sheet) then
-      fields%along1 = fields%dstrain
-      fields%along2 = fields%dstrain
-      call project_along(projection, first_axis, .false., q, 6, fields%along1)
-      call project_along(projection, second_axis, .false., q, 6, fields%along2)
+      if (.not. is_stress) fields%along1 = fields%dstrain
+      if (.not. is_stress) fields%along2 = fields%dstrain
+      call project_along(projection, first_axis, is_stress, q, 6, fields%along1)
+      call project_along(projection, second_axis, is_stress, q, 6, fields%along2)
     end if
-    if (allocated(patch%reference)) &
+    if (allocated(patch%reference) .and. .not. is_stress) &
       call project_along(projection, all_axes, .false., q, 2, fields%growth)
-  end subroutine project_strain
+  end subroutine project_block
 
   !> Put what has been projected into the strains of a block.
   pure subroutine finish_strain(patch, projection, fields)
@@ -220,21 +221,6 @@ contains
       call split_volume(fields%n_layers, fields%n_rows, fields%weighted, fields%mean)
     end if
   end subroutine start_stress
-
-  !> Project the stresses of a block, transposed.
-  pure subroutine project_stress(patch, projection, fields)
-    type(solid_patch_t), intent(in) :: patch
-    type(projection_t), intent(in) :: projection
-    type(point_fields_t), intent(inout) :: fields
-    integer :: q(3)
-
-    q = patch%axes%n_points
-    call project_along(projection, all_axes, .true., q, 1, fields%mean)
-    if (projection%kind == project_sheet) then
-      call project_along(projection, first_axis, .true., q, 6, fields%along1)
-      call project_along(projection, second_axis, .true., q, 6, fields%along2)
-    end if
-  end subroutine project_stress
 
   !> Join the projected stresses of a block; with the rest, but for that of sheets.
   pure subroutine finish_stress(projection, fields)
