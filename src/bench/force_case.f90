@@ -136,7 +136,12 @@ contains
     n_elements = product(self%n_elements)
     controls = real(size(self%part%element%mass), wp)/n_elements
     self%n_points = product(q)
-    self%memory_ratio = memory_ratio(self)
+    ! Memory that the element holds over stress and state of its points and positions and
+    ! velocities of its control points.
+    associate (element => self%part%element)
+      self%memory_ratio = element%n_stored()/(real(self%n_points*n_elements, wp) &
+        *(6 + max(1, self%law%n_state)) + 2.0_wp*size(element%motion%x))
+    end associate
     self%bytes = force_bytes(self%n_points, self%law%n_state, controls, self%is_rational)
     self%working_set = n_elements*(8.0_wp*self%n_points*(6 + self%law%n_state) + 72.0_wp*controls)
     if (self%is_rational) self%working_set = self%working_set + 40.0_wp*self%n_points*n_elements
@@ -196,17 +201,6 @@ contains
     call self%part%element%read_points(self%law%eqps_state, eqps, nothing, nothing)
     strain = [eqps]
   end function plastic_strain
-
-  !> Memory that the element holds over stress and state of its points and positions and velocities
-  !! of its control points.
-  real(wp) function memory_ratio(self) result(ratio)
-    class(force_case_t), intent(in) :: self
-
-    associate (element => self%part%element)
-      ratio = element%n_stored()/(real(product(element%rule%n*element%n_elements), wp) &
-                                  *(6 + max(1, self%law%n_state)) + 2.0_wp*size(element%motion%x))
-    end associate
-  end function memory_ratio
 
   !> Law by its name in the names of records. Fails where a user's subroutine cannot be compiled.
   subroutine new_bench_law(name, law, error)

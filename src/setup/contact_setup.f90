@@ -119,15 +119,11 @@ contains
                        trim(face_names(face))//" a second time", "one pair for a tool and a face")
         return
       end if
-      options%scale = spec%penalty_scale
-      options%stiffness = spec%stiffness
-      options%friction = spec%friction
-      options%damping = spec%damping
-      options%overhang = spec%overhang
-      options%is_corner_start = spec%is_corner_start
-      options%is_late = spec%first_step > 1
       pair%thickness = sheet_thickness(blank_spec)
-      options%max_depth = pair%thickness
+      options = contact_options_t(scale=spec%penalty_scale, stiffness=spec%stiffness, &
+        friction=spec%friction, damping=spec%damping, overhang=spec%overhang, &
+        is_corner_start=spec%is_corner_start, is_late=spec%first_step > 1, &
+        max_depth=pair%thickness)
       call new_contact(pair%pair, slave, tool, face_mass(body, bounds), &
                        increment_limit(model), options, error)
       if (allocated(error)) then
