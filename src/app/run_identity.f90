@@ -70,6 +70,7 @@ contains
     call get_command(source%command_line)
     source%deck_file = scene%file
     source%deck_text = scene%text
+    source%deck_resolved = scene%resolved
     source%heading = scene%heading
     source%units = scene%units
   end function provenance_of

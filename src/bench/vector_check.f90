@@ -91,7 +91,7 @@ contains
       "__tensor_rotation_MOD_rotate_by_spin", "__tensor_rotation_MOD_turn_to_end", &
       "__voce_MOD_elastic_trial", "__voce_MOD_radial_return", &
       "__fast_exponential_MOD_exp", &
-      "__closest_point_lanes_MOD_follow_lanes"]
+      "__closest_point_MOD_follow_lanes"]
     integer :: i
 
     is_hot = .false.

@@ -11,6 +11,7 @@ module deck_reader
   use keyword_table, only: keyword_table_t
   use all_keywords, only: list_keywords
   use record_check, only: check_records
+  use resolved_deck, only: resolved_text
   use deck_check, only: check_steps, check_presence, check_scene
   use error_report, only: sort_errors
   use sha256, only: sha256_t, add_to_digest, sha256_text
@@ -116,6 +117,7 @@ contains
     end do
     call check_records(lexed, deck, errors)
     scene%digest = digest_of_deck(deck)
+    scene%resolved = resolved_text(deck)
   end subroutine read_records
 
   !> All names first, then the keywords in the order of the table: each reader finds in the scene

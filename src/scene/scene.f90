@@ -260,6 +260,7 @@ module scene
     type(string_t), allocatable :: files(:) !! paths of the deck and of all that it includes
     type(string_t), allocatable :: sums(:)  !! checksums of what was read from them
     character(:), allocatable :: text       !! the deck as read, for the provenance
+    character(:), allocatable :: resolved   !! the deck as its readers see it, see `resolved_deck`
     character(:), allocatable :: digest     !! of what a run taken up again may not change
     character(:), allocatable :: heading, units
     type(material_spec_t), allocatable :: materials(:)

@@ -1,0 +1,99 @@
+!> A deck as its readers see it: includes and parameters replaced, options and keywords by their
+!! present names with defaults, one keyword or data line a line. For programs that read results.
+module resolved_deck
+  use text, only: to_text
+  use deck_records, only: parsed_deck_t, record_t
+  implicit none
+  private
+
+  public :: resolved_text
+
+  integer, parameter :: most_lines = 500   !! of a keyword; longer lists are geometry, in /nurbs
+
+  !> Lines with space for more.
+  type :: buffer_t
+    character(:), allocatable :: text
+    integer :: n = 0
+  end type buffer_t
+
+contains
+
+  !> Lines `*KEYWORD, OPTION=value, FLAG` and `field, field`, each with a line feed. Data of more than
+  !! 500 lines are left out.
+  pure function resolved_text(deck) result(text)
+    type(parsed_deck_t), intent(in) :: deck
+    character(:), allocatable :: text
+    type(buffer_t) :: buffer
+    integer :: i, line
+
+    allocate (character(1000) :: buffer%text)
+    do i = 1, size(deck%records)
+      associate (record => deck%records(i))
+        if (record%spec == 0 .or. .not. record%is_valid) cycle
+        call add_line(buffer, head_of(record, deck%keywords(record%spec)%name))
+        if (record%n_lines > most_lines) cycle
+        do line = 1, record%n_lines
+          call add_line(buffer, data_of(record, line))
+        end do
+      end associate
+    end do
+    text = buffer%text(:buffer%n)
+  end function resolved_text
+
+  pure function head_of(record, name) result(line)
+    type(record_t), intent(in) :: record
+    character(*), intent(in) :: name
+    character(:), allocatable :: line
+    integer :: i
+
+    line = "*"//name
+    do i = 1, size(record%options)
+      associate (option => record%options(i))
+        if (.not. option%is_given) cycle
+        line = line//", "//option%name
+        if (option%value /= "") line = line//"="//quoted(option%value)
+      end associate
+    end do
+  end function head_of
+
+  pure function data_of(record, i) result(line)
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: i
+    character(:), allocatable :: line
+    integer :: j
+
+    line = ""
+    do j = record%first(i), record%first(i + 1) - 1
+      if (j > record%first(i)) line = line//", "
+      associate (field => record%fields(j))
+        if (.not. field%is_filled) cycle
+        if (allocated(field%word)) then
+          line = line//quoted(field%word)
+        else
+          line = line//to_text(field%number)
+        end if
+      end associate
+    end do
+  end function data_of
+
+  !> A value in quotes where it holds a comma, a quote or a star at its start.
+  pure function quoted(value) result(text)
+    character(*), intent(in) :: value
+    character(:), allocatable :: text
+
+    text = value
+    if (scan(value, ',"') > 0 .or. index(value, "*") == 1) text = '"'//value//'"'
+  end function quoted
+
+  pure subroutine add_line(buffer, line)
+    type(buffer_t), intent(inout) :: buffer
+    character(*), intent(in) :: line
+
+    do while (buffer%n + len(line) + 1 > len(buffer%text))
+      buffer%text = buffer%text//repeat(" ", len(buffer%text))
+    end do
+    buffer%text(buffer%n + 1:buffer%n + len(line) + 1) = line//new_line("a")
+    buffer%n = buffer%n + len(line) + 1
+  end subroutine add_line
+
+end module resolved_deck
