@@ -12,18 +12,19 @@ module iges_directory
   private
 
   public :: entry_t, read_directory, entry_name, type_name, iges_lines_t, read_iges_lines, &
-            line_number
+            line_number, reject_line
 
-  integer, parameter, public :: section_start = 1, section_global = 2, section_directory = 3, &
-                                section_parameters = 4, section_end = 5
+  integer, parameter, public :: section_global = 2, section_directory = 3, section_parameters = 4
+  integer, parameter :: section_start = 1, section_end = 5
   integer, parameter :: n_columns = 80, code_column = 73
   integer, parameter :: most_errors = 10   ! of one file's lines: the rest is most likely the same
   character(*), parameter :: section_codes = "SGDPT"
   character(9), parameter :: names(5) = [character(9) :: "start", "global", "directory", &
                                          "parameter", "terminate"]
 
-  !> Sections one after the other without anything between them.
+  !> Sections one after the other without anything between them, and the errors found so far.
   type :: iges_lines_t
+    type(error_list_t) :: errors
     character(:), allocatable :: path
     character(n_columns), allocatable :: lines(:)
     integer :: n(5) = 0          !! lines of each section
@@ -45,17 +46,16 @@ module iges_directory
 contains
 
   !> Read all entries; their errors are noted.
-  subroutine read_directory(file, entries, errors)
-    type(iges_lines_t), intent(in) :: file
+  subroutine read_directory(file, entries)
+    type(iges_lines_t), intent(inout) :: file
     type(entry_t), allocatable, intent(out) :: entries(:)
-    type(error_list_t), intent(inout) :: errors
     integer :: i, n_before
 
     allocate (entries(file%n(section_directory)/2))
-    n_before = errors%n_items
+    n_before = file%errors%n_items
     do i = 1, size(entries)
-      call read_entry(file, 2*i - 1, entries(i), errors)
-      if (errors%n_items - n_before >= most_errors) return
+      call read_entry(file, 2*i - 1, entries(i))
+      if (file%errors%n_items - n_before >= most_errors) return
     end do
   end subroutine read_directory
 
@@ -113,127 +113,114 @@ contains
     end select
   end function type_name
 
-  subroutine read_entry(file, number, entry, errors)
-    type(iges_lines_t), intent(in) :: file
+  subroutine read_entry(file, number, entry)
+    type(iges_lines_t), intent(inout) :: file
     integer, intent(in) :: number   !! of its first line in the section
     type(entry_t), intent(out) :: entry
-    type(error_list_t), intent(inout) :: errors
-    character(16) :: code
-    integer :: again, i
+    character(8) :: code
+    integer :: again, i, n
 
-    call take_field(file, number, 1, "entity type", entry%type, errors)
-    call take_field(file, number, 2, "start of the parameters", entry%first, errors)
-    call take_field(file, number, 7, "transformation matrix", entry%matrix, errors)
-    call take_field(file, number + 1, 1, "entity type", again, errors)
-    call take_field(file, number + 1, 4, "number of parameter lines", entry%n_lines, errors)
-    call take_field(file, number + 1, 5, "form", entry%form, errors)
+    call take_field(file, number, 1, "entity type", entry%type)
+    call take_field(file, number, 2, "start of the parameters", entry%first)
+    call take_field(file, number, 7, "transformation matrix", entry%matrix)
+    call take_field(file, number + 1, 1, "entity type", again)
+    call take_field(file, number + 1, 4, "number of parameter lines", entry%n_lines)
+    call take_field(file, number + 1, 5, "form", entry%form)
     code = field(file, number, 9)
     do i = 1, 8
       if (code(i:i) == " ") code(i:i) = "0"
     end do
-    if (verify(code(:8), "0123456789") > 0) then
-      call add_error(errors, new_origin(file%path, line_number(file, section_directory, number), &
-                                        "IGES section D"), "`"//code(:8)//"` in field 9, "// &
-                     "the status", "eight digits")
+    if (verify(code, "0123456789") > 0) then
+      call reject_line(file, section_directory, number, "`"//code//"` in field 9, the status", &
+                       "eight digits")
       code = "00000000"
     end if
     entry%is_blanked = code(1:2) == "01"
     entry%is_part = code(3:4) == "01" .or. code(3:4) == "03"
     read (code(5:6), "(i2)") entry%purpose
     entry%label = trim(adjustl(field(file, number + 1, 8)))
-    call check_entry(file, number, again, entry, errors)
-  end subroutine read_entry
-
-  subroutine check_entry(file, number, again, entry, errors)
-    type(iges_lines_t), intent(in) :: file
-    integer, intent(in) :: number, again   !! the type as the second line has it
-    type(entry_t), intent(in) :: entry
-    type(error_list_t), intent(inout) :: errors
-    integer :: n
-
     if (again /= entry%type) then
-      call add_error(errors, new_origin(file%path, line_number(file, section_directory, &
-                                                               number + 1), "IGES section D"), &
-                     "entity type "//to_text(again)//" in the second line of D"// &
-                     to_text(number), "the "//to_text(entry%type)//" of its first line")
+      call reject_line(file, section_directory, number + 1, "entity type "//to_text(again)// &
+                       " in the second line of D"//to_text(number), "the "// &
+                       to_text(entry%type)//" of its first line")
     end if
     n = file%n(section_parameters)
     if (entry%type == 0) return   ! a null entity has no parameters
     if (entry%first >= 1 .and. entry%first <= n .and. entry%n_lines >= 1 &
         .and. entry%n_lines <= n - entry%first + 1) return
-    call add_error(errors, new_origin(file%path, line_number(file, section_directory, number), &
-                                      "IGES section D"), &
-                   to_text(entry%n_lines)//" parameter lines from P"//to_text(entry%first)// &
-                   " on for D"//to_text(number), "lines between P1 and P"//to_text(n))
-  end subroutine check_entry
+    call reject_line(file, section_directory, number, to_text(entry%n_lines)// &
+                     " parameter lines from P"//to_text(entry%first)//" on for D"// &
+                     to_text(number), "lines between P1 and P"//to_text(n))
+  end subroutine read_entry
 
   !> A whole number in a field; 0 where the field is blank.
-  subroutine take_field(file, line, place, name, value, errors)
-    type(iges_lines_t), intent(in) :: file
-    integer, intent(in) :: line, place
+  subroutine take_field(file, line, number, name, value)
+    type(iges_lines_t), intent(inout) :: file
+    integer, intent(in) :: line, number
     character(*), intent(in) :: name
     integer, intent(out) :: value
-    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: given
     logical :: is_number
 
     value = 0
-    given = trim(adjustl(field(file, line, place)))
+    given = trim(adjustl(field(file, line, number)))
     if (given == "") return
     call read_integer(given, value, is_number)
-    if (is_number) return
-    call add_error(errors, new_origin(file%path, line_number(file, section_directory, line), &
-                                      "IGES section D"), &
-                   "`"//given//"` in field "//to_text(place)//", the "//name, "a whole number")
+    if (.not. is_number) call reject_line(file, section_directory, line, "`"//given// &
+      "` in field "//to_text(number)//", the "//name, "a whole number")
   end subroutine take_field
 
   !> One of the nine fields of eight columns.
-  pure function field(file, line, place)
+  pure function field(file, line, number)
     type(iges_lines_t), intent(in) :: file
-    integer, intent(in) :: line, place
+    integer, intent(in) :: line, number
     character(8) :: field
     integer :: i
 
     i = line_number(file, section_directory, line)
     associate (text => file%lines(i))
-      field = text(8*place - 7:8*place)
+      field = text(8*number - 7:8*number)
     end associate
   end function field
 
   !> Read a file. Each error of its lines is noted; the lines are of use only if there is none.
-  subroutine read_iges_lines(path, file, errors)
+  subroutine read_iges_lines(path, file)
     character(*), intent(in) :: path
-    type(iges_lines_t), intent(out) :: file
-    type(error_list_t), intent(inout) :: errors
+    type(iges_lines_t), intent(inout) :: file
     character(:), allocatable :: contents, line
     type(error_t), allocatable :: error
-    integer :: place, i, n_lines, n_before
+    integer :: at, i, n_lines, n_before
 
     file%path = path
     call read_plain_source(path, contents, error)
     if (allocated(error)) then
-      call add_error(errors, new_origin(path, 0, "IGES"), error%message, "an IGES file of text")
+      call add_error(file%errors, new_origin(path, 0, "IGES"), error%message, &
+                     "an IGES file of text")
       return
     end if
     n_lines = 0
-    place = 1
-    do while (place <= len(contents))
-      call next_line(contents, place, line)
+    at = 1
+    do while (at <= len(contents))
+      call next_line(contents, at, line)
       n_lines = n_lines + 1
     end do
     allocate (file%lines(n_lines))
-    n_before = errors%n_items
-    place = 1
+    n_before = file%errors%n_items
+    at = 1
     do i = 1, n_lines
-      call next_line(contents, place, line)
+      call next_line(contents, at, line)
       file%lines(i) = line
-      if (verify(contents(min(place, len(contents) + 1):), " "//achar(10)//achar(13)) == 0 &
+      if (verify(contents(min(at, len(contents) + 1):), " "//achar(10)//achar(13)) == 0 &
           .and. line == "") exit
-      call take_line(file, i, line, errors)
-      if (errors%n_items - n_before >= most_errors) return
-      if (is_other_format(file, i)) return
+      if (i == 1 .and. scan(file%lines(1)(code_column:code_column), "BC") > 0) then
+        call add_error(file%errors, new_origin(path, i, "IGES"), "the compressed or binary form", &
+                       "the form of fixed columns; export the file as plain (ASCII) IGES")
+        return
+      end if
+      call take_line(file, i, line)
+      if (file%errors%n_items - n_before >= most_errors) return
     end do
-    if (errors%n_items == n_before) call check_sections(file, errors)
+    if (file%errors%n_items == n_before) call check_sections(file)
   end subroutine read_iges_lines
 
   !> Line of the file on which line `i` of a section is.
@@ -244,96 +231,89 @@ contains
     line_number = file%before(section) + i
   end function line_number
 
-  !> Are these the compressed or the binary form, of which no further line is of use?
-  pure logical function is_other_format(file, i)
-    type(iges_lines_t), intent(in) :: file
-    integer, intent(in) :: i
+  !> Note an error in line `i` of a section.
+  subroutine reject_line(file, section, i, found, expected)
+    type(iges_lines_t), intent(inout) :: file
+    integer, intent(in) :: section, i
+    character(*), intent(in) :: found, expected
 
-    is_other_format = i == 1 .and. scan(file%lines(1)(code_column:code_column), "BC") > 0
-  end function is_other_format
+    call add_error(file%errors, new_origin(file%path, line_number(file, section, i), &
+                                           "IGES section "//section_codes(section:section)), &
+                   found, expected)
+  end subroutine reject_line
 
   !> Check a line and count it to its section.
-  subroutine take_line(file, i, line, errors)
+  subroutine take_line(file, i, line)
     type(iges_lines_t), intent(inout) :: file
     integer, intent(in) :: i
     character(*), intent(in) :: line
-    type(error_list_t), intent(inout) :: errors
     integer :: section, number
     logical :: is_number
 
-    if (is_other_format(file, i)) then
-      call add_error(errors, new_origin(file%path, i, "IGES"), "the compressed or binary form", &
-                     "the form of fixed columns; export the file as plain (ASCII) IGES")
-      return
-    else if (len(line) <= code_column .or. len(line) > n_columns) then
-      call add_error(errors, new_origin(file%path, i, "IGES"), "a line of "// &
-                     to_text(len(line))//" columns", to_text(n_columns)//" columns")
+    if (len(line) <= code_column .or. len(line) > n_columns) then
+      call reject("a line of "//to_text(len(line))//" columns", to_text(n_columns)//" columns")
       return
     end if
     section = index(section_codes, line(code_column:code_column))
     call read_integer(trim(adjustl(line(code_column + 1:))), number, is_number)
     if (section == 0) then
-      call add_error(errors, new_origin(file%path, i, "IGES"), "`"// &
-                     line(code_column:code_column)//"` in column "//to_text(code_column), &
-                     "the letter of a section: S, G, D, P or T")
+      call reject("`"//line(code_column:code_column)//"` in column "//to_text(code_column), &
+                  "the letter of a section: S, G, D, P or T")
     else if (any(file%n(section + 1:) > 0)) then
-      call add_error(errors, new_origin(file%path, i, "IGES"), "a line of section "// &
-                     section_codes(section:section)//" after those of a later one", &
-                     "the sections in the order S, G, D, P, T")
+      call reject("a line of section "//section_codes(section:section)// &
+                  " after those of a later one", "the sections in the order S, G, D, P, T")
     else
       file%n(section) = file%n(section) + 1
       if (is_number .and. number == file%n(section)) return
-      call add_error(errors, new_origin(file%path, i, "IGES section "// &
-                                        section_codes(section:section)), &
-                     "`"//trim(adjustl(line(code_column + 1:)))//"` in columns 74 to 80", &
-                     "the sequence number "//to_text(file%n(section)))
+      ! `before` is not known yet, so the line is counted from the begin of the file.
+      call reject_line(file, section, i, "`"//trim(adjustl(line(code_column + 1:)))// &
+                       "` in columns 74 to 80", "the sequence number "//to_text(file%n(section)))
       if (is_number .and. number > 0) file%n(section) = number
     end if
+
+  contains
+
+    subroutine reject(found, expected)
+      character(*), intent(in) :: found, expected
+
+      call add_error(file%errors, new_origin(file%path, i, "IGES"), found, expected)
+    end subroutine reject
+
   end subroutine take_line
 
-  !> All sections must be there, as long as the last line says.
-  subroutine check_sections(file, errors)
+  !> All sections must be there, as long as the last line says: it repeats the length of the other
+  !! sections, eight columns each.
+  subroutine check_sections(file)
     type(iges_lines_t), intent(inout) :: file
-    type(error_list_t), intent(inout) :: errors
-    integer :: section
+    integer :: section, counted, first
+    logical :: is_number
+    character(n_columns) :: line
 
     do section = 1, size(names)
       file%before(section) = sum(file%n(:section - 1))
       if (file%n(section) > 0 .or. section == section_start) cycle
-      call add_error(errors, new_origin(file%path, sum(file%n), "IGES"), "no "// &
+      call add_error(file%errors, new_origin(file%path, sum(file%n), "IGES"), "no "// &
                      trim(names(section))//" section", "lines with "// &
                      section_codes(section:section)//" in column "//to_text(code_column)// &
                      "; the file may be cut short")
     end do
     if (mod(file%n(section_directory), 2) /= 0) then
-      call add_error(errors, new_origin(file%path, file%before(section_parameters), &
-                                        "IGES section D"), &
-                     to_text(file%n(section_directory))//" lines", "two lines for each entity")
+      call reject_line(file, section_directory, file%n(section_directory), &
+                       to_text(file%n(section_directory))//" lines", "two lines for each entity")
     end if
-    if (all(file%n(section_global:) > 0)) call check_counts(file, errors)
+    if (any(file%n(section_global:) == 0)) return
+    line = file%lines(line_number(file, section_end, 1))
+    do section = section_start, section_parameters
+      first = 8*(section - 1) + 1
+      if (line(first:first + 7) == "") cycle
+      call read_integer(trim(adjustl(line(first + 1:first + 7))), counted, is_number)
+      if (is_number .and. line(first:first) == section_codes(section:section) &
+          .and. counted == file%n(section)) cycle
+      call reject_line(file, section_end, 1, "`"//line(first:first + 7)//"` in columns "// &
+                       to_text(first)//" to "//to_text(first + 7), &
+                       section_codes(section:section)//" and the "//to_text(file%n(section))// &
+                       " lines that the section has")
+    end do
   end subroutine check_sections
-
-  !> The last line repeats the length of the other sections, eight columns each.
-  subroutine check_counts(file, errors)
-    type(iges_lines_t), intent(in) :: file
-    type(error_list_t), intent(inout) :: errors
-    integer :: section, counted, first
-    logical :: is_number
-
-    associate (line => file%lines(file%before(section_end) + 1))
-      do section = section_start, section_parameters
-        first = 8*(section - 1) + 1
-        if (line(first:first + 7) == "") cycle
-        call read_integer(trim(adjustl(line(first + 1:first + 7))), counted, is_number)
-        if (is_number .and. line(first:first) == section_codes(section:section) &
-            .and. counted == file%n(section)) cycle
-        call add_error(errors, new_origin(file%path, file%before(section_end) + 1, &
-                                          "IGES section T"), &
-                       "`"//line(first:first + 7)//"` in columns "//to_text(first)//" to "// &
-                       to_text(first + 7), section_codes(section:section)//" and the "// &
-                       to_text(file%n(section))//" lines that the section has")
-      end do
-    end associate
-  end subroutine check_counts
 
 end module iges_directory

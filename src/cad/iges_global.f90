@@ -3,9 +3,8 @@
 !! and Hollerith texts such as 3HABC (2.2.3).
 module iges_global
   use kinds, only: wp
-  use input_errors, only: error_list_t, origin_t, new_origin, add_error
   use text, only: read_integer, read_real, to_text, upper_case
-  use iges_directory, only: iges_lines_t, section_global, line_number
+  use iges_directory, only: iges_lines_t, section_global, line_number, reject_line
   implicit none
   private
 
@@ -33,7 +32,6 @@ module iges_global
   character(*), parameter :: digits = "0123456789"
 
   integer, parameter :: n_columns = 72   ! that hold values
-  integer, parameter :: place_scale = 13, place_flag = 14, place_name = 15, place_resolution = 19
 
   !> What the reader needs of the section.
   type :: iges_global_t
@@ -65,23 +63,13 @@ contains
     if (flag > 0) unit_in_mm = millimetres(flag)
   end function unit_in_mm
 
-  !> Name of a flag; empty for one that names no unit.
-  pure function flag_name(flag) result(name)
-    integer, intent(in) :: flag
-    character(:), allocatable :: name
-
-    name = ""
-    if (flag >= 1 .and. flag <= size(names)) name = trim(names(flag))
-  end function flag_name
-
   !> Read the section; its errors are noted.
-  subroutine read_global(file, global, errors)
-    type(iges_lines_t), intent(in) :: file
+  subroutine read_global(file, global)
+    type(iges_lines_t), intent(inout) :: file
     type(iges_global_t), intent(out) :: global
-    type(error_list_t), intent(inout) :: errors
     character(:), allocatable :: text, problem, expected
     type(token_list_t) :: tokens
-    integer :: i, place
+    integer :: i, at
 
     global%unit = "IN"
     allocate (character(n_columns*file%n(section_global)) :: text)
@@ -92,16 +80,16 @@ contains
     end do
     call find_delimiters(text, global%delimiters, problem)
     if (problem /= "") then
-      call add_error(errors, origin_at(file, 1), problem, "the delimiters first, such as 1H,,1H;")
+      call reject(file, 1, problem, "the delimiters first, such as 1H,,1H;")
       return
     end if
-    call split_tokens(text, global%delimiters, tokens, problem, expected, place)
+    call split_tokens(text, global%delimiters, tokens, problem, expected, at)
     if (problem /= "") then
-      call add_error(errors, origin_at(file, place), problem, expected)
+      call reject(file, at, problem, expected)
     else
-      call take_unit(file, tokens, global, errors)
-      call take_positive(file, tokens, place_scale, "model space scale", global%scale, errors)
-      call take_positive(file, tokens, place_resolution, "resolution", global%resolution, errors)
+      call take_unit(file, tokens, global)
+      call take_positive(file, tokens, 13, "model space scale", global%scale)
+      call take_positive(file, tokens, 19, "resolution", global%resolution)
     end if
   end subroutine read_global
 
@@ -133,75 +121,69 @@ contains
       "`, which numbers and texts are made of"
   end subroutine find_delimiters
 
-  subroutine take_unit(file, tokens, global, errors)
-    type(iges_lines_t), intent(in) :: file
+  subroutine take_unit(file, tokens, global)
+    type(iges_lines_t), intent(inout) :: file
     type(token_list_t), intent(in) :: tokens
     type(iges_global_t), intent(inout) :: global
-    type(error_list_t), intent(inout) :: errors
-    character(:), allocatable :: flag_text
+    character(:), allocatable :: given
     integer :: flag
     logical :: is_number
 
-    flag_text = token_text(tokens, place_flag)
+    given = token_text(tokens, 14)
     flag = 1
     is_number = .true.
-    if (flag_text /= "") call read_integer(flag_text, flag, is_number)
+    if (given /= "") call read_integer(given, flag, is_number)
     if (.not. is_number) flag = 0
-    global%unit = flag_name(flag)
     if (flag == flag_by_name) then
-      flag_text = token_text(tokens, place_name)
-      global%unit = flag_name(unit_flag(flag_text))
+      given = token_text(tokens, 15)
+      flag = unit_flag(given)
+      if (flag == 0) call reject_value(file, tokens, 15, "the name of the unit", &
+                                       "one of "//unit_names)
+    else if (flag < 1 .or. flag > size(names)) then
+      call reject_value(file, tokens, 14, "the unit flag", "a whole number from 1 to 11")
+      flag = 0
     end if
-    if (unit_in_mm(global%unit) > 0.0_wp) return
-    if (flag == flag_by_name) then
-      call add_error(errors, origin_of(file, tokens, place_name), "`"//flag_text//"` as "// &
-                     "parameter 15, the name of the unit", "one of "//unit_names)
-    else
-      call add_error(errors, origin_of(file, tokens, place_flag), "`"//flag_text//"` as "// &
-                     "parameter 14, the unit flag", "a whole number from 1 to 11")
-    end if
+    if (flag > 0) global%unit = trim(names(flag))
   end subroutine take_unit
 
-  subroutine take_positive(file, tokens, place, name, value, errors)
-    type(iges_lines_t), intent(in) :: file
+  subroutine take_positive(file, tokens, number, name, value)
+    type(iges_lines_t), intent(inout) :: file
     type(token_list_t), intent(in) :: tokens
-    integer, intent(in) :: place
+    integer, intent(in) :: number      !! of the parameter
     character(*), intent(in) :: name
     real(wp), intent(inout) :: value   !! stays as it is where the file says nothing
-    type(error_list_t), intent(inout) :: errors
-    character(:), allocatable :: given
-    real(wp) :: number
+    real(wp) :: given
     logical :: is_number
 
-    given = token_text(tokens, place)
-    if (given == "") return
-    call read_real(given, number, is_number)
-    if (is_number .and. number >= 0.0_wp) then
-      if (number > 0.0_wp) value = number
+    if (token_text(tokens, number) == "") return
+    call read_real(token_text(tokens, number), given, is_number)
+    if (is_number .and. given >= 0.0_wp) then
+      if (given > 0.0_wp) value = given
     else
-      call add_error(errors, origin_of(file, tokens, place), "`"//given//"` as parameter "// &
-                     to_text(place)//", the "//name, "a number above 0")
+      call reject_value(file, tokens, number, "the "//name, "a number above 0")
     end if
   end subroutine take_positive
 
-  function origin_of(file, tokens, i) result(origin)
-    type(iges_lines_t), intent(in) :: file
+  subroutine reject_value(file, tokens, number, name, expected)
+    type(iges_lines_t), intent(inout) :: file
     type(token_list_t), intent(in) :: tokens
-    integer, intent(in) :: i
-    type(origin_t) :: origin
+    integer, intent(in) :: number      !! of the parameter
+    character(*), intent(in) :: name, expected
 
-    origin = origin_at(file, tokens%first(max(1, min(i, tokens%n))))
-  end function origin_of
+    call reject(file, tokens%first(max(1, min(number, tokens%n))), "`"// &
+                token_text(tokens, number)//"` as parameter "//to_text(number)//", "//name, &
+                expected)
+  end subroutine reject_value
 
-  function origin_at(file, place) result(origin)
-    type(iges_lines_t), intent(in) :: file
-    integer, intent(in) :: place   !! in the values of the section
-    type(origin_t) :: origin
+  !> Note an error at a position in the text of the section.
+  subroutine reject(file, at, found, expected)
+    type(iges_lines_t), intent(inout) :: file
+    integer, intent(in) :: at
+    character(*), intent(in) :: found, expected
 
-    origin = new_origin(file%path, line_number(file, section_global, &
-                        min((max(place, 1) - 1)/n_columns + 1, file%n(section_global))), &
-                        "IGES section G")
-  end function origin_at
+    call reject_line(file, section_global, min((max(at, 1) - 1)/n_columns + 1, &
+                                               file%n(section_global)), found, expected)
+  end subroutine reject
 
   !> Split a text up to its record delimiter. `problem` is empty, or says what is wrong at `place`.
   pure subroutine split_tokens(text, delimiters, tokens, problem, expected, place)
@@ -210,9 +192,9 @@ contains
     type(token_list_t), intent(out) :: tokens
     character(:), allocatable, intent(out) :: problem, expected
     integer, intent(out) :: place            !! in the text
-    integer :: most
+    integer :: most, i
 
-    most = 1 + count_of(text, delimiters(1:1))
+    most = 1 + count([(text(i:i) == delimiters(1:1), i=1, len(text))])
     tokens%text = text
     allocate (tokens%first(most), tokens%last(most), tokens%is_text(most))
     problem = ""
@@ -296,16 +278,5 @@ contains
     offset = verify(text(place:), " ")
     if (offset > 0) next_filled = place + offset - 1
   end function next_filled
-
-  pure integer function count_of(text, character)
-    character(*), intent(in) :: text
-    character(1), intent(in) :: character
-    integer :: i
-
-    count_of = 0
-    do i = 1, len(text)
-      if (text(i:i) == character) count_of = count_of + 1
-    end do
-  end function count_of
 
 end module iges_global

@@ -6,7 +6,7 @@
 module iges_reader
   use kinds, only: wp
   use input_errors, only: error_list_t, new_origin, add_error, add_warning, n_errors
-  use text, only: string_t, to_text, rounded_text, place_text, append_text
+  use text, only: string_t, to_text, rounded_text, place_text, append_text, joined
   use nurbs_surface, only: nurbs_surface_t
   use surface_seams, only: surface_seams_t, find_surface_seams, orient_surfaces
   use iges_global, only: unit_in_mm
@@ -32,67 +32,53 @@ contains
     type(error_list_t), intent(inout) :: errors
     type(iges_model_t) :: model
     type(surface_seams_t) :: seams
+    type(string_t), allocatable :: skipped(:)
     integer, allocatable :: reason(:), taken(:)
     integer :: n_before, i
 
     n_before = n_errors(errors)
     allocate (surfaces(0), report(0))
-    call read_iges_model(request%path, model, errors)
-    if (n_errors(errors) > n_before) return
-    call select_entries(model, request, reason, errors)
-    if (n_errors(errors) > n_before) return
-    taken = pack([(i, i=1, size(reason))], reason == 0)
-    if (size(taken) == 0) then
-      call add_error(errors, new_origin(request%path, 0, "IGES"), "no surface for a tool"// &
-                     listed(skipped_lines(model, reason)), "surfaces of type 128, 120 or 122 "// &
-                     "that stand for themselves")
-      return
+    model%file%errors = errors
+    call read_iges_model(request%path, model)
+    if (n_errors(model%file%errors) == n_before) call select_entries(model, request, reason)
+    if (n_errors(model%file%errors) == n_before) then
+      taken = pack([(i, i=1, size(reason))], reason == 0)
+      if (size(taken) > 0) call read_taken(model, taken, surfaces)
     end if
-    call read_taken(model, taken, surfaces, errors)
+    errors = model%file%errors
     if (n_errors(errors) > n_before) then
       deallocate (surfaces)
       allocate (surfaces(0))
-      return
+    else if (size(taken) == 0) then
+      skipped = [string_t("no surface for a tool"), skipped_lines(model, reason)]
+      call add_error(errors, new_origin(request%path, 0, "IGES"), joined(skipped, ", "), &
+                     "surfaces of type 128, 120 or 122 that stand for themselves")
+    else
+      do i = 1, size(surfaces)
+        surfaces(i)%points = length_factor(model, request)*surfaces(i)%points
+      end do
+      call find_surface_seams(surfaces, seam_tolerance(model, request, surfaces), seams)
+      call orient_surfaces(seams, surfaces)
+      call warn_of_sides(request, seams, errors)
+      call write_report(model, request, surfaces, taken, reason, seams, report)
     end if
-    call convert(model, request, surfaces)
-    call find_surface_seams(surfaces, seam_tolerance(model, request, surfaces), seams)
-    call orient_surfaces(seams, surfaces)
-    call warn_of_sides(request, seams, errors)
-    call write_report(model, request, surfaces, taken, reason, seams, report)
   end subroutine read_iges
 
-  subroutine read_taken(model, taken, surfaces, errors)
-    type(iges_model_t), intent(in) :: model
+  subroutine read_taken(model, taken, surfaces)
+    type(iges_model_t), intent(inout) :: model
     integer, intent(in) :: taken(:)
     type(nurbs_surface_t), allocatable, intent(inout) :: surfaces(:)
-    type(error_list_t), intent(inout) :: errors
     integer :: i, n_bad
-    logical :: is_valid
 
     deallocate (surfaces)
     allocate (surfaces(size(taken)))
     n_bad = 0
     do i = 1, size(taken)
-      call read_surface(model, taken(i), surfaces(i), is_valid, errors)
-      if (.not. is_valid) n_bad = n_bad + 1
+      call read_surface(model, taken(i), surfaces(i))
+      if (.not. model%is_valid) n_bad = n_bad + 1
       if (n_bad == most_errors) return
     end do
   end subroutine read_taken
-
-  !> From the unit and the scale of the file to the unit of the deck.
-  subroutine convert(model, request, surfaces)
-    type(iges_model_t), intent(in) :: model
-    type(iges_request_t), intent(in) :: request
-    type(nurbs_surface_t), intent(inout) :: surfaces(:)
-    integer :: i
-
-    associate (factor => length_factor(model, request))
-      if (abs(factor - 1.0_wp) <= 0.0_wp) return
-      do i = 1, size(surfaces)
-        surfaces(i)%points = factor*surfaces(i)%points
-      end do
-    end associate
-  end subroutine convert
 
   !> Length in the deck over length in the file.
   pure real(wp) function length_factor(model, request)
@@ -154,8 +140,7 @@ contains
       call append_text(report, surface_line(model, taken(i), surfaces(i), seams%is_reversed(i)))
     end do
     if (size(taken) > most_listed) &
-      call append_text(report, "and "//to_text(size(taken) - most_listed)// &
-                                            " surfaces more")
+      call append_text(report, "and "//to_text(size(taken) - most_listed)//" surfaces more")
     skipped = skipped_lines(model, reason)
     do i = 1, size(skipped)
       call append_text(report, skipped(i)%value)
@@ -208,16 +193,5 @@ contains
       end do
     end do
   end function box_of
-
-  function listed(lines) result(text)
-    type(string_t), intent(in) :: lines(:)
-    character(:), allocatable :: text
-    integer :: i
-
-    text = ""
-    do i = 1, size(lines)
-      text = text//", "//lines(i)%value
-    end do
-  end function listed
 
 end module iges_reader

@@ -1,9 +1,9 @@
 !> Which entities of an IGES file become surfaces of a tool, and why the others do not.
 module iges_selection
-  use input_errors, only: error_list_t, origin_t, add_error, add_warning
+  use input_errors, only: origin_t, add_error, add_warning
   use text, only: string_t, to_text, nearest_name, squeezed, upper_case
   use iges_directory, only: entry_t, entry_name, type_name
-  use iges_model, only: iges_model_t, entry_origin
+  use iges_model, only: iges_model_t, entry_origin, reject_entity
   implicit none
   private
 
@@ -34,11 +34,10 @@ contains
 
   !> The reason why each entity is left out, 0 for those that are taken. What the deck asks for and
   !! cannot have is an error, as is a trimmed surface; surfaces of other kinds are warned of.
-  subroutine select_entries(model, request, reason, errors)
-    type(iges_model_t), intent(in) :: model
+  subroutine select_entries(model, request, reason)
+    type(iges_model_t), intent(inout) :: model
     type(iges_request_t), intent(in) :: request
     integer, allocatable, intent(out) :: reason(:)   !! shape (number of entities)
-    type(error_list_t), intent(inout) :: errors
     integer :: i
 
     allocate (reason(size(model%entries)))
@@ -46,11 +45,11 @@ contains
       reason(i) = nature(model%entries(i))
     end do
     if (size(request%numbers) > 0 .or. size(request%labels) > 0) then
-      call choose(model, request, reason, errors)
+      call choose(model, request, reason)
     else
-      call warn_of_unread(model, reason, errors)
+      call warn_of_unread(model, reason)
     end if
-    call refuse_trimmed(model, reason, errors)
+    call refuse_trimmed(model, reason)
   end subroutine select_entries
 
   !> Lines such as `skipped 12 x type 110 (line): no surface`, one for each type and reason.
@@ -109,11 +108,10 @@ contains
   end function nature
 
   !> Take what the deck names, blanked or not, and nothing else.
-  subroutine choose(model, request, reason, errors)
-    type(iges_model_t), intent(in) :: model
+  subroutine choose(model, request, reason)
+    type(iges_model_t), intent(inout) :: model
     type(iges_request_t), intent(in) :: request
     integer, intent(inout) :: reason(:)
-    type(error_list_t), intent(inout) :: errors
     logical :: is_named(size(reason))
     integer :: i, n
 
@@ -121,18 +119,18 @@ contains
     do i = 1, size(request%numbers)
       n = request%numbers(i)
       if (n < 1 .or. n >= 2*size(reason) .or. mod(n, 2) == 0) then
-        call add_error(errors, request%origin, "entity D"//to_text(n)//", which `"// &
+        call add_error(model%file%errors, request%origin, "entity D"//to_text(n)//", which `"// &
                        request%path//"` does not have", "odd directory numbers from 1 to "// &
                        to_text(2*size(reason) - 1))
       else if (.not. any(model%entries((n + 1)/2)%type == [surfaces_read, trimmed])) then
-        call add_error(errors, request%origin, entry_name(model%entries, (n + 1)/2)// &
+        call add_error(model%file%errors, request%origin, entry_name(model%entries, (n + 1)/2)// &
                        " as a tool", hint)
       else
         is_named((n + 1)/2) = .true.
       end if
     end do
     do i = 1, size(request%labels)
-      call find_label(model, request, request%labels(i)%value, is_named, errors)
+      call find_label(model, request, request%labels(i)%value, is_named)
     end do
     do i = 1, size(reason)
       if (is_named(i)) then
@@ -143,12 +141,11 @@ contains
     end do
   end subroutine choose
 
-  subroutine find_label(model, request, label, is_named, errors)
-    type(iges_model_t), intent(in) :: model
+  subroutine find_label(model, request, label, is_named)
+    type(iges_model_t), intent(inout) :: model
     type(iges_request_t), intent(in) :: request
     character(*), intent(in) :: label
     logical, intent(inout) :: is_named(:)
-    type(error_list_t), intent(inout) :: errors
     type(string_t), allocatable :: known(:)
     type(string_t) :: one
     character(:), allocatable :: nearest
@@ -170,14 +167,14 @@ contains
     if (is_found) return
     nearest = nearest_name(label, known)
     if (nearest /= "") nearest = ", did you mean "//nearest//"?"
-    call add_error(errors, request%origin, "the label "//label//", which no surface of `"// &
-                   request%path//"` has", "the label of a surface"//nearest)
+    call add_error(model%file%errors, request%origin, "the label "//label// &
+                   ", which no surface of `"//request%path//"` has", &
+                   "the label of a surface"//nearest)
   end subroutine find_label
 
-  subroutine refuse_trimmed(model, reason, errors)
-    type(iges_model_t), intent(in) :: model
+  subroutine refuse_trimmed(model, reason)
+    type(iges_model_t), intent(inout) :: model
     integer, intent(in) :: reason(:)
-    type(error_list_t), intent(inout) :: errors
     integer :: i, n
 
     n = 0
@@ -185,30 +182,28 @@ contains
       if (reason(i) /= is_trimmed) cycle
       n = n + 1
       if (n == most_told) then
-        call add_error(errors, entry_origin(model, i), to_text(count(reason == is_trimmed) - n + &
-                                                               1)//" trimmed surfaces more", hint)
+        call reject_entity(model, i, to_text(count(reason == is_trimmed) - n + 1)// &
+                           " trimmed surfaces more", hint)
+        return
       end if
-      if (n >= most_told) return
-      call add_error(errors, entry_origin(model, i), "a trimmed surface, which is not done yet", &
-                     hint//"; or name those of the file with ENTITY= or LABEL=")
+      call reject_entity(model, i, "a trimmed surface, which is not done yet", &
+                         hint//"; or name those of the file with ENTITY= or LABEL=")
     end do
   end subroutine refuse_trimmed
 
   !> One warning for each kind of surface that is left out.
-  subroutine warn_of_unread(model, reason, errors)
-    type(iges_model_t), intent(in) :: model
+  subroutine warn_of_unread(model, reason)
+    type(iges_model_t), intent(inout) :: model
     integer, intent(in) :: reason(:)
-    type(error_list_t), intent(inout) :: errors
     integer :: i, k, n
 
     do k = 1, size(surfaces_unread)
-      n = count(model%entries%type == surfaces_unread(k) .and. reason == is_unread)
-      if (n == 0) cycle
-      do i = 1, size(reason)
-        if (model%entries(i)%type == surfaces_unread(k) .and. reason(i) == is_unread) exit
-      end do
-      call add_warning(errors, entry_origin(model, i), to_text(n)//" of this type, which is "// &
-                       "not read: a part of the tool may be missing", hint)
+      associate (is_of_kind => model%entries%type == surfaces_unread(k) .and. reason == is_unread)
+        n = count(is_of_kind)
+        i = findloc(is_of_kind, .true., 1)
+      end associate
+      if (n > 0) call add_warning(model%file%errors, entry_origin(model, i), to_text(n)// &
+        " of this type, which is not read: a part of the tool may be missing", hint)
     end do
   end subroutine warn_of_unread
 

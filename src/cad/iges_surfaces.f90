@@ -4,14 +4,14 @@
 module iges_surfaces
   use kinds, only: wp
   use failure, only: error_t, fail
-  use input_errors, only: error_list_t, add_error
+  use linear_algebra, only: cross
   use text, only: to_text
   use knot_vector, only: max_degree, new_knot_vector, cut_to_range
   use nurbs_curve, only: nurbs_curve_t, join_curves
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use primitives, only: arc_t, unit_arc, extruded_surface
   use iges_model, only: iges_model_t, values_t, open_values, get_integer, get_reals, get_entry, &
-                        entry_origin, reject, get_matrix, moved
+                        reject, reject_entity, transform
   implicit none
   private
 
@@ -24,38 +24,32 @@ module iges_surfaces
 
 contains
 
-  !> Read a surface of type 120, 122 or 128 in the unit of the file, transformed as it asks.
-  subroutine read_surface(model, entry, surface, is_valid, errors)
-    type(iges_model_t), intent(in) :: model
+  !> Read a surface of type 120, 122 or 128 in the unit of the file, transformed as it asks. It is
+  !! of use only if the model is valid afterwards.
+  subroutine read_surface(model, entry, surface)
+    type(iges_model_t), intent(inout) :: model
     integer, intent(in) :: entry
     type(nurbs_surface_t), intent(out) :: surface
-    logical, intent(out) :: is_valid
-    type(error_list_t), intent(inout) :: errors
     type(values_t) :: values
     type(error_t), allocatable :: error
-    real(wp) :: matrix(3, 4)
-    integer :: n(3)
+    real(wp), allocatable :: points(:, :)
 
-    call open_values(model, entry, values, errors)
-    is_valid = values%is_valid
-    if (.not. is_valid) return
+    model%is_valid = .true.
+    call open_values(model, entry, values)
+    if (.not. model%is_valid) return
     select case (model%entries(entry)%type)
-    case (120); call read_revolution(model, values, surface, is_valid, error, errors)
-    case (122); call read_cylinder(model, values, surface, is_valid, error, errors)
-    case default; call read_spline(model, values, surface, is_valid, error, errors)
+    case (120); call read_revolution(model, values, surface, error)
+    case (122); call read_cylinder(model, values, surface, error)
+    case default; call read_spline(model, values, surface, error)
     end select
-    if (is_valid .and. .not. allocated(error)) then
-      call get_matrix(model, entry, matrix, is_valid, errors)
-      if (is_valid .and. model%entries(entry)%matrix /= 0) then
-        n = shape(surface%points)
-        surface%points = reshape(moved(matrix, reshape(surface%points, [n(1)*n(2), 3])), n)
-      end if
-      if (is_valid) call check(surface, error)
+    if (model%is_valid .and. .not. allocated(error)) then
+      points = reshape(surface%points, [size(surface%weights), 3])
+      call transform(model, entry, points)
+      surface%points = reshape(points, shape(surface%points))
+      if (model%is_valid) call check(surface, error)
     end if
-    if (.not. allocated(error)) return
-    is_valid = .false.
-    call add_error(errors, entry_origin(model, entry), "an invalid surface ("// &
-                   error%message//")", "a proper surface")
+    if (allocated(error)) call reject_entity(model, entry, "an invalid surface ("// &
+                                             error%message//")", "a proper surface")
   end subroutine read_surface
 
   subroutine check(surface, error)
@@ -70,33 +64,29 @@ contains
     end if
   end subroutine check
 
-  subroutine read_spline(model, values, surface, is_valid, error, errors)
-    type(iges_model_t), intent(in) :: model
-    type(values_t), intent(inout) :: values
+  subroutine read_spline(model, values, surface, error)
+    type(iges_model_t), intent(inout) :: model
+    type(values_t), intent(in) :: values
     type(nurbs_surface_t), intent(out) :: surface
-    logical, intent(out) :: is_valid
     type(error_t), allocatable, intent(out) :: error
-    type(error_list_t), intent(inout) :: errors
     real(wp), allocatable :: rows(:, :, :), knots1(:), knots2(:)
     real(wp) :: range(4)
     integer :: degree(2), n(2), at, c
 
-    call read_sizes(model, values, n, degree, errors)
-    is_valid = values%is_valid
-    if (.not. is_valid) return
-    knots1 = get_reals(model, values, 10, n(1) + degree(1) + 1, "a knot of the first axis", errors)
+    call read_sizes(model, values, n, degree)
+    if (.not. model%is_valid) return
+    knots1 = get_reals(model, values, 10, n(1) + degree(1) + 1, "a knot of the first axis")
     at = 10 + n(1) + degree(1) + 1
-    knots2 = get_reals(model, values, at, n(2) + degree(2) + 1, "a knot of the second axis", errors)
+    knots2 = get_reals(model, values, at, n(2) + degree(2) + 1, "a knot of the second axis")
     at = at + n(2) + degree(2) + 1
     allocate (rows(n(1), n(2), 4))
-    rows(:, :, 4) = reshape(get_reals(model, values, at, n(1)*n(2), "a weight", errors), n)
+    rows(:, :, 4) = reshape(get_reals(model, values, at, n(1)*n(2), "a weight"), n)
     at = at + n(1)*n(2)
-    rows(:, :, :3) = reshape(get_reals(model, values, at, 3*n(1)*n(2), "a coordinate", errors), &
+    rows(:, :, :3) = reshape(get_reals(model, values, at, 3*n(1)*n(2), "a coordinate"), &
                              [n(1), n(2), 3], order=[3, 1, 2])
     at = at + 3*n(1)*n(2)
-    range = get_reals(model, values, at, 4, "the range", errors)
-    is_valid = values%is_valid
-    if (.not. is_valid) return
+    range = get_reals(model, values, at, 4, "the range")
+    if (.not. model%is_valid) return
     if (.not. all(rows(:, :, 4) > 0.0_wp)) then
       call fail(error, "surface: weights must be positive")
       return
@@ -112,27 +102,26 @@ contains
   end subroutine read_spline
 
   !> Counts and degrees; the values that they ask for must be there.
-  subroutine read_sizes(model, values, n, degree, errors)
-    type(iges_model_t), intent(in) :: model
-    type(values_t), intent(inout) :: values
+  subroutine read_sizes(model, values, n, degree)
+    type(iges_model_t), intent(inout) :: model
+    type(values_t), intent(in) :: values
     integer, intent(out) :: n(2), degree(2)
-    type(error_list_t), intent(inout) :: errors
     integer :: i
     real(wp) :: n_needed
 
     do i = 1, 2
       n(i) = 1 + get_integer(model, values, i, "K"//to_text(i)//", an upper index", 1, &
-                             max(1, values%n), errors)
+                             max(1, values%n))
       degree(i) = get_integer(model, values, 2 + i, "M"//to_text(i)//", a degree", 1, &
-                              max_degree, errors)
+                              max_degree)
     end do
-    if (.not. values%is_valid) return
+    if (.not. model%is_valid) return
     ! As a real number, for what a damaged file asks for may be more than an integer holds.
     n_needed = 9 + sum(real(n + degree + 1, wp)) + 4*product(real(n, wp))
     if (n_needed <= values%n) return
     call reject(model, values, 1, to_text(values%n)//" parameters", "at least "// &
                 to_text(n_needed)//" for "//to_text(n(1))//" x "//to_text(n(2))// &
-                " control points", errors)
+                " control points")
   end subroutine read_sizes
 
   !> Bring both axes to open knots over the range; what is there already stays bit for bit.
@@ -169,39 +158,34 @@ contains
 
   !> A curve turned about a line, from the start angle to the end angle, right-handed about the
   !! line: axis 1 follows the curve, axis 2 the angle.
-  subroutine read_revolution(model, values, surface, is_valid, error, errors)
-    type(iges_model_t), intent(in) :: model
-    type(values_t), intent(inout) :: values
+  subroutine read_revolution(model, values, surface, error)
+    type(iges_model_t), intent(inout) :: model
+    type(values_t), intent(in) :: values
     type(nurbs_surface_t), intent(out) :: surface
-    logical, intent(out) :: is_valid
     type(error_t), allocatable, intent(out) :: error
-    type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: degrees = 360/turn
     type(nurbs_curve_t) :: line, curve
     real(wp) :: angles(2), angle
     integer :: axis, generatrix
 
-    axis = get_entry(model, values, 1, "the axis", errors)
-    generatrix = get_entry(model, values, 2, "the generatrix", errors)
-    angles = get_reals(model, values, 3, 2, "an angle", errors)
-    is_valid = values%is_valid
-    if (.not. is_valid) return
+    axis = get_entry(model, values, 1, "the axis")
+    generatrix = get_entry(model, values, 2, "the generatrix")
+    angles = get_reals(model, values, 3, 2, "an angle")
+    if (.not. model%is_valid) return
     if (model%entries(axis)%type /= 110) then
       call reject(model, values, 1, "entity "//to_text(model%entries(axis)%type)// &
-                  " as the axis", "a line (110)", errors)
-      is_valid = .false.
+                  " as the axis", "a line (110)")
       return
     end if
     angle = angles(2) - angles(1)
     if (.not. (angle > 0.0_wp .and. angle <= turn*(1.0_wp + 1.0e-9_wp))) then
       call reject(model, values, 3, "angles from "//to_text(angles(1))//" to "// &
-                  to_text(angles(2)), "a rising pair, at most a full turn apart", errors)
-      is_valid = .false.
+                  to_text(angles(2)), "a rising pair, at most a full turn apart")
       return
     end if
-    call read_curve(model, axis, line, is_valid, errors)
-    if (is_valid) call read_curve(model, generatrix, curve, is_valid, errors)
-    if (.not. is_valid) return
+    call read_curve(model, axis, line)
+    if (model%is_valid) call read_curve(model, generatrix, curve)
+    if (.not. model%is_valid) return
     ! Full turns written with few digits are full turns.
     if (angle > turn*(1.0_wp - 1.0e-9_wp)) angle = turn
     call revolve(line, curve, unit_arc(angles(1)*degrees, angle*degrees), surface, error)
@@ -224,8 +208,7 @@ contains
       radius = curve%points(i, :) - line%points(1, :)
       foot = line%points(1, :) + dot_product(radius, axis)*axis
       radius = radius - dot_product(radius, axis)*axis
-      across = [axis(2)*radius(3) - axis(3)*radius(2), axis(3)*radius(1) - axis(1)*radius(3), &
-                axis(1)*radius(2) - axis(2)*radius(1)]
+      across = cross(axis, radius)
       do j = 1, n(2)
         points(i, j, :) = foot + arc%points(j, 1)*radius + arc%points(j, 2)*across
         weights(i, j) = curve%weights(i)*arc%weights(j)
@@ -235,102 +218,88 @@ contains
   end subroutine revolve
 
   !> A curve drawn along a line from its first point to the point given.
-  subroutine read_cylinder(model, values, surface, is_valid, error, errors)
-    type(iges_model_t), intent(in) :: model
-    type(values_t), intent(inout) :: values
+  subroutine read_cylinder(model, values, surface, error)
+    type(iges_model_t), intent(inout) :: model
+    type(values_t), intent(in) :: values
     type(nurbs_surface_t), intent(out) :: surface
-    logical, intent(out) :: is_valid
     type(error_t), allocatable, intent(out) :: error
-    type(error_list_t), intent(inout) :: errors
     type(nurbs_curve_t) :: curve
     real(wp) :: end(3)
     integer :: directrix
 
-    directrix = get_entry(model, values, 1, "the directrix", errors)
-    end = get_reals(model, values, 2, 3, "a coordinate", errors)
-    is_valid = values%is_valid
-    if (is_valid) call read_curve(model, directrix, curve, is_valid, errors)
-    if (.not. is_valid) return
+    directrix = get_entry(model, values, 1, "the directrix")
+    end = get_reals(model, values, 2, 3, "a coordinate")
+    if (model%is_valid) call read_curve(model, directrix, curve)
+    if (.not. model%is_valid) return
     call extruded_surface(surface, curve%axis, curve%points, curve%weights, &
                           end - curve%points(1, :), 2, 1, error)
   end subroutine read_cylinder
 
   !> Read a curve that another entity names, in the unit of the file.
-  subroutine read_curve(model, entry, curve, is_valid, errors)
-    type(iges_model_t), intent(in) :: model
+  subroutine read_curve(model, entry, curve)
+    type(iges_model_t), intent(inout) :: model
     integer, intent(in) :: entry
     type(nurbs_curve_t), intent(out) :: curve
-    logical, intent(out) :: is_valid
-    type(error_list_t), intent(inout) :: errors
     type(nurbs_curve_t), allocatable :: parts(:)
     type(values_t) :: values
     type(error_t), allocatable :: error
-    real(wp) :: matrix(3, 4)
     integer :: i, n, part
 
     if (model%entries(entry)%type /= 102) then
-      call read_plain_curve(model, entry, curve, is_valid, errors)
+      call read_plain_curve(model, entry, curve)
       return
     end if
-    call open_values(model, entry, values, errors)
-    n = get_integer(model, values, 1, "the number of curves", 1, max(1, values%n - 1), errors)
-    is_valid = values%is_valid
-    if (.not. is_valid) return
+    call open_values(model, entry, values)
+    n = get_integer(model, values, 1, "the number of curves", 1, max(1, values%n - 1))
+    if (.not. model%is_valid) return
     allocate (parts(n))
     do i = 1, n
-      part = get_entry(model, values, 1 + i, "a curve", errors)
-      is_valid = values%is_valid
-      if (is_valid) call read_plain_curve(model, part, parts(i), is_valid, errors)
-      if (.not. is_valid) return
+      part = get_entry(model, values, 1 + i, "a curve")
+      if (model%is_valid) call read_plain_curve(model, part, parts(i))
+      if (.not. model%is_valid) return
     end do
     call join_curves(parts, curve, error)
-    call note(model, entry, error, is_valid, errors)
-    if (is_valid) call get_matrix(model, entry, matrix, is_valid, errors)
-    if (is_valid .and. model%entries(entry)%matrix /= 0) curve%points = moved(matrix, curve%points)
+    if (allocated(error)) then
+      call reject_entity(model, entry, error%message, "a proper curve")
+    else
+      call transform(model, entry, curve%points)
+    end if
   end subroutine read_curve
 
   !> A curve that is not made of others.
-  subroutine read_plain_curve(model, entry, curve, is_valid, errors)
-    type(iges_model_t), intent(in) :: model
+  subroutine read_plain_curve(model, entry, curve)
+    type(iges_model_t), intent(inout) :: model
     integer, intent(in) :: entry
     type(nurbs_curve_t), intent(out) :: curve
-    logical, intent(out) :: is_valid
-    type(error_list_t), intent(inout) :: errors
     type(values_t) :: values
-    real(wp) :: matrix(3, 4)
 
-    is_valid = any(model%entries(entry)%type == [100, 110, 126])
-    if (.not. is_valid) then
-      call add_error(errors, entry_origin(model, entry), "an entity that is no curve this "// &
-                     "program reads, where one is named", "a line (110), circular arc (100), "// &
-                     "rational B-spline curve (126) or composite curve (102) of these")
+    if (all(model%entries(entry)%type /= [100, 110, 126])) then
+      call reject_entity(model, entry, "an entity that is no curve this program reads, where "// &
+                         "one is named", "a line (110), circular arc (100), rational B-spline "// &
+                         "curve (126) or composite curve (102) of these")
       return
     end if
-    call open_values(model, entry, values, errors)
-    is_valid = values%is_valid
-    if (.not. is_valid) return
+    call open_values(model, entry, values)
+    if (.not. model%is_valid) return
     select case (model%entries(entry)%type)
-    case (100); call read_arc(model, values, curve, errors)
-    case (110); call read_line(model, values, curve, errors)
-    case default; call read_curve_spline(model, values, curve, errors)
+    case (100); call read_arc(model, values, curve)
+    case (110); call read_line(model, values, curve)
+    case default; call read_curve_spline(model, values, curve)
     end select
-    is_valid = values%is_valid
-    if (is_valid) call get_matrix(model, entry, matrix, is_valid, errors)
-    if (is_valid .and. model%entries(entry)%matrix /= 0) curve%points = moved(matrix, curve%points)
+    if (model%is_valid) call transform(model, entry, curve%points)
   end subroutine read_plain_curve
 
-  subroutine read_line(model, values, curve, errors)
-    type(iges_model_t), intent(in) :: model
-    type(values_t), intent(inout) :: values
+  subroutine read_line(model, values, curve)
+    type(iges_model_t), intent(inout) :: model
+    type(values_t), intent(in) :: values
     type(nurbs_curve_t), intent(out) :: curve
-    type(error_list_t), intent(inout) :: errors
     type(error_t), allocatable :: error
     real(wp) :: ends(6)
 
-    ends = get_reals(model, values, 1, 6, "a coordinate", errors)
-    if (.not. values%is_valid) return
+    ends = get_reals(model, values, 1, 6, "a coordinate")
+    if (.not. model%is_valid) return
     if (.not. norm2(ends(4:) - ends(:3)) > 0.0_wp) then
-      call reject(model, values, 1, "a line without length", "two different ends", errors)
+      call reject(model, values, 1, "a line without length", "two different ends")
       return
     end if
     call new_knot_vector(curve%axis, 1, [0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp], error)
@@ -340,25 +309,24 @@ contains
 
   !> An arc in a plane of constant z, from its start counterclockwise to its end; all of the circle
   !! if both are one.
-  subroutine read_arc(model, values, curve, errors)
-    type(iges_model_t), intent(in) :: model
-    type(values_t), intent(inout) :: values
+  subroutine read_arc(model, values, curve)
+    type(iges_model_t), intent(inout) :: model
+    type(values_t), intent(in) :: values
     type(nurbs_curve_t), intent(out) :: curve
-    type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: degrees = 360/turn, loosest = 1.0e-3_wp
     type(arc_t) :: arc
     real(wp) :: given(7), start(2), end(2), angles(2), radius
     integer :: n
 
-    given = get_reals(model, values, 1, 7, "a coordinate", errors)
-    if (.not. values%is_valid) return
+    given = get_reals(model, values, 1, 7, "a coordinate")
+    if (.not. model%is_valid) return
     start = given(4:5) - given(2:3)
     end = given(6:7) - given(2:3)
     radius = norm2(start)
     if (.not. (radius > 0.0_wp .and. radius <= huge(radius) &
                .and. abs(norm2(end) - radius) <= loosest*radius)) then
       call reject(model, values, 1, "an arc whose ends are "//to_text(radius)//" and "// &
-                  to_text(norm2(end))//" from its centre", "two equal distances above 0", errors)
+                  to_text(norm2(end))//" from its centre", "two equal distances above 0")
       return
     end if
     angles = [atan2(start(2), start(1)), atan2(end(2), end(1))]
@@ -381,41 +349,40 @@ contains
     if (angles(2) >= turn) curve%points(n, :2) = given(4:5)
   end subroutine read_arc
 
-  subroutine read_curve_spline(model, values, curve, errors)
-    type(iges_model_t), intent(in) :: model
-    type(values_t), intent(inout) :: values
+  subroutine read_curve_spline(model, values, curve)
+    type(iges_model_t), intent(inout) :: model
+    type(values_t), intent(in) :: values
     type(nurbs_curve_t), intent(out) :: curve
-    type(error_list_t), intent(inout) :: errors
     type(error_t), allocatable :: error
     real(wp), allocatable :: knots(:), weights(:), points(:, :)
     real(wp) :: range(2)
     integer :: k, m, at
 
-    k = get_integer(model, values, 1, "K, the upper index", 1, max(1, values%n), errors)
-    m = get_integer(model, values, 2, "M, the degree", 1, max_degree, errors)
-    if (.not. values%is_valid) return
+    k = get_integer(model, values, 1, "K, the upper index", 1, max(1, values%n))
+    m = get_integer(model, values, 2, "M, the degree", 1, max_degree)
+    if (.not. model%is_valid) return
     if (6 + (k + m + 2) + 4*(k + 1) > values%n) then
       call reject(model, values, 1, to_text(values%n)//" parameters", "at least "// &
                   to_text(6 + (k + m + 2) + 4*(k + 1))//" for K = "//to_text(k)//" and M = "// &
-                  to_text(m), errors)
+                  to_text(m))
       return
     end if
-    knots = get_reals(model, values, 7, k + m + 2, "a knot", errors)
+    knots = get_reals(model, values, 7, k + m + 2, "a knot")
     at = 7 + k + m + 2
-    weights = get_reals(model, values, at, k + 1, "a weight", errors)
+    weights = get_reals(model, values, at, k + 1, "a weight")
     at = at + k + 1
-    points = transpose(reshape(get_reals(model, values, at, 3*(k + 1), "a coordinate", errors), &
+    points = transpose(reshape(get_reals(model, values, at, 3*(k + 1), "a coordinate"), &
                                [3, k + 1]))
     at = at + 3*(k + 1)
-    range = get_reals(model, values, at, 2, "the range", errors)
-    if (.not. values%is_valid) return
+    range = get_reals(model, values, at, 2, "the range")
+    if (.not. model%is_valid) return
     if (.not. all(weights > 0.0_wp)) then
-      call reject(model, values, 1, "a weight that is not positive", "weights above 0", errors)
+      call reject(model, values, 1, "a weight that is not positive", "weights above 0")
       return
     end if
     call make_spline(m, knots, range, points, weights, curve, error)
     if (allocated(error)) call reject(model, values, 1, "an invalid curve ("// &
-                                      error%message//")", "a proper curve", errors)
+                                      error%message//")", "a proper curve")
   end subroutine read_curve_spline
 
   subroutine make_spline(degree, knots, range, points, weights, curve, error)
@@ -446,17 +413,5 @@ contains
       curve%points = rows(:, :3)/spread(rows(:, 4), 2, 3)
     end if
   end subroutine make_spline
-
-  subroutine note(model, entry, error, is_valid, errors)
-    type(iges_model_t), intent(in) :: model
-    integer, intent(in) :: entry
-    type(error_t), allocatable, intent(in) :: error
-    logical, intent(inout) :: is_valid
-    type(error_list_t), intent(inout) :: errors
-
-    if (.not. allocated(error)) return
-    is_valid = .false.
-    call add_error(errors, entry_origin(model, entry), error%message, "a proper curve")
-  end subroutine note
 
 end module iges_surfaces
