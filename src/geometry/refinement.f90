@@ -1,7 +1,7 @@
 !> Refinement that leaves the shape as it is: knot insertion and degree elevation along one axis.
 !!
 !! Both work on the grid of control points as a stack of curves in homogeneous coordinates
-!! (w x, w y, w z, w), so that surfaces and solids, plain and rational, share one copy.
+!! (w x, w y, w z, w). A surface is refined as a solid of one layer.
 !! L. Piegl and W. Tiller, The NURBS Book, 2nd ed., Springer 1997, chapter 5; blossoms after
 !! L. Ramshaw, Blossoms are polar forms, Computer Aided Geometric Design 6 (1989) 323-358.
 module refinement
@@ -10,7 +10,7 @@ module refinement
   use text, only: to_text
   use knot_vector, only: knot_vector_t, find_span, n_spans, span_table, max_degree
   use nurbs_surface, only: nurbs_surface_t
-  use nurbs_solid, only: nurbs_solid_t
+  use nurbs_solid, only: nurbs_solid_t, solid_face
   implicit none
   private
 
@@ -58,11 +58,11 @@ contains
     integer, intent(in) :: axis   !! 1 or 2
     real(wp), intent(in) :: new_knots(:)
     type(error_t), allocatable, intent(out) :: error
-    type(curves_t) :: curves
+    type(nurbs_solid_t) :: layer
 
-    curves = surface_curves(surface, axis)
-    call insert_into_curves(curves, new_knots, error)
-    if (.not. allocated(error)) call put_into_surface(curves, axis, surface)
+    layer = layer_of(surface)
+    call insert_into_solid(layer, axis, new_knots, error)
+    if (.not. allocated(error)) surface = solid_face(layer, 5)
   end subroutine insert_into_surface
 
   subroutine insert_into_solid(solid, axis, new_knots, error)
@@ -71,10 +71,14 @@ contains
     real(wp), intent(in) :: new_knots(:)
     type(error_t), allocatable, intent(out) :: error
     type(curves_t) :: curves
+    integer :: i
 
     curves = solid_curves(solid, axis)
-    call insert_into_curves(curves, new_knots, error)
-    if (.not. allocated(error)) call put_into_solid(curves, axis, solid)
+    do i = 1, size(new_knots)
+      call insert_one_knot(curves, new_knots(i), error)
+      if (allocated(error)) return
+    end do
+    call put_into_solid(curves, axis, solid)
   end subroutine insert_into_solid
 
   subroutine elevate_surface(surface, axis, times, error)
@@ -82,11 +86,11 @@ contains
     integer, intent(in) :: axis   !! 1 or 2
     integer, intent(in) :: times
     type(error_t), allocatable, intent(out) :: error
-    type(curves_t) :: curves
+    type(nurbs_solid_t) :: layer
 
-    curves = surface_curves(surface, axis)
-    call elevate_curves(curves, times, error)
-    if (.not. allocated(error)) call put_into_surface(curves, axis, surface)
+    layer = layer_of(surface)
+    call elevate_solid(layer, axis, times, error)
+    if (.not. allocated(error)) surface = solid_face(layer, 5)
   end subroutine elevate_surface
 
   subroutine elevate_solid(solid, axis, times, error)
@@ -95,20 +99,29 @@ contains
     integer, intent(in) :: times
     type(error_t), allocatable, intent(out) :: error
     type(curves_t) :: curves
+    integer :: i
 
-    curves = solid_curves(solid, axis)
-    call elevate_curves(curves, times, error)
-    if (.not. allocated(error)) call put_into_solid(curves, axis, solid)
+    if (times < 0) then
+      call fail(error, "degree elevation: the degree cannot be lowered")
+    else if (solid%axes(axis)%degree + times > max_degree) then
+      call fail(error, "degree elevation: the degree would be above 5")
+    else
+      curves = solid_curves(solid, axis)
+      do i = 1, times
+        call elevate_once(curves)
+      end do
+      call put_into_solid(curves, axis, solid)
+    end if
   end subroutine elevate_solid
 
   pure subroutine reverse_surface(surface, axis)
     type(nurbs_surface_t), intent(inout) :: surface
     integer, intent(in) :: axis   !! 1 or 2
-    type(curves_t) :: curves
+    type(nurbs_solid_t) :: layer
 
-    curves = surface_curves(surface, axis)
-    call reverse_curves(curves)
-    call put_into_surface(curves, axis, surface)
+    layer = layer_of(surface)
+    call reverse_solid(layer, axis)
+    surface = solid_face(layer, 5)
   end subroutine reverse_surface
 
   pure subroutine reverse_solid(solid, axis)
@@ -117,7 +130,10 @@ contains
     type(curves_t) :: curves
 
     curves = solid_curves(solid, axis)
-    call reverse_curves(curves)
+    associate (u => curves%axis%knots)
+      u = u(1) + u(size(u)) - u(size(u):1:-1)
+    end associate
+    curves%points = curves%points(size(curves%points, 1):1:-1, :)
     call put_into_solid(curves, axis, solid)
   end subroutine reverse_solid
 
@@ -137,22 +153,6 @@ contains
       end associate
     end do
   end function dividing_knots
-
-  !> Insert all knots or none.
-  subroutine insert_into_curves(curves, new_knots, error)
-    type(curves_t), intent(inout) :: curves
-    real(wp), intent(in) :: new_knots(:)
-    type(error_t), allocatable, intent(out) :: error
-    type(curves_t) :: refined
-    integer :: i
-
-    refined = curves
-    do i = 1, size(new_knots)
-      call insert_one_knot(refined, new_knots(i), error)
-      if (allocated(error)) return
-    end do
-    curves = refined
-  end subroutine insert_into_curves
 
   !> Boehm's knot insertion (The NURBS Book, eq. 5.11 and 5.15): only averages, so it is stable.
   subroutine insert_one_knot(curves, new_knot, error)
@@ -186,24 +186,6 @@ contains
       curves = curves_t(knot_vector_t(p, n + 1, [u(:span), knot, u(span + 1:)]), points)
     end associate
   end subroutine insert_one_knot
-
-  !> Raise the degree by one as often as asked.
-  subroutine elevate_curves(curves, times, error)
-    type(curves_t), intent(inout) :: curves
-    integer, intent(in) :: times
-    type(error_t), allocatable, intent(out) :: error
-    integer :: i
-
-    if (times < 0) then
-      call fail(error, "degree elevation: the degree cannot be lowered")
-    else if (curves%axis%degree + times > max_degree) then
-      call fail(error, "degree elevation: the degree would be above 5")
-    else
-      do i = 1, times
-        call elevate_once(curves)
-      end do
-    end if
-  end subroutine elevate_curves
 
   !> Control points of degree q = p + 1 from the blossom of the curve: the mean of its values at
   !! the q inner knots of a function with one of them left out in turn.
@@ -287,27 +269,16 @@ contains
     point = work(p, :)
   end function blossom
 
-  !> Same curves, traversed from the other end.
-  pure subroutine reverse_curves(curves)
-    type(curves_t), intent(inout) :: curves
-
-    associate (u => curves%axis%knots, n => curves%axis%n_basis)
-      u = u(1) + u(n + 1) - u(size(u):1:-1)
-      curves%points = curves%points(n:1:-1, :)
-    end associate
-  end subroutine reverse_curves
-
-  !> Control points along `axis` of a surface; the other axis and the coordinates side by side.
-  pure function surface_curves(surface, axis) result(curves)
+  !> A surface as a solid of one layer, its face 5.
+  pure function layer_of(surface) result(solid)
     type(nurbs_surface_t), intent(in) :: surface
-    integer, intent(in) :: axis
-    type(curves_t) :: curves
-    real(wp) :: grid(size(surface%weights, 1), size(surface%weights, 2), 1, 4)
+    type(nurbs_solid_t) :: solid
 
-    grid(:, :, 1, :3) = surface%points*spread(surface%weights, 3, 3)
-    grid(:, :, 1, 4) = surface%weights
-    curves = curves_t(surface%axes(axis), grid_columns(grid, axis))
-  end function surface_curves
+    solid%axes(:2) = surface%axes
+    solid%axes(3)%n_basis = 1
+    solid%points = reshape(surface%points, [surface%axes%n_basis, 1, 3])
+    solid%weights = reshape(surface%weights, [surface%axes%n_basis, 1])
+  end function layer_of
 
   !> Control points along `axis` of a solid; the other axes and the coordinates side by side.
   pure function solid_curves(solid, axis) result(curves)
@@ -315,62 +286,33 @@ contains
     integer, intent(in) :: axis
     type(curves_t) :: curves
     real(wp), allocatable :: grid(:, :, :, :)
+    integer :: order(4), extents(4)
 
-    allocate (grid(size(solid%weights, 1), size(solid%weights, 2), size(solid%weights, 3), 4))
+    extents = [solid%axes%n_basis, 4]
+    allocate (grid(extents(1), extents(2), extents(3), 4))
     grid(:, :, :, :3) = solid%points*spread(solid%weights, 4, 3)
     grid(:, :, :, 4) = solid%weights
-    curves = curves_t(solid%axes(axis), grid_columns(grid, axis))
+    order = exchanged(axis)
+    curves%axis = solid%axes(axis)
+    curves%points = reshape(reshape(grid, extents(order), order=order), &
+                            [extents(axis), size(grid)/extents(axis)])
   end function solid_curves
 
-  pure subroutine put_into_surface(curves, axis, surface)
-    type(curves_t), intent(in) :: curves
-    integer, intent(in) :: axis
-    type(nurbs_surface_t), intent(inout) :: surface
-    real(wp), allocatable :: grid(:, :, :, :)
-
-    surface%axes(axis) = curves%axis
-    allocate (grid(surface%axes(1)%n_basis, surface%axes(2)%n_basis, 1, 4))
-    grid = columns_grid(curves%points, axis, shape(grid))
-    surface%weights = grid(:, :, 1, 4)
-    surface%points = grid(:, :, 1, :3)/spread(grid(:, :, 1, 4), 3, 3)
-  end subroutine put_into_surface
-
+  !> The inverse of `solid_curves`.
   pure subroutine put_into_solid(curves, axis, solid)
     type(curves_t), intent(in) :: curves
     integer, intent(in) :: axis
     type(nurbs_solid_t), intent(inout) :: solid
     real(wp), allocatable :: grid(:, :, :, :)
+    integer :: order(4), extents(4)
 
     solid%axes(axis) = curves%axis
-    allocate (grid(solid%axes(1)%n_basis, solid%axes(2)%n_basis, solid%axes(3)%n_basis, 4))
-    grid = columns_grid(curves%points, axis, shape(grid))
+    extents = [solid%axes%n_basis, 4]
+    order = exchanged(axis)
+    grid = reshape(reshape(curves%points, extents(order)), extents, order=order)
     solid%weights = grid(:, :, :, 4)
     solid%points = grid(:, :, :, :3)/spread(grid(:, :, :, 4), 4, 3)
   end subroutine put_into_solid
-
-  !> Bring `axis` of a grid to the front and lay all other axes side by side.
-  pure function grid_columns(grid, axis) result(columns)
-    real(wp), intent(in) :: grid(:, :, :, :)
-    integer, intent(in) :: axis
-    real(wp), allocatable :: columns(:, :)
-    integer :: order(4), extents(4)
-
-    order = exchanged(axis)
-    extents = shape(grid)
-    columns = reshape(reshape(grid, extents(order), order=order), &
-                      [extents(axis), size(grid)/extents(axis)])
-  end function grid_columns
-
-  !> The inverse of `grid_columns` to a grid of these extents.
-  pure function columns_grid(columns, axis, extents) result(grid)
-    real(wp), intent(in) :: columns(:, :)
-    integer, intent(in) :: axis, extents(4)
-    real(wp), allocatable :: grid(:, :, :, :)
-    integer :: order(4)
-
-    order = exchanged(axis)
-    grid = reshape(reshape(columns, extents(order)), extents, order=order)
-  end function columns_grid
 
   !> 1, 2, 3, 4 with the first and `axis` exchanged: its own inverse.
   pure function exchanged(axis) result(order)
