@@ -6,7 +6,7 @@ module iges_surfaces
   use failure, only: error_t, fail
   use linear_algebra, only: cross
   use text, only: to_text
-  use knot_vector, only: max_degree, new_knot_vector, cut_to_range
+  use knot_vector, only: max_degree, linear_axis, cut_to_range
   use nurbs_curve, only: nurbs_curve_t, join_curves
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use primitives, only: arc_t, unit_arc, extruded_surface
@@ -293,7 +293,6 @@ contains
     type(iges_model_t), intent(inout) :: model
     type(values_t), intent(in) :: values
     type(nurbs_curve_t), intent(out) :: curve
-    type(error_t), allocatable :: error
     real(wp) :: ends(6)
 
     ends = get_reals(model, values, 1, 6, "a coordinate")
@@ -302,7 +301,7 @@ contains
       call reject(model, values, 1, "a line without length", "two different ends")
       return
     end if
-    call new_knot_vector(curve%axis, 1, [0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp], error)
+    curve%axis = linear_axis()
     curve%points = transpose(reshape(ends, [3, 2]))
     curve%weights = [1.0_wp, 1.0_wp]
   end subroutine read_line

@@ -128,8 +128,8 @@ contains
       first = tree%first(node%surface)
       associate (begin => tree%faces(first + node%low(1) + n_row*(node%low(2) - 1)), &
                  end => tree%faces(first + node%high(1) + n_row*(node%high(2) - 1)))
-        node%from = [begin%xi_low, begin%eta_low]
-        node%to = [end%xi_high, end%eta_high]
+        node%from = begin%low
+        node%to = end%high
         n = begin%degree + 1
         if (all(node%low == node%high)) node%hull = begin%hull
       end associate

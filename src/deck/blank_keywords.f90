@@ -16,7 +16,7 @@ module blank_keywords
                           field_real, field_integer, field_word, deck_context_t, patch_parts_t, &
                           box_frame_t, resolve_option, option_real, field_vector
   use patch_keywords, only: check_parts, read_axes, read_points, refine, collect_parts
-  use round_solids, only: round_shape_t, disk_solids, bar_solids, ring_solids, tube_solids, &
+  use round_solids, only: round_shape_t, cylinder_solids, ring_solids, tube_solids, &
                           cup_solids
   use patch_seams, only: seams_t, find_seams, group_table
   use patch_joints, only: joints_t, find_joints, face_names, find_tee_joints
@@ -341,8 +341,8 @@ contains
     is_complete = .false.
     if (.not. record%is_valid) return
     select case (option_text(record, "TYPE"))
-    case ("DISK"); call disk_solids(round_shape(record, .false.), solids, error)
-    case ("BAR"); call bar_solids(round_shape(record, .false.), solids, error)
+    case ("DISK"); call cylinder_solids(round_shape(record, .false.), 3, solids, error)
+    case ("BAR"); call cylinder_solids(round_shape(record, .false.), 1, solids, error)
     case ("CUP"); call cup_solids(round_shape(record, .true.), solids, error)
     case ("RING"); call ring_solids(ring_shape(record), solids, error)
     case default; call tube_solids(ring_shape(record), solids, error)

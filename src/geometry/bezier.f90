@@ -8,16 +8,15 @@ module bezier
   implicit none
   private
 
-  public :: bezier_face_t, bezier_faces, bezier_hulls, power_form, to_power_form
+  public :: bezier_face_t, bezier_faces, bezier_hulls, to_power_form
 
   !> One face of a surface, between neighbouring knots, in homogeneous form (w x, w y, w z, w).
   !!
-  !! Its local coordinates run over [0, 1]: s = (xi - xi_low)/(xi_high - xi_low), t the same of eta.
+  !! Its local coordinates run over [0, 1] while xi and eta run from low to high.
   !! The face lies in the convex hull of hull(1:3, ...)/hull(4, ...).
   type :: bezier_face_t
     integer :: degree(2) = 0                 !! degrees p and q
-    real(wp) :: xi_low = 0.0_wp, xi_high = 0.0_wp     !! range of xi
-    real(wp) :: eta_low = 0.0_wp, eta_high = 0.0_wp   !! range of eta
+    real(wp) :: low(2) = 0.0_wp, high(2) = 0.0_wp     !! ranges of xi and eta
     real(wp), allocatable :: hull(:, :, :)   !! Bezier control points, shape (4, p + 1, q + 1)
   end type bezier_face_t
 
@@ -40,10 +39,8 @@ contains
         do i = 1, size(spans1)
           n = i + (j - 1)*size(spans1)
           faces(n)%degree = axes%degree
-          faces(n)%xi_low = axes(1)%knots(spans1(i))
-          faces(n)%xi_high = axes(1)%knots(spans1(i) + 1)
-          faces(n)%eta_low = axes(2)%knots(spans2(j))
-          faces(n)%eta_high = axes(2)%knots(spans2(j) + 1)
+          faces(n)%low = [axes(1)%knots(spans1(i)), axes(2)%knots(spans2(j))]
+          faces(n)%high = [axes(1)%knots(spans1(i) + 1), axes(2)%knots(spans2(j) + 1)]
           faces(n)%hull = hulls(:, :, :, n)
         end do
       end do
@@ -123,18 +120,8 @@ contains
     end do
   end function extraction
 
-  !> Coefficients of the power form, h(s, t) = sum over a, b of c(:, a, b) s^a t^b on [0, 1]^2, with
-  !! h = (w x, w y, w z, w).
-  pure function power_form(face) result(c)
-    type(bezier_face_t), intent(in) :: face
-    real(wp) :: c(4, 0:face%degree(1), 0:face%degree(2))
-
-    c = face%hull
-    call to_power_form(face%degree(1), face%degree(2), c)
-  end function power_form
-
-  !> Bezier points to coefficients of the power form: binomial times forward difference, along both
-  !! directions.
+  !> Bezier points to coefficients of the power form, h(s, t) = sum over a, b of c(:, a, b) s^a t^b
+  !! on [0, 1]^2: binomial times forward difference, along both directions.
   pure subroutine to_power_form(p, q, c)
     integer, intent(in) :: p, q   !! degrees
     real(wp), intent(inout) :: c(4, 0:p, 0:q)

@@ -11,7 +11,7 @@ module knot_vector
   private
 
   public :: knot_vector_t, new_knot_vector, find_span, basis_derivatives, n_spans, span_table, &
-            greville, cut_to_range
+            greville, cut_to_range, linear_axis
 
   integer, parameter, public :: max_degree = 5   !! highest polynomial degree the code serves
 
@@ -56,6 +56,13 @@ contains
       kv = knot_vector_t(degree, n, knots)
     end if
   end subroutine new_knot_vector
+
+  !> One element of degree 1 over [0, 1].
+  pure function linear_axis() result(kv)
+    type(knot_vector_t) :: kv
+
+    kv = knot_vector_t(1, 2, [0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp])
+  end function linear_axis
 
   !> Span with knots(span) <= xi < knots(span + 1), by binary search; p + 1 <= span <= n.
   !! The right end belongs to the last span. Outside the range, the nearest span is returned.

@@ -3,7 +3,7 @@ module nurbs_curve
   use kinds, only: wp
   use failure, only: error_t, fail
   use text, only: to_text, rounded_text
-  use knot_vector, only: knot_vector_t, new_knot_vector
+  use knot_vector, only: knot_vector_t, new_knot_vector, linear_axis
   use nurbs_surface, only: nurbs_surface_t
   use refinement, only: elevate_degree
   implicit none
@@ -33,7 +33,7 @@ contains
     type(nurbs_curve_t) :: next
     real(wp), allocatable :: knots(:)
     real(wp) :: size_of_all, length
-    integer :: i, degree
+    integer :: i, k, degree
 
     degree = maxval([(curves(i)%axis%degree, i=1, size(curves))])
     size_of_all = norm2([(extent(curves, i), i=1, 3)])
@@ -41,7 +41,7 @@ contains
       next = curves(i)
       call raise_degree(next, degree - next%axis%degree, error)
       if (allocated(error)) return
-      length = polygon_length(next)
+      length = sum([(norm2(next%points(k, :) - next%points(k - 1, :)), k=2, size(next%weights))])
       if (.not. length > 0.0_wp) then
         call fail(error, "curve "//to_text(i)//" of the chain has no length")
         return
@@ -95,7 +95,7 @@ contains
 
     if (times == 0) return
     surface%axes(1) = curve%axis
-    call new_knot_vector(surface%axes(2), 1, [0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp], error)
+    surface%axes(2) = linear_axis()
     surface%points = spread(curve%points, 2, 2)
     surface%weights = spread(curve%weights, 2, 2)
     call elevate_degree(surface, 1, times, error)
@@ -112,15 +112,5 @@ contains
     extent = maxval([(maxval(curves(i)%points(:, component)), i=1, size(curves))]) &
              - minval([(minval(curves(i)%points(:, component)), i=1, size(curves))])
   end function extent
-
-  pure real(wp) function polygon_length(curve) result(length)
-    type(nurbs_curve_t), intent(in) :: curve
-    integer :: i
-
-    length = 0.0_wp
-    do i = 2, size(curve%weights)
-      length = length + norm2(curve%points(i, :) - curve%points(i - 1, :))
-    end do
-  end function polygon_length
 
 end module nurbs_curve

@@ -36,11 +36,6 @@ module patch_seams
     logical, allocatable :: values(:, :)   !! shape (n1, n2)
   end type column_mask_t
 
-  !> Groups of control points on the columns of a patch.
-  type :: table_t
-    integer, allocatable :: group(:, :, :)   !! 0 where there is none
-  end type table_t
-
   !> The column that each group was first met on.
   type :: owners_t
     integer, allocatable :: column(:), level(:), depth(:)
@@ -67,18 +62,21 @@ contains
     type(seams_t), intent(out) :: seams
     integer, allocatable :: patch(:), point(:), root(:)
     real(wp), allocatable :: x(:, :)
-    integer :: p, i, g
+    integer :: p, i, g, to(3), from(3)
 
     call list_outsides(solids, patch, point, x)
     call join_close_points(x, tolerance, root)
     seams = groups_of(size(solids), patch, point, root)
     do g = 1, seams%n_groups
-      do i = seams%first(g) + 1, seams%first(g + 1) - 1
-        p = seams%patch(i)
-        call place_point(solids(p), seams%point(i), &
-                         position_of(solids(seams%patch(seams%first(g))), &
-                                     seams%point(seams%first(g))))
-      end do
+      associate (first => seams%first(g))
+        p = seams%patch(first)
+        from = indices_of(solids(p), seams%point(first))
+        do i = first + 1, seams%first(g + 1) - 1
+          to = indices_of(solids(seams%patch(i)), seams%point(i))
+          solids(seams%patch(i))%points(to(1), to(2), to(3), :) = &
+            solids(p)%points(from(1), from(2), from(3), :)
+        end do
+      end associate
     end do
   end subroutine find_seams
 
@@ -187,26 +185,6 @@ contains
       seams%patch_first(p + 1) = size(seams%of_patch) + 1
     end do
   end function groups_of
-
-  pure function position_of(solid, point) result(position)
-    type(nurbs_solid_t), intent(in) :: solid
-    integer, intent(in) :: point
-    real(wp) :: position(3)
-    integer :: at(3)
-
-    at = indices_of(solid, point)
-    position = solid%points(at(1), at(2), at(3), :)
-  end function position_of
-
-  pure subroutine place_point(solid, point, position)
-    type(nurbs_solid_t), intent(inout) :: solid
-    integer, intent(in) :: point
-    real(wp), intent(in) :: position(3)
-    integer :: at(3)
-
-    at = indices_of(solid, point)
-    solid%points(at(1), at(2), at(3), :) = position
-  end subroutine place_point
 
   pure function indices_of(solid, point) result(at)
     type(nurbs_solid_t), intent(in) :: solid
@@ -320,7 +298,7 @@ contains
     type(seams_t), intent(in) :: seams
     integer, intent(in) :: extents(:, :)             !! control points by axis and patch, (3, n)
     type(column_mask_t) :: is_whole(size(extents, 2))
-    type(table_t) :: tables(size(extents, 2))
+    integer, allocatable :: groups(:, :, :)     ! of a patch; 0 where there is none
     type(owners_t) :: owners
     logical :: is_mixed(seams%n_groups)
     integer :: p, i, j
@@ -328,21 +306,23 @@ contains
     allocate (owners%column(seams%n_groups), owners%level(seams%n_groups), &
               owners%depth(seams%n_groups), source=0)
     is_mixed = .false.
-    do p = 1, size(tables)
-      allocate (tables(p)%group(extents(1, p), extents(2, p), extents(3, p)))
-      tables(p)%group = reshape(group_table(seams, p, product(extents(:, p))), &
-                                shape(tables(p)%group))
+    do p = 1, size(is_whole)
+      groups = reshape(group_table(seams, p, product(extents(:, p))), &
+                       [extents(1, p), extents(2, p), extents(3, p)])
       do j = 1, extents(2, p)
         do i = 1, extents(1, p)
-          call compare(tables(p)%group(i, j, :), owners, is_mixed)
+          call compare(groups(i, j, :), owners, is_mixed)
         end do
       end do
     end do
-    do p = 1, size(tables)
+    do p = 1, size(is_whole)
+      groups = reshape(group_table(seams, p, product(extents(:, p))), &
+                       [extents(1, p), extents(2, p), extents(3, p)])
       allocate (is_whole(p)%values(extents(1, p), extents(2, p)))
       do j = 1, extents(2, p)
         do i = 1, extents(1, p)
-          is_whole(p)%values(i, j) = .not. is_any(tables(p)%group(i, j, :), is_mixed)
+          is_whole(p)%values(i, j) = .not. any(is_mixed(pack(groups(i, j, :), &
+                                                             groups(i, j, :) > 0)))
         end do
       end do
     end do
@@ -374,16 +354,5 @@ contains
       end associate
     end do
   end subroutine compare
-
-  pure logical function is_any(groups, is_mixed)
-    integer, intent(in) :: groups(:)
-    logical, intent(in) :: is_mixed(:)
-    integer :: k
-
-    is_any = .false.
-    do k = 1, size(groups)
-      if (groups(k) > 0) is_any = is_any .or. is_mixed(groups(k))
-    end do
-  end function is_any
 
 end module patch_seams

@@ -1,4 +1,4 @@
-!> Simple shapes as exact NURBS: planes, cylinders, spheres, extrusions, boxes, thick rings.
+!> Simple shapes as exact NURBS: planes, cylinders, spheres, extrusions, boxes.
 !!
 !! All parametric coordinates run over [0, 1]. Circles are rational quadratics, one piece for each
 !! started quarter turn (L. Piegl and W. Tiller, The NURBS Book, 2nd ed., section 7.3).
@@ -6,7 +6,7 @@ module primitives
   use kinds, only: wp
   use linear_algebra, only: cross
   use failure, only: error_t, fail
-  use knot_vector, only: knot_vector_t, new_knot_vector, greville
+  use knot_vector, only: knot_vector_t, new_knot_vector, greville, linear_axis
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
   use refinement, only: reverse_axis
@@ -14,7 +14,7 @@ module primitives
   private
 
   public :: plane_surface, cylinder_surface, sphere_surface, extruded_surface, box_solid, &
-            ring_solid, arc_t, unit_arc
+            arc_t, unit_arc
 
   !> Rational quadratic on the unit circle.
   type :: arc_t
@@ -33,20 +33,18 @@ contains
     real(wp), intent(in) :: origin(3), edge1(3), edge2(3)   !! [length]
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: thinnest = 1.0e-10_wp   ! sine of the angle between the edges
-    type(knot_vector_t) :: axis
     real(wp) :: points(2, 2, 3), weights(2, 2)
 
     if (.not. norm2(cross(edge1, edge2)) > thinnest*norm2(edge1)*norm2(edge2)) then
       call fail(error, "plane: the two edges must have length and different directions")
       return
     end if
-    axis = graded_axis(1, 1, 1.0_wp)
     points(1, 1, :) = origin
     points(2, 1, :) = origin + edge1
     points(1, 2, :) = origin + edge2
     points(2, 2, :) = origin + edge1 + edge2
     weights = 1.0_wp
-    call new_nurbs_surface(surface, axis, axis, points, weights, error)
+    call new_nurbs_surface(surface, linear_axis(), linear_axis(), points, weights, error)
   end subroutine plane_surface
 
   !> Part of a circular cylinder; xi runs with the angle, eta along the axis, normal outward.
@@ -81,7 +79,7 @@ contains
         points(i, 1, :) = origin + radius*matmul(frame(:, :2), arc%points(i, :))
         points(i, 2, :) = points(i, 1, :) + length*frame(:, 3)
       end do
-      call new_nurbs_surface(surface, arc%axis, graded_axis(1, 1, 1.0_wp), points, &
+      call new_nurbs_surface(surface, arc%axis, linear_axis(), points, &
                              spread(arc%weights, 2, 2), error)
     end if
   end subroutine cylinder_surface
@@ -209,38 +207,6 @@ contains
     if (allocated(error)) return
     if (axis_of(2) /= modulo(axis_of(1), 3) + 1) call reverse_axis(solid, 2)
   end subroutine box_solid
-
-  !> Thick cylinder about z, from the plane z = 0 and the angle zero (x): xi runs with the angle,
-  !! eta along z, zeta along the radius.
-  !!
-  !! Rejected: radii, length or angle not positive, outer radius not above the inner one, more
-  !! than a full turn.
-  pure subroutine ring_solid(solid, inner_radius, outer_radius, length, angle, error)
-    type(nurbs_solid_t), intent(out) :: solid
-    real(wp), intent(in) :: inner_radius, outer_radius, length   !! [length]
-    real(wp), intent(in) :: angle                                !! [degrees]
-    type(error_t), allocatable, intent(out) :: error
-    type(arc_t) :: arc
-    type(knot_vector_t) :: line
-    real(wp), allocatable :: points(:, :, :, :)
-
-    if (.not. (inner_radius > 0.0_wp .and. outer_radius > inner_radius .and. length > 0.0_wp)) then
-      call fail(error, "ring: needs 0 < inner radius < outer radius and a positive length")
-      return
-    else if (.not. (angle > 0.0_wp .and. angle <= 360.0_wp)) then
-      call fail(error, "ring: the angle must be above 0 and at most 360 degrees")
-      return
-    end if
-    arc = unit_arc(0.0_wp, angle)
-    line = graded_axis(1, 1, 1.0_wp)
-    allocate (points(arc%axis%n_basis, 2, 2, 3))
-    points(:, :, 1, :2) = inner_radius*spread(arc%points, 2, 2)
-    points(:, :, 2, :2) = outer_radius*spread(arc%points, 2, 2)
-    points(:, 1, :, 3) = 0.0_wp
-    points(:, 2, :, 3) = length
-    call new_nurbs_solid(solid, [arc%axis, line, line], points, &
-                         spread(spread(arc%weights, 2, 2), 3, 2), error)
-  end subroutine ring_solid
 
   !> Coordinates from `low` to `high` along one axis of a grid, constant along the others.
   pure subroutine place_along(shares, axis, low, high, coordinate)

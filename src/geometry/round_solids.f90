@@ -7,15 +7,15 @@
 module round_solids
   use kinds, only: wp
   use failure, only: error_t, fail
-  use knot_vector, only: knot_vector_t
+  use knot_vector, only: knot_vector_t, linear_axis
   use nurbs_surface, only: nurbs_surface_t, new_nurbs_surface
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
-  use primitives, only: arc_t, unit_arc
+  use primitives, only: arc_t, unit_arc, plane_surface
   use refinement, only: elevate_degree, insert_knots, dividing_knots
   implicit none
   private
 
-  public :: disk_solids, bar_solids, ring_solids, tube_solids, cup_solids
+  public :: cylinder_solids, ring_solids, tube_solids, cup_solids
 
   !> What a round solid is made from. Angles count from the first of the two other axes, which
   !! follow `axis` in the order x, y, z.
@@ -36,10 +36,11 @@ module round_solids
 
 contains
 
-  !> Disk with its thickness along axis 3. `n_elements`: along an eighth of the circle, across the
-  !! rim, through the thickness. The core comes first.
-  subroutine disk_solids(shape, solids, error)
+  !> Disk with its thickness along axis 3, or bar with its length along axis 1. `n_elements`: along
+  !! an eighth of the circle, across the rim, along that axis. The core comes first.
+  subroutine cylinder_solids(shape, axis, solids, error)
     type(round_shape_t), intent(in) :: shape
+    integer, intent(in) :: axis   !! 3 or 1
     type(nurbs_solid_t), allocatable, intent(out) :: solids(:)
     type(error_t), allocatable, intent(out) :: error
     type(nurbs_surface_t), allocatable :: section(:)
@@ -49,28 +50,10 @@ contains
     if (allocated(error)) return
     allocate (solids(size(section)))
     do p = 1, size(section)
-      call sweep(shape, section(p), 3, solids(p), error)
+      call sweep(shape, section(p), axis, solids(p), error)
       if (allocated(error)) return
     end do
-  end subroutine disk_solids
-
-  !> Bar with its length along axis 1 and the section along axes 2 and 3. `n_elements`: along an
-  !! eighth of the circle, across the rim, along the bar. The core comes first.
-  subroutine bar_solids(shape, solids, error)
-    type(round_shape_t), intent(in) :: shape
-    type(nurbs_solid_t), allocatable, intent(out) :: solids(:)
-    type(error_t), allocatable, intent(out) :: error
-    type(nurbs_surface_t), allocatable :: section(:)
-    integer :: p
-
-    call round_section(shape, section, error)
-    if (allocated(error)) return
-    allocate (solids(size(section)))
-    do p = 1, size(section)
-      call sweep(shape, section(p), 1, solids(p), error)
-      if (allocated(error)) return
-    end do
-  end subroutine bar_solids
+  end subroutine cylinder_solids
 
   !> Flat ring: axis 1 with the angle, axis 2 from the outer to the inner circle, axis 3 along the
   !! thickness. `n_elements`: in each piece of the circle of at most a quarter, across, through.
@@ -83,7 +66,7 @@ contains
     allocate (solids(1))
     call ring_section(shape, section, error)
     if (allocated(error)) return
-    call refine_section(section, [shape%degrees(1), shape%degrees(1)], shape%n_elements(:2), error)
+    call refine_section(section, shape%degrees(1), shape%n_elements(:2), error)
     if (allocated(error)) return
     call sweep(shape, section, 3, solids(1), error)
   end subroutine ring_solids
@@ -111,8 +94,7 @@ contains
     call new_nurbs_solid(solids(1), [section%axes(1), section%axes(2), section%axes(2)], points, &
                          weights, error)
     if (allocated(error)) return
-    call refine_solid(solids(1), [shape%degrees(1), shape%degrees(1), shape%degrees(2)], &
-                      shape%n_elements, error)
+    call refine_solid(solids(1), shape%degrees([1, 1, 2]), shape%n_elements, error)
     call place(shape, solids(1))
   end subroutine tube_solids
 
@@ -127,7 +109,6 @@ contains
     type(round_shape_t) :: bottom
     type(nurbs_solid_t), allocatable :: flat(:)
     type(arc_t) :: bend
-    type(knot_vector_t) :: line
     real(wp) :: r(3, 2), z(3, 2)   ! control points of the corner, outside and inside
     real(wp) :: radii(2)
     integer :: n
@@ -141,7 +122,7 @@ contains
                 "radius and the height")
       return
     end if
-    call disk_solids(bottom, flat, error)
+    call cylinder_solids(bottom, 3, flat, error)
     if (allocated(error)) return
     n = size(flat) - 1
     allocate (solids(1 + 3*n))
@@ -155,8 +136,7 @@ contains
     if (allocated(error)) return
     z(2, :) = radii(1)
     z(1, :) = shape%height
-    line = straight()
-    call revolve(shape, line, [1.0_wp, 1.0_wp], r(:2, :), z(:2, :), shape%n_along(2), &
+    call revolve(shape, linear_axis(), [1.0_wp, 1.0_wp], r(:2, :), z(:2, :), shape%n_along(2), &
                  solids(2 + 2*n:), error)
   end subroutine cup_solids
 
@@ -170,12 +150,10 @@ contains
     type(nurbs_solid_t), intent(inout) :: solids(:)
     type(error_t), allocatable, intent(out) :: error
     type(arc_t) :: arc
-    type(knot_vector_t) :: line
     real(wp) :: points(3, size(r, 1), 2, 3), starts(size(solids) + 1)
     integer :: p, i
 
     starts = rim_angles(shape)
-    line = straight()
     do p = 1, size(solids)
       arc = clean_arc(starts(p), starts(p + 1) - starts(p))
       do i = 1, 3
@@ -183,7 +161,7 @@ contains
         points(i, :, :, 2) = r*arc%points(i, 2)
         points(i, :, :, 3) = z
       end do
-      call new_nurbs_solid(solids(p), [arc%axis, axis, line], points, &
+      call new_nurbs_solid(solids(p), [arc%axis, axis, linear_axis()], points, &
                            spread(spread(arc%weights, 2, size(weights)) &
                                   *spread(weights, 1, 3), 3, 2), error)
       if (allocated(error)) return
@@ -213,7 +191,7 @@ contains
       allocate (points(arc%axis%n_basis, 2, 3), source=0.0_wp)
       points(:, 1, :2) = shape%radius*arc%points
       points(:, 2, :2) = shape%inner_radius*arc%points
-      call new_nurbs_surface(section, arc%axis, straight(), points, spread(arc%weights, 2, 2), &
+      call new_nurbs_surface(section, arc%axis, linear_axis(), points, spread(arc%weights, 2, 2), &
                              error)
     end if
   end subroutine ring_section
@@ -249,15 +227,15 @@ contains
     end if
     side = shape%core*shape%radius*sqrt(0.5_wp)
     allocate (section(size(starts)))
-    call core_surface(low*side, side, section(1), error)
-    if (.not. allocated(error)) &
-      call refine_section(section(1), [shape%degrees(1), shape%degrees(1)], n_core, error)
+    call plane_surface(section(1), [low*side, 0.0_wp], [side - low(1)*side, 0.0_wp, 0.0_wp], &
+                       [0.0_wp, side - low(2)*side, 0.0_wp], error)
+    if (.not. allocated(error)) call refine_section(section(1), shape%degrees(1), n_core, error)
     do p = 2, size(section)
       if (allocated(error)) return
       angle = starts(p) - starts(p - 1)
       call rim_surface(starts(p - 1), angle, shape%radius, side, section(p), error)
       if (allocated(error)) return
-      call refine_section(section(p), [shape%degrees(1), shape%degrees(1)], &
+      call refine_section(section(p), shape%degrees(1), &
                           [nint(angle/45.0_wp)*n, shape%n_elements(2)], error)
     end do
   end subroutine round_section
@@ -279,21 +257,6 @@ contains
     end select
   end function rim_angles
 
-  subroutine core_surface(low, side, surface, error)
-    real(wp), intent(in) :: low(2), side
-    type(nurbs_surface_t), intent(out) :: surface
-    type(error_t), allocatable, intent(out) :: error
-    real(wp) :: points(2, 2, 3), weights(2, 2)
-
-    points = 0.0_wp
-    points(1, :, 1) = low(1)
-    points(2, :, 1) = side
-    points(:, 1, 2) = low(2)
-    points(:, 2, 2) = side
-    weights = 1.0_wp
-    call new_nurbs_surface(surface, straight(), straight(), points, weights, error)
-  end subroutine core_surface
-
   !> One patch of the rim: axis 1 with the angle, axis 2 from the circle to the core.
   subroutine rim_surface(start, angle, radius, side, surface, error)
     real(wp), intent(in) :: start, angle, radius, side   !! angles in degrees
@@ -310,7 +273,7 @@ contains
     points(2, 2, :) = 0.5_wp*(points(1, 2, :) + points(3, 2, :))
     weights(:, 1) = arc%weights
     weights(:, 2) = 1.0_wp
-    call new_nurbs_surface(surface, arc%axis, straight(), points, weights, error)
+    call new_nurbs_surface(surface, arc%axis, linear_axis(), points, weights, error)
   end subroutine rim_surface
 
   !> Where the ray at a multiple of 45 degrees leaves a square of half side 1.
@@ -332,22 +295,14 @@ contains
     where (abs(arc%points) < round_off) arc%points = 0.0_wp
   end function clean_arc
 
-  pure function straight() result(axis)
-    type(knot_vector_t) :: axis
-
-    axis%degree = 1
-    axis%n_basis = 2
-    axis%knots = [0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp]
-  end function straight
-
-  subroutine refine_section(section, degrees, n_elements, error)
+  subroutine refine_section(section, degree, n_elements, error)
     type(nurbs_surface_t), intent(inout) :: section
-    integer, intent(in) :: degrees(2), n_elements(2)
+    integer, intent(in) :: degree, n_elements(2)
     type(error_t), allocatable, intent(out) :: error
     integer :: axis
 
     do axis = 1, 2
-      call elevate_degree(section, axis, degrees(axis) - section%axes(axis)%degree, error)
+      call elevate_degree(section, axis, degree - section%axes(axis)%degree, error)
       if (allocated(error)) return
       call insert_knots(section, axis, dividing_knots(section%axes(axis), n_elements(axis)), error)
       if (allocated(error)) return
@@ -379,7 +334,7 @@ contains
     type(knot_vector_t) :: axes(3)
 
     points = spread(section%points, axis, 2)
-    axes(axis) = straight()
+    axes(axis) = linear_axis()
     if (axis == 3) then
       axes(:2) = section%axes
       points(:, :, 2, 3) = shape%height

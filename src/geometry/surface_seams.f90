@@ -5,9 +5,9 @@
 !! edges as well as for smooth ones.
 module surface_seams
   use kinds, only: wp
-  use knot_vector, only: n_spans, span_table
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use refinement, only: reverse_axis
+  use surface_grid, only: lines
   implicit none
   private
 
@@ -145,31 +145,22 @@ contains
     logical, intent(out) :: lies(2)
     real(wp), parameter :: whole(2) = [0.0_wp, 1.0_wp]
     real(wp) :: gaps(2), part(2)
-    logical :: runs_along(2)
+    logical :: runs_along(2), is_on
 
-    seam%surface = 0
     call lay_on(surfaces, a, b, whole, tolerance, lies(1), gaps(1), runs_along(1))
     call lay_on(surfaces, b, a, whole, tolerance, lies(2), gaps(2), runs_along(2))
-    seam%is_whole = all(lies)
-    if (.not. any(lies)) then
+    if (lies(1)) then
+      seam = seam_t([a%surface, b%surface], [a%number, b%number], .not. runs_along(1), all(lies), &
+                    maxval(gaps, mask=lies))
+    else if (lies(2)) then
+      seam = seam_t([b%surface, a%surface], [b%number, a%number], .not. runs_along(2), .false., &
+                    gaps(2))
+    else
       part = common_part(surfaces, a, b, tolerance)
       if (part(2) - part(1) < shortest) return
-      call lay_on(surfaces, a, b, part, tolerance, lies(1), gaps(1), runs_along(1))
-      if (.not. lies(1)) return
-      lies(1) = .false.
-      seam = seam_t([a%surface, b%surface], [a%number, b%number], .not. runs_along(1), .false., &
-                    gaps(1))
-      return
-    end if
-    seam%gap = maxval(gaps, mask=lies)
-    if (lies(1)) then
-      seam%surface = [a%surface, b%surface]
-      seam%edge = [a%number, b%number]
-      seam%is_opposite = .not. runs_along(1)
-    else
-      seam%surface = [b%surface, a%surface]
-      seam%edge = [b%number, a%number]
-      seam%is_opposite = .not. runs_along(2)
+      call lay_on(surfaces, a, b, part, tolerance, is_on, gaps(1), runs_along(1))
+      if (is_on) seam = seam_t([a%surface, b%surface], [a%number, b%number], &
+                               .not. runs_along(1), .false., gaps(1))
     end if
   end subroutine compare
 
@@ -270,24 +261,12 @@ contains
     integer, intent(in) :: number_of_surface, number
     real(wp), intent(in) :: tolerance
     type(edge_t) :: edge
-    integer, allocatable :: spans(:)
     real(wp) :: tangent(3)
-    integer :: i, j, axis
+    integer :: i
 
     edge%surface = number_of_surface
     edge%number = number
-    axis = merge(2, 1, number <= 2)
-    associate (kv => surface%axes(axis))
-      spans = span_table(kv)
-      allocate (edge%at(n_steps*n_spans(kv) + 1))
-      do i = 1, size(spans)
-        do j = 0, n_steps - 1
-          edge%at(n_steps*(i - 1) + j + 1) = kv%knots(spans(i)) + &
-            (kv%knots(spans(i) + 1) - kv%knots(spans(i)))*j/n_steps
-        end do
-      end do
-      edge%at(size(edge%at)) = kv%knots(size(kv%knots))
-    end associate
+    edge%at = lines(surface%axes(merge(2, 1, number <= 2)), n_steps)
     ! Kept on the left: xi_min and eta_max run downwards.
     allocate (edge%corners(3, size(edge%at)))
     do i = 1, size(edge%at)

@@ -4,8 +4,9 @@ module scene_cases
   use failure, only: error_t
   use input_errors, only: error_list_t, new_origin, n_errors
   use text, only: to_text
-  use nurbs_solid, only: nurbs_solid_t
-  use primitives, only: box_solid, plane_surface
+  use knot_vector, only: linear_axis
+  use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
+  use primitives, only: arc_t, box_solid, plane_surface, unit_arc
   use scene, only: scene_t, material_spec_t, curve_spec_t, tool_spec_t, motion_spec_t, &
                    contact_spec_t, set_spec_t, boundary_spec_t, initial_velocity_spec_t, &
                    load_spec_t, probe_spec_t
@@ -16,7 +17,7 @@ module scene_cases
 
   public :: box_blank, box_scene, scene_of, model_of, messages
   public :: set_law, add_curve, add_set, add_face, add_boundary, add_load, add_initial_velocity
-  public :: add_plate, add_probe
+  public :: add_plate, add_probe, ring_solid
 
   real(wp), parameter, public :: density = 7.85e-9_wp, young = 2.1e5_wp   !! steel in mm, t, s
 
@@ -33,6 +34,26 @@ contains
                    [1.0_wp, 1.0_wp, 1.0_wp], [1, 2, 3], error)
     if (allocated(error)) error stop "the box of the test is wrong"
   end function box_blank
+
+  !> Thick cylinder about z from the angle zero (x): xi runs with the angle, eta along z, zeta along
+  !! the radius.
+  function ring_solid(inner_radius, outer_radius, length, angle) result(solid)
+    real(wp), intent(in) :: inner_radius, outer_radius, length, angle
+    type(nurbs_solid_t) :: solid
+    type(arc_t) :: arc
+    type(error_t), allocatable :: error
+    real(wp), allocatable :: points(:, :, :, :)
+
+    arc = unit_arc(0.0_wp, angle)
+    allocate (points(arc%axis%n_basis, 2, 2, 3))
+    points(:, :, 1, :2) = inner_radius*spread(arc%points, 2, 2)
+    points(:, :, 2, :2) = outer_radius*spread(arc%points, 2, 2)
+    points(:, 1, :, 3) = 0.0_wp
+    points(:, 2, :, 3) = length
+    call new_nurbs_solid(solid, [arc%axis, linear_axis(), linear_axis()], points, &
+                         spread(spread(arc%weights, 2, 2), 3, 2), error)
+    if (allocated(error)) error stop "the ring of the test is wrong"
+  end function ring_solid
 
   !> A quadratic box of elastic steel (nu 0.3), with nothing else and without viscosity.
   function box_scene(edges, n_elements) result(scene)
