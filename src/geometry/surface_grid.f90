@@ -41,39 +41,29 @@ contains
     type(nurbs_surface_t), intent(in) :: surface
     real(wp), intent(in) :: length           !! of a part at most [length]
     integer :: n(2)
-    real(wp) :: longest, arc, at(2), point(3), before(3)
-    real(wp), allocatable :: along(:), across(:)
-    integer :: d, i, j, k
+    real(wp) :: lengths(2), turns(2)
 
-    do d = 1, 2
-      along = lines(surface%axes(d), n_samples)
-      across = lines(surface%axes(3 - d), 2)
-      longest = 0.0_wp
-      do j = 1, size(across)
-        do i = 1, size(along) - 1, n_samples
-          arc = 0.0_wp
-          do k = 0, n_samples
-            at(d) = along(i + k)
-            at(3 - d) = across(j)
-            call evaluate_surface(surface, at, point)
-            if (k > 0) arc = arc + norm2(point - before)
-            before = point
-          end do
-          longest = max(longest, arc)
-        end do
-      end do
-      n(d) = min(max(ceiling(longest/length*(1.0_wp - 1.0e-9_wp)), 1), most_parts)
-    end do
+    call measure_spans(surface, lengths, turns)
+    n = min(max(ceiling(lengths/length*(1.0_wp - 1.0e-9_wp)), 1), most_parts)
   end function parts_along
 
   !> The largest angle by which a line of either direction turns in a knot span [radian].
   pure function turns_along(surface) result(turns)
     type(nurbs_surface_t), intent(in) :: surface
-    real(wp) :: turns(2)
-    real(wp) :: at(2), points(3, 0:n_samples), angle, nothing
+    real(wp) :: turns(2), lengths(2)
+
+    call measure_spans(surface, lengths, turns)
+  end function turns_along
+
+  !> Largest length and turn of knot spans along both directions.
+  pure subroutine measure_spans(surface, lengths, turns)
+    type(nurbs_surface_t), intent(in) :: surface
+    real(wp), intent(out) :: lengths(2), turns(2)   !! [length], [radian]
+    real(wp) :: at(2), points(3, 0:n_samples), arc, angle, nothing
     real(wp), allocatable :: along(:), across(:)
     integer :: d, i, j, k
 
+    lengths = 0.0_wp
     turns = 0.0_wp
     nothing = round_off*maxval(abs(surface%points))
     do d = 1, 2
@@ -81,20 +71,23 @@ contains
       across = lines(surface%axes(3 - d), 2)
       do j = 1, size(across)
         do i = 1, size(along) - 1, n_samples
+          arc = 0.0_wp
+          angle = 0.0_wp
           do k = 0, n_samples
             at(d) = along(i + k)
             at(3 - d) = across(j)
             call evaluate_surface(surface, at, points(:, k))
+            if (k > 0) arc = arc + norm2(points(:, k) - points(:, k - 1))
+            if (k > 1) angle = angle + angle_between(points(:, k - 1) - points(:, k - 2), &
+                                                     points(:, k) - points(:, k - 1), nothing)
           end do
-          angle = sum([(angle_between(points(:, k) - points(:, k - 1), &
-                                      points(:, k + 1) - points(:, k), nothing), &
-                        k=1, n_samples - 1)])
+          lengths(d) = max(lengths(d), arc)
           ! Half a chord at either end has not been turned through.
           turns(d) = max(turns(d), angle*n_samples/(n_samples - 1))
         end do
       end do
     end do
-  end function turns_along
+  end subroutine measure_spans
 
   !> Angle between two vectors; 0 where one is no longer than nothing.
   pure real(wp) function angle_between(a, b, nothing) result(angle)
@@ -180,7 +173,7 @@ contains
     real(wp), intent(in) :: field(size(grid%xi), size(grid%eta))
     real(wp), intent(in) :: xi(:), eta(:)
     real(wp) :: values(size(xi), size(eta))
-    integer :: i, j, a(size(xi)), b(size(eta))
+    integer :: i, j, a(size(xi)), b(size(eta)), c(size(xi)), d(size(eta))
     real(wp) :: s(size(xi)), t(size(eta))
 
     do i = 1, size(xi)
@@ -188,17 +181,13 @@ contains
     end do
     do j = 1, size(eta)
       call line_position(grid%eta, eta(j), b(j), t(j))
-      do i = 1, size(xi)
-        values(i, j) = (1 - t(j))*((1 - s(i))*field(a(i), b(j)) + s(i)*field(next(a(i), 1), b(j))) &
-                       + t(j)*((1 - s(i))*field(a(i), next(b(j), 2)) &
-                               + s(i)*field(next(a(i), 1), next(b(j), 2)))
-      end do
     end do
-  contains
-    pure integer function next(place, direction)
-      integer, intent(in) :: place, direction
-      next = min(place + 1, size(field, direction))
-    end function next
+    c = min(a + 1, size(field, 1))
+    d = min(b + 1, size(field, 2))
+    do j = 1, size(eta)
+      values(:, j) = (1 - t(j))*((1 - s)*field(a, b(j)) + s*field(c, b(j))) &
+                     + t(j)*((1 - s)*field(a, d(j)) + s*field(c, d(j)))
+    end do
   end function grid_values
 
   !> Interval of a rising list that holds x, and the share of it that lies before x.
