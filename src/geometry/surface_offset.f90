@@ -93,49 +93,36 @@ contains
     end do
   end function shortest_tangents
 
-  !> Reject a surface that has no offset: with a concave radius that is not above the distance, an
-  !! edge or a tip sharp enough to tear its offset by more than the tolerance, or no normal.
-  subroutine check_offset(surface, distance, tolerance, error)
-    type(nurbs_surface_t), intent(in) :: surface
-    real(wp), intent(in) :: distance, tolerance   !! [length]
-    type(error_t), allocatable, intent(out) :: error
-
-    call check_edges(surface, distance, tolerance, error)
-    if (.not. allocated(error)) call check_tips(surface, distance, tolerance, error)
-    if (.not. allocated(error)) call check_radii(surface, distance, error)
-  end subroutine check_offset
-
   !> Compare the normals on both sides of every knot line.
-  subroutine check_edges(surface, distance, tolerance, error)
-    type(nurbs_surface_t), intent(in) :: surface
-    real(wp), intent(in) :: distance, tolerance
+  subroutine check_edges(source, tolerance, error)
+    type(source_t), intent(in) :: source
+    real(wp), intent(in) :: tolerance   !! by which an edge may tear its offset [length]
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: degree = acos(-1.0_wp)/180
     real(wp), allocatable :: across(:), along(:)
-    real(wp) :: xi(2), place(3, 2), normal(3, 2), shortest(2), turn
+    real(wp) :: xi(2), place(3, 2), normal(3, 2), turn
     integer :: d, i, j, k
     logical :: is_regular
 
-    shortest = shortest_tangents(surface)
     do d = 1, 2
-      across = samples_along(surface, d, 0, knot_inset)
-      along = samples_along(surface, 3 - d, 2, knot_inset)
+      across = samples_along(source%surface, d, 0, knot_inset)
+      along = samples_along(source%surface, 3 - d, 2, knot_inset)
       do j = 1, size(along)
         do i = 2, size(across) - 2, 2
           do k = 1, 2
             xi(d) = across(i + k - 1)
             xi(3 - d) = along(j)
-            call find_offset_point(surface, xi, distance, shortest, place(:, k), normal(:, k), &
-                                   is_regular)
+            call find_offset_point(source%surface, xi, source%distance, source%shortest, &
+                                   place(:, k), normal(:, k), is_regular)
             if (.not. is_regular) then
               call fail(error, "no normal at "//place_text(place(:, k)))
               return
             end if
           end do
           turn = norm2(normal(:, 2) - normal(:, 1))
-          if (abs(distance)*(turn - no_turn) <= tolerance) cycle
+          if (abs(source%distance)*(turn - no_turn) <= tolerance) cycle
           call fail(error, "an edge of "//rounded_text(2*asin(min(0.5_wp*turn, 1.0_wp))/degree)// &
-                    " degrees at "//place_text(place(:, 1) - distance*normal(:, 1)))
+                    " degrees at "//place_text(place(:, 1) - source%distance*normal(:, 1)))
           return
         end do
       end do
@@ -143,29 +130,30 @@ contains
   end subroutine check_edges
 
   !> Compare the normals along every edge that is one point.
-  subroutine check_tips(surface, distance, tolerance, error)
-    type(nurbs_surface_t), intent(in) :: surface
-    real(wp), intent(in) :: distance, tolerance
+  subroutine check_tips(source, tolerance, error)
+    type(source_t), intent(in) :: source
+    real(wp), intent(in) :: tolerance   !! by which a tip may tear its offset [length]
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: along(:)
-    real(wp) :: xi(2), place(3), normal(3), first(3), point(3), d1(3, 2), shortest(2)
+    real(wp) :: xi(2), place(3), normal(3), first(3), point(3), d1(3, 2)
     integer :: d, i, j
     logical :: is_regular
 
-    shortest = shortest_tangents(surface)
     do d = 1, 2
-      along = samples_along(surface, 3 - d, 2, knot_inset)
+      along = samples_along(source%surface, 3 - d, 2, knot_inset)
       do i = 1, 2
-        associate (knots => surface%axes(d)%knots)
+        associate (knots => source%surface%axes(d)%knots)
           xi(d) = merge(knots(1), knots(size(knots)), i == 1)
         end associate
         do j = 1, size(along)
           xi(3 - d) = along(j)
-          call evaluate_surface(surface, xi, point, d1)
-          if (norm2(d1(:, 3 - d)) >= shortest(3 - d)) exit
-          call find_offset_point(surface, xi, distance, shortest, place, normal, is_regular)
+          call evaluate_surface(source%surface, xi, point, d1)
+          if (norm2(d1(:, 3 - d)) >= source%shortest(3 - d)) exit
+          call find_offset_point(source%surface, xi, source%distance, source%shortest, place, &
+                                 normal, is_regular)
           if (j == 1) first = normal
-          if (is_regular .and. abs(distance)*(norm2(normal - first) - no_turn) <= tolerance) cycle
+          if (is_regular .and. abs(source%distance)*(norm2(normal - first) - no_turn) &
+              <= tolerance) cycle
           call fail(error, "a sharp tip at "//place_text(point))
           return
         end do
@@ -254,9 +242,11 @@ contains
     integer :: round
     logical :: is_solved
 
-    call check_offset(surface, distance, share*tolerance, error)
-    if (allocated(error)) return
     source = source_t(surface, distance, shortest_tangents(surface))
+    call check_edges(source, share*tolerance, error)
+    if (.not. allocated(error)) call check_tips(source, share*tolerance, error)
+    if (.not. allocated(error)) call check_radii(surface, distance, error)
+    if (allocated(error)) return
     space = surface
     do round = 1, most_rounds
       call interpolate(source, space, offset, is_solved)
