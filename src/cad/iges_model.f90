@@ -146,7 +146,7 @@ contains
   end function get_entry
 
   !> Where an entity is in the directory.
-  function entry_origin(model, entry) result(origin)
+  pure function entry_origin(model, entry) result(origin)
     type(iges_model_t), intent(in) :: model
     integer, intent(in) :: entry
     type(origin_t) :: origin
@@ -306,7 +306,7 @@ contains
   end function determinant
 
   !> Has this entity been reported already?
-  logical function is_reported(model, entry)
+  pure logical function is_reported(model, entry)
     type(iges_model_t), intent(in) :: model
     integer, intent(in) :: entry
     type(origin_t) :: origin

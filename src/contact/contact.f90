@@ -15,12 +15,12 @@ module contact
   use failure, only: error_t, fail
   use tool, only: tool_t
   use slave_surface, only: slave_surface_t, place_of, point_position, gather_forces, add_gathered
-  use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, list_due_tiles, list_due, &
-                           earliest_test, is_worth_threads, face_motion_t, new_face_motion, &
-                           advance_motion, point_motion, set_tile_tests
-  use penalty, only: stiffness_from_mass, stiffness_from_area, contact_fraction, no_contact, &
-                     find_pressed_depth, contact_damping_t, new_contact_damping, damp_points
-  use friction, only: friction_t, new_friction, find_first_motions, apply_friction
+  use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, list_due, earliest_test, &
+                           is_worth_threads, face_motion_t, new_face_motion, advance_motion, &
+                           point_motion
+  use penalty, only: stiffness_from_mass, contact_fraction, no_contact, find_pressed_depth, &
+                     contact_damping_t, new_contact_damping, damp_point
+  use friction, only: friction_t, new_friction, apply_friction
   use closest_point, only: hit_t, follow, is_beside, lanes_t, follow_lanes, n_lanes
   use tool_search, only: search_tool
   use cell_tree, only: distance_to_leaves
@@ -104,15 +104,6 @@ contains
     counts%max_iterations = max(counts%max_iterations, n_iterations)
   end subroutine count_iterations
 
-  !> Count a point for which every search failed.
-  pure subroutine count_failure(counts, point)
-    type(contact_statistics_t), intent(inout) :: counts
-    integer, intent(in) :: point
-
-    counts%n_failures = counts%n_failures + 1
-    if (counts%first_failed == 0) counts%first_failed = point
-  end subroutine count_failure
-
   !> Add the counts of a tile to those of the contact.
   pure subroutine add_counts(total, part)
     type(contact_statistics_t), intent(inout) :: total
@@ -186,7 +177,7 @@ contains
     allocate (seen(contact%slave%n_points))
     call stiffness_from_mass(contact%slave, mass, 1.0_wp, dt, seen)
     if (contact%options%stiffness > 0.0_wp) then
-      call stiffness_from_area(contact%slave, contact%options%stiffness, contact%stiffness)
+      contact%stiffness = contact%options%stiffness*contact%slave%area
       contact%share = maxval(contact%stiffness/seen)
     else
       contact%share = contact%options%scale
@@ -251,7 +242,12 @@ contains
     real(wp) :: largest
 
     call carry_tiles(contact%tiles, contact%motion, x, contact%is_due, largest)
-    call list_due_tiles(size(contact%tiles), contact%is_due, n_due, due)
+    n_due = 0
+    do i = 1, size(contact%tiles)
+      if (.not. contact%is_due(i)) cycle
+      n_due = n_due + 1
+      due(n_due) = i
+    end do
     if (n_due > 0) then
       !$omp do schedule(static)
       do i = 1, n_due
@@ -376,21 +372,23 @@ contains
     real(wp), intent(in) :: dt, x(3)       !! position in the tool's frame [length]
     integer, intent(in) :: point
     type(tile_result_t), intent(inout) :: result
-    real(wp) :: motion(3)
+    real(wp) :: force(3), motion(3)
     integer :: at(2)
 
+    force = contact%force(point, :)
     if (allocated(contact%damping)) then
-      call damp_points(contact%damping, contact%slave%n_points, point, point, dt, x, &
-                       contact%force, result%reaction, result%damped)
+      call damp_point(contact%damping, point, dt, x, force, result%reaction, result%damped)
     end if
     if (allocated(contact%friction)) then
-      at = place_of(contact%slave, point)
-      call find_first_motions(contact%friction, contact%slave, contact%motion, at(2), at(1), &
-                              at(1), contact%force, motion)
-      call apply_friction(contact%friction, contact%slave%n_points, point, point, &
-                          contact%stiffness, x, motion, contact%force, result%reaction, &
-                          result%energy, result%slip_work)
+      motion = 0.0_wp
+      if (.not. contact%friction%is_touching(point) .and. sum(force**2) > 0.0_wp) then
+        at = place_of(contact%slave, point)
+        motion = point_motion(contact%motion, contact%slave, at(1), at(2))
+      end if
+      call apply_friction(contact%friction, point, contact%stiffness(point), x, motion, force, &
+                          result%reaction, result%energy, result%slip_work)
     end if
+    contact%force(point, :) = force
   end subroutine drag_point
 
   !> Follow up to eight points of a tile from where they were.
@@ -467,7 +465,10 @@ contains
     call search_tool(tool, x, 2*step, contact%options%is_corner_start, hit)
     result%counts%n_searches = result%counts%n_searches + 1
     call count_iterations(result%counts, hit%n_iterations, 1)
-    if (.not. hit%is_converged) call count_failure(result%counts, point)
+    if (.not. hit%is_converged) then
+      result%counts%n_failures = result%counts%n_failures + 1
+      if (result%counts%first_failed == 0) result%counts%first_failed = point
+    end if
     safe = safe_distance(contact, tool, x, hit)
     rival = min(hit%rival, hit%distance + 2*step, tool%search_distance)
     contact%search_at(point) = tile%travel + max(safe, min(step, 0.5_wp*(rival - hit%distance)))
@@ -495,19 +496,6 @@ contains
     end if
   end function safe_distance
 
-  !> Factor on the force of a point that touches only in a part of the step.
-  pure real(wp) function step_share(contact, travel, at, depth, normal) result(share)
-    type(contact_t), intent(in) :: contact
-    real(wp), intent(in) :: travel              !! largest in the step [length]
-    integer, intent(in) :: at(2)                !! position of the point
-    real(wp), intent(in) :: depth, normal(3)    !! of the spring, not negative [length]
-
-    share = 1.0_wp
-    if (depth >= travel) return
-    share = contact_fraction(depth, sum(normal*point_motion(contact%motion, contact%slave, at(1), &
-                                                          at(2))))
-  end function step_share
-
   !> Keep where a point was found, and push it out if it is in the tool.
   subroutine push_point(contact, tool, point, hit, result)
     type(contact_t), intent(inout) :: contact
@@ -531,15 +519,20 @@ contains
     integer, intent(in) :: point
     real(wp), intent(in) :: depth, normal(3)   !! not touching where the depth is not positive
     type(tile_result_t), intent(inout) :: result
-    real(wp) :: pressed, push
+    real(wp) :: pressed, push, fraction
     integer :: at(2)
 
     call find_pressed_depth(depth, result%longest, contact%start(point), pressed)
     if (.not. depth > 0.0_wp) return
-    at = place_of(contact%slave, point)
     result%depth = max(result%depth, depth)
     result%counts%n_touching = result%counts%n_touching + 1
-    push = contact%stiffness(point)*pressed*step_share(contact, result%travel, at, pressed, normal)
+    fraction = 1.0_wp   ! of the step in which it touches
+    if (pressed < result%travel) then
+      at = place_of(contact%slave, point)
+      fraction = contact_fraction(pressed, sum(normal*point_motion(contact%motion, contact%slave, &
+                                                                   at(1), at(2))))
+    end if
+    push = contact%stiffness(point)*pressed*fraction
     contact%force(point, :) = push*normal
     result%reaction = result%reaction - push*normal
     result%energy = result%energy + 0.5_wp*contact%stiffness(point)*pressed**2
@@ -549,6 +542,7 @@ contains
   pure subroutine carry_contact(contact, store)
     type(contact_t), intent(inout) :: contact
     type(state_store_t), intent(inout) :: store
+    integer :: i
 
     call carry_array(store, "travel", size(contact%tiles), contact%tiles%travel)
     call carry_array(store, "tool_displacement", 3, contact%motion%displacement)
@@ -584,7 +578,11 @@ contains
         call carry_array(store, "damping_constant", size(state%constant), state%constant)
       end associate
     end if
-    if (store%is_taking) call set_tile_tests(contact%tiles, contact%slave%n_along, contact%test_at)
+    if (.not. store%is_taking) return
+    do i = 1, size(contact%tiles)
+      contact%tiles(i)%test_at = earliest_test(contact%tiles(i), contact%slave%n_along, &
+                                               contact%test_at)
+    end do
   end subroutine carry_contact
 
   !> Energy, flags and two vectors of each point.

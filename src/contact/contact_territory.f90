@@ -6,6 +6,7 @@
 !! corner points of a curved face would not.
 module contact_territory
   use kinds, only: wp
+  use linear_algebra, only: cross
   implicit none
   private
 
@@ -97,9 +98,7 @@ contains
       second = unit - dot_product(unit, axes(:, 1))*axes(:, 1)
     end if
     axes(:, 2) = second/norm2(second)
-    axes(1, 3) = axes(2, 1)*axes(3, 2) - axes(3, 1)*axes(2, 2)
-    axes(2, 3) = axes(3, 1)*axes(1, 2) - axes(1, 1)*axes(3, 2)
-    axes(3, 3) = axes(1, 1)*axes(2, 2) - axes(2, 1)*axes(1, 2)
+    axes(:, 3) = cross(axes(:, 1), axes(:, 2))
   end function frame
 
 end module contact_territory

@@ -8,8 +8,7 @@ module contact_tiles
   private
 
   public :: face_motion_t, new_face_motion, advance_motion, carry_rows, point_motion, tile_t, &
-            cut_tiles, carry_tiles, list_due_tiles, list_due, earliest_test, set_tile_tests, &
-            is_worth_threads
+            cut_tiles, carry_tiles, list_due, earliest_test, is_worth_threads
 
   !> Two states of a face, one after the other; arrays by control point.
   type :: face_motion_t
@@ -182,21 +181,6 @@ contains
     largest = sqrt(maxval(motion%highest))
   end subroutine carry_tiles
 
-  !> Tiles that must be tested now.
-  pure subroutine list_due_tiles(n_tiles, is_due, n, due)
-    integer, intent(in) :: n_tiles
-    logical, intent(in) :: is_due(n_tiles)
-    integer, intent(out) :: n, due(n_tiles)   !! in the first n
-    integer :: t
-
-    n = 0
-    do t = 1, n_tiles
-      if (.not. is_due(t)) cycle
-      n = n + 1
-      due(n) = t
-    end do
-  end subroutine list_due_tiles
-
   !> Points of a tile that must be tested now.
   pure subroutine list_due(tile, n_along, test_at, n, points)
     type(tile_t), intent(in) :: tile
@@ -228,17 +212,5 @@ contains
       end do
     end do
   end function earliest_test
-
-  !> Let each tile be tested again when the first of its points must be.
-  pure subroutine set_tile_tests(tiles, n_along, test_at)
-    type(tile_t), intent(inout) :: tiles(:)
-    integer, intent(in) :: n_along(2)
-    real(wp), intent(in) :: test_at(:)   !! of all points [length]
-    integer :: t
-
-    do t = 1, size(tiles)
-      tiles(t)%test_at = earliest_test(tiles(t), n_along, test_at)
-    end do
-  end subroutine set_tile_tests
 
 end module contact_tiles

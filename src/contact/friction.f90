@@ -13,12 +13,10 @@
 !! counts the work of all forces.
 module friction
   use kinds, only: wp
-  use slave_surface, only: slave_surface_t
-  use contact_tiles, only: face_motion_t, point_motion
   implicit none
   private
 
-  public :: friction_t, new_friction, find_first_motions, apply_friction
+  public :: friction_t, new_friction, apply_friction
 
   !> Friction of one contact; arrays by slave point, shape (n_points).
   type :: friction_t
@@ -42,68 +40,46 @@ contains
     allocate (friction%place(n_points, 3), friction%stretch(n_points, 3), source=0.0_wp)
   end subroutine new_friction
 
-  !> Motion in the last step of those points of a tile that have just come to touch.
-  pure subroutine find_first_motions(friction, slave, motion, row, first, last, force, motions)
-    type(friction_t), intent(in) :: friction
-    type(slave_surface_t), intent(in) :: slave
-    type(face_motion_t), intent(in) :: motion
-    integer, intent(in) :: row, first, last              !! of the points, in their row
-    real(wp), intent(in) :: force(slave%n_points, 3)     !! normal, on all slave points [force]
-    real(wp), intent(out) :: motions(first:last, 3)         !! zero for all others [length]
-    integer :: i, p
-
-    motions = 0.0_wp
-    do i = first, last
-      p = i + (row - 1)*slave%n_along(1)
-      if (friction%is_touching(p) .or. sum(force(p, :)**2) <= 0.0_wp) cycle
-      motions(i, :) = point_motion(motion, slave, i, row)
-    end do
-  end subroutine find_first_motions
-
-  !> Add the friction of the points `first` to `last` to the normal forces of this call.
-  pure subroutine apply_friction(friction, n_points, first, last, stiffness, x, motions, force, &
-                                 reaction, stored, lost)
+  !> Add the friction of a point to its normal force of this call.
+  pure subroutine apply_friction(friction, p, stiffness, x, motion, force, reaction, stored, lost)
     type(friction_t), intent(inout) :: friction
-    integer, intent(in) :: n_points, first, last
-    real(wp), intent(in) :: stiffness(n_points)        !! of the penalty [force/length]
-    real(wp), intent(in) :: x(first:last, 3)           !! points in the tool's frame now [length]
-    real(wp), intent(in) :: motions(first:last, 3)        !! from `find_first_motions`
-    real(wp), intent(inout) :: force(n_points, 3)      !! on the points: normal in, all out [force]
+    integer, intent(in) :: p                           !! number of the point
+    real(wp), intent(in) :: stiffness                  !! of the penalty [force/length]
+    real(wp), intent(in) :: x(3)                       !! the point in the tool's frame now [length]
+    real(wp), intent(in) :: motion(3)                  !! of a point that did not touch, against the
+                                                       !! tool in the last step [length]
+    real(wp), intent(inout) :: force(3)                !! on the point: normal in, all out [force]
     real(wp), intent(inout) :: reaction(3)             !! on the tool, added to [force]
     real(wp), intent(inout) :: stored                  !! energy of the springs, added to [energy]
     real(wp), intent(inout) :: lost                    !! work of slip of this call, added to
     real(wp) :: pushed, part, moved(3), drag(3)
-    integer :: p
 
-    do p = first, last
-      pushed = norm2(force(p, :))
-      if (pushed > 0.0_wp) then
-        if (friction%is_touching(p)) then
-          moved = x(p, :) - friction%place(p, :)
-          part = 1.0_wp
-        else
-          part = touching_part(pushed, stiffness(p), &
-                               -dot_product(motions(p, :), force(p, :))/pushed)
-          moved = part*motions(p, :)
-        end if
-        call return_stretch(friction%stretch(p, :), moved, force(p, :)/pushed, stiffness(p), &
-                            friction%coefficient*pushed, drag, lost)
-        ! The balance of energy counts the work of a force over the whole step.
-        if (part < 1.0_wp) lost = lost - 0.5_wp*(1.0_wp - part)*dot_product(drag, motions(p, :))
-        force(p, :) = force(p, :) + drag
-        reaction = reaction - drag
-        stored = stored + 0.5_wp*stiffness(p)*sum(friction%stretch(p, :)**2)
-        friction%place(p, :) = x(p, :)
-        friction%is_touching(p) = .true.
-      else if (friction%is_touching(p)) then
-        ! A point that leaves lets its spring go.
-        moved = x(p, :) - friction%place(p, :)
-        lost = lost + 0.5_wp*stiffness(p) &
-               *dot_product(friction%stretch(p, :), friction%stretch(p, :) + moved)
-        friction%stretch(p, :) = 0.0_wp
-        friction%is_touching(p) = .false.
+    pushed = norm2(force)
+    if (pushed > 0.0_wp) then
+      if (friction%is_touching(p)) then
+        moved = x - friction%place(p, :)
+        part = 1.0_wp
+      else
+        part = touching_part(pushed, stiffness, -dot_product(motion, force)/pushed)
+        moved = part*motion
       end if
-    end do
+      call return_stretch(friction%stretch(p, :), moved, force/pushed, stiffness, &
+                          friction%coefficient*pushed, drag, lost)
+      ! The balance of energy counts the work of a force over the whole step.
+      if (part < 1.0_wp) lost = lost - 0.5_wp*(1.0_wp - part)*dot_product(drag, motion)
+      force = force + drag
+      reaction = reaction - drag
+      stored = stored + 0.5_wp*stiffness*sum(friction%stretch(p, :)**2)
+      friction%place(p, :) = x
+      friction%is_touching(p) = .true.
+    else if (friction%is_touching(p)) then
+      ! A point that leaves lets its spring go.
+      moved = x - friction%place(p, :)
+      lost = lost + 0.5_wp*stiffness &
+             *dot_product(friction%stretch(p, :), friction%stretch(p, :) + moved)
+      friction%stretch(p, :) = 0.0_wp
+      friction%is_touching(p) = .false.
+    end if
   end subroutine apply_friction
 
   !> Part of the step in which a point touches for the first time, from its force, which is that of

@@ -10,8 +10,8 @@ module penalty
   implicit none
   private
 
-  public :: stiffness_from_mass, stiffness_from_area, contact_fraction, find_pressed_depth, &
-            contact_damping_t, new_contact_damping, damp_points
+  public :: stiffness_from_mass, contact_fraction, find_pressed_depth, contact_damping_t, &
+            new_contact_damping, damp_point
 
   real(wp), parameter, public :: no_contact = -1.0_wp   !! start of a spring that does not touch
 
@@ -53,15 +53,6 @@ contains
       end do
     end do
   end subroutine stiffness_from_mass
-
-  !> Stiffness k_p = a_p times a given stiffness per area [stress/length].
-  pure subroutine stiffness_from_area(slave, per_area, stiffness)
-    type(slave_surface_t), intent(in) :: slave
-    real(wp), intent(in) :: per_area
-    real(wp), intent(out) :: stiffness(slave%n_along(1), slave%n_along(2))   !! [force/length]
-
-    stiffness = per_area*reshape(slave%area, slave%n_along)
-  end subroutine stiffness_from_area
 
   !> Factor (1 + phi)/2 on the force where a point touches first, or last, phi being the part of
   !! the step in which it touches. The force acts for half a step to either side, and so its work
@@ -105,36 +96,33 @@ contains
     allocate (damping%place(size(mass), 3), damping%force(size(mass), 3), source=0.0_wp)
   end subroutine new_contact_damping
 
-  !> Add the damping of the points `first` to `last` to the spring forces of this call. A point that
-  !! has just come has no velocity yet and carries the spring force alone.
-  pure subroutine damp_points(damping, n_points, first, last, dt, x, force, reaction, lost)
+  !> Add the damping of a point to its spring force of this call. A point that has just come has no
+  !! velocity yet and carries the spring force alone.
+  pure subroutine damp_point(damping, p, dt, x, force, reaction, lost)
     type(contact_damping_t), intent(inout) :: damping
-    integer, intent(in) :: n_points, first, last
+    integer, intent(in) :: p                         !! number of the point
     real(wp), intent(in) :: dt                       !! since the last call [time]
-    real(wp), intent(in) :: x(first:last, 3)         !! points in the tool's frame now [length]
-    real(wp), intent(inout) :: force(n_points, 3)    !! on the points [force]
+    real(wp), intent(in) :: x(3)                     !! the point in the tool's frame now [length]
+    real(wp), intent(inout) :: force(3)              !! on the point [force]
     real(wp), intent(inout) :: reaction(3)           !! on the tool, added to [force]
     real(wp), intent(inout) :: lost                  !! energy taken in this call, added to
     real(wp) :: pushed, moved(3), normal(3), push(3)
-    integer :: p
 
-    do p = first, last
-      pushed = norm2(force(p, :))
-      push = 0.0_wp
-      moved = x(p, :) - damping%place(p, :)
-      if (pushed > 0.0_wp .and. damping%is_touching(p)) then
-        normal = force(p, :)/pushed
-        push = normal*max(-damping%constant(p)*dot_product(moved, normal)/dt, -pushed)
-      end if
-      if (damping%is_touching(p)) then
-        lost = lost - 0.5_wp*dot_product(damping%force(p, :) + push, moved)
-      end if
-      damping%is_touching(p) = pushed > 0.0_wp
-      damping%place(p, :) = x(p, :)
-      damping%force(p, :) = push
-      force(p, :) = force(p, :) + push
-      reaction = reaction - push
-    end do
-  end subroutine damp_points
+    pushed = norm2(force)
+    push = 0.0_wp
+    moved = x - damping%place(p, :)
+    if (pushed > 0.0_wp .and. damping%is_touching(p)) then
+      normal = force/pushed
+      push = normal*max(-damping%constant(p)*dot_product(moved, normal)/dt, -pushed)
+    end if
+    if (damping%is_touching(p)) then
+      lost = lost - 0.5_wp*dot_product(damping%force(p, :) + push, moved)
+    end if
+    damping%is_touching(p) = pushed > 0.0_wp
+    damping%place(p, :) = x
+    damping%force(p, :) = push
+    force = force + push
+    reaction = reaction - push
+  end subroutine damp_point
 
 end module penalty

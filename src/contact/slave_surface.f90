@@ -5,6 +5,7 @@
 module slave_surface
   use kinds, only: wp
   use failure, only: error_t, fail
+  use linear_algebra, only: cross
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use knot_vector, only: knot_vector_t, find_span, basis_derivatives, span_table, n_spans, &
                          greville
@@ -28,8 +29,6 @@ module slave_surface
     real(wp), allocatable :: xi(:)           !! parametric coordinates, rising, shape (n_points)
     integer, allocatable :: first(:)         !! shape (n_points)
     real(wp), allocatable :: values(:, :)    !! shape (n_points, p + 1)
-    integer, allocatable :: lowest(:)        !! first point in the support of function I, shape (n)
-    integer, allocatable :: highest(:)       !! last point in the support of function I, shape (n)
   end type slave_line_t
 
   !> Quadrature along the direction, and how each quadrature point's area goes to slave points
@@ -94,7 +93,6 @@ contains
       line%first(i) = span - axis%degree
       call basis_derivatives(axis, span, line%xi(i), 0, line%values(i, :))
     end do
-    call find_supports(line)
   end subroutine new_line_at
 
   !> Quadrature that shares the area of a face out to its slave points, so that nothing is lost:
@@ -189,21 +187,6 @@ contains
       xi((element - 1)*n_gauss + 1:element*n_gauss) = low + 0.5_wp*(high - low)*(1 + gauss%points)
     end do
   end function gauss_places
-
-  !> Points in the support of each control point; `lowest > highest` where there are none.
-  pure subroutine find_supports(line)
-    type(slave_line_t), intent(inout) :: line
-    integer :: i, last
-
-    allocate (line%lowest(line%n_net), line%highest(line%n_net))
-    line%lowest = line%n_points + 1
-    line%highest = 0
-    do i = 1, line%n_points
-      last = line%first(i) + line%degree
-      line%lowest(line%first(i):last) = min(line%lowest(line%first(i):last), i)
-      line%highest(line%first(i):last) = max(line%highest(line%first(i):last), i)
-    end do
-  end subroutine find_supports
 
   !> Choose the slave points of a face of the blank in its shape at the start.
   !! Rejected: an unknown kind of points, a negative number of Gauss points.
@@ -459,7 +442,7 @@ contains
     type(nurbs_surface_t), intent(in) :: surface
     integer, intent(in) :: kinds(2), n_gauss(2)
     type(area_rule_t) :: rules(2)
-    real(wp) :: point(3), d1(3, 2), normal(3), part
+    real(wp) :: point(3), d1(3, 2), part
     real(wp), allocatable :: area(:, :)
     integer :: g, h, i, k, l, direction
 
@@ -471,9 +454,7 @@ contains
     do h = 1, rules(2)%n
       do g = 1, rules(1)%n
         call evaluate_surface(surface, [rules(1)%xi(g), rules(2)%xi(h)], point, d1)
-        normal = [d1(2, 1)*d1(3, 2) - d1(3, 1)*d1(2, 2), d1(3, 1)*d1(1, 2) - d1(1, 1)*d1(3, 2), &
-                  d1(1, 1)*d1(2, 2) - d1(2, 1)*d1(1, 2)]
-        part = norm2(normal)*rules(1)%weights(g)*rules(2)%weights(h)
+        part = norm2(cross(d1(:, 1), d1(:, 2)))*rules(1)%weights(g)*rules(2)%weights(h)
         do l = 1, size(rules(2)%shares, 1)
           k = rules(2)%first(h) + l - 1
           do i = 1, size(rules(1)%shares, 1)
