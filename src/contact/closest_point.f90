@@ -102,16 +102,6 @@ contains
     call finish(tool, x, hit)
   end subroutine follow
 
-  !> How the point `x` lies to a position on a face of a tool.
-  pure function seen_from(tool, face, at, x) result(state)
-    type(tool_t), intent(in) :: tool
-    integer, intent(in) :: face
-    real(wp), intent(in) :: at(2), x(3)
-    type(separation_t) :: state
-
-    state = separation(tool%orders, tool%coefficients(:, :, :, face), at, x)
-  end function seen_from
-
   !> Newton with the full second derivatives, eq. (52), from a start on a face, always downhill.
   !! Where the Hessian is not positive enough of the metric is added. With a cell the search holds
   !! at the cell's edge.
@@ -127,7 +117,7 @@ contains
     hit%n_iterations = 1
     hit%is_converged = .false.
     hit%is_leaving = .false.
-    here = seen_from(tool, hit%face, hit%at, x)
+    here = separation(tool%coefficients, hit%face, hit%at, x)
     do while (hit%n_iterations < max_iterations)
       call cross_edges(tool, x, hit, here, is_free, cell)
       call newton_step(here, hit%at, is_free, step, gain)
@@ -171,7 +161,7 @@ contains
         if (present(cell)) then
           if (.not. is_in_block(cell, face)) cycle
         end if
-        there = seen_from(tool, face, at, x)
+        there = separation(tool%coefficients, face, at, x)
         hit%n_iterations = hit%n_iterations + 1
         if (is_blocked(at(d_there), there%slope(d_there))) cycle
         hit%face = face
@@ -203,7 +193,7 @@ contains
       call point_across(tool, hit%face, hit%at, d, face, at, d_there)
       if (face == 0) cycle
       if (is_in_block(cell, face)) cycle
-      there = seen_from(tool, face, at, x)
+      there = separation(tool%coefficients, face, at, x)
       leads_out = leads_out .or. .not. is_blocked(at(d_there), there%slope(d_there))
     end do
   end function leads_out
@@ -230,11 +220,10 @@ contains
     real(wp), intent(out) :: there(2)
     integer, intent(out) :: d_there        !! coordinate that is at its end there
 
-    other = tool%neighbours(edge_of(d, at(d)), face)
+    other = tool%neighbours(2*d - 1 + nint(at(d)), face)
     if (other < 0) then
-      call move_across(tool%orders, tool%coefficients, tool%links, -other, at(3 - d), &
-                       face_position(tool%orders, tool%coefficients(:, :, :, face), at), &
-                       other, there, d_there)
+      call move_across(tool%coefficients, tool%links, -other, at(3 - d), &
+                       face_position(tool%coefficients, face, at), other, there, d_there)
       return
     end if
     there = at
@@ -243,19 +232,11 @@ contains
   end subroutine point_across
 
   !> Whether a coordinate is at its end and the distance falls beyond.
-  pure logical function is_blocked(at, slope)
+  elemental logical function is_blocked(at, slope)
     real(wp), intent(in) :: at, slope
 
     is_blocked = (at <= 0.0_wp .and. slope < 0.0_wp) .or. (at >= 1.0_wp .and. slope > 0.0_wp)
   end function is_blocked
-
-  !> Number of the edge where coordinate `d` has come to its end, as in the neighbour table.
-  pure integer function edge_of(d, at)
-    integer, intent(in) :: d
-    real(wp), intent(in) :: at
-
-    edge_of = 2*d - 1 + nint(at)
-  end function edge_of
 
   !> Newton step in the free coordinates, and its gain: slope times step, about the step's square.
   pure subroutine newton_step(here, at, is_free, step, gain)
@@ -273,7 +254,7 @@ contains
       determinant = k(1)*k(2) - k(3)**2
       step(1) = (k(2)*here%slope(1) - k(3)*here%slope(2))/determinant
       step(2) = (k(1)*here%slope(2) - k(3)*here%slope(1))/determinant
-      if (.not. any(is_blocked_both(at, step))) then
+      if (.not. any(is_blocked(at, step))) then
         gain = dot_product(step, here%slope)
         return
       end if
@@ -310,15 +291,6 @@ contains
     end associate
   end function positive_hessian
 
-  !> `is_blocked` for each coordinate.
-  pure function is_blocked_both(at, direction) result(blocked)
-    real(wp), intent(in) :: at(2), direction(2)
-    logical :: blocked(2)
-    integer :: d
-
-    blocked = [(is_blocked(at(d), direction(d)), d=1, 2)]
-  end function is_blocked_both
-
   !> Take the step, shortened until the distance does not rise.
   pure subroutine step_down(tool, x, step, hit, here, is_lower)
     type(tool_t), intent(in) :: tool
@@ -334,7 +306,7 @@ contains
     factor = 1.0_wp
     do i = 1, max_halvings
       at = min(max(hit%at + factor*step, 0.0_wp), 1.0_wp)
-      there = seen_from(tool, hit%face, at, x)
+      there = separation(tool%coefficients, hit%face, at, x)
       hit%n_iterations = hit%n_iterations + 1
       is_lower = there%square <= here%square + slack
       if (is_lower) exit
@@ -373,7 +345,7 @@ contains
     logical :: has_break
     integer :: d, face, d_there
 
-    here = seen_from(tool, hit%face, hit%at, x)
+    here = separation(tool%coefficients, hit%face, hit%at, x)
     hit%distance = sqrt(here%square)
     normal = safe_normal(tool, hit%face, hit%at)
     mean = normal
@@ -419,10 +391,10 @@ contains
     real(wp) :: normal(3)
     type(separation_t) :: here
 
-    here = seen_from(tool, face, at, origin)
+    here = separation(tool%coefficients, face, at, origin)
     normal = unit_normal(here%d1)
     if (norm2(normal) > 0.5_wp) return
-    here = seen_from(tool, face, at + inside*(0.5_wp - at), origin)
+    here = separation(tool%coefficients, face, at + inside*(0.5_wp - at), origin)
     normal = unit_normal(here%d1)
   end function safe_normal
 

@@ -80,6 +80,8 @@ module face_penetration
     real(wp), allocatable :: wake(:)      !! the same of each sample, tile by tile
     integer, allocatable :: before(:)     !! samples before those of a tile, shape (n_tiles)
     integer :: n_checked = 0                !! samples that the last search has checked
+    real(wp) :: shift(3) = 0.0_wp           !! displacement of the tool at the last search [length]
+    real(wp) :: overhang = 0.0_wp           !! how far beyond its edge a point touches [length]
   end type depth_samples_t
 
 contains
@@ -87,7 +89,7 @@ contains
   !> Follow up to eight samples; those that do not settle are searched.
   pure subroutine follow_samples(tool, overhang, low, high, at, n, lanes, found)
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: overhang
+    real(wp), intent(in) :: overhang         !! how far beyond the tool's edge a point touches
     integer, intent(in) :: low(2), high(2), at(2, n_lanes)
     integer, intent(inout) :: n                  !! how many; then 0
     type(lanes_t), intent(inout) :: lanes
@@ -130,14 +132,14 @@ contains
   end subroutine follow_samples
 
   !> Search the whole tool for what is nearest to a position.
-  pure subroutine verify(tool, shift, overhang, place)
+  pure subroutine verify(samples, tool, place)
+    type(depth_samples_t), intent(in) :: samples
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: shift(3), overhang
     type(deep_point_t), intent(inout) :: place
     type(sample_t) :: sample
 
-    sample%x = place%x - shift
-    call locate(tool, overhang, sample)
+    sample%x = place%x - samples%shift
+    call locate(tool, samples%overhang, sample)
     place%depth = sample%depth
     place%face = sample%face
     place%on = sample%on
@@ -270,6 +272,7 @@ contains
     if (across > 0) apart(across) = 0.0_wp
     call tool_bends_below(tool, maxval(apart), samples%bends)
     samples%apart = maxval(apart) + tool%search_distance
+    samples%overhang = contact%options%overhang
     associate (tiles => contact%tiles)
       allocate (samples%first(2, size(tiles)), samples%last(2, size(tiles)))
       allocate (samples%wake_at(size(tiles)), source=0.0_wp)
@@ -325,12 +328,12 @@ contains
     is_awake = contact%tiles%travel >= samples%wake_at
     if (.not. any(is_awake)) return
     samples%surface%points = net
+    samples%shift = shift
     best%depth = no_depth
     n_checked = 0
     !$omp parallel do schedule(dynamic) reduction(+: n_checked)
     do t = 1, size(best)
-      if (is_awake(t)) call sample_tile(samples, contact, tool, shift, t, .false., best(t), &
-                                         n_checked)
+      if (is_awake(t)) call sample_tile(samples, contact, tool, t, .false., best(t), n_checked)
     end do
     !$omp end parallel do
     samples%n_checked = n_checked
@@ -339,16 +342,16 @@ contains
       if (.not. best(t)%depth > -reach*best(t)%width) return
       if (best(t)%is_sure) exit
       place = best(t)
-      call verify(tool, shift, contact%options%overhang, best(t))
+      call verify(samples, tool, best(t))
       if (.not. best(t)%depth < place%depth) cycle
       ! Another point of the tool is nearer: the tile may hold a sample that is deeper than this.
       best(t)%depth = no_depth
-      call sample_tile(samples, contact, tool, shift, t, .true., best(t), n_checked)
+      call sample_tile(samples, contact, tool, t, .true., best(t), n_checked)
     end do
     samples%n_checked = n_checked
     place = best(t)
-    call climb(samples, tool, shift, contact%options%overhang, place)
-    call verify(tool, shift, contact%options%overhang, place)
+    call climb(samples, tool, place)
+    call verify(samples, tool, place)
     if (best(t)%depth > place%depth) place = best(t)
     if (place%depth > 0.0_wp) deepest = place
   end subroutine find_deepest
@@ -381,11 +384,10 @@ contains
   end function points_of_element
 
   !> Deepest sample of a tile, and when it must be checked again.
-  subroutine sample_tile(samples, contact, tool, shift, tile, is_exact, best, n_checked)
+  subroutine sample_tile(samples, contact, tool, tile, is_exact, best, n_checked)
     type(depth_samples_t), intent(inout) :: samples
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: shift(3)
     integer, intent(in) :: tile
     logical, intent(in) :: is_exact              !! search the whole tool for each sample
     type(deep_point_t), intent(inout) :: best    !! of no depth yet
@@ -399,14 +401,13 @@ contains
     high = samples%last(:, tile)
     now = contact%tiles(tile)%travel
     allocate (found(low(1):high(1), low(2):high(2)))
-    call locate_samples(samples, shift, low, high, found, width)
+    call locate_samples(samples, low, high, found, width)
     is_smooth = .not. has_bend(samples, found)
-    call sample_grid(samples, contact, tool, shift, tile, is_smooth .and. .not. is_exact, low, &
-                      high, found)
+    call sample_grid(samples, contact, tool, tile, is_smooth .and. .not. is_exact, low, high, found)
     associate (xi => samples%grid%lines(1)%xi, eta => samples%grid%lines(2)%xi)
       at = maxloc(found%depth) + low - 1
-      call keep_deeper(found(at(1), at(2)), [xi(at(1)), eta(at(2))], shift, &
-                [step_at(xi, at(1)), step_at(eta, at(2))], best)
+      call keep_deeper(found(at(1), at(2)), [xi(at(1)), eta(at(2))], samples%shift, &
+                       [step_at(xi, at(1)), step_at(eta, at(2))], best)
       best%width = width
       best%is_smooth = is_smooth
       do j = low(2), high(2) - 1
@@ -414,8 +415,7 @@ contains
           associate (known => max(best%depth, shallow*tool%search_distance))
             if (.not. hides_depth(found(i:i + 1, j:j + 1), is_smooth, known)) cycle
           end associate
-          call sample_cell(samples, tool, shift, contact%options%overhang, [xi(i), eta(j)], &
-                              [xi(i + 1), eta(j + 1)], best)
+          call sample_cell(samples, tool, [xi(i), eta(j)], [xi(i + 1), eta(j + 1)], best)
         end do
       end do
     end associate
@@ -456,9 +456,8 @@ contains
   end function step_at
 
   !> Where the samples of a tile are in the tool's frame, and the longest diagonal between them.
-  pure subroutine locate_samples(samples, shift, low, high, found, width)
+  pure subroutine locate_samples(samples, low, high, found, width)
     type(depth_samples_t), intent(in) :: samples
-    real(wp), intent(in) :: shift(3)
     integer, intent(in) :: low(2), high(2)
     type(sample_t), intent(inout) :: found(low(1):high(1), low(2):high(2))
     real(wp), intent(out) :: width               !! [length]
@@ -468,7 +467,7 @@ contains
     do j = low(2), high(2)
       call row_positions(samples%grid, samples%surface%points, j, low(1), high(1), places)
       do i = low(1), high(1)
-        found(i, j)%x = places(i, :) - shift
+        found(i, j)%x = places(i, :) - samples%shift
       end do
     end do
     width = 0.0_wp
@@ -482,17 +481,16 @@ contains
   !> How the samples of a tile lie to the tool. Eight at a time are followed from where the contact
   !! points near them are, which is quick but may miss what no contact point has seen. A contact
   !! point that is far from the tool keeps the samples near it clear.
-  subroutine sample_grid(samples, contact, tool, shift, tile, may_follow, low, high, found)
+  subroutine sample_grid(samples, contact, tool, tile, may_follow, low, high, found)
     type(depth_samples_t), intent(in) :: samples
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: shift(3)
     integer, intent(in) :: tile
     logical, intent(in) :: may_follow            !! else the whole tool is searched for each
     integer, intent(in) :: low(2), high(2)
     type(sample_t), intent(inout) :: found(low(1):high(1), low(2):high(2))
     type(lanes_t) :: lanes
-    integer :: i, j, c, n, point, at(2, n_lanes)
+    integer :: i, j, n, point, at(2, n_lanes)
     real(wp) :: now
 
     now = contact%tiles(tile)%travel
@@ -504,9 +502,10 @@ contains
         if (.not. may_follow .or. contact%face(point) == 0) then
           if (contact%face(point) == 0) found(i, j)%clear = &
             contact%test_at(point) - now &
-            - norm2(found(i, j)%x + shift - point_position(contact%slave, samples%surface%points, &
-                                                           samples%near_1(i), samples%near_2(j)))
-          if (found(i, j)%clear <= 0.0_wp) call locate(tool, contact%options%overhang, found(i, j))
+            - norm2(found(i, j)%x + samples%shift &
+                    - point_position(contact%slave, samples%surface%points, samples%near_1(i), &
+                                     samples%near_2(j)))
+          if (found(i, j)%clear <= 0.0_wp) call locate(tool, samples%overhang, found(i, j))
           cycle
         end if
         n = n + 1
@@ -514,14 +513,11 @@ contains
         lanes%face(n) = contact%face(point)
         lanes%s(n) = contact%at(point, 1)
         lanes%t(n) = contact%at(point, 2)
-        do c = 1, 3
-          lanes%x(n, c) = found(i, j)%x(c)
-        end do
-        if (n == n_lanes) call follow_samples(tool, contact%options%overhang, low, high, at, n, &
-                                              lanes, found)
+        lanes%x(n, :) = found(i, j)%x
+        if (n == n_lanes) call follow_samples(tool, samples%overhang, low, high, at, n, lanes, found)
       end do
     end do
-    if (n > 0) call follow_samples(tool, contact%options%overhang, low, high, at, n, lanes, found)
+    if (n > 0) call follow_samples(tool, samples%overhang, low, high, at, n, lanes, found)
   end subroutine sample_grid
 
   !> Does the tool bend more sharply than contact points are apart around some samples?
@@ -544,10 +540,9 @@ contains
   end function has_bend
 
   !> Sample a cell of the grid more finely.
-  pure subroutine sample_cell(samples, tool, shift, overhang, low, high, best)
+  pure subroutine sample_cell(samples, tool, low, high, best)
     type(depth_samples_t), intent(in) :: samples
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: shift(3), overhang
     real(wp), intent(in) :: low(2), high(2)      !! parametric coordinates of its corners
     type(deep_point_t), intent(inout) :: best
     type(sample_t) :: sample
@@ -559,19 +554,18 @@ contains
         if (mod(i, n_parts) == 0 .and. mod(j, n_parts) == 0) cycle
         at = low + (high - low)*[i, j]/n_parts
         call evaluate_surface(samples%surface, at, sample%x)
-        sample%x = sample%x - shift
-        call locate(tool, overhang, sample)
-        call keep_deeper(sample, at, shift, (high - low)/n_parts, best)
+        sample%x = sample%x - samples%shift
+        call locate(tool, samples%overhang, sample)
+        call keep_deeper(sample, at, samples%shift, (high - low)/n_parts, best)
       end do
     end do
   end subroutine sample_cell
 
   !> From a sample to the deepest point around it, by trial steps that are halved where none leads
   !! deeper.
-  pure subroutine climb(samples, tool, shift, overhang, place)
+  pure subroutine climb(samples, tool, place)
     type(depth_samples_t), intent(in) :: samples
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: shift(3), overhang
     type(deep_point_t), intent(inout) :: place
     integer, parameter :: ways(2, 8) = reshape([1, 0, -1, 0, 0, 1, 0, -1, &
                                                 1, 1, -1, -1, 1, -1, -1, 1], [2, 8])
@@ -597,15 +591,15 @@ contains
         do k = 1, 8
           at = min(max(start%at + ways(:, k)*step, low), high)
           call evaluate_surface(samples%surface, at, sample%x)
-          sample%x = sample%x - shift
+          sample%x = sample%x - samples%shift
           if (start%is_smooth) then
             call follow(tool, sample%x, start%face, start%on, hit)
             if (.not. hit%is_converged) cycle
-            call record_hit(tool, overhang, hit, sample)
+            call record_hit(tool, samples%overhang, hit, sample)
           else
-            call locate(tool, overhang, sample)
+            call locate(tool, samples%overhang, sample)
           end if
-          call keep_deeper(sample, at, shift, start%step, place)
+          call keep_deeper(sample, at, samples%shift, start%step, place)
         end do
         if (.not. place%depth > start%depth) exit
         n = n + 1

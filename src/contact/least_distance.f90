@@ -332,8 +332,7 @@ contains
         end associate
       end do
     end associate
-    call face_derivatives(tool%orders, tool%coefficients(:, :, :, hit%face), hit%at, y, &
-                          tangents(:, :, 2), second)
+    call face_derivatives(tool%coefficients, hit%face, hit%at, y, tangents(:, :, 2), second)
     is_free(:, 2) = abs(2*hit%at - 1.0_wp) < 1.0_wp - border
     x = x - search%shift - y
     across = x/norm2(x)

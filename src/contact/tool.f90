@@ -78,8 +78,8 @@ contains
     if (size(surfaces) > 1) call reverse_surfaces(tool, error)
     if (allocated(error)) return
     call set_faces(tool)
-    if (size(surfaces) > 1) call find_tool_seams(tool%orders, tool%coefficients, &
-      tool%surface_of, seam_tolerance(search_distance), tool%neighbours, tool%links)
+    if (size(surfaces) > 1) call find_tool_seams(tool%coefficients, tool%surface_of, &
+      seam_tolerance(search_distance), tool%neighbours, tool%links)
   end subroutine new_tool
 
   !> Widest gap between edges of a tool that counts as none [length].

@@ -4,6 +4,7 @@ module tool_bends
   use linear_algebra, only: cross
   use tool, only: tool_t
   use tool_face, only: face_derivatives, unit_normal
+  use tool_seams, only: edge_position
   implicit none
   private
 
@@ -103,7 +104,7 @@ contains
     real(wp) :: d1(3, 2), d2(3, 3), normal(3), e, f, g, l, m, n, area, mean, root, k, v(2)
 
     bend%radius = huge(1.0_wp)
-    call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), at, bend%x, d1, d2)
+    call face_derivatives(tool%coefficients, face, at, bend%x, d1, d2)
     normal = tool%side*unit_normal(d1)
     bend%normal = normal
     e = sum(d1(:, 1)**2)
@@ -136,27 +137,27 @@ contains
     real(wp), intent(in) :: share            !! fraction of its length
     type(bend_t) :: bend
     real(wp) :: here(3, 2), there(3, 2), d2(3, 3), normals(3, 2), along(3), outwards(3), x(3)
-    real(wp) :: place
+    real(wp) :: along_here, along_there
     integer :: other, other_edge, direction
 
     bend%radius = huge(1.0_wp)
-    place = share
+    along_here = share
+    along_there = share
     other = tool%neighbours(edge, face)
     other_edge = merge(edge + 1, edge - 1, mod(edge, 2) == 1)
-    call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), on_edge(edge, share), &
-                          bend%x, here, d2)
     if (other < 0) then
       associate (seam => tool%links(-other))
-        if (seam%face == 0) return
-        call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), &
-                              on_edge(edge, interpolate(seam%here, share)), bend%x, here, d2)
-        place = interpolate(seam%there, share)
+        along_here = (1.0_wp - share)*seam%here(1) + share*seam%here(2)
+        along_there = (1.0_wp - share)*seam%there(1) + share*seam%there(2)
         other_edge = seam%edge
         other = seam%face
       end associate
+      if (other == 0) return
     end if
-    call face_derivatives(tool%orders, tool%coefficients(:, :, :, other), &
-                          on_edge(other_edge, place), x, there, d2)
+    call face_derivatives(tool%coefficients, face, edge_position(edge, along_here), bend%x, here, &
+                          d2)
+    call face_derivatives(tool%coefficients, other, edge_position(other_edge, along_there), x, &
+                          there, d2)
     normals(:, 1) = tool%side*unit_normal(here)
     normals(:, 2) = tool%side*unit_normal(there)
     if (sum(normals(:, 1)*normals(:, 2)) > cos(sharp)) return
@@ -170,24 +171,5 @@ contains
     bend%normal = sum(normals, 2)/norm2(sum(normals, 2))
     bend%way = cross(along/norm2(along), normals(:, 1))
   end function bend_across
-
-  !> Linear interpolation between two positions.
-  pure real(wp) function interpolate(ends, share) result(place)
-    real(wp), intent(in) :: ends(2), share
-
-    place = (1.0_wp - share)*ends(1) + share*ends(2)
-  end function interpolate
-
-  !> Local coordinates of a position on an edge.
-  pure function on_edge(edge, along) result(at)
-    integer, intent(in) :: edge
-    real(wp), intent(in) :: along
-    real(wp) :: at(2)
-    integer :: d
-
-    d = merge(1, 2, edge <= 2)
-    at(d) = real(mod(edge + 1, 2), wp)
-    at(3 - d) = along
-  end function on_edge
 
 end module tool_bends

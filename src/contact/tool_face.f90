@@ -24,19 +24,19 @@ module tool_face
 contains
 
   !> Point of a face.
-  pure function face_position(orders, coefficients, at) result(point)
-    integer, intent(in) :: orders(2)   !! degrees + 1
-    real(wp), intent(in) :: coefficients(4, orders(1), orders(2))   !! power form
+  pure function face_position(faces, face, at) result(point)
+    real(wp), intent(in), contiguous :: faces(:, :, :, :)   !! power form, (4, n1, n2, n faces)
+    integer, intent(in) :: face
     real(wp), intent(in) :: at(2)      !! local coordinates s and t
     real(wp) :: point(3)
     real(wp) :: line(4), sum(4)
     integer :: a, b
 
     sum = 0.0_wp
-    do b = orders(2), 1, -1
+    do b = size(faces, 3), 1, -1
       line = 0.0_wp
-      do a = orders(1), 1, -1
-        line = line*at(1) + coefficients(:, a, b)
+      do a = size(faces, 2), 1, -1
+        line = line*at(1) + faces(:, a, b, face)
       end do
       sum = sum*at(2) + line
     end do
@@ -45,9 +45,9 @@ contains
 
   !> Point of a face with first and second derivatives, by Horner's scheme carried along for the
   !! derivatives and the quotient rule.
-  pure subroutine face_derivatives(orders, coefficients, at, point, d1, d2)
-    integer, intent(in) :: orders(2)   !! degrees + 1
-    real(wp), intent(in) :: coefficients(4, orders(1), orders(2))   !! power form
+  pure subroutine face_derivatives(faces, face, at, point, d1, d2)
+    real(wp), intent(in), contiguous :: faces(:, :, :, :)   !! power form, (4, n1, n2, n faces)
+    integer, intent(in) :: face
     real(wp), intent(in) :: at(2)      !! local coordinates s and t
     real(wp), intent(out) :: point(3)  !! [length]
     real(wp), intent(out) :: d1(3, 2)  !! by s and t
@@ -62,14 +62,14 @@ contains
     h_st = 0.0_wp
     half_hss = 0.0_wp
     half_htt = 0.0_wp
-    do b = orders(2), 1, -1
+    do b = size(faces, 3), 1, -1
       line = 0.0_wp
       line_s = 0.0_wp
       half_ss = 0.0_wp
-      do a = orders(1), 1, -1
+      do a = size(faces, 2), 1, -1
         half_ss = half_ss*at(1) + line_s
         line_s = line_s*at(1) + line
-        line = line*at(1) + coefficients(:, a, b)
+        line = line*at(1) + faces(:, a, b, face)
       end do
       half_htt = half_htt*at(2) + h_t
       h_t = h_t*at(2) + h
@@ -88,15 +88,15 @@ contains
   end subroutine face_derivatives
 
   !> How the point `x` lies to a position on a face.
-  pure function separation(orders, coefficients, at, x) result(state)
-    integer, intent(in) :: orders(2)   !! degrees + 1
-    real(wp), intent(in) :: coefficients(4, orders(1), orders(2))   !! power form
+  pure function separation(faces, face, at, x) result(state)
+    real(wp), intent(in), contiguous :: faces(:, :, :, :)   !! power form, (4, n1, n2, n faces)
+    integer, intent(in) :: face
     real(wp), intent(in) :: at(2)      !! local coordinates s and t
     real(wp), intent(in) :: x(3)       !! [length]
     type(separation_t) :: state
     real(wp) :: point(3), d2(3, 3)
 
-    call face_derivatives(orders, coefficients, at, point, state%d1, d2)
+    call face_derivatives(faces, face, at, point, state%d1, d2)
     state%r = x - point
     state%square = dot_product(state%r, state%r)
     state%slope = matmul(state%r, state%d1)

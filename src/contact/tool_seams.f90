@@ -7,7 +7,7 @@ module tool_seams
   implicit none
   private
 
-  public :: seam_t, find_tool_seams, move_across
+  public :: seam_t, find_tool_seams, move_across, edge_position
 
   integer, parameter :: n_samples = 8             !! parts of an edge, for first guesses
   real(wp), parameter :: shortest = 1.0e-6_wp     !! common part, of an edge
@@ -30,9 +30,8 @@ contains
 
   !> Seams of all edges of surfaces: those of edge (face, e) begin at `-neighbours(e, face)` in the
   !! list.
-  pure subroutine find_tool_seams(orders, coefficients, surface_of, tolerance, neighbours, links)
-    integer, intent(in) :: orders(2)
-    real(wp), intent(in) :: coefficients(:, :, :, :)   !! power form of the faces
+  pure subroutine find_tool_seams(faces, surface_of, tolerance, neighbours, links)
+    real(wp), intent(in), contiguous :: faces(:, :, :, :)   !! power form of the faces
     integer, intent(in) :: surface_of(:)               !! surface of each face
     real(wp), intent(in) :: tolerance                  !! distance of points that are one [length]
     integer, intent(inout) :: neighbours(:, :)         !! 0: none so far
@@ -42,7 +41,7 @@ contains
     integer, allocatable :: owner(:), order(:)
     integer :: i, j, k, n
 
-    edges = border_edges(orders, coefficients, surface_of, tolerance, neighbours)
+    edges = border_edges(faces, surface_of, tolerance, neighbours)
     order = sorted_order(edges%box(1, 1))
     allocate (found(64), owner(64))
     n = 0
@@ -50,7 +49,7 @@ contains
       i = order(k)
       do j = k + 1, size(edges)
         if (edges(order(j))%box(1, 1) > edges(i)%box(1, 2)) exit
-        call join(orders, coefficients, tolerance, edges, i, order(j), found, owner, n)
+        call join(faces, tolerance, edges, i, order(j), found, owner, n)
       end do
     end do
     allocate (ordered(n))
@@ -67,9 +66,10 @@ contains
   end subroutine find_tool_seams
 
   !> Border edges that have a length.
-  pure function border_edges(orders, coefficients, surface_of, tolerance, neighbours) result(edges)
-    integer, intent(in) :: orders(2), surface_of(:), neighbours(:, :)
-    real(wp), intent(in) :: coefficients(:, :, :, :), tolerance
+  pure function border_edges(faces, surface_of, tolerance, neighbours) result(edges)
+    real(wp), intent(in), contiguous :: faces(:, :, :, :)
+    integer, intent(in) :: surface_of(:), neighbours(:, :)
+    real(wp), intent(in) :: tolerance
     type(edge_t), allocatable :: edges(:)
     real(wp) :: places(3, 0:n_samples)
     integer :: face, e, i, n
@@ -80,8 +80,7 @@ contains
       do e = 1, 4
         if (neighbours(e, face) /= 0) cycle
         do i = 0, n_samples
-          places(:, i) = face_position(orders, coefficients(:, :, :, face), &
-                                       edge_position(e, real(i, wp)/n_samples))
+          places(:, i) = face_position(faces, face, edge_position(e, real(i, wp)/n_samples))
         end do
         if (all(maxval(places, 2) - minval(places, 2) <= tolerance)) cycle
         n = n + 1
@@ -99,9 +98,10 @@ contains
   end function border_edges
 
   !> Enter the common part of two edges of different surfaces, in both directions, if there is one.
-  pure subroutine join(orders, coefficients, tolerance, edges, i, j, found, owner, n)
-    integer, intent(in) :: orders(2), i, j
-    real(wp), intent(in) :: coefficients(:, :, :, :), tolerance
+  pure subroutine join(faces, tolerance, edges, i, j, found, owner, n)
+    real(wp), intent(in), contiguous :: faces(:, :, :, :)
+    integer, intent(in) :: i, j
+    real(wp), intent(in) :: tolerance
     type(edge_t), intent(in) :: edges(:)
     type(seam_t), allocatable, intent(inout) :: found(:)
     integer, allocatable, intent(inout) :: owner(:)
@@ -116,10 +116,10 @@ contains
             edges(j)%box(:, 1) > edges(i)%box(:, 2))) return
     n_ends = 0
     do k = 0, 1
-      call project(orders, coefficients, edges(i), real(k, wp), edges(j), tolerance, c, is_on)
+      call project(faces, edges(i), real(k, wp), edges(j), tolerance, c, is_on)
       if (is_on) n_ends = n_ends + 1
       if (is_on) ends(:, n_ends) = [real(k, wp), c]
-      call project(orders, coefficients, edges(j), real(k, wp), edges(i), tolerance, c, is_on)
+      call project(faces, edges(j), real(k, wp), edges(i), tolerance, c, is_on)
       if (is_on) n_ends = n_ends + 1
       if (is_on) ends(:, n_ends) = [c, real(k, wp)]
     end do
@@ -127,7 +127,7 @@ contains
     low = minloc(ends(1, :n_ends), 1)
     high = maxloc(ends(1, :n_ends), 1)
     if (ends(1, high) - ends(1, low) < shortest) return
-    call project(orders, coefficients, edges(i), 0.5_wp*(ends(1, low) + ends(1, high)), edges(j), &
+    call project(faces, edges(i), 0.5_wp*(ends(1, low) + ends(1, high)), edges(j), &
                  tolerance, c, is_on)
     if (.not. is_on) return
     if (n + 2 > size(found)) then
@@ -150,9 +150,9 @@ contains
 
   !> Coordinate along an edge next to a position of another, and whether the two are within
   !! tolerance.
-  pure subroutine project(orders, coefficients, from, at, onto, tolerance, c, is_on)
-    integer, intent(in) :: orders(2)
-    real(wp), intent(in) :: coefficients(:, :, :, :), at, tolerance
+  pure subroutine project(faces, from, at, onto, tolerance, c, is_on)
+    real(wp), intent(in), contiguous :: faces(:, :, :, :)
+    real(wp), intent(in) :: at, tolerance
     type(edge_t), intent(in) :: from, onto
     real(wp), intent(out) :: c
     logical, intent(out) :: is_on
@@ -161,39 +161,38 @@ contains
     integer :: i
 
     c = 0.0_wp
-    x = face_position(orders, coefficients(:, :, :, from%face), edge_position(from%edge, at))
+    x = face_position(faces, from%face, edge_position(from%edge, at))
     is_on = all(x >= onto%box(:, 1)) .and. all(x <= onto%box(:, 2))
     if (.not. is_on) return
     do i = 0, n_samples
-      squares(i) = sum((x - face_position(orders, coefficients(:, :, :, onto%face), &
+      squares(i) = sum((x - face_position(faces, onto%face, &
                                           edge_position(onto%edge, real(i, wp)/n_samples)))**2)
     end do
     c = real(minloc(squares, 1) - 1, wp)/n_samples
-    call slide(orders, coefficients(:, :, :, onto%face), onto%edge, x, n_steps, c)
-    is_on = norm2(x - face_position(orders, coefficients(:, :, :, onto%face), &
-                                    edge_position(onto%edge, c))) <= tolerance
+    call slide(faces, onto%face, onto%edge, x, n_steps, c)
+    is_on = norm2(x - face_position(faces, onto%face, edge_position(onto%edge, c))) <= tolerance
   end subroutine project
 
   !> Gauss-Newton steps along an edge towards the position next to `x`.
-  pure subroutine slide(orders, coefficients, edge, x, n_steps, c)
-    integer, intent(in) :: orders(2), edge, n_steps
-    real(wp), intent(in) :: coefficients(4, orders(1), orders(2)), x(3)
+  pure subroutine slide(faces, face, edge, x, n_steps, c)
+    real(wp), intent(in), contiguous :: faces(:, :, :, :)
+    integer, intent(in) :: face, edge, n_steps
+    real(wp), intent(in) :: x(3)
     real(wp), intent(inout) :: c
     real(wp) :: point(3), d1(3, 2), d2(3, 3)
     integer :: i, d
 
     d = merge(2, 1, edge <= 2)
     do i = 1, n_steps
-      call face_derivatives(orders, coefficients, edge_position(edge, c), point, d1, d2)
+      call face_derivatives(faces, face, edge_position(edge, c), point, d1, d2)
       c = c + dot_product(x - point, d1(:, d))/max(sum(d1(:, d)**2), tiny(1.0_wp))
       c = min(max(c, 0.0_wp), 1.0_wp)
     end do
   end subroutine slide
 
   !> Face and position beyond the seams of an edge; face 0 where none of them holds the position.
-  pure subroutine move_across(orders, coefficients, links, first, along, x, other, there, d_there)
-    integer, intent(in) :: orders(2)
-    real(wp), intent(in) :: coefficients(:, :, :, :)   !! power form of the faces
+  pure subroutine move_across(faces, links, first, along, x, other, there, d_there)
+    real(wp), intent(in), contiguous :: faces(:, :, :, :)   !! power form of the faces
     type(seam_t), intent(in) :: links(:)
     integer, intent(in) :: first        !! of the edge's seams
     real(wp), intent(in) :: along       !! coordinate of the position along the edge
@@ -213,7 +212,7 @@ contains
         share = (along - seam%here(1))/(seam%here(2) - seam%here(1))
         if (abs(share - 0.5_wp) <= 0.5_wp + shortest) then
           share = min(max(seam%there(1) + share*(seam%there(2) - seam%there(1)), 0.0_wp), 1.0_wp)
-          call slide(orders, coefficients(:, :, :, seam%face), seam%edge, x, n_steps, share)
+          call slide(faces, seam%face, seam%edge, x, n_steps, share)
           other = seam%face
           there = edge_position(seam%edge, share)
           d_there = (seam%edge + 1)/2

@@ -66,7 +66,8 @@ contains
     real(wp) :: enough
 
     associate (cell => tool%cells(nearest_leaf(tool%tree, x)))
-      enough = norm2(x - place_on(tool, cell%face, 0.5_wp*(cell%low + cell%high)))
+      enough = norm2(x - face_position(tool%coefficients, cell%face, &
+                                       0.5_wp*(cell%low + cell%high)))
     end associate
     call collect_leaves(tool%tree, x, slack*enough + round_off*tool%scale, near)
     allocate (bounds(size(near)))
@@ -97,10 +98,10 @@ contains
       if (bounds(i) > hit%distance + margin) exit
       associate (cell => tool%cells(order(i)))
         if (is_corner_start) then
-          call try(tool, x, cell%face, cell%low, n_iterations, hit)
+          call try(tool, x, cell%face, cell%low, n_iterations, hit, leaving)
         else if (cell%is_gentle) then
           call start_in(tool, cell, x, face, at)
-          call try_within(tool, x, cell, face, at, n_iterations, hit, leaving)
+          call try(tool, x, face, at, n_iterations, hit, leaving, cell)
         else
           call try_net(tool, x, cell, n_iterations, hit, leaving)
         end if
@@ -119,37 +120,21 @@ contains
     ! A search that was stopped at the edge of its cell came lower than all others: continue from
     ! there.
     if (leaving%distance < hit%distance) &
-      call try(tool, x, leaving%face, leaving%at, n_iterations, hit)
+      call try(tool, x, leaving%face, leaving%at, n_iterations, hit, leaving)
     if (hit%face /= 0) call finish(tool, x, hit)
     hit%n_iterations = n_iterations
   end subroutine search_cells
 
-  !> Local search from a position.
-  pure subroutine try(tool, x, face, at, n_iterations, hit)
+  !> Local search from a position, within a cell if one is given. Where it stops at the edge of the
+  !! cell's faces with lower ground beyond there is no closest point on them, and the neighbour will
+  !! be searched; the lowest such position is kept.
+  pure subroutine try(tool, x, face, at, n_iterations, hit, leaving, cell)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3), at(2)
-    integer, intent(in) :: face
-    integer, intent(inout) :: n_iterations
-    type(hit_t), intent(inout) :: hit
-    type(hit_t) :: trial
-
-    trial%face = face
-    trial%at = at
-    call descend(tool, x, trial)
-    n_iterations = n_iterations + trial%n_iterations
-    if (trial%is_converged) call take_nearer(tool, trial, hit)
-  end subroutine try
-
-  !> Local search from a position in a cell. Where it stops at the edge of the cell's faces with
-  !! lower ground beyond there is no closest point on them, and the neighbour will be searched; the
-  !! lowest such position is kept.
-  pure subroutine try_within(tool, x, cell, face, at, n_iterations, hit, leaving)
-    type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: x(3), at(2)
-    type(cell_t), intent(in) :: cell
     integer, intent(in) :: face
     integer, intent(inout) :: n_iterations
     type(hit_t), intent(inout) :: hit, leaving
+    type(cell_t), intent(in), optional :: cell
     type(hit_t) :: trial
 
     trial%face = face
@@ -161,7 +146,7 @@ contains
     else if (trial%is_converged) then
       call take_nearer(tool, trial, hit)
     end if
-  end subroutine try_within
+  end subroutine try
 
   !> Local searches from all points of a net over a cell that are nearer than their neighbours; in a
   !! wild cell from all whose mesh may hold a nearer point than found so far.
@@ -178,7 +163,7 @@ contains
     squares = huge(1.0_wp)
     do j = 1, n_net
       do i = 1, n_net
-        places(:, i, j) = place_on(tool, cell%face, net_position(cell, i, j))
+        places(:, i, j) = face_position(tool%coefficients, cell%face, net_position(cell, i, j))
         squares(i, j) = sum((x - places(:, i, j))**2)
       end do
     end do
@@ -187,8 +172,8 @@ contains
         ! Not against diagonal neighbours: these hide minima at the edge of a cell.
         is_tried(i, j) = squares(i, j) <= min(minval(squares(i - 1:i + 1, j)), &
                                               minval(squares(i, j - 1:j + 1)))
-        if (is_tried(i, j)) call try_within(tool, x, cell, cell%face, net_position(cell, i, j), &
-                                            n_iterations, hit, leaving)
+        if (is_tried(i, j)) call try(tool, x, cell%face, net_position(cell, i, j), n_iterations, &
+                                     hit, leaving, cell)
       end do
     end do
     if (.not. cell%is_wild) return
@@ -197,8 +182,7 @@ contains
     do j = 1, n_net
       do i = 1, n_net
         if (is_tried(i, j) .or. sqrt(squares(i, j)) > hit%distance + reach) cycle
-        call try_within(tool, x, cell, cell%face, net_position(cell, i, j), n_iterations, hit, &
-                        leaving)
+        call try(tool, x, cell%face, net_position(cell, i, j), n_iterations, hit, leaving, cell)
       end do
     end do
   end subroutine try_net
@@ -230,7 +214,8 @@ contains
       other = hit
       hit = trial
     end if
-    between = norm2(place_on(tool, other%face, other%at) - place_on(tool, hit%face, hit%at))
+    between = norm2(face_position(tool%coefficients, other%face, other%at) &
+                    - face_position(tool%coefficients, hit%face, hit%at))
     hit%rival = rival
     if (between > same_point*tool%scale) hit%rival = min(rival, other%distance)
   end subroutine take_nearer
@@ -269,7 +254,7 @@ contains
       low = corner(face)
       far = 0.0_wp
       far(d) = 1.0_wp
-      high = dot_product(place_on(tool, face, far), cell%territory%axes(:, d))
+      high = dot_product(face_position(tool%coefficients, face, far), cell%territory%axes(:, d))
       local(d) = (place - low)/max(high - low, tiny(1.0_wp))
     end do
     at = min(max(local, 0.0_wp), 1.0_wp)
@@ -286,15 +271,5 @@ contains
     end function corner
 
   end subroutine start_in
-
-  !> Point of a face of a tool.
-  pure function place_on(tool, face, at) result(point)
-    type(tool_t), intent(in) :: tool
-    integer, intent(in) :: face
-    real(wp), intent(in) :: at(2)
-    real(wp) :: point(3)
-
-    point = face_position(tool%orders, tool%coefficients(:, :, :, face), at)
-  end function place_on
 
 end module tool_search

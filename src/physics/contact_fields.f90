@@ -124,8 +124,7 @@ contains
     pushed = 0.0_wp
     normal = 0.0_wp
     if (all(abs(pair%force(point, :)) <= 0.0_wp)) return
-    call face_derivatives(tool%orders, tool%coefficients(:, :, :, pair%face(point)), &
-                          pair%at(point, :), at, d1, d2)
+    call face_derivatives(tool%coefficients, pair%face(point), pair%at(point, :), at, d1, d2)
     normal = unit_normal(d1)
     pushed = abs(dot_product(pair%force(point, :), normal))
   end subroutine push_of

@@ -145,7 +145,7 @@ contains
     type(separation_t) :: state
     real(wp) :: across(3)
 
-    state = separation(sheet%orders, sheet%coefficients(:, :, :, hit%face), hit%at, x)
+    state = separation(sheet%coefficients, hit%face, hit%at, x)
     across = cross(unit_normal(state%d1), along)
     across = across/max(norm2(across), tiny(1.0_wp))
     width = max(abs(dot_product(state%d1(:, 1), across)), abs(dot_product(state%d1(:, 2), across)))

@@ -306,8 +306,7 @@ contains
     do n = 1, contact%slave%n_points
       if (contact%start(n) < 0.0_wp) cycle   ! it does not touch
       depths(n) = norm2(position_now(contact, n) - contact%motion%displacement &
-                        - face_position(tool%orders, tool%coefficients(:, :, :, contact%face(n)), &
-                                        contact%at(n, :)))
+                        - face_position(tool%coefficients, contact%face(n), contact%at(n, :)))
     end do
     words = contact_point_text(contact, tool, maxloc(depths, 1))
   end function deepest_point
