@@ -514,7 +514,8 @@ contains
         lanes%s(n) = contact%at(point, 1)
         lanes%t(n) = contact%at(point, 2)
         lanes%x(n, :) = found(i, j)%x
-        if (n == n_lanes) call follow_samples(tool, samples%overhang, low, high, at, n, lanes, found)
+        if (n == n_lanes) call follow_samples(tool, samples%overhang, low, high, at, n, lanes, &
+                                              found)
       end do
     end do
     if (n > 0) call follow_samples(tool, samples%overhang, low, high, at, n, lanes, found)
