@@ -7,7 +7,7 @@ module hull_tree
   use kinds, only: wp
   use knot_vector, only: n_spans
   use nurbs_surface, only: nurbs_surface_t
-  use bezier, only: bezier_face_t, bezier_faces
+  use bezier, only: bezier_face_t, bezier_faces, bezier_points
   use contact_territory, only: contact_territory_t, new_territory
   use tool_cells, only: halve
   implicit none
@@ -135,14 +135,14 @@ contains
       end associate
     end if
     if (allocated(node%hull)) then
-      net = net_of(node%hull)
+      net = bezier_points(node%hull)
     else
       allocate (net(n(1)*(node%high(1) - node%low(1) + 1), &
                     n(2)*(node%high(2) - node%low(2) + 1), 3))
       do j = 0, node%high(2) - node%low(2)
         do i = 0, node%high(1) - node%low(1)
           net(n(1)*i + 1:n(1)*(i + 1), n(2)*j + 1:n(2)*(j + 1), :) = &
-            net_of(tree%faces(first + node%low(1) + i + n_row*(node%low(2) + j - 1))%hull)
+            bezier_points(tree%faces(first + node%low(1) + i + n_row*(node%low(2) + j - 1))%hull)
         end do
       end do
     end if
@@ -157,17 +157,6 @@ contains
     tree%n = tree%n + 1
     tree%nodes(tree%n) = node
   end subroutine add_node
-
-  !> Points of a homogeneous hull.
-  pure function net_of(hull) result(net)
-    real(wp), intent(in) :: hull(:, :, :)      !! shape (4, n, m)
-    real(wp) :: net(size(hull, 2), size(hull, 3), 3)
-    integer :: c
-
-    do c = 1, 3
-      net(:, :, c) = hull(c, :, :)/hull(4, :, :)
-    end do
-  end function net_of
 
   !> Points, boxes and lengths of a node from the net of its control points. Of a range, the points
   !! are the corners of a box along the directions of the net. A twist out of the plane is a bend

@@ -6,6 +6,7 @@
 module position_code
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
+  use linear_algebra, only: sorted_order
   implicit none
   private
 
@@ -50,7 +51,7 @@ contains
     end do
     allocate (keys(n_entries))
     call fill_keys(table, boxes, distance, keys)
-    call sort(keys)
+    keys = keys(sorted_order(real(keys, wp)))   ! below 2**53, so exact
     call fill_table(table, keys, n_faces)
   end subroutine new_position_code
 
@@ -166,41 +167,5 @@ contains
     end do
     table%first(n_codes + 1) = size(codes) + 1
   end subroutine fill_table
-
-  !> Rising order by merging runs of doubling length.
-  pure subroutine sort(keys)
-    integer(int64), intent(inout) :: keys(:)
-    integer(int64), allocatable :: merged(:)
-    integer :: n, run, start, i, j, k, middle, finish
-
-    n = size(keys)
-    allocate (merged(n))
-    run = 1
-    do while (run < n)
-      do start = 1, n, 2*run
-        middle = min(start + run - 1, n)
-        finish = min(start + 2*run - 1, n)
-        i = start
-        j = middle + 1
-        do k = start, finish
-          if (j > finish) then
-            merged(k) = keys(i)
-            i = i + 1
-          else if (i > middle) then
-            merged(k) = keys(j)
-            j = j + 1
-          else if (keys(i) <= keys(j)) then
-            merged(k) = keys(i)
-            i = i + 1
-          else
-            merged(k) = keys(j)
-            j = j + 1
-          end if
-        end do
-      end do
-      keys = merged
-      run = 2*run
-    end do
-  end subroutine sort
 
 end module position_code

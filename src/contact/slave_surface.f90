@@ -5,7 +5,7 @@
 module slave_surface
   use kinds, only: wp
   use failure, only: error_t, fail
-  use linear_algebra, only: cross
+  use linear_algebra, only: cross, solve_band
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use knot_vector, only: knot_vector_t, find_span, basis_derivatives, span_table, n_spans, &
                          greville
@@ -136,37 +136,22 @@ contains
   end subroutine new_area_rule
 
   !> Weights of Greville points from the moments b_I = integral of N_I: sum_p N_I(xi_p) a_p = b_I,
-  !! for several columns. The matrix is banded and totally positive, so elimination needs no pivots
-  !! (C. de Boor, A Practical Guide to Splines, rev. ed., Springer 2001, ch. XIII).
-  pure subroutine solve_moments(line, columns)
+  !! for several columns.
+  subroutine solve_moments(line, columns, is_solved)
     type(slave_line_t), intent(in) :: line         !! of Greville points
     real(wp), intent(inout) :: columns(:, :)       !! moments in, weights out, shape (n_points, m)
-    real(wp) :: band(-line%degree:line%degree, line%n_points), factor
-    integer :: i, j, p, n, d
+    logical, intent(out) :: is_solved
+    real(wp) :: band(2*line%degree + 1, line%n_points)
+    integer :: i, p
 
-    n = line%n_points
-    d = line%degree
     band = 0.0_wp
-    do p = 1, n
-      do i = line%first(p), line%first(p) + d
-        if (abs(p - i) <= d) band(p - i, i) = line%values(p, i - line%first(p) + 1)
+    do p = 1, line%n_points
+      do i = line%first(p), line%first(p) + line%degree
+        if (abs(p - i) <= line%degree) &
+          band(line%degree + 1 + i - p, p) = line%values(p, i - line%first(p) + 1)
       end do
     end do
-    do j = 1, n
-      do i = j + 1, min(j + d, n)
-        factor = band(j - i, i)/band(0, j)
-        do p = j, min(j + d, n)
-          band(p - i, i) = band(p - i, i) - factor*band(p - j, j)
-        end do
-        columns(i, :) = columns(i, :) - factor*columns(j, :)
-      end do
-    end do
-    do j = n, 1, -1
-      do p = j + 1, min(j + d, n)
-        columns(j, :) = columns(j, :) - band(p - j, j)*columns(p, :)
-      end do
-      columns(j, :) = columns(j, :)/band(0, j)
-    end do
+    call solve_band(band, line%degree, columns, is_solved)
   end subroutine solve_moments
 
   !> Gauss points of all elements in rising order.
@@ -472,17 +457,19 @@ contains
   !> From the moments of the basis functions to weights of Greville points that integrate all of
   !! them, so that a uniform pressure is one on the control points too. Strong grading may make such
   !! weights negative; then the moments stay, which share the area out but not its moments.
-  pure subroutine set_exact_areas(slave, kinds, area)
+  subroutine set_exact_areas(slave, kinds, area)
     type(slave_surface_t), intent(in) :: slave
     integer, intent(in) :: kinds(2)              !! of the directions
     real(wp), intent(inout) :: area(slave%n_along(1), slave%n_along(2))
     real(wp), allocatable :: along(:, :), across(:, :)
+    logical :: is_solved(2)
 
-    allocate (along, source=area)
-    if (kinds(1) == points_greville) call solve_moments(slave%lines(1), along)
+    is_solved = .true.
+    along = area
+    if (kinds(1) == points_greville) call solve_moments(slave%lines(1), along, is_solved(1))
     across = transpose(along)
-    if (kinds(2) == points_greville) call solve_moments(slave%lines(2), across)
-    if (minval(across) > 0.0_wp) area = transpose(across)
+    if (kinds(2) == points_greville) call solve_moments(slave%lines(2), across, is_solved(2))
+    if (all(is_solved) .and. minval(across) > 0.0_wp) area = transpose(across)
   end subroutine set_exact_areas
 
 end module slave_surface

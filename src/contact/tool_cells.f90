@@ -12,6 +12,7 @@
 !! so that a point has one closest point in the block and a search limited to it finds it.
 module tool_cells
   use kinds, only: wp
+  use bezier, only: bezier_points
   use contact_territory, only: contact_territory_t, new_territory
   implicit none
   private
@@ -60,21 +61,6 @@ module tool_cells
   end type sheet_t
 
 contains
-
-  !> Append the cells of a face.
-  pure subroutine cut_face(cells, face, hull, distance)
-    type(cell_list_t), intent(inout) :: cells
-    integer, intent(in) :: face
-    real(wp), intent(in) :: hull(:, :, :)   !! Bezier points, homogeneous, shape (4, n1, n2)
-    real(wp), intent(in) :: distance        !! of the search [length]
-    type(cell_t) :: whole
-    integer :: n_left
-
-    whole%face = face
-    whole%is_wild = maxval(hull(4, :, :)) > most_weights*minval(hull(4, :, :))
-    n_left = max_cells
-    call cut(cells, whole, hull, distance, 0, n_left)
-  end subroutine cut_face
 
   !> Whether one of the edges of a hull is much shorter than the longest.
   pure logical function has_shrunk_edge(hull)
@@ -226,10 +212,8 @@ contains
     real(wp) :: points(size(hull, 2), size(hull, 3), 3)
     integer :: i
 
-    do i = 1, 3
-      points(:, :, i) = hull(i, :, :)/hull(4, :, :)
-      box(i, :) = [minval(points(:, :, i)), maxval(points(:, :, i))]
-    end do
+    points = bezier_points(hull)
+    box = reshape([(minval(points(:, :, i)), i=1, 3), (maxval(points(:, :, i)), i=1, 3)], [3, 2])
     call new_territory(territory, points)
   end subroutine enclose
 
@@ -302,7 +286,6 @@ contains
     real(wp), intent(in) :: distance        !! of the search [length]
     type(sheet_t) :: sheet
     type(contact_territory_t) :: territory
-    real(wp) :: box(3, 2)
     integer :: i, j, face
 
     sheet%before = before
@@ -312,7 +295,7 @@ contains
     do j = 1, n(2)
       do i = 1, n(1)
         face = i + (j - 1)*n(1)
-        call enclose(hulls(:, :, :, face), territory, box)
+        call new_territory(territory, bezier_points(hulls(:, :, :, face)))
         sheet%is_gentle(i, j) = is_gentle_face(hulls(:, :, :, face), territory, distance)
       end do
     end do
@@ -337,12 +320,17 @@ contains
     type(sheet_t), intent(in) :: sheet
     real(wp), intent(in) :: hulls(:, :, :, :)
     integer, intent(in) :: low(2), high(2)  !! first and last face along xi and eta
-    integer :: middle(2), d
+    type(cell_t) :: whole
+    integer :: middle(2), d, n_left
     real(wp) :: along(3, 2)
 
     if (all(low == high)) then
-      call cut_face(cells, sheet%before + low(1) + (low(2) - 1)*sheet%n(1), &
-                    hulls(:, :, :, low(1) + (low(2) - 1)*sheet%n(1)), sheet%distance)
+      associate (hull => hulls(:, :, :, low(1) + (low(2) - 1)*sheet%n(1)))
+        whole%face = sheet%before + low(1) + (low(2) - 1)*sheet%n(1)
+        whole%is_wild = maxval(hull(4, :, :)) > most_weights*minval(hull(4, :, :))
+        n_left = max_cells
+        call cut(cells, whole, hull, sheet%distance, 0, n_left)
+      end associate
       return
     end if
     call chords(sheet, hulls, low, high, along)
@@ -369,10 +357,10 @@ contains
     real(wp) :: corners(3, 2, 2)
 
     associate (p => size(hulls, 2), q => size(hulls, 3), n => sheet%n(1))
-      corners(:, 1, 1) = place_of(hulls(:, 1, 1, low(1) + (low(2) - 1)*n))
-      corners(:, 2, 1) = place_of(hulls(:, p, 1, high(1) + (low(2) - 1)*n))
-      corners(:, 1, 2) = place_of(hulls(:, 1, q, low(1) + (high(2) - 1)*n))
-      corners(:, 2, 2) = place_of(hulls(:, p, q, high(1) + (high(2) - 1)*n))
+      corners(:, 1, 1) = position_of(hulls(:, 1, 1, low(1) + (low(2) - 1)*n))
+      corners(:, 2, 1) = position_of(hulls(:, p, 1, high(1) + (low(2) - 1)*n))
+      corners(:, 1, 2) = position_of(hulls(:, 1, q, low(1) + (high(2) - 1)*n))
+      corners(:, 2, 2) = position_of(hulls(:, p, q, high(1) + (high(2) - 1)*n))
     end associate
     along(:, 1) = 0.5_wp*sum(corners(:, 2, :) - corners(:, 1, :), 2)
     along(:, 2) = 0.5_wp*sum(corners(:, :, 2) - corners(:, :, 1), 2)
@@ -408,19 +396,19 @@ contains
   !> Whether the legs of all control polygons of a face point nearly along two directions.
   pure logical function is_within_cones(hull, unit) result(is_within)
     real(wp), intent(in) :: hull(:, :, :), unit(3, 2)
-    real(wp) :: points(3, size(hull, 2), size(hull, 3)), leg(3)
+    real(wp) :: points(size(hull, 2), size(hull, 3), 3), leg(3)
     integer :: i, j
 
+    points = bezier_points(hull)
     is_within = .true.
     do j = 1, size(hull, 3)
       do i = 1, size(hull, 2)
-        points(:, i, j) = place_of(hull(:, i, j))
         if (i > 1) then
-          leg = points(:, i, j) - points(:, i - 1, j)
+          leg = points(i, j, :) - points(i - 1, j, :)
           is_within = is_within .and. dot_product(leg, unit(:, 1)) >= cone*norm2(leg)
         end if
         if (j > 1) then
-          leg = points(:, i, j) - points(:, i, j - 1)
+          leg = points(i, j, :) - points(i, j - 1, :)
           is_within = is_within .and. dot_product(leg, unit(:, 2)) >= cone*norm2(leg)
         end if
       end do
@@ -469,8 +457,8 @@ contains
       else
         rows = reshape([before(:, k, n - 1), before(:, k, n), behind(:, k, 2)], [4, 3])
       end if
-      into = (place_of(rows(:, 2)) - place_of(rows(:, 1)))*rows(4, 1)
-      out = (place_of(rows(:, 3)) - place_of(rows(:, 2)))*rows(4, 3)
+      into = (position_of(rows(:, 2)) - position_of(rows(:, 1)))*rows(4, 1)
+      out = (position_of(rows(:, 3)) - position_of(rows(:, 2)))*rows(4, 3)
       ratio = norm2(out)/max(norm2(into), tiny(1.0_wp))
       if (k == 1) first = ratio
       is_smooth = is_smooth .and. norm2(out - ratio*into) <= same_direction*norm2(out) &
@@ -479,11 +467,11 @@ contains
   end function is_smooth
 
   !> Position of a homogeneous point.
-  pure function place_of(h) result(x)
+  pure function position_of(h) result(x)
     real(wp), intent(in) :: h(4)
     real(wp) :: x(3)
 
     x = h(:3)/h(4)
-  end function place_of
+  end function position_of
 
 end module tool_cells

@@ -8,7 +8,7 @@ module bezier
   implicit none
   private
 
-  public :: bezier_face_t, bezier_faces, bezier_hulls, to_power_form
+  public :: bezier_face_t, bezier_faces, bezier_hulls, bezier_points, to_power_form
 
   !> One face of a surface, between neighbouring knots, in homogeneous form (w x, w y, w z, w).
   !!
@@ -87,6 +87,17 @@ contains
       end do
     end do
   end subroutine bezier_hulls
+
+  !> Points of a homogeneous hull.
+  pure function bezier_points(hull) result(points)
+    real(wp), intent(in) :: hull(:, :, :)      !! shape (4, n, m)
+    real(wp) :: points(size(hull, 2), size(hull, 3), 3)
+    integer :: c
+
+    do c = 1, 3
+      points(:, :, c) = hull(c, :, :)/hull(4, :, :)
+    end do
+  end function bezier_points
 
   !> Bezier points of each span of an axis as sums over its p + 1 control points: point a is the
   !! blossom at p + 1 - a times the span's begin and a - 1 times its end, by the rule of C. de Boor,
