@@ -204,7 +204,7 @@ contains
     integer, intent(in) :: entry             !! position in the list of entries
     real(wp), intent(inout) :: points(:, :)  !! shape (n, 3) [unit of the file]
     real(wp) :: matrix(3, 4), outer(3, 4), old(size(points, 1), 3)
-    integer :: at, c, n_done
+    integer :: at, next, number, c, n_done
 
     if (model%entries(entry)%matrix == 0) return
     matrix = 0.0_wp
@@ -214,15 +214,22 @@ contains
     at = entry
     n_done = 0
     do while (model%entries(at)%matrix /= 0)
-      call check_pointer(model, at)
-      if (.not. model%is_valid) return
+      number = model%entries(at)%matrix
+      next = (number + 1)/2
       n_done = n_done + 1
-      if (n_done > size(model%entries)) then
+      if (.not. (number > 0 .and. mod(number, 2) == 1 .and. next <= size(model%entries))) then
+        call reject_entity(model, at, "transformation matrix "//to_text(number), &
+                           "an odd directory number from 1 to "// &
+                           to_text(2*size(model%entries) - 1)//", or 0 for none")
+      else if (model%entries(next)%type /= 124) then
+        call reject_entity(model, at, entry_name(model%entries, next)//" as its transformation", &
+                           "a transformation matrix, entity 124")
+      else if (n_done > size(model%entries)) then
         call reject_entity(model, entry, "a transformation that refers to itself", &
                            "a chain of transformations that ends")
-        return
       end if
-      at = (model%entries(at)%matrix + 1)/2
+      if (.not. model%is_valid) return
+      at = next
       call read_matrix(model, at, outer)
       if (.not. model%is_valid) return
       matrix(:, 4) = matmul(outer(:, :3), matrix(:, 4)) + outer(:, 4)
@@ -239,23 +246,6 @@ contains
                      + matrix(c, 4)
     end do
   end subroutine transform
-
-  !> The transformation that an entity names must be one.
-  subroutine check_pointer(model, entry)
-    type(iges_model_t), intent(inout) :: model
-    integer, intent(in) :: entry
-    integer :: number
-
-    number = model%entries(entry)%matrix
-    if (.not. (number > 0 .and. mod(number, 2) == 1 .and. number < 2*size(model%entries))) then
-      call reject_entity(model, entry, "transformation matrix "//to_text(number), &
-                         "an odd directory number from 1 to "// &
-                         to_text(2*size(model%entries) - 1)//", or 0 for none")
-    else if (model%entries((number + 1)/2)%type /= 124) then
-      call reject_entity(model, entry, entry_name(model%entries, (number + 1)/2)// &
-                         " as its transformation", "a transformation matrix, entity 124")
-    end if
-  end subroutine check_pointer
 
   subroutine read_matrix(model, entry, matrix)
     type(iges_model_t), intent(inout) :: model

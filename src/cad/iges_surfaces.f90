@@ -46,23 +46,17 @@ contains
       points = reshape(surface%points, [size(surface%weights), 3])
       call transform(model, entry, points)
       surface%points = reshape(points, shape(surface%points))
-      if (model%is_valid) call check(surface, error)
+      if (.not. model%is_valid) return
+      if (.not. all(abs(surface%points) <= farthest)) then
+        call fail(error, "surface: a coordinate beyond "//to_text(farthest))
+      else if (.not. maxval(surface%weights) <= most_uneven*minval(surface%weights)) then
+        call fail(error, "surface: weights of which one is "//to_text(most_uneven)// &
+                  " times another")
+      end if
     end if
     if (allocated(error)) call reject_entity(model, entry, "an invalid surface ("// &
                                              error%message//")", "a proper surface")
   end subroutine read_surface
-
-  subroutine check(surface, error)
-    type(nurbs_surface_t), intent(in) :: surface
-    type(error_t), allocatable, intent(out) :: error
-
-    if (.not. all(abs(surface%points) <= farthest)) then
-      call fail(error, "surface: a coordinate beyond "//to_text(farthest))
-    else if (.not. maxval(surface%weights) <= most_uneven*minval(surface%weights)) then
-      call fail(error, "surface: weights of which one is "//to_text(most_uneven)// &
-                " times another")
-    end if
-  end subroutine check
 
   subroutine read_spline(model, values, surface, error)
     type(iges_model_t), intent(inout) :: model

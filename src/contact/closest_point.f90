@@ -355,7 +355,10 @@ contains
       if (.not. is_blocked(hit%at(d), here%slope(d))) cycle
       call point_across(tool, hit%face, hit%at, d, face, at, d_there)
       if (face == 0) then
-        outward = in_plane(here%d1(:, d), here%d1(:, 3 - d))*sign(1.0_wp, hit%at(d) - 0.5_wp)
+        associate (a => here%d1(:, d), b => here%d1(:, 3 - d))
+          outward = a - b*dot_product(a, b)/max(dot_product(b, b), tiny(1.0_wp))
+        end associate
+        outward = outward/max(norm2(outward), tiny(1.0_wp))*sign(1.0_wp, hit%at(d) - 0.5_wp)
         hit%overhang = hypot(hit%overhang, max(dot_product(r, outward), 0.0_wp))
         r = r - max(dot_product(r, outward), 0.0_wp)*outward
       else
@@ -371,16 +374,6 @@ contains
       hit%normal = r/hit%gap
     end if
   end subroutine finish
-
-  !> Unit vector along `a` without its part along `b`.
-  pure function in_plane(a, b) result(unit)
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: unit(3), length
-
-    unit = a - b*dot_product(a, b)/max(dot_product(b, b), tiny(1.0_wp))
-    length = norm2(unit)
-    unit = unit/max(length, tiny(1.0_wp))
-  end function in_plane
 
   !> Unit normal, taken a little inside the face where an edge has shrunk to a point.
   pure function safe_normal(tool, face, at) result(normal)

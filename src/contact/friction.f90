@@ -52,7 +52,7 @@ contains
     real(wp), intent(inout) :: reaction(3)             !! on the tool, added to [force]
     real(wp), intent(inout) :: stored                  !! energy of the springs, added to [energy]
     real(wp), intent(inout) :: lost                    !! work of slip of this call, added to
-    real(wp) :: pushed, part, moved(3), drag(3)
+    real(wp) :: pushed, part, travel, moved(3), drag(3)
 
     pushed = norm2(force)
     if (pushed > 0.0_wp) then
@@ -60,7 +60,12 @@ contains
         moved = x - friction%place(p, :)
         part = 1.0_wp
       else
-        part = touching_part(pushed, stiffness, -dot_product(motion, force)/pushed)
+        ! Part of the step in which it touches, from its force, which is that of the spring k d
+        ! times (1 + part)/2, with d = part*travel against the normal.
+        travel = -dot_product(motion, force)/pushed
+        part = 1.0_wp
+        if (pushed < stiffness*travel) &
+          part = 0.5_wp*(sqrt(1.0_wp + 8*pushed/(stiffness*travel)) - 1.0_wp)
         moved = part*motion
       end if
       call return_stretch(friction%stretch(p, :), moved, force/pushed, stiffness, &
@@ -81,18 +86,6 @@ contains
       friction%is_touching(p) = .false.
     end if
   end subroutine apply_friction
-
-  !> Part of the step in which a point touches for the first time, from its force, which is that of
-  !! the spring k d times (1 + part)/2, with d = part*travel.
-  pure real(wp) function touching_part(pushed, stiffness, travel) result(part)
-    real(wp), intent(in) :: pushed      !! [force]
-    real(wp), intent(in) :: stiffness   !! [force/length]
-    real(wp), intent(in) :: travel         !! against the normal in the step [length]
-
-    part = 1.0_wp
-    if (pushed < stiffness*travel) &
-      part = 0.5_wp*(sqrt(1.0_wp + 8*pushed/(stiffness*travel)) - 1.0_wp)
-  end function touching_part
 
   !> Stretch the spring of one point by its motion along the tangent plane, and let it slip.
   pure subroutine return_stretch(stretch, moved, normal, stiffness, limit, drag, lost)

@@ -61,13 +61,12 @@ contains
     type(nurbs_surface_t), intent(in) :: surfaces(:)   !! of the sheet
     type(tool_t), intent(in) :: tool
     real(wp), intent(in), optional :: reach            !! how far apart both will be [length]
+    integer :: s
 
     call new_hull_tree(search%sheet, surfaces)
     call new_hull_tree(search%tool, tool%surfaces)
     associate (nodes => search%sheet%nodes(:search%sheet%n))
-      search%scale = tool%scale + max(maxval(abs(nodes%box(1, 1))), maxval(abs(nodes%box(1, 2))), &
-                                      maxval(abs(nodes%box(2, 1))), maxval(abs(nodes%box(2, 2))), &
-                                      maxval(abs(nodes%box(3, 1))), maxval(abs(nodes%box(3, 2))))
+      search%scale = tool%scale + maxval([(maxval(abs(nodes(s)%box)), s=1, size(nodes))])
     end associate
     if (present(reach)) search%scale = search%scale + reach
     search%tolerance = exact*search%scale
@@ -84,13 +83,19 @@ contains
     real(wp), intent(in) :: fraction              !! from 0 to 1
     real(wp), intent(out) :: nearest, doubt       !! [length]
     type(pair_t) :: pair
-    integer :: n_halvings, next_descent
+    integer :: n_halvings, next_descent, s, t
     logical :: is_done
 
     call begin_search(search, tool, shift)
     search%target = target
     search%fraction = fraction
-    call add_surfaces(search)
+    if (.not. allocated(search%pairs)) allocate (search%pairs(64))
+    search%n_pairs = 0
+    do s = 1, size(search%sheet%surfaces)
+      do t = 1, size(search%tool%surfaces)
+        call add_if_near(search, pair_t(nodes=[s, t]))
+      end do
+    end do
     n_halvings = 0
     next_descent = first_descent
     do
@@ -150,20 +155,6 @@ contains
     enough = search%nearest - max(search%tolerance, &
                                   search%fraction*(search%nearest - search%target))
   end function enough_of
-
-  !> Pairs of whole surfaces.
-  subroutine add_surfaces(search)
-    type(distance_search_t), intent(inout) :: search
-    integer :: s, t
-
-    if (.not. allocated(search%pairs)) allocate (search%pairs(64))
-    search%n_pairs = 0
-    do s = 1, size(search%sheet%surfaces)
-      do t = 1, size(search%tool%surfaces)
-        call add_if_near(search, pair_t(nodes=[s, t]))
-      end do
-    end do
-  end subroutine add_surfaces
 
   !> Both halves of a pair: of the side and the direction that bends most, else that rises most
   !! along the vector of the bound.

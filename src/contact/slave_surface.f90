@@ -217,13 +217,24 @@ contains
   pure subroutine set_grid(slave, surface)
     type(slave_surface_t), intent(inout) :: slave
     type(nurbs_surface_t), intent(in) :: surface
+    integer :: i, j, n(2), first(2)
 
     slave%n_along = slave%lines%n_points
     slave%n_net = slave%lines%n_net
     slave%n_points = product(slave%n_along)
     slave%weights = surface%weights
     slave%is_rational = any(abs(surface%weights - 1.0_wp) > 0.0_wp)
-    call set_inverse_weights(slave)
+    allocate (slave%inverse_w(slave%n_along(1), slave%n_along(2)), source=1.0_wp)
+    if (.not. slave%is_rational) return
+    n = slave%lines%degree
+    do j = 1, slave%n_along(2)
+      do i = 1, slave%n_along(1)
+        first = [slave%lines(1)%first(i), slave%lines(2)%first(j)]
+        slave%inverse_w(i, j) = 1.0_wp/dot_product(slave%lines(1)%values(i, :), &
+          matmul(slave%weights(first(1):first(1) + n(1), first(2):first(2) + n(2)), &
+                 slave%lines(2)%values(j, :)))
+      end do
+    end do
   end subroutine set_grid
 
   !> Positions of all slave points, the same for any number of threads.
@@ -402,24 +413,6 @@ contains
       end do
     end do
   end subroutine add_gathered
-
-  !> 1/(sum N w) at every point.
-  pure subroutine set_inverse_weights(slave)
-    type(slave_surface_t), intent(inout) :: slave
-    integer :: i, j, n(2), first(2)
-
-    allocate (slave%inverse_w(slave%n_along(1), slave%n_along(2)))
-    n = slave%lines%degree
-    do j = 1, slave%n_along(2)
-      do i = 1, slave%n_along(1)
-        first = [slave%lines(1)%first(i), slave%lines(2)%first(j)]
-        slave%inverse_w(i, j) = 1.0_wp/dot_product(slave%lines(1)%values(i, :), &
-          matmul(slave%weights(first(1):first(1) + n(1), first(2):first(2) + n(2)), &
-                 slave%lines(2)%values(j, :)))
-      end do
-    end do
-    if (.not. slave%is_rational) slave%inverse_w = 1.0_wp
-  end subroutine set_inverse_weights
 
   !> Share the area of the face out to its points; the sum is the quadrature's area of the face.
   subroutine set_areas(slave, surface, kinds, n_gauss)

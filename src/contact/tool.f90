@@ -68,6 +68,7 @@ contains
     integer, intent(in) :: side                        !! +1: the sheet lies on the side of xi x eta
     real(wp), intent(in) :: search_distance            !! about three sheet thicknesses [length]
     type(error_t), allocatable, intent(out) :: error
+    type(surface_seams_t) :: seams
 
     call check(name, surfaces, side, search_distance, error)
     if (allocated(error)) return
@@ -75,8 +76,16 @@ contains
     tool%surfaces = surfaces
     tool%side = side
     tool%search_distance = search_distance
-    if (size(surfaces) > 1) call reverse_surfaces(tool, error)
-    if (allocated(error)) return
+    if (size(surfaces) > 1) then
+      call find_surface_seams(tool%surfaces, seam_tolerance(search_distance), seams)
+      if (seams%is_one_sided) then
+        call fail(error, "tool "//name//": the normals of its surfaces cannot agree across "// &
+                  "their seams")
+        return
+      end if
+      call orient_surfaces(seams, tool%surfaces)
+      tool%n_reversed = count(seams%is_reversed)
+    end if
     call set_faces(tool)
     if (size(surfaces) > 1) call find_tool_seams(tool%coefficients, tool%surface_of, &
       seam_tolerance(search_distance), tool%neighbours, tool%links)
@@ -88,22 +97,6 @@ contains
 
     seam_tolerance = seam_width*search_distance
   end function seam_tolerance
-
-  !> Reverse those surfaces whose normals do not agree with the first surface of their group.
-  subroutine reverse_surfaces(tool, error)
-    type(tool_t), intent(inout) :: tool
-    type(error_t), allocatable, intent(inout) :: error
-    type(surface_seams_t) :: seams
-
-    call find_surface_seams(tool%surfaces, seam_tolerance(tool%search_distance), seams)
-    if (seams%is_one_sided) then
-      call fail(error, "tool "//tool%name//": the normals of its surfaces cannot agree across "// &
-                "their seams")
-      return
-    end if
-    call orient_surfaces(seams, tool%surfaces)
-    tool%n_reversed = count(seams%is_reversed)
-  end subroutine reverse_surfaces
 
   subroutine check(name, surfaces, side, search_distance, error)
     character(*), intent(in) :: name

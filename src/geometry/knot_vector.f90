@@ -11,7 +11,7 @@ module knot_vector
   private
 
   public :: knot_vector_t, new_knot_vector, find_span, basis_derivatives, n_spans, span_table, &
-            greville, cut_to_range, linear_axis
+            greville, cut_to_range, insert_knot, linear_axis
 
   integer, parameter, public :: max_degree = 5   !! highest polynomial degree the code serves
 
@@ -179,7 +179,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: u(:)
     real(wp) :: ends(2)
-    integer :: first, last, n
+    integer :: first, last, i, n
 
     n = size(rows, 1)
     is_same = .false.
@@ -192,8 +192,11 @@ contains
       call fail(error, "knot vector: a range without length")
       return
     end if
-    call repeat_knot(degree, ends(1), u, rows)
-    call repeat_knot(degree, ends(2), u, rows)
+    do i = 1, 2
+      do while (count(u <= ends(i)) - count(u < ends(i)) < degree)
+        call insert_knot(degree, ends(i), u, rows)
+      end do
+    end do
     first = count(u <= ends(1))       ! the last knot of the beginning
     last = count(u < ends(2)) + 1     ! the first knot of the end
     is_same = size(rows, 1) == n .and. first == degree + 1 .and. last == n + 1
@@ -253,34 +256,28 @@ contains
     end do
   end subroutine join_close_knots
 
-  !> Insert a knot until it is there as often as the degree says.
-  pure subroutine repeat_knot(degree, knot, knots, rows)
+  !> Insert a knot into curves side by side by Boehm's rule (The NURBS Book, eq. 5.11 and 5.15):
+  !! only averages, so it is stable.
+  pure subroutine insert_knot(degree, knot, knots, rows)
     integer, intent(in) :: degree
-    real(wp), intent(in) :: knot
-    real(wp), allocatable, intent(inout) :: knots(:), rows(:, :)
+    real(wp), intent(in) :: knot                            !! there fewer than `degree` times
+    real(wp), allocatable, intent(inout) :: knots(:)        !! shape (n + degree + 1)
+    real(wp), allocatable, intent(inout) :: rows(:, :)      !! shape (n, components)
     real(wp), allocatable :: more(:, :)
     real(wp) :: share
-    integer :: below, multiplicity, i, n
+    integer :: first, last, i
 
-    multiplicity = count(abs(knots - knot) <= 0.0_wp)
-    do while (multiplicity < degree)
-      n = size(rows, 1)
-      below = count(knots <= knot)
-      allocate (more(n + 1, size(rows, 2)))
-      do i = 1, n + 1
-        if (i <= below - degree) then
-          more(i, :) = rows(i, :)
-        else if (i > below - multiplicity) then
-          more(i, :) = rows(i - 1, :)
-        else
-          share = (knot - knots(i))/(knots(i + degree) - knots(i))
-          more(i, :) = share*rows(i, :) + (1.0_wp - share)*rows(i - 1, :)
-        end if
-      end do
-      knots = [knots(:below), knot, knots(below + 1:)]
-      call move_alloc(more, rows)
-      multiplicity = multiplicity + 1
+    last = count(knots < knot)
+    first = count(knots <= knot) - degree + 1
+    allocate (more(size(rows, 1) + 1, size(rows, 2)))
+    more(:first - 1, :) = rows(:first - 1, :)
+    do i = first, last
+      share = (knot - knots(i))/(knots(i + degree) - knots(i))
+      more(i, :) = rows(i - 1, :) + share*(rows(i, :) - rows(i - 1, :))
     end do
-  end subroutine repeat_knot
+    more(last + 1:, :) = rows(last:, :)
+    knots = [knots(:last), knot, knots(last + 1:)]
+    call move_alloc(more, rows)
+  end subroutine insert_knot
 
 end module knot_vector

@@ -4,7 +4,7 @@
 !! a patch that ends at the middle of another's side, or two with shifted sides.
 module patch_joints
   use kinds, only: wp
-  use text, only: string_t, to_text
+  use text, only: string_t, to_text, append_text
   use knot_vector, only: knot_vector_t
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use nurbs_solid, only: nurbs_solid_t, solid_face, face_axes
@@ -71,7 +71,10 @@ contains
               joints%is_tied(p, p2) = .true.
               joints%is_tied(p2, p) = .true.
             else if (p < p2 .or. (p == p2 .and. f < f2)) then
-              call add_misfit(joints, [p, f, p2, f2], reason)
+              joints%misfit = reshape([joints%misfit, p, f, p2, f2], &
+                                      [4, size(joints%misfit, 2) + 1])
+              call append_text(joints%reasons, trim(face_names(f))//" against "// &
+                               trim(face_names(f2))//": "//reason)
             end if
           end do
         end do
@@ -79,17 +82,6 @@ contains
       end do
     end do
   end function find_joints
-
-  subroutine add_misfit(joints, place, reason)
-    type(joints_t), intent(inout) :: joints
-    integer, intent(in) :: place(4)
-    character(*), intent(in) :: reason
-    type(string_t) :: added
-
-    added%value = trim(face_names(place(2)))//" against "//trim(face_names(place(4)))//": "//reason
-    joints%misfit = reshape([joints%misfit, place], [4, size(joints%misfit, 2) + 1])
-    joints%reasons = [joints%reasons, added]
-  end subroutine add_misfit
 
   pure subroutine set_faces(solid, groups, faces)
     type(nurbs_solid_t), intent(in) :: solid
@@ -111,15 +103,6 @@ contains
     end do
   end subroutine set_faces
 
-  pure function corners(face) result(groups)
-    type(face_t), intent(in) :: face
-    integer :: groups(4)
-
-    associate (g => face%group, n => shape(face%group))
-      groups = [g(1, 1), g(n(1), 1), g(1, n(2)), g(n(1), n(2))]
-    end associate
-  end function corners
-
   !> A face without area: each of its lines in one direction is a single point.
   pure logical function is_collapsed(face)
     type(face_t), intent(in) :: face
@@ -138,8 +121,8 @@ contains
     type(face_t), intent(in) :: a, b
     integer :: c(4), d(4), i
 
-    c = corners(a)
-    d = corners(b)
+    c = reshape(a%group(::size(a%group, 1) - 1, ::size(a%group, 2) - 1), [4])
+    d = reshape(b%group(::size(b%group, 1) - 1, ::size(b%group, 2) - 1), [4])
     shares_corners = all(c > 0) .and. .not. is_collapsed(a) .and. .not. is_collapsed(b)
     if (shares_corners) shares_corners = all([(any(d == c(i)), i=1, 4)])
   end function shares_corners
@@ -317,15 +300,13 @@ contains
   pure function place(surface, share) result(xi)
     type(nurbs_surface_t), intent(in) :: surface
     real(wp), intent(in) :: share(2)
-    real(wp) :: xi(2), first, last
-    integer :: axis
+    real(wp) :: xi(2)
+    integer :: d
 
-    do axis = 1, 2
-      associate (knots => surface%axes(axis)%knots)
-        first = knots(1)
-        last = knots(size(knots))
+    do d = 1, 2
+      associate (knots => surface%axes(d)%knots)
+        xi(d) = knots(1) + (knots(size(knots)) - knots(1))*share(d)
       end associate
-      xi(axis) = first + (last - first)*share(axis)
     end do
   end function place
 

@@ -8,7 +8,7 @@ module refinement
   use kinds, only: wp
   use failure, only: error_t, fail
   use text, only: to_text
-  use knot_vector, only: knot_vector_t, find_span, n_spans, span_table, max_degree
+  use knot_vector, only: knot_vector_t, find_span, n_spans, span_table, max_degree, insert_knot
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: nurbs_solid_t, solid_face
   implicit none
@@ -154,16 +154,15 @@ contains
     end do
   end function dividing_knots
 
-  !> Boehm's knot insertion (The NURBS Book, eq. 5.11 and 5.15): only averages, so it is stable.
+  !> Insert a knot or the old one next to it, if that is possible.
   subroutine insert_one_knot(curves, new_knot, error)
     type(curves_t), intent(inout) :: curves
     real(wp), intent(in) :: new_knot
     type(error_t), allocatable, intent(out) :: error
-    real(wp) :: knot, share, points(size(curves%points, 1) + 1, size(curves%points, 2))
-    integer :: i, p, span, nearest
+    real(wp) :: knot
+    integer :: nearest
 
-    associate (u => curves%axis%knots, n => curves%axis%n_basis, old => curves%points)
-      p = curves%axis%degree
+    associate (u => curves%axis%knots, n => curves%axis%n_basis)
       knot = new_knot
       nearest = minloc(abs(u - knot), 1)
       if (abs(u(nearest) - knot) <= same_knot*(u(n + 1) - u(1))) knot = u(nearest)
@@ -171,20 +170,14 @@ contains
         call fail(error, "knot insertion: the knot "//to_text(new_knot)// &
                   " does not lie between "//to_text(u(1))//" and "//to_text(u(n + 1)))
         return
-      else if (count(u >= knot .and. u <= knot) >= p) then
+      else if (count(u >= knot .and. u <= knot) >= curves%axis%degree) then
         call fail(error, "knot insertion: the knot "//to_text(new_knot)// &
                   " would be repeated more than degree times")
         return
       end if
-      span = find_span(curves%axis, knot)
-      points(:span - p, :) = old(:span - p, :)
-      do i = span - p + 1, span
-        share = (knot - u(i))/(u(i + p) - u(i))
-        points(i, :) = old(i - 1, :) + share*(old(i, :) - old(i - 1, :))
-      end do
-      points(span + 1:, :) = old(span:, :)
-      curves = curves_t(knot_vector_t(p, n + 1, [u(:span), knot, u(span + 1:)]), points)
     end associate
+    call insert_knot(curves%axis%degree, knot, curves%axis%knots, curves%points)
+    curves%axis%n_basis = curves%axis%n_basis + 1
   end subroutine insert_one_knot
 
   !> Control points of degree q = p + 1 from the blossom of the curve: the mean of its values at
