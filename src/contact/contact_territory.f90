@@ -6,7 +6,6 @@
 !! corner points of a curved face would not.
 module contact_territory
   use kinds, only: wp
-  use linear_algebra, only: cross
   implicit none
   private
 
@@ -71,13 +70,13 @@ contains
   end function distance_bound
 
   !> Where `x` lies between low and high along the first two axes, 0 to 1 inside the box.
-  pure function relative_position(territory, x) result(place)
+  pure function relative_position(territory, x) result(position)
     type(contact_territory_t), intent(in) :: territory
     real(wp), intent(in) :: x(3)   !! [length]
-    real(wp) :: place(2), along(3)
+    real(wp) :: position(2), along(3)
 
     along = matmul(x - territory%centre, territory%axes)
-    place = (along(:2) - territory%low(:2)) &
+    position = (along(:2) - territory%low(:2)) &
             /max(territory%high(:2) - territory%low(:2), tiny(1.0_wp))
   end function relative_position
 
@@ -98,7 +97,9 @@ contains
       second = unit - dot_product(unit, axes(:, 1))*axes(:, 1)
     end if
     axes(:, 2) = second/norm2(second)
-    axes(:, 3) = cross(axes(:, 1), axes(:, 2))
+    axes(1, 3) = axes(2, 1)*axes(3, 2) - axes(3, 1)*axes(2, 2)
+    axes(2, 3) = axes(3, 1)*axes(1, 2) - axes(1, 1)*axes(3, 2)
+    axes(3, 3) = axes(1, 1)*axes(2, 2) - axes(2, 1)*axes(1, 2)
   end function frame
 
 end module contact_territory

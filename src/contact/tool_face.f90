@@ -5,7 +5,6 @@
 !! from 0 to 1.
 module tool_face
   use kinds, only: wp
-  use linear_algebra, only: cross
   implicit none
   private
 
@@ -113,7 +112,8 @@ contains
     real(wp), parameter :: small = 1.0e-12_wp
     real(wp) :: length
 
-    normal = cross(d1(:, 1), d1(:, 2))
+    normal = [d1(2, 1)*d1(3, 2) - d1(3, 1)*d1(2, 2), d1(3, 1)*d1(1, 2) - d1(1, 1)*d1(3, 2), &
+              d1(1, 1)*d1(2, 2) - d1(2, 1)*d1(1, 2)]
     length = norm2(normal)
     if (length > small*maxval(sum(d1**2, 1))) then
       normal = normal/length
