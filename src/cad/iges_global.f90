@@ -98,23 +98,23 @@ contains
     character(*), intent(in) :: text
     character(2), intent(out) :: delimiters
     character(:), allocatable, intent(out) :: problem
-    integer :: place
+    integer :: at
 
     delimiters = ",;"
     problem = ""
-    place = max(1, verify(text, " "))
-    if (index(text(place:), "1H") == 1 .and. len(text) > place + 4) then
-      delimiters(1:1) = text(place + 2:place + 2)
-      place = place + 3
+    at = max(1, verify(text, " "))
+    if (index(text(at:), "1H") == 1 .and. len(text) > at + 4) then
+      delimiters(1:1) = text(at + 2:at + 2)
+      at = at + 3
     end if
-    place = place + max(1, verify(text(place:), " ")) - 1
-    if (text(place:place) == ";") return   ! everything has its default
-    if (text(place:place) /= delimiters(1:1)) problem = "`"//text(place:place)//"` where the "// &
+    at = at + max(1, verify(text(at:), " ")) - 1
+    if (text(at:at) == ";") return   ! everything has its default
+    if (text(at:at) /= delimiters(1:1)) problem = "`"//text(at:at)//"` where the "// &
       "delimiter of values is expected to follow"
-    place = place + 1
-    if (place <= len(text)) place = place + max(1, verify(text(place:), " ")) - 1
-    if (index(text(min(place, len(text)):), "1H") == 1 .and. len(text) > place + 1) then
-      delimiters(2:2) = text(place + 2:place + 2)
+    at = at + 1
+    if (at <= len(text)) at = at + max(1, verify(text(at:), " ")) - 1
+    if (index(text(min(at, len(text)):), "1H") == 1 .and. len(text) > at + 1) then
+      delimiters(2:2) = text(at + 2:at + 2)
     end if
     if (delimiters(1:1) == delimiters(2:2)) problem = "`"//delimiters(1:1)//"` as both delimiters"
     if (scan(delimiters, "0123456789+-.DEH ") > 0) problem = "the delimiters `"//delimiters// &
@@ -185,13 +185,13 @@ contains
                                                file%n(section_global)), found, expected)
   end subroutine reject
 
-  !> Split a text up to its record delimiter. `problem` is empty, or says what is wrong at `place`.
-  pure subroutine split_tokens(text, delimiters, tokens, problem, expected, place)
+  !> Split a text up to its record delimiter. `problem` is empty, or says what is wrong at `at`.
+  pure subroutine split_tokens(text, delimiters, tokens, problem, expected, at)
     character(*), intent(in) :: text
     character(2), intent(in) :: delimiters   !! between values, after the last
     type(token_list_t), intent(out) :: tokens
     character(:), allocatable, intent(out) :: problem, expected
-    integer, intent(out) :: place            !! in the text
+    integer, intent(out) :: at            !! in the text
     integer :: most, i
 
     most = 1 + count([(text(i:i) == delimiters(1:1), i=1, len(text))])
@@ -199,19 +199,19 @@ contains
     allocate (tokens%first(most), tokens%last(most), tokens%is_text(most))
     problem = ""
     expected = ""
-    place = 1
+    at = 1
     do
-      place = next_filled(text, place)
-      if (place > len(text)) then
+      at = next_filled(text, at)
+      if (at > len(text)) then
         problem = "the end of the record without its delimiter"
         expected = "`"//delimiters(2:2)//"` after the last value"
         return
       end if
       tokens%n = tokens%n + 1
-      call take_value(text, delimiters, place, tokens, problem, expected)
+      call take_value(text, delimiters, at, tokens, problem, expected)
       if (problem /= "") return
-      place = place + 1
-      if (text(place - 1:place - 1) == delimiters(2:2)) exit
+      at = at + 1
+      if (text(at - 1:at - 1) == delimiters(2:2)) exit
     end do
   end subroutine split_tokens
 
@@ -225,58 +225,58 @@ contains
     if (i >= 1 .and. i <= tokens%n) value = tokens%text(tokens%first(i):tokens%last(i))
   end function token_text
 
-  !> Take the value at `place` and go to the delimiter after it.
-  pure subroutine take_value(text, delimiters, place, tokens, problem, expected)
+  !> Take the value at `at` and go to the delimiter after it.
+  pure subroutine take_value(text, delimiters, at, tokens, problem, expected)
     character(*), intent(in) :: text
     character(2), intent(in) :: delimiters
-    integer, intent(inout) :: place
+    integer, intent(inout) :: at
     type(token_list_t), intent(inout) :: tokens
     character(:), allocatable, intent(inout) :: problem, expected
     integer :: length, n_digits
     logical :: is_number
 
-    n_digits = verify(text(place:), digits) - 1
+    n_digits = verify(text(at:), digits) - 1
     if (n_digits < 0) n_digits = 0
     associate (first => tokens%first(tokens%n), last => tokens%last(tokens%n))
-      first = place
+      first = at
       tokens%is_text(tokens%n) = .false.
-      if (n_digits > 0) tokens%is_text(tokens%n) = index(text(place + n_digits:), "H") == 1
+      if (n_digits > 0) tokens%is_text(tokens%n) = index(text(at + n_digits:), "H") == 1
       if (.not. tokens%is_text(tokens%n)) then
-        length = scan(text(place:), delimiters) - 1
-        if (length < 0) length = len(text) - place + 1
-        last = place + len_trim(text(place:place + length - 1)) - 1
-        place = place + length
+        length = scan(text(at:), delimiters) - 1
+        if (length < 0) length = len(text) - at + 1
+        last = at + len_trim(text(at:at + length - 1)) - 1
+        at = at + length
       else
-        call read_integer(text(place:place + n_digits - 1), length, is_number)
-        first = place + n_digits + 1
+        call read_integer(text(at:at + n_digits - 1), length, is_number)
+        first = at + n_digits + 1
         if (.not. is_number .or. length > len(text) - first + 1) then
-          problem = "a text of "//text(place:place + min(n_digits, 12) - 1)//" characters"
+          problem = "a text of "//text(at:at + min(n_digits, 12) - 1)//" characters"
           expected = "at most the "//to_text(len(text) - first + 1)//" that the record still has"
           return
         end if
         last = first + length - 1
-        place = next_filled(text, last + 1)
+        at = next_filled(text, last + 1)
       end if
     end associate
-    if (place > len(text)) then
+    if (at > len(text)) then
       problem = "the end of the record without its delimiter"
       expected = "`"//delimiters(2:2)//"` after the last value"
-    else if (scan(text(place:place), delimiters) == 0) then
-      problem = "`"//text(place:place)//"` after a text"
+    else if (scan(text(at:at), delimiters) == 0) then
+      problem = "`"//text(at:at)//"` after a text"
       expected = "`"//delimiters(1:1)//"` or `"//delimiters(2:2)//"`"
     end if
   end subroutine take_value
 
-  !> The first position from `place` on that is not blank; beyond the end if there is none.
-  pure integer function next_filled(text, place)
+  !> The first position from `at` on that is not blank; beyond the end if there is none.
+  pure integer function next_filled(text, at)
     character(*), intent(in) :: text
-    integer, intent(in) :: place
+    integer, intent(in) :: at
     integer :: offset
 
     next_filled = len(text) + 1
-    if (place > len(text)) return
-    offset = verify(text(place:), " ")
-    if (offset > 0) next_filled = place + offset - 1
+    if (at > len(text)) return
+    offset = verify(text(at:), " ")
+    if (offset > 0) next_filled = at + offset - 1
   end function next_filled
 
 end module iges_global

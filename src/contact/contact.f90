@@ -14,7 +14,7 @@ module contact
   use kinds, only: wp
   use failure, only: error_t, fail
   use tool, only: tool_t
-  use slave_surface, only: slave_surface_t, place_of, point_position, gather_forces, add_gathered
+  use slave_surface, only: slave_surface_t, indices_of, point_position, gather_forces, add_gathered
   use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, list_due, earliest_test, &
                            is_worth_threads, face_motion_t, new_face_motion, advance_motion, &
                            point_motion
@@ -73,7 +73,7 @@ module contact
   type :: contact_t
     type(slave_surface_t) :: slave
     type(contact_options_t) :: options
-    real(wp) :: share = 0.0_wp               !! s of the stiffness s m/dt^2, also of a given one
+    real(wp) :: scale = 0.0_wp               !! s of the stiffness s m/dt^2, also of a given one
     real(wp), allocatable :: stiffness(:)    !! frozen at the start [force/length]
     integer :: n_faces = 0                   !! of the tool
     integer, allocatable :: face(:)          !! face of the tool last touched or seen, 0: none
@@ -178,10 +178,10 @@ contains
     call stiffness_from_mass(contact%slave, mass, 1.0_wp, dt, seen)
     if (contact%options%stiffness > 0.0_wp) then
       contact%stiffness = contact%options%stiffness*contact%slave%area
-      contact%share = maxval(contact%stiffness/seen)
+      contact%scale = maxval(contact%stiffness/seen)
     else
-      contact%share = contact%options%scale
-      contact%stiffness = contact%share*seen
+      contact%scale = contact%options%scale
+      contact%stiffness = contact%scale*seen
     end if
     if (contact%options%damping > 0.0_wp) then
       allocate (contact%damping)
@@ -196,7 +196,7 @@ contains
     type(contact_t), intent(inout) :: contact
     real(wp), intent(in) :: factor   !! positive
 
-    contact%share = factor*contact%share
+    contact%scale = factor*contact%scale
     contact%stiffness = factor*contact%stiffness
     if (allocated(contact%damping)) then
       contact%damping%constant = sqrt(factor)*contact%damping%constant
@@ -331,7 +331,7 @@ contains
     associate (tile => contact%tiles(index))
       call list_due(tile, contact%slave%n_along, contact%test_at, n_due, due)
       do i = 1, n_due
-        at = place_of(contact%slave, due(i))
+        at = indices_of(contact%slave, due(i))
         x(:, i) = point_position(contact%slave, contact%motion%now, at(1), at(2)) &
                   - tool%displacement
         contact%force(due(i), :) = 0.0_wp
@@ -382,7 +382,7 @@ contains
     if (allocated(contact%friction)) then
       motion = 0.0_wp
       if (.not. contact%friction%is_touching(point) .and. sum(force**2) > 0.0_wp) then
-        at = place_of(contact%slave, point)
+        at = indices_of(contact%slave, point)
         motion = point_motion(contact%motion, contact%slave, at(1), at(2))
       end if
       call apply_friction(contact%friction, point, contact%stiffness(point), x, motion, force, &
@@ -528,7 +528,7 @@ contains
     result%counts%n_touching = result%counts%n_touching + 1
     fraction = 1.0_wp   ! of the step in which it touches
     if (pressed < result%travel) then
-      at = place_of(contact%slave, point)
+      at = indices_of(contact%slave, point)
       fraction = contact_fraction(pressed, sum(normal*point_motion(contact%motion, contact%slave, &
                                                                    at(1), at(2))))
     end if
@@ -547,7 +547,7 @@ contains
     call carry_array(store, "travel", size(contact%tiles), contact%tiles%travel)
     call carry_array(store, "tool_displacement", 3, contact%motion%displacement)
     call carry(store, "is_started", contact%motion%is_started)
-    call carry(store, "share", contact%share)
+    call carry(store, "share", contact%scale)
     call carry_array(store, "stiffness", size(contact%stiffness), contact%stiffness)
     call carry_array(store, "net", size(contact%motion%now), contact%motion%now)
     call carry_indices(store, "face", size(contact%face), contact%n_faces, contact%face)
@@ -568,13 +568,14 @@ contains
     end associate
     if (allocated(contact%friction)) then
       associate (state => contact%friction)
-        call carry_drag(store, "friction", state%energy, state%is_touching, state%place, &
+        call carry_drag(store, "friction", state%energy, state%is_touching, state%position, &
                         state%stretch)
       end associate
     end if
     if (allocated(contact%damping)) then
       associate (state => contact%damping)
-        call carry_drag(store, "damping", state%energy, state%is_touching, state%place, state%force)
+        call carry_drag(store, "damping", state%energy, state%is_touching, state%position, &
+                        state%force)
         call carry_array(store, "damping_constant", size(state%constant), state%constant)
       end associate
     end if
@@ -586,15 +587,15 @@ contains
   end subroutine carry_contact
 
   !> Energy, flags and two vectors of each point.
-  pure subroutine carry_drag(store, name, energy, is_touching, place, vector)
+  pure subroutine carry_drag(store, name, energy, is_touching, position, vector)
     type(state_store_t), intent(inout) :: store
     character(*), intent(in) :: name
     logical, intent(inout) :: is_touching(:)
-    real(wp), intent(inout) :: energy, place(size(is_touching), 3), vector(size(is_touching), 3)
+    real(wp), intent(inout) :: energy, position(size(is_touching), 3), vector(size(is_touching), 3)
 
     call carry(store, name//"_energy", energy)
     call carry_flags(store, name//"_touching", size(is_touching), is_touching)
-    call carry_array(store, name//"_place", size(place), place)
+    call carry_array(store, name//"_place", size(position), position)
     call carry_array(store, name//"_vector", size(vector), vector)
   end subroutine carry_drag
 

@@ -132,18 +132,18 @@ contains
   end subroutine follow_samples
 
   !> Search the whole tool for what is nearest to a position.
-  pure subroutine verify(samples, tool, place)
+  pure subroutine verify(samples, tool, candidate)
     type(depth_samples_t), intent(in) :: samples
     type(tool_t), intent(in) :: tool
-    type(deep_point_t), intent(inout) :: place
+    type(deep_point_t), intent(inout) :: candidate
     type(sample_t) :: sample
 
-    sample%x = place%x - samples%shift
+    sample%x = candidate%x - samples%shift
     call locate(tool, samples%overhang, sample)
-    place%depth = sample%depth
-    place%face = sample%face
-    place%on = sample%on
-    place%is_sure = .true.
+    candidate%depth = sample%depth
+    candidate%face = sample%face
+    candidate%on = sample%on
+    candidate%is_sure = .true.
   end subroutine verify
 
   !> How a point lies to the tool.
@@ -320,7 +320,7 @@ contains
     real(wp), intent(in) :: net(:, :, :)         !! control points of the face now, (n1, n2, 3)
     real(wp), intent(in) :: shift(3)             !! displacement of the tool [length]
     type(deep_point_t), intent(out) :: deepest
-    type(deep_point_t) :: best(size(contact%tiles)), place
+    type(deep_point_t) :: best(size(contact%tiles)), candidate
     logical :: is_awake(size(contact%tiles))
     integer :: t, n_checked
 
@@ -341,19 +341,19 @@ contains
       t = maxloc(best%depth, 1)
       if (.not. best(t)%depth > -reach*best(t)%width) return
       if (best(t)%is_sure) exit
-      place = best(t)
+      candidate = best(t)
       call verify(samples, tool, best(t))
-      if (.not. best(t)%depth < place%depth) cycle
+      if (.not. best(t)%depth < candidate%depth) cycle
       ! Another point of the tool is nearer: the tile may hold a sample that is deeper than this.
       best(t)%depth = no_depth
       call sample_tile(samples, contact, tool, t, .true., best(t), n_checked)
     end do
     samples%n_checked = n_checked
-    place = best(t)
-    call climb(samples, tool, place)
-    call verify(samples, tool, place)
-    if (best(t)%depth > place%depth) place = best(t)
-    if (place%depth > 0.0_wp) deepest = place
+    candidate = best(t)
+    call climb(samples, tool, candidate)
+    call verify(samples, tool, candidate)
+    if (best(t)%depth > candidate%depth) candidate = best(t)
+    if (candidate%depth > 0.0_wp) deepest = candidate
   end subroutine find_deepest
 
   !> Lengths of the element at a position of the face along its two directions, as measured last.
@@ -428,7 +428,7 @@ contains
     end if
     do j = low(2), high(2)
       do i = low(1), high(1)
-        k = place_of(samples, tile, i, j)
+        k = index_of(samples, tile, i, j)
         if (samples%wake(k) > now) cycle
         n_checked = n_checked + 1
         samples%wake(k) = now + max(found(i, j)%clear - width, 0.0_wp)
@@ -438,14 +438,14 @@ contains
   end subroutine sample_tile
 
   !> Where a sample of a tile is in the list of all of them.
-  pure integer function place_of(samples, tile, i, j)
+  pure integer function index_of(samples, tile, i, j)
     type(depth_samples_t), intent(in) :: samples
     integer, intent(in) :: tile, i, j
 
     associate (low => samples%first(:, tile), high => samples%last(:, tile))
-      place_of = samples%before(tile) + i - low(1) + 1 + (high(1) - low(1) + 1)*(j - low(2))
+      index_of = samples%before(tile) + i - low(1) + 1 + (high(1) - low(1) + 1)*(j - low(2))
     end associate
-  end function place_of
+  end function index_of
 
   !> Distance to the next sample.
   pure real(wp) function step_at(xi, i)
@@ -461,13 +461,13 @@ contains
     integer, intent(in) :: low(2), high(2)
     type(sample_t), intent(inout) :: found(low(1):high(1), low(2):high(2))
     real(wp), intent(out) :: width               !! [length]
-    real(wp) :: places(low(1):high(1), 3)
+    real(wp) :: positions(low(1):high(1), 3)
     integer :: i, j
 
     do j = low(2), high(2)
-      call row_positions(samples%grid, samples%surface%points, j, low(1), high(1), places)
+      call row_positions(samples%grid, samples%surface%points, j, low(1), high(1), positions)
       do i = low(1), high(1)
-        found(i, j)%x = places(i, :) - samples%shift
+        found(i, j)%x = positions(i, :) - samples%shift
       end do
     end do
     width = 0.0_wp
@@ -497,7 +497,7 @@ contains
     n = 0
     do j = low(2), high(2)
       do i = low(1), high(1)
-        if (samples%wake(place_of(samples, tile, i, j)) > now) cycle
+        if (samples%wake(index_of(samples, tile, i, j)) > now) cycle
         point = samples%near_1(i) + contact%slave%n_along(1)*(samples%near_2(j) - 1)
         if (.not. may_follow .or. contact%face(point) == 0) then
           if (contact%face(point) == 0) found(i, j)%clear = &
@@ -564,11 +564,11 @@ contains
 
   !> From a sample to the deepest point around it, by trial steps that are halved where none leads
   !! deeper.
-  pure subroutine climb(samples, tool, place)
+  pure subroutine climb(samples, tool, candidate)
     type(depth_samples_t), intent(in) :: samples
     type(tool_t), intent(in) :: tool
-    type(deep_point_t), intent(inout) :: place
-    integer, parameter :: ways(2, 8) = reshape([1, 0, -1, 0, 0, 1, 0, -1, &
+    type(deep_point_t), intent(inout) :: candidate
+    integer, parameter :: directions(2, 8) = reshape([1, 0, -1, 0, 0, 1, 0, -1, &
                                                 1, 1, -1, -1, 1, -1, -1, 1], [2, 8])
     integer, parameter :: most_steps = 16
     type(deep_point_t) :: start
@@ -583,14 +583,14 @@ contains
         high(d) = axis%knots(axis%n_basis + 1)
       end associate
     end do
-    step = place%step
+    step = candidate%step
     n = 0
     do halving = 1, n_halvings
       step = 0.5_wp*step
       do while (n < most_steps)
-        start = place
+        start = candidate
         do k = 1, 8
-          at = min(max(start%at + ways(:, k)*step, low), high)
+          at = min(max(start%at + directions(:, k)*step, low), high)
           call evaluate_surface(samples%surface, at, sample%x)
           sample%x = sample%x - samples%shift
           if (start%is_smooth) then
@@ -600,9 +600,9 @@ contains
           else
             call locate(tool, samples%overhang, sample)
           end if
-          call keep_deeper(sample, at, samples%shift, start%step, place)
+          call keep_deeper(sample, at, samples%shift, start%step, candidate)
         end do
-        if (.not. place%depth > start%depth) exit
+        if (.not. candidate%depth > start%depth) exit
         n = n + 1
       end do
     end do

@@ -23,7 +23,7 @@ module friction
     real(wp) :: coefficient = 0.0_wp         !! mu
     real(wp) :: energy = 0.0_wp              !! work of slip since the start [energy]
     logical, allocatable :: is_touching(:)   !! at the last call
-    real(wp), allocatable :: place(:, :)     !! then, in the tool's frame, (n_points, 3) [length]
+    real(wp), allocatable :: position(:, :)     !! then, in the tool's frame, (n_points, 3) [length]
     real(wp), allocatable :: stretch(:, :)   !! of the spring, tangential, (n_points, 3) [length]
   end type friction_t
 
@@ -37,7 +37,7 @@ contains
 
     friction%coefficient = coefficient
     allocate (friction%is_touching(n_points), source=.false.)
-    allocate (friction%place(n_points, 3), friction%stretch(n_points, 3), source=0.0_wp)
+    allocate (friction%position(n_points, 3), friction%stretch(n_points, 3), source=0.0_wp)
   end subroutine new_friction
 
   !> Add the friction of a point to its normal force of this call.
@@ -57,7 +57,7 @@ contains
     pushed = norm2(force)
     if (pushed > 0.0_wp) then
       if (friction%is_touching(p)) then
-        moved = x - friction%place(p, :)
+        moved = x - friction%position(p, :)
         part = 1.0_wp
       else
         ! Part of the step in which it touches, from its force, which is that of the spring k d
@@ -75,11 +75,11 @@ contains
       force = force + drag
       reaction = reaction - drag
       stored = stored + 0.5_wp*stiffness*sum(friction%stretch(p, :)**2)
-      friction%place(p, :) = x
+      friction%position(p, :) = x
       friction%is_touching(p) = .true.
     else if (friction%is_touching(p)) then
       ! A point that leaves lets its spring go.
-      moved = x - friction%place(p, :)
+      moved = x - friction%position(p, :)
       lost = lost + 0.5_wp*stiffness &
              *dot_product(friction%stretch(p, :), friction%stretch(p, :) + moved)
       friction%stretch(p, :) = 0.0_wp

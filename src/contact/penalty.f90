@@ -20,7 +20,7 @@ module penalty
     real(wp) :: energy = 0.0_wp              !! taken away since the start [energy]
     real(wp), allocatable :: constant(:)     !! c [force time/length], shape (n_points)
     logical, allocatable :: is_touching(:)   !! at the last call
-    real(wp), allocatable :: place(:, :)     !! then, in the tool's frame, (n_points, 3) [length]
+    real(wp), allocatable :: position(:, :)     !! then, in the tool's frame, (n_points, 3) [length]
     real(wp), allocatable :: force(:, :)     !! then, (n_points, 3) [force]
   end type contact_damping_t
 
@@ -57,12 +57,12 @@ contains
   !> Factor (1 + phi)/2 on the force where a point touches first, or last, phi being the part of
   !! the step in which it touches. The force acts for half a step to either side, and so its work
   !! is, but for terms of higher order, that of the spring.
-  pure real(wp) function contact_fraction(depth, travel) result(share)
+  pure real(wp) function contact_fraction(depth, travel) result(fraction)
     real(wp), intent(in) :: depth   !! in the tool, positive [length]
     real(wp), intent(in) :: travel     !! along the normal in the last step [length]
 
-    share = 1.0_wp
-    if (depth < abs(travel)) share = 0.5_wp*(1.0_wp + depth/abs(travel))
+    fraction = 1.0_wp
+    if (depth < abs(travel)) fraction = 0.5_wp*(1.0_wp + depth/abs(travel))
   end function contact_fraction
 
   !> Depth that loads the spring of a point. A point whose first depth is more than it can have come
@@ -93,7 +93,7 @@ contains
 
     damping%constant = 2*ratio*sqrt(stiffness*mass)
     allocate (damping%is_touching(size(mass)), source=.false.)
-    allocate (damping%place(size(mass), 3), damping%force(size(mass), 3), source=0.0_wp)
+    allocate (damping%position(size(mass), 3), damping%force(size(mass), 3), source=0.0_wp)
   end subroutine new_contact_damping
 
   !> Add the damping of a point to its spring force of this call. A point that has just come has no
@@ -110,7 +110,7 @@ contains
 
     pushed = norm2(force)
     push = 0.0_wp
-    moved = x - damping%place(p, :)
+    moved = x - damping%position(p, :)
     if (pushed > 0.0_wp .and. damping%is_touching(p)) then
       normal = force/pushed
       push = normal*max(-damping%constant(p)*dot_product(moved, normal)/dt, -pushed)
@@ -119,7 +119,7 @@ contains
       lost = lost - 0.5_wp*dot_product(damping%force(p, :) + push, moved)
     end if
     damping%is_touching(p) = pushed > 0.0_wp
-    damping%place(p, :) = x
+    damping%position(p, :) = x
     damping%force(p, :) = push
     force = force + push
     reaction = reaction - push

@@ -15,7 +15,7 @@ module slave_surface
 
   public :: slave_line_t, area_rule_t, new_slave_line, new_area_rule, slave_surface_t, &
             new_slave_surface, new_sample_surface, slave_positions, row_positions, &
-            point_position, place_of, scatter_forces, gather_forces, add_gathered
+            point_position, indices_of, scatter_forces, gather_forces, add_gathered
 
   integer, parameter, public :: points_gauss = 1      !! Gauss points of each element
   integer, parameter, public :: points_knot = 2       !! the distinct knots
@@ -38,7 +38,7 @@ module slave_surface
     real(wp), allocatable :: xi(:)           !! parametric coordinates, shape (n)
     real(wp), allocatable :: weights(:)      !! in parameter space, shape (n)
     integer, allocatable :: first(:)         !! shape (n)
-    real(wp), allocatable :: shares(:, :)    !! shape (n_shares, n)
+    real(wp), allocatable :: fractions(:, :)    !! shape (n_shares, n)
   end type area_rule_t
 
   integer, parameter :: parallel_size = 4096   !! fewer points are not worth waking threads for
@@ -105,31 +105,31 @@ contains
     type(gauss_rule_t) :: gauss
     integer, allocatable :: spans(:)
     integer :: element, i, n
-    real(wp) :: half, place
+    real(wp) :: half, position
 
     allocate (spans, source=span_table(axis))
     gauss = new_gauss_rule(merge(n_gauss, axis%degree + 1, kind == points_gauss), 1)
     rule%n = gauss%n*size(spans)
     rule%xi = gauss_places(axis, gauss%n)
     n = merge(1, merge(2, axis%degree + 1, kind == points_knot), kind == points_gauss)
-    allocate (rule%weights(rule%n), rule%first(rule%n), rule%shares(n, rule%n))
+    allocate (rule%weights(rule%n), rule%first(rule%n), rule%fractions(n, rule%n))
     n = 0
     do element = 1, size(spans)
       half = 0.5_wp*(axis%knots(spans(element) + 1) - axis%knots(spans(element)))
       do i = 1, gauss%n
         n = n + 1
-        place = 0.5_wp*(1.0_wp + gauss%points(i))
+        position = 0.5_wp*(1.0_wp + gauss%points(i))
         rule%weights(n) = half*gauss%weights(i)
         select case (kind)
         case (points_gauss)
           rule%first(n) = n
-          rule%shares(:, n) = 1.0_wp
+          rule%fractions(:, n) = 1.0_wp
         case (points_knot)
           rule%first(n) = element
-          rule%shares(:, n) = [1.0_wp - place, place]
+          rule%fractions(:, n) = [1.0_wp - position, position]
         case default
           rule%first(n) = spans(element) - axis%degree
-          call basis_derivatives(axis, spans(element), rule%xi(n), 0, rule%shares(:, n))
+          call basis_derivatives(axis, spans(element), rule%xi(n), 0, rule%fractions(:, n))
         end select
       end do
     end do
@@ -288,21 +288,21 @@ contains
   end subroutine row_positions
 
   !> Where a point is in the grid.
-  pure function place_of(slave, point) result(at)
+  pure function indices_of(slave, point) result(at)
     type(slave_surface_t), intent(in) :: slave
     integer, intent(in) :: point
     integer :: at(2)
 
     at(2) = (point - 1)/slave%n_along(1) + 1
     at(1) = point - (at(2) - 1)*slave%n_along(1)
-  end function place_of
+  end function indices_of
 
   !> Position of the point (i, j) alone.
-  pure function point_position(slave, net, i, j) result(place)
+  pure function point_position(slave, net, i, j) result(position)
     type(slave_surface_t), intent(in) :: slave
     real(wp), intent(in) :: net(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
     integer, intent(in) :: i, j
-    real(wp) :: place(3), v(3), w(3), column
+    real(wp) :: position(3), v(3), w(3), column
     integer :: c, k, l, at(2)
 
     associate (line => slave%lines(1), across => slave%lines(2))
@@ -310,33 +310,33 @@ contains
       if (.not. slave%is_rational .and. line%degree == 2 .and. across%degree == 2) then
         v = line%values(i, 1:3)
         w = across%values(j, 1:3)
-        place = blend_quadratic(v, w, slave%n_net(1), slave%n_net(2), at(1), at(2), net)
+        position = blend_quadratic(v, w, slave%n_net(1), slave%n_net(2), at(1), at(2), net)
         return
       end if
       do c = 1, 3
-        place(c) = 0.0_wp
+        position(c) = 0.0_wp
         do k = 0, line%degree
           column = 0.0_wp
           do l = 0, across%degree
             column = column + across%values(j, l + 1)*slave%weights(at(1) + k, at(2) + l) &
                               *net(at(1) + k, at(2) + l, c)
           end do
-          place(c) = place(c) + line%values(i, k + 1)*column
+          position(c) = position(c) + line%values(i, k + 1)*column
         end do
-        place(c) = place(c)*slave%inverse_w(i, j)
+        position(c) = position(c)*slave%inverse_w(i, j)
       end do
     end associate
   end function point_position
 
   !> Sum of 3 x 3 control points from (i, j) on with the basis values of two directions.
-  pure function blend_quadratic(v, w, n1, n2, i, j, net) result(place)
+  pure function blend_quadratic(v, w, n1, n2, i, j, net) result(position)
     integer, intent(in) :: n1, n2, i, j
     real(wp), intent(in) :: v(3), w(3), net(n1, n2, 3)
-    real(wp) :: place(3)
+    real(wp) :: position(3)
     integer :: c
 
     do c = 1, 3
-      place(c) = v(1)*(w(1)*net(i, j, c) + w(2)*net(i, j + 1, c) + w(3)*net(i, j + 2, c)) &
+      position(c) = v(1)*(w(1)*net(i, j, c) + w(2)*net(i, j + 1, c) + w(3)*net(i, j + 2, c)) &
         + v(2)*(w(1)*net(i + 1, j, c) + w(2)*net(i + 1, j + 1, c) + w(3)*net(i + 1, j + 2, c)) &
         + v(3)*(w(1)*net(i + 2, j, c) + w(2)*net(i + 2, j + 1, c) + w(3)*net(i + 2, j + 2, c))
     end do
@@ -433,11 +433,11 @@ contains
       do g = 1, rules(1)%n
         call evaluate_surface(surface, [rules(1)%xi(g), rules(2)%xi(h)], point, d1)
         part = norm2(cross(d1(:, 1), d1(:, 2)))*rules(1)%weights(g)*rules(2)%weights(h)
-        do l = 1, size(rules(2)%shares, 1)
+        do l = 1, size(rules(2)%fractions, 1)
           k = rules(2)%first(h) + l - 1
-          do i = 1, size(rules(1)%shares, 1)
+          do i = 1, size(rules(1)%fractions, 1)
             associate (a => area(rules(1)%first(g) + i - 1, k))
-              a = a + part*rules(1)%shares(i, g)*rules(2)%shares(l, h)
+              a = a + part*rules(1)%fractions(i, g)*rules(2)%fractions(l, h)
             end associate
           end do
         end do

@@ -22,7 +22,7 @@ module tool_bends
   type :: bend_t
     real(wp) :: radius = 0.0_wp     !! 0: an edge [length]
     real(wp) :: x(3) = 0.0_wp       !! in the tool's frame [length]
-    real(wp) :: way(3) = 0.0_wp     !! unit vector along which it bends
+    real(wp) :: direction(3) = 0.0_wp     !! unit vector along which it bends
     real(wp) :: normal(3) = 0.0_wp  !! unit, towards the sheet
   end type bend_t
 
@@ -122,33 +122,33 @@ contains
     bend%radius = -1.0_wp/k
     v = [m - k*f, k*e - l]
     if (sum(abs([n - k*g, k*f - m])) > sum(abs(v))) v = [n - k*g, k*f - m]
-    bend%way = matmul(d1, v)
-    if (norm2(bend%way) > 0.0_wp) then
-      bend%way = bend%way/norm2(bend%way)
+    bend%direction = matmul(d1, v)
+    if (norm2(bend%direction) > 0.0_wp) then
+      bend%direction = bend%direction/norm2(bend%direction)
     else
-      bend%way = d1(:, 1)/sqrt(e)   ! it bends equally in all directions
+      bend%direction = d1(:, 1)/sqrt(e)   ! it bends equally in all directions
     end if
   end function bend_at
 
   !> Break of the tangent at a position of an edge between two faces.
-  pure function bend_across(tool, face, edge, share) result(bend)
+  pure function bend_across(tool, face, edge, fraction) result(bend)
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: face, edge        !! s = 0, s = 1, t = 0, t = 1
-    real(wp), intent(in) :: share            !! fraction of its length
+    real(wp), intent(in) :: fraction            !! fraction of its length
     type(bend_t) :: bend
     real(wp) :: here(3, 2), there(3, 2), d2(3, 3), normals(3, 2), along(3), outwards(3), x(3)
     real(wp) :: along_here, along_there
     integer :: other, other_edge, direction
 
     bend%radius = huge(1.0_wp)
-    along_here = share
-    along_there = share
+    along_here = fraction
+    along_there = fraction
     other = tool%neighbours(edge, face)
     other_edge = merge(edge + 1, edge - 1, mod(edge, 2) == 1)
     if (other < 0) then
       associate (seam => tool%links(-other))
-        along_here = (1.0_wp - share)*seam%here(1) + share*seam%here(2)
-        along_there = (1.0_wp - share)*seam%there(1) + share*seam%there(2)
+        along_here = (1.0_wp - fraction)*seam%here(1) + fraction*seam%here(2)
+        along_there = (1.0_wp - fraction)*seam%there(1) + fraction*seam%there(2)
         other_edge = seam%edge
         other = seam%face
       end associate
@@ -169,7 +169,7 @@ contains
     if (norm2(along) <= 0.0_wp .or. sum(normals(:, 2)*outwards) <= 0.0_wp) return
     bend%radius = 0.0_wp
     bend%normal = sum(normals, 2)/norm2(sum(normals, 2))
-    bend%way = cross(along/norm2(along), normals(:, 1))
+    bend%direction = cross(along/norm2(along), normals(:, 1))
   end function bend_across
 
 end module tool_bends

@@ -71,7 +71,7 @@ contains
     integer, intent(in) :: surface_of(:), neighbours(:, :)
     real(wp), intent(in) :: tolerance
     type(edge_t), allocatable :: edges(:)
-    real(wp) :: places(3, 0:n_samples)
+    real(wp) :: positions(3, 0:n_samples)
     integer :: face, e, i, n
 
     allocate (edges(count(neighbours == 0)))
@@ -80,18 +80,18 @@ contains
       do e = 1, 4
         if (neighbours(e, face) /= 0) cycle
         do i = 0, n_samples
-          places(:, i) = face_position(faces, face, edge_position(e, real(i, wp)/n_samples))
+          positions(:, i) = face_position(faces, face, edge_position(e, real(i, wp)/n_samples))
         end do
-        if (all(maxval(places, 2) - minval(places, 2) <= tolerance)) cycle
+        if (all(maxval(positions, 2) - minval(positions, 2) <= tolerance)) cycle
         n = n + 1
         edges(n)%face = face
         edges(n)%edge = e
         edges(n)%surface = surface_of(face)
         ! Between samples the edge leaves their box by less than their largest distance.
-        edges(n)%box(:, 1) = minval(places, 2) - tolerance &
-          - maxval(abs(places(:, 1:) - places(:, :n_samples - 1)))
-        edges(n)%box(:, 2) = maxval(places, 2) + tolerance &
-          + maxval(abs(places(:, 1:) - places(:, :n_samples - 1)))
+        edges(n)%box(:, 1) = minval(positions, 2) - tolerance &
+          - maxval(abs(positions(:, 1:) - positions(:, :n_samples - 1)))
+        edges(n)%box(:, 2) = maxval(positions, 2) + tolerance &
+          + maxval(abs(positions(:, 1:) - positions(:, :n_samples - 1)))
       end do
     end do
     edges = edges(:n)
@@ -201,7 +201,7 @@ contains
     real(wp), intent(out) :: there(2)   !! local coordinates on it
     integer, intent(out) :: d_there     !! coordinate that is at its end there
     integer, parameter :: n_steps = 2
-    real(wp) :: share
+    real(wp) :: fraction
     integer :: i
 
     other = 0
@@ -209,12 +209,13 @@ contains
     d_there = 1
     do i = first, size(links)
       associate (seam => links(i))
-        share = (along - seam%here(1))/(seam%here(2) - seam%here(1))
-        if (abs(share - 0.5_wp) <= 0.5_wp + shortest) then
-          share = min(max(seam%there(1) + share*(seam%there(2) - seam%there(1)), 0.0_wp), 1.0_wp)
-          call slide(faces, seam%face, seam%edge, x, n_steps, share)
+        fraction = (along - seam%here(1))/(seam%here(2) - seam%here(1))
+        if (abs(fraction - 0.5_wp) <= 0.5_wp + shortest) then
+          fraction = seam%there(1) + fraction*(seam%there(2) - seam%there(1))
+          fraction = min(max(fraction, 0.0_wp), 1.0_wp)
+          call slide(faces, seam%face, seam%edge, x, n_steps, fraction)
           other = seam%face
-          there = edge_position(seam%edge, share)
+          there = edge_position(seam%edge, fraction)
           d_there = (seam%edge + 1)/2
           return
         end if

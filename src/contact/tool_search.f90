@@ -156,15 +156,15 @@ contains
     type(cell_t), intent(in) :: cell
     integer, intent(inout) :: n_iterations
     type(hit_t), intent(inout) :: hit, leaving
-    real(wp) :: places(3, n_net, n_net), squares(0:n_net + 1, 0:n_net + 1), reach
+    real(wp) :: positions(3, n_net, n_net), squares(0:n_net + 1, 0:n_net + 1), reach
     logical :: is_tried(n_net, n_net)
     integer :: i, j
 
     squares = huge(1.0_wp)
     do j = 1, n_net
       do i = 1, n_net
-        places(:, i, j) = face_position(tool%coefficients, cell%face, net_position(cell, i, j))
-        squares(i, j) = sum((x - places(:, i, j))**2)
+        positions(:, i, j) = face_position(tool%coefficients, cell%face, net_position(cell, i, j))
+        squares(i, j) = sum((x - positions(:, i, j))**2)
       end do
     end do
     do j = 1, n_net
@@ -177,8 +177,8 @@ contains
       end do
     end do
     if (.not. cell%is_wild) return
-    reach = sqrt(maxval(sum((places(:, 2:, :) - places(:, :n_net - 1, :))**2, 1))) &
-            + sqrt(maxval(sum((places(:, :, 2:) - places(:, :, :n_net - 1))**2, 1)))
+    reach = sqrt(maxval(sum((positions(:, 2:, :) - positions(:, :n_net - 1, :))**2, 1))) &
+            + sqrt(maxval(sum((positions(:, :, 2:) - positions(:, :, :n_net - 1))**2, 1)))
     do j = 1, n_net
       do i = 1, n_net
         if (is_tried(i, j) .or. sqrt(squares(i, j)) > hit%distance + reach) cycle
@@ -229,7 +229,7 @@ contains
     integer, intent(out) :: face
     real(wp), intent(out) :: at(2)
     integer :: step(2), d, first, last, middle
-    real(wp) :: place, low, high, far(2), local(2)
+    real(wp) :: position, low, high, far(2), local(2)
 
     face = cell%face
     at = min(max(relative_position(cell%territory, x), 0.0_wp), 1.0_wp)
@@ -238,13 +238,13 @@ contains
     step = [1, cell%stride]
     face = face + cell%n(2)/2*step(2)
     do d = 1, 2
-      place = dot_product(x, cell%territory%axes(:, d))
+      position = dot_product(x, cell%territory%axes(:, d))
       if (d == 2) face = face - cell%n(2)/2*step(2)
       first = 0
       last = cell%n(d) - 1
       do while (first < last)
         middle = (first + last + 1)/2
-        if (corner(face + middle*step(d)) <= place) then
+        if (corner(face + middle*step(d)) <= position) then
           first = middle
         else
           last = middle - 1
@@ -255,7 +255,7 @@ contains
       far = 0.0_wp
       far(d) = 1.0_wp
       high = dot_product(face_position(tool%coefficients, face, far), cell%territory%axes(:, d))
-      local(d) = (place - low)/max(high - low, tiny(1.0_wp))
+      local(d) = (position - low)/max(high - low, tiny(1.0_wp))
     end do
     at = min(max(local, 0.0_wp), 1.0_wp)
 

@@ -102,9 +102,9 @@ contains
   !> Bezier points of each span of an axis as sums over its p + 1 control points: point a is the
   !! blossom at p + 1 - a times the span's begin and a - 1 times its end, by the rule of C. de Boor,
   !! all of whose factors lie between 0 and 1.
-  pure function extraction(kv) result(shares)
+  pure function extraction(kv) result(coefficients)
     type(knot_vector_t), intent(in) :: kv
-    real(wp) :: shares(kv%degree + 1, kv%degree + 1, n_spans(kv))   ! control point, Bezier point
+    real(wp) :: coefficients(kv%degree + 1, kv%degree + 1, n_spans(kv))   ! control, Bezier point
     real(wp) :: table(kv%degree + 1, kv%degree + 1), at, factor
     integer :: spans(n_spans(kv)), span, a, r, i, p
 
@@ -126,7 +126,7 @@ contains
             end associate
           end do
         end do
-        shares(:, a, span) = table(:, p + 1)
+        coefficients(:, a, span) = table(:, p + 1)
       end do
     end do
   end function extraction

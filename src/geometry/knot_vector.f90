@@ -121,7 +121,7 @@ contains
     real(wp), intent(out) :: values(kv%degree + 1, 0:n_derivatives)  !! functions span-p ... span
     real(wp) :: table(0:kv%degree, 0:kv%degree)   ! functions above, knot differences below
     integer :: p, i, j, order
-    real(wp) :: left(kv%degree), right(kv%degree), from_below, share
+    real(wp) :: left(kv%degree), right(kv%degree), from_below, fraction
 
     p = kv%degree
     table(0, 0) = 1.0_wp
@@ -131,9 +131,9 @@ contains
       from_below = 0.0_wp
       do i = 0, j - 1
         table(j, i) = right(i + 1) + left(j - i)
-        share = table(i, j - 1)/table(j, i)
-        table(i, j) = from_below + right(i + 1)*share
-        from_below = left(j - i)*share
+        fraction = table(i, j - 1)/table(j, i)
+        table(i, j) = from_below + right(i + 1)*fraction
+        from_below = left(j - i)*fraction
       end do
       table(j, j) = from_below
     end do
@@ -264,7 +264,7 @@ contains
     real(wp), allocatable, intent(inout) :: knots(:)        !! shape (n + degree + 1)
     real(wp), allocatable, intent(inout) :: rows(:, :)      !! shape (n, components)
     real(wp), allocatable :: more(:, :)
-    real(wp) :: share
+    real(wp) :: fraction
     integer :: first, last, i
 
     last = count(knots < knot)
@@ -272,8 +272,8 @@ contains
     allocate (more(size(rows, 1) + 1, size(rows, 2)))
     more(:first - 1, :) = rows(:first - 1, :)
     do i = first, last
-      share = (knot - knots(i))/(knots(i + degree) - knots(i))
-      more(i, :) = rows(i - 1, :) + share*(rows(i, :) - rows(i - 1, :))
+      fraction = (knot - knots(i))/(knots(i + degree) - knots(i))
+      more(i, :) = rows(i - 1, :) + fraction*(rows(i, :) - rows(i - 1, :))
     end do
     more(last + 1:, :) = rows(last:, :)
     knots = [knots(:last), knot, knots(last + 1:)]

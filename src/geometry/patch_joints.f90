@@ -251,7 +251,7 @@ contains
     lies_on = .false.
     do j = 1, n_samples
       do i = 1, n_samples
-        xi = place(surface, ([i, j] - 0.5_wp)/n_samples)
+        xi = position_at(surface, ([i, j] - 0.5_wp)/n_samples)
         call evaluate_surface(surface, xi, point)
         if (any(point < other%low - tolerance .or. point > other%high + tolerance)) cycle
         lies_on = distance_to(other%surface, point, tolerance) <= tolerance
@@ -273,7 +273,7 @@ contains
     distance = huge(1.0_wp)
     do j = 0, n(2)
       do i = 0, n(1)
-        xi = place(surface, real([i, j], wp)/n)
+        xi = position_at(surface, real([i, j], wp)/n)
         call evaluate_surface(surface, xi, at)
         if (norm2(at - point) >= distance) cycle
         distance = norm2(at - point)
@@ -289,25 +289,25 @@ contains
       det = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
       if (det <= tiny(1.0_wp)) return
       best = best + [a(2, 2)*b(1) - a(1, 2)*b(2), a(1, 1)*b(2) - a(2, 1)*b(1)]/det
-      best = max(best, place(surface, [0.0_wp, 0.0_wp]))
-      best = min(best, place(surface, [1.0_wp, 1.0_wp]))
+      best = max(best, position_at(surface, [0.0_wp, 0.0_wp]))
+      best = min(best, position_at(surface, [1.0_wp, 1.0_wp]))
       call evaluate_surface(surface, best, at)
       distance = min(distance, norm2(at - point))
     end do
   end function distance_to
 
   !> Parametric coordinates of fractions of the range along both axes.
-  pure function place(surface, share) result(xi)
+  pure function position_at(surface, fraction) result(xi)
     type(nurbs_surface_t), intent(in) :: surface
-    real(wp), intent(in) :: share(2)
+    real(wp), intent(in) :: fraction(2)
     real(wp) :: xi(2)
     integer :: d
 
     do d = 1, 2
       associate (knots => surface%axes(d)%knots)
-        xi(d) = knots(1) + (knots(size(knots)) - knots(1))*share(d)
+        xi(d) = knots(1) + (knots(size(knots)) - knots(1))*fraction(d)
       end associate
     end do
-  end function place
+  end function position_at
 
 end module patch_joints

@@ -128,7 +128,7 @@ contains
     integer, intent(in) :: degree               !! along the line
     type(error_t), allocatable, intent(out) :: error
     type(knot_vector_t) :: line
-    real(wp) :: grid(size(points, 1), n_rows, size(points, 2)), place(n_rows)
+    real(wp) :: grid(size(points, 1), n_rows, size(points, 2)), position(n_rows)
     integer :: i, j
 
     if (.not. norm2(direction) > 0.0_wp) then
@@ -143,10 +143,10 @@ contains
     end if
     call new_graded_axis(line, degree, n_rows - degree, 1.0_wp, error)
     if (allocated(error)) return
-    place = greville(line)
+    position = greville(line)
     do j = 1, n_rows
       do i = 1, size(points, 1)
-        grid(i, j, :) = points(i, :) + place(j)*direction
+        grid(i, j, :) = points(i, :) + position(j)*direction
       end do
     end do
     call new_nurbs_surface(surface, curve, line, grid, spread(weights, 2, n_rows), error)
@@ -196,10 +196,10 @@ contains
     do a = 1, 3
       associate (c => axis_of(a))
         if (is_even) then
-          call place_along(greville(graded_axis(1, axes(a)%n_basis - 1, ratios(a))), a, lower(c), &
+          call lay_along(greville(graded_axis(1, axes(a)%n_basis - 1, ratios(a))), a, lower(c), &
                            upper(c), points(:, :, :, c))
         else
-          call place_along(greville(axes(a)), a, lower(c), upper(c), points(:, :, :, c))
+          call lay_along(greville(axes(a)), a, lower(c), upper(c), points(:, :, :, c))
         end if
       end associate
     end do
@@ -209,26 +209,26 @@ contains
   end subroutine box_solid
 
   !> Coordinates from `low` to `high` along one axis of a grid, constant along the others.
-  pure subroutine place_along(shares, axis, low, high, coordinate)
-    real(wp), intent(in) :: shares(:)      !! fractions of the range from `low` to `high`
+  pure subroutine lay_along(fractions, axis, low, high, coordinate)
+    real(wp), intent(in) :: fractions(:)      !! fractions of the range from `low` to `high`
     integer, intent(in) :: axis
     real(wp), intent(in) :: low, high
     real(wp), intent(out) :: coordinate(:, :, :)
-    real(wp) :: place(size(shares))
+    real(wp) :: position(size(fractions))
     integer :: i
 
-    place = (1.0_wp - shares)*low + shares*high
-    do i = 1, size(shares)
+    position = (1.0_wp - fractions)*low + fractions*high
+    do i = 1, size(fractions)
       select case (axis)
       case (1)
-        coordinate(i, :, :) = place(i)
+        coordinate(i, :, :) = position(i)
       case (2)
-        coordinate(:, i, :) = place(i)
+        coordinate(:, i, :) = position(i)
       case default
-        coordinate(:, :, i) = place(i)
+        coordinate(:, :, i) = position(i)
       end select
     end do
-  end subroutine place_along
+  end subroutine lay_along
 
   !> `graded_axis` after checking what is asked for.
   pure subroutine new_graded_axis(axis, degree, n_elements, ratio, error)

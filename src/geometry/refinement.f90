@@ -245,7 +245,7 @@ contains
     integer, intent(in) :: span
     real(wp), intent(in) :: arguments(:)   !! shape (degree)
     real(wp) :: point(size(curves%points, 2))
-    real(wp) :: work(0:size(arguments), size(curves%points, 2)), share
+    real(wp) :: work(0:size(arguments), size(curves%points, 2)), fraction
     integer :: p, i, level, at
 
     p = size(arguments)
@@ -254,8 +254,8 @@ contains
       do level = 1, p
         do i = p, level, -1
           at = span - p + i
-          share = (arguments(level) - u(at))/(u(at + p + 1 - level) - u(at))
-          work(i, :) = work(i - 1, :) + share*(work(i, :) - work(i - 1, :))
+          fraction = (arguments(level) - u(at))/(u(at + p + 1 - level) - u(at))
+          work(i, :) = work(i - 1, :) + fraction*(work(i, :) - work(i - 1, :))
         end do
       end do
     end associate

@@ -95,7 +95,7 @@ contains
                          weights, error)
     if (allocated(error)) return
     call refine_solid(solids(1), shape%degrees([1, 1, 2]), shape%n_elements, error)
-    call place(shape, solids(1))
+    call move_into_frame(shape, solids(1))
   end subroutine tube_solids
 
   !> Cup: a flat bottom, a corner and a wall of one thickness, open above; `radius` and `height` are
@@ -169,7 +169,7 @@ contains
                         [nint((starts(p + 1) - starts(p))/45.0_wp)*shape%n_elements(1), n_along, &
                          shape%n_elements(3)], error)
       if (allocated(error)) return
-      call place(shape, solids(p))
+      call move_into_frame(shape, solids(p))
     end do
   end subroutine revolve
 
@@ -347,11 +347,11 @@ contains
     call elevate_degree(solid, axis, shape%degrees(2) - 1, error)
     if (allocated(error)) return
     call insert_knots(solid, axis, dividing_knots(solid%axes(axis), shape%n_elements(3)), error)
-    call place(shape, solid)
+    call move_into_frame(shape, solid)
   end subroutine sweep
 
   !> From coordinates about the axis z to those of the shape.
-  pure subroutine place(shape, solid)
+  pure subroutine move_into_frame(shape, solid)
     type(round_shape_t), intent(in) :: shape
     type(nurbs_solid_t), intent(inout) :: solid
     real(wp), allocatable :: local(:, :, :, :)
@@ -362,6 +362,6 @@ contains
       to = mod(shape%axis + c - 1, 3) + 1
       solid%points(:, :, :, to) = shape%origin(to) + local(:, :, :, c)
     end do
-  end subroutine place
+  end subroutine move_into_frame
 
 end module round_solids

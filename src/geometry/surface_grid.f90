@@ -131,7 +131,7 @@ contains
     type(surface_grid_t), intent(in) :: grid
     real(wp) :: areas(size(grid%xi), size(grid%eta))
     type(gauss_rule_t) :: rule
-    real(wp) :: half(2), at(2), share(2), part, point(3), d1(3, 2)
+    real(wp) :: half(2), at(2), fraction(2), part, point(3), d1(3, 2)
     integer :: i, j, g, h
 
     rule = new_gauss_rule(2, 1)
@@ -141,14 +141,14 @@ contains
         half = 0.5_wp*[grid%xi(i + 1) - grid%xi(i), grid%eta(j + 1) - grid%eta(j)]
         do h = 1, rule%n
           do g = 1, rule%n
-            share = 0.5_wp*(1.0_wp + rule%points([g, h]))
-            at = [grid%xi(i), grid%eta(j)] + 2*half*share
+            fraction = 0.5_wp*(1.0_wp + rule%points([g, h]))
+            at = [grid%xi(i), grid%eta(j)] + 2*half*fraction
             call evaluate_surface(surface, at, point, d1)
             part = product(half)*rule%weights(g)*rule%weights(h)*norm2(cross(d1(:, 1), d1(:, 2)))
             areas(i:i + 1, j) = areas(i:i + 1, j) &
-                                + part*(1 - share(2))*[1 - share(1), share(1)]
+                                + part*(1 - fraction(2))*[1 - fraction(1), fraction(1)]
             areas(i:i + 1, j + 1) = areas(i:i + 1, j + 1) &
-                                    + part*share(2)*[1 - share(1), share(1)]
+                                    + part*fraction(2)*[1 - fraction(1), fraction(1)]
           end do
         end do
       end do
@@ -156,14 +156,14 @@ contains
   end function grid_areas
 
   !> The cell (i, j) that holds a position, and how far along its sides it lies, 0 to 1.
-  pure subroutine grid_position(grid, at, cell, share)
+  pure subroutine grid_position(grid, at, cell, fraction)
     type(surface_grid_t), intent(in) :: grid
     real(wp), intent(in) :: at(2)
     integer, intent(out) :: cell(2)
-    real(wp), intent(out) :: share(2)
+    real(wp), intent(out) :: fraction(2)
 
-    call line_position(grid%xi, at(1), cell(1), share(1))
-    call line_position(grid%eta, at(2), cell(2), share(2))
+    call line_position(grid%xi, at(1), cell(1), fraction(1))
+    call line_position(grid%eta, at(2), cell(2), fraction(2))
   end subroutine grid_position
 
   !> Values of a field at a tensor grid of positions: linear between the lines, constant outside
@@ -191,25 +191,25 @@ contains
   end function grid_values
 
   !> Interval of a rising list that holds x, and the share of it that lies before x.
-  pure subroutine line_position(list, x, place, share)
+  pure subroutine line_position(list, x, interval, fraction)
     real(wp), intent(in) :: list(:), x
-    integer, intent(out) :: place
-    real(wp), intent(out) :: share
+    integer, intent(out) :: interval
+    real(wp), intent(out) :: fraction
     integer :: high, middle
 
-    place = 1
-    share = 0.0_wp
+    interval = 1
+    fraction = 0.0_wp
     if (size(list) == 1) return
     high = size(list)
-    do while (high - place > 1)
-      middle = (place + high)/2
+    do while (high - interval > 1)
+      middle = (interval + high)/2
       if (list(middle) <= x) then
-        place = middle
+        interval = middle
       else
         high = middle
       end if
     end do
-    share = min(max((x - list(place))/(list(place + 1) - list(place)), 0.0_wp), 1.0_wp)
+    fraction = min(max((x - list(interval))/(list(interval + 1) - list(interval)), 0.0_wp), 1.0_wp)
   end subroutine line_position
 
 end module surface_grid

@@ -30,7 +30,7 @@ module surface_offset
 
   integer, parameter :: n_inner = 6              !! positions in a span where the offset is checked
   real(wp), parameter :: end_inset = 1.0e-4_wp   !! fraction of a span left out at its ends
-  real(wp), parameter :: share = 0.4_wp          !! of the tolerance that a direction may use up
+  real(wp), parameter :: fraction = 0.4_wp          !! of the tolerance that a direction may use up
   real(wp), parameter :: sure = 0.9_wp           !! part of it kept to: positions miss peaks
   integer, parameter :: most_parts = 8           !! that a span is cut into at a time
   integer, parameter :: most_rounds = 20, most_faces = 100000
@@ -54,12 +54,12 @@ contains
 
   !> Position at `distance` along the normal xi x eta. At an edge that is one point, such as the
   !! pole of a sphere, the normal is the one that its neighbourhood tends to.
-  pure subroutine find_offset_point(surface, xi, distance, shortest, place, normal, is_regular)
+  pure subroutine find_offset_point(surface, xi, distance, shortest, position, normal, is_regular)
     type(nurbs_surface_t), intent(in) :: surface
     real(wp), intent(in) :: xi(2)
     real(wp), intent(in) :: distance              !! either sign [length]
     real(wp), intent(in) :: shortest(2)           !! from `shortest_tangents`
-    real(wp), intent(out) :: place(3), normal(3)
+    real(wp), intent(out) :: position(3), normal(3)
     logical, intent(out) :: is_regular            !! it has a normal
     real(wp) :: point(3), d1(3, 2), d2(3, 3)
     integer :: d
@@ -75,7 +75,7 @@ contains
     normal = cross(d1(:, 1), d1(:, 2))
     is_regular = norm2(normal) > thinnest*norm2(d1(:, 1))*norm2(d1(:, 2))
     if (is_regular) normal = normal/norm2(normal)
-    place = point + distance*normal
+    position = point + distance*normal
   end subroutine find_offset_point
 
   !> Tangents along xi and eta that are shorter belong to an edge that is one point.
@@ -100,7 +100,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     real(wp), parameter :: degree = acos(-1.0_wp)/180
     real(wp), allocatable :: across(:), along(:)
-    real(wp) :: xi(2), place(3, 2), normal(3, 2), turn
+    real(wp) :: xi(2), position(3, 2), normal(3, 2), turn
     integer :: d, i, j, k
     logical :: is_regular
 
@@ -113,16 +113,16 @@ contains
             xi(d) = across(i + k - 1)
             xi(3 - d) = along(j)
             call find_offset_point(source%surface, xi, source%distance, source%shortest, &
-                                   place(:, k), normal(:, k), is_regular)
+                                   position(:, k), normal(:, k), is_regular)
             if (.not. is_regular) then
-              call fail(error, "no normal at "//place_text(place(:, k)))
+              call fail(error, "no normal at "//place_text(position(:, k)))
               return
             end if
           end do
           turn = norm2(normal(:, 2) - normal(:, 1))
           if (abs(source%distance)*(turn - no_turn) <= tolerance) cycle
           call fail(error, "an edge of "//rounded_text(2*asin(min(0.5_wp*turn, 1.0_wp))/degree)// &
-                    " degrees at "//place_text(place(:, 1) - source%distance*normal(:, 1)))
+                    " degrees at "//place_text(position(:, 1) - source%distance*normal(:, 1)))
           return
         end do
       end do
@@ -135,7 +135,7 @@ contains
     real(wp), intent(in) :: tolerance   !! by which a tip may tear its offset [length]
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: along(:)
-    real(wp) :: xi(2), place(3), normal(3), first(3), point(3), d1(3, 2)
+    real(wp) :: xi(2), position(3), normal(3), first(3), point(3), d1(3, 2)
     integer :: d, i, j
     logical :: is_regular
 
@@ -149,7 +149,7 @@ contains
           xi(3 - d) = along(j)
           call evaluate_surface(source%surface, xi, point, d1)
           if (norm2(d1(:, 3 - d)) >= source%shortest(3 - d)) exit
-          call find_offset_point(source%surface, xi, source%distance, source%shortest, place, &
+          call find_offset_point(source%surface, xi, source%distance, source%shortest, position, &
                                  normal, is_regular)
           if (j == 1) first = normal
           if (is_regular .and. abs(source%distance)*(norm2(normal - first) - no_turn) &
@@ -207,20 +207,20 @@ contains
   end subroutine find_bend
 
   !> Positions along an axis: `n_inner` in each span, and its ends moved inwards by a part of it.
-  pure function samples_along(surface, d, n_inner, inwards) result(places)
+  pure function samples_along(surface, d, n_inner, inwards) result(positions)
     type(nurbs_surface_t), intent(in) :: surface
     integer, intent(in) :: d, n_inner
     real(wp), intent(in) :: inwards
-    real(wp), allocatable :: places(:)
-    real(wp) :: shares(n_inner + 2)
+    real(wp), allocatable :: positions(:)
+    real(wp) :: fractions(n_inner + 2)
     integer, allocatable :: spans(:)
     integer :: i, k
 
-    shares = [inwards, ((k - 0.5_wp)/n_inner, k=1, n_inner), 1.0_wp - inwards]
+    fractions = [inwards, ((k - 0.5_wp)/n_inner, k=1, n_inner), 1.0_wp - inwards]
     allocate (spans, source=span_table(surface%axes(d)))
-    allocate (places(0))
+    allocate (positions(0))
     associate (knots => surface%axes(d)%knots)
-      places = [((knots(spans(i)) + shares(k)*(knots(spans(i) + 1) - knots(spans(i))), &
+      positions = [((knots(spans(i)) + fractions(k)*(knots(spans(i) + 1) - knots(spans(i))), &
                   k=1, n_inner + 2), i=1, size(spans))]
     end associate
   end function samples_along
@@ -243,8 +243,8 @@ contains
     logical :: is_solved
 
     source = source_t(surface, distance, shortest_tangents(surface))
-    call check_edges(source, share*tolerance, error)
-    if (.not. allocated(error)) call check_tips(source, share*tolerance, error)
+    call check_edges(source, fraction*tolerance, error)
+    if (.not. allocated(error)) call check_tips(source, fraction*tolerance, error)
     if (.not. allocated(error)) call check_radii(surface, distance, error)
     if (allocated(error)) return
     space = surface
@@ -255,7 +255,7 @@ contains
       if (report%error <= sure*tolerance) return
       errors1 = errors_along(source, offset, 1)
       errors2 = errors_along(source, offset, 2)
-      aim = min(share*tolerance, 0.5_wp*max(maxval(errors1), maxval(errors2)))
+      aim = min(fraction*tolerance, 0.5_wp*max(maxval(errors1), maxval(errors2)))
       if (round == 1) then
         if (any(errors1 > aim)) call loosen(space, 1)
         if (any(errors2 > aim)) call loosen(space, 2)
@@ -307,23 +307,23 @@ contains
   end subroutine interpolate
 
   !> Values of splines at some points, from their coefficients in columns.
-  pure function values_at(axis, places, coefficients) result(values)
+  pure function values_at(axis, positions, coefficients) result(values)
     type(knot_vector_t), intent(in) :: axis
-    real(wp), intent(in) :: places(:), coefficients(:, :)
-    real(wp) :: values(size(places), size(coefficients, 2)), basis(axis%degree + 1, 0:0)
+    real(wp), intent(in) :: positions(:), coefficients(:, :)
+    real(wp) :: values(size(positions), size(coefficients, 2)), basis(axis%degree + 1, 0:0)
     integer :: i, span
 
-    do i = 1, size(places)
-      span = find_span(axis, places(i))
-      call basis_derivatives(axis, span, places(i), 0, basis)
+    do i = 1, size(positions)
+      span = find_span(axis, positions(i))
+      call basis_derivatives(axis, span, positions(i), 0, basis)
       values(i, :) = matmul(basis(:, 0), coefficients(span - axis%degree:span, :))
     end do
   end function values_at
 
   !> Coefficients of splines that take given values at the Greville points.
-  subroutine solve_along(axis, places, n, values, is_solved)
+  subroutine solve_along(axis, positions, n, values, is_solved)
     type(knot_vector_t), intent(in) :: axis
-    real(wp), intent(in) :: places(:)
+    real(wp), intent(in) :: positions(:)
     integer, intent(in) :: n                            !! splines of each coordinate
     real(wp), intent(inout) :: values(axis%n_basis, 3*n)   !! values, then coefficients
     logical, intent(out) :: is_solved
@@ -331,9 +331,9 @@ contains
     integer :: i, j, span
 
     band = 0.0_wp
-    do i = 1, size(places)
-      span = find_span(axis, places(i))
-      call basis_derivatives(axis, span, places(i), 0, basis)
+    do i = 1, size(positions)
+      span = find_span(axis, positions(i))
+      call basis_derivatives(axis, span, positions(i), 0, basis)
       do j = span - axis%degree, span
         band(axis%degree + 1 + i - j, j) = basis(j - span + axis%degree + 1, 0)
       end do
@@ -394,13 +394,13 @@ contains
     type(nurbs_surface_t), intent(in) :: offset
     real(wp), intent(in) :: xi(2)
     real(wp), intent(out) :: off, turn          !! [length], [radians]
-    real(wp) :: exact(3), normal(3), place(3), other(3)
+    real(wp) :: exact(3), normal(3), position(3), other(3)
     logical :: is_regular
 
     call find_offset_point(source%surface, xi, source%distance, source%shortest, exact, normal, &
                            is_regular)
-    call find_offset_point(offset, xi, 0.0_wp, source%shortest, place, other, is_regular)
-    off = norm2(place - exact)
+    call find_offset_point(offset, xi, 0.0_wp, source%shortest, position, other, is_regular)
+    off = norm2(position - exact)
     turn = 2*asin(min(0.5_wp*norm2(other - normal), 1.0_wp))
   end subroutine compare
 

@@ -194,7 +194,7 @@ contains
     logical, intent(out) :: lies
     real(wp), intent(out) :: gap
     logical, intent(out) :: runs_along      !! in the same direction
-    real(wp) :: share, point(3), tangent(3), place(n_compared), distance, step, range
+    real(wp) :: fraction, point(3), tangent(3), position(n_compared), distance, step, range
     integer :: i, n_forward
 
     lies = .false.
@@ -202,16 +202,16 @@ contains
     runs_along = .false.
     range = b%at(size(b%at)) - b%at(1)
     do i = 1, n_compared
-      share = part(1) + (part(2) - part(1))*(i - 1)/(n_compared - 1)
+      fraction = part(1) + (part(2) - part(1))*(i - 1)/(n_compared - 1)
       call evaluate_edge(surfaces(a%surface), a%number, &
-                         (1 - share)*a%at(1) + share*a%at(size(a%at)), point, tangent)
-      call project(surfaces(b%surface), b, point, place(i), distance)
+                         (1 - fraction)*a%at(1) + fraction*a%at(size(a%at)), point, tangent)
+      call project(surfaces(b%surface), b, point, position(i), distance)
       if (.not. distance <= tolerance) return
       gap = max(gap, distance)
     end do
     n_forward = 0
     do i = 2, n_compared
-      step = (place(i) - place(i - 1))/range
+      step = (position(i) - position(i - 1))/range
       if (b%is_closed) step = step - anint(step)   ! the shorter way
       n_forward = n_forward + nint(sign(1.0_wp, step))
     end do

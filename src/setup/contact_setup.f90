@@ -330,7 +330,7 @@ contains
     distance = sqrt(minval(squares))
     associate (element => elements(minloc(squares, 1)))
       if (sum((element%x - bend%x - shift)*bend%normal) <= 0.0_wp) return
-      i = maxloc(abs(matmul(bend%way, element%way)), 1)
+      i = maxloc(abs(matmul(bend%direction, element%way)), 1)
       length = element%size(i)
     end associate
   end subroutine find_element

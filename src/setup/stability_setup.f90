@@ -257,7 +257,7 @@ contains
         if (pair%part /= face%part) cycle
         if (any(pair%lower /= face%lower .or. pair%upper /= face%upper)) cycle
         if (i < first) return
-        shares(i) = pair%pair%share
+        shares(i) = pair%pair%scale
       end associate
     end do
     left = max(0.0_wp, 4*(1 - model%step%safety**2))
