@@ -175,14 +175,14 @@ contains
     real(wp), intent(inout) :: nearest       !! of other pairs [length]
     logical, intent(inout) :: is_behind
     type(tool_t) :: tool_then
-    real(wp) :: gaps(pair%pair%slave%n_points)
-    logical :: is_proper(pair%pair%slave%n_points)
+    real(wp) :: gaps(pair%pair%secondary%n_points)
+    logical :: is_proper(pair%pair%secondary%n_points)
     integer :: i
 
     ! Of a pair that ended with its step the tool may have moved on.
     tool_then = tool
     tool_then%displacement = pair%pair%motion%displacement
-    call face_gaps(pair%pair%slave, tool_then, pair%pair%motion%now, gaps, is_proper)
+    call face_gaps(pair%pair%secondary, tool_then, pair%pair%motion%now, gaps, is_proper)
     if (.not. any(is_proper)) return
     i = minloc(abs(gaps), 1, is_proper)
     if (abs(gaps(i)) >= nearest) return

@@ -154,7 +154,7 @@ contains
     end do
   end subroutine add_sizes
 
-  !> Contact on a die of the channel, and by number of slave points.
+  !> Contact on a die of the channel, and by number of secondary points.
   subroutine add_contacts(cases)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
     integer, parameter :: edges(4) = [11, 33, 105, 333]   ! elements, 9 points each

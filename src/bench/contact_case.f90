@@ -10,7 +10,7 @@ module contact_case
   use knot_vector, only: new_knot_vector, greville
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use tool, only: tool_t, new_tool
-  use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss
+  use secondary_surface, only: secondary_surface_t, new_secondary_surface, points_gauss
   use contact, only: contact_t, contact_options_t, new_contact, apply_contact
   use closest_point, only: hit_t, lanes_t, follow_lanes, n_lanes
   use tool_search, only: search_tool
@@ -28,7 +28,7 @@ module contact_case
   type, extends(bench_case_t), public :: contact_case_t
     integer :: n_faces(2) = [22, 12]           !! of the tool
     real(wp) :: edge = 1000.0_wp               !! of the tool; the sheet's is half of it [mm]
-    integer :: n_sheet(2) = 33                 !! elements of the sheet, 9 slave points each
+    integer :: n_sheet(2) = 33                 !! elements of the sheet, 9 secondary points each
     real(wp) :: height = -0.3_wp               !! of the sheet above the tool's middle [mm]
     integer :: n_calls = 36                    !! steps: a search anew falls due in about as many
     type(tool_t) :: tool
@@ -98,7 +98,7 @@ contains
     class(contact_case_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
     type(nurbs_surface_t) :: surface, sheet
-    type(slave_surface_t) :: slave
+    type(secondary_surface_t) :: secondary
     type(contact_options_t) :: options
     real(wp), allocatable :: mass(:, :)
 
@@ -106,17 +106,17 @@ contains
     if (.not. allocated(error)) call new_tool(self%tool, "wavy tool", [surface], 1, reach, error)
     if (allocated(error)) return
     call wavy_surface(sheet, self%n_sheet, 0.5_wp*self%edge, self%height, 0.0_wp, error)
-    if (.not. allocated(error)) call new_slave_surface(slave, sheet, points_gauss, [0, 0], error)
+    if (.not. allocated(error)) call new_secondary_surface(secondary, sheet, points_gauss, [0, 0], error)
     if (allocated(error)) return
-    allocate (mass(slave%n_net(1), slave%n_net(2)), source=1.0_wp)
-    call new_contact(self%pair, slave, self%tool, mass, 1.0_wp, options, error)
+    allocate (mass(secondary%n_net(1), secondary%n_net(2)), source=1.0_wp)
+    call new_contact(self%pair, secondary, self%tool, mass, 1.0_wp, options, error)
     if (allocated(error)) return
-    allocate (self%net(slave%n_net(1), slave%n_net(2), 3, 2))
+    allocate (self%net(secondary%n_net(1), secondary%n_net(2), 3, 2))
     self%net(:, :, :, 1) = sheet%points
     self%net(:, :, :, 2) = sheet%points
     self%net(:, :, 1, 2) = self%net(:, :, 1, 2) + movement
-    allocate (self%force(slave%n_net(1), slave%n_net(2), 3))
-    self%n_units = real(self%n_calls, wp)*slave%n_points
+    allocate (self%force(secondary%n_net(1), secondary%n_net(2), 3))
+    self%n_units = real(self%n_calls, wp)*secondary%n_points
   end subroutine prepare_contact
 
   subroutine run_contact(self)
@@ -137,7 +137,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: expected
 
-    expected = merge(self%pair%slave%n_points, 0, self%height < 0.0_wp)
+    expected = merge(self%pair%secondary%n_points, 0, self%height < 0.0_wp)
     if (self%pair%statistics%n_touching /= expected) then
       call fail(error, self%name//": not as many points touch as should")
     else if (self%pair%statistics%n_failures > 0) then
@@ -145,7 +145,7 @@ contains
     end if
   end subroutine check_contact
 
-  !> Points near the tool in rows, as slave points lie.
+  !> Points near the tool in rows, as secondary points lie.
   subroutine prepare_search(self, error)
     class(search_case_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error

@@ -5,7 +5,7 @@
 !! a face, crosses to the neighbour where the distance decreases in that direction, and stops on the
 !! knot line where it does not.
 !!
-!! Eight slave points at a time are followed without safeguards, each from where it was before and
+!! Eight secondary points at a time are followed without safeguards, each from where it was and
 !! on that face: lanes that leave their face or do not converge are reported, and the caller
 !! searches them one by one. Point and normal after the last Newton step come from the second
 !! derivatives at hand instead of one more evaluation: over a step that turns the normal by the

@@ -1,11 +1,12 @@
 !> Penalty contact of one face of the blank with one tool.
 !!
-!! Every slave point is moved into the tool's frame, the closest point of the tool is found ([CA] R.
-!! P. R. Cardoso and O. B. Adetoro (2017), sec. 5), and where the gap (54) is negative the point is
-!! pushed out along the normal (55) by stiffness times depth.
+!! Every secondary point is moved into the tool's frame, the closest point of the tool is found
+!! ([CA] R. P. R. Cardoso and O. B. Adetoro (2017), sec. 5), and where the gap (54) is negative the
+!! point is pushed out along the normal (55) by stiffness times depth.
 !!
 !! Points that cannot reach the tool are left alone. The distance to a tool changes by no more than
-!! the point moves, and no slave point moves more than the control points around it (convex hull).
+!! the point moves, and no point of the sheet moves more than the control points around it (convex
+!! hull).
 !! So each tile of points carries its `travel`: the largest displacement of its control points
 !! against the tool, summed over the calls. A point at distance g is skipped until the travel has
 !! grown by g.
@@ -14,7 +15,8 @@ module contact
   use kinds, only: wp
   use failure, only: error_t, fail
   use tool, only: tool_t
-  use slave_surface, only: slave_surface_t, indices_of, point_position, gather_forces, add_gathered
+  use secondary_surface, only: secondary_surface_t, indices_of, point_position, gather_forces, &
+                               add_gathered
   use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, list_due, earliest_test, &
                            is_worth_threads, face_motion_t, new_face_motion, advance_motion, &
                            point_motion
@@ -69,9 +71,9 @@ module contact
     type(contact_statistics_t) :: counts
   end type tile_result_t
 
-  !> One face of the blank against one tool; arrays by slave point, shape (n_points).
+  !> One face of the blank against one tool; arrays by secondary point, shape (n_points).
   type :: contact_t
-    type(slave_surface_t) :: slave
+    type(secondary_surface_t) :: secondary
     type(contact_options_t) :: options
     real(wp) :: scale = 0.0_wp               !! s of the stiffness s m/dt^2, also of a given one
     real(wp), allocatable :: stiffness(:)    !! frozen at the start [force/length]
@@ -121,11 +123,11 @@ contains
 
   !> Set up a contact. Rejected: negative options, a depth limit not below the tool's search
   !! distance, a time step or masses that are not positive.
-  subroutine new_contact(contact, slave, tool, mass, dt, options, error)
+  subroutine new_contact(contact, secondary, tool, mass, dt, options, error)
     type(contact_t), intent(out) :: contact
-    type(slave_surface_t), intent(in) :: slave
+    type(secondary_surface_t), intent(in) :: secondary
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: mass(slave%n_net(1), slave%n_net(2))   !! of the control points [mass]
+    real(wp), intent(in) :: mass(secondary%n_net(1), secondary%n_net(2))   !! of control points
     real(wp), intent(in) :: dt      !! largest step expected; the stiffness is frozen for it [time]
     type(contact_options_t), intent(in) :: options
     type(error_t), allocatable, intent(out) :: error
@@ -143,18 +145,18 @@ contains
       call fail(error, "contact with "//tool%name//": time step and masses must be positive")
     end if
     if (allocated(error)) return
-    contact%slave = slave
+    contact%secondary = secondary
     contact%n_faces = tool%n_faces
-    associate (n => slave%n_points)
+    associate (n => secondary%n_points)
       allocate (contact%stiffness(n), contact%face(n), contact%at(n, 2))
       allocate (contact%test_at(n), contact%search_at(n), contact%force(n, 3), source=0.0_wp)
       allocate (contact%start(n), source=no_contact)
     end associate
-    call new_face_motion(contact%motion, slave%n_net)
+    call new_face_motion(contact%motion, secondary%n_net)
     call set_stiffness(contact, mass, dt)
     contact%face = 0
     contact%at = 0.5_wp
-    contact%tiles = cut_tiles(slave)
+    contact%tiles = cut_tiles(secondary)
     do i = 1, 2
       room(i) = maxval(contact%tiles%net_last(i) - contact%tiles%net_first(i)) + 1
     end do
@@ -163,21 +165,21 @@ contains
     allocate (contact%is_due(size(contact%tiles)), source=.true.)
     if (options%friction > 0.0_wp) then
       allocate (contact%friction)
-      call new_friction(contact%friction, slave%n_points, options%friction)
+      call new_friction(contact%friction, secondary%n_points, options%friction)
     end if
   end subroutine new_contact
 
   !> Penalty stiffness, and the damping that goes with it where there is some.
   subroutine set_stiffness(contact, mass, dt)
     type(contact_t), intent(inout) :: contact
-    real(wp), intent(in) :: mass(contact%slave%n_net(1), contact%slave%n_net(2))
+    real(wp), intent(in) :: mass(contact%secondary%n_net(1), contact%secondary%n_net(2))
     real(wp), intent(in) :: dt
     real(wp), allocatable :: seen(:)   ! m/dt^2 of the mass that each point sees
 
-    allocate (seen(contact%slave%n_points))
-    call stiffness_from_mass(contact%slave, mass, 1.0_wp, dt, seen)
+    allocate (seen(contact%secondary%n_points))
+    call stiffness_from_mass(contact%secondary, mass, 1.0_wp, dt, seen)
     if (contact%options%stiffness > 0.0_wp) then
-      contact%stiffness = contact%options%stiffness*contact%slave%area
+      contact%stiffness = contact%options%stiffness*contact%secondary%area
       contact%scale = maxval(contact%stiffness/seen)
     else
       contact%scale = contact%options%scale
@@ -219,7 +221,7 @@ contains
     real(wp), intent(in) :: dt                  !! since the last call, for damping alone [time]
 
     call advance_motion(contact%motion, tool%displacement, x)
-    if (is_worth_threads(contact%slave%n_points, contact%is_due)) then
+    if (is_worth_threads(contact%secondary%n_points, contact%is_due)) then
       !$omp parallel
       call work_tiles(contact, tool, x, force, dt)
       !$omp end parallel
@@ -267,12 +269,12 @@ contains
     integer :: i, j
 
     !$omp do schedule(static)
-    do j = 1, contact%slave%n_net(2)
+    do j = 1, contact%secondary%n_net(2)
       do i = 1, n_due
         if (contact%results(due(i))%counts%n_touching == 0) cycle
         associate (tile => contact%tiles(due(i)))
           if (j < tile%net_first(2) .or. j > tile%net_last(2)) cycle
-          call add_gathered(contact%slave, [tile%net_first(1), j], [tile%net_last(1), j], &
+          call add_gathered(contact%secondary, [tile%net_first(1), j], [tile%net_last(1), j], &
                             size(contact%tile_force, 1), 1, &
                             contact%tile_force(:, :, j - tile%net_first(2) + 1, due(i)), force)
         end associate
@@ -290,7 +292,7 @@ contains
     integer :: t
 
     contact%statistics%n_calls = contact%statistics%n_calls + 1
-    contact%statistics%n_points = contact%statistics%n_points + contact%slave%n_points
+    contact%statistics%n_points = contact%statistics%n_points + contact%secondary%n_points
     contact%statistics%n_touching = 0
     energy = 0.0_wp
     max_penetration = 0.0_wp
@@ -329,10 +331,10 @@ contains
       result%longest = merge(0.0_wp, huge(1.0_wp), contact%options%is_late)
     end if
     associate (tile => contact%tiles(index))
-      call list_due(tile, contact%slave%n_along, contact%test_at, n_due, due)
+      call list_due(tile, contact%secondary%n_along, contact%test_at, n_due, due)
       do i = 1, n_due
-        at = indices_of(contact%slave, due(i))
-        x(:, i) = point_position(contact%slave, contact%motion%now, at(1), at(2)) &
+        at = indices_of(contact%secondary, due(i))
+        x(:, i) = point_position(contact%secondary, contact%motion%now, at(1), at(2)) &
                   - tool%displacement
         contact%force(due(i), :) = 0.0_wp
         if (contact%face(due(i)) == 0 .or. tile%travel >= contact%search_at(due(i)) &
@@ -356,11 +358,11 @@ contains
       end if
       if (result%counts%n_touching > 0) then
         associate (forces => contact%tile_force(:, :, :, index))
-          call gather_forces(contact%slave, contact%force, tile%first, tile%last, &
+          call gather_forces(contact%secondary, contact%force, tile%first, tile%last, &
                              size(forces, 1), size(forces, 3), forces)
         end associate
       end if
-      tile%test_at = earliest_test(tile, contact%slave%n_along, contact%test_at)
+      tile%test_at = earliest_test(tile, contact%secondary%n_along, contact%test_at)
     end associate
     contact%results(index) = result
   end subroutine work_tile
@@ -382,8 +384,8 @@ contains
     if (allocated(contact%friction)) then
       motion = 0.0_wp
       if (.not. contact%friction%is_touching(point) .and. sum(force**2) > 0.0_wp) then
-        at = indices_of(contact%slave, point)
-        motion = point_motion(contact%motion, contact%slave, at(1), at(2))
+        at = indices_of(contact%secondary, point)
+        motion = point_motion(contact%motion, contact%secondary, at(1), at(2))
       end if
       call apply_friction(contact%friction, point, contact%stiffness(point), x, motion, force, &
                           result%reaction, result%energy, result%slip_work)
@@ -528,9 +530,9 @@ contains
     result%counts%n_touching = result%counts%n_touching + 1
     fraction = 1.0_wp   ! of the step in which it touches
     if (pressed < result%travel) then
-      at = indices_of(contact%slave, point)
-      fraction = contact_fraction(pressed, sum(normal*point_motion(contact%motion, contact%slave, &
-                                                                   at(1), at(2))))
+      at = indices_of(contact%secondary, point)
+      fraction = contact_fraction(pressed, sum(normal*point_motion(contact%motion, &
+                                                    contact%secondary, at(1), at(2))))
     end if
     push = contact%stiffness(point)*pressed*fraction
     contact%force(point, :) = push*normal
@@ -581,7 +583,7 @@ contains
     end if
     if (.not. store%is_taking) return
     do i = 1, size(contact%tiles)
-      contact%tiles(i)%test_at = earliest_test(contact%tiles(i), contact%slave%n_along, &
+      contact%tiles(i)%test_at = earliest_test(contact%tiles(i), contact%secondary%n_along, &
                                                contact%test_at)
     end do
   end subroutine carry_contact

@@ -1,9 +1,10 @@
-!> Rectangles of slave points, the units of work of a contact, the same for any number of threads;
-!! and the control points of a face, now and at the call before: their motion against the tool.
+!> Rectangles of secondary points, the units of work of a contact, the same for any number of
+!! threads; and the control points of a face, now and at the call before: their motion against the
+!! tool.
 module contact_tiles
   use kinds, only: wp
   use omp_lib, only: omp_get_max_threads
-  use slave_surface, only: slave_surface_t, point_position
+  use secondary_surface, only: secondary_surface_t, point_position
   implicit none
   private
 
@@ -28,7 +29,7 @@ module contact_tiles
   !> What is worth a parallel region: more tiles to check, or more points to test.
   integer, parameter :: parallel_tiles = 60, parallel_points = 500
 
-  !> Points first ... last along each direction of the grid of slave points.
+  !> Points first ... last along each direction of the grid of secondary points.
   type :: tile_t
     integer :: first(2) = 0, last(2) = 0
     integer :: net_first(2) = 0, net_last(2) = 0   !! control points that move them
@@ -99,24 +100,24 @@ contains
     end do
   end subroutine carry_row
 
-  !> Motion of the slave point (i, j) against the tool since the state before.
-  pure function point_motion(motion, slave, i, j) result(moved)
+  !> Motion of the secondary point (i, j) against the tool since the state before.
+  pure function point_motion(motion, secondary, i, j) result(moved)
     type(face_motion_t), intent(in) :: motion
-    type(slave_surface_t), intent(in) :: slave
+    type(secondary_surface_t), intent(in) :: secondary
     integer, intent(in) :: i, j
     real(wp) :: moved(3)
 
-    moved = point_position(slave, motion%now, i, j) - point_position(slave, motion%before, i, j) &
-          - motion%moved
+    moved = point_position(secondary, motion%now, i, j) &
+            - point_position(secondary, motion%before, i, j) - motion%moved
   end function point_motion
 
   !> Cut the points of a face into tiles of nearly equal size.
-  pure function cut_tiles(slave) result(tiles)
-    type(slave_surface_t), intent(in) :: slave
+  pure function cut_tiles(secondary) result(tiles)
+    type(secondary_surface_t), intent(in) :: secondary
     type(tile_t), allocatable :: tiles(:)
     integer :: i, j, n_along(2), n_parts(2)
 
-    n_along = slave%n_along
+    n_along = secondary%n_along
     n_parts = (n_along + tile_size - 1)/tile_size
     allocate (tiles(product(n_parts)))
     do j = 1, n_parts(2)
@@ -124,10 +125,10 @@ contains
         associate (tile => tiles(i + n_parts(1)*(j - 1)))
           tile%first = ([i, j] - 1)*n_along/n_parts + 1
           tile%last = [i, j]*n_along/n_parts
-          tile%net_first = [slave%lines(1)%first(tile%first(1)), &
-                            slave%lines(2)%first(tile%first(2))]
-          tile%net_last = [slave%lines(1)%first(tile%last(1)), &
-                           slave%lines(2)%first(tile%last(2))] + slave%lines%degree
+          tile%net_first = [secondary%lines(1)%first(tile%first(1)), &
+                            secondary%lines(2)%first(tile%first(2))]
+          tile%net_last = [secondary%lines(1)%first(tile%last(1)), &
+                           secondary%lines(2)%first(tile%last(2))] + secondary%lines%degree
         end associate
       end do
     end do

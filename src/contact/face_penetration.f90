@@ -13,8 +13,8 @@ module face_penetration
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use knot_vector, only: n_spans, find_span
   use surface_grid, only: lines, parts_along
-  use slave_surface, only: slave_surface_t, new_sample_surface, slave_positions, row_positions, &
-                           point_position, slave_line_t
+  use secondary_surface, only: secondary_surface_t, new_sample_surface, secondary_positions, &
+                               row_positions, point_position, secondary_line_t
   use contact, only: contact_t
   use tool, only: tool_t
   use tool_bends, only: bend_t, tool_bends_below, sharpest_radius
@@ -69,7 +69,7 @@ module face_penetration
   !> Samples of a face, in tiles that are those of its contact points.
   type :: depth_samples_t
     type(nurbs_surface_t) :: surface   !! the face now
-    type(slave_surface_t) :: grid
+    type(secondary_surface_t) :: grid
     integer, allocatable :: first(:, :), last(:, :)   !! samples of each tile, shape (2, n_tiles)
     real(wp) :: radius = 0.0_wp        !! smallest with which the tool bends to the sheet [length]
     integer, allocatable :: near_1(:), near_2(:)      !! contact points near the lines of samples
@@ -257,7 +257,7 @@ contains
 
     n = [(n_spans(surface%axes(d)), d=1, 2)]
     samples%radius = sharpest_radius(tool)
-    parts = max(contact%slave%n_along/n + 1, least_parts)
+    parts = max(contact%secondary%n_along/n + 1, least_parts)
     most = int(sqrt(real(most_samples, wp)/product(n)))
     parts = max(parts, min(parts_along(surface, max(samples%radius, thickness)), most))
     if (across > 0) parts(across) = 1
@@ -265,10 +265,10 @@ contains
     call new_sample_surface(samples%grid, surface, lines(surface%axes(1), parts(1)), &
                             lines(surface%axes(2), parts(2)))
     allocate (x(samples%grid%n_along(1), samples%grid%n_along(2), 3))
-    call slave_positions(samples%grid, surface%points, x)
+    call secondary_positions(samples%grid, surface%points, x)
     apart = [maxval(norm2(x(2:, :, :) - x(:size(x, 1) - 1, :, :), 3)), &
              maxval(norm2(x(:, 2:, :) - x(:, :size(x, 2) - 1, :), 3))]
-    apart = uneven*apart*parts*n/contact%slave%n_along
+    apart = uneven*apart*parts*n/contact%secondary%n_along
     if (across > 0) apart(across) = 0.0_wp
     call tool_bends_below(tool, maxval(apart), samples%bends)
     samples%apart = maxval(apart) + tool%search_distance
@@ -276,9 +276,9 @@ contains
     associate (tiles => contact%tiles)
       allocate (samples%first(2, size(tiles)), samples%last(2, size(tiles)))
       allocate (samples%wake_at(size(tiles)), source=0.0_wp)
-      call assign_samples(contact%slave%lines(1), samples%grid%lines(1), tiles%first(1), &
+      call assign_samples(contact%secondary%lines(1), samples%grid%lines(1), tiles%first(1), &
                      tiles%last(1), samples%near_1, samples%first(1, :), samples%last(1, :))
-      call assign_samples(contact%slave%lines(2), samples%grid%lines(2), tiles%first(2), &
+      call assign_samples(contact%secondary%lines(2), samples%grid%lines(2), tiles%first(2), &
                      tiles%last(2), samples%near_2, samples%first(2, :), samples%last(2, :))
       samples%before = [(sum(product(samples%last(:, :d - 1) - samples%first(:, :d - 1) + 1, 1)), &
                          d=1, size(tiles))]
@@ -289,7 +289,7 @@ contains
   !> Give each sample to the contact point that is nearest to it in its element, and to the tile of
   !! this, whose travel so bounds its motion. A tile ends with the first sample of the next one.
   pure subroutine assign_samples(points, line, first_point, last_point, near, first, last)
-    type(slave_line_t), intent(in) :: points, line
+    type(secondary_line_t), intent(in) :: points, line
     integer, intent(in) :: first_point(:), last_point(:)   !! contact points of the tiles
     integer, allocatable, intent(out) :: near(:)           !! contact points of the samples
     integer, intent(out) :: first(:), last(:)              !! samples of the tiles
@@ -376,7 +376,7 @@ contains
   !> Contact points of an element along both directions, on average.
   pure function points_of_element(samples, points) result(n)
     type(depth_samples_t), intent(in) :: samples
-    type(slave_surface_t), intent(in) :: points
+    type(secondary_surface_t), intent(in) :: points
     integer :: n(2)
     integer :: d
 
@@ -498,12 +498,12 @@ contains
     do j = low(2), high(2)
       do i = low(1), high(1)
         if (samples%wake(index_of(samples, tile, i, j)) > now) cycle
-        point = samples%near_1(i) + contact%slave%n_along(1)*(samples%near_2(j) - 1)
+        point = samples%near_1(i) + contact%secondary%n_along(1)*(samples%near_2(j) - 1)
         if (.not. may_follow .or. contact%face(point) == 0) then
           if (contact%face(point) == 0) found(i, j)%clear = &
             contact%test_at(point) - now &
             - norm2(found(i, j)%x + samples%shift &
-                    - point_position(contact%slave, samples%surface%points, samples%near_1(i), &
+                    - point_position(contact%secondary, samples%surface%points, samples%near_1(i), &
                                      samples%near_2(j)))
           if (found(i, j)%clear <= 0.0_wp) call locate(tool, samples%overhang, found(i, j))
           cycle

@@ -1,4 +1,4 @@
-!> Coulomb friction of slave points on a tool: a tangential spring that slips.
+!> Coulomb friction of secondary points on a tool: a tangential spring that slips.
 !!
 !! All in the tool's frame, so that motion along with the tool is no sliding. While a point touches,
 !! a spring of the point's penalty stiffness k is stretched by its tangential motion. Beyond the
@@ -18,7 +18,7 @@ module friction
 
   public :: friction_t, new_friction, apply_friction
 
-  !> Friction of one contact; arrays by slave point, shape (n_points).
+  !> Friction of one contact; arrays by secondary point, shape (n_points).
   type :: friction_t
     real(wp) :: coefficient = 0.0_wp         !! mu
     real(wp) :: energy = 0.0_wp              !! work of slip since the start [energy]

@@ -1,4 +1,4 @@
-!> Penalty springs and viscous dampers of slave points along the normal of a tool.
+!> Penalty springs and viscous dampers of secondary points along the normal of a tool.
 !!
 !! The stiffness is small enough to keep the explicit step stable. The damping force -c v_n acts
 !! together with the spring and never pulls: c = 2 zeta sqrt(k m) with the mass m that the penalty
@@ -6,7 +6,7 @@
 !! stable time increment.
 module penalty
   use kinds, only: wp
-  use slave_surface, only: slave_surface_t, scatter_forces
+  use secondary_surface, only: secondary_surface_t, scatter_forces
   implicit none
   private
 
@@ -15,7 +15,7 @@ module penalty
 
   real(wp), parameter, public :: no_contact = -1.0_wp   !! start of a spring that does not touch
 
-  !> Damping of one contact; arrays by slave point.
+  !> Damping of one contact; arrays by secondary point.
   type :: contact_damping_t
     real(wp) :: energy = 0.0_wp              !! taken away since the start [energy]
     real(wp), allocatable :: constant(:)     !! c [force time/length], shape (n_points)
@@ -28,26 +28,26 @@ contains
 
   !> Stiffness k_p = (s/dt^2) a_p min_I(m_I/A_I) over the control points I that support point p,
   !! with A_I = sum_p a_p R_I(p). Then sum_p k_p R_I(p) <= s m_I/dt^2 on every control point.
-  subroutine stiffness_from_mass(slave, mass, scale, dt, stiffness)
-    type(slave_surface_t), intent(in) :: slave
-    real(wp), intent(in) :: mass(slave%n_net(1), slave%n_net(2))   !! of the control points [mass]
+  subroutine stiffness_from_mass(secondary, mass, scale, dt, stiffness)
+    type(secondary_surface_t), intent(in) :: secondary
+    real(wp), intent(in) :: mass(secondary%n_net(1), secondary%n_net(2))   !! of control points
     real(wp), intent(in) :: scale   !! s
     real(wp), intent(in) :: dt      !! largest time step expected [time]
-    real(wp), intent(out) :: stiffness(slave%n_along(1), slave%n_along(2))   !! [force/length]
+    real(wp), intent(out) :: stiffness(secondary%n_along(1), secondary%n_along(2)) !! [force/length]
     real(wp), allocatable :: areas(:, :, :), net_areas(:, :, :)
-    real(wp) :: per_area(slave%n_net(1), slave%n_net(2))
+    real(wp) :: per_area(secondary%n_net(1), secondary%n_net(2))
     integer :: i, j, low(2), high(2)
 
-    allocate (areas(slave%n_along(1), slave%n_along(2), 3), source=0.0_wp)
-    allocate (net_areas(slave%n_net(1), slave%n_net(2), 3), source=0.0_wp)
-    areas(:, :, 1) = reshape(slave%area, slave%n_along)
-    call scatter_forces(slave, areas, net_areas)
+    allocate (areas(secondary%n_along(1), secondary%n_along(2), 3), source=0.0_wp)
+    allocate (net_areas(secondary%n_net(1), secondary%n_net(2), 3), source=0.0_wp)
+    areas(:, :, 1) = reshape(secondary%area, secondary%n_along)
+    call scatter_forces(secondary, areas, net_areas)
     per_area = huge(1.0_wp)
     where (net_areas(:, :, 1) > 0.0_wp) per_area = mass/net_areas(:, :, 1)
-    do j = 1, slave%n_along(2)
-      do i = 1, slave%n_along(1)
-        low = [slave%lines(1)%first(i), slave%lines(2)%first(j)]
-        high = low + slave%lines%degree
+    do j = 1, secondary%n_along(2)
+      do i = 1, secondary%n_along(1)
+        low = [secondary%lines(1)%first(i), secondary%lines(2)%first(j)]
+        high = low + secondary%lines%degree
         stiffness(i, j) = scale/dt**2*areas(i, j, 1) &
                           *minval(per_area(low(1):high(1), low(2):high(2)))
       end do

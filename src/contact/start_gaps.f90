@@ -2,7 +2,7 @@
 module start_gaps
   use kinds, only: wp
   use tool, only: tool_t
-  use slave_surface, only: slave_surface_t, slave_positions
+  use secondary_surface, only: secondary_surface_t, secondary_positions
   use closest_point, only: hit_t, is_beside
   use tool_search, only: search_tool, search_all_faces
   implicit none
@@ -12,24 +12,24 @@ module start_gaps
 
 contains
 
-  !> Smallest signed gap between slave points and a tool within its search distance. Negative: the
-  !! blank starts inside the tool, deepest at `point`. huge(gap) and point 0 if none is in reach.
-  subroutine initial_gap(slave, tool, net_x, gap, point, position)
-    type(slave_surface_t), intent(in) :: slave
+  !> Smallest signed gap between secondary points and a tool within its search distance. Negative:
+  !! the blank starts inside the tool, deepest at `point`. huge(gap) and point 0 if none is near.
+  subroutine initial_gap(secondary, tool, net_x, gap, point, position)
+    type(secondary_surface_t), intent(in) :: secondary
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: net_x(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
+    real(wp), intent(in) :: net_x(secondary%n_net(1), secondary%n_net(2), 3)   !! [length]
     real(wp), intent(out) :: gap                                       !! [length]
-    integer, intent(out) :: point                                      !! slave point number
+    integer, intent(out) :: point                                      !! secondary point number
     real(wp), intent(out) :: position(3)                               !! where it is [length]
     real(wp), allocatable :: x(:, :)
-    real(wp) :: gaps(slave%n_points)
+    real(wp) :: gaps(secondary%n_points)
     type(hit_t) :: hit
     integer :: i
 
-    allocate (x(slave%n_points, 3))
-    call slave_positions(slave, net_x, x)
+    allocate (x(secondary%n_points, 3))
+    call secondary_positions(secondary, net_x, x)
     !$omp parallel do schedule(dynamic, 64) private(hit)
-    do i = 1, slave%n_points
+    do i = 1, secondary%n_points
       call search_tool(tool, x(i, :) - tool%displacement, 0.0_wp, .false., hit)
       gaps(i) = huge(1.0_wp)
       if (hit%face /= 0 .and. .not. is_beside(tool, hit, 0.0_wp)) gaps(i) = hit%gap
@@ -41,22 +41,22 @@ contains
     if (gap >= huge(1.0_wp)) point = 0
   end subroutine initial_gap
 
-  !> Signed gap of every slave point to the nearest point of a tool, however far away. Of two
+  !> Signed gap of every secondary point to the nearest point of a tool, however far away. Of two
   !! opposite faces of a blank the one that meets the tool has the smaller mean of proper gaps.
-  subroutine face_gaps(slave, tool, net_x, gaps, is_proper)
-    type(slave_surface_t), intent(in) :: slave
+  subroutine face_gaps(secondary, tool, net_x, gaps, is_proper)
+    type(secondary_surface_t), intent(in) :: secondary
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: net_x(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
-    real(wp), intent(out) :: gaps(slave%n_points)                      !! [length]
-    logical, intent(out) :: is_proper(slave%n_points)   !! the position is not on the tool's edge
+    real(wp), intent(in) :: net_x(secondary%n_net(1), secondary%n_net(2), 3)   !! [length]
+    real(wp), intent(out) :: gaps(secondary%n_points)                      !! [length]
+    logical, intent(out) :: is_proper(secondary%n_points) !! the position is not on the tool's edge
     real(wp), allocatable :: x(:, :)
     type(hit_t) :: hit
     integer :: i
 
-    allocate (x(slave%n_points, 3))
-    call slave_positions(slave, net_x, x)
+    allocate (x(secondary%n_points, 3))
+    call secondary_positions(secondary, net_x, x)
     !$omp parallel do schedule(dynamic, 64) private(hit)
-    do i = 1, slave%n_points
+    do i = 1, secondary%n_points
       call search_all_faces(tool, x(i, :) - tool%displacement, hit)
       gaps(i) = hit%gap
       is_proper(i) = .not. is_beside(tool, hit, 0.0_wp)

@@ -1,7 +1,7 @@
 !> Rigid tools: NURBS surfaces in a frame of their own, prepared once for the contact search.
 !!
 !! Tools are rigid, so faces, territories and position codes are built in the tool's frame and stay;
-!! slave points are moved into that frame. [CA] R. P. R. Cardoso and O. B. Adetoro (2017), sec. 5.
+!! points are moved into that frame. [CA] R. P. R. Cardoso and O. B. Adetoro (2017), sec. 5.
 !! A point X of the tool is at rotation*X + displacement in space.
 module tool
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite

@@ -4,7 +4,7 @@ module contact_effect
   use state_store, only: state_store_t, carry, carry_array
   use blank, only: assembly_t
   use effect, only: effect_t, effect_slot_t, instant_t, tally_t
-  use slave_surface, only: scatter_forces
+  use secondary_surface, only: scatter_forces
   use tool, only: tool_t, to_tool_frame, torque_of
   use contact, only: contact_t, apply_contact, carry_contact, schedule_tests
   use contact_fields, only: contact_fields_t, add_wear, carry_wear
@@ -232,7 +232,7 @@ contains
     end associate
     allocate (net_force, mold=net_v)
     net_force = 0.0_wp
-    call scatter_forces(self%pair%slave, self%pair%force, net_force)
+    call scatter_forces(self%pair%secondary, self%pair%force, net_force)
     associate (tool => bodies%tools(self%tool))
       if (tool%is_turning) call turn_forces(tool, size(net_v)/3, net_force)
     end associate

@@ -1,7 +1,7 @@
 !> Pressure and wear of a contact pair as fields, for decks that ask for them.
 !!
-!! On the blank the pressure of a slave point is its normal force over the area it stands for now.
-!! On the tool the normal forces of the slave points are shared out to the nodes of a grid on each
+!! On the blank the pressure of a secondary point is its normal force over its present area.
+!! On the tool the normal forces of these points are shared out to the nodes of a grid on each
 !! surface, whose cells are about as large as the elements of the blank, and divided by the nodes'
 !! areas; so the integral of the pressure is the normal force. The wear indicator of J. F. Archard
 !! (1953) is gathered in the same way: normal force times slip, summed over all steps, per area of
@@ -15,7 +15,7 @@ module contact_fields
   use surface_grid, only: surface_grid_t, new_surface_grid, grid_areas, grid_position
   use tool, only: tool_t
   use tool_face, only: face_derivatives, unit_normal
-  use slave_surface, only: slave_surface_t, new_slave_surface, slave_positions
+  use secondary_surface, only: secondary_surface_t, new_secondary_surface, secondary_positions
   use contact, only: contact_t
   implicit none
   private
@@ -33,7 +33,7 @@ module contact_fields
 
   !> What a contact pair keeps for its fields.
   type :: contact_fields_t
-    integer :: kind = 0                     !! of the slave points
+    integer :: kind = 0                     !! of the secondary points
     integer :: n_gauss(2) = 0
     integer :: face = 0                     !! of the patch
     type(nurbs_surface_t) :: surface        !! of the blank, without its control points
@@ -52,7 +52,7 @@ contains
     type(contact_t), intent(in) :: pair
     type(tool_t), intent(in) :: tool
     type(nurbs_surface_t), intent(in) :: surface      !! the face of the blank
-    integer, intent(in) :: face, kind, n_gauss(2)     !! as `new_slave_surface` takes them
+    integer, intent(in) :: face, kind, n_gauss(2)     !! as `new_secondary_surface` takes them
     real(wp), intent(in) :: length                    !! of an element of the blank [length]
     logical, intent(in) :: has_wear
     integer :: s
@@ -74,8 +74,8 @@ contains
       end associate
     end do
     if (.not. has_wear) return
-    allocate (fields%is_touching(pair%slave%n_points), source=.false.)
-    allocate (fields%place(pair%slave%n_points, 3), source=0.0_wp)
+    allocate (fields%is_touching(pair%secondary%n_points), source=.false.)
+    allocate (fields%place(pair%secondary%n_points, 3), source=0.0_wp)
     if (allocated(pair%friction)) allocate (fields%stretch, source=fields%place)
   end subroutine new_contact_fields
 
@@ -85,15 +85,15 @@ contains
     type(contact_fields_t), intent(inout) :: fields
     type(contact_t), intent(in) :: pair
     type(tool_t), intent(in) :: tool
-    real(wp) :: x(pair%slave%n_points, 3), moved(3), normal(3), pushed
+    real(wp) :: x(pair%secondary%n_points, 3), moved(3), normal(3), pushed
     integer :: p
 
     if (pair%statistics%n_touching == 0) then
       fields%is_touching = .false.
       return
     end if
-    call slave_positions(pair%slave, pair%motion%now, x)
-    do p = 1, pair%slave%n_points
+    call secondary_positions(pair%secondary, pair%motion%now, x)
+    do p = 1, pair%secondary%n_points
       call push_of(pair, tool, p, pushed, normal)
       if (pushed > 0.0_wp) then
         if (fields%is_touching(p)) then
@@ -113,7 +113,7 @@ contains
     end do
   end subroutine add_wear
 
-  !> Normal force of a slave point now, 0 where it does not touch, and the normal of the tool.
+  !> Normal force of a secondary point now, 0 where it does not touch, and the normal of the tool.
   pure subroutine push_of(pair, tool, point, pushed, normal)
     type(contact_t), intent(in) :: pair
     type(tool_t), intent(in) :: tool
@@ -129,7 +129,7 @@ contains
     pushed = abs(dot_product(pair%force(point, :), normal))
   end subroutine push_of
 
-  !> Parameters of the place where a slave point touches.
+  !> Parameters of the place where a secondary point touches.
   pure function place_on(pair, tool, point) result(at)
     type(contact_t), intent(in) :: pair
     type(tool_t), intent(in) :: tool
@@ -167,27 +167,27 @@ contains
     end associate
   end subroutine share_out
 
-  !> Pressure at the slave points now, on their grid of parameters.
+  !> Pressure at the secondary points now, on their grid of parameters.
   subroutine face_pressure(fields, pair, tool, net_x, grid, pressure)
     type(contact_fields_t), intent(in) :: fields
     type(contact_t), intent(in) :: pair
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: net_x(pair%slave%n_net(1), pair%slave%n_net(2), 3)
+    real(wp), intent(in) :: net_x(pair%secondary%n_net(1), pair%secondary%n_net(2), 3)
       !! control points now [length]
-    type(surface_grid_t), intent(out) :: grid             !! places of the slave points
+    type(surface_grid_t), intent(out) :: grid             !! places of the secondary points
     real(wp), allocatable, intent(out) :: pressure(:, :)  !! [stress]
     type(nurbs_surface_t) :: surface
-    type(slave_surface_t) :: now
+    type(secondary_surface_t) :: now
     type(error_t), allocatable :: error
     real(wp) :: normal(3), pushed
     integer :: p
 
     surface = fields%surface
     surface%points = net_x
-    call new_slave_surface(now, surface, fields%kind, fields%n_gauss, error)
-    associate (n => pair%slave%n_along)
-      grid%xi = pair%slave%lines(1)%xi
-      grid%eta = pair%slave%lines(2)%xi
+    call new_secondary_surface(now, surface, fields%kind, fields%n_gauss, error)
+    associate (n => pair%secondary%n_along)
+      grid%xi = pair%secondary%lines(1)%xi
+      grid%eta = pair%secondary%lines(2)%xi
       allocate (pressure(n(1), n(2)), source=0.0_wp)
       do p = 1, product(n)
         call push_of(pair, tool, p, pushed, normal)
@@ -208,7 +208,7 @@ contains
     do s = 1, size(fields%tools)
       fields%tools(s)%pressure = 0.0_wp
     end do
-    do p = 1, pair%slave%n_points
+    do p = 1, pair%secondary%n_points
       call push_of(pair, tool, p, pushed, normal)
       if (pushed <= 0.0_wp) cycle
       associate (field => fields%tools(tool%surface_of(pair%face(p))))

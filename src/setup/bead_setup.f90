@@ -11,7 +11,7 @@ module bead_setup
   use scene, only: scene_t, bead_spec_t
   use nurbs_surface, only: nurbs_surface_t
   use nurbs_solid, only: face_side
-  use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss
+  use secondary_surface, only: secondary_surface_t, new_secondary_surface, points_gauss
   use failure, only: error_t
   use blank, only: face_slice
   use motion_curve, only: curve_t
@@ -154,10 +154,10 @@ contains
   !> Area of a face at the start.
   real(wp) function area_of(face) result(area)
     type(nurbs_surface_t), intent(in) :: face
-    type(slave_surface_t) :: points
+    type(secondary_surface_t) :: points
     type(error_t), allocatable :: error
 
-    call new_slave_surface(points, face, points_gauss, [0, 0], error)
+    call new_secondary_surface(points, face, points_gauss, [0, 0], error)
     area = sum(points%area)
   end function area_of
 

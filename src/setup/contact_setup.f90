@@ -8,8 +8,8 @@ module contact_setup
   use scene, only: scene_t, contact_spec_t, blank_spec_t
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use nurbs_solid, only: face_axes
-  use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss, points_knot, &
-                           points_greville
+  use secondary_surface, only: secondary_surface_t, new_secondary_surface, points_gauss, &
+                               points_knot, points_greville
   use contact, only: contact_options_t, new_contact
   use start_gaps, only: initial_gap, face_gaps
   use element, only: element_t
@@ -91,13 +91,13 @@ contains
     type(error_list_t), intent(inout) :: errors
     type(contact_effect_t) :: pair
     type(contact_options_t) :: options
-    type(slave_surface_t) :: slave
+    type(secondary_surface_t) :: secondary
     type(error_t), allocatable :: error
     integer :: bounds(3, 2)
 
     associate (tool => model%bodies%tools(spec%tool), &
                body => model%bodies%blank%parts(part)%element)
-      call new_slave_surface(slave, body%surface(face), point_kind(spec%points), &
+      call new_secondary_surface(secondary, body%surface(face), point_kind(spec%points), &
                              spec%n_points, error)
       if (allocated(error)) then
         call add_error(errors, spec%origin, error%message, "contact points that fit the blank")
@@ -124,7 +124,7 @@ contains
         friction=spec%friction, damping=spec%damping, overhang=spec%overhang, &
         is_corner_start=spec%is_corner_start, is_late=spec%first_step > 1, &
         max_depth=pair%thickness)
-      call new_contact(pair%pair, slave, tool, face_mass(body, bounds), &
+      call new_contact(pair%pair, secondary, tool, face_mass(body, bounds), &
                        increment_limit(model), options, error)
       if (allocated(error)) then
         call add_error(errors, spec%origin, error%message, "usable contact options")
@@ -202,7 +202,7 @@ contains
     type(model_t), intent(in) :: model
     integer, intent(in) :: face
     type(nurbs_surface_t) :: surface
-    type(slave_surface_t) :: slave
+    type(secondary_surface_t) :: secondary
     type(error_t), allocatable :: error
     real(wp), allocatable :: gaps(:)
     logical, allocatable :: is_proper(:)
@@ -214,11 +214,11 @@ contains
     n = 0
     do p = 1, size(model%bodies%blank%parts)
       surface = model%bodies%blank%parts(p)%element%surface(face)
-      call new_slave_surface(slave, surface, points_greville, [0, 0], error)
+      call new_secondary_surface(secondary, surface, points_greville, [0, 0], error)
       if (allocated(error)) return
       if (allocated(gaps)) deallocate (gaps, is_proper)
-      allocate (gaps(slave%n_points), is_proper(slave%n_points))
-      call face_gaps(slave, model%bodies%tools(spec%tool), surface%points, gaps, is_proper)
+      allocate (gaps(secondary%n_points), is_proper(secondary%n_points))
+      call face_gaps(secondary, model%bodies%tools(spec%tool), surface%points, gaps, is_proper)
       total = total + sum(gaps, mask=is_proper)
       n = n + count(is_proper)
     end do
@@ -242,8 +242,8 @@ contains
     associate (x => model%bodies%blank%parts(pair%part)%element%motion%x, &
                tool => model%bodies%tools(spec%tool))
       net = reshape(x(pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
-                      pair%lower(3):pair%upper(3), :), [pair%pair%slave%n_net, 3])
-      call initial_gap(pair%pair%slave, tool, net, gap, point, position)
+                      pair%lower(3):pair%upper(3), :), [pair%pair%secondary%n_net, 3])
+      call initial_gap(pair%pair%secondary, tool, net, gap, point, position)
       call find_deepest(pair%samples, pair%pair, tool, net, tool%displacement, pair%deepest)
       found = "a blank (line "//to_text(blank_origin%line)//") that starts inside tool '"// &
               tool%name//"', at ("

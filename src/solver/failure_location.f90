@@ -6,7 +6,7 @@ module failure_location
   use knot_vector, only: span_table
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t
-  use slave_surface, only: point_position
+  use secondary_surface, only: point_position
   use patch_points, only: determinant, inverse_rows
   use element, only: element_t, next_element
   use blank, only: blank_t
@@ -299,11 +299,11 @@ contains
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
     character(:), allocatable :: words
-    real(wp) :: depths(contact%slave%n_points)
+    real(wp) :: depths(contact%secondary%n_points)
     integer :: n
 
     depths = 0.0_wp
-    do n = 1, contact%slave%n_points
+    do n = 1, contact%secondary%n_points
       if (contact%start(n) < 0.0_wp) cycle   ! it does not touch
       depths(n) = norm2(position_now(contact, n) - contact%motion%displacement &
                         - face_position(tool%coefficients, contact%face(n), contact%at(n, :)))
@@ -318,9 +318,9 @@ contains
     real(wp) :: x(3)
     integer :: i, j
 
-    j = (n - 1)/contact%slave%n_along(1) + 1
-    i = n - contact%slave%n_along(1)*(j - 1)
-    x = point_position(contact%slave, contact%motion%now, i, j)
+    j = (n - 1)/contact%secondary%n_along(1) + 1
+    i = n - contact%secondary%n_along(1)*(j - 1)
+    x = point_position(contact%secondary, contact%motion%now, i, j)
   end function position_now
 
   !> A contact point and its position. Contact with a tool that rotates keeps positions in its
@@ -333,8 +333,8 @@ contains
     real(wp) :: x(3)
     integer :: i, j
 
-    j = (n - 1)/contact%slave%n_along(1) + 1
-    i = n - contact%slave%n_along(1)*(j - 1)
+    j = (n - 1)/contact%secondary%n_along(1) + 1
+    i = n - contact%secondary%n_along(1)*(j - 1)
     x = position_now(contact, n)
     if (tool%is_turning) x = matmul(tool%rotation, x - tool%displacement) + tool%displacement
     words = "contact point ("//to_text(i)//", "//to_text(j)//"), at "//place_text(x)

@@ -222,7 +222,7 @@ contains
 
     sizes = element_sizes(pair%samples, pair%deepest%at)
     radius = pair%samples%radius
-    n_now = points_of_element(pair%samples, pair%pair%slave)
+    n_now = points_of_element(pair%samples, pair%pair%secondary)
     n = max(2*n_now, ceiling(sizes*elements_on_radius/max(radius, pair%thickness)))
     cure = "the elements there are "//rounded_text(sizes(1))//" x "//rounded_text(sizes(2))// &
            " with "//to_text(n_now(1))//" x "//to_text(n_now(2))//" contact points"

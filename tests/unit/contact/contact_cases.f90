@@ -6,7 +6,7 @@ module contact_cases
   use nurbs_surface, only: nurbs_surface_t
   use primitives, only: plane_surface
   use tool, only: tool_t, new_tool
-  use slave_surface, only: slave_surface_t, new_slave_surface, points_gauss
+  use secondary_surface, only: secondary_surface_t, new_secondary_surface, points_gauss
   use contact, only: contact_t, contact_options_t, new_contact
   implicit none
   private
@@ -61,12 +61,12 @@ contains
     type(tool_t), intent(in) :: tool
     type(contact_options_t), intent(in) :: options
     type(contact_t) :: pair
-    type(slave_surface_t) :: slave
+    type(secondary_surface_t) :: secondary
     type(error_t), allocatable :: error
 
-    call new_slave_surface(slave, face, points_gauss, [0, 0], error)
-    call new_contact(pair, slave, tool, spread(spread(1.0_wp, 1, slave%n_net(1)), 2, &
-                     slave%n_net(2)), 1.0_wp, options, error)
+    call new_secondary_surface(secondary, face, points_gauss, [0, 0], error)
+    call new_contact(pair, secondary, tool, spread(spread(1.0_wp, 1, secondary%n_net(1)), 2, &
+                     secondary%n_net(2)), 1.0_wp, options, error)
   end function contact_of
 
   !> Control points of a sheet that is drawn over a die while it waves and slides.

@@ -1,8 +1,8 @@
-!> Slave points of a blank's face: their positions from the control net, and their forces back.
+!> Secondary points of a blank's face: their positions from the control net, and their forces back.
 !!
 !! Points form a tensor grid, number i + n_along(1)*(j - 1), so positions and forces go direction by
 !! direction over one-dimensional tables. Each row of points is one unit of work.
-module slave_surface
+module secondary_surface
   use kinds, only: wp
   use failure, only: error_t, fail
   use linear_algebra, only: cross, solve_band
@@ -13,8 +13,8 @@ module slave_surface
   implicit none
   private
 
-  public :: slave_line_t, area_rule_t, new_slave_line, new_area_rule, slave_surface_t, &
-            new_slave_surface, new_sample_surface, slave_positions, row_positions, &
+  public :: secondary_line_t, area_rule_t, new_secondary_line, new_area_rule, secondary_surface_t, &
+            new_secondary_surface, new_sample_surface, secondary_positions, row_positions, &
             point_position, indices_of, scatter_forces, gather_forces, add_gathered
 
   integer, parameter, public :: points_gauss = 1      !! Gauss points of each element
@@ -22,16 +22,16 @@ module slave_surface
   integer, parameter, public :: points_greville = 3   !! Greville abscissae, one a control point
 
   !> One-dimensional basis table: the functions first(i) ... first(i) + p do not vanish at point i.
-  type :: slave_line_t
+  type :: secondary_line_t
     integer :: n_points = 0
     integer :: n_net = 0                     !! control points n
     integer :: degree = 0                    !! polynomial degree p
     real(wp), allocatable :: xi(:)           !! parametric coordinates, rising, shape (n_points)
     integer, allocatable :: first(:)         !! shape (n_points)
     real(wp), allocatable :: values(:, :)    !! shape (n_points, p + 1)
-  end type slave_line_t
+  end type secondary_line_t
 
-  !> Quadrature along the direction, and how each quadrature point's area goes to slave points
+  !> Quadrature along the direction, and how each quadrature point's area goes to secondary points
   !! first(g), first(g) + 1, ... The shares of a quadrature point sum to one.
   type :: area_rule_t
     integer :: n = 0                         !! number of quadrature points
@@ -43,23 +43,23 @@ module slave_surface
 
   integer, parameter :: parallel_size = 4096   !! fewer points are not worth waking threads for
 
-  !> Slave points of one face.
-  type :: slave_surface_t
+  !> Secondary points of one face.
+  type :: secondary_surface_t
     integer :: n_points = 0
     integer :: n_along(2) = 0                   !! points per direction
     integer :: n_net(2) = 0                     !! control points per direction
-    type(slave_line_t) :: lines(2)              !! basis tables per direction
+    type(secondary_line_t) :: lines(2)              !! basis tables per direction
     logical :: is_rational = .false.            !! weights differ from one
     real(wp), allocatable :: weights(:, :)      !! of the control points, shape (n_net)
     real(wp), allocatable :: inverse_w(:, :)    !! 1/(sum N w) at the points, shape (n_along)
     real(wp), allocatable :: area(:)            !! reference area of a point [area], (n_points)
-  end type slave_surface_t
+  end type secondary_surface_t
 
 contains
 
-  !> Basis table of the slave points of a direction.
-  pure subroutine new_slave_line(line, axis, kind, n_gauss)
-    type(slave_line_t), intent(out) :: line
+  !> Basis table of the secondary points of a direction.
+  pure subroutine new_secondary_line(line, axis, kind, n_gauss)
+    type(secondary_line_t), intent(out) :: line
     type(knot_vector_t), intent(in) :: axis
     integer, intent(in) :: kind      !! points_gauss, points_knot or points_greville
     integer, intent(in) :: n_gauss   !! Gauss points per element, used by points_gauss alone
@@ -74,11 +74,11 @@ contains
     case default
       call new_line_at(line, axis, greville(axis))
     end select
-  end subroutine new_slave_line
+  end subroutine new_secondary_line
 
   !> Basis table of any points.
   pure subroutine new_line_at(line, axis, xi)
-    type(slave_line_t), intent(out) :: line
+    type(secondary_line_t), intent(out) :: line
     type(knot_vector_t), intent(in) :: axis
     real(wp), intent(in) :: xi(:)    !! parametric coordinates, rising
     integer :: i, span
@@ -95,13 +95,13 @@ contains
     end do
   end subroutine new_line_at
 
-  !> Quadrature that shares the area of a face out to its slave points, so that nothing is lost:
+  !> Quadrature that shares the area of a face out to its secondary points, so that nothing is lost:
   !! Gauss points keep their own, knots take it by hat functions, Greville points by the basis
   !! functions they belong to (row sums, which `solve_moments` turns into weights).
   pure subroutine new_area_rule(rule, axis, kind, n_gauss)
     type(area_rule_t), intent(out) :: rule
     type(knot_vector_t), intent(in) :: axis
-    integer, intent(in) :: kind, n_gauss   !! as for `new_slave_line`
+    integer, intent(in) :: kind, n_gauss   !! as for `new_secondary_line`
     type(gauss_rule_t) :: gauss
     integer, allocatable :: spans(:)
     integer :: element, i, n
@@ -138,7 +138,7 @@ contains
   !> Weights of Greville points from the moments b_I = integral of N_I: sum_p N_I(xi_p) a_p = b_I,
   !! for several columns.
   subroutine solve_moments(line, columns, is_solved)
-    type(slave_line_t), intent(in) :: line         !! of Greville points
+    type(secondary_line_t), intent(in) :: line         !! of Greville points
     real(wp), intent(inout) :: columns(:, :)       !! moments in, weights out, shape (n_points, m)
     logical, intent(out) :: is_solved
     real(wp) :: band(2*line%degree + 1, line%n_points)
@@ -173,10 +173,10 @@ contains
     end do
   end function gauss_places
 
-  !> Choose the slave points of a face of the blank in its shape at the start.
+  !> Choose the secondary points of a face of the blank in its shape at the start.
   !! Rejected: an unknown kind of points, a negative number of Gauss points.
-  subroutine new_slave_surface(slave, surface, kind, n_gauss, error)
-    type(slave_surface_t), intent(out) :: slave
+  subroutine new_secondary_surface(secondary, surface, kind, n_gauss, error)
+    type(secondary_surface_t), intent(out) :: secondary
     type(nurbs_surface_t), intent(in) :: surface   !! the face at the start
     integer, intent(in) :: kind          !! points_gauss, points_knot or points_greville
     !> Gauss points per element and direction, whatever the kind; 0: those of the kind, p + 1 Gauss
@@ -195,81 +195,81 @@ contains
     kinds = merge(points_gauss, kind, n_gauss > 0)
     counts = merge(n_gauss, surface%axes%degree + 1, n_gauss > 0)
     do direction = 1, 2
-      call new_slave_line(slave%lines(direction), surface%axes(direction), kinds(direction), &
-                          counts(direction))
+      call new_secondary_line(secondary%lines(direction), surface%axes(direction), &
+                              kinds(direction), counts(direction))
     end do
-    call set_grid(slave, surface)
-    call set_areas(slave, surface, kinds, counts)
-  end subroutine new_slave_surface
+    call set_grid(secondary, surface)
+    call set_areas(secondary, surface, kinds, counts)
+  end subroutine new_secondary_surface
 
   !> Points of a face at chosen positions, for evaluation only: they have no area.
-  pure subroutine new_sample_surface(slave, surface, xi, eta)
-    type(slave_surface_t), intent(out) :: slave
+  pure subroutine new_sample_surface(secondary, surface, xi, eta)
+    type(secondary_surface_t), intent(out) :: secondary
     type(nurbs_surface_t), intent(in) :: surface
     real(wp), intent(in) :: xi(:), eta(:)    !! parametric coordinates, rising
 
-    call new_line_at(slave%lines(1), surface%axes(1), xi)
-    call new_line_at(slave%lines(2), surface%axes(2), eta)
-    call set_grid(slave, surface)
+    call new_line_at(secondary%lines(1), surface%axes(1), xi)
+    call new_line_at(secondary%lines(2), surface%axes(2), eta)
+    call set_grid(secondary, surface)
   end subroutine new_sample_surface
 
   !> Sizes and weights, from the lines.
-  pure subroutine set_grid(slave, surface)
-    type(slave_surface_t), intent(inout) :: slave
+  pure subroutine set_grid(secondary, surface)
+    type(secondary_surface_t), intent(inout) :: secondary
     type(nurbs_surface_t), intent(in) :: surface
     integer :: i, j, n(2), first(2)
 
-    slave%n_along = slave%lines%n_points
-    slave%n_net = slave%lines%n_net
-    slave%n_points = product(slave%n_along)
-    slave%weights = surface%weights
-    slave%is_rational = any(abs(surface%weights - 1.0_wp) > 0.0_wp)
-    allocate (slave%inverse_w(slave%n_along(1), slave%n_along(2)), source=1.0_wp)
-    if (.not. slave%is_rational) return
-    n = slave%lines%degree
-    do j = 1, slave%n_along(2)
-      do i = 1, slave%n_along(1)
-        first = [slave%lines(1)%first(i), slave%lines(2)%first(j)]
-        slave%inverse_w(i, j) = 1.0_wp/dot_product(slave%lines(1)%values(i, :), &
-          matmul(slave%weights(first(1):first(1) + n(1), first(2):first(2) + n(2)), &
-                 slave%lines(2)%values(j, :)))
+    secondary%n_along = secondary%lines%n_points
+    secondary%n_net = secondary%lines%n_net
+    secondary%n_points = product(secondary%n_along)
+    secondary%weights = surface%weights
+    secondary%is_rational = any(abs(surface%weights - 1.0_wp) > 0.0_wp)
+    allocate (secondary%inverse_w(secondary%n_along(1), secondary%n_along(2)), source=1.0_wp)
+    if (.not. secondary%is_rational) return
+    n = secondary%lines%degree
+    do j = 1, secondary%n_along(2)
+      do i = 1, secondary%n_along(1)
+        first = [secondary%lines(1)%first(i), secondary%lines(2)%first(j)]
+        secondary%inverse_w(i, j) = 1.0_wp/dot_product(secondary%lines(1)%values(i, :), &
+          matmul(secondary%weights(first(1):first(1) + n(1), first(2):first(2) + n(2)), &
+                 secondary%lines(2)%values(j, :)))
       end do
     end do
   end subroutine set_grid
 
-  !> Positions of all slave points, the same for any number of threads.
-  subroutine slave_positions(slave, net, positions)
-    type(slave_surface_t), intent(in) :: slave
-    real(wp), intent(in) :: net(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
-    real(wp), intent(out) :: positions(slave%n_along(1), slave%n_along(2), 3)   !! [length]
+  !> Positions of all secondary points, the same for any number of threads.
+  subroutine secondary_positions(secondary, net, positions)
+    type(secondary_surface_t), intent(in) :: secondary
+    real(wp), intent(in) :: net(secondary%n_net(1), secondary%n_net(2), 3)   !! [length]
+    real(wp), intent(out) :: positions(secondary%n_along(1), secondary%n_along(2), 3)   !! [length]
     integer :: row
 
-    !$omp parallel do schedule(static) if (slave%n_points > parallel_size)
-    do row = 1, slave%n_along(2)
-      call row_positions(slave, net, row, 1, slave%n_along(1), positions(:, row, :))
+    !$omp parallel do schedule(static) if (secondary%n_points > parallel_size)
+    do row = 1, secondary%n_along(2)
+      call row_positions(secondary, net, row, 1, secondary%n_along(1), positions(:, row, :))
     end do
     !$omp end parallel do
-  end subroutine slave_positions
+  end subroutine secondary_positions
 
   !> Positions of the points `first` to `last` of one row.
-  pure subroutine row_positions(slave, net, row, first, last, positions)
-    type(slave_surface_t), intent(in) :: slave
-    real(wp), intent(in) :: net(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
+  pure subroutine row_positions(secondary, net, row, first, last, positions)
+    type(secondary_surface_t), intent(in) :: secondary
+    real(wp), intent(in) :: net(secondary%n_net(1), secondary%n_net(2), 3)   !! [length]
     integer, intent(in) :: row, first, last
     real(wp), intent(out) :: positions(first:last, 3)                !! [length]
-    real(wp) :: column(slave%n_net(1), 3)
+    real(wp) :: column(secondary%n_net(1), 3)
     integer :: low, high, j, i, k, c
 
-    associate (line => slave%lines(1), across => slave%lines(2))
+    associate (line => secondary%lines(1), across => secondary%lines(2))
       low = line%first(first)
       high = line%first(last) + line%degree
       column(low:high, :) = 0.0_wp
       do c = 1, 3
         do k = 1, across%degree + 1
           j = across%first(row) + k - 1
-          if (slave%is_rational) then
+          if (secondary%is_rational) then
             column(low:high, c) = column(low:high, c) &
-              + across%values(row, k)*slave%weights(low:high, j)*net(low:high, j, c)
+              + across%values(row, k)*secondary%weights(low:high, j)*net(low:high, j, c)
           else
             column(low:high, c) = column(low:high, c) + across%values(row, k)*net(low:high, j, c)
           end if
@@ -280,37 +280,37 @@ contains
             positions(i, c) = positions(i, c) + line%values(i, k)*column(line%first(i) + k - 1, c)
           end do
         end do
-        if (slave%is_rational) then
-          positions(:, c) = positions(:, c)*slave%inverse_w(first:last, row)
+        if (secondary%is_rational) then
+          positions(:, c) = positions(:, c)*secondary%inverse_w(first:last, row)
         end if
       end do
     end associate
   end subroutine row_positions
 
   !> Where a point is in the grid.
-  pure function indices_of(slave, point) result(at)
-    type(slave_surface_t), intent(in) :: slave
+  pure function indices_of(secondary, point) result(at)
+    type(secondary_surface_t), intent(in) :: secondary
     integer, intent(in) :: point
     integer :: at(2)
 
-    at(2) = (point - 1)/slave%n_along(1) + 1
-    at(1) = point - (at(2) - 1)*slave%n_along(1)
+    at(2) = (point - 1)/secondary%n_along(1) + 1
+    at(1) = point - (at(2) - 1)*secondary%n_along(1)
   end function indices_of
 
   !> Position of the point (i, j) alone.
-  pure function point_position(slave, net, i, j) result(position)
-    type(slave_surface_t), intent(in) :: slave
-    real(wp), intent(in) :: net(slave%n_net(1), slave%n_net(2), 3)   !! control points [length]
+  pure function point_position(secondary, net, i, j) result(position)
+    type(secondary_surface_t), intent(in) :: secondary
+    real(wp), intent(in) :: net(secondary%n_net(1), secondary%n_net(2), 3)   !! [length]
     integer, intent(in) :: i, j
     real(wp) :: position(3), v(3), w(3), column
     integer :: c, k, l, at(2)
 
-    associate (line => slave%lines(1), across => slave%lines(2))
+    associate (line => secondary%lines(1), across => secondary%lines(2))
       at = [line%first(i), across%first(j)]
-      if (.not. slave%is_rational .and. line%degree == 2 .and. across%degree == 2) then
+      if (.not. secondary%is_rational .and. line%degree == 2 .and. across%degree == 2) then
         v = line%values(i, 1:3)
         w = across%values(j, 1:3)
-        position = blend_quadratic(v, w, slave%n_net(1), slave%n_net(2), at(1), at(2), net)
+        position = blend_quadratic(v, w, secondary%n_net(1), secondary%n_net(2), at(1), at(2), net)
         return
       end if
       do c = 1, 3
@@ -318,12 +318,12 @@ contains
         do k = 0, line%degree
           column = 0.0_wp
           do l = 0, across%degree
-            column = column + across%values(j, l + 1)*slave%weights(at(1) + k, at(2) + l) &
+            column = column + across%values(j, l + 1)*secondary%weights(at(1) + k, at(2) + l) &
                               *net(at(1) + k, at(2) + l, c)
           end do
           position(c) = position(c) + line%values(i, k + 1)*column
         end do
-        position(c) = position(c)*slave%inverse_w(i, j)
+        position(c) = position(c)*secondary%inverse_w(i, j)
       end do
     end associate
   end function point_position
@@ -342,25 +342,25 @@ contains
     end do
   end function blend_quadratic
 
-  !> Add the forces of all slave points to the control points, F_I = sum_p R_I(p) f_p.
-  pure subroutine scatter_forces(slave, forces, net_forces)
-    type(slave_surface_t), intent(in) :: slave
-    real(wp), intent(in) :: forces(slave%n_along(1), slave%n_along(2), 3)          !! [force]
-    real(wp), intent(inout) :: net_forces(slave%n_net(1), slave%n_net(2), 3)       !! [force]
+  !> Add the forces of all secondary points to the control points, F_I = sum_p R_I(p) f_p.
+  pure subroutine scatter_forces(secondary, forces, net_forces)
+    type(secondary_surface_t), intent(in) :: secondary
+    real(wp), intent(in) :: forces(secondary%n_along(1), secondary%n_along(2), 3) !! [force]
+    real(wp), intent(inout) :: net_forces(secondary%n_net(1), secondary%n_net(2), 3) !! [force]
     real(wp), allocatable :: gathered(:, :, :)
 
-    associate (n => slave%n_net)
+    associate (n => secondary%n_net)
       allocate (gathered(n(1), 3, n(2)))
-      call gather_forces(slave, forces, [1, 1], slave%n_along, n(1), n(2), gathered)
-      call add_gathered(slave, [1, 1], n, n(1), n(2), gathered, net_forces)
+      call gather_forces(secondary, forces, [1, 1], secondary%n_along, n(1), n(2), gathered)
+      call add_gathered(secondary, [1, 1], n, n(1), n(2), gathered, net_forces)
     end associate
   end subroutine scatter_forces
 
   !> What the forces of a rectangle of points give to the control points that it reaches, for
   !! `add_gathered`.
-  pure subroutine gather_forces(slave, forces, first, last, n1, n2, gathered)
-    type(slave_surface_t), intent(in) :: slave
-    real(wp), intent(in) :: forces(slave%n_along(1), slave%n_along(2), 3)   !! [force]
+  pure subroutine gather_forces(secondary, forces, first, last, n1, n2, gathered)
+    type(secondary_surface_t), intent(in) :: secondary
+    real(wp), intent(in) :: forces(secondary%n_along(1), secondary%n_along(2), 3)   !! [force]
     integer, intent(in) :: first(2), last(2)            !! points of the rectangle
     integer, intent(in) :: n1, n2                       !! room for the control points
     real(wp), intent(out) :: gathered(3*n1, n2)         !! forces without weights, component by
@@ -369,7 +369,7 @@ contains
     integer :: before(2), i, k, at, row
     logical :: is_loaded
 
-    before = [slave%lines(1)%first(first(1)), slave%lines(2)%first(first(2))] - 1
+    before = [secondary%lines(1)%first(first(1)), secondary%lines(2)%first(first(2))] - 1
     gathered = 0.0_wp
     do row = first(2), last(2)
       is_loaded = .false.
@@ -378,26 +378,26 @@ contains
         if (all(abs(force) <= 0.0_wp)) cycle   ! not for a NaN
         if (.not. is_loaded) line = 0.0_wp
         is_loaded = .true.
-        force = force*slave%inverse_w(i, row)
-        do k = 1, slave%lines(1)%degree + 1
-          at = slave%lines(1)%first(i) - before(1) + k - 1
-          line(at) = line(at) + slave%lines(1)%values(i, k)*force(1)
-          line(at + n1) = line(at + n1) + slave%lines(1)%values(i, k)*force(2)
-          line(at + 2*n1) = line(at + 2*n1) + slave%lines(1)%values(i, k)*force(3)
+        force = force*secondary%inverse_w(i, row)
+        do k = 1, secondary%lines(1)%degree + 1
+          at = secondary%lines(1)%first(i) - before(1) + k - 1
+          line(at) = line(at) + secondary%lines(1)%values(i, k)*force(1)
+          line(at + n1) = line(at + n1) + secondary%lines(1)%values(i, k)*force(2)
+          line(at + 2*n1) = line(at + 2*n1) + secondary%lines(1)%values(i, k)*force(3)
         end do
       end do
       if (.not. is_loaded) cycle
-      do k = 1, slave%lines(2)%degree + 1
-        at = slave%lines(2)%first(row) - before(2) + k - 1
-        gathered(:, at) = gathered(:, at) + slave%lines(2)%values(row, k)*line
+      do k = 1, secondary%lines(2)%degree + 1
+        at = secondary%lines(2)%first(row) - before(2) + k - 1
+        gathered(:, at) = gathered(:, at) + secondary%lines(2)%values(row, k)*line
       end do
     end do
   end subroutine gather_forces
 
   !> Add what was gathered from a rectangle to the control points `low` to `high`, which may be a
   !! part of the rows that it reaches.
-  pure subroutine add_gathered(slave, low, high, n1, n2, gathered, net_forces)
-    type(slave_surface_t), intent(in) :: slave
+  pure subroutine add_gathered(secondary, low, high, n1, n2, gathered, net_forces)
+    type(secondary_surface_t), intent(in) :: secondary
     integer, intent(in) :: low(2), high(2)              !! control points
     integer, intent(in) :: n1, n2                       !! room
     real(wp), intent(in) :: gathered(n1, 3, n2)         !! of row low(2) on [force]
@@ -407,7 +407,7 @@ contains
     do c = 1, 3
       do j = low(2), high(2)
         do i = low(1), high(1)
-          net_forces(i, j, c) = net_forces(i, j, c) + slave%weights(i, j) &
+          net_forces(i, j, c) = net_forces(i, j, c) + secondary%weights(i, j) &
                                 *gathered(i - low(1) + 1, c, j - low(2) + 1)
         end do
       end do
@@ -415,8 +415,8 @@ contains
   end subroutine add_gathered
 
   !> Share the area of the face out to its points; the sum is the quadrature's area of the face.
-  subroutine set_areas(slave, surface, kinds, n_gauss)
-    type(slave_surface_t), intent(inout) :: slave
+  subroutine set_areas(secondary, surface, kinds, n_gauss)
+    type(secondary_surface_t), intent(inout) :: secondary
     type(nurbs_surface_t), intent(in) :: surface
     integer, intent(in) :: kinds(2), n_gauss(2)
     type(area_rule_t) :: rules(2)
@@ -424,7 +424,7 @@ contains
     real(wp), allocatable :: area(:, :)
     integer :: g, h, i, k, l, direction
 
-    allocate (area(slave%n_along(1), slave%n_along(2)), source=0.0_wp)
+    allocate (area(secondary%n_along(1), secondary%n_along(2)), source=0.0_wp)
     do direction = 1, 2
       call new_area_rule(rules(direction), surface%axes(direction), kinds(direction), &
                          n_gauss(direction))
@@ -443,26 +443,26 @@ contains
         end do
       end do
     end do
-    if (any(kinds == points_greville)) call set_exact_areas(slave, kinds, area)
-    slave%area = reshape(area, [slave%n_points])
+    if (any(kinds == points_greville)) call set_exact_areas(secondary, kinds, area)
+    secondary%area = reshape(area, [secondary%n_points])
   end subroutine set_areas
 
   !> From the moments of the basis functions to weights of Greville points that integrate all of
   !! them, so that a uniform pressure is one on the control points too. Strong grading may make such
   !! weights negative; then the moments stay, which share the area out but not its moments.
-  subroutine set_exact_areas(slave, kinds, area)
-    type(slave_surface_t), intent(in) :: slave
+  subroutine set_exact_areas(secondary, kinds, area)
+    type(secondary_surface_t), intent(in) :: secondary
     integer, intent(in) :: kinds(2)              !! of the directions
-    real(wp), intent(inout) :: area(slave%n_along(1), slave%n_along(2))
+    real(wp), intent(inout) :: area(secondary%n_along(1), secondary%n_along(2))
     real(wp), allocatable :: along(:, :), across(:, :)
     logical :: is_solved(2)
 
     is_solved = .true.
     along = area
-    if (kinds(1) == points_greville) call solve_moments(slave%lines(1), along, is_solved(1))
+    if (kinds(1) == points_greville) call solve_moments(secondary%lines(1), along, is_solved(1))
     across = transpose(along)
-    if (kinds(2) == points_greville) call solve_moments(slave%lines(2), across, is_solved(2))
+    if (kinds(2) == points_greville) call solve_moments(secondary%lines(2), across, is_solved(2))
     if (all(is_solved) .and. minval(across) > 0.0_wp) area = transpose(across)
   end subroutine set_exact_areas
 
-end module slave_surface
+end module secondary_surface
