@@ -498,6 +498,19 @@ contains
     end if
   end function safe_distance
 
+  !> Factor on the force of a point that touches only in a part of the step.
+  pure real(wp) function step_fraction(contact, travel, at, depth, normal) result(fraction)
+    type(contact_t), intent(in) :: contact
+    real(wp), intent(in) :: travel              !! largest in the step [length]
+    integer, intent(in) :: at(2)                !! indices of the point
+    real(wp), intent(in) :: depth, normal(3)    !! of the spring, not negative [length]
+
+    fraction = 1.0_wp
+    if (depth >= travel) return
+    fraction = contact_fraction(depth, sum(normal*point_motion(contact%motion, &
+                                                               contact%secondary, at(1), at(2))))
+  end function step_fraction
+
   !> Keep where a point was found, and push it out if it is in the tool.
   subroutine push_point(contact, tool, point, hit, result)
     type(contact_t), intent(inout) :: contact
@@ -521,20 +534,16 @@ contains
     integer, intent(in) :: point
     real(wp), intent(in) :: depth, normal(3)   !! not touching where the depth is not positive
     type(tile_result_t), intent(inout) :: result
-    real(wp) :: pressed, push, fraction
+    real(wp) :: pressed, push
     integer :: at(2)
 
     call find_pressed_depth(depth, result%longest, contact%start(point), pressed)
     if (.not. depth > 0.0_wp) return
     result%depth = max(result%depth, depth)
     result%counts%n_touching = result%counts%n_touching + 1
-    fraction = 1.0_wp   ! of the step in which it touches
-    if (pressed < result%travel) then
-      at = indices_of(contact%secondary, point)
-      fraction = contact_fraction(pressed, sum(normal*point_motion(contact%motion, &
-                                                    contact%secondary, at(1), at(2))))
-    end if
-    push = contact%stiffness(point)*pressed*fraction
+    at = indices_of(contact%secondary, point)
+    push = contact%stiffness(point)*pressed &
+           *step_fraction(contact, result%travel, at, pressed, normal)
     contact%force(point, :) = push*normal
     result%reaction = result%reaction - push*normal
     result%energy = result%energy + 0.5_wp*contact%stiffness(point)*pressed**2
