@@ -25,7 +25,7 @@ module contact
   use friction, only: friction_t, new_friction, apply_friction
   use closest_point, only: hit_t, follow, is_beside, lanes_t, follow_lanes, n_lanes
   use tool_search, only: search_tool
-  use cell_tree, only: distance_to_leaves
+  use cell_hierarchy, only: distance_to_leaves
   use state_store, only: state_store_t, carry, carry_array, carry_flags, carry_indices
   implicit none
   private

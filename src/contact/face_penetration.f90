@@ -20,7 +20,7 @@ module face_penetration
   use tool_bends, only: bend_t, tool_bends_below, sharpest_radius
   use closest_point, only: hit_t, follow, lanes_t, n_lanes, is_beside, follow_lanes
   use tool_search, only: search_tool, search_all_faces
-  use cell_tree, only: distance_to_leaves
+  use cell_hierarchy, only: distance_to_leaves
   implicit none
   private
 

@@ -13,7 +13,7 @@ module tool
   use bezier, only: bezier_hulls, to_power_form
   use position_code, only: position_code_t, new_position_code
   use tool_cells, only: cell_t, cell_list_t, cut_surface
-  use cell_tree, only: cell_tree_t, new_cell_tree
+  use cell_hierarchy, only: cell_hierarchy_t, new_cell_hierarchy
   use tool_seams, only: seam_t, find_tool_seams
   implicit none
   private
@@ -53,7 +53,7 @@ module tool
     real(wp) :: box(3, 2) = 0.0_wp             !! corners of the box around all faces [length]
     type(cell_t), allocatable :: cells(:)      !! faces, cut where they bend or joined to blocks
     type(position_code_t) :: codes             !! cells within the search distance of a position
-    type(cell_tree_t) :: tree                  !! cells by their positions, for any distance
+    type(cell_hierarchy_t) :: tree                  !! cells by their positions, for any distance
   end type tool_t
 
 contains
@@ -157,7 +157,7 @@ contains
     tool%box(:, 2) = maxval(boxes(:, 2, :), 2)
     tool%scale = maxval(abs(tool%box))
     call new_position_code(tool%codes, boxes, tool%search_distance)
-    call new_cell_tree(tool%tree, boxes)
+    call new_cell_hierarchy(tool%tree, boxes)
   end subroutine set_faces
 
   !> Faces and cells of one surface.

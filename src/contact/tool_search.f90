@@ -9,7 +9,7 @@ module tool_search
   use tool_cells, only: cell_t
   use contact_territory, only: is_in_territory, distance_bound, relative_position
   use position_code, only: find_candidates
-  use cell_tree, only: nearest_leaf, collect_leaves
+  use cell_hierarchy, only: nearest_leaf, collect_leaves
   use closest_point, only: hit_t, descend, finish
   implicit none
   private

@@ -9,8 +9,8 @@ module tool_setup
   use scene, only: scene_t, blank_spec_t, tool_spec_t
   use tool, only: tool_t, new_tool
   use tool_side, only: face_the_blank
-  use least_distance, only: distance_search_t, new_distance_search, find_least_distance, &
-                            follow_least_distance
+  use tool_clearance_search, only: clearance_search_t, new_clearance_search, find_clearance, &
+                            follow_clearance
   implicit none
   private
 
@@ -173,21 +173,21 @@ contains
     real(wp), intent(out) :: shift(3)              !! [length]
     real(wp), intent(out) :: doubt                 !! by which the distance may be less [length]
     type(error_t), allocatable, intent(out) :: error
-    type(distance_search_t) :: search
+    type(clearance_search_t) :: search
     real(wp) :: unit(3), way, last, nearest, least, left
     logical :: is_close
     integer :: i, face
 
     unit = direction/norm2(direction)
-    call new_distance_search(search, [((solid_face(solids(i), face), face=1, 6), &
-                                       i=1, size(solids))], tool, reach=clearance)
+    call new_clearance_search(search, [((solid_face(solids(i), face), face=1, 6), &
+                                        i=1, size(solids))], tool, reach=clearance)
     call find_ends(tool, solids, unit, way, last)
     way = way - clearance
     last = last + clearance
     least = huge(1.0_wp)
     is_close = .false.
     do i = 1, max_advances
-      call find_least_distance(search, tool, way*unit, clearance, merge(0.0_wp, coarse, is_close), &
+      call find_clearance(search, tool, way*unit, clearance, merge(0.0_wp, coarse, is_close), &
                                nearest, doubt)
       least = min(least, nearest)
       left = nearest - clearance
@@ -209,7 +209,7 @@ contains
   !> Advance by what the place known to be nearest leaves, until that is nothing or round-off keeps
   !! it from becoming less.
   subroutine settle(search, tool, unit, clearance, way)
-    type(distance_search_t), intent(inout) :: search
+    type(clearance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: unit(3), clearance
     real(wp), intent(inout) :: way
@@ -218,7 +218,7 @@ contains
 
     before = huge(1.0_wp)
     do i = 1, max_advances
-      call follow_least_distance(search, tool, way*unit, nearest)
+      call follow_clearance(search, tool, way*unit, nearest)
       left = abs(nearest - clearance)
       if (left <= 0.5_wp*exact*search%scale .or. left >= before) exit
       before = left

@@ -1,9 +1,9 @@
-!> Surfaces divided into ever smaller parts, each with points whose convex hull encloses it, and
-!! lower bounds of the distance between two parts.
+!> Bounding-volume hierarchy of surfaces: ever smaller parts, each with points whose convex hull
+!! encloses it, and lower bounds of the distance between two parts.
 !!
 !! A node is a range of faces, a face, or a part of one. Nodes are halved on demand, across the
 !! requested direction.
-module hull_tree
+module hull_hierarchy
   use kinds, only: wp
   use knot_vector, only: n_spans
   use nurbs_surface, only: nurbs_surface_t
@@ -13,7 +13,7 @@ module hull_tree
   implicit none
   private
 
-  public :: hull_tree_t, new_hull_tree, clear, halve_node, rises_of, bound_gap, box_gap
+  public :: hull_hierarchy_t, new_hull_hierarchy, clear, halve_node, rises_of, bound_gap, box_gap
 
   integer, parameter :: max_steps = 30       !! of the iteration for a direction
   real(wp), parameter :: same = 0.01_wp      !! of the distance: accuracy at which it stops
@@ -35,19 +35,19 @@ module hull_tree
   end type hull_node_t
 
   !> Surfaces with their nodes, the first of which are the surfaces as a whole.
-  type :: hull_tree_t
+  type :: hull_hierarchy_t
     type(nurbs_surface_t), allocatable :: surfaces(:)
     type(bezier_face_t), allocatable :: faces(:)   !! of all surfaces, xi first
     integer, allocatable :: first(:)          !! faces before those of a surface
     integer :: n = 0
     type(hull_node_t), allocatable :: nodes(:)
-  end type hull_tree_t
+  end type hull_hierarchy_t
 
 contains
 
   !> A tree of nothing but whole surfaces. Their weights must be positive.
-  pure subroutine new_hull_tree(tree, surfaces)
-    type(hull_tree_t), intent(out) :: tree
+  pure subroutine new_hull_hierarchy(tree, surfaces)
+    type(hull_hierarchy_t), intent(out) :: tree
     type(nurbs_surface_t), intent(in) :: surfaces(:)
     integer :: s, n(size(surfaces))
 
@@ -59,11 +59,11 @@ contains
       tree%faces(tree%first(s) + 1:tree%first(s) + n(s)) = bezier_faces(surfaces(s))
     end do
     call clear(tree)
-  end subroutine new_hull_tree
+  end subroutine new_hull_hierarchy
 
   !> Forget all nodes but the whole surfaces.
   pure subroutine clear(tree)
-    type(hull_tree_t), intent(inout) :: tree
+    type(hull_hierarchy_t), intent(inout) :: tree
     type(hull_node_t) :: node
     integer :: d
 
@@ -80,7 +80,7 @@ contains
   !> Halves of a node across a direction, 1 for xi and 2 for eta. A range that is one face wide
   !! there is divided across the other one.
   pure subroutine halve_node(tree, index, direction, halves)
-    type(hull_tree_t), intent(inout) :: tree
+    type(hull_hierarchy_t), intent(inout) :: tree
     integer, intent(in) :: index, direction
     integer, intent(out) :: halves(2)          !! nodes
     type(hull_node_t) :: half, whole
@@ -117,7 +117,7 @@ contains
 
   !> Append a node of which the range is known, or the part of a face and its hull.
   pure subroutine add_node(tree, node)
-    type(hull_tree_t), intent(inout) :: tree
+    type(hull_hierarchy_t), intent(inout) :: tree
     type(hull_node_t), intent(inout) :: node
     type(hull_node_t), allocatable :: longer(:)
     real(wp), allocatable :: net(:, :, :)
@@ -268,4 +268,4 @@ contains
     box_gap = norm2(max(a(:, 1) - b(:, 2) - shift, b(:, 1) + shift - a(:, 2), 0.0_wp))
   end function box_gap
 
-end module hull_tree
+end module hull_hierarchy

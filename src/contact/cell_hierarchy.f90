@@ -1,29 +1,29 @@
-!> Boxes around groups of cells, around groups of these, and so on: which cells may be nearest to a
-!! point at any distance.
+!> Bounding-volume hierarchy of cells: boxes around groups of them, around groups of these, and so
+!! on. It tells which cells may be nearest to a point at any distance.
 !!
 !! Cells that follow each other are next to each other, so groups of eight in their order are small.
-module cell_tree
+module cell_hierarchy
   use kinds, only: wp
   implicit none
   private
 
-  public :: cell_tree_t, new_cell_tree, nearest_leaf, distance_to_leaves, collect_leaves
+  public :: cell_hierarchy_t, new_cell_hierarchy, nearest_leaf, distance_to_leaves, collect_leaves
 
   integer, parameter :: n_children = 8
   integer, parameter :: max_levels = 12
 
   !> Level 0 are the cells themselves.
-  type :: cell_tree_t
+  type :: cell_hierarchy_t
     integer :: n_levels = 0                    !! above the cells
     integer :: first(0:max_levels) = 0         !! boxes before those of a level
     integer :: n(0:max_levels) = 0             !! boxes of a level
     real(wp), allocatable :: boxes(:, :, :)    !! corners [length], shape (3, 2, all boxes)
-  end type cell_tree_t
+  end type cell_hierarchy_t
 
 contains
 
-  pure subroutine new_cell_tree(tree, boxes)
-    type(cell_tree_t), intent(out) :: tree
+  pure subroutine new_cell_hierarchy(tree, boxes)
+    type(cell_hierarchy_t), intent(out) :: tree
     real(wp), intent(in) :: boxes(:, :, :)     !! of the cells [length], shape (3, 2, n)
     integer :: level, i, from, to
 
@@ -43,11 +43,11 @@ contains
         tree%boxes(:, 2, tree%first(level) + i) = maxval(tree%boxes(:, 2, from:to), 2)
       end do
     end do
-  end subroutine new_cell_tree
+  end subroutine new_cell_hierarchy
 
   !> A cell near a point: at each level the child whose box is nearest.
   pure integer function nearest_leaf(tree, x) result(leaf)
-    type(cell_tree_t), intent(in) :: tree
+    type(cell_hierarchy_t), intent(in) :: tree
     real(wp), intent(in) :: x(3)
     integer :: level, i, best
     real(wp) :: least, distance
@@ -68,7 +68,7 @@ contains
 
   !> Distance from a point to the nearest box of a cell.
   pure real(wp) function distance_to_leaves(tree, x) result(distance)
-    type(cell_tree_t), intent(in) :: tree
+    type(cell_hierarchy_t), intent(in) :: tree
     real(wp), intent(in) :: x(3)
     real(wp) :: least   ! square of it so far
 
@@ -79,7 +79,7 @@ contains
 
   !> Take the nearest cell of a box, if it is nearer.
   pure recursive subroutine search_below(tree, x, level, box, least)
-    type(cell_tree_t), intent(in) :: tree
+    type(cell_hierarchy_t), intent(in) :: tree
     real(wp), intent(in) :: x(3)
     integer, intent(in) :: level, box
     real(wp), intent(inout) :: least   !! squared distance [length^2]
@@ -99,7 +99,7 @@ contains
 
   !> Cells whose boxes are within a distance of a point.
   pure subroutine collect_leaves(tree, x, distance, leaves)
-    type(cell_tree_t), intent(in) :: tree
+    type(cell_hierarchy_t), intent(in) :: tree
     real(wp), intent(in) :: x(3), distance             !! [length]
     integer, allocatable, intent(out) :: leaves(:)
     integer, allocatable :: parents(:)
@@ -128,4 +128,4 @@ contains
     square_to = sum(max(box(:, 1) - x, x - box(:, 2), 0.0_wp)**2)
   end function square_to
 
-end module cell_tree
+end module cell_hierarchy

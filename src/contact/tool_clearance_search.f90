@@ -5,7 +5,7 @@
 !! cannot be nearer than a known distance are dropped, until the rest can be nearer by no more than
 !! a tolerance. So no feature of either side is missed, however small. Local minima are made exact
 !! by descents over the sheet.
-module least_distance
+module tool_clearance_search
   use kinds, only: wp
   use knot_vector, only: n_spans
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
@@ -13,11 +13,12 @@ module least_distance
   use tool_face, only: face_derivatives
   use closest_point, only: hit_t, follow
   use tool_search, only: search_all_faces
-  use hull_tree, only: hull_tree_t, new_hull_tree, clear, halve_node, rises_of, bound_gap, box_gap
+  use hull_hierarchy, only: hull_hierarchy_t, new_hull_hierarchy, clear, halve_node, rises_of, &
+                            bound_gap, box_gap
   implicit none
   private
 
-  public :: distance_search_t, new_distance_search, find_least_distance, follow_least_distance
+  public :: clearance_search_t, new_clearance_search, find_clearance, follow_clearance
   public :: pair_t, lowest_bound, add_pair, take_first
 
   real(wp), parameter :: first_step = 0.125_wp    !! of an element, after a first descent
@@ -36,12 +37,12 @@ module least_distance
   end type pair_t
 
   !> Sheet and tool, and what is known of their distance.
-  type :: distance_search_t
-    type(hull_tree_t) :: sheet, tool
+  type :: clearance_search_t
+    type(hull_hierarchy_t) :: sheet, tool
     real(wp) :: scale = 0.0_wp                    !! size of the scene [length]
     real(wp) :: tolerance = 0.0_wp                !! within which a distance is known [length]
     real(wp) :: shift(3) = 0.0_wp                 !! of the tool [length]
-    real(wp) :: target = 0.0_wp, fraction = 0.0_wp   !! from `find_least_distance`
+    real(wp) :: target = 0.0_wp, fraction = 0.0_wp   !! from `find_clearance`
     real(wp) :: nearest = huge(1.0_wp)            !! so far [length]
     logical :: is_exact = .true.                  !! no corner has come nearer since a descent
     integer :: surface = 0                        !! of the sheet where it is, 0: none yet
@@ -51,33 +52,33 @@ module least_distance
     integer :: n_pairs = 0
     type(pair_t), allocatable :: pairs(:)         !! the first `n_pairs`: what may be nearer, a
                                                   !! binary heap with the lowest bound at its root
-  end type distance_search_t
+  end type clearance_search_t
 
 contains
 
   !> Prepare the search.
-  subroutine new_distance_search(search, surfaces, tool, reach)
-    type(distance_search_t), intent(out) :: search
+  subroutine new_clearance_search(search, surfaces, tool, reach)
+    type(clearance_search_t), intent(out) :: search
     type(nurbs_surface_t), intent(in) :: surfaces(:)   !! of the sheet
     type(tool_t), intent(in) :: tool
     real(wp), intent(in), optional :: reach            !! how far apart both will be [length]
     integer :: s
 
-    call new_hull_tree(search%sheet, surfaces)
-    call new_hull_tree(search%tool, tool%surfaces)
+    call new_hull_hierarchy(search%sheet, surfaces)
+    call new_hull_hierarchy(search%tool, tool%surfaces)
     associate (nodes => search%sheet%nodes(:search%sheet%n))
       search%scale = tool%scale + maxval([(maxval(abs(nodes(s)%box)), s=1, size(nodes))])
     end associate
     if (present(reach)) search%scale = search%scale + reach
     search%tolerance = exact*search%scale
-  end subroutine new_distance_search
+  end subroutine new_clearance_search
 
   !> Smallest distance between the sheet and the tool moved by `shift`: it is at most `nearest`, and
   !! less than that by no more than `doubt`. This is the tolerance, or `fraction` of how far the
   !! distance is from `target`; it is more only where surfaces are parallel over so wide an area
   !! that the search would take too long.
-  subroutine find_least_distance(search, tool, shift, target, fraction, nearest, doubt)
-    type(distance_search_t), intent(inout) :: search
+  subroutine find_clearance(search, tool, shift, target, fraction, nearest, doubt)
+    type(clearance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: shift(3), target      !! [length]
     real(wp), intent(in) :: fraction              !! from 0 to 1
@@ -112,12 +113,12 @@ contains
     end do
     nearest = search%nearest
     doubt = nearest - min(enough_of(search), lowest_bound(search))
-  end subroutine find_least_distance
+  end subroutine find_clearance
 
   !> Distance of the tool moved by `shift` around the position of the sheet where it was least
   !! before.
-  subroutine follow_least_distance(search, tool, shift, nearest)
-    type(distance_search_t), intent(inout) :: search
+  subroutine follow_clearance(search, tool, shift, nearest)
+    type(clearance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: shift(3)
     real(wp), intent(out) :: nearest              !! [length]
@@ -125,11 +126,11 @@ contains
     call begin_search(search, tool, shift)
     call descend(search, tool)
     nearest = search%nearest
-  end subroutine follow_least_distance
+  end subroutine follow_clearance
 
   !> Nothing is known but how near the last position still is.
   subroutine begin_search(search, tool, shift)
-    type(distance_search_t), intent(inout) :: search
+    type(clearance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: shift(3)
     type(hit_t) :: hit
@@ -150,7 +151,7 @@ contains
 
   !> Pairs no nearer than this do not matter.
   pure real(wp) function enough_of(search) result(enough)
-    type(distance_search_t), intent(in) :: search
+    type(clearance_search_t), intent(in) :: search
 
     enough = search%nearest - max(search%tolerance, &
                                   search%fraction*(search%nearest - search%target))
@@ -159,7 +160,7 @@ contains
   !> Both halves of a pair: of the side and the direction that bends most, else that rises most
   !! along the vector of the bound.
   subroutine halve_pair(search, pair)
-    type(distance_search_t), intent(inout) :: search
+    type(clearance_search_t), intent(inout) :: search
     type(pair_t), intent(in) :: pair
     type(pair_t) :: half
     real(wp) :: gains(2, 2), slack     ! gains by direction, of the sheet and of the tool
@@ -187,7 +188,7 @@ contains
 
   !> Check the corners of a pair, and keep it unless it is too far.
   subroutine add_if_near(search, pair)
-    type(distance_search_t), intent(inout) :: search
+    type(clearance_search_t), intent(inout) :: search
     type(pair_t), intent(in) :: pair
     real(wp) :: bound, across(3), enough
 
@@ -206,14 +207,14 @@ contains
 
   !> Lowest bound of all pairs; huge if there is none.
   pure real(wp) function lowest_bound(search)
-    type(distance_search_t), intent(in) :: search
+    type(clearance_search_t), intent(in) :: search
 
     lowest_bound = minval(search%pairs(:min(search%n_pairs, 1))%bound)
   end function lowest_bound
 
   !> Add a pair to the heap.
   pure subroutine add_pair(search, pair)
-    type(distance_search_t), intent(inout) :: search
+    type(clearance_search_t), intent(inout) :: search
     type(pair_t), intent(in) :: pair
     integer :: i
 
@@ -232,7 +233,7 @@ contains
 
   !> Take the pair with the lowest bound out of the heap.
   pure subroutine take_first(search, pair)
-    type(distance_search_t), intent(inout) :: search
+    type(clearance_search_t), intent(inout) :: search
     type(pair_t), intent(out) :: pair
     integer :: i, child, n
 
@@ -254,7 +255,7 @@ contains
 
   !> Keep the nearest corners of a pair if they are nearer than what is known.
   subroutine check_corners(search, pair)
-    type(distance_search_t), intent(inout) :: search
+    type(clearance_search_t), intent(inout) :: search
     type(pair_t), intent(in) :: pair
     real(wp) :: apart(3)
     integer :: i, j
@@ -278,7 +279,7 @@ contains
   !> Descend to the position that is nearest around the one known. The nearest point of the tool is
   !! followed; should there be a nearer one in the end, the descent continues with that.
   subroutine descend(search, tool)
-    type(distance_search_t), intent(inout) :: search
+    type(clearance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
     integer, parameter :: most = 5
     real(wp) :: found, x(3)
@@ -306,7 +307,7 @@ contains
   !> Vector from the tool to the sheet at the nearest position. The difference of its ends loses
   !! digits as it gets short, so it is made normal to the tangents along which a side continues.
   subroutine set_across(search, tool, hit)
-    type(distance_search_t), intent(inout) :: search
+    type(clearance_search_t), intent(inout) :: search
     type(tool_t), intent(in) :: tool
     type(hit_t), intent(in) :: hit
     real(wp), parameter :: border = 1.0e-6_wp, independent = 0.1_wp
@@ -410,4 +411,4 @@ contains
 
   end subroutine go_down
 
-end module least_distance
+end module tool_clearance_search
