@@ -22,6 +22,19 @@ module iges_directory
   character(9), parameter :: names(5) = [character(9) :: "start", "global", "directory", &
                                          "parameter", "terminate"]
 
+  !> Types of entities that a tool may have something to do with.
+  integer, parameter :: types(33) = [100, 102, 104, 106, 108, 110, 112, 114, 116, 118, 120, &
+                                     122, 124, 126, 128, 130, 140, 141, 142, 143, 144, 186, &
+                                     190, 192, 194, 196, 198, 308, 314, 402, 406, 408, 510]
+  character(25), parameter :: type_names(33) = [character(25) :: "circular arc", &
+    "composite curve", "conic arc", "copious data", "plane", "line", "parametric spline curve", &
+    "parametric spline surface", "point", "ruled surface", "surface of revolution", &
+    "tabulated cylinder", "transformation matrix", "rational B-spline curve", &
+    "rational B-spline surface", "offset curve", "offset surface", "boundary", &
+    "curve on a surface", "bounded surface", "trimmed surface", "solid of faces", &
+    "plane surface", "circular cylinder", "cone", "sphere", "torus", "subfigure definition", &
+    "colour", "group", "property", "subfigure", "face of a solid"]
+
   !> Sections one after the other without anything between them, and the errors found so far.
   type :: iges_lines_t
     type(error_list_t) :: errors
@@ -74,43 +87,11 @@ contains
   pure function type_name(type) result(name)
     integer, intent(in) :: type
     character(:), allocatable :: name
+    integer :: i
 
-    select case (type)
-    case (100); name = "circular arc"
-    case (102); name = "composite curve"
-    case (104); name = "conic arc"
-    case (106); name = "copious data"
-    case (108); name = "plane"
-    case (110); name = "line"
-    case (112); name = "parametric spline curve"
-    case (114); name = "parametric spline surface"
-    case (116); name = "point"
-    case (118); name = "ruled surface"
-    case (120); name = "surface of revolution"
-    case (122); name = "tabulated cylinder"
-    case (124); name = "transformation matrix"
-    case (126); name = "rational B-spline curve"
-    case (128); name = "rational B-spline surface"
-    case (130); name = "offset curve"
-    case (140); name = "offset surface"
-    case (141); name = "boundary"
-    case (142); name = "curve on a surface"
-    case (143); name = "bounded surface"
-    case (144); name = "trimmed surface"
-    case (186); name = "solid of faces"
-    case (190); name = "plane surface"
-    case (192); name = "circular cylinder"
-    case (194); name = "cone"
-    case (196); name = "sphere"
-    case (198); name = "torus"
-    case (308); name = "subfigure definition"
-    case (314); name = "colour"
-    case (402); name = "group"
-    case (406); name = "property"
-    case (408); name = "subfigure"
-    case (510); name = "face of a solid"
-    case default; name = ""
-    end select
+    name = ""
+    i = findloc(types, type, 1)
+    if (i > 0) name = trim(type_names(i))
   end function type_name
 
   subroutine read_entry(file, number, entry)

@@ -4,6 +4,7 @@
 module iges_model
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use kinds, only: wp
+  use linear_algebra, only: cross
   use input_errors, only: origin_t, new_origin, add_error, add_warning
   use text, only: read_integer, read_real, to_text
   use iges_directory, only: iges_lines_t, read_iges_lines, line_number, section_parameters, &
@@ -265,7 +266,8 @@ contains
     if (all(form /= [0, 1, 10])) then
       call reject_entity(model, entry, "form "//to_text(form), &
                          "a Cartesian transformation: form 0, 1 or 10")
-    else if (.not. abs(determinant(matrix(:, :3))) > flattest) then
+    else if (.not. abs(dot_product(matrix(:, 1), cross(matrix(:, 2), matrix(:, 3)))) &
+             > flattest) then
       call reject_entity(model, entry, "a matrix that flattens what it transforms", "a rotation")
     else if (stretch(matrix(:, :3)) > loosest .and. .not. is_reported(model, entry)) then
       call add_warning(model%file%errors, entry_origin(model, entry), &
@@ -286,14 +288,6 @@ contains
     end do
     stretch = maxval(abs(product))
   end function stretch
-
-  pure real(wp) function determinant(a)
-    real(wp), intent(in) :: a(3, 3)
-
-    determinant = a(1, 1)*(a(2, 2)*a(3, 3) - a(2, 3)*a(3, 2)) &
-                  - a(1, 2)*(a(2, 1)*a(3, 3) - a(2, 3)*a(3, 1)) &
-                  + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
-  end function determinant
 
   !> Has this entity been reported already?
   pure logical function is_reported(model, entry)

@@ -59,7 +59,17 @@ contains
       end do
       call find_surface_seams(surfaces, seam_tolerance(model, request, surfaces), seams)
       call orient_surfaces(seams, surfaces)
-      call warn_of_sides(request, seams, errors)
+      if (maxval(seams%group) > 1) then
+        call add_warning(errors, request%origin, "surfaces of `"//request%path//"` in "// &
+                         to_text(maxval(seams%group))//" groups that do not meet, so that "// &
+                         "their sides cannot be compared", "one connected tool, or normals "// &
+                         "that point to the same side in all groups")
+      end if
+      if (seams%is_one_sided) then
+        call add_warning(errors, request%origin, "surfaces of `"//request%path//"` whose "// &
+                         "sides cannot be made to agree", "surfaces that meet in pairs and "// &
+                         "have two sides")
+      end if
       call write_report(model, request, surfaces, taken, reason, seams, report)
     end if
   end subroutine read_iges
@@ -102,23 +112,6 @@ contains
     tolerance = min(max(tolerance, least*norm2(box(:, 2) - box(:, 1))), &
                     largest*norm2(box(:, 2) - box(:, 1)))
   end function seam_tolerance
-
-  subroutine warn_of_sides(request, seams, errors)
-    type(iges_request_t), intent(in) :: request
-    type(surface_seams_t), intent(in) :: seams
-    type(error_list_t), intent(inout) :: errors
-
-    if (maxval(seams%group) > 1) then
-      call add_warning(errors, request%origin, "surfaces of `"//request%path//"` in "// &
-                       to_text(maxval(seams%group))//" groups that do not meet, so that their "// &
-                       "sides cannot be compared", "one connected tool, or normals that point "// &
-                       "to the same side in all groups")
-    end if
-    if (seams%is_one_sided) then
-      call add_warning(errors, request%origin, "surfaces of `"//request%path//"` whose sides "// &
-                       "cannot be made to agree", "surfaces that meet in pairs and have two sides")
-    end if
-  end subroutine warn_of_sides
 
   subroutine write_report(model, request, surfaces, taken, reason, seams, report)
     type(iges_model_t), intent(in) :: model

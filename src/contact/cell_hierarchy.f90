@@ -49,20 +49,17 @@ contains
   pure integer function nearest_leaf(tree, x) result(leaf)
     type(cell_hierarchy_t), intent(in) :: tree
     real(wp), intent(in) :: x(3)
-    integer :: level, i, best
-    real(wp) :: least, distance
+    integer :: level, i, before
+    real(wp) :: squares(n_children)
 
     leaf = 1
     do level = tree%n_levels, 1, -1
-      least = huge(1.0_wp)
-      best = 0
-      do i = n_children*(leaf - 1) + 1, min(n_children*leaf, tree%n(level - 1))
-        distance = square_to(tree%boxes(:, :, tree%first(level - 1) + i), x)
-        if (distance >= least) cycle
-        least = distance
-        best = i
+      before = n_children*(leaf - 1)
+      squares = huge(1.0_wp)
+      do i = 1, min(n_children, tree%n(level - 1) - before)
+        squares(i) = square_to(tree%boxes(:, :, tree%first(level - 1) + before + i), x)
       end do
-      leaf = best
+      leaf = before + minloc(squares, 1)
     end do
   end function nearest_leaf
 

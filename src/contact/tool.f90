@@ -207,7 +207,11 @@ contains
 
     n1 = n_spans(surface%axes(1))
     n2 = n_spans(surface%axes(2))
-    is_round = [is_closed(surface, 1), is_closed(surface, 2)]
+    associate (points => surface%points, w => surface%weights, n => surface%axes%n_basis, &
+               largest => maxval(abs(surface%points)))
+      is_round = [are_one(points(1, :, :), points(n(1), :, :), w(1, :), w(n(1), :), largest), &
+                  are_one(points(:, 1, :), points(:, n(2), :), w(:, 1), w(:, n(2)), largest)]
+    end associate
     do j = 1, n2
       do i = 1, n1
         associate (across => neighbours(:, i + n1*(j - 1)))
@@ -221,26 +225,15 @@ contains
     end do
   end subroutine link_faces
 
-  !> Whether the surface ends along an axis where it begins, so that the two edges are one.
-  pure logical function is_closed(surface, axis)
-    type(nurbs_surface_t), intent(in) :: surface
-    integer, intent(in) :: axis
+  !> Whether two opposite edges of a surface are one, up to a factor of the weights.
+  pure logical function are_one(a, b, v, w, largest)
+    real(wp), intent(in) :: a(:, :), b(:, :)   !! control points, shape (n, 3)
+    real(wp), intent(in) :: v(:), w(:)         !! weights
+    real(wp), intent(in) :: largest            !! coordinate of the surface
     real(wp), parameter :: same = 1.0e-10_wp
-    real(wp) :: gap
-    integer :: last
 
-    last = surface%axes(axis)%n_basis
-    associate (points => surface%points, w => surface%weights)
-      if (axis == 1) then
-        gap = maxval(abs(points(1, :, :) - points(last, :, :)))
-        is_closed = all(abs(w(1, :)*w(last, 1) - w(last, :)*w(1, 1)) <= same*w(1, :)*w(last, 1))
-      else
-        gap = maxval(abs(points(:, 1, :) - points(:, last, :)))
-        is_closed = all(abs(w(:, 1)*w(1, last) - w(:, last)*w(1, 1)) <= same*w(:, 1)*w(1, last))
-      end if
-      is_closed = is_closed .and. gap <= same*maxval(abs(points))
-    end associate
-  end function is_closed
+    are_one = all(abs(v*w(1) - w*v(1)) <= same*v*w(1)) .and. maxval(abs(a - b)) <= same*largest
+  end function are_one
 
   !> Matrix of the rotation about an axis by an angle, right-handed (O. Rodrigues, 1840).
   pure function rotation_about(axis, angle) result(matrix)

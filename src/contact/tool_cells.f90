@@ -57,7 +57,7 @@ module tool_cells
     integer :: n(2) = 0                            !! faces along xi and eta
     real(wp) :: distance = 0.0_wp                  !! of the search [length]
     logical, allocatable :: is_gentle(:, :)        !! faces, shape (n)
-    integer, allocatable :: n_breaks_1(:), n_breaks_2(:)   !! breaks before each face, along an axis
+    integer, allocatable :: n_breaks(:, :)         !! breaks before each face, along both axes
   end type sheet_t
 
 contains
@@ -117,10 +117,7 @@ contains
 
     n = size(hull, 2)
     bend = 0.0_wp
-    whole = 0.0_wp
-    do j = 1, size(hull, 3)
-      whole = max(whole, extent_of(hull(:, :, j)))
-    end do
+    whole = maxval([(extent_of(hull(:, :, j)), j=1, size(hull, 3))])
     do j = 1, size(hull, 3)
       bend = max(bend, log(maxval(hull(4, :, j))/minval(hull(4, :, j)))/log(most_ratio))
       if (extent_of(hull(:, :, j)) <= 1.0e-6_wp*whole) cycle
@@ -286,12 +283,12 @@ contains
     real(wp), intent(in) :: distance        !! of the search [length]
     type(sheet_t) :: sheet
     type(contact_territory_t) :: territory
-    integer :: i, j, face
+    integer :: i, j, d, face, step(2)
 
     sheet%before = before
     sheet%n = n
     sheet%distance = distance
-    allocate (sheet%is_gentle(n(1), n(2)), sheet%n_breaks_1(n(1)), sheet%n_breaks_2(n(2)))
+    allocate (sheet%is_gentle(n(1), n(2)), sheet%n_breaks(maxval(n), 2))
     do j = 1, n(2)
       do i = 1, n(1)
         face = i + (j - 1)*n(1)
@@ -299,17 +296,15 @@ contains
         sheet%is_gentle(i, j) = is_gentle_face(hulls(:, :, :, face), territory, distance)
       end do
     end do
-    sheet%n_breaks_1(1) = 0
-    do i = 2, n(1)
-      sheet%n_breaks_1(i) = sheet%n_breaks_1(i - 1) + merge(0, 1, &
-        all([(is_smooth(hulls(:, :, :, i - 1 + j*n(1)), hulls(:, :, :, i + j*n(1)), 1), &
-              j=0, n(2) - 1)]))
-    end do
-    sheet%n_breaks_2(1) = 0
-    do j = 2, n(2)
-      sheet%n_breaks_2(j) = sheet%n_breaks_2(j - 1) + merge(0, 1, &
-        all([(is_smooth(hulls(:, :, :, i + (j - 2)*n(1)), hulls(:, :, :, i + (j - 1)*n(1)), 2), &
-              i=1, n(1))]))
+    sheet%n_breaks = 0
+    step = [1, n(1)]
+    do d = 1, 2
+      do i = 2, n(d)
+        face = 1 + (i - 1)*step(d)
+        sheet%n_breaks(i, d) = sheet%n_breaks(i - 1, d) + merge(0, 1, &
+          all([(is_smooth(hulls(:, :, :, face + j*step(3 - d) - step(d)), &
+                          hulls(:, :, :, face + j*step(3 - d)), d), j=0, n(3 - d) - 1)]))
+      end do
     end do
     call divide(cells, sheet, hulls, [1, 1], n)
   end subroutine cut_surface
@@ -378,8 +373,8 @@ contains
     is_block = maxval(sum(along**2, 1)) <= (longest*sheet%distance)**2 &
                .and. minval(sum(along**2, 1)) > 0.0_wp
     if (.not. is_block) return
-    is_block = sheet%n_breaks_1(high(1)) == sheet%n_breaks_1(low(1)) &
-               .and. sheet%n_breaks_2(high(2)) == sheet%n_breaks_2(low(2)) &
+    is_block = sheet%n_breaks(high(1), 1) == sheet%n_breaks(low(1), 1) &
+               .and. sheet%n_breaks(high(2), 2) == sheet%n_breaks(low(2), 2) &
                .and. all(sheet%is_gentle(low(1):high(1), low(2):high(2)))
     if (.not. is_block) return
     unit(:, 1) = along(:, 1)/norm2(along(:, 1))

@@ -178,8 +178,8 @@ contains
     logical, intent(out) :: is_same                       !! the control points are as they were
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: u(:)
-    real(wp) :: ends(2)
-    integer :: first, last, i, n
+    real(wp) :: ends(2), tolerance
+    integer :: first, last, nearest, i, n
 
     n = size(rows, 1)
     is_same = .false.
@@ -187,7 +187,14 @@ contains
     call check(degree, knots, n, ends, error)
     if (allocated(error)) return
     u = knots
-    call join_close_knots(u, ends, same_knot*(knots(n + 1) - knots(degree + 1)))
+    tolerance = same_knot*(knots(n + 1) - knots(degree + 1))
+    do i = 2, size(u)      ! knots that differ by round-off are one, and so are ends and knots
+      if (u(i) - u(i - 1) <= tolerance) u(i) = u(i - 1)
+    end do
+    do i = 1, 2
+      nearest = minloc(abs(u - ends(i)), 1)
+      if (abs(u(nearest) - ends(i)) <= tolerance) ends(i) = u(nearest)
+    end do
     if (.not. ends(1) < ends(2)) then
       call fail(error, "knot vector: a range without length")
       return
@@ -239,22 +246,6 @@ contains
     has_range = max(abs(low), abs(high)) < largest .and. high - low > 1.0_wp/largest &
                 .and. high - low > least*max(abs(low), abs(high))
   end function has_range
-
-  !> Knots that differ by round-off are one, and so are ends of the range and knots.
-  pure subroutine join_close_knots(knots, ends, tolerance)
-    real(wp), intent(inout) :: knots(:)
-    real(wp), intent(inout) :: ends(2)
-    real(wp), intent(in) :: tolerance
-    integer :: i, nearest
-
-    do i = 2, size(knots)
-      if (knots(i) - knots(i - 1) <= tolerance) knots(i) = knots(i - 1)
-    end do
-    do i = 1, 2
-      nearest = minloc(abs(knots - ends(i)), 1)
-      if (abs(knots(nearest) - ends(i)) <= tolerance) ends(i) = knots(nearest)
-    end do
-  end subroutine join_close_knots
 
   !> Insert a knot into curves side by side by Boehm's rule (The NURBS Book, eq. 5.11 and 5.15):
   !! only averages, so it is stable.

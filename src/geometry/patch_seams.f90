@@ -218,16 +218,13 @@ contains
   pure subroutine sum_groups(seams, m)
     type(seams_t), intent(inout) :: seams
     integer, intent(in) :: m   !! components
-    real(wp) :: total
-    integer :: g, i, c
+    integer :: g, c
 
     do c = 1, m
       do g = 1, seams%n_groups
-        total = 0.0_wp
-        do i = seams%first(g), seams%first(g + 1) - 1
-          total = total + seams%values(i, c)
-        end do
-        seams%values(seams%first(g):seams%first(g + 1) - 1, c) = total
+        associate (values => seams%values(seams%first(g):seams%first(g + 1) - 1, c))
+          values = sum(values)
+        end associate
       end do
     end do
   end subroutine sum_groups
