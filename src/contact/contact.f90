@@ -106,21 +106,6 @@ contains
     counts%max_iterations = max(counts%max_iterations, n_iterations)
   end subroutine count_iterations
 
-  !> Add the counts of a tile to those of the contact.
-  pure subroutine add_counts(total, part)
-    type(contact_statistics_t), intent(inout) :: total
-    type(contact_statistics_t), intent(in) :: part
-
-    total%n_tested = total%n_tested + part%n_tested
-    total%n_iterations = total%n_iterations + part%n_iterations
-    total%n_fallbacks = total%n_fallbacks + part%n_fallbacks
-    total%n_searches = total%n_searches + part%n_searches
-    total%n_failures = total%n_failures + part%n_failures
-    if (total%first_failed == 0) total%first_failed = part%first_failed
-    total%max_iterations = max(total%max_iterations, part%max_iterations)
-    total%n_touching = total%n_touching + part%n_touching
-  end subroutine add_counts
-
   !> Set up a contact. Rejected: negative options, a depth limit not below the tool's search
   !! distance, a time step or masses that are not positive.
   subroutine new_contact(contact, secondary, tool, mass, dt, options, error)
@@ -306,7 +291,16 @@ contains
         tool%force = tool%force + part%reaction
         slip_work = slip_work + part%slip_work
         damped = damped + part%damped
-        call add_counts(contact%statistics, part%counts)
+      end associate
+      associate (total => contact%statistics, part => contact%results(t)%counts)
+        total%n_tested = total%n_tested + part%n_tested
+        total%n_iterations = total%n_iterations + part%n_iterations
+        total%n_fallbacks = total%n_fallbacks + part%n_fallbacks
+        total%n_searches = total%n_searches + part%n_searches
+        total%n_failures = total%n_failures + part%n_failures
+        if (total%first_failed == 0) total%first_failed = part%first_failed
+        total%max_iterations = max(total%max_iterations, part%max_iterations)
+        total%n_touching = total%n_touching + part%n_touching
       end associate
     end do
     if (allocated(contact%friction)) contact%friction%energy = contact%friction%energy + slip_work

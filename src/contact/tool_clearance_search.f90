@@ -287,15 +287,16 @@ contains
     integer :: d, i
 
     search%is_exact = .true.
-    associate (surface => search%sheet%surfaces(search%surface))
+    associate (surface => search%sheet%surfaces(search%surface), &
+               whole => search%sheet%nodes(search%surface))
       call evaluate_surface(surface, search%at, x)
       call search_all_faces(tool, x - search%shift, nearest)
       do i = 1, most
         hit = nearest
-        call go_down(tool, surface, search%shift, search%step, hit, search%at, found)
+        call go_down(tool, surface, whole%from, whole%to, search%shift, search%step, hit, &
+                     search%at, found)
         call evaluate_surface(surface, search%at, x)
-        search%step = [(first_step*(surface%axes(d)%knots(surface%axes(d)%n_basis + 1) &
-                                    - surface%axes(d)%knots(1))/n_spans(surface%axes(d)), d=1, 2)]
+        search%step = first_step*(whole%to - whole%from)/[(n_spans(surface%axes(d)), d=1, 2)]
         call search_all_faces(tool, x - search%shift, nearest)
         if (nearest%distance >= found - exact*search%tolerance) exit
       end do
@@ -315,14 +316,10 @@ contains
     logical :: is_free(2, 2)
     integer :: d, side, n
 
-    associate (surface => search%sheet%surfaces(search%surface))
-      call evaluate_surface(surface, search%at, x, tangents(:, :, 1))
-      do d = 1, 2
-        associate (low => surface%axes(d)%knots(1), &
-                   high => surface%axes(d)%knots(surface%axes(d)%n_basis + 1))
-          is_free(d, 1) = abs(2*search%at(d) - low - high) < (1.0_wp - border)*(high - low)
-        end associate
-      end do
+    call evaluate_surface(search%sheet%surfaces(search%surface), search%at, x, tangents(:, :, 1))
+    associate (low => search%sheet%nodes(search%surface)%from, &
+               high => search%sheet%nodes(search%surface)%to)
+      is_free(:, 1) = abs(2*search%at - low - high) < (1.0_wp - border)*(high - low)
     end associate
     call face_derivatives(tool%coefficients, hit%face, hit%at, y, tangents(:, :, 2), second)
     is_free(:, 2) = abs(2*hit%at - 1.0_wp) < 1.0_wp - border
@@ -344,9 +341,10 @@ contains
 
   !> Steps over a face to the least distance to the tool that they come to: eight directions, then
   !! the bottom of the paraboloid through these points, then shorter steps.
-  subroutine go_down(tool, face, shift, first, hit, at, least)
+  subroutine go_down(tool, face, low, high, shift, first, hit, at, least)
     type(tool_t), intent(in) :: tool
     type(nurbs_surface_t), intent(in) :: face
+    real(wp), intent(in) :: low(2), high(2)  !! ranges of xi and eta
     real(wp), intent(in) :: shift(3)
     real(wp), intent(in) :: first(2)         !! steps of xi and eta to begin with
     type(hit_t), intent(inout) :: hit        !! point of the tool that is followed
@@ -354,17 +352,11 @@ contains
     real(wp), intent(out) :: least           !! [length]
     real(wp), parameter :: shorter = 0.2_wp, longer = 2.0_wp
     real(wp), parameter :: part = 1.0e-9_wp  ! of an element, the last step
-    real(wp) :: low(2), high(2), last(2), step(2), around(-1:1, -1:1), slope(2), bend(2), twist
+    real(wp) :: last(2), step(2), around(-1:1, -1:1), slope(2), bend(2), twist
     real(wp) :: trial(2), found
     integer :: i, j, d, best(2)
 
-    do d = 1, 2
-      associate (knots => face%axes(d)%knots)
-        low(d) = knots(1)
-        high(d) = knots(size(knots))
-        last(d) = part*(high(d) - low(d))/n_spans(face%axes(d))
-      end associate
-    end do
+    last = part*(high - low)/[(n_spans(face%axes(d)), d=1, 2)]
     step = first
     around(0, 0) = distance_from(at)
     do while (any(step > last))
