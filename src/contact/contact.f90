@@ -371,20 +371,22 @@ contains
     real(wp) :: force(3), motion(3)
     integer :: at(2)
 
-    force = contact%force(point, :)
     if (allocated(contact%damping)) then
+      force = contact%force(point, :)
       call damp_point(contact%damping, point, dt, x, force, result%reaction, result%damped)
+      contact%force(point, :) = force
     end if
     if (allocated(contact%friction)) then
       motion = 0.0_wp
-      if (.not. contact%friction%is_touching(point) .and. sum(force**2) > 0.0_wp) then
+      if (.not. contact%friction%is_touching(point) .and. sum(contact%force(point, :)**2) &
+          > 0.0_wp) then
         at = indices_of(contact%secondary, point)
         motion = point_motion(contact%motion, contact%secondary, at(1), at(2))
       end if
-      call apply_friction(contact%friction, point, contact%stiffness(point), x, motion, force, &
-                          result%reaction, result%energy, result%slip_work)
+      call apply_friction(contact%friction, contact%secondary%n_points, point, point, &
+                          contact%stiffness, x, motion, contact%force, result%reaction, &
+                          result%energy, result%slip_work)
     end if
-    contact%force(point, :) = force
   end subroutine drag_point
 
   !> Follow up to eight points of a tile from where they were.

@@ -40,52 +40,63 @@ contains
     allocate (friction%position(n_points, 3), friction%stretch(n_points, 3), source=0.0_wp)
   end subroutine new_friction
 
-  !> Add the friction of a point to its normal force of this call.
-  pure subroutine apply_friction(friction, p, stiffness, x, motion, force, reaction, stored, lost)
+  !> Add the friction of the points `first` to `last` to the normal forces of this call.
+  pure subroutine apply_friction(friction, n_points, first, last, stiffness, x, motions, force, &
+                                 reaction, stored, lost)
     type(friction_t), intent(inout) :: friction
-    integer, intent(in) :: p                           !! number of the point
-    real(wp), intent(in) :: stiffness                  !! of the penalty [force/length]
-    real(wp), intent(in) :: x(3)                       !! the point in the tool's frame now [length]
-    real(wp), intent(in) :: motion(3)                  !! of a point that did not touch, against the
-                                                       !! tool in the last step [length]
-    real(wp), intent(inout) :: force(3)                !! on the point: normal in, all out [force]
+    integer, intent(in) :: n_points, first, last
+    real(wp), intent(in) :: stiffness(n_points)        !! of the penalty [force/length]
+    real(wp), intent(in) :: x(first:last, 3)           !! points in the tool's frame now [length]
+    real(wp), intent(in) :: motions(first:last, 3)     !! against the tool in the last step [length]
+    real(wp), intent(inout) :: force(n_points, 3)      !! on the points: normal in, all out [force]
     real(wp), intent(inout) :: reaction(3)             !! on the tool, added to [force]
     real(wp), intent(inout) :: stored                  !! energy of the springs, added to [energy]
     real(wp), intent(inout) :: lost                    !! work of slip of this call, added to
-    real(wp) :: pushed, part, travel, moved(3), drag(3)
+    real(wp) :: pushed, part, moved(3), drag(3)
+    integer :: p
 
-    pushed = norm2(force)
-    if (pushed > 0.0_wp) then
-      if (friction%is_touching(p)) then
-        moved = x - friction%position(p, :)
-        part = 1.0_wp
-      else
-        ! Part of the step in which it touches, from its force, which is that of the spring k d
-        ! times (1 + part)/2, with d = part*travel against the normal.
-        travel = -dot_product(motion, force)/pushed
-        part = 1.0_wp
-        if (pushed < stiffness*travel) &
-          part = 0.5_wp*(sqrt(1.0_wp + 8*pushed/(stiffness*travel)) - 1.0_wp)
-        moved = part*motion
+    do p = first, last
+      pushed = norm2(force(p, :))
+      if (pushed > 0.0_wp) then
+        if (friction%is_touching(p)) then
+          moved = x(p, :) - friction%position(p, :)
+          part = 1.0_wp
+        else
+          part = touching_part(pushed, stiffness(p), &
+                               -dot_product(motions(p, :), force(p, :))/pushed)
+          moved = part*motions(p, :)
+        end if
+        call return_stretch(friction%stretch(p, :), moved, force(p, :)/pushed, stiffness(p), &
+                            friction%coefficient*pushed, drag, lost)
+        ! The balance of energy counts the work of a force over the whole step.
+        if (part < 1.0_wp) lost = lost - 0.5_wp*(1.0_wp - part)*dot_product(drag, motions(p, :))
+        force(p, :) = force(p, :) + drag
+        reaction = reaction - drag
+        stored = stored + 0.5_wp*stiffness(p)*sum(friction%stretch(p, :)**2)
+        friction%position(p, :) = x(p, :)
+        friction%is_touching(p) = .true.
+      else if (friction%is_touching(p)) then
+        ! A point that leaves lets its spring go.
+        moved = x(p, :) - friction%position(p, :)
+        lost = lost + 0.5_wp*stiffness(p) &
+               *dot_product(friction%stretch(p, :), friction%stretch(p, :) + moved)
+        friction%stretch(p, :) = 0.0_wp
+        friction%is_touching(p) = .false.
       end if
-      call return_stretch(friction%stretch(p, :), moved, force/pushed, stiffness, &
-                          friction%coefficient*pushed, drag, lost)
-      ! The balance of energy counts the work of a force over the whole step.
-      if (part < 1.0_wp) lost = lost - 0.5_wp*(1.0_wp - part)*dot_product(drag, motion)
-      force = force + drag
-      reaction = reaction - drag
-      stored = stored + 0.5_wp*stiffness*sum(friction%stretch(p, :)**2)
-      friction%position(p, :) = x
-      friction%is_touching(p) = .true.
-    else if (friction%is_touching(p)) then
-      ! A point that leaves lets its spring go.
-      moved = x - friction%position(p, :)
-      lost = lost + 0.5_wp*stiffness &
-             *dot_product(friction%stretch(p, :), friction%stretch(p, :) + moved)
-      friction%stretch(p, :) = 0.0_wp
-      friction%is_touching(p) = .false.
-    end if
+    end do
   end subroutine apply_friction
+
+  !> Part of the step in which a point touches for the first time, from its force, which is that of
+  !! the spring k d times (1 + part)/2, with d = part*travel.
+  pure real(wp) function touching_part(pushed, stiffness, travel) result(part)
+    real(wp), intent(in) :: pushed      !! [force]
+    real(wp), intent(in) :: stiffness   !! [force/length]
+    real(wp), intent(in) :: travel         !! against the normal in the step [length]
+
+    part = 1.0_wp
+    if (pushed < stiffness*travel) &
+      part = 0.5_wp*(sqrt(1.0_wp + 8*pushed/(stiffness*travel)) - 1.0_wp)
+  end function touching_part
 
   !> Stretch the spring of one point by its motion along the tangent plane, and let it slip.
   pure subroutine return_stretch(stretch, moved, normal, stiffness, limit, drag, lost)
