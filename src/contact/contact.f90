@@ -21,7 +21,7 @@ module contact
                            is_worth_threads, face_motion_t, new_face_motion, advance_motion, &
                            point_motion
   use penalty, only: stiffness_from_mass, contact_fraction, no_contact, find_pressed_depth, &
-                     contact_damping_t, new_contact_damping, damp_point
+                     contact_damping_t, new_contact_damping, damp_points
   use friction, only: friction_t, new_friction, apply_friction
   use closest_point, only: hit_t, follow, is_beside, lanes_t, follow_lanes, n_lanes
   use tool_search, only: search_tool
@@ -368,13 +368,12 @@ contains
     real(wp), intent(in) :: dt, x(3)       !! position in the tool's frame [length]
     integer, intent(in) :: point
     type(tile_result_t), intent(inout) :: result
-    real(wp) :: force(3), motion(3)
+    real(wp) :: motion(3)
     integer :: at(2)
 
     if (allocated(contact%damping)) then
-      force = contact%force(point, :)
-      call damp_point(contact%damping, point, dt, x, force, result%reaction, result%damped)
-      contact%force(point, :) = force
+      call damp_points(contact%damping, contact%secondary%n_points, point, point, dt, x, &
+                       contact%force, result%reaction, result%damped)
     end if
     if (allocated(contact%friction)) then
       motion = 0.0_wp

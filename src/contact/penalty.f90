@@ -11,7 +11,7 @@ module penalty
   private
 
   public :: stiffness_from_mass, contact_fraction, find_pressed_depth, contact_damping_t, &
-            new_contact_damping, damp_point
+            new_contact_damping, damp_points
 
   real(wp), parameter, public :: no_contact = -1.0_wp   !! start of a spring that does not touch
 
@@ -96,33 +96,36 @@ contains
     allocate (damping%position(size(mass), 3), damping%force(size(mass), 3), source=0.0_wp)
   end subroutine new_contact_damping
 
-  !> Add the damping of a point to its spring force of this call. A point that has just come has no
-  !! velocity yet and carries the spring force alone.
-  pure subroutine damp_point(damping, p, dt, x, force, reaction, lost)
+  !> Add the damping of the points `first` to `last` to the spring forces of this call. A point that
+  !! has just come has no velocity yet and carries the spring force alone.
+  pure subroutine damp_points(damping, n_points, first, last, dt, x, force, reaction, lost)
     type(contact_damping_t), intent(inout) :: damping
-    integer, intent(in) :: p                         !! number of the point
+    integer, intent(in) :: n_points, first, last
     real(wp), intent(in) :: dt                       !! since the last call [time]
-    real(wp), intent(in) :: x(3)                     !! the point in the tool's frame now [length]
-    real(wp), intent(inout) :: force(3)              !! on the point [force]
+    real(wp), intent(in) :: x(first:last, 3)         !! points in the tool's frame now [length]
+    real(wp), intent(inout) :: force(n_points, 3)    !! on the points [force]
     real(wp), intent(inout) :: reaction(3)           !! on the tool, added to [force]
     real(wp), intent(inout) :: lost                  !! energy taken in this call, added to
     real(wp) :: pushed, moved(3), normal(3), push(3)
+    integer :: p
 
-    pushed = norm2(force)
-    push = 0.0_wp
-    moved = x - damping%position(p, :)
-    if (pushed > 0.0_wp .and. damping%is_touching(p)) then
-      normal = force/pushed
-      push = normal*max(-damping%constant(p)*dot_product(moved, normal)/dt, -pushed)
-    end if
-    if (damping%is_touching(p)) then
-      lost = lost - 0.5_wp*dot_product(damping%force(p, :) + push, moved)
-    end if
-    damping%is_touching(p) = pushed > 0.0_wp
-    damping%position(p, :) = x
-    damping%force(p, :) = push
-    force = force + push
-    reaction = reaction - push
-  end subroutine damp_point
+    do p = first, last
+      pushed = norm2(force(p, :))
+      push = 0.0_wp
+      moved = x(p, :) - damping%position(p, :)
+      if (pushed > 0.0_wp .and. damping%is_touching(p)) then
+        normal = force(p, :)/pushed
+        push = normal*max(-damping%constant(p)*dot_product(moved, normal)/dt, -pushed)
+      end if
+      if (damping%is_touching(p)) then
+        lost = lost - 0.5_wp*dot_product(damping%force(p, :) + push, moved)
+      end if
+      damping%is_touching(p) = pushed > 0.0_wp
+      damping%position(p, :) = x(p, :)
+      damping%force(p, :) = push
+      force(p, :) = force(p, :) + push
+      reaction = reaction - push
+    end do
+  end subroutine damp_points
 
 end module penalty
