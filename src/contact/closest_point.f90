@@ -232,7 +232,7 @@ contains
   end subroutine point_across
 
   !> Whether a coordinate is at its end and the distance falls beyond.
-  elemental logical function is_blocked(at, slope)
+  pure logical function is_blocked(at, slope)
     real(wp), intent(in) :: at, slope
 
     is_blocked = (at <= 0.0_wp .and. slope < 0.0_wp) .or. (at >= 1.0_wp .and. slope > 0.0_wp)
@@ -254,7 +254,7 @@ contains
       determinant = k(1)*k(2) - k(3)**2
       step(1) = (k(2)*here%slope(1) - k(3)*here%slope(2))/determinant
       step(2) = (k(1)*here%slope(2) - k(3)*here%slope(1))/determinant
-      if (.not. any(is_blocked(at, step))) then
+      if (.not. any(is_blocked_both(at, step))) then
         gain = dot_product(step, here%slope)
         return
       end if
@@ -290,6 +290,15 @@ contains
       k(:2) = k(:2)*(1.0_wp + safe) + tiny(1.0_wp)
     end associate
   end function positive_hessian
+
+  !> `is_blocked` for each coordinate.
+  pure function is_blocked_both(at, direction) result(blocked)
+    real(wp), intent(in) :: at(2), direction(2)
+    logical :: blocked(2)
+    integer :: d
+
+    blocked = [(is_blocked(at(d), direction(d)), d=1, 2)]
+  end function is_blocked_both
 
   !> Take the step, shortened until the distance does not rise.
   pure subroutine step_down(tool, x, step, hit, here, is_lower)
