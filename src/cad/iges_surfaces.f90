@@ -65,7 +65,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: rows(:, :, :), knots1(:), knots2(:)
     real(wp) :: range(4)
-    integer :: degree(2), n(2), at, c
+    integer :: degree(2), n(2), at
 
     call read_sizes(model, values, n, degree)
     if (.not. model%is_valid) return
@@ -89,9 +89,7 @@ contains
     if (.not. range(3) < range(4)) range(3:) = [knots2(degree(2) + 1), knots2(n(2) + 1)]
     surface%points = rows(:, :, :3)
     surface%weights = rows(:, :, 4)
-    do c = 1, 3
-      rows(:, :, c) = rows(:, :, c)*rows(:, :, 4)
-    end do
+    rows(:, :, :3) = rows(:, :, :3)*spread(rows(:, :, 4), 3, 3)
     call cut_axes(surface, degree, knots1, knots2, range, rows, error)
   end subroutine read_spline
 
@@ -127,7 +125,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     real(wp), allocatable :: columns(:, :), grid(:, :, :)
     logical :: is_same(2)
-    integer :: n(2), c
+    integer :: n(2)
 
     n = [size(rows, 1), size(rows, 2)]
     columns = reshape(rows, [n(1), 4*n(2)])
@@ -143,11 +141,7 @@ contains
     n(2) = size(columns, 1)
     grid = reshape(columns, [n(1), n(2), 4], order=[2, 1, 3])
     surface%weights = grid(:, :, 4)
-    deallocate (surface%points)
-    allocate (surface%points(n(1), n(2), 3))
-    do c = 1, 3
-      surface%points(:, :, c) = grid(:, :, c)/grid(:, :, 4)
-    end do
+    surface%points = grid(:, :, :3)/spread(grid(:, :, 4), 3, 3)
   end subroutine cut_axes
 
   !> A curve turned about a line, from the start angle to the end angle, right-handed about the
@@ -347,9 +341,10 @@ contains
     type(values_t), intent(in) :: values
     type(nurbs_curve_t), intent(out) :: curve
     type(error_t), allocatable :: error
-    real(wp), allocatable :: knots(:), weights(:), points(:, :)
+    real(wp), allocatable :: knots(:), rows(:, :)
     real(wp) :: range(2)
-    integer :: k, m, at
+    integer :: k, m, at, c
+    logical :: is_same
 
     k = get_integer(model, values, 1, "K, the upper index", 1, max(1, values%n))
     m = get_integer(model, values, 2, "M, the degree", 1, max_degree)
@@ -362,49 +357,25 @@ contains
     end if
     knots = get_reals(model, values, 7, k + m + 2, "a knot")
     at = 7 + k + m + 2
-    weights = get_reals(model, values, at, k + 1, "a weight")
+    curve%weights = get_reals(model, values, at, k + 1, "a weight")
     at = at + k + 1
-    points = transpose(reshape(get_reals(model, values, at, 3*(k + 1), "a coordinate"), &
-                               [3, k + 1]))
-    at = at + 3*(k + 1)
-    range = get_reals(model, values, at, 2, "the range")
+    curve%points = transpose(reshape(get_reals(model, values, at, 3*(k + 1), "a coordinate"), &
+                                     [3, k + 1]))
+    range = get_reals(model, values, at + 3*(k + 1), 2, "the range")
     if (.not. model%is_valid) return
-    if (.not. all(weights > 0.0_wp)) then
+    if (.not. all(curve%weights > 0.0_wp)) then
       call reject(model, values, 1, "a weight that is not positive", "weights above 0")
       return
     end if
-    call make_spline(m, knots, range, points, weights, curve, error)
-    if (allocated(error)) call reject(model, values, 1, "an invalid curve ("// &
-                                      error%message//")", "a proper curve")
-  end subroutine read_curve_spline
-
-  subroutine make_spline(degree, knots, range, points, weights, curve, error)
-    integer, intent(in) :: degree
-    real(wp), intent(in) :: knots(:), range(2), points(:, :), weights(:)
-    type(nurbs_curve_t), intent(out) :: curve
-    type(error_t), allocatable, intent(out) :: error
-    real(wp), allocatable :: rows(:, :)
-    real(wp) :: ends(2)
-    integer :: n, c
-    logical :: is_same
-
-    n = size(weights)
-    ends = range
-    if (.not. ends(1) < ends(2)) ends = [knots(degree + 1), knots(n + 1)]
-    allocate (rows(n, 4))
-    do c = 1, 3
-      rows(:, c) = weights*points(:, c)
-    end do
-    rows(:, 4) = weights
-    call cut_to_range(curve%axis, degree, knots, ends(1), ends(2), rows, is_same, error)
-    if (allocated(error)) return
-    if (is_same) then
-      curve%points = points      ! as given, bit for bit
-      curve%weights = weights
-    else
+    if (.not. range(1) < range(2)) range = [knots(m + 1), knots(k + 2)]
+    rows = reshape([(curve%weights*curve%points(:, c), c=1, 3), curve%weights], [k + 1, 4])
+    call cut_to_range(curve%axis, m, knots, range(1), range(2), rows, is_same, error)
+    if (allocated(error)) then
+      call reject(model, values, 1, "an invalid curve ("//error%message//")", "a proper curve")
+    else if (.not. is_same) then   ! else they stay as given, bit for bit
       curve%weights = rows(:, 4)
       curve%points = rows(:, :3)/spread(rows(:, 4), 2, 3)
     end if
-  end subroutine make_spline
+  end subroutine read_curve_spline
 
 end module iges_surfaces
