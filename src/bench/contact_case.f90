@@ -106,7 +106,8 @@ contains
     if (.not. allocated(error)) call new_tool(self%tool, "wavy tool", [surface], 1, reach, error)
     if (allocated(error)) return
     call wavy_surface(sheet, self%n_sheet, 0.5_wp*self%edge, self%height, 0.0_wp, error)
-    if (.not. allocated(error)) call new_secondary_surface(secondary, sheet, points_gauss, [0, 0], error)
+    if (.not. allocated(error)) &
+      call new_secondary_surface(secondary, sheet, points_gauss, [0, 0], error)
     if (allocated(error)) return
     allocate (mass(secondary%n_net(1), secondary%n_net(2)), source=1.0_wp)
     call new_contact(self%pair, secondary, self%tool, mass, 1.0_wp, options, error)

@@ -164,7 +164,7 @@ contains
     type(hit_t), intent(in) :: hit
     real(wp) :: x(3)
 
-    x = face_position(tool%orders, tool%coefficients(:, :, :, hit%face), hit%at)
+    x = face_position(tool%coefficients, hit%face, hit%at)
   end function foot
 
   !> Between a position where the tool is clear and one where it is in the sheet, the one where

@@ -9,7 +9,7 @@ module reach_check
   use model, only: model_t
   use contact_effect, only: contact_view_t, contact_pairs
   use tool, only: tool_t
-  use least_distance, only: distance_search_t, new_distance_search, find_least_distance
+  use tool_clearance_search, only: clearance_search_t, new_clearance_search, find_clearance
   use sheet_target, only: sheet_target_t, new_sheet_target
   use sweep, only: frame_t, frames_of, in_tool
   use closest_point, only: hit_t, is_beside
@@ -190,7 +190,7 @@ contains
   real(wp) function least_distance_of(model, meeting) result(distance)
     type(model_t), intent(in) :: model
     type(meeting_t), intent(in) :: meeting
-    type(distance_search_t) :: search
+    type(clearance_search_t) :: search
     real(wp) :: doubt
     integer :: p
 
@@ -198,9 +198,9 @@ contains
                frame => meeting%frames(meeting%approach%nearest))
       distance = meeting%approach%least
       if (any(abs(frame%rotation - identity()) > 0.0_wp)) return
-      call new_distance_search(search, [(parts(p)%element%surface(meeting%face), &
+      call new_clearance_search(search, [(parts(p)%element%surface(meeting%face), &
                                          p=1, size(parts))], tool)
-      call find_least_distance(search, tool, frame%displacement, 0.0_wp, 0.0_wp, distance, doubt)
+      call find_clearance(search, tool, frame%displacement, 0.0_wp, 0.0_wp, distance, doubt)
       distance = distance - doubt
     end associate
   end function least_distance_of

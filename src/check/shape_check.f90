@@ -166,7 +166,7 @@ contains
     type(tool_point_t), intent(in) :: point
     real(wp) :: way(3)
 
-    way = face_position(surface%orders, surface%coefficients(:, :, :, hit%face), hit%at) - point%x
+    way = face_position(surface%coefficients, hit%face, hit%at) - point%x
     is_across = abs(dot_product(way, cross(point%normal, point%outward))) &
                 < along*hit%distance
   end function is_across

@@ -86,7 +86,7 @@ contains
     type(tool_point_t) :: point
     real(wp) :: d1(3, 2), d2(3, 3)
 
-    call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), at, point%x, d1, d2)
+    call face_derivatives(tool%coefficients, face, at, point%x, d1, d2)
     point%normal = tool%side*unit_normal(d1)
   end function point_of
 
@@ -98,7 +98,7 @@ contains
     type(tool_point_t) :: point
     real(wp) :: d1(3, 2), d2(3, 3), along(3), out(3)
 
-    call face_derivatives(tool%orders, tool%coefficients(:, :, :, face), at, point%x, d1, d2)
+    call face_derivatives(tool%coefficients, face, at, point%x, d1, d2)
     point%normal = tool%side*unit_normal(d1)
     along = d1(:, 3 - d)
     if (.not. norm2(along) > 0.0_wp) return
