@@ -9,8 +9,8 @@ module batch
   use deck_reader, only: read_deck
   use interrupt, only: end_on_signals, watch_signals, watch_saves, hold_saves, is_stop_wanted, &
                        is_end_wanted, is_save_wanted, forget_save
-  use child_process, only: start_program, take_ended, ask_to_stop, insist_on_end, ask_to_save, &
-                           pause_briefly
+  use child_process, only: start_program, take_ended, send_signal, insist_on_end, stop_signal, &
+                           save_signal, pause_briefly
   use provenance, only: host_cores
   use system_files, only: true_path, is_folder, folder_of
   use output_files, only: error_file_problem, begin_error_file, note_failed_run, end_error_file, &
@@ -161,12 +161,12 @@ contains
     do j = 1, size(jobs)
       if (jobs(j)%process == 0) cycle
       if (is_saving) then
-        call ask_to_save(jobs(j)%process)
+        call send_signal(jobs(j)%process, save_signal)
       else if (is_end_wanted()) then
         call insist_on_end(jobs(j)%process, jobs(j)%n_asked)
       else if (is_stop_wanted() .and. .not. jobs(j)%is_stopping) then
         jobs(j)%is_stopping = .true.
-        call ask_to_stop(jobs(j)%process)
+        call send_signal(jobs(j)%process, stop_signal)
       end if
     end do
   end subroutine pass_on_signals

@@ -23,8 +23,8 @@ module material_run
   use material_test, only: test_problem, new_test_rows, fill_table, table_heads, stop_words, &
                            fill_rows
   use child_process, only: shared_rows_t, free_rows, is_begun, failure_of, warning_of, &
-                           begin_rows, end_rows, is_ended, fork_process, has_ended, ask_to_stop, &
-                           insist_on_end, pause_briefly, end_with_parent, end_process
+                           begin_rows, end_rows, is_ended, fork_process, has_ended, send_signal, &
+                           stop_signal, insist_on_end, pause_briefly, end_with_parent, end_process
   use interrupt, only: watch_signals, stop_signal_name, is_stop_wanted, is_end_wanted
   use output_files, only: check_message_file, result_base, files_read, result_path, &
                           path_beside_result, open_message_file, close_message_file
@@ -397,7 +397,7 @@ contains
         call insist_on_end(process, n_asked)
       else if (is_stop_wanted() .and. .not. is_asked) then
         is_asked = .true.
-        call ask_to_stop(process)
+        call send_signal(process, stop_signal)
       end if
       call pause_briefly()
     end do

@@ -11,13 +11,15 @@ module child_process
   implicit none
   private
 
-  public :: run_program, start_program, take_ended, ask_to_stop, insist_on_end, ask_to_save
+  public :: run_program, start_program, take_ended, send_signal, insist_on_end
   public :: pause_briefly, c_text, program_missing, fork_process, has_ended, end_with_parent
   public :: end_process
   public :: shared_rows_t, new_rows, free_rows, begin_rows, add_row, end_rows
   public :: is_begun, is_ended, failure_of, warning_of, values_of
 
   integer, parameter :: program_missing = -1   !! code of a program that cannot be started
+  !> Of Linux: SIGTERM asks a program to stop, SIGUSR1 one of this kind to save its state.
+  integer(c_int), parameter, public :: stop_signal = 15, save_signal = 10
   ! Of Linux: create a file and write it anew, or behind what is there.
   integer(c_int), parameter :: to_write = 577_c_int, to_append = 1089_c_int
 
@@ -213,14 +215,14 @@ contains
     call c_exit(0_c_int)
   end subroutine end_process
 
-  !> Ask a started program to stop (SIGTERM).
-  subroutine ask_to_stop(process)
+  !> Send a signal to a started program.
+  subroutine send_signal(process, signal)
     integer, intent(in) :: process
-    integer(c_int), parameter :: terminate = 15_c_int
+    integer(c_int), intent(in) :: signal
     integer(c_int) :: ignored
 
-    ignored = c_kill(int(process, c_int), terminate)
-  end subroutine ask_to_stop
+    ignored = c_kill(int(process, c_int), signal)
+  end subroutine send_signal
 
   !> Ask a program to stop that was asked before, once more; in the end kill it. To be called at
   !! every look at it, with `pause_briefly` between them.
@@ -229,21 +231,11 @@ contains
     integer, intent(inout) :: n_asked          !! calls up to now
     integer, parameter :: most = 100           ! for five seconds
     integer(c_int), parameter :: kill = 9_c_int
-    integer(c_int) :: ignored
 
     n_asked = n_asked + 1
-    call ask_to_stop(process)
-    if (n_asked > most) ignored = c_kill(int(process, c_int), kill)
+    call send_signal(process, stop_signal)
+    if (n_asked > most) call send_signal(process, kill)
   end subroutine insist_on_end
-
-  !> Ask a started program to save its state (SIGUSR1).
-  subroutine ask_to_save(process)
-    integer, intent(in) :: process
-    integer(c_int), parameter :: user_one = 10_c_int   ! of Linux
-    integer(c_int) :: ignored
-
-    ignored = c_kill(int(process, c_int), user_one)
-  end subroutine ask_to_save
 
   !> Sleep for a twentieth of a second, or up to the next signal.
   subroutine pause_briefly()
@@ -321,13 +313,8 @@ contains
   pure function c_text(given) result(text)
     character(*), intent(in) :: given
     character(kind=c_char), allocatable :: text(:)
-    integer :: i
 
-    allocate (text(len(given) + 1))
-    do i = 1, len(given)
-      text(i) = given(i:i)
-    end do
-    text(len(given) + 1) = c_null_char
+    text = transfer(given//c_null_char, [c_null_char])
   end function c_text
 
   !> Room for rows; false if there is no memory.
@@ -385,14 +372,11 @@ contains
   subroutine end_rows(rows, failure, warning)
     type(shared_rows_t), intent(inout) :: rows
     character(*), intent(in) :: failure, warning
-    integer :: i
+    character(longest) :: words(2)
 
-    do i = 1, min(longest, len(failure))
-      rows%head%failure(i) = failure(i:i)
-    end do
-    do i = 1, min(longest, len(warning))
-      rows%head%warning(i) = warning(i:i)
-    end do
+    words = [character(longest) :: failure, warning]
+    rows%head%failure = transfer(words(1), rows%head%failure)
+    rows%head%warning = transfer(words(2), rows%head%warning)
     rows%head%stage = ended
   end subroutine end_rows
 
@@ -415,7 +399,7 @@ contains
     type(shared_rows_t), intent(in) :: rows
     character(:), allocatable :: text
 
-    text = text_of(rows%head%failure)
+    text = trim(transfer(rows%head%failure, repeat(" ", longest)))
   end function failure_of
 
   !> What it warned of, empty for nothing.
@@ -423,20 +407,8 @@ contains
     type(shared_rows_t), intent(in) :: rows
     character(:), allocatable :: text
 
-    text = text_of(rows%head%warning)
+    text = trim(transfer(rows%head%warning, repeat(" ", longest)))
   end function warning_of
-
-  pure function text_of(characters) result(text)
-    character(kind=c_char), intent(in) :: characters(longest)
-    character(:), allocatable :: text
-    character(longest) :: all
-    integer :: i
-
-    do i = 1, longest
-      all(i:i) = characters(i)
-    end do
-    text = trim(all)
-  end function text_of
 
   !> The rows that are there, shape (columns, rows).
   function values_of(rows) result(values)

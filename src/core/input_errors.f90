@@ -45,8 +45,22 @@ contains
     type(error_list_t), intent(inout) :: list
     type(origin_t), intent(in) :: origin
     character(*), intent(in) :: found, expected
+    type(input_error_t), allocatable :: longer(:)
 
-    call append(list, origin, .false., found, expected)
+    if (.not. allocated(list%items)) allocate (list%items(8))
+    if (list%n_items == size(list%items)) then
+      allocate (longer(2*list%n_items))
+      longer(:list%n_items) = list%items
+      call move_alloc(longer, list%items)
+    end if
+    list%n_items = list%n_items + 1
+    associate (item => list%items(list%n_items))
+      item%origin = origin
+      if (allocated(origin%keyword)) item%origin%keyword = shortened(origin%keyword)
+      item%is_warning = .false.
+      item%found = shortened(found)
+      item%expected = shortened(expected)
+    end associate
   end subroutine add_error
 
   !> Note something suspicious that does not prevent the run.
@@ -55,7 +69,8 @@ contains
     type(origin_t), intent(in) :: origin
     character(*), intent(in) :: found, expected
 
-    call append(list, origin, .true., found, expected)
+    call add_error(list, origin, found, expected)
+    list%items(list%n_items)%is_warning = .true.
   end subroutine add_warning
 
   !> Take back the warnings of a place, where an error has shown what they come from.
@@ -126,28 +141,5 @@ contains
 
     is_inside_character = iachar(byte) >= 128 .and. iachar(byte) < 192
   end function is_inside_character
-
-  pure subroutine append(list, origin, is_warning, found, expected)
-    type(error_list_t), intent(inout) :: list
-    type(origin_t), intent(in) :: origin
-    logical, intent(in) :: is_warning
-    character(*), intent(in) :: found, expected
-    type(input_error_t), allocatable :: longer(:)
-
-    if (.not. allocated(list%items)) allocate (list%items(8))
-    if (list%n_items == size(list%items)) then
-      allocate (longer(2*list%n_items))
-      longer(:list%n_items) = list%items
-      call move_alloc(longer, list%items)
-    end if
-    list%n_items = list%n_items + 1
-    associate (item => list%items(list%n_items))
-      item%origin = origin
-      if (allocated(origin%keyword)) item%origin%keyword = shortened(origin%keyword)
-      item%is_warning = is_warning
-      item%found = shortened(found)
-      item%expected = shortened(expected)
-    end associate
-  end subroutine append
 
 end module input_errors

@@ -164,17 +164,9 @@ contains
     type(c_funptr) :: before
 
     before = c_signal(number, c_funloc(take_note))
-    if (is_ignoring(before)) before = c_signal(number, before)
+    if (transfer(before, 0_c_intptr_t) == sig_ign) before = c_signal(number, before)
   end subroutine watch
 
-  pure logical function is_ignoring(handler)
-    type(c_funptr), intent(in) :: handler
-
-    is_ignoring = .false.
-    if (c_associated(handler)) is_ignoring = transfer(handler, 0_c_intptr_t) == sig_ign
-  end function is_ignoring
-
-  !> The handler.
   subroutine take_note(number) bind(C)
     integer(c_int), value :: number
     integer(c_long), parameter :: same_wish = 2_c_long

@@ -101,7 +101,6 @@ contains
     end associate
   end subroutine add_room
 
-  !> Take an array of the shape that was put.
   pure subroutine take_array(store, name, n, values)
     type(state_store_t), intent(inout) :: store
     character(*), intent(in) :: name
@@ -264,7 +263,6 @@ contains
     end do
   end function find
 
-  !> Keep the first error.
   pure subroutine note(store, reason)
     type(state_store_t), intent(inout) :: store
     character(*), intent(in) :: reason

@@ -89,12 +89,17 @@ module system_files
                                no_link = 131072   ! of Linux on x86
   integer(c_int), parameter :: owner_alone = 448, owner_reads_and_writes = 384   ! 0700, 0600
 
-  !> Who may do what with a file.
-  type :: access_t
-    integer :: kind = 0        ! 4: a folder, 8: a plain file
+  !> What the system knows of a file.
+  type :: facts_t
+    integer :: kind = 0        ! see `kinds`
     integer :: mode = 0
     integer :: owner = -1
-  end type access_t
+    integer(int64) :: n_bytes = -1
+  end type facts_t
+
+  integer, parameter :: plain_file = 8
+  character(6), parameter :: kinds(0:15) = [character(6) :: "", "pipe", "device", "", "folder", &
+    "", "device", "", "file", "", "", "", "socket", "", "", ""]
 
   interface
     integer(c_int) function c_memory(name, flags) bind(C, name="memfd_create")
@@ -166,7 +171,6 @@ contains
     folder = folder_of(true_path("/proc/self/exe"))
   end function program_folder
 
-  !> What realpath gives, empty if it gives nothing.
   function resolve(path) result(resolved)
     character(*), intent(in) :: path
     character(:), allocatable :: resolved
@@ -184,14 +188,10 @@ contains
     type(c_ptr), intent(in) :: address
     character(:), allocatable :: text
     character(kind=c_char), pointer :: letters(:)
-    integer :: i, n
 
-    n = int(c_strlen(address))
-    call c_f_pointer(address, letters, [n])
-    allocate (character(n) :: text)
-    do i = 1, n
-      text(i:i) = letters(i)
-    end do
+    call c_f_pointer(address, letters, [c_strlen(address)])
+    allocate (character(size(letters)) :: text)
+    text = transfer(letters, text)
   end function fortran_text
 
   !> Files of a folder whose names have the ending, in order of their names.
@@ -233,25 +233,10 @@ contains
   function kind_of_file(path) result(kind)
     character(*), intent(in) :: path
     character(:), allocatable :: kind
-    integer(c_int), parameter :: folder_in_hand = -100, ask_for_type = 1
-    integer(c_int16_t) :: facts(128)           ! the 256 bytes of Linux's struct statx
-    integer, parameter :: place_of_mode = 15   ! in halves of words
+    type(facts_t) :: facts
 
-    kind = ""
-    facts = 0
-    if (c_statx(folder_in_hand, path//c_null_char, 0_c_int, ask_for_type, facts) /= 0) return
-    select case (ibits(int(facts(place_of_mode)), 12, 4))
-    case (1)
-      kind = "pipe"
-    case (2, 6)
-      kind = "device"
-    case (4)
-      kind = "folder"
-    case (8)
-      kind = "file"
-    case (12)
-      kind = "socket"
-    end select
+    facts = facts_of(path)
+    kind = trim(kinds(facts%kind))
   end function kind_of_file
 
   !> Why a plain file may not be written; empty where it may or where there is none. In a folder
@@ -274,26 +259,20 @@ contains
   !! file what was written to it, whether or not the disk took it.
   integer(int64) function bytes_on_disk(path) result(n_bytes)
     character(*), intent(in) :: path
-    integer(c_int), parameter :: folder_in_hand = -100, ask_for_size = 512
-    integer(c_int16_t) :: facts(128)           ! the 256 bytes of Linux's struct statx
-    integer, parameter :: place_of_size = 21   ! in halves of words
-    character(:), allocatable :: kind
+    type(facts_t) :: facts
 
+    facts = facts_of(path)
     n_bytes = -1
-    kind = kind_of_file(path)
-    if (kind /= "file") return
-    facts = 0
-    if (c_statx(folder_in_hand, path//c_null_char, 0_c_int, ask_for_size, facts) == 0) &
-      n_bytes = transfer(facts(place_of_size:place_of_size + 3), n_bytes)
+    if (facts%kind == plain_file) n_bytes = facts%n_bytes
   end function bytes_on_disk
 
   !> Is there something of this name that is no plain file?
   logical function is_no_file(path)
     character(*), intent(in) :: path
-    character(:), allocatable :: kind
+    type(facts_t) :: facts
 
-    kind = kind_of_file(path)
-    is_no_file = kind /= "" .and. kind /= "file"
+    facts = facts_of(path)
+    is_no_file = facts%kind /= plain_file .and. kinds(facts%kind) /= ""
   end function is_no_file
 
   !> Wait until a file, or the names in a folder, are on the disk; false if that failed.
@@ -403,10 +382,7 @@ contains
     type(string_t), intent(in) :: files(:)
     integer :: i
 
-    is_any = .false.
-    do i = 1, size(files)
-      if (.not. is_any) is_any = is_same_file(path, files(i)%value)
-    end do
+    is_any = any([(is_same_file(path, files(i)%value), i=1, size(files))])
   end function is_any_of_files
 
   !> File name, with its version and its length, of the shared library that a symbol comes from,
@@ -435,7 +411,7 @@ contains
     character(*), intent(in) :: path
     integer, intent(out) :: descriptor
     type(error_t), allocatable, intent(out) :: error
-    type(access_t) :: access
+    type(facts_t) :: facts
     integer(c_int) :: ignored
     integer :: i
 
@@ -449,11 +425,11 @@ contains
                 "not be read, or is a link or a file")
       return
     end if
-    access = access_of(descriptor)
-    if (access%owner /= int(c_user())) then
+    facts = facts_of("", descriptor)
+    if (facts%owner /= int(c_user())) then
       call fail(error, "the folder "//path//" belongs to another user (number "// &
-                to_text(access%owner)//"), who could put a library there")
-    else if (may_others_write(access)) then
+                to_text(facts%owner)//"), who could put a library there")
+    else if (may_others_write(facts)) then
       call fail(error, "others may write to the folder "//path//", and could put a library "// &
                 "there; remove what is in it and close it by chmod 700")
     end if
@@ -464,15 +440,15 @@ contains
   !! there is none such. A link is none.
   integer function open_own_file(path) result(descriptor)
     character(*), intent(in) :: path
-    type(access_t) :: access
+    type(facts_t) :: facts
     integer(c_int) :: user
 
     descriptor = int(c_open(path//c_null_char, ior(ior(to_read, no_wait), no_link)))
     if (descriptor < 0) return
-    access = access_of(descriptor)
+    facts = facts_of("", descriptor)
     user = c_user()
-    if (access%kind == 8 .and. access%owner == int(user) .and. &
-        .not. may_others_write(access)) return
+    if (facts%kind == plain_file .and. facts%owner == int(user) .and. &
+        .not. may_others_write(facts)) return
     call close_file(descriptor)
     descriptor = -1
   end function open_own_file
@@ -508,7 +484,6 @@ contains
     character(:), allocatable :: part
     type(sha256_t) :: digest
     integer(c_size_t) :: offset, n
-    integer :: i
 
     allocate (bytes(block))
     allocate (character(block) :: part)
@@ -518,9 +493,7 @@ contains
       n = c_pread(int(descriptor, c_int), bytes, int(block, c_size_t), offset)
       if (n < 0) return
       if (n == 0) exit
-      do i = 1, int(n)
-        part(i:i) = bytes(i)
-      end do
+      part = transfer(bytes, part)
       call add_to_digest(digest, part(:n))
       offset = offset + n
     end do
@@ -535,24 +508,33 @@ contains
     ignored = c_chmod(path//c_null_char, owner_reads_and_writes)
   end subroutine keep_to_owner
 
-  type(access_t) function access_of(descriptor) result(access)
-    integer, intent(in) :: descriptor
-    integer(c_int), parameter :: what_is_open = 4096, basic_facts = 2047
-    integer(c_int16_t) :: facts(128)          ! the 256 bytes of Linux's struct statx
+  type(facts_t) function facts_of(path, descriptor) result(facts)
+    character(*), intent(in) :: path
+    integer, intent(in), optional :: descriptor   !! with an empty path
+    integer(c_int), parameter :: folder_in_hand = -100, what_is_open = 4096, basic_facts = 2047
+    integer(c_int16_t) :: halves(128)             ! the 256 bytes of Linux's struct statx
     integer, parameter :: half = 65536
+    integer(c_int) :: folder, flags
 
-    facts = 0
-    if (c_statx(int(descriptor, c_int), c_null_char, what_is_open, basic_facts, facts) /= 0) return
-    access%owner = iand(int(facts(11)), half - 1) + half*int(facts(12))   ! at byte 20
-    access%mode = ibits(int(facts(15)), 0, 12)                            ! at byte 28
-    access%kind = ibits(int(facts(15)), 12, 4)
-  end function access_of
+    folder = folder_in_hand
+    flags = 0
+    if (present(descriptor)) then
+      folder = int(descriptor, c_int)
+      flags = what_is_open
+    end if
+    halves = 0
+    if (c_statx(folder, path//c_null_char, flags, basic_facts, halves) /= 0) return
+    facts%owner = iand(int(halves(11)), half - 1) + half*int(halves(12))   ! at byte 20
+    facts%mode = ibits(int(halves(15)), 0, 12)                             ! at byte 28
+    facts%kind = ibits(int(halves(15)), 12, 4)
+    facts%n_bytes = transfer(halves(21:24), facts%n_bytes)                 ! at byte 40
+  end function facts_of
 
-  pure logical function may_others_write(access)
-    type(access_t), intent(in) :: access
+  pure logical function may_others_write(facts)
+    type(facts_t), intent(in) :: facts
     integer, parameter :: group_writes = 16, all_write = 2   ! 0020, 0002
 
-    may_others_write = iand(access%mode, group_writes + all_write) /= 0
+    may_others_write = iand(facts%mode, group_writes + all_write) /= 0
   end function may_others_write
 
 end module system_files

@@ -74,10 +74,8 @@ contains
   pure function integer_to_text(number) result(written)
     integer, intent(in) :: number
     character(:), allocatable :: written
-    character(12) :: buffer
 
-    write (buffer, "(i0)") number
-    written = trim(buffer)
+    written = long_to_text(int(number, int64))
   end function integer_to_text
 
   pure function long_to_text(number) result(written)

@@ -11,7 +11,7 @@ module text_file
   private
 
   public :: write_lines, read_whole_file, take_line, is_of_size, why_left_alone
-  public :: read_source, read_plain_source, next_line, folder_part, path_beside
+  public :: read_source, read_plain_source, next_line, path_beside
 
   integer, parameter :: longest = 2**29          !! bytes of a file
 
@@ -66,12 +66,14 @@ contains
     is_of_size = bytes_on_disk(path) == n_bytes
   end function is_of_size
 
-  !> A file as one text; empty if it cannot be read or is no plain file.
-  subroutine read_whole_file(path, content, is_there)
+  !> A file, or its first part, as one text; empty if it cannot be read or is no plain file.
+  subroutine read_whole_file(path, content, is_there, n_most)
     character(*), intent(in) :: path
     character(:), allocatable, intent(out) :: content
     logical, intent(out) :: is_there
-    integer :: unit, status, length
+    integer, intent(in), optional :: n_most    !! bytes; absent: all
+    integer(int64) :: length
+    integer :: unit, status
 
     content = ""
     is_there = .false.
@@ -80,9 +82,10 @@ contains
           status="old", iostat=status)
     if (status /= 0) return
     inquire (unit=unit, size=length)
+    if (present(n_most)) length = min(length, int(n_most, int64))
     deallocate (content)
-    allocate (character(max(0, length)) :: content)
-    read (unit, iostat=status) content
+    allocate (character(max(0_int64, length)) :: content)
+    if (length > 0) read (unit, iostat=status) content
     is_there = status == 0
     if (.not. is_there) content = ""
     close (unit)
@@ -113,6 +116,7 @@ contains
     character(:), allocatable :: why
     character(:), allocatable :: start
     logical :: is_read
+    integer :: n
 
     why = ""
     if (is_no_file(path)) then
@@ -121,7 +125,9 @@ contains
     else if (kind_of_file(path) == "") then
       return
     end if
-    call read_start(path, 4*len(mark) + 100, start, is_read)
+    call read_whole_file(path, start, is_read, 4*len(mark) + 100)
+    n = index(start, new_line("a"))
+    if (n > 1) start = start(:n - 1)
     if (.not. is_read) then
       why = "there is a file of this name that cannot be read; it is left alone"
     else if (start /= "" .and. index(without_brackets(start), without_brackets(mark)) /= 1) then
@@ -129,32 +135,6 @@ contains
     end if
   end function why_left_alone
 
-  !> The first line of a file, or its first part.
-  subroutine read_start(path, longest, start, is_read)
-    character(*), intent(in) :: path
-    integer, intent(in) :: longest
-    character(:), allocatable, intent(out) :: start
-    logical, intent(out) :: is_read
-    integer(int64) :: n_bytes
-    integer :: unit, status, n
-
-    start = ""
-    open (newunit=unit, file=path, access="stream", form="unformatted", action="read", &
-          status="old", iostat=status)
-    is_read = status == 0
-    if (.not. is_read) return
-    inquire (unit=unit, size=n_bytes)
-    deallocate (start)
-    n = int(max(0_int64, min(n_bytes, int(longest, int64))))
-    allocate (character(n) :: start)
-    if (len(start) > 0) read (unit, iostat=status) start
-    close (unit)
-    is_read = status == 0
-    n = index(start, new_line("a"))
-    if (n > 1) start = start(:n - 1)
-  end subroutine read_start
-
-  !> The text without what stands in [brackets].
   pure function without_brackets(text) result(rest)
     character(*), intent(in) :: text
     character(:), allocatable :: rest
@@ -296,14 +276,6 @@ contains
     if (contents(place - 1:place) == carriage_return//line_feed) place = place + 1
   end subroutine next_line
 
-  !> The folder part of a path with its last slash; empty for a mere file name.
-  pure function folder_part(path) result(folder)
-    character(*), intent(in) :: path
-    character(:), allocatable :: folder
-
-    folder = path(:index(path, "/", back=.true.))
-  end function folder_part
-
   !> Path that `name` has when it is meant relative to the file `base`, without `.` and `x/..`.
   pure function path_beside(base, name) result(path)
     character(*), intent(in) :: base, name
@@ -312,7 +284,7 @@ contains
     integer :: slash, before
 
     rest = name
-    if (index(name, "/") /= 1) rest = folder_part(base)//name
+    if (index(name, "/") /= 1) rest = base(:index(base, "/", back=.true.))//name
     path = ""
     if (index(rest, "/") == 1) path = "/"
     do while (len(rest) > 0)
