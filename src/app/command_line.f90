@@ -1,8 +1,8 @@
 !> The command line of igaform, taken apart and checked.
 module command_line
+  use, intrinsic :: iso_fortran_env, only: compiler_version
   use kinds, only: wp
   use text, only: string_t, strings, nearest_name, read_integer, read_real, append_text
-  use provenance, only: compiler_name
   use build_info, only: version, git_commit, source_digest
   implicit none
   private
@@ -123,7 +123,7 @@ contains
 
     text = "igaform "//version//" ("//git_commit//")"//feed &
            //"sources    "//source_digest//feed &
-           //"compiler   "//compiler_name()
+           //"compiler   "//compiler_version()
   end function version_text
 
   !> Argument number i; takes its value too where it has one.

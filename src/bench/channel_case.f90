@@ -21,7 +21,7 @@ module channel_case
   use run_state, only: run_t
   use energy_balance, only: energy_balance_t
   use run_saver, only: saver_t
-  use forming_run, only: new_run, run_model, take_balances, record_sample
+  use forming_run, only: new_run, run_model, take_balances, add_sample
   use bench_case, only: bench_case_t
   use bench_record, only: record_t, keep_least
   use system_files, only: make_folder, remove_file
@@ -177,7 +177,7 @@ contains
     case ("history")
       do i = 1, self%n_calls
         call take_balances(self%model, self%solver, balance)
-        call record_sample(self%model, self%solver, self%results)
+        call add_sample(self%model, self%solver, self%results)
       end do
     case ("frame")
       call fill_frame(self%model, self%solver%instant%time, self%solver%frames(1))

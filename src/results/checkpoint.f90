@@ -276,7 +276,6 @@ contains
     end if
   end function first_difference
 
-  !> Digest of a line.
   pure function key(line)
     character(*), intent(in) :: line
     character(digest_length) :: key

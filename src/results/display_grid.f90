@@ -11,8 +11,8 @@ module display_grid
   use gauss_rule, only: gauss_rule_t
   use knot_vector, only: n_spans
   use nurbs_solid, only: nurbs_solid_t
-  use line_operator, only: apply_tensor, basis_operator, equal_positions, grid_size, &
-                           joined_bezier_operator, line_operator_t, spread_operator
+  use line_operator, only: apply_tensor, basis_operator, equal_positions, joined_bezier_operator, &
+                           line_operator_t, spread_operator
   implicit none
   private
 
@@ -53,7 +53,7 @@ contains
         grid%spread(d) = spread_operator(rule(d)%points, positions, grid%n_elements(d))
       end associate
     end do
-    grid%n = grid_size(grid%basis)
+    grid%n = grid%basis%n_out
     grid%control_weights = [solid%weights]
     grid%is_rational = maxval(solid%weights) > minval(solid%weights)
     grid%weights = apply_tensor(grid%basis, grid%control_weights)
@@ -91,12 +91,8 @@ contains
     type(display_grid_t), intent(in) :: grid
     real(wp), intent(in) :: points(grid%n(1)*grid%n(2), grid%n(3), 3)   !! display points
     real(wp) :: thickness(grid%n(1)*grid%n(2), grid%n(3))
-    integer :: k
 
-    thickness(:, 1) = norm2(points(:, grid%n(3), :) - points(:, 1, :), dim=2)
-    do k = 2, grid%n(3)
-      thickness(:, k) = thickness(:, 1)
-    end do
+    thickness = spread(norm2(points(:, grid%n(3), :) - points(:, 1, :), dim=2), 2, grid%n(3))
   end function display_thickness
 
   !> A field at integration points from element order (m, q1, q2, q3, e1, e2, e3) to the tensor grid

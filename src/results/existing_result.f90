@@ -9,8 +9,7 @@ module existing_result
   use system_files, only: is_no_file, kind_of_file
   use hdf5_library, only: hid_t, h5fis_hdf5, is_library_ready
   use hdf5_reading, only: open_for_reading, close_reading, read_text_attribute, is_of_others, &
-                          names_in, read_numbers
-  use text, only: string_t
+                          names_in, has_name, read_numbers
   implicit none
   private
 
@@ -71,18 +70,13 @@ contains
   !! told of one that does not open.
   logical function is_of_other_kind(path, content)
     character(*), intent(in) :: path, content
-    type(string_t), allocatable :: names(:)
     integer(hid_t) :: file
-    integer :: i
 
     is_of_other_kind = .false.
     file = open_for_reading(path)
     if (file < 0) return
     if (content == test_content) then
-      names = names_in(file, "/")
-      do i = 1, size(names)
-        is_of_other_kind = is_of_other_kind .or. names(i)%value == "history"
-      end do
+      is_of_other_kind = has_name(names_in(file, "/"), "history")
     else
       is_of_other_kind = read_text_attribute(file, "/", "content") == test_content
     end if
@@ -106,12 +100,9 @@ contains
     type(result_state_t), intent(out) :: state
     integer(hid_t) :: file
     real(wp), allocatable :: values(:)
-    logical :: is_there
 
     state%status = ""
     state%identity = ""
-    inquire (file=path, exist=is_there)
-    if (.not. is_there) return
     file = open_for_reading(path)
     if (file < 0) return
     state%status = read_text_attribute(file, "/provenance", "status")

@@ -8,7 +8,7 @@ module frame_values
                             frame_t, n_derived_parts, output_fields, patch_view_t, tools_view_t
   use point_geometry, only: new_point_geometry
   use tool_mesh, only: carried, new_surface_mesh, surface_mesh_t
-  use vtkhdf, only: add_cells, cells_t, hexahedra_on_grid, vtk_bezier_hexahedron, &
+  use vtkhdf, only: add_cells, cells_t, cells_on_grid, vtk_bezier_hexahedron, &
                     vtk_bezier_quadrilateral, vtk_lagrange_hexahedron, vtk_lagrange_quadrilateral
   use text, only: string_t
   use gauss_rule, only: gauss_rule_t
@@ -121,7 +121,6 @@ contains
       patch%solid%points, [size(patch%solid%weights), 3])))]
   end subroutine start_view
 
-  !> Cells and weights of the blank.
   subroutine place_patches(display, cells, weights)
     type(display_t), intent(inout) :: display
     type(cells_t), intent(out) :: cells
@@ -131,8 +130,8 @@ contains
     allocate (weights(0), display%last(size(display%patches)))
     do p = 1, size(display%patches)
       associate (grid => display%patches(p)%grid)
-        call add_cells(cells, hexahedra_on_grid(grid%degree, grid%n_elements, &
-                                                size(weights, kind=int64)), &
+        call add_cells(cells, cells_on_grid(grid%degree, grid%n_elements, &
+                                            size(weights, kind=int64)), &
                        merge(vtk_bezier_hexahedron, vtk_lagrange_hexahedron, display%is_bezier), 0)
         weights = [weights, grid%weights]
       end associate
@@ -216,7 +215,6 @@ contains
     !$omp end do
   end subroutine fill_values
 
-  !> Positions and fields at the display points of the tools.
   subroutine fill_tools(display, frame, columns, points, values)
     type(display_t), intent(in) :: display
     type(frame_t), intent(in) :: frame

@@ -19,7 +19,7 @@ module frames
                           fill_values, new_display
   use hdf5_file, only: check_length, close_file, give_up_file, open_file, create_file, &
                        create_group, byte_values, flush_file, hdf5_file_t, integer_values, &
-                       link_object, path_of_open, place_file, real_values, take_error, &
+                       link_object, place_file, real_values, take_error, &
                        write_reals, write_text_attribute, write_integer_attribute, append_chunk, &
                        append_integers, create_series, write_integers
   use deflated_chunk, only: deflated_chunk_t, new_deflated_chunk
@@ -31,33 +31,27 @@ module frames
   use tool_mesh, only: carried
   use vtkhdf, only: append_point_data, append_points, append_step, cells_t, create_grid, &
                     create_point_data, write_rational_weights
-  use history, only: history_sample_t, history_t, open_history, record_sample, write_history, &
-                     drop_samples, n_waiting_samples
+  use history, only: history_t, open_history, write_history
   use hdf5_library, only: hid_t
-  use hdf5_reading, only: open_for_reading, close_reading, names_in, read_numbers
+  use hdf5_reading, only: open_for_reading, close_reading, names_in, has_name, read_numbers
   use knot_vector, only: knot_vector_t
-  use nurbs_solid, only: nurbs_solid_t
-  use nurbs_surface, only: nurbs_surface_t
   use timer, only: watch_seconds, n_watches
   implicit none
   private
 
   public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
   public :: face_field_t, tool_frame_t
-  public :: open_results, write_frame, record_history, close_results
-  public :: flush_results, forget_history, length_unit, n_frames_of, n_samples_of, path_of_results
-  public :: layout_problem
+  public :: open_results, write_frame, close_results, flush_results, length_unit, layout_problem
 
-  !> An open results file.
+  !> An open results file. Rows of its history wait in memory until the next frame or flush.
   type :: results_t
-    private
     type(hdf5_file_t) :: file
-    type(unit_system_t) :: units
-    type(display_t) :: display
     type(history_t) :: history
-    integer :: n_state = 0
-    character(:), allocatable :: state_names            ! set apart by commas, or empty
-    integer :: n_frames = 0
+    integer :: n_frames = 0                                      !! written so far
+    type(unit_system_t), private :: units
+    type(display_t), private :: display
+    integer, private :: n_state = 0
+    character(:), allocatable, private :: state_names            ! set apart by commas, or empty
   end type results_t
 
   character(*), parameter :: weights_name = "RationalWeights"   ! that Bezier cells have
@@ -124,7 +118,8 @@ contains
     type(results_setup_t), intent(in) :: setup
     type(cells_t), intent(in) :: cells
     real(wp), intent(in) :: weights(:)
-    integer :: p
+    character(:), allocatable :: folder
+    integer :: i, p
 
     associate (file => results%file)
       call write_provenance(file, setup%provenance)
@@ -137,16 +132,31 @@ contains
       call create_grid(file, cells, results%display%n_points, unit_of(results%units, "length"), &
                        unit_of(results%units, "time"))
       if (setup%is_bezier) call write_rational_weights(file, weights)
-      call create_fields(results)
+      do i = 1, size(results%display%fields)
+        associate (field => results%display%fields(i))
+          call create_point_data(file, trim(field%name), field%n_components, &
+                                 results%display%n_points, &
+                                 unit_of(results%units, trim(field%quantity)), &
+                                 trim(field%description))
+        end associate
+      end do
       call create_series(file, "/frames/is_failed", byte_values, [integer ::], 64, .false., "1", &
                          "1 for the state at which a run failed, 0 for all other frames")
       call create_series(file, "/frames/process_step", integer_values, [integer ::], 64, .false., &
                          "1", "step of the deck, from 1 on")
       do p = 1, size(results%display%patches)
-        call create_series(file, patch_folder(results, "/frames", p)//"/eqps", real_values, &
-                           results%display%patches(p)%geometry%n, 1, .true., "1", &
-                           "equivalent plastic strain at the integration points, all frames")
-        call write_point_geometry(results, p)
+        folder = patch_folder(results, "/points", p)
+        associate (geometry => results%display%patches(p)%geometry)
+          call create_series(file, patch_folder(results, "/frames", p)//"/eqps", real_values, &
+                             geometry%n, 1, .true., "1", &
+                             "equivalent plastic strain at the integration points, all frames")
+          call write_reals(file, folder//"/reference_position", geometry%positions, &
+                           [3, geometry%n], unit_of(results%units, "length"), "positions of "// &
+                           "the integration points at the start, indices (zeta, eta, xi)")
+          call write_reals(file, folder//"/reference_volume", geometry%volumes, geometry%n, &
+                           unit_of(results%units, "volume"), &
+                           "volume of each integration point at the start")
+        end associate
       end do
       call write_geometry(results)
     end associate
@@ -165,29 +175,6 @@ contains
     call take_error(results%file, error)
   end subroutine flush_results
 
-  !> A path to the file that the results are written to, whatever its name may lead to meanwhile.
-  function path_of_results(results) result(path)
-    type(results_t), intent(in) :: results
-    character(:), allocatable :: path
-
-    path = path_of_open(results%file)
-  end function path_of_results
-
-  !> Let go of the history since the last frame or flush but for its first rows.
-  subroutine forget_history(results, n_samples)
-    type(results_t), intent(inout) :: results
-    integer, intent(in) :: n_samples
-
-    call drop_samples(results%history, n_samples)
-  end subroutine forget_history
-
-  !> Rows of the history since the last frame or flush.
-  pure integer function n_samples_of(results)
-    type(results_t), intent(in) :: results
-
-    n_samples_of = n_waiting_samples(results%history)
-  end function n_samples_of
-
   !> Unit of a length in this file; empty where the deck has no label of its units.
   pure function length_unit(results) result(unit)
     type(results_t), intent(in) :: results
@@ -196,13 +183,6 @@ contains
     unit = unit_of(results%units, "length")
     if (unit == "length") unit = ""
   end function length_unit
-
-  !> Frames written so far.
-  pure integer function n_frames_of(results)
-    type(results_t), intent(in) :: results
-
-    n_frames_of = results%n_frames
-  end function n_frames_of
 
   !> Write a frame and the history up to it, or its first rows, then flush the file.
   subroutine write_frame(results, frame, error, n_samples)
@@ -275,16 +255,18 @@ contains
     !$omp end do
   end subroutine pack_values
 
-  ! What `pack_values` has packed.
   subroutine append_values(results, chunks)
     type(results_t), intent(inout) :: results
     type(deflated_chunk_t), intent(in) :: chunks(:)
-    integer :: n, p
+    integer :: i, n, p
 
     n = size(results%display%fields)
-    call append_point_data(results%file, strings(results%display%fields%name), &
-                           results%display%fields%n_components, chunks(:n), &
-                           results%display%n_points)
+    do i = 1, n
+      associate (field => results%display%fields(i))
+        call append_point_data(results%file, trim(field%name), field%n_components, chunks(i), &
+                               results%display%n_points)
+      end associate
+    end do
     do p = 1, size(results%display%patches)
       associate (view => results%display%patches(p))
         call append_chunk(results%file, patch_folder(results, "/frames", p)//"/eqps", &
@@ -292,14 +274,6 @@ contains
       end associate
     end do
   end subroutine append_values
-
-  !> Keep a history sample in memory until the next frame.
-  subroutine record_history(results, sample)
-    type(results_t), intent(inout) :: results
-    type(history_sample_t), intent(in) :: sample
-
-    call record_sample(results%history, sample)
-  end subroutine record_history
 
   !> Write what is left of the history, how the run ended and what it cost; close the file.
   subroutine close_results(results, status, timings, error, relaxation)
@@ -354,79 +328,59 @@ contains
                      [integer ::], "ns", "wall-clock time per element and step")
   end subroutine write_timings
 
-  subroutine create_fields(results)
-    type(results_t), intent(inout) :: results
-    integer :: i
-
-    do i = 1, size(results%display%fields)
-      associate (field => results%display%fields(i))
-        call create_point_data(results%file, trim(field%name), field%n_components, &
-                               results%display%n_points, &
-                               unit_of(results%units, trim(field%quantity)), &
-                               trim(field%description))
-      end associate
-    end do
-  end subroutine create_fields
-
   subroutine write_geometry(results)
     type(results_t), intent(inout) :: results
+    character(:), allocatable :: unit
     integer :: i, s, p
 
-    do p = 1, size(results%display%patches)
-      call write_solid(results%file, patch_folder(results, "/nurbs/blank", p), &
-                       results%display%patches(p)%solid, unit_of(results%units, "length"))
-      if (size(results%display%patches) > 1) &
-        call write_integer_attribute(results%file, patch_folder(results, "/nurbs/blank", p), &
-                                     "patch", [p])
-    end do
-    call create_group(results%file, "/nurbs/tools")
-    do i = 1, size(results%display%tools)
-      do s = 1, size(results%display%tools(i)%surfaces)
-        call write_surface(results%file, surface_folder(results, i, s), &
-                           results%display%tools(i)%surfaces(s), unit_of(results%units, "length"))
+    unit = unit_of(results%units, "length")
+    associate (display => results%display)
+      do p = 1, size(display%patches)
+        associate (solid => display%patches(p)%solid)
+          call write_net(results%file, patch_folder(results, "/nurbs/blank", p), solid%axes, &
+                         solid%weights, solid%points, unit)
+        end associate
+        if (size(display%patches) > 1) &
+          call write_integer_attribute(results%file, patch_folder(results, "/nurbs/blank", p), &
+                                       "patch", [p])
       end do
-    end do
+      call create_group(results%file, "/nurbs/tools")
+      do i = 1, size(display%tools)
+        do s = 1, size(display%tools(i)%surfaces)
+          associate (surface => display%tools(i)%surfaces(s))
+            call write_net(results%file, surface_folder(results, i, s), surface%axes, &
+                           surface%weights, surface%points, unit)
+          end associate
+        end do
+      end do
+    end associate
   end subroutine write_geometry
 
   subroutine update_geometry(results, frame)
     type(results_t), intent(inout) :: results
     type(frame_t), intent(in) :: frame
     real(wp), allocatable :: points(:, :)
-    integer :: i, s, p, n(4), m(3)
+    character(:), allocatable :: unit
+    integer :: i, s, p
 
+    unit = unit_of(results%units, "length")
     do p = 1, size(results%display%patches)
-      n = shape(frame%patches(p)%points)
       call update_points(results%file, patch_folder(results, "/nurbs/blank", p), &
-                         reshape(frame%patches(p)%points, [product(n(:3)), 3]), n(:3), &
-                         unit_of(results%units, "length"))
+                         shape(results%display%patches(p)%solid%weights), &
+                         frame%patches(p)%points, unit)
     end do
     do i = 1, size(results%display%tools)
       do s = 1, size(results%display%tools(i)%surfaces)
-        m = shape(results%display%tools(i)%surfaces(s)%points)
-        points = reshape(results%display%tools(i)%surfaces(s)%points, [m(1)*m(2), 3])
-        points = points + carried(points, spread(i, 1, size(points, 1)), frame%tool_displacement, &
-                                  frame%tool_turn)
-        call update_points(results%file, surface_folder(results, i, s), points, m(:2), &
-                           unit_of(results%units, "length"))
+        associate (surface => results%display%tools(i)%surfaces(s))
+          points = reshape(surface%points, [size(surface%weights), 3])
+          points = points + carried(points, spread(i, 1, size(points, 1)), &
+                                    frame%tool_displacement, frame%tool_turn)
+          call update_points(results%file, surface_folder(results, i, s), shape(surface%weights), &
+                             points, unit)
+        end associate
       end do
     end do
   end subroutine update_geometry
-
-  subroutine write_point_geometry(results, patch)
-    type(results_t), intent(inout) :: results
-    integer, intent(in) :: patch
-    character(:), allocatable :: folder
-
-    folder = patch_folder(results, "/points", patch)
-    associate (geometry => results%display%patches(patch)%geometry)
-      call write_reals(results%file, folder//"/reference_position", geometry%positions, &
-                       [3, geometry%n], unit_of(results%units, "length"), &
-                       "positions of the integration points at the start, indices (zeta, eta, xi)")
-      call write_reals(results%file, folder//"/reference_volume", geometry%volumes, geometry%n, &
-                       unit_of(results%units, "volume"), &
-                       "volume of each integration point at the start")
-    end associate
-  end subroutine write_point_geometry
 
   ! State at the integration points, of the last frame alone.
   subroutine write_points(results, frame)
@@ -490,6 +444,7 @@ contains
     type(cells_t) :: cells
     real(wp), allocatable :: weights(:)
     integer(hid_t) :: file
+    integer :: i, n
 
     reason = "it cannot be opened"
     file = open_for_reading(path)
@@ -500,21 +455,12 @@ contains
     reason = ""
     call new_display(setup, display, cells, weights)
     call compare("FIELDS", fields_word(names), fields_word(strings(display%fields%name)), reason)
-    call compare("CELLS", cells_word(has(names, weights_name)), cells_word(setup%is_bezier), reason)
-    if (reason == "") reason = other_problem(names, n_points, display)
-  end function layout_problem
-
-  !> What follows from no option: a result of another version of the program.
-  function other_problem(names, n_points, display) result(reason)
-    type(string_t), intent(in) :: names(:)                 !! of the fields in the file
-    real(wp), allocatable, intent(in) :: n_points(:)       !! points of its grid, as it says
-    type(display_t), intent(in) :: display                 !! of the run now
-    character(:), allocatable :: reason
-    integer :: i, n
-
-    reason = ""
+    call compare("CELLS", merge("BEZIER  ", "LAGRANGE", has_name(names, weights_name)), &
+                 merge("BEZIER  ", "LAGRANGE", setup%is_bezier), reason)
+    if (reason /= "") return
+    ! What follows from no option: a result of another version of the program.
     do i = 1, size(display%fields)
-      if (.not. has(names, trim(display%fields(i)%name))) &
+      if (.not. has_name(names, trim(display%fields(i)%name))) &
         reason = "it has no field "//trim(display%fields(i)%name)
     end do
     if (size(names) /= size(display%fields) + merge(1, 0, display%is_bezier) .and. reason == "") &
@@ -524,7 +470,7 @@ contains
     if (allocated(n_points)) n = nint(sum(n_points))
     if (n /= display%n_points) reason = "its frames have "//to_text(n)//" points, those of the "// &
                                        "run now "//to_text(display%n_points)
-  end function other_problem
+  end function layout_problem
 
   pure subroutine compare(option, was, now, reason)
     character(*), intent(in) :: option, was, now
@@ -532,8 +478,8 @@ contains
 
     if (was == now) return
     if (reason /= "") reason = reason//", and "
-    reason = reason//"it was begun with *OUTPUT, "//option//"="//was//", and the deck now has "// &
-            option//"="//now
+    reason = reason//"it was begun with *OUTPUT, "//option//"="//trim(was)// &
+             ", and the deck now has "//option//"="//trim(now)
   end subroutine compare
 
   !> The value of FIELDS that gives these fields.
@@ -542,73 +488,15 @@ contains
     character(:), allocatable :: word
     character(7), parameter :: words(0:2) = [character(7) :: "NONE", "CONTACT", "WEAR"]
 
-    word = trim(words(count([has(names, "contact_pressure"), has(names, "wear")])))
+    word = trim(words(count([has_name(names, "contact_pressure"), has_name(names, "wear")])))
   end function fields_word
 
-  pure function cells_word(is_bezier) result(word)
-    logical, intent(in) :: is_bezier
-    character(:), allocatable :: word
-
-    word = trim(merge("BEZIER  ", "LAGRANGE", is_bezier))
-  end function cells_word
-
-  pure logical function has(names, name)
-    type(string_t), intent(in) :: names(:)
-    character(*), intent(in) :: name
-    integer :: i
-
-    has = .false.
-    do i = 1, size(names)
-      has = has .or. names(i)%value == name
-    end do
-  end function has
-
-  !> Write a solid: degrees, knots, weights and control points.
-  subroutine write_solid(file, folder, solid, length_unit)
+  !> Write a solid or a surface: degrees, knots, weights and control points.
+  subroutine write_net(file, folder, axes, weights, points, length_unit)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: folder, length_unit
-    type(nurbs_solid_t), intent(in) :: solid
-    integer :: n(4)
-
-    n = shape(solid%points)
-    call write_axes(file, folder, solid%axes)
-    call write_reals(file, folder//"/weights", solid%weights, n(:3), "1", &
-                     "weights of the control points, indices (zeta, eta, xi)")
-    call update_points(file, folder, reshape(solid%points, [product(n(:3)), 3]), n(:3), &
-                       length_unit)
-  end subroutine write_solid
-
-  !> Write a surface: degrees, knots, weights and control points.
-  subroutine write_surface(file, folder, surface, length_unit)
-    type(hdf5_file_t), intent(inout) :: file
-    character(*), intent(in) :: folder, length_unit
-    type(nurbs_surface_t), intent(in) :: surface
-    integer :: n(3)
-
-    n = shape(surface%points)
-    call write_axes(file, folder, surface%axes)
-    call write_reals(file, folder//"/weights", surface%weights, n(:2), "1", &
-                     "weights of the control points, indices (eta, xi)")
-    call update_points(file, folder, reshape(surface%points, [product(n(:2)), 3]), n(:2), &
-                       length_unit)
-  end subroutine write_surface
-
-  !> Write control points, or overwrite them with those of a later time.
-  subroutine update_points(file, folder, points, grid, length_unit)
-    type(hdf5_file_t), intent(inout) :: file
-    character(*), intent(in) :: folder, length_unit
-    real(wp), intent(in) :: points(:, :)   !! shape (product(grid), 3)
-    integer, intent(in) :: grid(:)         !! control points per direction
-
-    call write_reals(file, folder//"/points", transpose(points), [3, grid], length_unit, &
-                     "control points of the last frame, not multiplied by their weights, " &
-                     //"last axis first, components last")
-  end subroutine update_points
-
-  subroutine write_axes(file, folder, axes)
-    type(hdf5_file_t), intent(inout) :: file
-    character(*), intent(in) :: folder
     type(knot_vector_t), intent(in) :: axes(:)
+    real(wp), intent(in) :: weights(product(axes%n_basis)), points(product(axes%n_basis), 3)
     integer :: d
 
     call write_integers(file, folder//"/degrees", int(axes%degree, int64), [size(axes)], &
@@ -617,6 +505,22 @@ contains
       call write_reals(file, folder//"/knots_"//to_text(d), axes(d)%knots, &
                        [size(axes(d)%knots)], "1", "knot vector of axis "//to_text(d))
     end do
-  end subroutine write_axes
+    call write_reals(file, folder//"/weights", weights, axes%n_basis, "1", &
+                     "weights of the control points, indices ("// &
+                     trim(merge("zeta, eta, xi)", "eta, xi)      ", size(axes) == 3)))
+    call update_points(file, folder, axes%n_basis, points, length_unit)
+  end subroutine write_net
+
+  !> Write control points, or overwrite them with those of a later time.
+  subroutine update_points(file, folder, grid, points, length_unit)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: folder, length_unit
+    integer, intent(in) :: grid(:)         !! control points per direction
+    real(wp), intent(in) :: points(product(grid), 3)
+
+    call write_reals(file, folder//"/points", transpose(points), [3, grid], length_unit, &
+                     "control points of the last frame, not multiplied by their weights, " &
+                     //"last axis first, components last")
+  end subroutine update_points
 
 end module frames

@@ -62,7 +62,7 @@ contains
     if (present(is_draft)) then
       if (is_draft) file%draft = true_path(path)//draft_ending
     end if
-    call begin(file, is_new=.true.)
+    call open_held(file, is_new=.true.)
     call write_text_attribute(file, "/", "generator", "igaform")   ! see `is_of_others`
     if (file%content /= "") call write_text_attribute(file, "/", "content", file%content)
   end subroutine create_file
@@ -74,10 +74,10 @@ contains
 
     file%path = path
     file%content = ""
-    call begin(file, is_new=.false.)
+    call open_held(file, is_new=.false.)
   end subroutine open_file
 
-  subroutine begin(file, is_new)
+  subroutine open_held(file, is_new)
     type(hdf5_file_t), intent(inout) :: file
     logical, intent(in) :: is_new
     type(lock_t) :: lock
@@ -86,7 +86,7 @@ contains
     call hold_folder(file%path, lock)
     call open_locked(file, is_new)
     call release_lock(lock)
-  end subroutine begin
+  end subroutine open_held
 
   !> Open or create it if that may be, and let readers open it too.
   subroutine open_locked(file, is_new)
@@ -107,7 +107,7 @@ contains
       if (file%is_checked) access = checked_format()
       file%id = h5fcreate(c_text(name_now(file)), h5_truncate, h5_default, access)
       if (file%id < 0) call note_failure(file, "create", "")   ! before the next call clears why
-      if (file%is_checked) status = h5pclose(access)
+      if (file%is_checked) status = h5close(access)
     else
       file%id = h5fopen(c_text(file%path), h5_read_write, h5_default)
       if (file%id < 0) call note_failure(file, "open", "")
@@ -160,7 +160,6 @@ contains
     call release_lock(lock)
   end subroutine place_file
 
-  !> The name that the file has now.
   pure function name_now(file) result(path)
     type(hdf5_file_t), intent(in) :: file
     character(:), allocatable :: path
@@ -266,8 +265,8 @@ contains
     if (has_object(file, name)) return
     links = parent_maker()
     group = h5gcreate(file%id, c_text(name), links, h5_default, h5_default)
-    if (group < 0) call note_failure(file, "write", name)
-    if (any([h5pclose(links), h5oclose(group)] < 0)) call note_failure(file, "write", name)
+    call expect(file, name, group >= 0)
+    call expect(file, name, all([h5close(links), h5close(group)] >= 0))
   end subroutine create_group
 
   !> A second name for an object, unless it is there.
@@ -279,9 +278,9 @@ contains
     if (allocated(file%error)) return
     if (has_object(file, second_name)) return
     links = parent_maker()
-    if (h5lcreate_hard(file%id, c_text(name), file%id, c_text(second_name), links, h5_default) &
-        < 0) call note_failure(file, "write", second_name)
-    if (h5pclose(links) < 0) call note_failure(file, "write", second_name)
+    call expect(file, second_name, h5lcreate_hard(file%id, c_text(name), file%id, &
+                                                  c_text(second_name), links, h5_default) >= 0)
+    call expect(file, second_name, h5close(links) >= 0)
   end subroutine link_object
 
   !> Write a text attribute of an object, replacing an older one.
@@ -294,7 +293,7 @@ contains
     if (allocated(file%error)) return
     owner = h5oopen(file%id, c_text(object), h5_default)
     call put_text_attribute(file, owner, object, name, value)
-    if (h5oclose(owner) < 0) call note_failure(file, "write", object)
+    call expect(file, object, h5close(owner) >= 0)
   end subroutine write_text_attribute
 
   subroutine put_text_attribute(file, owner, object, name, value)
@@ -309,7 +308,7 @@ contains
     type = text_type(value)
     address = c_loc(buffer)
     call put_attribute(file, owner, object, name, type, [integer(hsize_t) ::], address)
-    if (h5tclose(type) < 0) call note_failure(file, "write", object)
+    call expect(file, object, h5close(type) >= 0)
   end subroutine put_text_attribute
 
   !> The letters of a text, a zero for an empty one.
@@ -338,7 +337,7 @@ contains
     owner = h5oopen(file%id, c_text(object), h5_default)
     call put_attribute(file, owner, object, name, h5_int64, &
                        int(row_shape(size(values)), hsize_t), c_loc(buffer))
-    if (h5oclose(owner) < 0) call note_failure(file, "write", object)
+    call expect(file, object, h5close(owner) >= 0)
   end subroutine write_integer_attribute
 
   !> Write a text as a scalar dataset.
@@ -354,7 +353,7 @@ contains
     type = text_type(value)
     address = c_loc(buffer)   ! instead of the argument: gfortran 12 mixes up the lengths of texts
     call write_fixed(file, name, type, type, [integer ::], address, "", description)
-    if (h5tclose(type) < 0) call note_failure(file, "write", name)
+    call expect(file, name, h5close(type) >= 0)
   end subroutine write_text
 
   !> Write reals as a dataset of this shape (Fortran order), or overwrite one that is there.
@@ -390,23 +389,20 @@ contains
     character(*), intent(in) :: unit, description
     integer(hsize_t) :: extents(size(shape))
     integer(hid_t) :: space, list, dataset
-    integer(c_int) :: status
-    logical :: is_known
 
     if (allocated(file%error)) return
-    is_known = h5lexists(file%id, c_text(name), h5_default) > 0
-    if (.not. is_known) then
+    if (.not. has_object(file, name)) then
       extents = c_extents(shape)
       space = h5screate_simple(int(size(shape), c_int), extents, extents)
       list = h5pcreate(h5_class_dataset)
       call create_dataset(file, name, type, space, list, unit, description)
-      if (any([h5sclose(space), h5pclose(list)] < 0)) call note_failure(file, "write", name)
+      call expect(file, name, all([h5close(space), h5close(list)] >= 0))
     end if
     if (allocated(file%error) .or. any(shape == 0)) return
-    dataset = h5dopen(file%id, c_text(name), h5_default)
-    status = h5dwrite(dataset, memory_type, h5_default, h5_default, h5_default, values)
-    if (status < 0) call note_failure(file, "write", name)
-    if (h5dclose(dataset) < 0) call note_failure(file, "write", name)
+    dataset = h5oopen(file%id, c_text(name), h5_default)
+    call expect(file, name, h5dwrite(dataset, memory_type, h5_default, h5_default, h5_default, &
+                                     values) >= 0)
+    call expect(file, name, h5close(dataset) >= 0)
   end subroutine write_fixed
 
   subroutine create_dataset(file, name, type, space, list, unit, description)
@@ -417,13 +413,12 @@ contains
 
     links = parent_maker()
     dataset = h5dcreate(file%id, c_text(name), type, space, links, list, h5_default)
-    if (dataset < 0) call note_failure(file, "write", name)
+    call expect(file, name, dataset >= 0)
     if (len(unit) > 0) call put_text_attribute(file, dataset, name, "unit", unit)
     call put_text_attribute(file, dataset, name, "description", description)
-    if (any([h5pclose(links), h5dclose(dataset)] < 0)) call note_failure(file, "write", name)
+    call expect(file, name, all([h5close(links), h5close(dataset)] >= 0))
   end subroutine create_dataset
 
-  !> Write an attribute of an open object, replacing an older one.
   subroutine put_attribute(file, owner, object, name, type, extents, values)
     type(hdf5_file_t), intent(inout) :: file
     integer(hid_t), intent(in) :: owner
@@ -432,7 +427,6 @@ contains
     integer(hsize_t), intent(in) :: extents(:)
     type(c_ptr), intent(in) :: values
     integer(hid_t) :: attribute, space
-    integer(c_int) :: status
     logical :: is_known
 
     if (allocated(file%error)) return
@@ -446,13 +440,22 @@ contains
     else
       space = h5screate_simple(int(size(extents), c_int), extents, extents)
       attribute = h5acreate(owner, c_text(name), type, space, h5_default, h5_default)
-      if (attribute < 0) call note_failure(file, "write", object)
-      if (h5sclose(space) < 0) call note_failure(file, "write", object)
+      call expect(file, object, attribute >= 0)
+      call expect(file, object, h5close(space) >= 0)
     end if
-    status = h5awrite(attribute, type, values)
-    if (status < 0) call note_failure(file, "write", object)
-    if (h5aclose(attribute) < 0) call note_failure(file, "write", object)
+    call expect(file, object, h5awrite(attribute, type, values) >= 0)
+    call expect(file, object, h5close(attribute) >= 0)
   end subroutine put_attribute
+
+  !> Note the failure to write an object, unless it is written. To be called before the next call of
+  !! the library, which forgets why.
+  subroutine expect(file, object, is_written)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: object
+    logical, intent(in) :: is_written
+
+    if (.not. is_written) call note_failure(file, "write", object)
+  end subroutine expect
 
   !> Keep the first failure, with the library's reason.
   subroutine note_failure(file, action, object)
@@ -466,7 +469,6 @@ contains
     call fail(file%error, message//": "//failure_reason())
   end subroutine note_failure
 
-  !> Type in a file of a kind of values.
   integer(hid_t) function file_type(kind_of_values) result(type)
     integer, intent(in) :: kind_of_values
 
@@ -502,7 +504,7 @@ contains
     space = h5screate_simple(int(size(extents), c_int), extents, limits)
     list = chunked([int(n_chunk_rows, hsize_t), c_extents(row_shape)], is_compressed)
     call create_dataset(file, name, file_type(kind_of_values), space, list, unit, description)
-    if (any([h5sclose(space), h5pclose(list)] < 0)) call note_failure(file, "write", name)
+    call expect(file, name, all([h5close(space), h5close(list)] >= 0))
   end subroutine create_series
 
   !> Shape of a row of so many components: none for one number.
@@ -547,15 +549,12 @@ contains
     integer(c_int32_t), parameter :: all_filters = 0
     integer(hsize_t) :: first(size(row_shape) + 1)
     integer(hid_t) :: dataset
-    integer(c_int) :: status
 
+    call extend(file, name, row_shape, n_rows, dataset, first)
     if (allocated(file%error) .or. n_rows == 0) return
-    call extend(file, name, n_rows, dataset, first)
-    if (allocated(file%error)) return
-    status = h5dwrite_chunk(dataset, h5_default, all_filters, first, &
-                            int(chunk%n, c_size_t), c_loc(chunk%bytes))
-    if (status < 0) call note_failure(file, "write", name)
-    if (h5dclose(dataset) < 0) call note_failure(file, "write", name)
+    call expect(file, name, h5dwrite_chunk(dataset, h5_default, all_filters, first, &
+                                           int(chunk%n, c_size_t), c_loc(chunk%bytes)) >= 0)
+    call expect(file, name, h5close(dataset) >= 0)
   end subroutine append_chunk
 
   subroutine append(file, name, memory_type, values, row_shape, n_rows)
@@ -568,44 +567,35 @@ contains
     integer(hid_t) :: dataset, space, memory
     integer(c_int) :: status(2)
 
+    call extend(file, name, row_shape, n_rows, dataset, first)
     if (allocated(file%error) .or. n_rows == 0) return
-    call extend(file, name, n_rows, dataset, first)
-    if (allocated(file%error)) return
     counts = [int(n_rows, hsize_t), c_extents(row_shape)]
     space = h5dget_space(dataset)
     memory = h5screate_simple(int(size(counts), c_int), counts, counts)
     status(1) = h5sselect_hyperslab(space, h5_select_set, first, c_null_ptr, counts, c_null_ptr)
     status(2) = h5dwrite(dataset, memory_type, memory, space, h5_default, values)
-    if (any(status < 0)) call note_failure(file, "write", name)
-    if (any([h5sclose(space), h5sclose(memory), h5dclose(dataset)] < 0)) &
-      call note_failure(file, "write", name)
+    call expect(file, name, all(status >= 0))
+    call expect(file, name, all([h5close(space), h5close(memory), h5close(dataset)] >= 0))
   end subroutine append
 
-  !> Open a dataset and make it longer.
-  subroutine extend(file, name, n_rows, dataset, first)
+  !> Open a dataset and make it longer; nothing happens where there are no rows to append.
+  subroutine extend(file, name, row_shape, n_rows, dataset, first)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: name
-    integer, intent(in) :: n_rows
+    integer, intent(in) :: row_shape(:), n_rows
     integer(hid_t), intent(out) :: dataset
     integer(hsize_t), intent(out) :: first(:)   !! of the new values
-    integer(hsize_t), dimension(size(first)) :: extents, limits
     integer(hid_t) :: space
 
-    dataset = h5dopen(file%id, c_text(name), h5_default)
-    if (dataset < 0) then
-      call note_failure(file, "write", name)
-      return
-    end if
+    if (allocated(file%error) .or. n_rows == 0) return
+    dataset = h5oopen(file%id, c_text(name), h5_default)
+    call expect(file, name, dataset >= 0)
+    if (allocated(file%error)) return
     space = h5dget_space(dataset)
-    if (h5sget_extent(space, extents, limits) < 0) then
-      call note_failure(file, "write", name)
-      return
-    end if
     first = 0
-    first(1) = extents(1)
-    extents(1) = extents(1) + n_rows
-    if (any([h5sclose(space), h5dset_extent(dataset, extents)] < 0)) &
-      call note_failure(file, "write", name)
+    first(1) = h5sget_npoints(space)/product(row_shape)
+    call expect(file, name, all([h5close(space), h5dset_extent(dataset, [first(1) + n_rows, &
+                                                                c_extents(row_shape)])] >= 0))
   end subroutine extend
 
 end module hdf5_file

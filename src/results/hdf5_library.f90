@@ -36,12 +36,11 @@ module hdf5_library
   integer, parameter, public :: deflate_level = 1
 
   public :: h5fcreate, h5fclose, h5fflush, h5fis_hdf5, h5fget_vfd_handle, h5fget_size, h5gcreate
-  public :: h5oopen, h5oclose, h5lexists, h5lcreate_hard, h5lget_name, h5fopen, h5dread
+  public :: h5oopen, h5close, h5lexists, h5lcreate_hard, h5lget_name, h5fopen, h5dread
   public :: h5dget_storage, h5dget_type, h5aread, h5aget_type, h5aget_space, h5tget_size
   public :: h5tget_class, h5tis_variable, h5sget_npoints, h5acreate, h5aopen, h5aexists, h5awrite
-  public :: h5adelete, h5aclose, h5dcreate, h5dopen, h5dwrite, h5dwrite_chunk, h5dset_extent
-  public :: h5dget_space, h5dclose, h5screate_simple, h5sget_extent, h5sselect_hyperslab, h5sclose
-  public :: h5pcreate, h5pclose, h5tclose
+  public :: h5adelete, h5dcreate, h5dwrite, h5dwrite_chunk, h5dset_extent, h5dget_space
+  public :: h5screate_simple, h5sselect_hyperslab, h5pcreate
 
   ! One body each: with `procedure(interface), bind(C)` gfortran 12 may pass by reference what is
   ! passed by value.
@@ -91,58 +90,45 @@ module hdf5_library
     integer(hid_t) function h5gcreate(parent, name, links, creation, access) &
       bind(C, name="H5Gcreate2")
       import
-      integer(hid_t), value :: parent
+      integer(hid_t), value :: parent, links, creation, access
       character(kind=c_char), intent(in) :: name(*)
-      integer(hid_t), value :: links, creation, access
     end function h5gcreate
     integer(hid_t) function h5oopen(parent, name, access) bind(C, name="H5Oopen")
       import
-      integer(hid_t), value :: parent
+      integer(hid_t), value :: parent, access
       character(kind=c_char), intent(in) :: name(*)
-      integer(hid_t), value :: access
     end function h5oopen
-    integer(c_int) function h5oclose(object) bind(C, name="H5Oclose")
-      import
-      integer(hid_t), value :: object
-    end function h5oclose
     integer(c_int) function h5lexists(parent, name, access) bind(C, name="H5Lexists")
       import
-      integer(hid_t), value :: parent
+      integer(hid_t), value :: parent, access
       character(kind=c_char), intent(in) :: name(*)
-      integer(hid_t), value :: access
     end function h5lexists
     integer(c_size_t) function h5lget_name(parent, group, index, order, n, name, size, access) &
       bind(C, name="H5Lget_name_by_idx")
       import
-      integer(hid_t), value :: parent
+      integer(hid_t), value :: parent, access
       character(kind=c_char), intent(in) :: group(*)
       integer(c_int), value :: index, order
       integer(hsize_t), value :: n
       character(kind=c_char), intent(out) :: name(*)
       integer(c_size_t), value :: size
-      integer(hid_t), value :: access
     end function h5lget_name
     integer(c_int) function h5lcreate_hard(parent, name, new_parent, new_name, links, access) &
       bind(C, name="H5Lcreate_hard")
       import
-      integer(hid_t), value :: parent
-      character(kind=c_char), intent(in) :: name(*)
-      integer(hid_t), value :: new_parent
-      character(kind=c_char), intent(in) :: new_name(*)
-      integer(hid_t), value :: links, access
+      integer(hid_t), value :: parent, new_parent, links, access
+      character(kind=c_char), intent(in) :: name(*), new_name(*)
     end function h5lcreate_hard
     integer(hid_t) function h5acreate(object, name, type, space, creation, access) &
       bind(C, name="H5Acreate2")
       import
-      integer(hid_t), value :: object
+      integer(hid_t), value :: object, type, space, creation, access
       character(kind=c_char), intent(in) :: name(*)
-      integer(hid_t), value :: type, space, creation, access
     end function h5acreate
     integer(hid_t) function h5aopen(object, name, access) bind(C, name="H5Aopen")
       import
-      integer(hid_t), value :: object
+      integer(hid_t), value :: object, access
       character(kind=c_char), intent(in) :: name(*)
-      integer(hid_t), value :: access
     end function h5aopen
     integer(c_int) function h5aexists(object, name) bind(C, name="H5Aexists")
       import
@@ -159,23 +145,12 @@ module hdf5_library
       integer(hid_t), value :: object
       character(kind=c_char), intent(in) :: name(*)
     end function h5adelete
-    integer(c_int) function h5aclose(attribute) bind(C, name="H5Aclose")
-      import
-      integer(hid_t), value :: attribute
-    end function h5aclose
     integer(hid_t) function h5dcreate(parent, name, type, space, links, creation, access) &
       bind(C, name="H5Dcreate2")
       import
-      integer(hid_t), value :: parent
+      integer(hid_t), value :: parent, type, space, links, creation, access
       character(kind=c_char), intent(in) :: name(*)
-      integer(hid_t), value :: type, space, links, creation, access
     end function h5dcreate
-    integer(hid_t) function h5dopen(parent, name, access) bind(C, name="H5Dopen2")
-      import
-      integer(hid_t), value :: parent
-      character(kind=c_char), intent(in) :: name(*)
-      integer(hid_t), value :: access
-    end function h5dopen
     integer(c_int) function h5dwrite(dataset, type, memory, space, transfer, values) &
       bind(C, name="H5Dwrite")
       import
@@ -243,35 +218,19 @@ module hdf5_library
       import
       integer(hid_t), value :: dataset
     end function h5dget_space
-    integer(c_int) function h5dclose(dataset) bind(C, name="H5Dclose")
-      import
-      integer(hid_t), value :: dataset
-    end function h5dclose
     integer(hid_t) function h5screate_simple(rank, extents, limits) bind(C, name="H5Screate_simple")
       import
       integer(c_int), value :: rank
       integer(hsize_t), intent(in) :: extents(*), limits(*)
     end function h5screate_simple
-    integer(c_int) function h5sget_extent(space, extents, limits) &
-      bind(C, name="H5Sget_simple_extent_dims")
-      import
-      integer(hid_t), value :: space
-      integer(hsize_t), intent(out) :: extents(*), limits(*)
-    end function h5sget_extent
     integer(c_int) function h5sselect_hyperslab(space, operation, first, stride, counts, block) &
       bind(C, name="H5Sselect_hyperslab")
       import
       integer(hid_t), value :: space
       integer(c_int), value :: operation
-      integer(hsize_t), intent(in) :: first(*)
-      type(c_ptr), value :: stride
-      integer(hsize_t), intent(in) :: counts(*)
-      type(c_ptr), value :: block
+      integer(hsize_t), intent(in) :: first(*), counts(*)
+      type(c_ptr), value :: stride, block
     end function h5sselect_hyperslab
-    integer(c_int) function h5sclose(space) bind(C, name="H5Sclose")
-      import
-      integer(hid_t), value :: space
-    end function h5sclose
     integer(hid_t) function h5pcreate(class) bind(C, name="H5Pcreate")
       import
       integer(hid_t), value :: class
@@ -303,10 +262,11 @@ module hdf5_library
       integer(hid_t), value :: list
       integer(c_int), value :: oldest, newest
     end function h5pset_formats
-    integer(c_int) function h5pclose(list) bind(C, name="H5Pclose")
+    !> Closes whatever the handle is of, but a file.
+    integer(c_int) function h5close(handle) bind(C, name="H5Idec_ref")
       import
-      integer(hid_t), value :: list
-    end function h5pclose
+      integer(hid_t), value :: handle
+    end function h5close
     integer(hid_t) function h5tcopy(type) bind(C, name="H5Tcopy")
       import
       integer(hid_t), value :: type
@@ -326,10 +286,6 @@ module hdf5_library
       integer(hid_t), value :: type
       integer(c_int), value :: encoding
     end function h5tset_cset
-    integer(c_int) function h5tclose(type) bind(C, name="H5Tclose")
-      import
-      integer(hid_t), value :: type
-    end function h5tclose
     integer(c_int) function h5eset_auto(stack, reporter, data) bind(C, name="H5Eset_auto2")
       import
       integer(hid_t), value :: stack

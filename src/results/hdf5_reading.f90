@@ -9,7 +9,7 @@ module hdf5_reading
   private
 
   public :: open_for_reading, close_reading, read_text_attribute, read_text, read_numbers
-  public :: names_in, is_of_others
+  public :: names_in, has_name, is_of_others
 
 contains
 
@@ -45,16 +45,15 @@ contains
     owner = h5oopen(file, object//c_null_char, h5_default)
     if (owner < 0) return
     attribute = h5aopen(owner, name//c_null_char, h5_default)
-    if (attribute >= 0) then
-      type = h5aget_type(attribute)
-      if (is_one_text(type, h5aget_space(attribute))) then
-        allocate (letters(h5tget_size(type)))
-        if (h5aread(attribute, type, c_loc(letters)) >= 0) text = plain_text(letters)
-      end if
-      ignored = h5tclose(type)
-      ignored = h5aclose(attribute)
+    ignored = h5close(owner)
+    if (attribute < 0) return
+    type = h5aget_type(attribute)
+    if (is_one_text(type, h5aget_space(attribute))) then
+      allocate (letters(h5tget_size(type)))
+      if (h5aread(attribute, type, c_loc(letters)) >= 0) text = plain_text(letters)
     end if
-    ignored = h5oclose(owner)
+    ignored = h5close(type)
+    ignored = h5close(attribute)
   end function read_text_attribute
 
   !> A text written as a scalar dataset; empty if there is none.
@@ -67,7 +66,7 @@ contains
     integer(c_int) :: ignored
 
     text = ""
-    dataset = h5dopen(file, name//c_null_char, h5_default)
+    dataset = h5oopen(file, name//c_null_char, h5_default)
     if (dataset < 0) return
     type = h5dget_type(dataset)
     if (is_one_text(type, h5dget_space(dataset))) then
@@ -75,8 +74,8 @@ contains
       if (h5dread(dataset, type, h5_default, h5_default, h5_default, c_loc(letters)) >= 0) &
         text = plain_text(letters)
     end if
-    ignored = h5tclose(type)
-    ignored = h5dclose(dataset)
+    ignored = h5close(type)
+    ignored = h5close(dataset)
   end function read_text
 
   !> Is it a single text of a fixed length? Of any other the buffer would be too small. Closes the
@@ -87,7 +86,7 @@ contains
     integer(c_int) :: ignored
 
     n = h5sget_npoints(space)
-    ignored = h5sclose(space)
+    ignored = h5close(space)
     is_one_text = h5tget_class(type) == h5_string
     if (is_one_text) is_one_text = h5tis_variable(type) == 0
     is_one_text = is_one_text .and. n == 1
@@ -104,14 +103,14 @@ contains
     integer(c_int) :: ignored, class
     integer :: status
 
-    dataset = h5dopen(file, name//c_null_char, h5_default)
+    dataset = h5oopen(file, name//c_null_char, h5_default)
     if (dataset < 0) return
     space = h5dget_space(dataset)
     n = h5sget_npoints(space)
-    ignored = h5sclose(space)
+    ignored = h5close(space)
     type = h5dget_type(dataset)
     class = h5tget_class(type)
-    ignored = h5tclose(type)
+    ignored = h5close(type)
     ! A damaged extent must not ask for more memory than the file has numbers, and a damaged length
     ! is none of the file's.
     if (h5fget_size(file, n_all) < 0) n_all = 0
@@ -123,7 +122,7 @@ contains
           deallocate (values)
       end if
     end if
-    ignored = h5dclose(dataset)
+    ignored = h5close(dataset)
   end subroutine read_numbers
 
   !> Names of what a group holds, in alphabetical order; none if there is no such group.
@@ -149,23 +148,28 @@ contains
     end do
   end function names_in
 
+  !> Is this one of the names?
+  pure logical function has_name(names, name)
+    type(string_t), intent(in) :: names(:)
+    character(*), intent(in) :: name
+    integer :: i
+
+    has_name = any([(names(i)%value == name, i=1, size(names))])
+  end function has_name
+
   !> Has some other program filled this HDF5 file? Not told of one that does not open, or that is
   !! empty: killed runs leave such files.
   logical function is_of_others(path)
     character(*), intent(in) :: path
     type(string_t), allocatable :: names(:)
     integer(hid_t) :: reading
-    integer :: i
 
     is_of_others = .false.
     reading = open_for_reading(path)
     if (reading < 0) return
     names = names_in(reading, "/")
     is_of_others = read_text_attribute(reading, "/", "generator") /= "igaform"
-    if (size(names) == 0) is_of_others = .false.
-    do i = 1, size(names)
-      if (names(i)%value == "provenance") is_of_others = .false.
-    end do
+    if (size(names) == 0 .or. has_name(names, "provenance")) is_of_others = .false.
     call close_reading(reading)
   end function is_of_others
 
@@ -180,9 +184,7 @@ contains
       if (letters(i) == c_null_char) n = i - 1
     end do
     allocate (character(n) :: text)
-    do i = 1, n
-      text(i:i) = letters(i)
-    end do
+    text = transfer(letters(:n), text)
   end function plain_text
 
 end module hdf5_reading

@@ -10,8 +10,8 @@ module history
   implicit none
   private
 
-  public :: history_t, history_sample_t, begin_sample, enter, sample_value, sample_vector
-  public :: open_history, record_sample, write_history, drop_samples, n_waiting_samples
+  public :: history_t, history_sample_t, begin_sample, enter
+  public :: open_history, record_sample, write_history
 
   integer, parameter :: n_chunk_samples = 256
 
@@ -27,18 +27,16 @@ module history
 
   !> All quantities at one time, in the order in which they are entered.
   type :: history_sample_t
-    private
     type(column_t), allocatable :: columns(:)
     real(wp), allocatable :: values(:)
-    integer :: at = 0                          ! column entered last
+    integer, private :: at = 0                 ! column entered last
   end type history_sample_t
 
   !> Columns and the samples not written yet.
   type :: history_t
-    private
-    type(column_t), allocatable :: columns(:)
-    integer :: n_samples = 0                      ! samples waiting
-    real(wp), allocatable :: samples(:, :)        ! (values of a sample, room)
+    integer :: n_samples = 0                           !! that wait
+    type(column_t), allocatable, private :: columns(:)
+    real(wp), allocatable, private :: samples(:, :)    ! (values of a sample, room)
   end type history_t
 
   !> Enter a quantity into a sample: a whole number, a number or a vector.
@@ -60,13 +58,8 @@ contains
     type(history_sample_t), intent(inout) :: sample
     character(*), intent(in) :: path, quantity, description
     real(wp), intent(in) :: values(:)
-    integer :: n
 
-    call take_column(sample, path, size(values), quantity, description, .false.)
-    associate (column => sample%columns(sample%at))
-      n = min(column%n, size(values))
-      sample%values(column%first:column%first + n - 1) = values(:n)
-    end associate
+    call take_column(sample, path, values, quantity, description, .false.)
   end subroutine enter_vector
 
   subroutine enter_number(sample, path, value, quantity, description)
@@ -74,8 +67,7 @@ contains
     character(*), intent(in) :: path, quantity, description
     real(wp), intent(in) :: value
 
-    call take_column(sample, path, 1, quantity, description, .false.)
-    sample%values(sample%columns(sample%at)%first) = value
+    call take_column(sample, path, [value], quantity, description, .false.)
   end subroutine enter_number
 
   subroutine enter_integer(sample, path, value, description)
@@ -83,65 +75,37 @@ contains
     character(*), intent(in) :: path, description
     integer(int64), intent(in) :: value
 
-    call take_column(sample, path, 1, "1", description, .true.)
-    sample%values(sample%columns(sample%at)%first) = real(value, wp)
+    call take_column(sample, path, [real(value, wp)], "1", description, .true.)
   end subroutine enter_integer
 
-  !> The column of a path, which the first filling of the sample creates.
-  subroutine take_column(sample, path, n, quantity, description, is_integer)
+  !> Fill the column of a path, which the first filling of the sample creates.
+  subroutine take_column(sample, path, values, quantity, description, is_integer)
     type(history_sample_t), intent(inout) :: sample
     character(*), intent(in) :: path, quantity, description
-    integer, intent(in) :: n
+    real(wp), intent(in) :: values(:)
     logical, intent(in) :: is_integer
-    type(column_t) :: column
-    integer :: i
+    type(column_t) :: new
+    integer :: i, n
 
     do i = 1, size(sample%columns)
       sample%at = mod(sample%at, size(sample%columns)) + 1   ! most likely the one after the last
-      if (sample%columns(sample%at)%path == path) return
-    end do
-    sample%at = size(sample%columns) + 1
-    column%path = path
-    column%quantity = quantity
-    column%description = description
-    column%n = n
-    column%first = size(sample%values) + 1
-    column%is_integer = is_integer
-    sample%columns = [sample%columns, column]
-    sample%values = [sample%values, (0.0_wp, i=1, n)]
-  end subroutine take_column
-
-  !> A number of a sample, or a component of a vector; zero where nothing is entered under the path.
-  pure real(wp) function sample_value(sample, path, component) result(value)
-    type(history_sample_t), intent(in) :: sample
-    character(*), intent(in) :: path
-    integer, intent(in), optional :: component   !! 1 if absent
-    integer :: c
-    real(wp) :: values(3)
-
-    c = 1
-    if (present(component)) c = component
-    values = sample_vector(sample, path, 3)
-    value = values(c)
-  end function sample_value
-
-  !> A vector of a sample; zero where nothing is entered under the path.
-  pure function sample_vector(sample, path, n) result(values)
-    type(history_sample_t), intent(in) :: sample
-    character(*), intent(in) :: path
-    integer, intent(in) :: n
-    real(wp) :: values(n)
-    integer :: i, last
-
-    values = 0.0_wp
-    if (.not. allocated(sample%columns)) return
-    do i = 1, size(sample%columns)
-      associate (column => sample%columns(i))
-        last = min(n, column%n)
-        if (column%path == path) values(:last) = sample%values(column%first:column%first + last - 1)
+      associate (column => sample%columns(sample%at))
+        if (column%path /= path) cycle
+        n = min(column%n, size(values))
+        sample%values(column%first:column%first + n - 1) = values(:n)
+        return
       end associate
     end do
-  end function sample_vector
+    new%path = path
+    new%quantity = quantity
+    new%description = description
+    new%n = size(values)
+    new%first = size(sample%values) + 1
+    new%is_integer = is_integer
+    sample%columns = [sample%columns, new]
+    sample%at = size(sample%columns)
+    sample%values = [sample%values, values]
+  end subroutine take_column
 
   !> Create a dataset for each column of a sample that was filled once; those of a file that is
   !! continued stay.
@@ -185,21 +149,6 @@ contains
     n = min(size(sample%values), size(history%samples, 1))   ! later columns have no dataset
     history%samples(:n, history%n_samples) = sample%values(:n)
   end subroutine record_sample
-
-  !> Samples that wait.
-  pure integer function n_waiting_samples(history)
-    type(history_t), intent(in) :: history
-
-    n_waiting_samples = history%n_samples
-  end function n_waiting_samples
-
-  !> Drop the samples that wait, but for the first.
-  pure subroutine drop_samples(history, n_kept)
-    type(history_t), intent(inout) :: history
-    integer, intent(in) :: n_kept          !! first ones that remain
-
-    history%n_samples = min(history%n_samples, n_kept)
-  end subroutine drop_samples
 
   !> Append the waiting samples, or the first of them, to the datasets; the others remain.
   subroutine write_history(history, file, n_samples)

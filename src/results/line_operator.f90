@@ -9,7 +9,7 @@ module line_operator
   implicit none
   private
 
-  public :: line_operator_t, basis_operator, spread_operator, grid_size, apply_tensor
+  public :: line_operator_t, basis_operator, spread_operator, apply_tensor
   public :: joined_positions, joined_bezier_operator, equal_positions
 
   !> output(s) = sum over i of values(i, s)*input(first(s) + i - 1).
@@ -44,7 +44,7 @@ contains
     op%width = kv%degree + 1
     allocate (op%first(op%n_out), op%values(op%width, op%n_out))
     do e = 1, size(spans)
-      bounds = span_bounds(kv, spans(e))
+      bounds = kv%knots(spans(e):spans(e) + 1)
       do i = 1, size(positions)
         s = (e - 1)*n_own + i
         xi = 0.5_wp*(bounds(1)*(1 - positions(i)) + bounds(2)*(1 + positions(i)))
@@ -68,19 +68,10 @@ contains
     n = size(positions) - 1
     allocate (xi(n*size(spans) + 1))
     do e = 1, size(spans)
-      bounds = span_bounds(kv, spans(e))
+      bounds = kv%knots(spans(e):spans(e) + 1)
       xi((e - 1)*n + 1:e*n + 1) = 0.5_wp*(bounds(1)*(1 - positions) + bounds(2)*(1 + positions))
     end do
   end function joined_positions
-
-  !> Parametric coordinates where a span begins and ends.
-  pure function span_bounds(kv, span) result(bounds)
-    type(knot_vector_t), intent(in) :: kv
-    integer, intent(in) :: span   !! as `find_span` numbers them
-    real(wp) :: bounds(2)
-
-    bounds = kv%knots(span:span + 1)
-  end function span_bounds
 
   !> From values at points of each element to values at joined positions of each element: linear
   !! between the points, constant outside the outermost ones, and the mean of both elements where
@@ -134,14 +125,6 @@ contains
     end if
   end function linear_weights
 
-  !> Shape of the grid that `apply_tensor` makes.
-  pure function grid_size(operators) result(n)
-    type(line_operator_t), intent(in) :: operators(:)
-    integer :: n(size(operators))
-
-    n = operators%n_out
-  end function grid_size
-
   !> Apply one map per axis to a field on a tensor grid (axis 1 fastest).
   pure function apply_tensor(operators, field) result(values)
     type(line_operator_t), intent(in) :: operators(:)          !! one for each axis
@@ -194,16 +177,17 @@ contains
     type(line_operator_t) :: op
     type(line_operator_t) :: samples
     real(wp) :: to_bezier(degree + 1, degree + 1)
-    integer :: e, i, own(degree + 1)
+    integer :: e
 
     samples = basis_operator(kv, equal_positions(degree), 0, is_joined=.false.)
     op = basis_operator(kv, equal_positions(degree), 0, is_joined=.true.)
     to_bezier = inverse(bernstein_table(degree))
     do e = 1, samples%n_out/(degree + 1)
-      own = [((e - 1)*(degree + 1) + i, i=1, degree + 1)]
-      op%first((e - 1)*degree + 1:e*degree + 1) = samples%first(own)
-      op%values(:, (e - 1)*degree + 1:e*degree + 1) &
-        = matmul(samples%values(:, own), transpose(to_bezier))
+      associate (first => (e - 1)*(degree + 1) + 1, last => e*(degree + 1))
+        op%first((e - 1)*degree + 1:e*degree + 1) = samples%first(first:last)
+        op%values(:, (e - 1)*degree + 1:e*degree + 1) &
+          = matmul(samples%values(:, first:last), transpose(to_bezier))
+      end associate
     end do
   end function joined_bezier_operator
 

@@ -5,7 +5,7 @@ module point_geometry
   use gauss_rule, only: gauss_rule_t
   use knot_vector, only: knot_vector_t, n_spans, span_table
   use nurbs_solid, only: nurbs_solid_t
-  use line_operator, only: apply_tensor, basis_operator, grid_size, line_operator_t
+  use line_operator, only: apply_tensor, basis_operator, line_operator_t
   implicit none
   private
 
@@ -38,7 +38,7 @@ contains
       geometry%basis(d) = basis_operator(solid%axes(d), rule(d)%points, 0, is_joined=.false.)
       geometry%slopes(d) = basis_operator(solid%axes(d), rule(d)%points, 1, is_joined=.false.)
     end do
-    geometry%n = grid_size(geometry%basis)
+    geometry%n = geometry%basis%n_out
     geometry%control_weights = [solid%weights]
     geometry%is_rational = any(abs(solid%weights - 1.0_wp) > 0.0_wp)
     positions = positions_of(geometry, points)
@@ -77,7 +77,6 @@ contains
     end do
   end function plane_strains
 
-  ! Positions of a configuration, shape (n, 3).
   pure function positions_of(geometry, control_points) result(positions)
     type(point_geometry_t), intent(in) :: geometry
     real(wp), intent(in) :: control_points(size(geometry%control_weights), 3)

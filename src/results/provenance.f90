@@ -10,7 +10,7 @@ module provenance
   implicit none
   private
 
-  public :: provenance_t, provenance_lines, write_provenance, host_cores, compiler_name
+  public :: provenance_t, provenance_lines, write_provenance, host_cores
   public :: text_or_empty, fingerprint, fingerprint_difference, options_that_count
 
   !> What the head of every log begins with.
@@ -52,17 +52,14 @@ contains
     character(:), allocatable :: lines   !! separated by new_line
 
     lines = log_mark//text_or_empty(source%version)
-    if (len(text_or_empty(source%git_commit)) > 0) then
-      lines = lines//" ("//source%git_commit//")"
-    end if
-    lines = lines//feed//"compiler   "//compiler_name() &
+    if (len(text_or_empty(source%git_commit)) > 0) lines = lines//" ("//source%git_commit//")"
+    lines = lines//feed//"compiler   "//compiler_version() &
             //feed//"threads    "//to_text(source%n_threads)//" of "//to_text(host_cores()) &
             //" cores"//feed//"started    "//timestamp() &
             //feed//"command    "//text_or_empty(source%command_line) &
             //feed//"deck       "//text_or_empty(source%deck_file)
-    if (len(text_or_empty(source%heading)) > 0) then
+    if (len(text_or_empty(source%heading)) > 0) &
       lines = lines//feed//"heading    "//source%heading
-    end if
   end function provenance_lines
 
   !> The text, or an empty one if it is not allocated.
@@ -78,20 +75,6 @@ contains
   integer function host_cores()
     host_cores = int(c_sysconf(processors_online))
   end function host_cores
-
-  !> The compiler that made this layer.
-  function compiler_name() result(name)
-    character(:), allocatable :: name
-
-    name = compiler_version()
-  end function compiler_name
-
-  !> The options this layer was compiled with.
-  function compiler_flags() result(flags)
-    character(:), allocatable :: flags
-
-    flags = compiler_options()
-  end function compiler_flags
 
   !> Local time as 2026-01-31T23:59:59+0100.
   function timestamp() result(now)
@@ -116,8 +99,8 @@ contains
     lapack = library_of("dpbtrf_")
     blas = library_of("dgemm_")
     if (blas /= lapack) lapack = lapack//" "//blas
-    lines = line("program", program)//line("compiler", compiler_name()) &
-            //line("options", options_that_count(compiler_flags())) &
+    lines = line("program", program)//line("compiler", compiler_version()) &
+            //line("options", options_that_count(compiler_options())) &
             //line("lapack", lapack)//line("kernels", kernels)
   end function fingerprint
 
@@ -233,30 +216,35 @@ contains
     character(:), allocatable :: flags
 
     flags = text_or_empty(source%build_flags)
-    if (len(flags) == 0) flags = compiler_flags()
+    if (len(flags) == 0) flags = compiler_options()
     call create_group(file, "/provenance")
     call write_text_attribute(file, "/provenance", "status", "running")
     call write_text_attribute(file, "/provenance", "identity", text_or_empty(source%identity))
-    call write_text(file, folder//"version", text_or_empty(source%version), &
-                    "version of the program")
-    call write_text(file, folder//"git_commit", text_or_empty(source%git_commit), &
-                    "commit of the program's sources")
-    call write_text(file, folder//"compiler", compiler_name(), "compiler of the program")
-    call write_text(file, folder//"compiler_flags", flags, "options of the compiler")
-    call write_text(file, folder//"build", text_or_empty(source%build), &
-                    "what the bits of results depend on besides the deck, one a line")
-    call write_text(file, folder//"command_line", text_or_empty(source%command_line), &
-                    "command that made this file")
-    call write_text(file, folder//"deck_file", text_or_empty(source%deck_file), "name of the deck")
-    call write_text(file, folder//"deck_text", text_or_empty(source%deck_text), &
-                    "the deck as it was read")
-    call write_text(file, folder//"heading", text_or_empty(source%heading), "heading of the deck")
-    call write_text(file, folder//"units", text_or_empty(source%units), "units label of the deck")
+    call put("version", source%version, "version of the program")
+    call put("git_commit", source%git_commit, "commit of the program's sources")
+    call write_text(file, folder//"compiler", compiler_version(), "compiler of the program")
+    call put("compiler_flags", flags, "options of the compiler")
+    call put("build", source%build, &
+             "what the bits of results depend on besides the deck, one a line")
+    call put("command_line", source%command_line, "command that made this file")
+    call put("deck_file", source%deck_file, "name of the deck")
+    call put("deck_text", source%deck_text, "the deck as it was read")
+    call put("heading", source%heading, "heading of the deck")
+    call put("units", source%units, "units label of the deck")
     call write_text(file, folder//"start_time", timestamp(), "local time at the start")
     call write_integers(file, folder//"threads", [int(source%n_threads, int64)], [integer ::], &
                         "threads of the run", integer_values)
     call write_integers(file, folder//"host_cores", [int(host_cores(), int64)], [integer ::], &
                         "processors of the machine", integer_values)
+
+  contains
+
+    subroutine put(name, value, description)
+      character(*), intent(in) :: name, description
+      character(:), allocatable, intent(in) :: value
+
+      call write_text(file, folder//name, text_or_empty(value), description)
+    end subroutine put
   end subroutine write_provenance
 
 end module provenance

@@ -9,9 +9,9 @@ module tool_mesh
   use knot_vector, only: n_spans
   use nurbs_surface, only: nurbs_surface_t
   use surface_grid, only: parts_along, turns_along
-  use line_operator, only: apply_tensor, basis_operator, equal_positions, grid_size, &
-                           joined_bezier_operator, joined_positions, line_operator_t
-  use vtkhdf, only: quadrilaterals_on_grid
+  use line_operator, only: apply_tensor, basis_operator, equal_positions, joined_bezier_operator, &
+                           joined_positions, line_operator_t
+  use vtkhdf, only: cells_on_grid
   implicit none
   private
 
@@ -38,7 +38,6 @@ contains
     real(wp), intent(in) :: length        !! of a Lagrange cell at most [length]
     type(surface_mesh_t) :: mesh
     type(line_operator_t) :: basis(2)
-    real(wp), allocatable :: weights(:)
     integer :: degree, n_parts(2), d, i
 
     degree = maxval(surface%axes%degree)
@@ -53,14 +52,14 @@ contains
     end do
     mesh%xi = joined_positions(surface%axes(1), equal_positions(n_parts(1)*degree))
     mesh%eta = joined_positions(surface%axes(2), equal_positions(n_parts(2)*degree))
-    weights = apply_tensor(basis, [surface%weights])
-    allocate (mesh%points(product(grid_size(basis)), 3))
+    mesh%weights = apply_tensor(basis, [surface%weights])
+    allocate (mesh%points(size(mesh%weights), 3))
     do i = 1, 3
-      mesh%points(:, i) = apply_tensor(basis, [surface%weights*surface%points(:, :, i)])/weights
+      mesh%points(:, i) = apply_tensor(basis, [surface%weights*surface%points(:, :, i)]) &
+                          /mesh%weights
     end do
-    if (.not. is_bezier) weights = 1.0_wp
-    mesh%weights = weights
-    mesh%connectivity = quadrilaterals_on_grid(degree, n_parts*[n_spans(surface%axes(1)), &
+    if (.not. is_bezier) mesh%weights = 1.0_wp
+    mesh%connectivity = cells_on_grid(degree, n_parts*[n_spans(surface%axes(1)), &
                                                                 n_spans(surface%axes(2))], 0_int64)
   end function new_surface_mesh
 

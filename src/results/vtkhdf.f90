@@ -9,7 +9,6 @@
 module vtkhdf
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use text, only: string_t
   use deflated_chunk, only: deflated_chunk_t
   use hdf5_file, only: byte_values, create_group, hdf5_file_t, integer_values, link_object, &
                        real_values, write_integer_attribute, write_integers, write_reals, &
@@ -20,7 +19,7 @@ module vtkhdf
 
   public :: cells_t, add_cells, create_grid, create_point_data, append_points, append_point_data
   public :: append_step, write_rational_weights
-  public :: hexahedron_nodes, quadrilateral_nodes, hexahedra_on_grid, quadrilaterals_on_grid
+  public :: hexahedron_nodes, quadrilateral_nodes, cells_on_grid
 
   integer, parameter, public :: vtk_lagrange_quadrilateral = 70, vtk_lagrange_hexahedron = 72
   integer, parameter, public :: vtk_bezier_quadrilateral = 77, vtk_bezier_hexahedron = 79
@@ -70,23 +69,27 @@ contains
     call create_group(file, root)
     call write_integer_attribute(file, root, "Version", [2, 6])
     call write_text_attribute(file, root, "Type", "UnstructuredGrid")
-    call write_integers(file, root//"/NumberOfPoints", [int(n_points, int64)], [1], &
-                        "points of the grid", integer_values)
-    call write_integers(file, root//"/NumberOfCells", [int(n_cells, int64)], [1], &
-                        "cells of the grid", integer_values)
-    call write_integers(file, root//"/NumberOfConnectivityIds", [int(n_nodes, int64)], [1], &
-                        "length of Connectivity", integer_values)
-    call write_integers(file, root//"/Connectivity", cells%connectivity, [n_nodes], &
-                        "points of all cells in VTK's order of nodes", integer_values)
-    call write_integers(file, root//"/Offsets", cells%offsets, [n_cells + 1], &
-                        "where each cell begins in Connectivity", integer_values)
+    call put("NumberOfPoints", [int(n_points, int64)], "points of the grid")
+    call put("NumberOfCells", [int(n_cells, int64)], "cells of the grid")
+    call put("NumberOfConnectivityIds", [int(n_nodes, int64)], "length of Connectivity")
+    call put("Connectivity", cells%connectivity, "points of all cells in VTK's order of nodes")
+    call put("Offsets", cells%offsets, "where each cell begins in Connectivity")
     call write_integers(file, root//"/Types", cells%types, [n_cells], "VTK's cell types", &
                         byte_values)
-    call write_integers(file, root//"/CellData/part", cells%parts, [n_cells], &
-                        "0 the blank, 1 ... the tools in the deck's order", integer_values)
+    call put("CellData/part", cells%parts, "0 the blank, 1 ... the tools in the deck's order")
     call create_series(file, root//"/Points", real_values, [3], n_points, .false., &
                        length_unit, "points of the cells, step after step")
     call create_steps(file, time_unit)
+
+  contains
+
+    subroutine put(name, values, description)
+      character(*), intent(in) :: name, description
+      integer(int64), intent(in) :: values(:)
+
+      call write_integers(file, root//"/"//name, values, shape(values), description, &
+                          integer_values)
+    end subroutine put
   end subroutine create_grid
 
   ! Offsets that are always the same are one dataset with several names: each dataset more takes its
@@ -153,19 +156,14 @@ contains
     call append_reals(file, root//"/Points", transpose(points), [3], size(points, 1))
   end subroutine append_points
 
-  !> Append the packed fields of a step, as `create_point_data` has made them.
-  subroutine append_point_data(file, names, n_components, chunks, n_points)
+  !> Append a packed field of a step, as `create_point_data` has made it.
+  subroutine append_point_data(file, name, n_components, chunk, n_points)
     type(hdf5_file_t), intent(inout) :: file
-    type(string_t), intent(in) :: names(:)
-    integer, intent(in) :: n_components(size(names))
-    type(deflated_chunk_t), intent(in) :: chunks(size(names))
-    integer, intent(in) :: n_points
-    integer :: i
+    character(*), intent(in) :: name
+    integer, intent(in) :: n_components, n_points
+    type(deflated_chunk_t), intent(in) :: chunk
 
-    do i = 1, size(names)
-      call append_chunk(file, root//"/PointData/"//names(i)%value, chunks(i), &
-                        row_shape(n_components(i)), n_points)
-    end do
+    call append_chunk(file, root//"/PointData/"//name, chunk, row_shape(n_components), n_points)
   end subroutine append_point_data
 
   !> Complete a step whose points and fields are appended; only now readers see it.
@@ -242,17 +240,12 @@ contains
   pure function quadrilateral_nodes(degree) result(nodes)
     integer, intent(in) :: degree
     integer :: nodes(2, (degree + 1)**2)
-    integer :: i, j, n
+    integer :: i, j
 
     nodes(:, 1:4) = quadrilateral_corners(degree)
     nodes(:, 5:4*degree) = quadrilateral_edges(degree)
-    n = 4*degree
-    do j = 1, degree - 1
-      do i = 1, degree - 1
-        n = n + 1
-        nodes(:, n) = [i, j]
-      end do
-    end do
+    nodes(:, 4*degree + 1:) = reshape([(([i, j], i=1, degree - 1), j=1, degree - 1)], &
+                                      [2, (degree - 1)**2])
   end function quadrilateral_nodes
 
   ! The corners in turn around the cell.
@@ -278,54 +271,33 @@ contains
     end do
   end function quadrilateral_edges
 
-  !> Connectivity of all cells on a grid of (degree*n + 1) points per direction, axis 1 fastest.
-  !! Points count from `first_point`; shape ((degree + 1)^3, number of cells).
-  pure function hexahedra_on_grid(degree, n_cells, first_point) result(connectivity)
-    integer, intent(in) :: degree, n_cells(3)
+  !> Connectivity of all cells on a grid of (degree*n + 1) points per direction, axis 1 fastest:
+  !! of hexahedra, or of quadrilaterals where the grid has two directions. Points count from
+  !! `first_point`; shape (nodes of a cell, number of cells).
+  pure function cells_on_grid(degree, n_cells, first_point) result(connectivity)
+    integer, intent(in) :: degree, n_cells(:)
     integer(int64), intent(in) :: first_point   !! number of the grid's first point, from 0
     integer(int64), allocatable :: connectivity(:, :)
-    integer(int64) :: n_line(2), index(3)
-    integer :: nodes(3, (degree + 1)**3), i, j, k, n, cell
+    integer(int64) :: n_line(2), own((degree + 1)**size(n_cells))
+    integer :: nodes(3, size(own)), i, j, k, cell, n(3)
 
-    nodes = hexahedron_nodes(degree)
-    n_line = int(degree, int64)*n_cells(1:2) + 1
-    allocate (connectivity(size(nodes, 2), product(n_cells)))
+    nodes = 0
+    if (size(n_cells) == 3) nodes = hexahedron_nodes(degree)
+    if (size(n_cells) == 2) nodes(:2, :) = quadrilateral_nodes(degree)
+    n = 1
+    n(:size(n_cells)) = n_cells
+    n_line = int(degree, int64)*n(:2) + 1
+    own = nodes(1, :) + n_line(1)*(nodes(2, :) + n_line(2)*nodes(3, :))
+    allocate (connectivity(size(own), product(n_cells)))
     cell = 0
-    do k = 0, n_cells(3) - 1
-      do j = 0, n_cells(2) - 1
-        do i = 0, n_cells(1) - 1
+    do k = 0, n(3) - 1
+      do j = 0, n(2) - 1
+        do i = 0, n(1) - 1
           cell = cell + 1
-          do n = 1, size(nodes, 2)
-            index = degree*[i, j, k] + nodes(:, n)
-            connectivity(n, cell) = first_point + index(1) &
-                                    + n_line(1)*(index(2) + n_line(2)*index(3))
-          end do
+          connectivity(:, cell) = first_point + degree*(i + n_line(1)*(j + n_line(2)*k)) + own
         end do
       end do
     end do
-  end function hexahedra_on_grid
-
-  !> As `hexahedra_on_grid`, for quadrilaterals; shape ((degree + 1)^2, number of cells).
-  pure function quadrilaterals_on_grid(degree, n_cells, first_point) result(connectivity)
-    integer, intent(in) :: degree, n_cells(2)
-    integer(int64), intent(in) :: first_point   !! number of the grid's first point, from 0
-    integer(int64), allocatable :: connectivity(:, :)
-    integer(int64) :: index(2)
-    integer :: nodes(2, (degree + 1)**2), i, j, n, cell
-
-    nodes = quadrilateral_nodes(degree)
-    allocate (connectivity(size(nodes, 2), product(n_cells)))
-    cell = 0
-    do j = 0, n_cells(2) - 1
-      do i = 0, n_cells(1) - 1
-        cell = cell + 1
-        do n = 1, size(nodes, 2)
-          index = degree*[i, j] + nodes(:, n)
-          connectivity(n, cell) = first_point + index(1) &
-                                  + (int(degree, int64)*n_cells(1) + 1)*index(2)
-        end do
-      end do
-    end do
-  end function quadrilaterals_on_grid
+  end function cells_on_grid
 
 end module vtkhdf

@@ -75,7 +75,6 @@ contains
     !$omp end parallel do
   end subroutine advance_positions
 
-  !> Velocities of a row.
   pure subroutine push_row(n, j, dt_mean, mass, external_force, internal_force, v)
     integer, intent(in) :: n(3), j
     real(wp), intent(in) :: dt_mean, mass(n(1), n(2), n(3))
@@ -99,7 +98,6 @@ contains
     end do
   end subroutine push_row
 
-  !> Positions of a row.
   pure subroutine move_row(n, j, dt, v, x)
     integer, intent(in) :: n(3), j
     real(wp), intent(in) :: dt, v(n(1), n(2), n(3), 3)

@@ -39,7 +39,7 @@ contains
     real(wp), allocatable :: stress(:, :, :, :), state(:, :, :, :)
     real(wp) :: j(3, 3), x(3), least, det
     integer, allocatable :: elements(:, :)
-    integer :: n, q(3), qa, qb, qc
+    integer :: n, m, q(3), at(3)
 
     associate (element => blank%parts(blank%report%failed_part)%element)
       now = grid_now(element)
@@ -49,22 +49,20 @@ contains
       least = 0.0_wp
       do n = 1, size(elements, 2)
         call element%read_element(elements(:, n), stress, state)
-        do qc = 1, q(3)
-          do qb = 1, q(2)
-            do qa = 1, q(1)
-              call element%jacobian(now, elements(:, n), [qa, qb, qc], j, x)
-              det = determinant(j)
-              if (all(ieee_is_finite(stress(:, qa, qb, qc))) .and. &
-                  all(ieee_is_finite(state(:, qa, qb, qc)))) then
-                if (det > least) cycle   ! not for a NaN
-              else
-                det = -huge(det)
-              end if
-              if (location%part > 0 .and. .not. det < least) cycle
-              location = new_location(blank%report%failed_part, elements(:, n), [qa, qb, qc])
-              if (det < least) least = det
-            end do
-          end do
+        at = [0, 1, 1]
+        do m = 1, product(q)
+          call next_element(q, at)
+          call element%jacobian(now, elements(:, n), at, j, x)
+          det = determinant(j)
+          if (all(ieee_is_finite(stress(:, at(1), at(2), at(3)))) .and. &
+              all(ieee_is_finite(state(:, at(1), at(2), at(3))))) then
+            if (det > least) cycle   ! not for a NaN
+          else
+            det = -huge(det)
+          end if
+          if (location%part > 0 .and. .not. det < least) cycle
+          location = location_t(blank%report%failed_part, elements(:, n), at)
+          if (det < least) least = det
         end do
       end do
       if (location%part > 0) call set_position(element, now, location)
@@ -77,26 +75,23 @@ contains
     type(location_t) :: location
     type(nurbs_solid_t) :: now
     real(wp) :: j(3, 3), x(3), rate, largest
-    integer :: p, n, q(3), qa, qb, qc, e(3)
+    integer :: p, n, m, at(3), e(3)
 
     largest = -1.0_wp
     do p = 1, size(blank%parts)
       associate (element => blank%parts(p)%element)
         now = grid_now(element)
-        q = element%rule%n
         e = [0, 1, 1]
         do n = 1, product(element%n_elements)
           call next_element(element%n_elements, e)
-          do qc = 1, q(3)
-            do qb = 1, q(2)
-              do qa = 1, q(1)
-                call element%jacobian(now, e, [qa, qb, qc], j, x)
-                rate = sum(inverse_rows(j)**2)
-                if (.not. rate > largest) cycle
-                largest = rate
-                location = new_location(p, e, [qa, qb, qc])
-              end do
-            end do
+          at = [0, 1, 1]
+          do m = 1, product(element%rule%n)
+            call next_element(element%rule%n, at)
+            call element%jacobian(now, e, at, j, x)
+            rate = sum(inverse_rows(j)**2)
+            if (.not. rate > largest) cycle
+            largest = rate
+            location = location_t(p, e, at)
           end do
         end do
         if (location%part == p) call set_position(element, now, location)
@@ -112,7 +107,7 @@ contains
     real(wp), intent(out) :: shear
     type(nurbs_solid_t) :: now
     real(wp), allocatable :: stress(:, :, :, :), state(:, :, :, :)
-    real(wp) :: here
+    real(wp) :: here, start(3, 3), j(3, 3), x(3)
     integer :: p, n, q(3), e(3), point(3)
 
     shear = 0.0_wp
@@ -128,10 +123,12 @@ contains
           call element%read_element(e, stress, state)
           point = most_strained(blank%law, stress, state)
           if (point(1) == 0) cycle
-          here = shear_at(element, now, e, point)
+          call element%jacobian(element%grid, e, point, start, x)
+          call element%jacobian(now, e, point, j, x)
+          here = sheet_shear(start, j)
           if (.not. here > shear) cycle
           shear = here
-          location = new_location(p, e, point)
+          location = location_t(p, e, point)
         end do
         if (location%part == p) call set_position(element, now, location)
       end associate
@@ -161,19 +158,6 @@ contains
     end do
   end function most_strained
 
-  !> Simple shear of a point since the start.
-  pure real(wp) function shear_at(element, now, e, point) result(shear)
-    class(element_t), intent(in) :: element
-    type(nurbs_solid_t), intent(in) :: now
-    integer, intent(in) :: e(3), point(3)
-    real(wp) :: start(3, 3), j(3, 3), x(3)
-
-    call element%jacobian(element%grid, e, point, start, x)
-    call element%jacobian(now, e, point, j, x)
-    shear = sheet_shear(start, j)
-  end function shear_at
-
-  !> The control grid in its present shape.
   pure function grid_now(element) result(grid)
     class(element_t), intent(in) :: element
     type(nurbs_solid_t) :: grid
@@ -181,15 +165,6 @@ contains
     grid = element%grid
     grid%points = element%motion%x
   end function grid_now
-
-  pure function new_location(part, element, point) result(location)
-    integer, intent(in) :: part, element(3), point(3)
-    type(location_t) :: location
-
-    location%part = part
-    location%element = element
-    location%point = point
-  end function new_location
 
   !> Position of the point now, or at the start if that is not finite.
   pure subroutine set_position(element, now, location)
@@ -252,26 +227,20 @@ contains
   function fastest_point(blank) result(words)
     type(blank_t), intent(in) :: blank
     character(:), allocatable :: words
-    real(wp) :: largest, speed
-    integer :: p, i, j, k, part, at(3)
+    real(wp), allocatable :: speeds(:, :, :)
+    real(wp) :: largest
+    integer :: p, i, part, at(3), here(3)
 
     largest = -1.0_wp
     part = 1
     at = 1
     do p = 1, size(blank%parts)
-      associate (v => blank%parts(p)%element%motion%v)
-        do k = 1, size(v, 3)
-          do j = 1, size(v, 2)
-            do i = 1, size(v, 1)
-              speed = maxval(abs(v(i, j, k, :)))
-              if (.not. speed > largest) cycle
-              largest = speed
-              part = p
-              at = [i, j, k]
-            end do
-          end do
-        end do
-      end associate
+      speeds = maxval(abs(blank%parts(p)%element%motion%v), 4)
+      here = maxloc(speeds)
+      if (.not. speeds(here(1), here(2), here(3)) > largest) cycle
+      largest = speeds(here(1), here(2), here(3))
+      part = p
+      at = here
     end do
     associate (body => blank%parts(part)%element)
       words = patch_text(blank, part)//"control point "//triple(at)//", by element "// &

@@ -9,7 +9,8 @@ module forming_run
   use contact_effect, only: forget_depths, measure_depths
   use effect, only: apply_effects
   use model, only: model_t, begin_next_step
-  use frames, only: results_t, write_frame, record_history
+  use frames, only: results_t, write_frame
+  use history, only: record_sample
   use run_log, only: run_log_t, log_line, log_progress, log_lines
   use step_control, only: new_step_control, next_step, is_due, count_output, is_penetration_due, &
                           schedule_penetration
@@ -26,7 +27,7 @@ module forming_run
   private
 
   public :: run_t, new_run, run_model, take_step, has_ended, enter_next_step, save_failed
-  public :: take_balances, record_sample
+  public :: take_balances, add_sample
   public :: effect_lines
 
   !> Increments before the energy balance may end a run: of a motion that starts from zero velocity
@@ -106,19 +107,6 @@ contains
                 >= run%control%duration*(1.0_wp - 1.0e-12_wp) .or. any_done(model)
   end function has_ended
 
-  !> The next step of the deck begins now, with a time step of the present size.
-  subroutine go_to_next_step(model, run, log, error)
-    type(model_t), intent(inout) :: model
-    type(run_t), intent(inout) :: run
-    type(run_log_t), intent(inout) :: log
-    type(error_t), allocatable, intent(out) :: error
-
-    call check_relaxation(model, error)
-    if (allocated(error)) return
-    call enter_next_step(model, run)
-    call log_step(log, model, run%instant%time)
-  end subroutine go_to_next_step
-
   !> Start the next step of the deck at the present time.
   subroutine enter_next_step(model, run)
     type(model_t), intent(inout) :: model
@@ -140,6 +128,7 @@ contains
     type(saver_t), intent(inout) :: saver
     logical, intent(out) :: is_end
     type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable :: warnings(:)
     real(wp) :: dt, rate
     logical :: is_sample, is_frame, is_balanced, is_through
 
@@ -161,42 +150,36 @@ contains
     if (run%is_file_lost .or. allocated(saver%stopped_by)) return
     if (is_sample) call take_sample(model, run, results, log)
     if (allocated(error)) return
-    if (is_frame) call take_frame(model, run)
+    if (is_frame) then
+      call start_watch(model%timer, run%watch_output)
+      if (run%n_steps > 0) call count_output(run%control%frames)
+      call add_frame(model, run)
+      call stop_watch(model%timer, run%watch_output)
+    end if
     if (is_end) then
       if (size(model%later_steps) == 0) then
         call release_frames(model, run, results, run%n_waiting, error)
         return
       end if
       is_end = .false.
-      call go_to_next_step(model, run, log, error)
+      call check_relaxation(model, error)
       if (allocated(error)) return
+      call enter_next_step(model, run)
+      call log_step(log, model, run%instant%time)
     end if
     call finish_step(model, run, is_through, rate, error)
-    if (.not. allocated(error)) call watch_pairs(model, run, log, error)
-  end subroutine run_increment
-
-  !> Warn of large penetration, or end the run; warn of searches that failed.
-  subroutine watch_pairs(model, run, log, error)
-    type(model_t), intent(inout) :: model
-    type(run_t), intent(in) :: run
-    type(run_log_t), intent(inout) :: log
-    type(error_t), allocatable, intent(out) :: error
-    type(string_t), allocatable :: warnings(:)
-
+    if (allocated(error)) return
     call check_pairs(model%forces, model%bodies%tools, model%step%depth_warning, &
                      model%step%depth_limit, run%instant, warnings, error)
     call log_lines(log, warnings)
-  end subroutine watch_pairs
+  end subroutine run_increment
 
   !> Has an effect reached what the run was for?
   pure logical function any_done(model)
     type(model_t), intent(in) :: model
     integer :: i
 
-    any_done = .false.
-    do i = 1, size(model%supports)
-      any_done = any_done .or. model%supports(i)%item%is_done
-    end do
+    any_done = any([(model%supports(i)%item%is_done, i=1, size(model%supports))])
   end function any_done
 
   !> A relaxation that did not converge is an error, though its results are valid.
@@ -250,7 +233,6 @@ contains
     run%instant%dt_mean = 0.5_wp*(before + dt)
   end subroutine advance_step_size
 
-  !> Stress and internal forces of the blank.
   subroutine update_stress(model, run, rate, error)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
@@ -353,7 +335,7 @@ contains
 
     call start_watch(model%timer, run%watch_output)
     if (run%n_steps > 0) call count_output(run%control%history)
-    call record_sample(model, run, results)
+    call add_sample(model, run, results)
     call log_progress(log, run%n_steps, run%instant%time, &
                       run%control%end_time + sum(model%later_steps%step%duration), &
                       run%instant%dt, run%balance%error, &
@@ -363,7 +345,7 @@ contains
   end subroutine take_sample
 
   !> The sample, and the largest values up to now.
-  subroutine record_sample(model, run, results)
+  subroutine add_sample(model, run, results)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
@@ -383,12 +365,20 @@ contains
     if (run%has_penetration) call measure(model, run, n_points)
     call fill_history_sample(model, run%balance, run%instant, run%n_steps, &
                           velocity_now(model, run), elastic, run%sample)
-    call record_history(results, run%sample)
-    call note_errors(run)
+    call record_sample(results%history, run%sample)
+    if (run%n_steps > 0) then   ! a NaN counts as largest
+      if (.not. abs(run%balance%alarm) <= run%largest_error) &
+        run%largest_error = abs(run%balance%alarm)
+      if (.not. abs(run%balance%error) <= abs(run%history_error)) then
+        run%history_error = run%balance%error
+        run%history_error_time = run%instant%time
+        run%history_error_step = run%n_steps
+      end if
+    end if
     run%largest_penetration = max(run%largest_penetration, run%balance%tally%max_penetration)
     call forget_depths(model%forces)
     call forget_depths(model%retired)
-  end subroutine record_sample
+  end subroutine add_sample
 
   !> Measure penetration between contact points; the next time is later in proportion to the work.
   subroutine measure(model, run, n_points)
@@ -403,30 +393,6 @@ contains
     call schedule_penetration(run%control, run%instant%time, &
                         run%instant%dt*cost*n_samples/(fraction*n_points))
   end subroutine measure
-
-  !> The largest errors of the energy balance up to now; a NaN counts as largest.
-  pure subroutine note_errors(run)
-    type(run_t), intent(inout) :: run
-
-    if (run%n_steps == 0) return
-    if (.not. abs(run%balance%alarm) <= run%largest_error) &
-      run%largest_error = abs(run%balance%alarm)
-    if (abs(run%balance%error) <= abs(run%history_error)) return
-    run%history_error = run%balance%error
-    run%history_error_time = run%instant%time
-    run%history_error_step = run%n_steps
-  end subroutine note_errors
-
-  !> Fill a frame, to be written when the state after it is verified.
-  subroutine take_frame(model, run)
-    type(model_t), intent(inout) :: model
-    type(run_t), intent(inout) :: run
-
-    call start_watch(model%timer, run%watch_output)
-    if (run%n_steps > 0) call count_output(run%control%frames)
-    call add_frame(model, run)
-    call stop_watch(model%timer, run%watch_output)
-  end subroutine take_frame
 
   !> Velocities at the time of the positions: the mean of both half steps, or those of the start.
   !! Of no patch where there are no history points.

@@ -308,27 +308,71 @@ contains
     text = "at time "//to_text(instant%time)
   end function when
 
-  !> Lines `  1. cause` under a heading, each with a line feed before it.
+  !> Lines `  1. cause` under a heading, each with a line feed before it: first what the data of the
+  !! run show.
   function causes_of(failure, facts) result(text)
     integer, intent(in) :: failure      !! `inverted` ... `increment_refused`
     type(facts_t), intent(in) :: facts
     character(:), allocatable :: text
+    real(wp), parameter :: far = 0.1_wp, heavy = 10.0_wp
     type(list_t) :: list
 
     list%text = new_line("a")//"likely causes:"
-    if (failure /= too_deep) call add_evident(list, facts)
+    if (failure /= too_deep) then
+      call add(list, facts%safety > 1.0_wp, "time increments above the stable one: SCALE "// &
+               "FACTOR="//rounded_text(facts%safety)//" of *DYNAMIC, where at most 1 is stable")
+      ! High speeds also follow from increments that are too large.
+      call add(list, .not. (facts%travel < far .or. facts%safety > 1.0_wp), "a speed of "// &
+               rounded_text(facts%speed)//", which moves a point by "// &
+               rounded_text(facts%travel)//" of the smallest element per increment: "// &
+               "velocities, loads, or units that are not consistent")
+      call add(list, facts%added_mass > heavy, "masses scaled up to "// &
+               rounded_text(1.0_wp + facts%added_mass)//" times the real ones, too far for the "// &
+               "speed of the process")
+    end if
+    call add_typical(list, failure, facts)
+    text = list%text
+  end function causes_of
+
+  !> Usual causes of a failure.
+  subroutine add_typical(list, failure, facts)
+    type(list_t), intent(inout) :: list
+    integer, intent(in) :: failure
+    type(facts_t), intent(in) :: facts
+
     select case (failure)
     case (inverted, increment_collapsed)
-      call add_shape(list, facts)
+      call add(list, facts%is_user_law, "the user's subroutine: a stress that does not resist "// &
+               "what squeezes the element")
+      call add(list, facts%has_contact, "tools that squeeze or bend the sheet more than its "// &
+               "elements can follow: gap, stroke, radii")
+      call add(list, .true., "elements too large or too flat for the strain at this location: "// &
+               "refine, or raise the degree")
+      call add(list, .true., "a material that hardens too little, so that the strain localizes "// &
+               "in one row of elements")
+      call add(list, .true., larger_than_intended)
     case (not_finite)
-      call add_numbers(list, facts)
+      call add(list, facts%is_user_law, "the user's subroutine: a division by zero, a root or "// &
+               "logarithm of what is negative, state variables that start at zero")
+      call add(list, .true., "inconsistent units in the deck: density, stiffness, lengths and "// &
+               "times")
+      call add(list, .true., larger_than_intended)
+      call add(list, .true., outside_of_law)
     case (increment_refused)
       call add(list, .true., "the user's subroutine: an iteration of its own that does not "// &
                "converge, or a PNEWDT that it sets below 1 for increments of any size")
       call add(list, .true., larger_than_intended)
       call add(list, .true., outside_of_law)
     case (energy_lost)
-      call add_energy(list, facts)
+      call add(list, facts%is_user_law, "the user's subroutine: a stress that does not follow "// &
+               "its strain increments, or a stiffness above the one of the deck")
+      call add(list, facts%has_contact, "contact: a penalty near the limit of the time "// &
+               "increment, or points too far apart for the edges of the tool")
+      call add(list, .true., "an impact: tools or loads that begin at full speed, see "// &
+               "*AMPLITUDE")
+      call add(list, .true., "strain that localizes in few elements, which are about to invert")
+      call add(list, .true., "a time increment close to the stable one: a smaller SCALE "// &
+               "FACTOR of *DYNAMIC")
     case (too_deep)
       call add(list, .true., "tools that leave the sheet less room than its thickness")
       call add(list, .true., "a penalty that is too soft for the force: PENALTY SCALE or "// &
@@ -336,68 +380,7 @@ contains
       call add(list, .true., "too few contact points for an edge or radius of the tool: COUNT "// &
                "of *CONTACT PAIR, or smaller elements")
     end select
-    text = list%text
-  end function causes_of
-
-  !> What the data of the run show.
-  subroutine add_evident(list, facts)
-    type(list_t), intent(inout) :: list
-    type(facts_t), intent(in) :: facts
-    real(wp), parameter :: far = 0.1_wp, heavy = 10.0_wp
-
-    call add(list, facts%safety > 1.0_wp, "time increments above the stable one: SCALE FACTOR="// &
-             rounded_text(facts%safety)//" of *DYNAMIC, where at most 1 is stable")
-    ! High speeds also follow from increments that are too large.
-    call add(list, .not. (facts%travel < far .or. facts%safety > 1.0_wp), "a speed of "// &
-             rounded_text(facts%speed)//", which moves a point by "// &
-             rounded_text(facts%travel)//" of the smallest element per increment: velocities, "// &
-             "loads, or units that are not consistent")
-    call add(list, facts%added_mass > heavy, "masses scaled up to "// &
-             rounded_text(1.0_wp + facts%added_mass)//" times the real ones, too far for the "// &
-             "speed of the process")
-  end subroutine add_evident
-
-  subroutine add_shape(list, facts)
-    type(list_t), intent(inout) :: list
-    type(facts_t), intent(in) :: facts
-
-    call add(list, facts%is_user_law, "the user's subroutine: a stress that does not resist "// &
-             "what squeezes the element")
-    call add(list, facts%has_contact, "tools that squeeze or bend the sheet more than its "// &
-             "elements can follow: gap, stroke, radii")
-    call add(list, .true., "elements too large or too flat for the strain at this location: "// &
-             "refine, or raise the degree")
-    call add(list, .true., "a material that hardens too little, so that the strain localizes "// &
-             "in one row of elements")
-    call add(list, .true., larger_than_intended)
-  end subroutine add_shape
-
-  subroutine add_numbers(list, facts)
-    type(list_t), intent(inout) :: list
-    type(facts_t), intent(in) :: facts
-
-    call add(list, facts%is_user_law, "the user's subroutine: a division by zero, a root or "// &
-             "logarithm of what is negative, state variables that start at zero")
-    call add(list, .true., "inconsistent units in the deck: density, stiffness, lengths and "// &
-             "times")
-    call add(list, .true., larger_than_intended)
-    call add(list, .true., outside_of_law)
-  end subroutine add_numbers
-
-  subroutine add_energy(list, facts)
-    type(list_t), intent(inout) :: list
-    type(facts_t), intent(in) :: facts
-
-    call add(list, facts%is_user_law, "the user's subroutine: a stress that does not follow "// &
-             "its strain increments, or a stiffness above the one of the deck")
-    call add(list, facts%has_contact, "contact: a penalty near the limit of the time "// &
-             "increment, or points too far apart for the edges of the tool")
-    call add(list, .true., "an impact: tools or loads that begin at full speed, see "// &
-             "*AMPLITUDE")
-    call add(list, .true., "strain that localizes in few elements, which are about to invert")
-    call add(list, .true., "a time increment close to the stable one: a smaller SCALE "// &
-             "FACTOR of *DYNAMIC")
-  end subroutine add_energy
+  end subroutine add_typical
 
   subroutine add(list, is_likely, cause)
     type(list_t), intent(inout) :: list

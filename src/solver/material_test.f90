@@ -11,12 +11,11 @@ module material_test
   use material_point, only: material_point_t, control_t, new_point, new_control, advance, &
                             strain_to_frame, stress_to_frame, plastic_strain
   use result_table, only: result_table_t, add_column, tensor_components
-  use child_process, only: shared_rows_t, new_rows, free_rows, begin_rows, add_row, end_rows, &
-                           failure_of, warning_of, values_of
+  use child_process, only: shared_rows_t, new_rows, begin_rows, add_row, end_rows, values_of
   implicit none
   private
 
-  public :: run_test, test_problem, new_test_rows, fill_rows, fill_table, table_heads
+  public :: test_problem, new_test_rows, fill_rows, fill_table, table_heads
 
   !> How the failure of a test begins that a signal has stopped.
   character(*), parameter, public :: stop_words = "stopped by a signal"
@@ -51,25 +50,6 @@ contains
       end if
     end if
   end function test_problem
-
-  !> Carry out a test. Fails where the point cannot be taken further; the table then ends there.
-  !! Warns of shear that is too large for the law.
-  subroutine run_test(spec, law, table, error, warning)
-    type(material_test_spec_t), intent(in) :: spec
-    class(block_law_t), intent(in) :: law
-    type(result_table_t), intent(out) :: table
-    type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable, intent(out), optional :: warning   !! empty: none
-    type(shared_rows_t) :: rows
-
-    call new_test_rows(spec, law, rows, error)
-    if (allocated(error)) return
-    call fill_rows(spec, law, rows)
-    if (failure_of(rows) /= "") call fail(error, failure_of(rows))
-    if (present(warning)) warning = warning_of(rows)
-    call fill_table(spec, law, rows, table)
-    call free_rows(rows)
-  end subroutine run_test
 
   !> Room for the rows of a test. Fails if there is no memory.
   subroutine new_test_rows(spec, law, rows, error)
@@ -142,17 +122,27 @@ contains
     type(shared_rows_t), intent(in) :: rows
     type(result_table_t), intent(out) :: table
 
-    select case (spec%kind)
-    case ("R VALUES")
-      call fill_r_values(values_of(rows), table)
-    case ("YIELD LOCUS")
-      call fill_yield_locus(values_of(rows), table)
-    case default
-      call fill_history(values_of(rows), law, spec, table)
-    end select
+    associate (values => values_of(rows))
+      select case (spec%kind)
+      case ("R VALUES")
+        call add_column(table, "angle", "1", "degrees from axis 1 of the material to the pull", &
+                        values(1:1, :))
+        call add_column(table, "r_value", "1", "plastic strain across over plastic strain "// &
+                        "through the thickness, at the end", values(2:2, :))
+        call add_column(table, "stress", "stress", "Cauchy stress along the pull at the end", &
+                        values(3:3, :))
+      case ("YIELD LOCUS")
+        call add_column(table, "direction", "1", "degrees in the plane of s11 and s22, from s11", &
+                        values(1:1, :))
+        call add_column(table, "stress", "stress", "stresses at first yield, s33 and shear "// &
+                        "being zero: 11, 22", values(2:3, :), strings(["11", "22"]))
+        call add_column(table, "eqps", "1", "plastic strain reached", values(4:4, :))
+      case default
+        call fill_history(values, law, spec, table)
+      end select
+    end associate
   end subroutine fill_table
 
-  !> Conditions and corners of a test.
   pure function new_program(spec) result(program)
     type(material_test_spec_t), intent(in) :: spec
     type(program_t) :: program
@@ -309,19 +299,6 @@ contains
     end do
   end subroutine find_r_values
 
-  !> The rows of `find_r_values` as columns.
-  subroutine fill_r_values(rows, table)
-    real(wp), intent(in) :: rows(:, :)
-    type(result_table_t), intent(out) :: table
-
-    call add_column(table, "angle", "1", "degrees from axis 1 of the material to the pull", &
-                    rows(1:1, :))
-    call add_column(table, "r_value", "1", "plastic strain across over plastic strain through "// &
-                    "the thickness, at the end", rows(2:2, :))
-    call add_column(table, "stress", "stress", "Cauchy stress along the pull at the end", &
-                    rows(3:3, :))
-  end subroutine fill_r_values
-
   !> Has the point yielded, by its law and by a plastic strain beyond round-off?
   logical function is_plastic(law, spec, point, plastic)
     class(block_law_t), intent(in) :: law
@@ -355,18 +332,6 @@ contains
       end associate
     end do
   end subroutine find_yield_locus
-
-  !> The rows of `find_yield_locus` as columns.
-  subroutine fill_yield_locus(rows, table)
-    real(wp), intent(in) :: rows(:, :)
-    type(result_table_t), intent(out) :: table
-
-    call add_column(table, "direction", "1", "degrees in the plane of s11 and s22, from s11", &
-                    rows(1:1, :))
-    call add_column(table, "stress", "stress", "stresses at first yield, s33 and shear being "// &
-                    "zero: 11, 22", rows(2:3, :), strings(["11", "22"]))
-    call add_column(table, "eqps", "1", "plastic strain reached", rows(4:4, :))
-  end subroutine fill_yield_locus
 
   !> From zero along one direction of stress until the plastic strain passes the threshold.
   subroutine find_yield(law, direction, spec, point, error)

@@ -2,7 +2,6 @@
 !! written.
 module run_frames
   use kinds, only: wp
-  use tool, only: tool_t
   use model, only: model_t
   use frames, only: frame_t, face_field_t, tool_frame_t, results_t, write_frame
   use contact_effect, only: contact_view_t, contact_pairs
@@ -75,7 +74,10 @@ contains
   subroutine fill_contact_fields(model, frame)
     type(model_t), intent(inout), target :: model
     type(frame_t), intent(inout) :: frame
-    integer :: p
+    type(contact_view_t), allocatable :: pairs(:)
+    type(tool_frame_t) :: on_tool
+    type(face_field_t) :: on_face
+    integer :: i, p, s
 
     do p = 1, size(frame%patches)
       if (allocated(frame%patches(p)%contacts)) deallocate (frame%patches(p)%contacts)
@@ -83,21 +85,10 @@ contains
     end do
     if (allocated(frame%tool_fields)) deallocate (frame%tool_fields)
     allocate (frame%tool_fields(0))
-    call add_contact_fields([contact_pairs(model%forces), contact_pairs(model%retired)], &
-                            model%bodies%tools, frame)
-  end subroutine fill_contact_fields
-
-  subroutine add_contact_fields(pairs, tools, frame)
-    type(contact_view_t), intent(in) :: pairs(:)
-    type(tool_t), intent(in) :: tools(:)
-    type(frame_t), intent(inout) :: frame
-    type(tool_frame_t) :: on_tool
-    type(face_field_t) :: on_face
-    integer :: i, s
-
+    pairs = [contact_pairs(model%forces), contact_pairs(model%retired)]
     do i = 1, size(pairs)
       associate (pair => pairs(i)%pair)
-        associate (tool => tools(pair%tool), contacts => frame%patches(pair%part))
+        associate (tool => model%bodies%tools(pair%tool), contacts => frame%patches(pair%part))
           call face_pressure(pair%fields, pair%pair, tool, contacts%points( &
             pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
             pair%lower(3):pair%upper(3), :), on_face%grid, on_face%pressure)
@@ -115,7 +106,7 @@ contains
         end do
       end associate
     end do
-  end subroutine add_contact_fields
+  end subroutine fill_contact_fields
 
   !> Fill one more, which waits after those that do.
   subroutine add_frame(model, run)
@@ -144,16 +135,14 @@ contains
     integer, intent(in) :: n                      !! how many; none: nothing is written
     type(error_t), allocatable, intent(out) :: error
     integer, intent(in), optional :: n_samples       !! absent: all that wait
-    integer :: i
+    integer :: i, n_rows
 
     if (n == 0) return
+    n_rows = huge(n_rows)
+    if (present(n_samples)) n_rows = n_samples
     call start_watch(model%timer, run%watch_output)
     do i = 1, n
-      if (present(n_samples)) then
-        call write_frame(results, run%frames(i), error, merge(n_samples, 0, i == 1))
-      else
-        call write_frame(results, run%frames(i), error)
-      end if
+      call write_frame(results, run%frames(i), error, merge(n_rows, 0, i == 1))
       if (allocated(error)) exit
     end do
     run%n_waiting = run%n_waiting - n

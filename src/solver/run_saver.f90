@@ -11,8 +11,8 @@ module run_saver
   use interrupt, only: is_save_wanted, forget_save, stop_signal_name
   use state_store, only: state_store_t, enter_folder, carry, carry_array
   use model, only: model_t
-  use frames, only: results_t, flush_results, forget_history, n_frames_of, n_samples_of, &
-                    path_of_results
+  use frames, only: results_t, flush_results
+  use hdf5_file, only: path_of_open
   use run_log, only: run_log_t, log_line
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint
   use run_state, only: run_t, wall_seconds, pack_run, unpack_run
@@ -193,12 +193,12 @@ contains
 
     call start_watch(model%timer, run%watch_state)
     if (.not. allocated(kept)) allocate (kept)
-    kept%n_frames = n_frames_of(results) + run%n_waiting
+    kept%n_frames = results%n_frames + run%n_waiting
     call pack_for_file(model, run, kept%n_frames, kept%store)
     kept%step = run%n_steps
     kept%time = run%instant%time
     kept%deck_step = model%i_step
-    kept%n_samples = n_samples_of(results)
+    kept%n_samples = results%history%n_samples
     call stop_watch(model%timer, run%watch_state)
   end subroutine take_state
 
@@ -265,7 +265,7 @@ contains
     call move_alloc(saver%verified, before)
     call move_alloc(saver%next, saver%verified)
     call move_alloc(before, saver%next)
-    n = saver%verified%n_frames - n_frames_of(results)
+    n = saver%verified%n_frames - results%n_frames
     if (n == 0) return
     call release_frames(model, run, results, n, error, saver%verified%n_samples)
     call count_written_samples(saver)
@@ -308,7 +308,6 @@ contains
     end if
   end subroutine save
 
-  !> Write the last verified state, with the result as it was then.
   subroutine write_verified(saver, results, error, is_result_lost)
     type(saver_t), intent(inout) :: saver
     type(results_t), intent(inout) :: results
@@ -320,7 +319,7 @@ contains
     if (is_result_lost) return
     call count_written_samples(saver)
     call write_checkpoint(saver%path, saver%header, saver%verified%store, &
-                          path_of_results(results), error)
+                          path_of_open(results%file), error)
     if (allocated(error)) return
     saver%saved_step = saver%verified%step
     saver%saved_time = saver%verified%time
@@ -454,8 +453,8 @@ contains
       end if
       saver%taken_step = kept%step
       saver%taken_time = kept%time
-      call forget_history(results, kept%n_samples)
-      run%n_waiting = min(run%n_waiting, kept%n_frames - n_frames_of(results))
+      results%history%n_samples = min(results%history%n_samples, kept%n_samples)
+      run%n_waiting = min(run%n_waiting, kept%n_frames - results%n_frames)
       run%step_factor = saver%retry
       run%control%largest = saver%retry*run%control%largest
       call log_line(log, "retry from step "//to_text(run%n_steps)//", time "// &

@@ -2,7 +2,12 @@
 module solver_cases
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use kinds, only: wp
-  use failure, only: error_t
+  use failure, only: error_t, fail
+  use scene, only: material_test_spec_t
+  use block_law, only: block_law_t
+  use result_table, only: result_table_t
+  use child_process, only: shared_rows_t, free_rows, failure_of, warning_of
+  use material_test, only: new_test_rows, fill_rows, fill_table
   use elastic, only: elastic_t
   use model, only: model_t
   use frames, only: results_t, results_setup_t, open_results, close_results
@@ -14,7 +19,7 @@ module solver_cases
   implicit none
   private
 
-  public :: begin_run, run_to_end, watch_names, read_points
+  public :: begin_run, run_to_end, watch_names, read_points, run_test
 
   !> Elastic until the shear strain 12 of a step exceeds a limit; then it returns no numbers, or
   !! says that it failed.
@@ -92,6 +97,25 @@ contains
     call open_results(results, setup, file_error)
     if (allocated(file_error)) error stop "the results of the test cannot be written"
   end subroutine begin_run
+
+  !> Carry out a test. Fails where the point cannot be taken further; the table then ends there.
+  !! Warns of shear that is too large for the law.
+  subroutine run_test(spec, law, table, error, warning)
+    type(material_test_spec_t), intent(in) :: spec
+    class(block_law_t), intent(in) :: law
+    type(result_table_t), intent(out) :: table
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable, intent(out), optional :: warning   !! empty: none
+    type(shared_rows_t) :: rows
+
+    call new_test_rows(spec, law, rows, error)
+    if (allocated(error)) return
+    call fill_rows(spec, law, rows)
+    if (failure_of(rows) /= "") call fail(error, failure_of(rows))
+    if (present(warning)) warning = warning_of(rows)
+    call fill_table(spec, law, rows, table)
+    call free_rows(rows)
+  end subroutine run_test
 
   !> Names of the stopwatches of a model, with blanks between.
   function watch_names(model) result(names)

@@ -9,9 +9,9 @@ program write_example
   use gauss_rule, only: new_gauss_rule
   use knot_vector, only: greville, knot_vector_t, new_knot_vector
   use nurbs_surface, only: nurbs_surface_t
-  use history, only: history_sample_t, begin_sample, enter
+  use history, only: history_sample_t, begin_sample, enter, record_sample
   use run_log, only: timings_t
-  use frames, only: close_results, frame_t, open_results, record_history, results_setup_t, &
+  use frames, only: close_results, frame_t, open_results, results_setup_t, &
                     results_t, write_frame
   implicit none
 
@@ -115,8 +115,8 @@ contains
     frame%patches(1)%state = reshape(frame%patches(1)%eqps, [1, shape(frame%patches(1)%eqps)])
     frame%tool_displacement = reshape([0.0_wp, -2*time, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [3, 2])
     frame%tool_velocity = reshape([0.0_wp, -2.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], [3, 2])
-    call record_history(results, row_at(time))
-    call record_history(results, row_at(time + 0.5_wp))
+    call record_sample(results%history, row_at(time))
+    call record_sample(results%history, row_at(time + 0.5_wp))
     call write_frame(results, frame, error)
     call check(error)
   end subroutine one_frame
