@@ -76,10 +76,7 @@ contains
     type(part_t), intent(in) :: parts(:)
     integer :: p
 
-    n = 0
-    do p = 1, size(parts)
-      n = n + product(parts(p)%element%n_elements)
-    end do
+    n = sum([(product(parts(p)%element%n_elements), p=1, size(parts))])
   end function n_elements_of
 
   !> Control points of all patches, those at seams as often as patches meet there.
@@ -87,10 +84,7 @@ contains
     type(part_t), intent(in) :: parts(:)
     integer :: p
 
-    n = 0
-    do p = 1, size(parts)
-      n = n + size(parts(p)%element%grid%weights)
-    end do
+    n = sum([(size(parts(p)%element%grid%weights), p=1, size(parts))])
   end function n_controls_of
 
   !> Mass of all patches.
@@ -98,10 +92,7 @@ contains
     type(part_t), intent(in) :: parts(:)
     integer :: p
 
-    mass = 0.0_wp
-    do p = 1, size(parts)
-      mass = mass + sum(parts(p)%element%mass)
-    end do
+    mass = sum([(sum(parts(p)%element%mass), p=1, size(parts))])
   end function mass_of
 
   !> Columns through the thickness that seams leave whole, by patch.

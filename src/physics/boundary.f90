@@ -116,7 +116,6 @@ contains
     end do
   end subroutine hold_row
 
-  !> What the effect carries from step to step.
   subroutine carry_boundary(self, store)
     class(boundary_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store

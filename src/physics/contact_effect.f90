@@ -96,9 +96,16 @@ contains
     pairs = contact_pairs(effects)
     do i = 1, size(pairs)
       associate (pair => pairs(i)%pair)
-        if (.not. pair%pair%motion%is_started) cycle
-        call measure_pair(pair, tools(pair%tool), time)
-        n_looks = n_looks + pair%samples%n_checked
+        associate (tool => tools(pair%tool), motion => pair%pair%motion, deepest => pair%deepest)
+          if (.not. motion%is_started) cycle
+          call find_deepest(pair%samples, pair%pair, tool, motion%now, motion%displacement, deepest)
+          n_looks = n_looks + pair%samples%n_checked
+          if (tool%is_turning) deepest%x = motion%displacement &
+                                   + matmul(tool%rotation, deepest%x - motion%displacement)
+          if (.not. deepest%depth > pair%greatest%depth) cycle
+          pair%greatest = deepest
+          pair%greatest_time = time
+        end associate
       end associate
     end do
   end subroutine measure_depths
@@ -116,23 +123,6 @@ contains
     end do
   end function depth_of
 
-  !> Deepest place of one pair.
-  subroutine measure_pair(pair, tool, time)
-    type(contact_effect_t), intent(inout) :: pair
-    type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: time
-
-    associate (motion => pair%pair%motion, deepest => pair%deepest)
-      call find_deepest(pair%samples, pair%pair, tool, motion%now, motion%displacement, deepest)
-      if (tool%is_turning) deepest%x = matmul(tool%rotation, deepest%x - motion%displacement) &
-                                       + motion%displacement
-      if (.not. deepest%depth > pair%greatest%depth) return
-      pair%greatest = deepest
-      pair%greatest_time = time
-    end associate
-  end subroutine measure_pair
-
-  !> Forces of the pair onto the blank, reaction onto the tool.
   subroutine apply(self, bodies, instant)
     class(contact_effect_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
@@ -199,7 +189,6 @@ contains
     force = force + push
   end subroutine press
 
-  !> Forces from the frame of a tool into space.
   pure subroutine turn_forces(tool, n, force)
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: n
@@ -208,7 +197,6 @@ contains
     force = matmul(force, transpose(tool%rotation))
   end subroutine turn_forces
 
-  !> Couple of forces in space.
   pure function couple_of(tool, n, x, force) result(couple)
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: n
@@ -243,7 +231,6 @@ contains
     self%force = 0.0_wp
   end subroutine stop
 
-  !> Add work, energies and penetration to the balances.
   subroutine tally_contact(self, tally)
     class(contact_effect_t), intent(in) :: self
     type(tally_t), intent(inout) :: tally
@@ -259,7 +246,6 @@ contains
     tally%max_penetration = max(tally%max_penetration, self%max_penetration)
   end subroutine tally_contact
 
-  !> What the effect carries from step to step.
   subroutine carry_contact_effect(self, store)
     class(contact_effect_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store

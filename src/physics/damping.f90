@@ -65,7 +65,6 @@ contains
     rank = -1
   end function rank_of_damping
 
-  !> Damp with the constant alpha.
   subroutine apply(self, bodies, instant)
     class(damping_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
@@ -141,7 +140,6 @@ contains
     end associate
   end function velocities_before
 
-  !> Add the energy taken away.
   subroutine tally_damping(self, tally)
     class(damping_t), intent(in) :: self
     type(tally_t), intent(inout) :: tally
@@ -149,7 +147,6 @@ contains
     tally%damping_energy = tally%damping_energy + self%energy
   end subroutine tally_damping
 
-  !> What the effect carries from step to step.
   subroutine carry_damping(self, store)
     class(damping_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
@@ -241,14 +238,13 @@ contains
     stiffness = 0.0_wp
     inertia = 0.0_wp
     do p = 1, size(bodies%blank%parts)
-      associate (body => bodies%blank%parts(p)%element)
+      associate (body => bodies%blank%parts(p)%element, &
+                 motion => bodies%blank%parts(p)%element%motion)
         call look_at_patch(body, instant, self%internal_force(p)%values, stiffness, inertia)
-        associate (motion => body%motion)
-          unbalanced(p) = norm_of_forces(body, self%is_free(p)%values* &
-                                         (motion%external_force - motion%internal_force))
-          internal(p) = norm_of_forces(body, motion%internal_force)
-          external(p) = norm_of_forces(body, motion%external_force)
-        end associate
+        unbalanced(p) = norm_of_forces(body, self%is_free(p)%values* &
+                                       (motion%external_force - motion%internal_force))
+        internal(p) = norm_of_forces(body, motion%internal_force)
+        external(p) = norm_of_forces(body, motion%external_force)
       end associate
     end do
     self%internal_energy = self%internal_energy + bodies%blank%report%internal_work
@@ -328,7 +324,6 @@ contains
             rounded_text(self%force_residual)//" (limit "//rounded_text(self%force_limit)//")"
   end function outcome
 
-  !> What the effect carries from step to step.
   subroutine carry_relaxation(self, store)
     class(relaxation_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store

@@ -177,8 +177,11 @@ contains
     type(instant_t), intent(in) :: instant
     real(wp), allocatable :: x(:, :, :, :), v(:, :, :, :), held(:, :, :, :), pushed(:, :, :, :)
     real(wp) :: factor
-    integer :: c
+    integer :: c, counts(3), n2
 
+    ! Control points along the second axis of the face.
+    counts = self%upper - self%lower + 1
+    n2 = counts(max(1, findloc(counts > 1, .true., 1, back=.true.)))
     associate (low => self%lower, high => self%upper, &
                motion => bodies%blank%parts(self%part)%element%motion)
       x = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
@@ -187,9 +190,13 @@ contains
       allocate (pushed, mold=x)
       held = 0.0_wp
       pushed = 0.0_wp
-      factor = curve_value(self%curve, way(self, bodies, instant))
-      call add_forces(self, [size(x)/(3*size_of_axis2(self)), size_of_axis2(self)], x, v, &
-                      instant%dt, factor, held, pushed)
+      ! Where the curve of the forces stands: the way of the closing tool, or the time.
+      if (self%closing > 0) then
+        factor = curve_value(self%curve, norm2(travel_of(bodies%tools(self%closing))))
+      else
+        factor = curve_value(self%curve, instant%time)
+      end if
+      call add_forces(self, [size(x)/(3*n2), n2], x, v, instant%dt, factor, held, pushed)
       self%lost = self%lost - 0.5_wp*instant%dt*sum((self%held + held)*v)
       self%external_work = self%external_work + 0.5_wp*instant%dt*sum((self%pushed + pushed)*v)
       motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
@@ -216,41 +223,16 @@ contains
     type(assembly_t), intent(in) :: bodies
     real(wp), intent(in) :: dt
 
-    associate (low => self%lower, high => self%upper)
-      associate (v => bodies%blank%parts(self%part)%element%motion%v( &
-                        low(1):high(1), low(2):high(2), low(3):high(3), :))
-        self%lost = self%lost - 0.5_wp*dt*sum(self%held*v)
-        self%external_work = self%external_work + 0.5_wp*dt*sum(self%pushed*v)
-      end associate
+    associate (v => bodies%blank%parts(self%part)%element%motion%v( &
+                      self%lower(1):self%upper(1), self%lower(2):self%upper(2), &
+                      self%lower(3):self%upper(3), :))
+      self%lost = self%lost - 0.5_wp*dt*sum(self%held*v)
+      self%external_work = self%external_work + 0.5_wp*dt*sum(self%pushed*v)
     end associate
     self%held = 0.0_wp
     self%pushed = 0.0_wp
     self%force = 0.0_wp
   end subroutine stop
-
-  !> Where the curve of the forces stands: the way of the closing tool, or the time.
-  pure real(wp) function way(self, bodies, instant)
-    class(draw_bead_t), intent(in) :: self
-    type(assembly_t), intent(in) :: bodies
-    type(instant_t), intent(in) :: instant
-
-    way = instant%time
-    if (self%closing > 0) way = norm2(travel_of(bodies%tools(self%closing)))
-  end function way
-
-  !> Control points along the second axis of the face.
-  pure integer function size_of_axis2(self) result(n)
-    class(draw_bead_t), intent(in) :: self
-    integer :: counts(3), i
-
-    counts = self%upper - self%lower + 1
-    n = 1
-    do i = 3, 1, -1
-      if (counts(i) == 1) cycle
-      n = counts(i)
-      return
-    end do
-  end function size_of_axis2
 
   !> Forces of all points that may be in the band. The others are not looked at: a point at some
   !! distance from the band cannot be in it before the sheet has moved as far.
@@ -281,14 +263,12 @@ contains
     real(wp), intent(in) :: dt, factor
     real(wp), intent(inout) :: held(n(1), n(2), 3), pushed(n(1), n(2), 3)
     real(wp) :: place(3), speed(3), d1(3, 2), normal(3), across(3), distance, area, band, reach
-    integer :: c, i, j, k, l
+    integer :: i, j, k, l
 
     place = 0.0_wp
     do j = 1, m(2)
       do i = 1, m(1)
-        do c = 1, 3
-          place(c) = place(c) + basis(i, j)*x(first(1) + i - 1, first(2) + j - 1, c)
-        end do
+        place = place + basis(i, j)*x(first(1) + i - 1, first(2) + j - 1, :)
       end do
     end do
     reach = reach_of(self%line, place) - sqrt(2.0_wp)*self%half_width
@@ -303,11 +283,9 @@ contains
       do i = 1, m(1)
         k = first(1) + i - 1
         l = first(2) + j - 1
-        do c = 1, 3
-          d1(c, 1) = d1(c, 1) + slope(i, j, 1)*x(k, l, c)
-          d1(c, 2) = d1(c, 2) + slope(i, j, 2)*x(k, l, c)
-          speed(c) = speed(c) + basis(i, j)*v(k, l, c)
-        end do
+        d1(:, 1) = d1(:, 1) + slope(i, j, 1)*x(k, l, :)
+        d1(:, 2) = d1(:, 2) + slope(i, j, 2)*x(k, l, :)
+        speed = speed + basis(i, j)*v(k, l, :)
       end do
     end do
     normal = cross(d1(:, 1), d1(:, 2))
@@ -328,25 +306,21 @@ contains
       call spread_force(first, m, basis, -self%hold_down*band*normal, n, pushed)
   end subroutine work_point
 
-  !> Share the force on a point among the control points around it.
   pure subroutine spread_force(first, m, basis, force, n, net)
     integer, intent(in) :: first(2), m(2), n(2)
     real(wp), intent(in) :: basis(m(1), m(2)), force(3)
     real(wp), intent(inout) :: net(n(1), n(2), 3)
-    integer :: i, j, c
+    integer :: i, j
 
     do j = 1, m(2)
       do i = 1, m(1)
-        do c = 1, 3
-          associate (value => net(first(1) + i - 1, first(2) + j - 1, c))
-            value = value + basis(i, j)*force(c)
-          end associate
-        end do
+        associate (values => net(first(1) + i - 1, first(2) + j - 1, :))
+          values = values + basis(i, j)*force
+        end associate
       end do
     end do
   end subroutine spread_force
 
-  !> Distance in space from a polyline.
   pure real(wp) function reach_of(line, place) result(reach)
     real(wp), intent(in) :: line(:, :), place(3)
     real(wp) :: along(3), share, square
@@ -385,8 +359,7 @@ contains
                   (s == size(line, 2) - 1 .and. share > 1.0_wp)
       arm = arm - dot_product(arm, normal)*normal
       distance = norm2(arm)
-      across = [normal(2)*along(3) - normal(3)*along(2), normal(3)*along(1) - normal(1)*along(3), &
-                normal(1)*along(2) - normal(2)*along(1)]/length
+      across = cross(normal, along)/length
       if ((share < 0.0_wp .or. share > 1.0_wp) .and. distance > 0.0_wp) then
         ! Around a corner of the line the way out from the corner is across.
         across = arm*sign(1.0_wp/distance, dot_product(arm, across))
@@ -396,7 +369,6 @@ contains
     if (is_beyond) distance = huge(1.0_wp)
   end subroutine place_by_line
 
-  !> Add the work taken from the sheet.
   subroutine tally_bead(self, tally)
     class(draw_bead_t), intent(in) :: self
     type(tally_t), intent(inout) :: tally
@@ -405,7 +377,6 @@ contains
     tally%friction_energy = tally%friction_energy + self%lost
   end subroutine tally_bead
 
-  !> What the effect carries from step to step.
   subroutine carry_bead(self, store)
     class(draw_bead_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store

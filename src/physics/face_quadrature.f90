@@ -1,7 +1,7 @@
 !> Integration of loads over a face of the blank, or over the part of it that a set names.
 module face_quadrature
   use kinds, only: wp
-  use knot_vector, only: span_table
+  use knot_vector, only: knot_vector_t, span_table
   use nurbs_surface, only: nurbs_surface_t
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use basis_tables, only: axis_table_t, lane_table_t, new_axis_table, new_lane_table, n_lanes
@@ -37,8 +37,7 @@ contains
     integer, intent(in), optional :: across       !! direction across a strip, 0: the face has none
     type(face_rule_t) :: rule
     type(gauss_rule_t) :: gauss
-    integer :: axis, e1, e2, n_more, n_points(2)
-    logical, allocatable :: is_in(:)
+    integer :: axis, n_more, n_points(2)
 
     n_more = merge(4, 0, maxval(face%weights) > minval(face%weights))
     ! A basis function times two tangents has degree 3p - 1.
@@ -52,27 +51,22 @@ contains
     rule%weights = face%weights
     if (n_more > 0) call set_rational(rule)
     rule%outward = real(side, wp)
-    allocate (rule%is_loaded(rule%axes(1)%n_elements, rule%axes(2)%n_elements))
-    is_in = middle_in(face, 1, lower(1), upper(1))
-    do e2 = 1, rule%axes(2)%n_elements
-      rule%is_loaded(:, e2) = is_in
-    end do
-    is_in = middle_in(face, 2, lower(2), upper(2))
-    do e1 = 1, rule%axes(1)%n_elements
-      rule%is_loaded(e1, :) = rule%is_loaded(e1, :) .and. is_in
-    end do
+    rule%is_loaded = spread(middle_in(face%axes(1), lower(1), upper(1)), 2, &
+                            rule%axes(2)%n_elements) &
+                     .and. spread(middle_in(face%axes(2), lower(2), upper(2)), 1, &
+                                  rule%axes(1)%n_elements)
   end function new_face_rule
 
-  pure function middle_in(face, axis, lower, upper) result(is_in)
-    type(nurbs_surface_t), intent(in) :: face
-    integer, intent(in) :: axis
+  !> Elements whose middle is in a range.
+  pure function middle_in(axis, lower, upper) result(is_in)
+    type(knot_vector_t), intent(in) :: axis
     real(wp), intent(in) :: lower, upper
     logical, allocatable :: is_in(:)
 
-    associate (spans => span_table(face%axes(axis)), knots => face%axes(axis)%knots)
-      allocate (is_in(size(spans)))
-      is_in = knots(spans) + knots(spans + 1) >= 2.0_wp*lower &
-              .and. knots(spans) + knots(spans + 1) <= 2.0_wp*upper
+    associate (spans => span_table(axis))
+      associate (twice => axis%knots(spans) + axis%knots(spans + 1))
+        is_in = twice >= 2.0_wp*lower .and. twice <= 2.0_wp*upper
+      end associate
     end associate
   end function middle_in
 
@@ -167,7 +161,6 @@ contains
     end associate
   end subroutine add_row
 
-  !> Forces of eight elements of a face.
   pure subroutine block_face_forces(rule, b, e, p1, p2, is_on, u, traction, push, f)
     type(face_rule_t), intent(in) :: rule
     integer, intent(in) :: b, e, p1, p2

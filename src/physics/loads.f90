@@ -2,7 +2,7 @@
 !! against the current outward normal of a face.
 module loads
   use kinds, only: wp
-  use state_store, only: state_store_t, carry, carry_array, has_state
+  use state_store, only: state_store_t, carry, carry_array
   use nurbs_surface, only: nurbs_surface_t
   use blank, only: blank_t, assembly_t
   use motion_curve, only: curve_t, curve_value
@@ -100,9 +100,11 @@ contains
     load%upper = bounds(:, 2)
     load%value = value
     load%curve = curve
+    associate (n => bounds(:, 2) - bounds(:, 1) + 1)
+      allocate (load%before(n(1), n(2), n(3), 3), source=0.0_wp)
+    end associate
   end function new_pressure
 
-  !> Add the forces of this instant, and the work of the step that led here.
   subroutine apply_dead_load(self, bodies, instant)
     class(dead_load_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
@@ -126,7 +128,6 @@ contains
     self%scaling = now
   end subroutine apply_dead_load
 
-  !> What the effect carries from step to step.
   subroutine carry_dead_load(self, store)
     class(dead_load_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
@@ -148,7 +149,6 @@ contains
     self%force = 0.0_wp
   end subroutine stop_dead_load
 
-  !> Add the forces of this instant, and the work of the step that led here.
   subroutine apply_pressure(self, bodies, instant)
     class(pressure_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
@@ -166,10 +166,6 @@ contains
       if (abs(pressure_now) > 0.0_wp) &
         call add_face_forces(self%rule, shape(self%rule%weights), net, &
                              [0.0_wp, 0.0_wp, 0.0_wp], pressure_now, now)
-      if (.not. allocated(self%before)) then
-        allocate (self%before, mold=now)
-        self%before = 0.0_wp
-      end if
       self%external_work = self%external_work + 0.5_wp*instant%dt &
                            *sum((self%before + now)*motion%v(low(1):high(1), low(2):high(2), &
                                                              low(3):high(3), :))
@@ -182,17 +178,11 @@ contains
     call move_alloc(now, self%before)
   end subroutine apply_pressure
 
-  !> What the effect carries from step to step.
   subroutine carry_pressure(self, store)
     class(pressure_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    if (store%is_taking .and. .not. has_state(store, "before")) return
-    if (store%is_taking .and. .not. allocated(self%before)) then
-      allocate (self%before(self%upper(1) - self%lower(1) + 1, self%upper(2) - self%lower(2) + 1, &
-                            self%upper(3) - self%lower(3) + 1, 3))
-    end if
-    if (allocated(self%before)) call carry_array(store, "before", size(self%before), self%before)
+    call carry_array(store, "before", size(self%before), self%before)
   end subroutine carry_pressure
 
   !> The last forces work over half a step more.

@@ -110,7 +110,6 @@ contains
     end do
   end subroutine clear_forces
 
-  !> End effects of a stage and begin others.
   subroutine change_effects(i_step, step_starts, dt, bodies, timer, active, later, retired)
     integer, intent(in) :: i_step
     real(wp), intent(in) :: step_starts(:), dt

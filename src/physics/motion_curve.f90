@@ -42,7 +42,6 @@ contains
     value = value_on_clock(curve, time - curve%start)
   end function curve_value
 
-  !> Value at a time of the curve's own clock.
   pure real(wp) function value_on_clock(curve, time) result(value)
     type(curve_t), intent(in) :: curve
     real(wp), intent(in) :: time

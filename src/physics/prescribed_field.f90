@@ -29,7 +29,8 @@ contains
     class(field_change_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
-    integer :: p
+    real(wp) :: factor
+    integer :: p, i
 
     do p = 1, size(bodies%blank%parts)
       if (.not. self%is_first) exit
@@ -37,26 +38,17 @@ contains
         element%nodal = element%nodal_start
       end associate
     end do
-    call set_values(self, self%values*curve_value(self%curve, instant%time + instant%dt), bodies)
+    factor = curve_value(self%curve, instant%time + instant%dt)
+    do i = 1, size(self%values)
+      associate (at => self%points(:, i), element => bodies%blank%parts(self%part(i))%element)
+        element%nodal(at(1), at(2), at(3), self%variable) = self%values(i)*factor
+      end associate
+    end do
     do p = 1, size(bodies%blank%parts)
       if (.not. self%is_last) exit
       call bodies%blank%parts(p)%element%spread_fields()
     end do
   end subroutine apply
-
-  subroutine set_values(self, values, bodies)
-    class(field_change_t), intent(in) :: self
-    real(wp), intent(in) :: values(:)
-    type(assembly_t), intent(inout) :: bodies
-    integer :: i
-
-    do i = 1, size(values)
-      associate (at => self%points(:, i))
-        bodies%blank%parts(self%part(i))%element%nodal(at(1), at(2), at(3), self%variable) = &
-          values(i)
-      end associate
-    end do
-  end subroutine set_values
 
   !> Nothing: the points carry what they have, and the control points are set before they are used.
   subroutine carry(self, store)

@@ -110,7 +110,6 @@ contains
     end do
   end subroutine set_held_lags
 
-  !> What the effect carries from step to step.
   subroutine carry_thickness_scaling(self, store)
     class(thickness_scaling_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store

@@ -39,7 +39,11 @@ contains
     real(wp) :: net, drag, before, share, moved
 
     associate (tool => bodies%tools(self%tool))
-      if (.not. self%is_moving) call take_over(self, dot_product(tool%velocity, self%direction))
+      if (.not. self%is_moving) then   ! the tool brings the energy of the motion it has had
+        self%speed = dot_product(tool%velocity, self%direction)
+        self%external_work = self%external_work + 0.5_wp*self%mass*self%speed**2
+        self%is_moving = .true.
+      end if
       net = self%value*curve_value(self%curve, instant%time) &
             + dot_product(tool%force, self%direction)
       before = self%speed
@@ -56,16 +60,6 @@ contains
     end associate
   end subroutine apply
 
-  !> The tool brings the energy of the motion it has had.
-  subroutine take_over(self, speed)
-    class(tool_drive_t), intent(inout) :: self
-    real(wp), intent(in) :: speed
-
-    self%speed = speed
-    self%external_work = self%external_work + 0.5_wp*self%mass*speed**2
-    self%is_moving = .true.
-  end subroutine take_over
-
   !> Another motion takes the tool over, and with it the energy of its motion.
   subroutine stop(self, bodies, dt)
     class(tool_drive_t), intent(inout) :: self
@@ -76,7 +70,6 @@ contains
     self%kinetic = 0.0_wp
   end subroutine stop
 
-  !> What the effect carries from step to step.
   subroutine carry_drive(self, store)
     class(tool_drive_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
@@ -89,7 +82,6 @@ contains
     call carry(store, "is_moving", self%is_moving)
   end subroutine carry_drive
 
-  !> Add work, loss and the energy of the tool.
   subroutine tally_drive(self, tally)
     class(tool_drive_t), intent(in) :: self
     type(tally_t), intent(inout) :: tally
