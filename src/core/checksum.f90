@@ -1,6 +1,6 @@
 !> Checksums of files, to distinguish a whole file from a damaged one.
 module checksum
-  use, intrinsic :: iso_fortran_env, only: int8, int32, int64
+  use, intrinsic :: iso_fortran_env, only: int32, int64
   use system_files, only: is_no_file
   implicit none
   private
@@ -48,10 +48,8 @@ contains
   function file_checksum(path, n_bytes) result(text)
     character(*), intent(in) :: path
     integer(int64), intent(in), optional :: n_bytes   !! absent: all
-    character(:), allocatable :: text
+    character(:), allocatable :: text, block
     type(checksum_t) :: checksum
-    integer(int32), allocatable :: words(:)   ! not on the stack, which may be small
-    integer(int8), allocatable :: bytes(:)
     integer(int64) :: left
     integer :: unit, status, n
 
@@ -62,13 +60,11 @@ contains
     if (status /= 0) return
     inquire (unit=unit, size=left)
     if (present(n_bytes)) left = n_bytes
-    allocate (words(block_words), bytes(4*block_words))
+    allocate (character(4*block_words) :: block)
     do while (left > 0 .and. status == 0)
-      n = int(min(left, int(size(bytes), int64)))
-      bytes = 0_int8
-      read (unit, iostat=status) bytes(:n)
-      words = transfer(bytes, words)
-      call add_words(checksum, words(:(n + 3)/4))
+      n = int(min(left, int(len(block), int64)))
+      read (unit, iostat=status) block(:n)
+      call add_bytes(checksum, block(:n))
       left = left - n
     end do
     close (unit)
@@ -80,20 +76,22 @@ contains
     character(*), intent(in) :: contents
     character(:), allocatable :: text
     type(checksum_t) :: checksum
-    integer(int32), allocatable :: words(:)   ! not on the stack, which may be small
-    character(:), allocatable :: block
-    integer :: first, n
+    integer :: first
 
-    allocate (words(block_words))
-    allocate (character(4*block_words) :: block)
-    do first = 1, len(contents), len(block)
-      n = min(len(block), len(contents) - first + 1)
-      block(:n) = contents(first:first + n - 1)
-      block(n + 1:) = repeat(achar(0), len(block) - n)
-      words = transfer(block, words)
-      call add_words(checksum, words(:(n + 3)/4))
+    do first = 1, len(contents), 4*block_words
+      call add_bytes(checksum, contents(first:min(first + 4*block_words - 1, len(contents))))
     end do
     text = checksum_text(checksum)
   end function contents_checksum
+
+  !> Add the bytes of up to `block_words` words, zeros filling the last one.
+  pure subroutine add_bytes(checksum, bytes)
+    type(checksum_t), intent(inout) :: checksum
+    character(*), intent(in) :: bytes
+    integer(int32), allocatable :: words(:)   ! not on the stack, which may be small
+
+    words = transfer(bytes//repeat(achar(0), modulo(-len(bytes), 4)), [0_int32])
+    call add_words(checksum, words)
+  end subroutine add_bytes
 
 end module checksum

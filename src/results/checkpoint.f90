@@ -13,7 +13,7 @@ module checkpoint
   use state_store, only: state_store_t, add_entry
   use system_files, only: remove_file, is_no_file, kind_of_file, true_path, draft_ending, &
                           install_file
-  use text_file, only: is_of_size
+  use text_file, only: is_of_size, take_line
   use file_lock, only: is_locked_by_others, lock_t, hold_folder, release_lock
   use provenance, only: fingerprint_difference
   use hdf5_library, only: hid_t
@@ -50,11 +50,6 @@ module checkpoint
   integer, parameter :: last_length = len(mark) + 2*20 + 16 + 1
   integer, parameter :: block_bytes = 1048576
   integer, parameter :: digest_length = 16
-
-  !> The last line taken apart.
-  type :: last_line_t
-    integer(int64) :: n_state = 0, n_result = 0   !! bytes of both parts
-  end type last_line_t
 
 contains
 
@@ -201,11 +196,11 @@ contains
     type(state_store_t), intent(out) :: store
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable, intent(out), optional :: other_build   !! how it differs; or empty
-    type(last_line_t) :: last
+    integer(int64) :: n_bytes(2)
     integer(hid_t) :: file
     character(:), allocatable :: build, difference
 
-    call check_whole(path, last, error)
+    call check_whole(path, n_bytes, error)
     if (allocated(error)) return
     file = open_for_reading(path)
     if (file < 0) then
@@ -254,55 +249,46 @@ contains
   !> Where two decks differ first, in words; empty if they do not.
   pure function first_difference(was, now) result(words)
     character(*), intent(in) :: was, now      !! lines as in `checkpoint_header_t`
-    character(:), allocatable :: words
-    character(1), parameter :: feed = new_line("a")
-    integer :: i, j, n, m
+    character(:), allocatable :: words, old, new
+    character(digest_length) :: digests(2)
+    integer :: i, j
 
     words = ""
     i = 1
     j = 1
-    do while (i <= len(was) .and. j <= len(now))
-      n = index(was(i:)//feed, feed)
-      m = index(now(j:)//feed, feed)
-      if (key(was(i:i + n - 2)) /= key(now(j:j + m - 2))) exit
-      i = i + n
-      j = j + m
+    do while (i <= len(was) .or. j <= len(now))
+      call take_line(was, i, old)
+      call take_line(now, j, new)
+      digests = [character(digest_length) :: old, new]
+      if (digests(1) == digests(2)) cycle
+      if (new /= "") then
+        words = new(digest_length + 2:)//" is new or not what it was"
+      else
+        words = old(digest_length + 2:)//" does not exist now"
+      end if
+      return
     end do
-    if (j <= len(now)) then
-      words = now(j + digest_length + 1:j - 2 + index(now(j:)//feed, feed))// &
-              " is new or not what it was"
-    else if (i <= len(was)) then
-      words = was(i + digest_length + 1:i - 2 + index(was(i:)//feed, feed))//" does not exist now"
-    end if
   end function first_difference
-
-  pure function key(line)
-    character(*), intent(in) :: line
-    character(digest_length) :: key
-
-    key = line
-  end function key
 
   subroutine read_entries(file, path, store, error)
     integer(hid_t), intent(in) :: file
     character(*), intent(in) :: path
     type(state_store_t), intent(inout) :: store
     type(error_t), allocatable, intent(inout) :: error
-    character(:), allocatable :: names
+    character(:), allocatable :: names, name
     real(wp), allocatable :: values(:)
-    integer :: length
+    integer :: place
 
     names = read_text(file, "/names")
-    do
-      length = index(names, new_line("a"))
-      if (length == 0) exit
-      call read_numbers(file, "/state/"//names(:length - 1), values)
+    place = 1
+    do while (place <= len(names))
+      call take_line(names, place, name)
+      call read_numbers(file, "/state/"//name, values)
       if (.not. allocated(values)) then
-        call reject(path, names(:length - 1)//" cannot be read", error)
+        call reject(path, name//" cannot be read", error)
         return
       end if
-      call add_entry(store, names(:length - 1), size(values), values)
-      names = names(length + 1:)
+      call add_entry(store, name, size(values), values)
     end do
   end subroutine read_entries
 
@@ -312,12 +298,12 @@ contains
     character(*), intent(in) :: path, result_file
     type(draft_t), intent(out) :: draft
     type(error_t), allocatable, intent(out) :: error
-    type(last_line_t) :: last
+    integer(int64) :: n_bytes(2)
 
     draft%result_file = result_file
     draft%location = true_path(result_file)
     draft%path = draft%location//draft_ending
-    call check_whole(path, last, error)
+    call check_whole(path, n_bytes, error)
     if (allocated(error)) return
     call hold_folder(result_file, draft%lock)
     call check_replaceable(result_file, "", error)
@@ -328,7 +314,7 @@ contains
       return
     end if
     call remove_file(draft%path)
-    call copy_bytes(path, last%n_state, last%n_result, draft%path, error)
+    call copy_bytes(path, n_bytes(1), n_bytes(2), draft%path, error)
     if (allocated(error)) call give_up_draft(draft, error)
   end subroutine draw_result
 
@@ -419,9 +405,9 @@ contains
   end subroutine read_ends
 
   !> Is this a checkpoint, as it was written to the last byte?
-  subroutine check_whole(path, last, error)
+  subroutine check_whole(path, n_parts, error)
     character(*), intent(in) :: path
-    type(last_line_t), intent(out) :: last
+    integer(int64), intent(out) :: n_parts(2)     !! bytes of state and result
     type(error_t), allocatable, intent(out) :: error
     integer(int8), parameter :: format_110 = 3
     character(last_length) :: line
@@ -443,10 +429,9 @@ contains
       call reject(path, "it is no checkpoint of igaform, or its end is missing", error)
       return
     end if
-    read (line(len(mark) + 1:), "(2i20)", iostat=status) last%n_state, last%n_result
-    if (status /= 0) last%n_state = -1
-    if (min(last%n_state, last%n_result) < 0 .or. max(last%n_state, last%n_result) > n_bytes &
-        .or. last%n_state + last%n_result + last_length /= n_bytes) then
+    read (line(len(mark) + 1:), "(2i20)", iostat=status) n_parts
+    if (status /= 0) n_parts = -1
+    if (any(n_parts < 0 .or. n_parts > n_bytes) .or. sum(n_parts) + last_length /= n_bytes) then
       call reject(path, "its length is not what its last line says", error)
     else if (file_checksum(path, n_bytes - last_length) /= line(len(mark) + 41:len(mark) + 56)) then
       call reject(path, "it is damaged: its checksum is wrong", error)

@@ -305,7 +305,11 @@ contains
         associate (mesh => view%meshes(m), field => frame%tool_fields(f))
           if (mesh%tool /= field%tool .or. mesh%surface /= field%surface) cycle
           last = mesh%first + size(mesh%xi)*size(mesh%eta) - 1
-          call add_tool_fields(field, mesh%xi, mesh%eta, values(mesh%first:last, :))
+          associate (own => values(mesh%first:last, :))
+            own(:, 1) = own(:, 1) + [grid_values(field%grid, field%pressure, mesh%xi, mesh%eta)]
+            if (size(own, 2) > 1) &
+              own(:, 2) = own(:, 2) + [grid_values(field%grid, field%wear, mesh%xi, mesh%eta)]
+          end associate
         end associate
       end do
     end do
@@ -341,14 +345,4 @@ contains
   end subroutine add_face_fields
 
   !> Add pressure and wear of one surface of a tool at the points of its mesh.
-  pure subroutine add_tool_fields(field, xi, eta, values)
-    type(tool_frame_t), intent(in) :: field
-    real(wp), intent(in) :: xi(:), eta(:)     !! parameters of the display points
-    real(wp), intent(inout) :: values(:, :)   !! (points of the mesh, fields of contact)
-
-    values(:, 1) = values(:, 1) + [grid_values(field%grid, field%pressure, xi, eta)]
-    if (size(values, 2) > 1) &
-      values(:, 2) = values(:, 2) + [grid_values(field%grid, field%wear, xi, eta)]
-  end subroutine add_tool_fields
-
 end module display_fields

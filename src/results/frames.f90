@@ -18,8 +18,8 @@ module frames
   use frame_values, only: display_patch_t, display_tool_t, results_setup_t, frame_t, display_t, &
                           fill_values, new_display
   use hdf5_file, only: check_length, close_file, give_up_file, open_file, create_file, &
-                       create_group, byte_values, flush_file, hdf5_file_t, integer_values, &
-                       link_object, place_file, real_values, take_error, &
+                       create_group, h5_uint8, flush_file, hdf5_file_t, h5_int64, &
+                       link_object, place_file, h5_double, take_error, &
                        write_reals, write_text_attribute, write_integer_attribute, append_chunk, &
                        append_integers, create_series, write_integers
   use deflated_chunk, only: deflated_chunk_t, new_deflated_chunk
@@ -140,14 +140,14 @@ contains
                                  trim(field%description))
         end associate
       end do
-      call create_series(file, "/frames/is_failed", byte_values, [integer ::], 64, .false., "1", &
+      call create_series(file, "/frames/is_failed", h5_uint8, [integer ::], 64, .false., "1", &
                          "1 for the state at which a run failed, 0 for all other frames")
-      call create_series(file, "/frames/process_step", integer_values, [integer ::], 64, .false., &
+      call create_series(file, "/frames/process_step", h5_int64, [integer ::], 64, .false., &
                          "1", "step of the deck, from 1 on")
       do p = 1, size(results%display%patches)
         folder = patch_folder(results, "/points", p)
         associate (geometry => results%display%patches(p)%geometry)
-          call create_series(file, patch_folder(results, "/frames", p)//"/eqps", real_values, &
+          call create_series(file, patch_folder(results, "/frames", p)//"/eqps", h5_double, &
                              geometry%n, 1, .true., "1", &
                              "equivalent plastic strain at the integration points, all frames")
           call write_reals(file, folder//"/reference_position", geometry%positions, &
@@ -312,7 +312,7 @@ contains
         call write_reals(file, folder//"/seconds", [watch_seconds(timings%timer, i)], &
                          [integer ::], "s", "wall-clock time of this effect")
         call write_integers(file, folder//"/calls", [watch%n_calls], [integer ::], &
-                            "number of calls", integer_values)
+                            "number of calls", h5_int64)
       end associate
     end do
     call write_reals(file, "/timings/wall_seconds", [timings%wall_seconds], [integer ::], "s", &
@@ -321,9 +321,9 @@ contains
     call write_reals(file, "/timings/cpu_seconds", [cpu_seconds], [integer ::], "s", &
                      "processor time since the start or restart, all threads")
     call write_integers(file, "/timings/steps", [timings%n_steps], [integer ::], &
-                        "number of steps", integer_values)
+                        "number of steps", h5_int64)
     call write_integers(file, "/timings/elements", [int(timings%n_elements, int64)], &
-                        [integer ::], "number of elements", integer_values)
+                        [integer ::], "number of elements", h5_int64)
     call write_reals(file, "/timings/ns_per_element_step", [ns_per_element_step(timings)], &
                      [integer ::], "ns", "wall-clock time per element and step")
   end subroutine write_timings
@@ -500,7 +500,7 @@ contains
     integer :: d
 
     call write_integers(file, folder//"/degrees", int(axes%degree, int64), [size(axes)], &
-                        "polynomial degrees", integer_values)
+                        "polynomial degrees", h5_int64)
     do d = 1, size(axes)
       call write_reals(file, folder//"/knots_"//to_text(d), axes(d)%knots, &
                        [size(axes(d)%knots)], "1", "knot vector of axis "//to_text(d))

@@ -26,8 +26,7 @@ module hdf5_file
   public :: write_text, write_reals, write_integers
   public :: path_of_open, check_length, place_file
   public :: create_series, row_shape, append_reals, append_integers, append_chunk
-
-  integer, parameter, public :: real_values = 1, integer_values = 2, byte_values = 3
+  public :: h5_double, h5_int64, h5_uint8   ! kinds of values in a file
 
   !> An open file, or a closed one (id negative).
   type :: hdf5_file_t
@@ -368,16 +367,15 @@ contains
   end subroutine write_reals
 
   !> Write integers as a dataset of this shape (Fortran order), or overwrite one that is there.
-  subroutine write_integers(file, name, values, shape, description, kind_of_values)
+  subroutine write_integers(file, name, values, shape, description, type)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: name
     integer(int64), target, intent(in) :: values(*)
     integer, intent(in) :: shape(:)      !! empty for a scalar
     character(*), intent(in) :: description
-    integer, intent(in) :: kind_of_values   !! `integer_values` or `byte_values`
+    integer(hid_t), intent(in) :: type   !! in the file, `h5_int64` or `h5_uint8`
 
-    call write_fixed(file, name, file_type(kind_of_values), h5_int64, shape, c_loc(values), "1", &
-                     description)
+    call write_fixed(file, name, type, h5_int64, shape, c_loc(values), "1", description)
   end subroutine write_integers
 
   subroutine write_fixed(file, name, type, memory_type, shape, values, unit, description)
@@ -469,27 +467,14 @@ contains
     call fail(file%error, message//": "//failure_reason())
   end subroutine note_failure
 
-  integer(hid_t) function file_type(kind_of_values) result(type)
-    integer, intent(in) :: kind_of_values
-
-    select case (kind_of_values)
-    case (integer_values)
-      type = h5_int64
-    case (byte_values)
-      type = h5_uint8
-    case default
-      type = h5_double
-    end select
-  end function file_type
-
   !> Create a dataset that grows by rows, unless it is there. Compress only what grows by whole
   !! chunks: a compressed chunk that is extended moves within the file, and a writer killed then
   !! leaves it broken.
-  subroutine create_series(file, name, kind_of_values, row_shape, n_chunk_rows, is_compressed, &
-                           unit, description)
+  subroutine create_series(file, name, type, row_shape, n_chunk_rows, is_compressed, unit, &
+                           description)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: name
-    integer, intent(in) :: kind_of_values   !! `real_values`, `integer_values` or `byte_values`
+    integer(hid_t), intent(in) :: type      !! `h5_double`, `h5_int64` or `h5_uint8`
     integer, intent(in) :: row_shape(:)     !! of one row (Fortran order), empty for one number
     integer, intent(in) :: n_chunk_rows     !! rows stored together
     logical, intent(in) :: is_compressed
@@ -503,7 +488,7 @@ contains
     limits = [h5_unlimited, c_extents(row_shape)]
     space = h5screate_simple(int(size(extents), c_int), extents, limits)
     list = chunked([int(n_chunk_rows, hsize_t), c_extents(row_shape)], is_compressed)
-    call create_dataset(file, name, file_type(kind_of_values), space, list, unit, description)
+    call create_dataset(file, name, type, space, list, unit, description)
     call expect(file, name, all([h5close(space), h5close(list)] >= 0))
   end subroutine create_series
 

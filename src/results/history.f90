@@ -4,7 +4,7 @@
 module history
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use hdf5_file, only: hdf5_file_t, integer_values, real_values, append_reals, create_series, &
+  use hdf5_file, only: hdf5_file_t, h5_int64, h5_double, append_reals, create_series, &
                        row_shape
   use unit_system, only: unit_of, unit_system_t
   implicit none
@@ -54,20 +54,12 @@ contains
     sample%at = 0
   end subroutine begin_sample
 
-  subroutine enter_vector(sample, path, values, quantity, description)
-    type(history_sample_t), intent(inout) :: sample
-    character(*), intent(in) :: path, quantity, description
-    real(wp), intent(in) :: values(:)
-
-    call take_column(sample, path, values, quantity, description, .false.)
-  end subroutine enter_vector
-
   subroutine enter_number(sample, path, value, quantity, description)
     type(history_sample_t), intent(inout) :: sample
     character(*), intent(in) :: path, quantity, description
     real(wp), intent(in) :: value
 
-    call take_column(sample, path, [value], quantity, description, .false.)
+    call enter_vector(sample, path, [value], quantity, description)
   end subroutine enter_number
 
   subroutine enter_integer(sample, path, value, description)
@@ -75,15 +67,15 @@ contains
     character(*), intent(in) :: path, description
     integer(int64), intent(in) :: value
 
-    call take_column(sample, path, [real(value, wp)], "1", description, .true.)
+    call enter_vector(sample, path, [real(value, wp)], "1", description, is_integer=.true.)
   end subroutine enter_integer
 
   !> Fill the column of a path, which the first filling of the sample creates.
-  subroutine take_column(sample, path, values, quantity, description, is_integer)
+  subroutine enter_vector(sample, path, values, quantity, description, is_integer)
     type(history_sample_t), intent(inout) :: sample
     character(*), intent(in) :: path, quantity, description
     real(wp), intent(in) :: values(:)
-    logical, intent(in) :: is_integer
+    logical, intent(in), optional :: is_integer
     type(column_t) :: new
     integer :: i, n
 
@@ -101,11 +93,11 @@ contains
     new%description = description
     new%n = size(values)
     new%first = size(sample%values) + 1
-    new%is_integer = is_integer
+    new%is_integer = present(is_integer)
     sample%columns = [sample%columns, new]
     sample%at = size(sample%columns)
     sample%values = [sample%values, values]
-  end subroutine take_column
+  end subroutine enter_vector
 
   !> Create a dataset for each column of a sample that was filled once; those of a file that is
   !! continued stay.
@@ -124,7 +116,7 @@ contains
     end if
     do i = 1, size(history%columns)
       associate (column => history%columns(i))
-        call create_series(file, column%path, merge(integer_values, real_values, &
+        call create_series(file, column%path, merge(h5_int64, h5_double, &
                                                     column%is_integer), row_shape(column%n), &
                            n_chunk_samples, .false., unit_of(units, column%quantity), &
                            column%description)

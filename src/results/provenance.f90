@@ -5,7 +5,7 @@ module provenance
   use, intrinsic :: iso_c_binding, only: c_int, c_long
   use system_files, only: library_of
   use text, only: to_text
-  use hdf5_file, only: create_group, hdf5_file_t, integer_values, write_integers, write_text, &
+  use hdf5_file, only: create_group, hdf5_file_t, h5_int64, write_integers, write_text, &
                        write_text_attribute
   implicit none
   private
@@ -233,9 +233,9 @@ contains
     call put("units", source%units, "units label of the deck")
     call write_text(file, folder//"start_time", timestamp(), "local time at the start")
     call write_integers(file, folder//"threads", [int(source%n_threads, int64)], [integer ::], &
-                        "threads of the run", integer_values)
+                        "threads of the run", h5_int64)
     call write_integers(file, folder//"host_cores", [int(host_cores(), int64)], [integer ::], &
-                        "processors of the machine", integer_values)
+                        "processors of the machine", h5_int64)
 
   contains
 

@@ -101,20 +101,13 @@ contains
           if (line /= "") line = line//","
           title = column%name
           if (size(column%components) > 0) title = title//"_"//column%components(k)%value
-          line = line//csv_field(title//" ["//unit_of(units, column%quantity)//"]")
+          title = title//" ["//unit_of(units, column%quantity)//"]"
+          if (scan(title, ',"') > 0) title = quoted(title)
+          line = line//title
         end do
       end associate
     end do
   end function head_line
-
-  !> The text as a field of CSV: in quotes where it holds a comma or quotes.
-  pure function csv_field(given) result(field)
-    character(*), intent(in) :: given
-    character(:), allocatable :: field
-
-    field = given
-    if (scan(given, ',"') > 0) field = quoted(given)
-  end function csv_field
 
   !> The text in quotes, as a field of CSV.
   pure function quoted(given) result(field)
@@ -152,21 +145,19 @@ contains
     type(hdf5_file_t), intent(inout) :: file   !! keeps its failures, see `take_error`
     character(*), intent(in) :: folder         !! of the new group
     type(unit_system_t), intent(in) :: units
-    integer :: i
+    integer :: i, n(2), first
 
     call create_group(file, folder)
     do i = 1, size(table%columns)
       associate (column => table%columns(i))
         if (size(column%values, 1) == 0) cycle
-        if (size(column%components) == 0) then
-          call write_reals(file, folder//"/"//column%name, column%values, &
-                           [size(column%values, 2)], unit_of(units, column%quantity), column%text)
-        else
-          call write_reals(file, folder//"/"//column%name, column%values, &
-                           shape(column%values), unit_of(units, column%quantity), column%text)
+        n = shape(column%values)
+        first = merge(2, 1, size(column%components) == 0)
+        call write_reals(file, folder//"/"//column%name, column%values, n(first:), &
+                         unit_of(units, column%quantity), column%text)
+        if (size(column%components) > 0) &
           call write_text_attribute(file, folder//"/"//column%name, "names", &
                                     joined(column%components, ", "))
-        end if
       end associate
     end do
   end subroutine write_group

@@ -10,8 +10,8 @@ module vtkhdf
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use deflated_chunk, only: deflated_chunk_t
-  use hdf5_file, only: byte_values, create_group, hdf5_file_t, integer_values, link_object, &
-                       real_values, write_integer_attribute, write_integers, write_reals, &
+  use hdf5_file, only: h5_uint8, create_group, hdf5_file_t, h5_int64, link_object, &
+                       h5_double, write_integer_attribute, write_integers, write_reals, &
                        write_text_attribute, append_chunk, append_integers, append_reals, &
                        create_series, row_shape
   implicit none
@@ -75,9 +75,9 @@ contains
     call put("Connectivity", cells%connectivity, "points of all cells in VTK's order of nodes")
     call put("Offsets", cells%offsets, "where each cell begins in Connectivity")
     call write_integers(file, root//"/Types", cells%types, [n_cells], "VTK's cell types", &
-                        byte_values)
+                        h5_uint8)
     call put("CellData/part", cells%parts, "0 the blank, 1 ... the tools in the deck's order")
-    call create_series(file, root//"/Points", real_values, [3], n_points, .false., &
+    call create_series(file, root//"/Points", h5_double, [3], n_points, .false., &
                        length_unit, "points of the cells, step after step")
     call create_steps(file, time_unit)
 
@@ -88,7 +88,7 @@ contains
       integer(int64), intent(in) :: values(:)
 
       call write_integers(file, root//"/"//name, values, shape(values), description, &
-                          integer_values)
+                          h5_int64)
     end subroutine put
   end subroutine create_grid
 
@@ -103,7 +103,7 @@ contains
     call create_group(file, steps)
     call create_group(file, steps//"/PointDataOffsets")
     call write_integer_attribute(file, steps, "NSteps", [0])
-    call create_series(file, steps//"/Values", real_values, [integer ::], n_chunk, .false., &
+    call create_series(file, steps//"/Values", h5_double, [integer ::], n_chunk, .false., &
                        time_unit, "time of each step")
     call create_offsets(file, "NumberOfParts", [integer ::], "always 1")
     call create_offsets(file, "PartOffsets", [integer ::], "always 0: the mesh is written once")
@@ -119,7 +119,7 @@ contains
     character(*), intent(in) :: name, description
     integer, intent(in) :: row_shape(:)
 
-    call create_series(file, root//"/Steps/"//name, integer_values, row_shape, n_chunk, .false., &
+    call create_series(file, root//"/Steps/"//name, h5_int64, row_shape, n_chunk, .false., &
                        "1", description)
   end subroutine create_offsets
 
@@ -131,7 +131,7 @@ contains
     integer, intent(in) :: n_points
     character(*), intent(in) :: unit, description
 
-    call create_series(file, root//"/PointData/"//name, real_values, row_shape(n_components), &
+    call create_series(file, root//"/PointData/"//name, h5_double, row_shape(n_components), &
                        n_points, .true., unit, description)
     call link_object(file, root//"/Steps/PointOffsets", root//"/Steps/PointDataOffsets/"//name)
   end subroutine create_point_data

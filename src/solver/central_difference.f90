@@ -13,19 +13,20 @@ module central_difference
   implicit none
   private
 
-  public :: advance, advance_velocities, advance_positions
-  public :: update_velocities, update_positions
+  public :: advance, update_velocities, update_positions
 
   integer, parameter :: parallel_size = 1500   !! fewer control points are not worth waking threads
 
 contains
 
-  !> Velocities to the next half step, positions to the end of the step. Forces from outside, where
-  !! there are any, are set to zero when they have acted: those of the next step are added to them.
+  !> Velocities to the next half step, v + dt_mean (f_ext - f_int)/m, and positions to the end of the
+  !! step. Forces from outside, where there are any, are set to zero when the positions have moved:
+  !! those of the next step are added to them.
   subroutine advance(n, dt_mean, dt, mass, is_loaded, external_force, internal_force, v, x)
     integer, intent(in) :: n(3)                   !! control points along each axis
-    real(wp), intent(in) :: dt_mean               !! mean of the steps before and after
-    real(wp), intent(in) :: dt                    !! step
+    real(wp), intent(in) :: dt_mean               !! mean of the steps before and after; 0: the
+                                                  !! velocities stay
+    real(wp), intent(in) :: dt                    !! step; 0: the positions stay
     real(wp), intent(in) :: mass(n(1), n(2), n(3))
     logical, intent(in) :: is_loaded              !! are there forces from outside?
     real(wp), intent(inout) :: external_force(n(1), n(2), n(3), 3)
@@ -35,45 +36,13 @@ contains
 
     !$omp parallel do schedule(static) if (product(n) > parallel_size)
     do j = 1, n(2)
-      call push_row(n, j, dt_mean, mass, external_force, internal_force, v)
+      if (dt_mean > 0.0_wp) call push_row(n, j, dt_mean, mass, external_force, internal_force, v)
+      if (.not. dt > 0.0_wp) cycle
       call move_row(n, j, dt, v, x)
       if (is_loaded) external_force(:, j, :, :) = 0.0_wp
     end do
     !$omp end parallel do
   end subroutine advance
-
-  !> Velocities to the next half step: v + dt_mean (f_ext - f_int)/m.
-  subroutine advance_velocities(n, dt_mean, mass, external_force, internal_force, v)
-    integer, intent(in) :: n(3)                   !! control points along each axis
-    real(wp), intent(in) :: dt_mean               !! mean of the steps before and after
-    real(wp), intent(in) :: mass(n(1), n(2), n(3))
-    real(wp), intent(in) :: external_force(n(1), n(2), n(3), 3)
-    real(wp), intent(in) :: internal_force(n(1), n(2), n(3), 3)
-    real(wp), intent(inout) :: v(n(1), n(2), n(3), 3)
-    integer :: j
-
-    !$omp parallel do schedule(static) if (product(n) > parallel_size)
-    do j = 1, n(2)
-      call push_row(n, j, dt_mean, mass, external_force, internal_force, v)
-    end do
-    !$omp end parallel do
-  end subroutine advance_velocities
-
-  !> Positions to the end of the step; forces from outside as in `advance`.
-  subroutine advance_positions(n, dt, v, is_loaded, x, external_force)
-    integer, intent(in) :: n(3)     !! control points along each axis
-    real(wp), intent(in) :: dt, v(n(1), n(2), n(3), 3)
-    logical, intent(in) :: is_loaded
-    real(wp), intent(inout) :: x(n(1), n(2), n(3), 3), external_force(n(1), n(2), n(3), 3)
-    integer :: j
-
-    !$omp parallel do schedule(static) if (product(n) > parallel_size)
-    do j = 1, n(2)
-      call move_row(n, j, dt, v, x)
-      if (is_loaded) external_force(:, j, :, :) = 0.0_wp
-    end do
-    !$omp end parallel do
-  end subroutine advance_positions
 
   pure subroutine push_row(n, j, dt_mean, mass, external_force, internal_force, v)
     integer, intent(in) :: n(3), j
@@ -127,14 +96,9 @@ contains
       associate (body => model%bodies%blank%parts(i)%element, &
                  motion => model%bodies%blank%parts(i)%element%motion)
         if (is_balanced) call copy_rows(shape(motion%v), motion%v, run%v_before(i)%values)
-        if (is_through) then
-          call advance(shape(body%inertia), run%instant%dt_mean, run%instant%dt, body%inertia, &
-                       size(model%forces) > 0, motion%external_force, motion%internal_force, &
-                       motion%v, motion%x)
-        else
-          call advance_velocities(shape(body%inertia), run%instant%dt_mean, body%inertia, &
-                                  motion%external_force, motion%internal_force, motion%v)
-        end if
+        call advance(shape(body%inertia), run%instant%dt_mean, merge(run%instant%dt, 0.0_wp, &
+                     is_through), body%inertia, size(model%forces) > 0, motion%external_force, &
+                     motion%internal_force, motion%v, motion%x)
       end associate
     end do
     call add_impulse(run%balance, model%forces, run%instant%dt_mean)
@@ -171,8 +135,9 @@ contains
       do i = 1, size(model%bodies%blank%parts)
         associate (body => model%bodies%blank%parts(i)%element, &
                    motion => model%bodies%blank%parts(i)%element%motion)
-          call advance_positions(shape(body%inertia), run%instant%dt, motion%v, &
-                                 size(model%forces) > 0, motion%x, motion%external_force)
+          call advance(shape(body%inertia), 0.0_wp, run%instant%dt, body%inertia, &
+                       size(model%forces) > 0, motion%external_force, motion%internal_force, &
+                       motion%v, motion%x)
         end associate
       end do
     end if

@@ -22,7 +22,6 @@ module forming_run
   use run_saver, only: saver_t, take_due_state, keep_verified, save_verified, retry_run
   use health, only: check_health, check_balance, check_pairs, check_hidden_depths, &
                     added_mass_warning, shear_warning
-  use rigid_motion, only: rigid_motion_t
   implicit none
   private
 
@@ -214,9 +213,15 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call update_positions(model, run, is_through)
-    call update_stress(model, run, rate, error)
-    if (allocated(error)) return
-    call apply_forces(model, run)
+    call start_watch(model%timer, run%watch_blank)
+    associate (blank => model%bodies%blank)
+      call forces_of_parts(blank%parts, blank%seams, blank%law, run%instant%dt, blank%report)
+      rate = blank%report%largest_rate
+      call add_step(run%balance, blank%report)
+      call check_health(model, run%instant, run%control, error)
+    end associate
+    call stop_watch(model%timer, run%watch_blank)
+    if (.not. allocated(error)) call apply_forces(model, run)
   end subroutine finish_step
 
   !> Size of the coming step and the mean that its velocities span; the last one repeats.
@@ -232,22 +237,6 @@ contains
     run%instant%dt = dt
     run%instant%dt_mean = 0.5_wp*(before + dt)
   end subroutine advance_step_size
-
-  subroutine update_stress(model, run, rate, error)
-    type(model_t), intent(inout) :: model
-    type(run_t), intent(inout) :: run
-    real(wp), intent(out) :: rate
-    type(error_t), allocatable, intent(out) :: error
-
-    call start_watch(model%timer, run%watch_blank)
-    associate (blank => model%bodies%blank)
-      call forces_of_parts(blank%parts, blank%seams, blank%law, run%instant%dt, blank%report)
-      rate = blank%report%largest_rate
-      call add_step(run%balance, blank%report)
-      call check_health(model, run%instant, run%control, error)
-    end associate
-    call stop_watch(model%timer, run%watch_blank)
-  end subroutine update_stress
 
   !> Contact and loads, onto external forces of zero.
   subroutine apply_forces(model, run)
@@ -349,8 +338,10 @@ contains
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
     type(results_t), intent(inout) :: results
+    real(wp), parameter :: fraction = 0.01_wp  ! of the time of the run that measuring may take
+    real(wp), parameter :: cost = 20.0_wp      ! of a sample, in points of integration and steps
     real(wp) :: elastic, part
-    integer :: p, n_points
+    integer :: p, n_points, n_samples
 
     elastic = 0.0_wp
     n_points = 0
@@ -362,7 +353,11 @@ contains
       end associate
     end do
     run%has_penetration = is_penetration_due(run%control, run%instant%time)
-    if (run%has_penetration) call measure(model, run, n_points)
+    if (run%has_penetration) then
+      call measure_depths(model%forces, model%bodies%tools, run%instant%time, n_samples)
+      call schedule_penetration(run%control, run%instant%time, &
+                                run%instant%dt*cost*n_samples/(fraction*n_points))
+    end if
     call fill_history_sample(model, run%balance, run%instant, run%n_steps, &
                           velocity_now(model, run), elastic, run%sample)
     call record_sample(results%history, run%sample)
@@ -379,20 +374,6 @@ contains
     call forget_depths(model%forces)
     call forget_depths(model%retired)
   end subroutine add_sample
-
-  !> Measure penetration between contact points; the next time is later in proportion to the work.
-  subroutine measure(model, run, n_points)
-    type(model_t), intent(inout) :: model
-    type(run_t), intent(inout) :: run
-    integer, intent(in) :: n_points            !! of integration
-    real(wp), parameter :: fraction = 0.01_wp  ! of the time of the run that this may take
-    real(wp), parameter :: cost = 20.0_wp      ! of a sample, in points of integration and steps
-    integer :: n_samples
-
-    call measure_depths(model%forces, model%bodies%tools, run%instant%time, n_samples)
-    call schedule_penetration(run%control, run%instant%time, &
-                        run%instant%dt*cost*n_samples/(fraction*n_points))
-  end subroutine measure
 
   !> Velocities at the time of the positions: the mean of both half steps, or those of the start.
   !! Of no patch where there are no history points.
@@ -437,15 +418,17 @@ contains
     type(run_log_t), intent(inout) :: log
     type(model_t), intent(in) :: model
     real(wp), intent(in) :: time
-    integer :: i
+    integer :: i, k
 
     if (allocated(model%step%name)) &
       call log_line(log, "step       "//to_text(model%i_step)//" "//model%step%name// &
                     ", from time "//rounded_text(time)//" for "//rounded_text(model%step%duration))
     call log_lines(log, effect_lines(model, "effect     "))
     do i = 1, size(model%motions)
-      if (.not. is_moving(model%motions(i))) cycle
-      call log_line(log, "motion     "//model%bodies%tools(i)%name)
+      associate (terms => model%motions(i)%terms)
+        if (any([(abs(terms(k)%vector) > 0.0_wp, k=1, size(terms))])) &
+          call log_line(log, "motion     "//model%bodies%tools(i)%name)
+      end associate
     end do
   end subroutine log_step
 
@@ -469,12 +452,5 @@ contains
       call append_text(lines, head//model%supports(i)%item%name)
     end do
   end function effect_lines
-
-  pure logical function is_moving(motion)
-    type(rigid_motion_t), intent(in) :: motion
-    integer :: i
-
-    is_moving = any([(any(abs(motion%terms(i)%vector) > 0.0_wp), i=1, size(motion%terms))])
-  end function is_moving
 
 end module forming_run

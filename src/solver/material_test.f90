@@ -200,7 +200,7 @@ contains
     n = spec%n_increments*size(program%times)
     point = new_point(law, spec%state, spec%fields)
     shear = 0.0_wp
-    if (present(rows)) call note(law, point, rows)
+    call note()
     start = 0.0_wp
     before = 0.0_wp
     do corner = 1, size(program%times)
@@ -220,23 +220,21 @@ contains
           return
         end if
         shear = max(shear, simple_shear_of(point%gradient))
-        if (present(rows)) call note(law, point, rows)
+        call note()
       end do
       start = program%corners(:, corner)
       before = program%times(corner)
     end do
+
+  contains
+
+    subroutine note()
+      if (present(rows)) call add_row(rows, [point%time, point%strain, point%stress, &
+                                             point%state(:law%n_state - law%n_hidden)])
+    end subroutine note
   end subroutine follow
 
-  subroutine note(law, point, rows)
-    class(block_law_t), intent(in) :: law
-    type(material_point_t), intent(in) :: point
-    type(shared_rows_t), intent(inout) :: rows
-
-    call add_row(rows, [point%time, point%strain, point%stress, &
-                        point%state(:law%n_state - law%n_hidden)])
-  end subroutine note
-
-  !> The rows of `note` as columns, stress and strain in the frame of the test.
+  !> The rows of `follow` as columns, stress and strain in the frame of the test.
   subroutine fill_history(history, law, spec, table)
     real(wp), intent(in) :: history(:, :)
     class(block_law_t), intent(in) :: law

@@ -9,13 +9,13 @@ module run_saver
   use text, only: to_text, rounded_text
   use timer, only: clock_ticks, ticks_to_seconds, start_watch, stop_watch, watch_seconds, set_time
   use interrupt, only: is_save_wanted, forget_save, stop_signal_name
-  use state_store, only: state_store_t, enter_folder, carry, carry_array
+  use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array
   use model, only: model_t
   use frames, only: results_t, flush_results
   use hdf5_file, only: path_of_open
   use run_log, only: run_log_t, log_line
   use checkpoint, only: checkpoint_header_t, write_checkpoint, read_checkpoint
-  use run_state, only: run_t, wall_seconds, pack_run, unpack_run
+  use run_state, only: run_t, wall_seconds, carry_run, unpack_run
   use run_frames, only: release_frames
   use system_files, only: remove_file, sync_file
   implicit none
@@ -347,14 +347,20 @@ contains
     saver%tried_ticks = clock_ticks()
   end subroutine resume_from
 
-  !> What a checkpoint contains: the state, how much of the result belongs to it, the times so far.
+  !> What a checkpoint contains: all that steers the run, how much of the result belongs to it, the
+  !! times so far. Taken at the start of a step, when the forces are those of the present positions
+  !! and the velocities lie half a step back.
   subroutine pack_for_file(model, run, n_frames, store)
     type(model_t), intent(inout) :: model     !! stays as it is, like the run
     type(run_t), intent(inout) :: run
     integer, intent(inout) :: n_frames
     type(state_store_t), intent(inout) :: store   !! replaced
 
-    call pack_run(model, run, store)
+    call empty_store(store)
+    call enter_folder(store, "run")
+    call carry(store, "deck_step", model%i_step)
+    call carry_array(store, "deck_step_starts", size(model%step_starts), model%step_starts)
+    call carry_run(model, run, store)
     call carry_rest(model, run, n_frames, store)
   end subroutine pack_for_file
 

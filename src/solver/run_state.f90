@@ -4,7 +4,7 @@ module run_state
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use text, only: to_text
-  use state_store, only: state_store_t, empty_store, enter_folder, carry, carry_array
+  use state_store, only: state_store_t, enter_folder, carry, carry_array
   use effect, only: carry_effects, instant_t
   use tool, only: tool_t
   use rigid_motion, only: rigid_motion_t
@@ -18,8 +18,7 @@ module run_state
   implicit none
   private
 
-  public :: pack_run, unpack_run
-  public :: wall_seconds
+  public :: carry_run, unpack_run, wall_seconds
 
   !> Everything that changes during a run apart from the bodies.
   type, public :: run_t
@@ -56,21 +55,7 @@ contains
     wall_seconds = run%seconds_before + ticks_to_seconds(clock_ticks() - run%started)
   end function wall_seconds
 
-  !> All that steers the run: taken at the start of a step, when the forces are those of the present
-  !! positions and the velocities lie half a step back. The run stays as it is.
-  subroutine pack_run(model, run, store)
-    type(model_t), intent(inout) :: model
-    type(run_t), intent(inout) :: run
-    type(state_store_t), intent(inout) :: store   !! replaced
-
-    call empty_store(store)
-    call enter_folder(store, "run")
-    call carry(store, "deck_step", model%i_step)
-    call carry_array(store, "deck_step_starts", size(model%step_starts), model%step_starts)
-    call carry_run(model, run, store)
-  end subroutine pack_run
-
-  !> Take it back into a model that was built from the same deck. `store%reason` states what
+  !> Take the state into a model that was built from the same deck. `store%reason` states what
   !! does not fit; where that is the step of the deck, the model stays as it is.
   subroutine unpack_run(model, run, store)
     type(model_t), intent(inout) :: model
@@ -85,7 +70,7 @@ contains
     run%is_resumed = .true.
   end subroutine unpack_run
 
-  !> All but the step of the deck.
+  !> Put or take all but the step of the deck.
   subroutine carry_run(model, run, store)
     type(model_t), intent(inout) :: model
     type(run_t), intent(inout) :: run
