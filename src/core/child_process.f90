@@ -23,6 +23,34 @@ module child_process
   ! Of Linux: create a file and write it anew, or behind what is there.
   integer(c_int), parameter :: to_write = 577_c_int, to_append = 1089_c_int
 
+  !> What compilers and binary tools look at, beside the language of their messages.
+  character(*), parameter :: passed_on(10) = [character(17) :: "PATH", "HOME", "TMPDIR", &
+    "LD_LIBRARY_PATH", "LIBRARY_PATH", "CPATH", "COMPILER_PATH", "GCC_EXEC_PREFIX", "USER", &
+    "SOURCE_DATE_EPOCH"]
+
+  !> A text as C wants it.
+  type :: c_text_t
+    character(kind=c_char), allocatable :: text(:)
+  end type c_text_t
+
+  integer, parameter :: longest = 1000
+  integer(c_int), parameter :: begun = 1, ended = 2
+
+  !> What stands in front of the rows.
+  type, bind(C) :: head_t
+    integer(c_int) :: n = 0, stage = 0
+    character(kind=c_char) :: failure(longest) = " ", warning(longest) = " "
+  end type head_t
+
+  !> Rows and what is reported of them.
+  type :: shared_rows_t
+    private
+    type(c_ptr) :: start = c_null_ptr
+    integer(c_size_t) :: n_bytes = 0
+    type(head_t), pointer :: head => null()
+    real(wp), pointer, contiguous :: values(:, :) => null()   ! shape (columns, rows)
+  end type shared_rows_t
+
   interface
     integer(c_int) function c_spawn(pid, file, actions, attributes, words, environment) &
         bind(C, name="posix_spawnp")
@@ -85,37 +113,7 @@ module child_process
       import :: c_int
       integer(c_int), value :: microseconds
     end function c_usleep
-  end interface
 
-  !> What compilers and binary tools look at, beside the language of their messages.
-  character(*), parameter :: passed_on(10) = [character(17) :: "PATH", "HOME", "TMPDIR", &
-    "LD_LIBRARY_PATH", "LIBRARY_PATH", "CPATH", "COMPILER_PATH", "GCC_EXEC_PREFIX", "USER", &
-    "SOURCE_DATE_EPOCH"]
-
-  !> A text as C wants it.
-  type :: c_text_t
-    character(kind=c_char), allocatable :: text(:)
-  end type c_text_t
-
-  integer, parameter :: longest = 1000
-  integer(c_int), parameter :: begun = 1, ended = 2
-
-  !> What stands in front of the rows.
-  type, bind(C) :: head_t
-    integer(c_int) :: n = 0, stage = 0
-    character(kind=c_char) :: failure(longest) = " ", warning(longest) = " "
-  end type head_t
-
-  !> Rows and what is reported of them.
-  type :: shared_rows_t
-    private
-    type(c_ptr) :: start = c_null_ptr
-    integer(c_size_t) :: n_bytes = 0
-    type(head_t), pointer :: head => null()
-    real(wp), pointer, contiguous :: values(:, :) => null()   ! shape (columns, rows)
-  end type shared_rows_t
-
-  interface
     type(c_ptr) function c_mmap(place, n_bytes, access, flags, descriptor, offset) &
         bind(C, name="mmap")
       import :: c_int, c_long, c_ptr, c_size_t

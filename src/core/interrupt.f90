@@ -154,18 +154,15 @@ contains
   end function stop_signal_name
 
   subroutine watch_all()
-    call watch(terminal)
-    call watch(terminate)
-    call watch(hang_up)
-  end subroutine watch_all
-
-  subroutine watch(number)
-    integer(c_int), intent(in) :: number
+    integer(c_int), parameter :: numbers(3) = [terminal, terminate, hang_up]
     type(c_funptr) :: before
+    integer :: i
 
-    before = c_signal(number, c_funloc(take_note))
-    if (transfer(before, 0_c_intptr_t) == sig_ign) before = c_signal(number, before)
-  end subroutine watch
+    do i = 1, size(numbers)
+      before = c_signal(numbers(i), c_funloc(take_note))
+      if (transfer(before, 0_c_intptr_t) == sig_ign) before = c_signal(numbers(i), before)
+    end do
+  end subroutine watch_all
 
   subroutine take_note(number) bind(C)
     integer(c_int), value :: number

@@ -26,14 +26,6 @@ module system_files
     type(c_ptr) :: path = c_null_ptr, base = c_null_ptr, name = c_null_ptr, address = c_null_ptr
   end type place_t
 
-  interface
-    integer(c_int) function c_dladdr(address, place) bind(C, name="dladdr")
-      import :: c_int, c_ptr, place_t
-      type(c_ptr), value :: address
-      type(place_t), intent(out) :: place
-    end function c_dladdr
-  end interface
-
   !> What the program appends to the name of a file that it will put in the place of another. Nobody
   !! else's files have such names.
   character(*), parameter, public :: draft_ending = ".igaform-new"
@@ -45,7 +37,29 @@ module system_files
     integer(c_size_t) :: rest(14) = 0
   end type glob_t
 
+  integer(c_int), parameter :: to_read = 0, no_wait = 2048, folder_only = 65536, &
+                               no_link = 131072   ! of Linux on x86
+  integer(c_int), parameter :: owner_alone = 448, owner_reads_and_writes = 384   ! 0700, 0600
+
+  !> What the system knows of a file.
+  type :: facts_t
+    integer :: kind = 0        ! see `kinds`
+    integer :: mode = 0
+    integer :: owner = -1
+    integer(int64) :: n_bytes = -1
+  end type facts_t
+
+  integer, parameter :: plain_file = 8
+  character(6), parameter :: kinds(0:15) = [character(6) :: "", "pipe", "device", "", "folder", &
+    "", "device", "", "file", "", "", "", "socket", "", "", ""]
+
   interface
+    integer(c_int) function c_dladdr(address, place) bind(C, name="dladdr")
+      import :: c_int, c_ptr, place_t
+      type(c_ptr), value :: address
+      type(place_t), intent(out) :: place
+    end function c_dladdr
+
     type(c_ptr) function c_realpath(path, resolved) bind(C, name="realpath")
       import :: c_char, c_ptr
       character(kind=c_char), intent(in) :: path(*)
@@ -83,25 +97,7 @@ module system_files
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: path(*)
     end function c_unlink
-  end interface
 
-  integer(c_int), parameter :: to_read = 0, no_wait = 2048, folder_only = 65536, &
-                               no_link = 131072   ! of Linux on x86
-  integer(c_int), parameter :: owner_alone = 448, owner_reads_and_writes = 384   ! 0700, 0600
-
-  !> What the system knows of a file.
-  type :: facts_t
-    integer :: kind = 0        ! see `kinds`
-    integer :: mode = 0
-    integer :: owner = -1
-    integer(int64) :: n_bytes = -1
-  end type facts_t
-
-  integer, parameter :: plain_file = 8
-  character(6), parameter :: kinds(0:15) = [character(6) :: "", "pipe", "device", "", "folder", &
-    "", "device", "", "file", "", "", "", "socket", "", "", ""]
-
-  interface
     integer(c_int) function c_memory(name, flags) bind(C, name="memfd_create")
       import :: c_char, c_int
       character(kind=c_char), intent(in) :: name(*)
