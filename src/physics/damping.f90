@@ -7,7 +7,7 @@ module damping
   use thickness_masses, only: column_directions, shrink_differences, column_differences
   use element, only: element_t
   use body_parts, only: field_t, carry_fields
-  use effect, only: effect_t, instant_t, tally_t, previous_increment, effect_slot_t
+  use effect, only: effect_t, instant_t, previous_increment, effect_slot_t
   use text, only: rounded_text
   implicit none
   private
@@ -18,12 +18,10 @@ module damping
   !! and after, so any alpha keeps the stable step.
   type, extends(effect_t), public :: damping_t
     real(wp) :: alpha = 0.0_wp                     !! [1/time]
-    real(wp) :: energy = 0.0_wp                    !! taken away since the start
     type(field_t), allocatable :: before(:)        !! forces of the last step, by patch
   contains
     procedure :: apply
     procedure :: carry => carry_damping
-    procedure :: tally => tally_damping
     procedure, nopass :: rank => rank_of_damping
   end type damping_t
 
@@ -54,8 +52,6 @@ module damping
     procedure :: apply => relax
     procedure :: carry => carry_relaxation
     procedure :: start
-    procedure :: outcome
-    procedure, private :: stop_at_peak
   end type relaxation_t
 
 contains
@@ -105,7 +101,7 @@ contains
           self%force(c) = self%force(c) + sum(change(:, :, :, c))
         end do
       end associate
-      self%energy = self%energy &
+      self%damping_energy = self%damping_energy &
                     - 0.5_wp*dt_before*sum((self%before(p)%values + change)*v_before)
       call move_alloc(change, self%before(p)%values)
     end do
@@ -140,18 +136,11 @@ contains
     end associate
   end function velocities_before
 
-  subroutine tally_damping(self, tally)
-    class(damping_t), intent(in) :: self
-    type(tally_t), intent(inout) :: tally
-
-    tally%damping_energy = tally%damping_energy + self%energy
-  end subroutine tally_damping
-
   subroutine carry_damping(self, store)
     class(damping_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    call carry(store, "energy", self%energy)
+    call carry(store, "energy", self%damping_energy)
     call carry_fields(store, "before", self%before)
   end subroutine carry_damping
 
@@ -165,7 +154,12 @@ contains
     do i = 1, size(supports)
       select type (item => supports(i)%item)
       type is (relaxation_t)
-        words = item%outcome()
+        words = "not at rest"
+        if (item%is_done) words = "at rest from time "//rounded_text(item%settled_at)//" on"
+        words = words//": kinetic energy "//rounded_text(item%energy_residual)// &
+                " of the internal energy (limit "//rounded_text(item%energy_limit)// &
+                "), unbalanced force "//rounded_text(item%force_residual)//" (limit "// &
+                rounded_text(item%force_limit)//")"
       end select
     end do
   end function relaxation_outcome
@@ -188,7 +182,7 @@ contains
       alpha = 0.0_wp
       if (kinetic < self%kinetic_energy) then
         alpha = 2.0_wp/instant%dt_mean
-        call self%stop_at_peak()
+        call stop_at_peak(self)
         kinetic = 0.0_wp
       end if
       self%kinetic_energy = kinetic
@@ -227,7 +221,8 @@ contains
     type(instant_t), intent(in) :: instant
     real(wp), intent(out) :: stiffness, inertia
     real(wp), dimension(size(bodies%blank%parts)) :: unbalanced, internal, external
-    integer :: p
+    real(wp), allocatable :: v_before(:, :, :, :), change(:, :, :, :)
+    integer :: p, c
 
     if (.not. allocated(self%internal_force)) then
       allocate (self%internal_force(size(bodies%blank%parts)))
@@ -240,7 +235,19 @@ contains
     do p = 1, size(bodies%blank%parts)
       associate (body => bodies%blank%parts(p)%element, &
                  motion => bodies%blank%parts(p)%element%motion)
-        call look_at_patch(body, instant, self%internal_force(p)%values, stiffness, inertia)
+        v_before = velocities_before(body, instant)
+        change = motion%internal_force - self%internal_force(p)%values
+        ! Of a force at a seam a patch takes the share that it has of the mass there, so that every
+        ! force counts once.
+        do c = 1, 3
+          change(:, :, :, c) = change(:, :, :, c)*(body%mass/body%inertia)
+        end do
+        stiffness = stiffness + sum(v_before*change)/max(previous_increment(instant), tiny(1.0_wp))
+        do c = 1, 3
+          inertia = inertia + sum(body%mass*v_before(:, :, :, c)**2)
+        end do
+        if (allocated(body%column_factor)) inertia = inertia + column_inertia(body, v_before)
+        self%internal_force(p)%values = motion%internal_force
         unbalanced(p) = norm_of_forces(body, self%is_free(p)%values* &
                                        (motion%external_force - motion%internal_force))
         internal(p) = norm_of_forces(body, motion%internal_force)
@@ -252,29 +259,6 @@ contains
     self%largest_force = max(self%largest_force, norm2(internal), norm2(external))
     self%force_residual = norm2(unbalanced)/max(self%largest_force, tiny(1.0_wp))
   end subroutine look
-
-  !> Add what a patch has of the Rayleigh quotient. Of a force at a seam it takes the share that it
-  !! has of the mass there, so that every force counts once.
-  subroutine look_at_patch(body, instant, force_before, stiffness, inertia)
-    class(element_t), intent(in) :: body
-    type(instant_t), intent(in) :: instant
-    real(wp), intent(inout) :: force_before(:, :, :, :)   !! becomes that of this step
-    real(wp), intent(inout) :: stiffness, inertia
-    real(wp), allocatable :: v_before(:, :, :, :), change(:, :, :, :)
-    integer :: c
-
-    v_before = velocities_before(body, instant)
-    change = body%motion%internal_force - force_before
-    do c = 1, 3
-      change(:, :, :, c) = change(:, :, :, c)*(body%mass/body%inertia)
-    end do
-    stiffness = stiffness + sum(v_before*change)/max(previous_increment(instant), tiny(1.0_wp))
-    do c = 1, 3
-      inertia = inertia + sum(body%mass*v_before(:, :, :, c)**2)
-    end do
-    if (allocated(body%column_factor)) inertia = inertia + column_inertia(body, v_before)
-    force_before = body%motion%internal_force
-  end subroutine look_at_patch
 
   !> Euclidean norm of forces, those at seams by the patch's share of the mass there.
   pure real(wp) function norm_of_forces(body, forces) result(norm)
@@ -313,17 +297,6 @@ contains
   end subroutine start
 
   !> How it went, in words.
-  function outcome(self) result(words)
-    class(relaxation_t), intent(in) :: self
-    character(:), allocatable :: words
-
-    words = "not at rest"
-    if (self%is_done) words = "at rest from time "//rounded_text(self%settled_at)//" on"
-    words = words//": kinetic energy "//rounded_text(self%energy_residual)//" of the internal "// &
-            "energy (limit "//rounded_text(self%energy_limit)//"), unbalanced force "// &
-            rounded_text(self%force_residual)//" (limit "//rounded_text(self%force_limit)//")"
-  end function outcome
-
   subroutine carry_relaxation(self, store)
     class(relaxation_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store

@@ -16,7 +16,7 @@ module draw_bead
   use tool, only: travel_of
   use blank, only: assembly_t
   use motion_curve, only: curve_value, start_curve
-  use effect, only: effect_t, instant_t, tally_t
+  use effect, only: effect_t, instant_t
   implicit none
   private
 
@@ -47,7 +47,6 @@ module draw_bead
     real(wp), allocatable :: stretch(:)       !! of the springs, -slip to slip, (n_points)
     real(wp) :: travel = 0.0_wp               !! bound of the motion of the sheet so far [length]
     real(wp), allocatable :: test_at(:)  !! travel at which a point may be in the band (n_points)
-    real(wp) :: lost = 0.0_wp                 !! work taken from the sheet [energy]
     real(wp), allocatable :: held(:, :, :, :)   !! restraint on the control points at the last step
     real(wp), allocatable :: pushed(:, :, :, :) !! hold-down force there
   contains
@@ -55,7 +54,6 @@ module draw_bead
     procedure :: start
     procedure :: stop
     procedure :: carry => carry_bead
-    procedure :: tally => tally_bead
   end type draw_bead_t
 
 contains
@@ -197,7 +195,7 @@ contains
         factor = curve_value(self%curve, instant%time)
       end if
       call add_forces(self, [size(x)/(3*n2), n2], x, v, instant%dt, factor, held, pushed)
-      self%lost = self%lost - 0.5_wp*instant%dt*sum((self%held + held)*v)
+      self%friction_energy = self%friction_energy - 0.5_wp*instant%dt*sum((self%held + held)*v)
       self%external_work = self%external_work + 0.5_wp*instant%dt*sum((self%pushed + pushed)*v)
       motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
         motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) + held + pushed
@@ -226,7 +224,7 @@ contains
     associate (v => bodies%blank%parts(self%part)%element%motion%v( &
                       self%lower(1):self%upper(1), self%lower(2):self%upper(2), &
                       self%lower(3):self%upper(3), :))
-      self%lost = self%lost - 0.5_wp*dt*sum(self%held*v)
+      self%friction_energy = self%friction_energy - 0.5_wp*dt*sum(self%held*v)
       self%external_work = self%external_work + 0.5_wp*dt*sum(self%pushed*v)
     end associate
     self%held = 0.0_wp
@@ -369,19 +367,11 @@ contains
     if (is_beyond) distance = huge(1.0_wp)
   end subroutine place_by_line
 
-  subroutine tally_bead(self, tally)
-    class(draw_bead_t), intent(in) :: self
-    type(tally_t), intent(inout) :: tally
-
-    tally%external_work = tally%external_work + self%external_work
-    tally%friction_energy = tally%friction_energy + self%lost
-  end subroutine tally_bead
-
   subroutine carry_bead(self, store)
     class(draw_bead_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
 
-    call carry(store, "lost", self%lost)
+    call carry(store, "lost", self%friction_energy)
     call carry_array(store, "stretch", size(self%stretch), self%stretch)
     call carry_array(store, "held", size(self%held), self%held)
     call carry_array(store, "pushed", size(self%pushed), self%pushed)

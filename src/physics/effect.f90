@@ -35,6 +35,8 @@ module effect
     character(:), allocatable :: name
     integer :: watch = 0                   !! stopwatch of this effect
     real(wp) :: external_work = 0.0_wp     !! done by this effect on the blank since the start
+    real(wp) :: friction_energy = 0.0_wp, damping_energy = 0.0_wp   !! that it took since then
+    real(wp) :: tool_energy = 0.0_wp       !! kinetic, of a tool that it moves
     real(wp) :: force(3) = 0.0_wp          !! total force on the blank now
     logical :: is_done = .false.           !! what the step was to reach is reached: it may end
     integer :: first_step = 1, last_step = huge(1)   !! of the deck, in which the effect acts
@@ -178,6 +180,9 @@ contains
     type(tally_t), intent(inout) :: tally
 
     tally%external_work = tally%external_work + self%external_work
+    tally%friction_energy = tally%friction_energy + self%friction_energy
+    tally%damping_energy = tally%damping_energy + self%damping_energy
+    tally%tool_energy = tally%tool_energy + self%tool_energy
   end subroutine tally_effect
 
 end module effect

@@ -79,9 +79,7 @@ contains
     load%lower = lower
     load%upper = upper
     load%curve = curve
-    allocate (load%pattern(upper(1) - lower(1) + 1, upper(2) - lower(2) + 1, &
-                           upper(3) - lower(3) + 1, 3))
-    load%pattern = reshape(forces, shape(load%pattern))
+    load%pattern = reshape(forces, [upper - lower + 1, 3])
   end function traction_load
 
   !> Pressure on the part of a face that `rule` covers.

@@ -83,7 +83,15 @@ contains
     call change_effects(model%i_step, model%step_starts, dt, model%bodies, model%timer, &
                         model%forces, model%later_forces, model%retired)
     call sort_effects(model%forces)
-    if (size(model%forces) == 0) call clear_forces(model)
+    if (size(model%forces) == 0) then   ! none that come will replace those of the last ones
+      do i = 1, size(model%bodies%blank%parts)
+        model%bodies%blank%parts(i)%element%motion%external_force = 0.0_wp
+      end do
+      do i = 1, size(model%bodies%tools)
+        model%bodies%tools(i)%force = 0.0_wp
+        model%bodies%tools(i)%torque = 0.0_wp
+      end do
+    end if
     call change_effects(model%i_step, model%step_starts, dt, model%bodies, model%timer, &
                         model%supports, model%later_supports, model%retired)
     call sort_effects(model%supports)
@@ -95,20 +103,6 @@ contains
       end associate
     end do
   end subroutine begin_next_step
-
-  !> Forces of the last effects that ended: none that come will replace them.
-  subroutine clear_forces(model)
-    type(model_t), intent(inout) :: model
-    integer :: i
-
-    do i = 1, size(model%bodies%blank%parts)
-      model%bodies%blank%parts(i)%element%motion%external_force = 0.0_wp
-    end do
-    do i = 1, size(model%bodies%tools)
-      model%bodies%tools(i)%force = 0.0_wp
-      model%bodies%tools(i)%torque = 0.0_wp
-    end do
-  end subroutine clear_forces
 
   subroutine change_effects(i_step, step_starts, dt, bodies, timer, active, later, retired)
     integer, intent(in) :: i_step

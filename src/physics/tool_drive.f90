@@ -4,7 +4,7 @@ module tool_drive
   use state_store, only: state_store_t, carry
   use blank, only: assembly_t
   use motion_curve, only: curve_value
-  use effect, only: effect_t, instant_t, tally_t, previous_increment
+  use effect, only: effect_t, instant_t, previous_increment
   implicit none
   private
 
@@ -18,14 +18,11 @@ module tool_drive
     real(wp) :: mass = 0.0_wp, alpha = 0.0_wp   !! [mass], [1/time]
     real(wp) :: speed = 0.0_wp             !! along the direction, half a step back
     real(wp) :: net = 0.0_wp, drag = 0.0_wp     !! F + R and the damping force of the last step
-    real(wp) :: kinetic = 0.0_wp           !! energy of the tool
-    real(wp) :: lost = 0.0_wp              !! to damping
     logical :: is_moving = .false.         !! the speed is known
   contains
     procedure :: apply
     procedure :: stop
     procedure :: carry => carry_drive
-    procedure :: tally => tally_drive
   end type tool_drive_t
 
 contains
@@ -52,8 +49,8 @@ contains
       drag = -0.5_wp*self%alpha*self%mass*(before + self%speed)
       moved = previous_increment(instant)*before
       self%external_work = self%external_work + 0.5_wp*(self%net + net)*moved
-      self%lost = self%lost - 0.5_wp*(self%drag + drag)*moved
-      self%kinetic = 0.5_wp*self%mass*before*self%speed
+      self%damping_energy = self%damping_energy - 0.5_wp*(self%drag + drag)*moved
+      self%tool_energy = 0.5_wp*self%mass*before*self%speed
       self%net = net
       self%drag = drag
       tool%velocity = self%speed*self%direction
@@ -66,8 +63,8 @@ contains
     type(assembly_t), intent(in) :: bodies
     real(wp), intent(in) :: dt
 
-    self%external_work = self%external_work - self%kinetic
-    self%kinetic = 0.0_wp
+    self%external_work = self%external_work - self%tool_energy
+    self%tool_energy = 0.0_wp
   end subroutine stop
 
   subroutine carry_drive(self, store)
@@ -77,18 +74,9 @@ contains
     call carry(store, "speed", self%speed)
     call carry(store, "net", self%net)
     call carry(store, "drag", self%drag)
-    call carry(store, "kinetic", self%kinetic)
-    call carry(store, "lost", self%lost)
+    call carry(store, "kinetic", self%tool_energy)
+    call carry(store, "lost", self%damping_energy)
     call carry(store, "is_moving", self%is_moving)
   end subroutine carry_drive
-
-  subroutine tally_drive(self, tally)
-    class(tool_drive_t), intent(in) :: self
-    type(tally_t), intent(inout) :: tally
-
-    tally%external_work = tally%external_work + self%external_work
-    tally%damping_energy = tally%damping_energy + self%lost
-    tally%tool_energy = tally%tool_energy + self%kinetic
-  end subroutine tally_drive
 
 end module tool_drive
