@@ -198,7 +198,7 @@ contains
     character(:), allocatable, intent(out), optional :: other_build   !! how it differs; or empty
     integer(int64) :: n_bytes(2)
     integer(hid_t) :: file
-    character(:), allocatable :: build, difference
+    character(:), allocatable :: build, difference    ! how the file differs, or empty
 
     call check_whole(path, n_bytes, error)
     if (allocated(error)) return
@@ -207,7 +207,13 @@ contains
       call reject(path, "HDF5 cannot open it", error)
       return
     end if
-    build = build_difference(file, header)
+    build = read_text(file, "/build")
+    if (build == "") then   ! an older file names its program alone
+      build = "program then "//read_text_attribute(file, "/", "program")//", now "// &
+              header%program//"; the file does not state how that was built"
+    else
+      build = fingerprint_difference(build, header%build)
+    end if
     if (present(other_build)) other_build = build
     difference = first_difference(read_text(file, "/deck"), header%deck)
     if (build /= "" .and. .not. header%is_any_build) then
@@ -228,23 +234,6 @@ contains
     end if
     call close_reading(file)
   end subroutine read_checkpoint
-
-  !> How the build that wrote a checkpoint differs from this one; empty if it does not. An older
-  !! file names its program alone.
-  function build_difference(file, header) result(words)
-    integer(hid_t), intent(in) :: file
-    type(checkpoint_header_t), intent(in) :: header
-    character(:), allocatable :: words
-    character(:), allocatable :: build
-
-    build = read_text(file, "/build")
-    if (build == "") then
-      words = "program then "//read_text_attribute(file, "/", "program")//", now "// &
-              header%program//"; the file does not state how that was built"
-    else
-      words = fingerprint_difference(build, header%build)
-    end if
-  end function build_difference
 
   !> Where two decks differ first, in words; empty if they do not.
   pure function first_difference(was, now) result(words)

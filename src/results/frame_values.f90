@@ -198,11 +198,9 @@ contains
         first = display%last(p) - size(display%patches(p)%grid%weights) + 1
         associate (entry => display%entries(i), last => display%last(p), &
                    from => columns(i), to => columns(i + 1) - 1)
-          if (associated(entry%on_patch)) then
+          values(first:last, from:to) = ieee_value(1.0_wp, ieee_quiet_nan)
+          if (associated(entry%on_patch)) &
             call entry%on_patch(display%patches(p), frame%patches(p), values(first:last, from:to))
-          else
-            values(first:last, from:to) = ieee_value(1.0_wp, ieee_quiet_nan)
-          end if
         end associate
       end if
     end do
@@ -228,11 +226,9 @@ contains
                                                 frame%tool_displacement, frame%tool_turn)
       do i = 1, size(display%entries)
         associate (entry => display%entries(i), from => columns(i), to => columns(i + 1) - 1)
-          if (associated(entry%on_tools)) then
+          values(first:, from:to) = ieee_value(1.0_wp, ieee_quiet_nan)
+          if (associated(entry%on_tools)) &
             call entry%on_tools(view, frame, values(first:, from:to))
-          else
-            values(first:, from:to) = ieee_value(1.0_wp, ieee_quiet_nan)
-          end if
         end associate
       end do
     end associate

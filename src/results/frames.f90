@@ -21,7 +21,7 @@ module frames
                        create_group, h5_uint8, flush_file, hdf5_file_t, h5_int64, &
                        link_object, place_file, h5_double, take_error, &
                        write_reals, write_text_attribute, write_integer_attribute, append_chunk, &
-                       append_integers, create_series, write_integers
+                       append_reals, create_series, write_integers
   use deflated_chunk, only: deflated_chunk_t, new_deflated_chunk
   use unit_system, only: new_unit_system, unit_of, unit_system_t
   use provenance, only: text_or_empty, write_provenance
@@ -222,14 +222,13 @@ contains
     type(results_t), intent(inout) :: results
     type(frame_t), intent(in) :: frame
     integer, intent(in), optional :: n_samples
-    integer(int64) :: mark(1)
 
     call update_geometry(results, frame)
     call write_history(results%history, results%file, n_samples)
-    mark = merge(1, 0, frame%is_failed)
-    call append_integers(results%file, "/frames/is_failed", mark, [integer ::], 1)
-    mark = frame%process_step
-    call append_integers(results%file, "/frames/process_step", mark, [integer ::], 1)
+    call append_reals(results%file, "/frames/is_failed", [merge(1.0_wp, 0.0_wp, &
+                      frame%is_failed)], [integer ::], 1)
+    call append_reals(results%file, "/frames/process_step", [real(frame%process_step, wp)], &
+                      [integer ::], 1)
   end subroutine write_lists
 
   ! All fields, and after them the plastic strain at the integration points of each patch. The

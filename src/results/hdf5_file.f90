@@ -25,7 +25,7 @@ module hdf5_file
   public :: has_object, create_group, link_object, write_text_attribute, write_integer_attribute
   public :: write_text, write_reals, write_integers
   public :: path_of_open, check_length, place_file
-  public :: create_series, row_shape, append_reals, append_integers, append_chunk
+  public :: create_series, row_shape, append_reals, append_chunk
   public :: h5_double, h5_int64, h5_uint8   ! kinds of values in a file
 
   !> An open file, or a closed one (id negative).
@@ -501,27 +501,27 @@ contains
     if (n_components > 1) shape = [n_components]
   end function row_shape
 
-  !> Append rows of reals to a dataset made by `create_series`.
+  !> Append rows of numbers to a dataset made by `create_series`, whatever its type.
   subroutine append_reals(file, name, values, row_shape, n_rows)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: name
     real(wp), target, intent(in) :: values(*)   !! row after row
     integer, intent(in) :: row_shape(:)         !! as given to `create_series`
     integer, intent(in) :: n_rows
+    integer(hsize_t), dimension(size(row_shape) + 1) :: first, counts
+    integer(hid_t) :: dataset, space, memory
+    integer(c_int) :: status(2)
 
-    call append(file, name, h5_double, c_loc(values), row_shape, n_rows)
+    call extend(file, name, row_shape, n_rows, dataset, first)
+    if (allocated(file%error) .or. n_rows == 0) return
+    counts = [int(n_rows, hsize_t), c_extents(row_shape)]
+    space = h5dget_space(dataset)
+    memory = h5screate_simple(int(size(counts), c_int), counts, counts)
+    status(1) = h5sselect_hyperslab(space, h5_select_set, first, c_null_ptr, counts, c_null_ptr)
+    status(2) = h5dwrite(dataset, h5_double, memory, space, h5_default, c_loc(values))
+    call expect(file, name, all(status >= 0))
+    call expect(file, name, all([h5close(space), h5close(memory), h5close(dataset)] >= 0))
   end subroutine append_reals
-
-  !> Append rows of integers to a dataset made by `create_series`.
-  subroutine append_integers(file, name, values, row_shape, n_rows)
-    type(hdf5_file_t), intent(inout) :: file
-    character(*), intent(in) :: name
-    integer(int64), target, intent(in) :: values(*)   !! row after row
-    integer, intent(in) :: row_shape(:)               !! as given to `create_series`
-    integer, intent(in) :: n_rows
-
-    call append(file, name, h5_int64, c_loc(values), row_shape, n_rows)
-  end subroutine append_integers
 
   !> Append rows of reals that are packed as one chunk, to a dataset made by `create_series` with
   !! chunks of as many rows, compressed.
@@ -541,27 +541,6 @@ contains
                                            int(chunk%n, c_size_t), c_loc(chunk%bytes)) >= 0)
     call expect(file, name, h5close(dataset) >= 0)
   end subroutine append_chunk
-
-  subroutine append(file, name, memory_type, values, row_shape, n_rows)
-    type(hdf5_file_t), intent(inout) :: file
-    character(*), intent(in) :: name
-    integer(hid_t), intent(in) :: memory_type
-    type(c_ptr), intent(in) :: values
-    integer, intent(in) :: row_shape(:), n_rows
-    integer(hsize_t), dimension(size(row_shape) + 1) :: first, counts
-    integer(hid_t) :: dataset, space, memory
-    integer(c_int) :: status(2)
-
-    call extend(file, name, row_shape, n_rows, dataset, first)
-    if (allocated(file%error) .or. n_rows == 0) return
-    counts = [int(n_rows, hsize_t), c_extents(row_shape)]
-    space = h5dget_space(dataset)
-    memory = h5screate_simple(int(size(counts), c_int), counts, counts)
-    status(1) = h5sselect_hyperslab(space, h5_select_set, first, c_null_ptr, counts, c_null_ptr)
-    status(2) = h5dwrite(dataset, memory_type, memory, space, h5_default, values)
-    call expect(file, name, all(status >= 0))
-    call expect(file, name, all([h5close(space), h5close(memory), h5close(dataset)] >= 0))
-  end subroutine append
 
   !> Open a dataset and make it longer; nothing happens where there are no rows to append.
   subroutine extend(file, name, row_shape, n_rows, dataset, first)

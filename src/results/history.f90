@@ -4,8 +4,7 @@
 module history
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
-  use hdf5_file, only: hdf5_file_t, h5_int64, h5_double, append_reals, create_series, &
-                       row_shape
+  use hdf5_file, only: hdf5_file_t, h5_int64, h5_double, append_reals, create_series, row_shape
   use unit_system, only: unit_of, unit_system_t
   implicit none
   private

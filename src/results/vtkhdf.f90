@@ -10,16 +10,15 @@ module vtkhdf
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use deflated_chunk, only: deflated_chunk_t
-  use hdf5_file, only: h5_uint8, create_group, hdf5_file_t, h5_int64, link_object, &
-                       h5_double, write_integer_attribute, write_integers, write_reals, &
-                       write_text_attribute, append_chunk, append_integers, append_reals, &
-                       create_series, row_shape
+  use hdf5_file, only: h5_uint8, h5_int64, h5_double, hdf5_file_t, create_group, link_object, &
+                       write_integer_attribute, write_integers, write_reals, create_series, &
+                       write_text_attribute, append_chunk, append_reals, row_shape
   implicit none
   private
 
   public :: cells_t, add_cells, create_grid, create_point_data, append_points, append_point_data
   public :: append_step, write_rational_weights
-  public :: hexahedron_nodes, quadrilateral_nodes, cells_on_grid
+  public :: cell_nodes, cells_on_grid
 
   integer, parameter, public :: vtk_lagrange_quadrilateral = 70, vtk_lagrange_hexahedron = 72
   integer, parameter, public :: vtk_bezier_quadrilateral = 77, vtk_bezier_hexahedron = 79
@@ -105,23 +104,24 @@ contains
     call write_integer_attribute(file, steps, "NSteps", [0])
     call create_series(file, steps//"/Values", h5_double, [integer ::], n_chunk, .false., &
                        time_unit, "time of each step")
-    call create_offsets(file, "NumberOfParts", [integer ::], "always 1")
-    call create_offsets(file, "PartOffsets", [integer ::], "always 0: the mesh is written once")
-    call create_offsets(file, "PointOffsets", [integer ::], &
+    call create_offsets("NumberOfParts", [integer ::], "always 1")
+    call create_offsets("PartOffsets", [integer ::], "always 0: the mesh is written once")
+    call create_offsets("PointOffsets", [integer ::], &
                         "first row of each step in Points and in the fields on points")
-    call create_offsets(file, "CellOffsets", [1], "always 0: the mesh is written once")
+    call create_offsets("CellOffsets", [1], "always 0: the mesh is written once")
     call link_object(file, steps//"/CellOffsets", steps//"/ConnectivityIdOffsets")
     call link_object(file, steps//"/PartOffsets", steps//"/CellDataOffsets/part")
+
+  contains
+
+    subroutine create_offsets(name, row_shape, description)
+      character(*), intent(in) :: name, description
+      integer, intent(in) :: row_shape(:)
+
+      call create_series(file, steps//"/"//name, h5_int64, row_shape, n_chunk, .false., "1", &
+                         description)
+    end subroutine create_offsets
   end subroutine create_steps
-
-  subroutine create_offsets(file, name, row_shape, description)
-    type(hdf5_file_t), intent(inout) :: file
-    character(*), intent(in) :: name, description
-    integer, intent(in) :: row_shape(:)
-
-    call create_series(file, root//"/Steps/"//name, h5_int64, row_shape, n_chunk, .false., &
-                       "1", description)
-  end subroutine create_offsets
 
   !> Create a field on points, a scalar or a vector.
   subroutine create_point_data(file, name, n_components, n_points, unit, description)
@@ -173,103 +173,43 @@ contains
     integer, intent(in) :: n_points
     integer, intent(in) :: i_step          !! steps before this one
     character(*), parameter :: steps = root//"/Steps"
-    integer(int64), parameter :: zero(1) = 0_int64
 
     call append_reals(file, steps//"/Values", [time], [integer ::], 1)
-    call append_integers(file, steps//"/NumberOfParts", [1_int64], [integer ::], 1)
-    call append_integers(file, steps//"/PartOffsets", zero, [integer ::], 1)
-    call append_integers(file, steps//"/PointOffsets", [int(i_step, int64)*n_points], &
-                         [integer ::], 1)
-    call append_integers(file, steps//"/CellOffsets", zero, [1], 1)
+    call append_reals(file, steps//"/NumberOfParts", [1.0_wp], [integer ::], 1)
+    call append_reals(file, steps//"/PartOffsets", [0.0_wp], [integer ::], 1)
+    call append_reals(file, steps//"/PointOffsets", [real(i_step, wp)*n_points], [integer ::], 1)
+    call append_reals(file, steps//"/CellOffsets", [0.0_wp], [1], 1)
     call write_integer_attribute(file, steps, "NSteps", [i_step + 1])
   end subroutine append_step
 
-  !> Places of the nodes of a hexahedron, each index from 0 to the degree.
-  pure function hexahedron_nodes(degree) result(nodes)
-    integer, intent(in) :: degree
-    integer :: nodes(3, (degree + 1)**3)
-    integer :: ring(2, 4), edges(2, 4*(degree - 1)), inner(degree - 1), ends(2), i, n, level
+  !> Places of the nodes of a hexahedron or, with two directions, of a quadrilateral: each index
+  !! from 0 to the degree.
+  pure function cell_nodes(degree, n_directions) result(nodes)
+    integer, intent(in) :: degree, n_directions
+    integer :: nodes(3, (degree + 1)**n_directions)
+    ! Corners, edges, faces and the body: 0 and 1 at the ends of a direction, 2 between them.
+    integer, parameter :: parts(3, 27) = reshape([ &
+      0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, &
+      2, 0, 0, 1, 2, 0, 2, 1, 0, 0, 2, 0, 2, 0, 1, 1, 2, 1, 2, 1, 1, 0, 2, 1, &
+      0, 0, 2, 1, 0, 2, 1, 1, 2, 0, 1, 2, &
+      0, 2, 2, 1, 2, 2, 2, 0, 2, 2, 1, 2, 2, 2, 0, 2, 2, 1, 2, 2, 2], [3, 27])
+    integer :: low(3), high(3), part, n, i, j, k
 
-    ring = quadrilateral_corners(degree)
-    edges = quadrilateral_edges(degree)
-    inner = [(i, i=1, degree - 1)]
-    ends = [0, degree]
     n = 0
-    do level = 1, 2
-      do i = 1, 4
-        call add_box(nodes, n, ring(1:1, i), ring(2:2, i), ends(level:level))
-      end do
-    end do
-    do level = 1, 2
-      do i = 1, size(edges, 2)
-        call add_box(nodes, n, edges(1:1, i), edges(2:2, i), ends(level:level))
-      end do
-    end do
-    do i = 1, 4
-      call add_box(nodes, n, ring(1:1, i), ring(2:2, i), inner)
-    end do
-    do i = 1, 2
-      call add_box(nodes, n, ends(i:i), inner, inner)
-    end do
-    do i = 1, 2
-      call add_box(nodes, n, inner, ends(i:i), inner)
-    end do
-    do i = 1, 2
-      call add_box(nodes, n, inner, inner, ends(i:i))
-    end do
-    call add_box(nodes, n, inner, inner, inner)
-  end function hexahedron_nodes
-
-  ! Append all nodes of a box of indices, the first index fastest.
-  pure subroutine add_box(nodes, n, i_range, j_range, k_range)
-    integer, intent(inout) :: nodes(:, :), n
-    integer, intent(in) :: i_range(:), j_range(:), k_range(:)
-    integer :: a, b, c
-
-    do c = 1, size(k_range)
-      do b = 1, size(j_range)
-        do a = 1, size(i_range)
-          n = n + 1
-          nodes(:, n) = [i_range(a), j_range(b), k_range(c)]
+    do part = 1, size(parts, 2)
+      if (n_directions == 2 .and. parts(3, part) > 0) cycle
+      low = merge(1, degree*parts(:, part), parts(:, part) == 2)
+      high = merge(degree - 1, degree*parts(:, part), parts(:, part) == 2)
+      do k = low(3), high(3)
+        do j = low(2), high(2)
+          do i = low(1), high(1)
+            n = n + 1
+            nodes(:, n) = [i, j, k]
+          end do
         end do
       end do
     end do
-  end subroutine add_box
-
-  !> Places of the nodes of a quadrilateral, each index from 0 to the degree.
-  pure function quadrilateral_nodes(degree) result(nodes)
-    integer, intent(in) :: degree
-    integer :: nodes(2, (degree + 1)**2)
-    integer :: i, j
-
-    nodes(:, 1:4) = quadrilateral_corners(degree)
-    nodes(:, 5:4*degree) = quadrilateral_edges(degree)
-    nodes(:, 4*degree + 1:) = reshape([(([i, j], i=1, degree - 1), j=1, degree - 1)], &
-                                      [2, (degree - 1)**2])
-  end function quadrilateral_nodes
-
-  ! The corners in turn around the cell.
-  pure function quadrilateral_corners(degree) result(corners)
-    integer, intent(in) :: degree
-    integer :: corners(2, 4)
-
-    corners = reshape([0, 0, degree, 0, degree, degree, 0, degree], [2, 4])
-  end function quadrilateral_corners
-
-  ! Inner nodes of the edges j = 0, i = d, j = d and i = 0, along the rising index.
-  pure function quadrilateral_edges(degree) result(edges)
-    integer, intent(in) :: degree
-    integer :: edges(2, 4*(degree - 1))
-    integer :: i, n
-
-    n = degree - 1
-    do i = 1, n
-      edges(:, i) = [i, 0]
-      edges(:, n + i) = [degree, i]
-      edges(:, 2*n + i) = [i, degree]
-      edges(:, 3*n + i) = [0, i]
-    end do
-  end function quadrilateral_edges
+  end function cell_nodes
 
   !> Connectivity of all cells on a grid of (degree*n + 1) points per direction, axis 1 fastest:
   !! of hexahedra, or of quadrilaterals where the grid has two directions. Points count from
@@ -281,9 +221,7 @@ contains
     integer(int64) :: n_line(2), own((degree + 1)**size(n_cells))
     integer :: nodes(3, size(own)), i, j, k, cell, n(3)
 
-    nodes = 0
-    if (size(n_cells) == 3) nodes = hexahedron_nodes(degree)
-    if (size(n_cells) == 2) nodes(:2, :) = quadrilateral_nodes(degree)
+    nodes = cell_nodes(degree, size(n_cells))
     n = 1
     n(:size(n_cells)) = n_cells
     n_line = int(degree, int64)*n(:2) + 1
