@@ -19,9 +19,9 @@ module central_difference
 
 contains
 
-  !> Velocities to the next half step, v + dt_mean (f_ext - f_int)/m, and positions to the end of the
-  !! step. Forces from outside, where there are any, are set to zero when the positions have moved:
-  !! those of the next step are added to them.
+  !> Velocities to the next half step, v + dt_mean (f_ext - f_int)/m, and positions to the end of
+  !! the step. Forces from outside, where there are any, are set to zero when the positions have
+  !! moved: those of the next step are added to them.
   subroutine advance(n, dt_mean, dt, mass, is_loaded, external_force, internal_force, v, x)
     integer, intent(in) :: n(3)                   !! control points along each axis
     real(wp), intent(in) :: dt_mean               !! mean of the steps before and after; 0: the

@@ -12,14 +12,14 @@ module forming_run
   use frames, only: results_t, write_frame
   use history, only: record_sample
   use run_log, only: run_log_t, log_line, log_progress, log_lines
-  use step_control, only: new_step_control, next_step, is_due, count_output, is_penetration_due, &
+  use step_control, only: new_step_control, next_step, is_due, is_penetration_due, &
                           schedule_penetration
   use central_difference, only: update_velocities, update_positions
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
   use run_frames, only: new_frame, fill_frame, add_frame, release_frames
   use history_columns, only: fill_history_sample
   use run_state, only: run_t, wall_seconds
-  use run_saver, only: saver_t, take_due_state, keep_verified, save_verified, retry_run
+  use run_saver, only: saver_t, take_due_state, keep_verified, save_verified, retry_run, final_time
   use health, only: check_health, check_balance, check_pairs, check_hidden_depths, &
                     added_mass_warning, shear_warning
   implicit none
@@ -151,7 +151,7 @@ contains
     if (allocated(error)) return
     if (is_frame) then
       call start_watch(model%timer, run%watch_output)
-      if (run%n_steps > 0) call count_output(run%control%frames)
+      if (run%n_steps > 0) run%control%frames%done = run%control%frames%done + 1
       call add_frame(model, run)
       call stop_watch(model%timer, run%watch_output)
     end if
@@ -323,12 +323,10 @@ contains
     type(run_log_t), intent(inout) :: log
 
     call start_watch(model%timer, run%watch_output)
-    if (run%n_steps > 0) call count_output(run%control%history)
+    if (run%n_steps > 0) run%control%history%done = run%control%history%done + 1
     call add_sample(model, run, results)
-    call log_progress(log, run%n_steps, run%instant%time, &
-                      run%control%end_time + sum(model%later_steps%step%duration), &
-                      run%instant%dt, run%balance%error, &
-                      wall_seconds(run))
+    call log_progress(log, run%n_steps, run%instant%time, final_time(model, run), &
+                      run%instant%dt, run%balance%error, wall_seconds(run))
     call warn(model, run, log)
     call stop_watch(model%timer, run%watch_output)
   end subroutine take_sample

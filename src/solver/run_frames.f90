@@ -31,7 +31,6 @@ contains
       associate (body => model%bodies%blank%parts(p)%element, fields => frame%patches(p))
         q = body%rule%n
         n = body%n_elements
-        allocate (fields%points, fields%velocity, mold=body%motion%x)
         allocate (fields%eqps(q(1), q(2), q(3), n(1), n(2), n(3)), source=0.0_wp)
         allocate (fields%stress(6, q(1), q(2), q(3), n(1), n(2), n(3)))
         allocate (fields%state(n_shown, q(1), q(2), q(3), n(1), n(2), n(3)))

@@ -22,9 +22,7 @@ module run_saver
   private
 
   public :: saver_t, take_due_state, keep_verified, save_verified, retry_run, pack_for_file
-  public :: resume_from
-  public :: is_interval_over, is_clock_due
-  public :: drop_checkpoint
+  public :: resume_from, is_interval_over, is_clock_due, final_time, drop_checkpoint
 
   !> Increments before the state is kept again, which costs about as much as half of one.
   integer, parameter :: steps_between = 200

@@ -11,10 +11,10 @@ module step_control
   implicit none
   private
 
-  public :: step_control_t, new_step_control, next_step, is_due, count_output
+  public :: step_control_t, new_step_control, next_step, is_due
   public :: is_penetration_due, schedule_penetration
 
-  real(wp), parameter :: notch = 0.99_wp    !! see `coarse`
+  real(wp), parameter :: notch = 0.99_wp    !! see `next_step`
 
   !> Regular times of one kind of output.
   type, public :: schedule_t
@@ -55,7 +55,7 @@ contains
 
   !> Fraction that a step may grow by: small, and half of the room that is left. A penalty s m/dt^2
   !! together with the blank's own frequency w is stable for (w dt)^2 + s <= 4, and w dt is twice
-  !! the safety factor, times what `coarse` adds to it.
+  !! the safety factor, times what rounding in `next_step` adds to it.
   pure real(wp) function stretch_for(safety, penalty) result(stretch)
     real(wp), intent(in) :: safety, penalty
     real(wp), parameter :: most = 0.02_wp, part = 0.5_wp
@@ -75,10 +75,13 @@ contains
     real(wp), intent(in) :: rate     !! largest |J^-1|^2 now
     real(wp), parameter :: countless = 1.0e15_wp   ! so many steps need not be equal
     real(wp), parameter :: whole = 1.0_wp - 1.0e-12_wp   ! round-off asks for no further step
-    real(wp) :: left, longest
+    real(wp) :: left, longest, factor
 
-    dt = control%largest*coarse(control, min(1.0_wp, sqrt(control%rate_at_start &
-                                                        /max(rate, tiny(rate)))))
+    ! Rounded up by up to a hundredth in steps of that size: a step that followed each vibration
+    ! would take energy from it or feed it.
+    factor = min(1.0_wp, sqrt(control%rate_at_start/max(rate, tiny(rate))))
+    if (is_coarse(control%safety)) factor = notch**floor(log(factor)/log(notch) + 1.0e-12_wp)
+    dt = control%largest*factor
     if (control%history%n >= control%frames%n) then
       left = due_after(control, control%history, time) - time
     else
@@ -88,16 +91,6 @@ contains
     longest = min((1.0_wp + control%stretch)*dt, control%largest)
     dt = left/max(nint(left/dt*whole, int64), ceiling(left/longest*whole, int64))
   end function next_step
-
-  !> A factor on the step, rounded up by up to a hundredth in steps of that size: a step that
-  !! followed each vibration would take energy from it or feed it.
-  pure real(wp) function coarse(control, factor)
-    type(step_control_t), intent(in) :: control
-    real(wp), intent(in) :: factor      !! at most 1
-
-    coarse = factor
-    if (is_coarse(control%safety)) coarse = notch**floor(log(factor)/log(notch) + 1.0e-12_wp)
-  end function coarse
 
   !> Close to the stable step there is no hundredth to spare, and factors stay as they are.
   pure logical function is_coarse(safety)
@@ -114,13 +107,6 @@ contains
 
     is_due = time >= due_time(control, schedule) - 1.0e-9_wp*control%duration/max(1, schedule%n)
   end function is_due
-
-  !> Note that output of this kind was made.
-  pure subroutine count_output(schedule)
-    type(schedule_t), intent(inout) :: schedule
-
-    schedule%done = schedule%done + 1
-  end subroutine count_output
 
   !> Is penetration between contact points measured at this history sample? At the last sample of a
   !! step of the deck always.
@@ -153,7 +139,7 @@ contains
     type(schedule_t) :: next
 
     next = schedule
-    if (is_due(control, schedule, time)) call count_output(next)
+    if (is_due(control, schedule, time)) next%done = next%done + 1
     due_after = due_time(control, next)
   end function due_after
 
