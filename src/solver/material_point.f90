@@ -49,10 +49,8 @@ module material_point
 
   !> What all trials of an increment have in common.
   type :: increment_t
-    type(control_t) :: control
-    type(material_point_t) :: start
     real(wp) :: aim(6), spin(3), dt
-    real(wp) :: rotated(1, 6)                       !! stress at the start, rotated by the spin
+    real(wp) :: rotated(6)                          !! stress at the start, rotated by the spin
   end type increment_t
 
 contains
@@ -84,13 +82,16 @@ contains
     logical, intent(in) :: is_stress(6)   !! the condition is on the stress, else on the strain
     real(wp), intent(in) :: angle         !! [radians]
     type(control_t) :: control
+    real(wp) :: rows(6, 6)
     integer :: i
 
-    control%on_strain = strain_to_frame(angle)
-    control%on_stress = stress_to_frame(angle)
+    rows = strain_to_frame(angle)
     do i = 1, 6
-      if (is_stress(i)) control%on_strain(i, :) = 0.0_wp
-      if (.not. is_stress(i)) control%on_stress(i, :) = 0.0_wp
+      if (.not. is_stress(i)) control%on_strain(i, :) = rows(i, :)
+    end do
+    rows = stress_to_frame(angle)
+    do i = 1, 6
+      if (is_stress(i)) control%on_stress(i, :) = rows(i, :)
     end do
   end function new_control
 
@@ -134,16 +135,13 @@ contains
     type(increment_t) :: increment
     type(trial_t) :: trial
 
-    increment%control = control
-    increment%start = point
     increment%aim = aim
     increment%spin = spin
     increment%dt = dt
-    increment%rotated(1, :) = point%stress
-    if (.not. law%is_rotating) &
-      call rotate_by_spin(1, reshape(spin, [1, 3]), increment%rotated)
-    call predict(law, increment, trial, error)
-    if (.not. allocated(error)) call iterate(law, increment, trial, error)
+    increment%rotated = point%stress
+    if (.not. law%is_rotating) call rotate(spin, increment%rotated)
+    call predict(law, control, increment, point, trial, error)
+    if (.not. allocated(error)) call iterate(law, control, increment, point, trial, error)
     if (allocated(error)) return
     point%gradient = end_gradient(point, trial%dstrain, spin)
     point%strain = point%strain + trial%dstrain
@@ -154,9 +152,11 @@ contains
   end subroutine advance
 
   !> First trial: the increment of an elastic law, cut down until the law has an answer.
-  subroutine predict(law, increment, trial, error)
+  subroutine predict(law, control, increment, point, trial, error)
     class(block_law_t), intent(in) :: law
+    type(control_t), intent(in) :: control
     type(increment_t), intent(in) :: increment
+    type(material_point_t), intent(in) :: point
     type(trial_t), intent(out) :: trial
     type(error_t), allocatable, intent(out) :: error
     integer, parameter :: max_cuts = 6
@@ -164,17 +164,17 @@ contains
     logical :: is_solved
     integer :: cut
 
-    matrix = 2.0_wp*law%shear*increment%control%on_strain &
-             + matmul(increment%control%on_stress, elastic_stiffness(law))
+    matrix = 2.0_wp*law%shear*control%on_strain &
+             + matmul(control%on_stress, elastic_stiffness(law))
     full = 0.0_wp
-    full = -conditions(law, increment, full, increment%rotated(1, :))
+    full = -conditions(law, control, increment, full, increment%rotated)
     call solve(matrix, full, is_solved)
     if (.not. is_solved) then
       call fail(error, "the conditions contradict each other or leave a strain open")
       return
     end if
     do cut = 0, max_cuts
-      trial = try(law, increment, full/2**cut)
+      trial = try(law, control, increment, point, full/2**cut)
       if (trial%is_good) return
     end do
     call fail(error, why_refused(law, trial))
@@ -207,9 +207,11 @@ contains
   end function why_refused
 
   !> Newton's method with steps cut until they help.
-  subroutine iterate(law, increment, trial, error)
+  subroutine iterate(law, control, increment, point, trial, error)
     class(block_law_t), intent(in) :: law
+    type(control_t), intent(in) :: control
     type(increment_t), intent(in) :: increment
+    type(material_point_t), intent(in) :: point
     type(trial_t), intent(inout) :: trial
     type(error_t), allocatable, intent(out) :: error
     integer, parameter :: max_iterations = 100, max_cuts = 10
@@ -225,10 +227,10 @@ contains
       scale = maxval(abs(trial%stress)) + small*law%bulk
       if (before <= tight*scale) return
       step = -trial%residual
-      call solve(tangent(law, increment, trial), step, is_solved)
+      call solve(tangent(law, control, increment, point, trial), step, is_solved)
       if (.not. is_solved) exit
       do cut = 0, max_cuts
-        next = try(law, increment, trial%dstrain + step/2**cut)
+        next = try(law, control, increment, point, trial%dstrain + step/2**cut)
         if (next%is_good) then
           if (norm2(next%residual) < before) exit
         end if
@@ -243,55 +245,56 @@ contains
   end subroutine iterate
 
   !> Change of the conditions with the strain increment, by differences.
-  function tangent(law, increment, trial) result(matrix)
+  function tangent(law, control, increment, point, trial) result(matrix)
     class(block_law_t), intent(in) :: law
+    type(control_t), intent(in) :: control
     type(increment_t), intent(in) :: increment
+    type(material_point_t), intent(in) :: point
     type(trial_t), intent(in) :: trial
     real(wp), parameter :: relative = 1.0e-4_wp, least = 1.0e-10_wp
-    real(wp) :: matrix(6, 6), stiffness(6, 6), changed(6), h
+    real(wp) :: matrix(6, 6), changed(6), h
     type(trial_t) :: neighbour
     integer :: k
 
     h = max(relative*maxval(abs(trial%dstrain)), least)
-    stiffness = elastic_stiffness(law)
     do k = 1, 6
       changed = trial%dstrain
       changed(k) = changed(k) + h
-      neighbour = try(law, increment, changed)
+      neighbour = try(law, control, increment, point, changed)
+      matrix(:, k) = 2.0_wp*law%shear*control%on_strain(:, k)
       if (neighbour%is_good) then
         matrix(:, k) = (neighbour%residual - trial%residual)/h
       else
-        matrix(:, k) = 2.0_wp*law%shear*increment%control%on_strain(:, k) &
-                       + matmul(increment%control%on_stress, stiffness(:, k))
+        matrix(:, k) = matrix(:, k) + matmul(control%on_stress, stiffness_column(law, k))
       end if
     end do
   end function tangent
 
   !> The law's answer to one strain increment.
-  function try(law, increment, dstrain) result(trial)
+  function try(law, control, increment, point, dstrain) result(trial)
     class(block_law_t), intent(in) :: law
+    type(control_t), intent(in) :: control
     type(increment_t), intent(in) :: increment
+    type(material_point_t), intent(in) :: point
     real(wp), intent(in) :: dstrain(6)
     type(trial_t) :: trial
     type(point_context_t) :: context
     real(wp) :: stress(1, 6), state(1, law%n_state)
 
     trial%dstrain = dstrain
-    stress = increment%rotated
-    state(1, :) = increment%start%state
+    stress(1, :) = increment%rotated
+    state(1, :) = point%state
     if (law%needs_context) then
-      associate (point => increment%start)
-        context = new_point_context(1, size(point%fields), 1)
-        if (size(point%fields) > 0) context%fields(1, :, 1) = [point%fields, point%fields]
-        context%element = 1
-        context%point = 1
-        context%time = point%time
-        context%step_time = point%time
-        context%increment = point%increment + 1
-        context%f0(1, :) = pack(transpose(point%gradient), .true.)
-        context%f1(1, :) = pack(transpose(end_gradient(point, dstrain, increment%spin)), .true.)
-        context%length = 1.0_wp
-      end associate
+      context = new_point_context(1, size(point%fields), 1)
+      if (size(point%fields) > 0) context%fields(1, :, 1) = [point%fields, point%fields]
+      context%element = 1
+      context%point = 1
+      context%time = point%time
+      context%step_time = point%time
+      context%increment = point%increment + 1
+      context%f0(1, :) = pack(transpose(point%gradient), .true.)
+      context%f1(1, :) = pack(transpose(end_gradient(point, dstrain, increment%spin)), .true.)
+      context%length = 1.0_wp
       call law%update_in_context(context, increment%dt, spread(dstrain, 1, 1), stress, state, &
                                  trial%is_good, spread(increment%spin, 1, 1))
     else
@@ -300,26 +303,27 @@ contains
     end if
     trial%stress = stress(1, :)
     trial%state = state(1, :)
-    trial%residual = conditions(law, increment, dstrain, trial%stress)
+    trial%residual = conditions(law, control, increment, dstrain, trial%stress)
     trial%is_good = trial%is_good .and. all(abs(trial%stress) <= huge(1.0_wp)) &
                     .and. all(abs(trial%state) <= huge(1.0_wp))
   end function try
 
   !> By how much the conditions are missed; those on strain count as stresses of twice the shear
   !! modulus times the strain.
-  pure function conditions(law, increment, dstrain, stress) result(residual)
+  pure function conditions(law, control, increment, dstrain, stress) result(residual)
     class(block_law_t), intent(in) :: law
+    type(control_t), intent(in) :: control
     type(increment_t), intent(in) :: increment
     real(wp), intent(in) :: dstrain(6), stress(6)
     real(wp) :: residual(6)
     integer :: i
 
-    residual = matmul(increment%control%on_stress, stress) - increment%aim
+    residual = matmul(control%on_stress, stress) - increment%aim
     do i = 1, 6
-      associate (row => increment%control%on_strain(i, :))
-        if (any(abs(row) > 0.0_wp)) &
-          residual(i) = 2.0_wp*law%shear*(dot_product(row, dstrain) - increment%aim(i))
-      end associate
+      if (any(abs(control%on_strain(i, :)) > 0.0_wp)) then
+        residual(i) = 2.0_wp*law%shear*(dot_product(control%on_strain(i, :), dstrain) &
+                                        - increment%aim(i))
+      end if
     end do
   end function conditions
 
@@ -340,12 +344,35 @@ contains
     real(wp) :: matrix(6, 6)
     integer :: k
 
-    matrix = 0.0_wp
-    matrix(:3, :3) = law%bulk - 2.0_wp/3.0_wp*law%shear
     do k = 1, 6
-      matrix(k, k) = matrix(k, k) + merge(2.0_wp, 1.0_wp, k <= 3)*law%shear
+      matrix(:, k) = stiffness_column(law, k)
     end do
   end function elastic_stiffness
+
+  pure function stiffness_column(law, k) result(column)
+    class(block_law_t), intent(in) :: law
+    integer, intent(in) :: k
+    real(wp) :: column(6)
+
+    column = 0.0_wp
+    if (k <= 3) then
+      column(:3) = law%bulk - 2.0_wp/3.0_wp*law%shear
+      column(k) = column(k) + 2.0_wp*law%shear
+    else
+      column(k) = law%shear
+    end if
+  end function stiffness_column
+
+  !> Rotate a stress by a spin increment, as elements do.
+  pure subroutine rotate(spin, stress)
+    real(wp), intent(in) :: spin(3)
+    real(wp), intent(inout) :: stress(6)
+    real(wp) :: stresses(1, 6)
+
+    stresses(1, :) = stress
+    call rotate_by_spin(1, reshape(spin, [1, 3]), stresses)
+    stress = stresses(1, :)
+  end subroutine rotate
 
   !> Deformation gradient after a constant velocity gradient with this strain and spin increment.
   pure function end_gradient(point, dstrain, spin) result(gradient)
