@@ -434,9 +434,7 @@ contains
     character(*), intent(in) :: path, reason
     type(error_t), allocatable, intent(inout) :: error
 
-    if (allocated(error)) deallocate (error)
-    allocate (error)
-    error%message = "checkpoint '"//path//"' rejected: "//reason
+    call fail(error, "checkpoint '"//path//"' rejected: "//reason)
   end subroutine reject
 
 end module checkpoint

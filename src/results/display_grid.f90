@@ -105,19 +105,8 @@ contains
                                   n_elements(1), n_elements(2), n_elements(3))
     real(wp) :: values(m, n_points(1), n_elements(1), n_points(2), n_elements(2), n_points(3), &
                        n_elements(3))
-    integer :: j2, j3, e1, e2, e3
 
-    do e3 = 1, n_elements(3)
-      do j3 = 1, n_points(3)
-        do e2 = 1, n_elements(2)
-          do j2 = 1, n_points(2)
-            do e1 = 1, n_elements(1)
-              values(:, :, e1, j2, e2, j3, e3) = field(:, :, j2, j3, e1, e2, e3)
-            end do
-          end do
-        end do
-      end do
-    end do
+    values = reshape(field, shape(values), order=[1, 2, 4, 6, 3, 5, 7])
   end function point_grid
 
   !> Von Mises stress of stresses in the order 11, 22, 33, 12, 13, 23.

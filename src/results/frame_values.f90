@@ -93,7 +93,15 @@ contains
     !$omp parallel do schedule(dynamic)
     do job = 1, n_patches + size(meshes)
       if (job <= n_patches) then
-        call start_view(setup%patches(job), setup%is_bezier, display%patches(job))
+        associate (patch => setup%patches(job), view => display%patches(job))
+          view%name = patch%name
+          view%solid = patch%solid
+          view%rule_size = patch%rule%n
+          view%grid = new_display_grid(patch%solid, patch%rule, setup%is_bezier)
+          view%geometry = new_point_geometry(patch%solid, patch%rule)
+          view%thickness = [display_thickness(view%grid, display_vectors(view%grid, reshape( &
+            patch%solid%points, [size(patch%solid%weights), 3])))]
+        end associate
       else
         associate (tool => setup%tools(tools(job - n_patches)))
           meshes(job - n_patches) = new_surface_mesh(tool%surfaces(surfaces(job - n_patches)), &
@@ -102,42 +110,19 @@ contains
       end if
     end do
     !$omp end parallel do
-    call place_patches(display, cells, weights)
-    call place_tools(display, meshes, tools, surfaces, cells, weights)
-    display%n_points = size(weights)
-  end subroutine new_display
-
-  subroutine start_view(patch, is_bezier, view)
-    type(display_patch_t), intent(in) :: patch
-    logical, intent(in) :: is_bezier
-    type(patch_view_t), intent(inout) :: view
-
-    view%name = patch%name
-    view%solid = patch%solid
-    view%rule_size = patch%rule%n
-    view%grid = new_display_grid(patch%solid, patch%rule, is_bezier)
-    view%geometry = new_point_geometry(patch%solid, patch%rule)
-    view%thickness = [display_thickness(view%grid, display_vectors(view%grid, reshape( &
-      patch%solid%points, [size(patch%solid%weights), 3])))]
-  end subroutine start_view
-
-  subroutine place_patches(display, cells, weights)
-    type(display_t), intent(inout) :: display
-    type(cells_t), intent(out) :: cells
-    real(wp), allocatable, intent(out) :: weights(:)
-    integer :: p
-
-    allocate (weights(0), display%last(size(display%patches)))
-    do p = 1, size(display%patches)
-      associate (grid => display%patches(p)%grid)
+    allocate (weights(0), display%last(n_patches))
+    do i = 1, n_patches
+      associate (grid => display%patches(i)%grid)
         call add_cells(cells, cells_on_grid(grid%degree, grid%n_elements, &
                                             size(weights, kind=int64)), &
                        merge(vtk_bezier_hexahedron, vtk_lagrange_hexahedron, display%is_bezier), 0)
         weights = [weights, grid%weights]
       end associate
-      display%last(p) = size(weights)
+      display%last(i) = size(weights)
     end do
-  end subroutine place_patches
+    call place_tools(display, meshes, tools, surfaces, cells, weights)
+    display%n_points = size(weights)
+  end subroutine new_display
 
   !> Cells and weights of the tools after those of the blank, and their display points.
   subroutine place_tools(display, meshes, tools, surfaces, cells, weights)

@@ -67,6 +67,7 @@ contains
     integer, intent(in), optional :: n_frames   !! in the file; absent: a new file
     type(cells_t) :: cells
     real(wp), allocatable :: weights(:)
+    integer :: i
 
     results%units = new_unit_system(text_or_empty(setup%provenance%units))
     results%n_state = setup%n_state
@@ -81,7 +82,14 @@ contains
       call write_what_stays(results, setup, cells, weights)
     end if
     call open_history(results%history, results%file, results%units, setup%history)
-    call mark_tools(results%file, setup%tools)
+    ! The number of each tool in the pictures, and the times of what the history contains of it.
+    call create_group(results%file, "/tools")
+    do i = 1, size(setup%tools)
+      associate (folder => "/tools/"//setup%tools(i)%name)
+        call link_object(results%file, "/history/time", folder//"/time")
+        call write_integer_attribute(results%file, folder, "part", [i])
+      end associate
+    end do
     if (allocated(setup%steps)) then
       call write_text_attribute(results%file, "/frames/process_step", "names", &
                                 joined(setup%steps, ", "))
@@ -98,19 +106,6 @@ contains
       call give_up_file(results%file)
     end if
   end subroutine open_results
-
-  !> The number of each tool in the pictures, and the times of what the history contains of it.
-  subroutine mark_tools(file, tools)
-    type(hdf5_file_t), intent(inout) :: file
-    type(display_tool_t), intent(in) :: tools(:)
-    integer :: i
-
-    call create_group(file, "/tools")
-    do i = 1, size(tools)
-      call link_object(file, "/history/time", "/tools/"//tools(i)%name//"/time")
-      call write_integer_attribute(file, "/tools/"//tools(i)%name, "part", [i])
-    end do
-  end subroutine mark_tools
 
   !> Everything that does not change, and empty series for what does.
   subroutine write_what_stays(results, setup, cells, weights)
@@ -192,6 +187,7 @@ contains
     integer, intent(in), optional :: n_samples   !! absent: all that wait
     type(deflated_chunk_t), allocatable :: chunks(:)
     real(wp), allocatable :: points(:, :), values(:, :)
+    integer :: i, n
 
     call check_length(results%file)
     allocate (points(results%display%n_points, 3))
@@ -200,7 +196,12 @@ contains
     ! One thread writes what exists already while the others work on the rest.
     !$omp parallel default(shared)
     !$omp master
-    call write_lists(results, frame, n_samples)
+    call update_geometry(results, frame)
+    call write_history(results%history, results%file, n_samples)
+    call append_reals(results%file, "/frames/is_failed", [merge(1.0_wp, 0.0_wp, &
+                      frame%is_failed)], [integer ::], 1)
+    call append_reals(results%file, "/frames/process_step", [real(frame%process_step, wp)], &
+                      [integer ::], 1)
     !$omp end master
     call fill_values(results%display, frame, points, values)
     !$omp master
@@ -209,27 +210,23 @@ contains
     !$omp end master
     call pack_values(results%display, values, chunks)
     !$omp end parallel
-    call append_values(results, chunks)
+    n = size(results%display%fields)
+    do i = 1, n
+      associate (field => results%display%fields(i))
+        call append_point_data(results%file, trim(field%name), field%n_components, chunks(i), &
+                               results%display%n_points)
+      end associate
+    end do
+    do i = 1, size(results%display%patches)
+      call append_chunk(results%file, patch_folder(results, "/frames", i)//"/eqps", &
+                        chunks(n + i), results%display%patches(i)%geometry%n, 1)
+    end do
     call flush_file(results%file)
     call append_step(results%file, frame%time, results%display%n_points, results%n_frames)
     call flush_file(results%file)
     results%n_frames = results%n_frames + 1
     call take_error(results%file, error)
   end subroutine write_frame
-
-  ! What is known of a frame before its fields are: history, geometry, marks.
-  subroutine write_lists(results, frame, n_samples)
-    type(results_t), intent(inout) :: results
-    type(frame_t), intent(in) :: frame
-    integer, intent(in), optional :: n_samples
-
-    call update_geometry(results, frame)
-    call write_history(results%history, results%file, n_samples)
-    call append_reals(results%file, "/frames/is_failed", [merge(1.0_wp, 0.0_wp, &
-                      frame%is_failed)], [integer ::], 1)
-    call append_reals(results%file, "/frames/process_step", [real(frame%process_step, wp)], &
-                      [integer ::], 1)
-  end subroutine write_lists
 
   ! All fields, and after them the plastic strain at the integration points of each patch. The
   ! threads of a region divide them.
@@ -253,26 +250,6 @@ contains
     end do
     !$omp end do
   end subroutine pack_values
-
-  subroutine append_values(results, chunks)
-    type(results_t), intent(inout) :: results
-    type(deflated_chunk_t), intent(in) :: chunks(:)
-    integer :: i, n, p
-
-    n = size(results%display%fields)
-    do i = 1, n
-      associate (field => results%display%fields(i))
-        call append_point_data(results%file, trim(field%name), field%n_components, chunks(i), &
-                               results%display%n_points)
-      end associate
-    end do
-    do p = 1, size(results%display%patches)
-      associate (view => results%display%patches(p))
-        call append_chunk(results%file, patch_folder(results, "/frames", p)//"/eqps", &
-                          chunks(n + p), view%geometry%n, 1)
-      end associate
-    end do
-  end subroutine append_values
 
   !> Write what is left of the history, how the run ended and what it cost; close the file.
   subroutine close_results(results, status, timings, error, relaxation)

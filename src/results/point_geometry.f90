@@ -3,7 +3,7 @@
 module point_geometry
   use kinds, only: wp
   use gauss_rule, only: gauss_rule_t
-  use knot_vector, only: knot_vector_t, n_spans, span_table
+  use knot_vector, only: span_table
   use nurbs_solid, only: nurbs_solid_t
   use line_operator, only: apply_tensor, basis_operator, line_operator_t
   implicit none
@@ -47,7 +47,11 @@ contains
     geometry%metric = plane_metric(tangents)
     measure = [1.0_wp]
     do d = 1, 3
-      line = line_measure(solid%axes(d), rule(d))
+      ! Quadrature weights with respect to the parametric coordinate, along the whole direction.
+      associate (kv => solid%axes(d), spans => span_table(solid%axes(d)))
+        line = [(0.5_wp*rule(d)%weights*(kv%knots(spans(i) + 1) - kv%knots(spans(i))), &
+                 i=1, size(spans))]
+      end associate
       measure = [(measure*line(i), i=1, size(line))]
     end do
     geometry%volumes = measure*determinants(tangents)
@@ -144,20 +148,5 @@ contains
              - t(:, 2, 1)*(t(:, 1, 2)*t(:, 3, 3) - t(:, 3, 2)*t(:, 1, 3)) &
              + t(:, 3, 1)*(t(:, 1, 2)*t(:, 2, 3) - t(:, 2, 2)*t(:, 1, 3))
   end function determinants
-
-  ! Quadrature weights with respect to the parametric coordinate, along the whole direction.
-  pure function line_measure(kv, rule) result(measure)
-    type(knot_vector_t), intent(in) :: kv
-    type(gauss_rule_t), intent(in) :: rule
-    real(wp) :: measure(size(rule%points)*n_spans(kv))
-    integer :: spans(n_spans(kv)), e, n
-
-    spans = span_table(kv)
-    n = size(rule%points)
-    do e = 1, size(spans)
-      measure((e - 1)*n + 1:e*n) = 0.5_wp*rule%weights*(kv%knots(spans(e) + 1) &
-                                                        - kv%knots(spans(e)))
-    end do
-  end function line_measure
 
 end module point_geometry

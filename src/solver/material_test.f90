@@ -274,11 +274,13 @@ contains
     class(block_law_t), intent(in) :: law
     type(shared_rows_t), intent(inout) :: rows
     type(error_t), allocatable, intent(out) :: error
+    real(wp), parameter :: round_off = 1.0e-6_wp
     real(wp) :: plastic(6), rotated(6), shear
     type(material_test_spec_t) :: tension
-    type(material_point_t) :: point
+    type(material_point_t) :: start, point
     integer :: i, n
 
+    start = new_point(law, spec%state, spec%fields)
     tension = spec
     tension%kind = "UNIAXIAL"
     n = spec%n_repeats
@@ -287,7 +289,9 @@ contains
       call follow(new_program(tension), law, spec, point, shear, error)
       if (allocated(error)) return
       plastic = matmul(strain_to_frame(degree*tension%angle), plastic_strain(law, point))
-      if (.not. is_plastic(law, spec, point, plastic)) then
+      ! Yielded by its law, and by a plastic strain beyond round-off?
+      if (.not. (point%state(law%eqps_state) > start%state(law%eqps_state) .and. &
+                 abs(plastic(3)) > round_off*maxval(abs(point%strain)))) then
         call fail(error, "no plastic strain in tension at "//to_text(tension%angle)// &
                   " degrees, so no r-value")
         return
@@ -296,20 +300,6 @@ contains
       call add_row(rows, [tension%angle, plastic(2)/plastic(3), rotated(1)])
     end do
   end subroutine find_r_values
-
-  !> Has the point yielded, by its law and by a plastic strain beyond round-off?
-  logical function is_plastic(law, spec, point, plastic)
-    class(block_law_t), intent(in) :: law
-    type(material_test_spec_t), intent(in) :: spec
-    type(material_point_t), intent(in) :: point
-    real(wp), intent(in) :: plastic(6)
-    real(wp), parameter :: round_off = 1.0e-6_wp
-    type(material_point_t) :: start
-
-    start = new_point(law, spec%state, spec%fields)
-    is_plastic = point%state(law%eqps_state) > start%state(law%eqps_state) .and. &
-                 abs(plastic(3)) > round_off*maxval(abs(point%strain))
-  end function is_plastic
 
   !> Stresses s11, s22 at which a plastic strain first shows, s33 and shear being zero. The stress
   !! keeps its direction while strain steps double, then are halved back to the threshold.

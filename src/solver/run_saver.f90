@@ -131,18 +131,6 @@ contains
     may_retry = saver%retry > 0.0_wp .and. .not. run%step_factor < 1.0_wp
   end function may_retry
 
-  !> Why the run must stop now; empty if it need not.
-  function reason_to_stop(saver, run) result(why)
-    type(saver_t), intent(in) :: saver
-    type(run_t), intent(in) :: run
-    character(:), allocatable :: why
-
-    why = stop_signal_name()
-    if (why /= "" .or. .not. saver%wall_seconds > 0.0_wp) return
-    if (ticks_to_seconds(clock_ticks() - run%started) >= saver%wall_seconds) &
-      why = "the limit of "//rounded_text(saver%wall_seconds/60.0_wp)//" minutes"
-  end function reason_to_stop
-
   !> Is one of the deck's intervals over, other than that of the clock?
   pure logical function is_interval_over(saver, model, run) result(is_over)
     type(saver_t), intent(in) :: saver
@@ -210,8 +198,9 @@ contains
     type(results_t), intent(inout) :: results
     type(run_log_t), intent(inout) :: log
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: why
+    character(:), allocatable :: why      ! the run must stop now; empty if it need not
     logical :: is_due, is_wish
+    real(wp) :: seconds
 
     if (.not. allocated(saver%path)) &
       call release_frames(model, run, results, run%n_waiting, error)
@@ -221,7 +210,10 @@ contains
       is_due = saver%is_saving
     end if
     if (allocated(error) .or. .not. allocated(saver%verified)) return
-    why = reason_to_stop(saver, run)
+    why = stop_signal_name()
+    seconds = ticks_to_seconds(clock_ticks() - run%started)
+    if (why == "" .and. saver%wall_seconds > 0.0_wp .and. seconds >= saver%wall_seconds) &
+      why = "the limit of "//rounded_text(saver%wall_seconds/60.0_wp)//" minutes"
     is_wish = is_save_wanted()
     if (is_wish) call forget_save()   ! not one that comes from here on
     if (.not. is_due .and. (why /= "" .or. is_wish)) is_due = .not. is_in_file(saver)

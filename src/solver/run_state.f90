@@ -6,8 +6,6 @@ module run_state
   use text, only: to_text
   use state_store, only: state_store_t, enter_folder, carry, carry_array
   use effect, only: carry_effects, instant_t
-  use tool, only: tool_t
-  use rigid_motion, only: rigid_motion_t
   use model, only: model_t, begin_next_step
   use step_control, only: step_control_t, schedule_t, new_step_control
   use energy_balance, only: energy_balance_t
@@ -98,29 +96,23 @@ contains
     end do
     do t = 1, size(model%bodies%tools)
       call enter_folder(store, "tools/"//to_text(t))
-      call carry_tool(model%bodies%tools(t), model%motions(t), store)
+      associate (tool => model%bodies%tools(t), motion => model%motions(t))
+        call carry_array(store, "displacement", 3, tool%displacement)
+        call carry_array(store, "velocity", 3, tool%velocity)
+        call carry_array(store, "force", 3, tool%force)
+        call carry_array(store, "torque", 3, tool%torque)
+        call carry_array(store, "before", 3, motion%displacement)
+        call carry(store, "is_turning", tool%is_turning)
+        call carry_array(store, "reference", 3, tool%reference)
+        call carry_array(store, "rotation", 9, tool%rotation)
+        call carry_array(store, "rotation_rate", 9, tool%rotation_rate)
+        call carry_array(store, "rotation_before", 9, motion%rotation)
+      end associate
     end do
     call carry_effects(model%forces, "forces", store)
     call carry_effects(model%supports, "supports", store)
     call carry_effects(model%retired, "retired", store)
   end subroutine carry_run
-
-  subroutine carry_tool(tool, motion, store)
-    type(tool_t), intent(inout) :: tool
-    type(rigid_motion_t), intent(inout) :: motion
-    type(state_store_t), intent(inout) :: store
-
-    call carry_array(store, "displacement", 3, tool%displacement)
-    call carry_array(store, "velocity", 3, tool%velocity)
-    call carry_array(store, "force", 3, tool%force)
-    call carry_array(store, "torque", 3, tool%torque)
-    call carry_array(store, "before", 3, motion%displacement)
-    call carry(store, "is_turning", tool%is_turning)
-    call carry_array(store, "reference", 3, tool%reference)
-    call carry_array(store, "rotation", 9, tool%rotation)
-    call carry_array(store, "rotation_rate", 9, tool%rotation_rate)
-    call carry_array(store, "rotation_before", 9, motion%rotation)
-  end subroutine carry_tool
 
   !> Begin the steps of the deck that had begun; what they find is replaced afterwards.
   subroutine go_to_deck_step(model, run, store)
