@@ -391,6 +391,7 @@ contains
     allocate (setup%tools(size(scene%tools)))
     do i = 1, size(scene%tools)
       setup%tools(i)%name = scene%tools(i)%name
+      setup%tools(i)%side = model%bodies%tools(i)%side
       setup%tools(i)%surfaces = model%bodies%tools(i)%surfaces
       setup%tools(i)%cell_length = tool_cell_length(model)
     end do

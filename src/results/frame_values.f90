@@ -32,6 +32,7 @@ module frame_values
   !> A tool to be shown.
   type :: display_tool_t
     character(:), allocatable :: name
+    integer :: side = 1                                 !! +1: the sheet lies where xi x eta points
     real(wp) :: cell_length = huge(1.0_wp)              !! of a Lagrange cell at most [length]
     type(nurbs_surface_t), allocatable :: surfaces(:)   !! in their position at the start
   end type display_tool_t

@@ -88,6 +88,7 @@ contains
       associate (folder => "/tools/"//setup%tools(i)%name)
         call link_object(results%file, "/history/time", folder//"/time")
         call write_integer_attribute(results%file, folder, "part", [i])
+        call write_integer_attribute(results%file, folder, "side", [setup%tools(i)%side])
       end associate
     end do
     if (allocated(setup%steps)) then

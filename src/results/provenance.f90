@@ -26,6 +26,7 @@ module provenance
     character(:), allocatable :: identity       !! digest of deck and program; empty: not known
     character(:), allocatable :: deck_file
     character(:), allocatable :: deck_text
+    character(:), allocatable :: deck_resolved  !! the same, includes and parameters replaced
     character(:), allocatable :: heading
     character(:), allocatable :: units          !! the deck's label
     integer :: n_threads = 1
@@ -229,6 +230,8 @@ contains
     call put("command_line", source%command_line, "command that made this file")
     call put("deck_file", source%deck_file, "name of the deck")
     call put("deck_text", source%deck_text, "the deck as it was read")
+    call put("deck_resolved", source%deck_resolved, "the deck with includes, parameters and "// &
+             "defaults replaced; lists of more than 500 lines are left out")
     call put("heading", source%heading, "heading of the deck")
     call put("units", source%units, "units label of the deck")
     call write_text(file, folder//"start_time", timestamp(), "local time at the start")
