@@ -11,8 +11,8 @@ MOST_OF_TOOLS = 20000   # of all tools
 SHEET_PARTS = 4         # cuts of an element along and across the sheet, at most
 TOOL_PARTS = 12         # cuts of a tool's cell, at most
 MOST_ELEMENTS = 5000    # along and across the sheet, for lines between them to be seen
-SAMPLES = 4000          # points of the sheet that are compared with
-TRIANGLES = 2000        # so many of a tool
+SAMPLES = 2000          # points of the sheet that are compared with
+TRIANGLES = 1000        # so many of a tool
 
 
 @dataclass

@@ -167,9 +167,9 @@ function draw() {
   gl.uniform4f(uniform("frame"), state.zoom / data.radius, state.x, state.y, 0.25 / data.radius);
   gl.uniform2f(uniform("aspect"), least / faces.width, least / faces.height);
   gl.enable(gl.POLYGON_OFFSET_FILL);
-  gl.polygonOffset(1, 2);
   for (const part of data.parts) {
     if (!part.isShown) continue;
+    gl.polygonOffset(...(part === data.parts[0] ? [4, 16] : [1, 2]));   // a tool that touches wins
     drawBuffers(part.faces, gl.TRIANGLES, part.front, part.back);
     drawBuffers(part.lines, gl.LINES, part.colour, part.colour);
   }
