@@ -9,7 +9,7 @@ from PIL import Image
 
 from post.picture import add_common_arguments, finished, images_of, new_job
 from post.results import Results, ResultsError
-from post.style import plt
+from post.style import SHADED, plt, with_palette
 
 LARGEST = 1000, 700      # pixels of the scene
 HOLD = 1.5               # seconds that a GIF shows its last frame
@@ -63,7 +63,7 @@ def pixels(figure):
 
 def write_gif(pictures, path, fps):
     """All frames with the palette of the last one, which has most colours."""
-    palette = pictures[-1].quantize(256)
+    palette = with_palette(pictures[-1], SHADED)
     frames = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     times = [1000 / fps] * (len(frames) - 1) + [1000 * HOLD]
     try:

@@ -42,14 +42,18 @@ def check_format(path):
                            f"one of {', '.join(formats)}")
 
 
+def with_palette(image, n_colours):
+    """An image in so many colours, rare ones among them."""
+    return image.quantize(n_colours, Image.Quantize.MAXCOVERAGE, kmeans=5)
+
+
 def save(figure, path, n_colours=None):
     """Write the picture; as PNG with a palette of so many colours, a third to a fifth as large."""
     try:
         if n_colours:
             raw = io.BytesIO()
             figure.savefig(raw, format="png")
-            image = Image.open(raw).convert("RGB")
-            image.quantize(n_colours, Image.Quantize.MAXCOVERAGE).save(path, "PNG", optimize=True)
+            with_palette(Image.open(raw).convert("RGB"), n_colours).save(path, "PNG", optimize=True)
         else:
             figure.savefig(path)
     except OSError as fault:
