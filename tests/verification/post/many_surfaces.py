@@ -5,6 +5,7 @@ Usage: many_surfaces.py DECK [ROWS]     writes DECK; 13 rows make a die of 65 su
 import sys
 
 ROW = 5.0       # width of a row, along y
+PARTS = 8       # knot spans of a surface along each axis
 HEAD = """*UNITS
 mm, t, s, N, MPa, mJ
 *MATERIAL, NAME=steel
@@ -58,7 +59,7 @@ def surface(number, piece, low, high):
     for place, (x, z) in enumerate(piece):
         weight = 0.5**0.5 if degree == 2 and place == 1 else 1
         lines.append(f"{x}, {low:g}, {z}, {weight:.17g}")
-    return lines
+    return lines + [f"*REFINE, PATCH={name}, AXIS={axis}, SUBDIVIDE={PARTS}" for axis in (1, 2)]
 
 
 def deck(rows):
