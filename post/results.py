@@ -69,9 +69,9 @@ class Results:
 
     @functools.cached_property
     def deck(self):
-        """The deck of the run."""
-        source = self.file["provenance"]
-        return Deck(text_of(source["deck_text"][()]), text_of(source["command_line"][()]))
+        """The deck of the run; empty in results of versions that do not write it."""
+        text = self.file["provenance"].get("deck_resolved")
+        return Deck("" if text is None else text_of(text[()]))
 
     def tools_present(self, frame):
         """Names of the tools that no *MODEL CHANGE has removed by the step of a frame."""

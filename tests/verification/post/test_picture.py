@@ -102,7 +102,7 @@ class TestPicture(unittest.TestCase):
         with Results(self.path) as results:
             self.assertEqual(mirror.planes_of(results, (0,)), [(0, 0.0)])
             self.assertEqual(mirror.planes_of(results, (1,)), [(1, 0.0)])
-            results.deck.records = Deck("** file a\n*BOUNDARY\nX_MAX, XSYMM\n").records
+            results.deck.records = Deck("*BOUNDARY\nX_MAX, XSYMM\n").records
             [(_, place)] = mirror.planes_of(results, (0,))
             self.assertAlmostEqual(place, 60)
         self.assertIn("XY", self.post("picture", self.path, "--mirror", "XX").stderr)
@@ -176,38 +176,34 @@ class TestClip(unittest.TestCase):
             self.assertTrue(np.all(side * (ends[..., 0] - place) > -1e-9))
 
 
-DECK = """** file /a/deck.key
-*PARAMETER, DEFAULT
-way = 3
-name = "upper die"
-*INCLUDE, INPUT=more/tools.inc
-*STEP
-*TOOL MOTION, TOOL=<name>
-0, <-2**2*way + sqrt(4)>, 1d-3
+DECK = """*PARAMETER, DEFAULT
+*TOOL, NAME=upper die, TYPE=PLANE, SIDE=NEGATIVE
+0, 0, 1
+*TOOL, NAME=lid, TYPE=OFFSET, OF=upper die
+1.05, 0
+*STEP, NLGEOM=YES
+*TOOL MOTION, TOOL=upper die, TYPE=VELOCITY
+0, -18, 1e-3
 *END STEP
-*STEP
+*STEP, NLGEOM=YES
 *MODEL CHANGE, REMOVE
-<name>, holder
-*STEP
+upper die, holder
+*STEP, NAME="a, b"
 *MODEL CHANGE, ADD
 holder
-
-** file /a/more/tools.inc
-*TOOL, NAME="upper die", TYPE=PLANE,
-SIDE=NEGATIVE
-0 0 1
-*TOOL, NAME=lid, TYPE=OFFSET, OF=upper die
-1.05
+*DYNAMIC, EXPLICIT
+, 2
 """
 
 
 class TestDeck(unittest.TestCase):
-    def test_parameters_files_and_steps(self):
-        deck = Deck(DECK, "igaform deck.key --set way=5 --out 'a b.h5'")
+    def test_steps_sides_and_empty_fields(self):
+        deck = Deck(DECK)
         [motion] = deck.named("TOOL MOTION")
         self.assertEqual(motion.step, 1)
         np.testing.assert_allclose([number(field) for field in motion.data[0]], [0, -18, 1e-3])
-        self.assertEqual(deck.named("TOOL")[0].data, [["0", "0", "1"]])
+        self.assertEqual(deck.named("STEP")[2].options, {"NAME": "a, b"})
+        self.assertEqual(deck.named("DYNAMIC")[0].data, [["", "2"]])
         self.assertEqual([deck.side(name) for name in ("UPPER  DIE", "lid", "punch")],
                          [-1, 1, None])
         self.assertEqual([deck.is_removed("upper die", step) for step in (1, 2, 3)],

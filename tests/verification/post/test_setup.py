@@ -156,7 +156,7 @@ class TestFirstContact(unittest.TestCase):
 
     def test_times_along_amplitudes(self):
         for words, time in (("", 0.3), (", AMPLITUDE=ramp", 0.8), (", AMPLITUDE=smooth", 0.8)):
-            deck = Deck("** file a\n*AMPLITUDE, NAME=ramp\n0, 0, 1, 1\n*AMPLITUDE, NAME=smooth, "
+            deck = Deck("*AMPLITUDE, NAME=ramp\n0, 0, 1, 1\n*AMPLITUDE, NAME=smooth, "
                         "DEFINITION=SMOOTH STEP\n0, 0, 1, 1\n*TOOL MOTION, TOOL=t" + words
                         + "\n0, 0, -10\n*DYNAMIC, EXPLICIT\n, 2\n")
             drive = first_drive(drives_of(deck), "T")
