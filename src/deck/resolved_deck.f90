@@ -18,8 +18,8 @@ module resolved_deck
 
 contains
 
-  !> Lines `*KEYWORD, OPTION=value, FLAG` and `field, field`, each with a line feed. Data of more than
-  !! 500 lines are left out.
+  !> Lines `*KEYWORD, OPTION=value, FLAG` and `field, field`, each with a line feed. Data of more
+  !! than 500 lines are left out.
   pure function resolved_text(deck) result(text)
     type(parsed_deck_t), intent(in) :: deck
     character(:), allocatable :: text
