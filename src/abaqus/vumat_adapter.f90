@@ -134,10 +134,7 @@ contains
                  all(ieee_is_finite(block%state_new(i, :self%n_statv))))) then
         call note_failure(int(context%element(l), c_int), int(context%point(l), c_int), 1_c_int)
       end if
-      associate (s => block%stress_new(i, :6), r => r_new(:, :, i))   ! the reverse of `in_frame`
-        stress(l, :) = packed_stress(matmul(r, matmul(full_stress([s(:4), s(6), s(5)]), &
-                                                      transpose(r))))
-      end associate
+      stress(l, :) = out_of_frame(r_new(:, :, i), block%stress_new(i, :6))
       state(l, :self%n_statv) = block%state_new(i, :self%n_statv)
       state(l, self%n_statv + 1:self%n_statv + n_kept) = block%energy_new(i, :)
       if (self%heat_state > 0) state(l, self%heat_state) = state(l, self%heat_state) &
@@ -295,6 +292,14 @@ contains
 
     rotated = explicit_order(matmul(transpose(r), matmul(full_stress(s), r)))
   end function in_frame
+
+  !> The reverse of `in_frame`.
+  pure function out_of_frame(r, s) result(rotated)
+    real(wp), intent(in) :: r(3, 3), s(6)
+    real(wp) :: rotated(6)
+
+    rotated = packed_stress(matmul(r, matmul(full_stress([s(:4), s(6), s(5)]), transpose(r))))
+  end function out_of_frame
 
   !> The values 11, 22, 33, 12, 23, 31 of a matrix.
   pure function explicit_order(a) result(s)
