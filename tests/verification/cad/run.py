@@ -262,7 +262,7 @@ def refusals(igaform, folder, _):
         assert f",{len(name)}H{name}," in "".join(
             line[:72] for line in (folder / "sheet.igs").read_text().splitlines()
             if line[72:73] == "G"), unit
-        assert ("warning: " in told) == (not units + "".join(words))
+        assert ("post: warning: " in told) == (not units + "".join(words))
     (folder / "sheet.igs").unlink()
     told = call(igaform, "iges", deck, "--part", "drum", expect=1)
     assert told.count("\n") == 1 and "'python -m post iges FILE'" in told, told
