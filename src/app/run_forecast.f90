@@ -59,6 +59,7 @@ module run_forecast
   real(wp), parameter :: value_seconds = 5.0e-8_wp
   real(wp), parameter :: fewest_steps = 300.0_wp !! a run of fewer counts as one of so many
   integer, parameter :: values_of_node = 12      !! of a display point of the blank
+  integer, parameter :: values_of_stress = 6     !! more, if the deck asks for the tensor
   integer, parameter :: values_of_tool_node = 7  !! the others are empty and cost little
   integer, parameter :: values_of_point = 7      !! of an integration point, without state
 
@@ -194,13 +195,13 @@ contains
   real(wp) function frame_values(model) result(n)
     type(model_t), intent(in) :: model
     real(wp) :: length
-    integer :: p, t, s
+    integer :: p, t, s, n_node
 
+    n_node = values_of_node + merge(values_of_stress, 0, model%output%has_stress)
     n = 0.0_wp
     do p = 1, size(model%bodies%blank%parts)
       associate (element => model%bodies%blank%parts(p)%element)
-        n = n + values_of_node*product(real(maxval(element%grid%axes%degree)*element%n_elements &
-                                            + 1, wp)) &
+        n = n + n_node*product(real(maxval(element%grid%axes%degree)*element%n_elements + 1, wp)) &
             + (values_of_point + model%bodies%blank%law%n_state) &
             *real(product(element%rule%n), wp)*product(element%n_elements)
       end associate

@@ -5,7 +5,7 @@ module keyword_page
   use text, only: read_integer
   use text_file, only: next_line
   use keyword_spec, only: keyword_spec_t, line_spec_t, value_spec_t, kind_real, kind_integer, &
-                          kind_name, kind_choice, kind_flag, kind_words, any_number
+                          kind_name, kind_choice, kind_flag, kind_list, kind_words, any_number
   implicit none
   private
 
@@ -177,6 +177,7 @@ contains
     type(value_spec_t), intent(out) :: value
     type(error_t), allocatable, intent(out) :: error
     character(*), parameter :: also = " (also: ", letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+    character(*), parameter :: list = "a list of "
     integer :: first, bracket
     logical :: is_complete
 
@@ -208,6 +209,10 @@ contains
       value%range = trim(adjustl(value%allowed(15:)))
     else
       value%kind = kind_choice
+      if (begins(value%allowed, list)) then
+        value%kind = kind_list
+        value%allowed = value%allowed(len(list) + 1:)
+      end if
       is_complete = is_complete .and. scan(value%allowed, letters) == 1
     end if
     if (.not. is_complete) &

@@ -7,8 +7,8 @@ module keyword_spec
   private
 
   public :: value_spec_t, line_spec_t, keyword_spec_t, selects_lines, may_be_left_out
-  public :: check_field, choice_list, is_among, did_you_mean, wanted, lines_in_words, field_names
-  public :: may_be_in_step
+  public :: check_field, choice_list, list_entries, is_among, did_you_mean, wanted, lines_in_words
+  public :: field_names, may_be_in_step
 
   integer, parameter, public :: kind_real = 1      !! a number
   integer, parameter, public :: kind_integer = 2   !! a whole number
@@ -16,6 +16,7 @@ module keyword_spec
   integer, parameter, public :: kind_choice = 4    !! one of the words that are `allowed`
   integer, parameter, public :: kind_flag = 5      !! an option without a value
   integer, parameter, public :: kind_words = 6     !! a whole line of free text
+  integer, parameter, public :: kind_list = 7      !! some of the words that are `allowed`
 
   integer, parameter, public :: any_number = huge(1)   !! no limit to the number of data lines
 
@@ -97,6 +98,7 @@ contains
     character(:), allocatable, intent(inout) :: word         !! set for all other fields
     character(:), allocatable, intent(inout) :: found, expected   !! set if there is an error
     real(wp), parameter :: longest = 1.0e50_wp   ! its sixth power, a squared volume, is a number
+    type(string_t), allocatable :: wrong(:)      ! words
     integer :: whole
     logical :: is_good
 
@@ -108,9 +110,10 @@ contains
     case (kind_integer)
       call read_integer(given, whole, is_good)
       number = whole
-    case (kind_choice)
+    case (kind_choice, kind_list)
       word = squeezed(upper_case(given))
-      is_good = is_among(word, choice_list(spec%allowed))
+      wrong = strangers(word, spec)
+      is_good = size(wrong) == 0
     case default
       word = given
     end select
@@ -121,9 +124,46 @@ contains
     found = "`"//given//"` for "//spec%name
     expected = spec%allowed
     if (is_good) expected = "a length below 1e50"
-    if (spec%kind == kind_choice) &
-      expected = expected//did_you_mean(given, choice_list(spec%allowed))
+    if (spec%kind == kind_list) expected = expected//", or several in quotes"
+    if (allocated(wrong)) &
+      expected = expected//did_you_mean(wrong(1)%value, choice_list(spec%allowed))
   end subroutine check_field
+
+  !> The words of a choice or a list that are not allowed.
+  pure function strangers(given, spec) result(words)
+    character(*), intent(in) :: given
+    type(value_spec_t), intent(in) :: spec
+    type(string_t), allocatable :: words(:)
+    type(string_t), allocatable :: entries(:)
+    integer :: i
+
+    if (spec%kind == kind_list) then
+      entries = list_entries(given)
+    else
+      allocate (entries(1))
+      entries(1)%value = given
+    end if
+    allocate (words(0))
+    do i = 1, size(entries)
+      if (.not. is_among(entries(i)%value, choice_list(spec%allowed))) &
+        call append_text(words, entries(i)%value)
+    end do
+  end function strangers
+
+  !> The words of a list such as `A, B, C`.
+  pure function list_entries(list) result(words)
+    character(*), intent(in) :: list
+    type(string_t), allocatable :: words(:)
+    integer :: first, length
+
+    allocate (words(0))
+    first = 1
+    do while (first <= len(list) + 1)
+      length = index(list(first:)//",", ",") - 1
+      call append_text(words, squeezed(list(first:first + length - 1)))
+      first = first + length + 1
+    end do
+  end function list_entries
 
   !> The words of a list such as `A, B or C`.
   pure function choice_list(choices) result(words)

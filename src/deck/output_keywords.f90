@@ -1,7 +1,8 @@
 !> *HISTORY POINT, *OUTPUT and *CHECKPOINT.
 module output_keywords
   use input_errors, only: error_list_t, add_error
-  use text, only: squeezed, to_text, upper_case
+  use text, only: squeezed, string_t, to_text, upper_case
+  use keyword_spec, only: is_among, list_entries
   use scene, only: scene_t, output_spec_t, probe_spec_t
   use deck_records, only: parsed_deck_t, find_records, option_real, option_integer, &
                           is_option_given, option_text, deck_context_t, first_record, field_vector
@@ -103,6 +104,7 @@ contains
     integer, intent(in) :: number
     type(output_spec_t), intent(inout) :: output
     type(error_list_t), intent(inout) :: errors
+    type(string_t), allocatable :: fields(:)
     logical :: is_bezier
     integer :: i
 
@@ -112,8 +114,11 @@ contains
       output%origin = record%origin
       output%n_frames = option_integer(record, "FRAMES")
       output%n_history = option_integer(record, "HISTORY")
-      output%has_wear = output%has_wear .or. option_text(record, "FIELDS") == "WEAR"
-      output%has_pressure = output%has_pressure .or. option_text(record, "FIELDS") /= "NONE"
+      fields = list_entries(option_text(record, "FIELDS"))
+      output%has_wear = output%has_wear .or. is_among("WEAR", fields)
+      output%has_pressure = output%has_pressure .or. output%has_wear .or. &
+                            is_among("CONTACT", fields)
+      output%has_stress = output%has_stress .or. is_among("STRESS", fields)
       is_bezier = option_text(record, "CELLS") == "BEZIER"
       if (number == 1) output%is_bezier = is_bezier
       if (is_option_given(record, "CELLS") .and. (is_bezier .neqv. output%is_bezier)) &

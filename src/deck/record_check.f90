@@ -5,9 +5,9 @@ module record_check
   use kinds, only: wp
   use input_errors, only: origin_t, new_origin, error_list_t, add_error, add_warning
   use text, only: string_t, to_text, squeezed, joined
-  use keyword_spec, only: keyword_spec_t, line_spec_t, value_spec_t, kind_flag, kind_words, &
-                          anywhere, selects_lines, may_be_left_out, check_field, choice_list, &
-                          is_among, did_you_mean, wanted, lines_in_words, field_names
+  use keyword_spec, only: keyword_spec_t, line_spec_t, value_spec_t, kind_flag, kind_list, &
+                          kind_words, anywhere, selects_lines, may_be_left_out, check_field, &
+                          choice_list, is_among, did_you_mean, wanted, lines_in_words, field_names
   use lexer, only: lexed_deck_t, block_t, option_place, line_text, split_fields, field_text
   use deck_records, only: record_t, option_t, field_t, parsed_deck_t, find_records, n_deck_steps, &
                           line_origin, line_place
@@ -197,10 +197,10 @@ contains
       associate (name => block%options(i)%name)
         if (is_among(name, names)) then
           cycle
-        else if (is_list_entry(block, i)) then
-          if (is_list_entry(block, i - 1)) cycle
+        else if (is_list_entry(block, spec, i)) then
+          if (is_list_entry(block, spec, i - 1)) cycle
           call add_error(errors, record%origin, "the option "//name, &
-                         "a list in quotes: "//quoted_list(block, i - 1))
+                         "a list in quotes: "//quoted_list(block, spec, i - 1))
         else
           call add_error(errors, record%origin, "the unknown option "//name, &
                          known//did_you_mean(name, [names, aliases], [names, names]))
@@ -210,27 +210,34 @@ contains
   end subroutine check_options
 
   !> Is option `i` an entry of a list that should stand in quotes?
-  pure logical function is_list_entry(block, i)
+  pure logical function is_list_entry(block, spec, i)
     type(block_t), intent(in) :: block
+    type(keyword_spec_t), intent(in) :: spec
     integer, intent(in) :: i
+    integer :: o
 
     is_list_entry = .false.
     if (i < 2) return
     associate (name => block%options(i)%name)
       if (len(name) > 0) is_list_entry = verify(name(1:1), "0123456789") == 0
+      do o = 1, size(spec%options)
+        if (spec%options(o)%kind == kind_list) is_list_entry = is_list_entry .or. &
+          is_among(name, choice_list(spec%options(o)%allowed))
+      end do
     end associate
   end function is_list_entry
 
   !> Option `i` with the entries behind it as one list.
-  pure function quoted_list(block, i) result(option)
+  pure function quoted_list(block, spec, i) result(option)
     type(block_t), intent(in) :: block
+    type(keyword_spec_t), intent(in) :: spec
     integer, intent(in) :: i
     character(:), allocatable :: option
     integer :: j
 
     option = block%options(i)%name//"="""//block%options(i)%value
     do j = i + 1, size(block%options)
-      if (.not. is_list_entry(block, j)) exit
+      if (.not. is_list_entry(block, spec, j)) exit
       option = option//","//block%options(j)%name
     end do
     option = option//""""

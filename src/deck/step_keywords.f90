@@ -211,9 +211,11 @@ contains
     end do
     scene%output%has_pressure = next%output%has_pressure
     scene%output%has_wear = next%output%has_wear
+    scene%output%has_stress = next%output%has_stress
     do i = 1, size(scene%later_steps)
       scene%later_steps(i)%output%has_pressure = next%output%has_pressure
       scene%later_steps(i)%output%has_wear = next%output%has_wear
+      scene%later_steps(i)%output%has_stress = next%output%has_stress
     end do
   end subroutine read_steps
 

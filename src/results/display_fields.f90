@@ -27,6 +27,7 @@ module display_fields
     character(8) :: quantity                 !! as `unit_of` takes it
     character(80) :: description
     integer :: n_components = 1
+    character(24) :: components = ""         !! their names, if they need any
   end type display_field_t
 
   !> A patch of the blank in the file.
@@ -124,8 +125,9 @@ contains
 
   !> All output fields in the order of the file. Threads start with the last entries: long ones come
   !! late.
-  function output_fields(n_contact) result(entries)
+  function output_fields(n_contact, has_stress) result(entries)
     integer, intent(in) :: n_contact    !! contact fields: 0 none, 1 pressure, 2 and wear
+    logical, intent(in) :: has_stress   !! stress tensor
     type(field_entry_t), allocatable :: entries(:)
     type(display_field_t) :: contact(2)
 
@@ -145,10 +147,13 @@ contains
       "major logarithmic strain in the sheet's plane (NaN on tools)"), &
       display_field_t("minor_strain", "1", &
       "minor logarithmic strain in the sheet's plane (NaN on tools)")], sheet_strains)
-    if (n_contact == 0) return
     contact = [display_field_t("contact_pressure", "stress", "pressure of contact"), &
       display_field_t("wear", "wear", "contact pressure times slip since the start (NaN on blank)")]
-    call add_entry(entries, contact(:n_contact), contact_on_patch, contact_on_tools)
+    if (n_contact > 0) &
+      call add_entry(entries, contact(:n_contact), contact_on_patch, contact_on_tools)
+    if (has_stress) call add_entry(entries, [display_field_t("stress", "stress", &
+      "Cauchy stress (NaN on tools)", n_components=6, components="xx, yy, zz, xy, yz, xz")], &
+      stress_tensor)
   end function output_fields
 
   !> Append an entry to a list.
@@ -264,6 +269,19 @@ contains
     values(:, 1) = display_scalars(view%grid, mises_stress(view%stress))
   end subroutine von_mises_stress
 
+  !> Components in VTK's order, which has yz before xz.
+  subroutine stress_tensor(view, frame, values)
+    type(patch_view_t), intent(in) :: view
+    type(patch_frame_t), intent(in) :: frame
+    real(wp), intent(inout) :: values(:, :)
+    integer, parameter :: order(6) = [1, 2, 3, 4, 6, 5]   ! in 11, 22, 33, 12, 13, 23
+    integer :: i
+
+    do i = 1, 6
+      values(:, i) = display_scalars(view%grid, view%stress(order(i), :))
+    end do
+  end subroutine stress_tensor
+
   subroutine thickness_and_thinning(view, frame, values)
     type(patch_view_t), intent(in) :: view
     type(patch_frame_t), intent(in) :: frame
@@ -344,5 +362,4 @@ contains
     end do
   end subroutine add_face_fields
 
-  !> Add pressure and wear of one surface of a tool at the points of its mesh.
 end module display_fields

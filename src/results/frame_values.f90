@@ -47,7 +47,7 @@ module frame_values
     integer :: n_state = 0                              !! columns of the frames' state
     type(string_t), allocatable :: state_names(:)       !! of these columns; may be none
     logical :: is_bezier = .false.                      !! Bezier cells instead of Lagrange
-    type(field_entry_t), allocatable :: fields(:)       !! missing: `output_fields(0)`
+    type(field_entry_t), allocatable :: fields(:)       !! missing: the usual ones
     real(wp) :: blank_mass = 0.0_wp                     !! without what scaling has added
     real(wp) :: width_ratio = 1.0_wp                    !! full width over that of the blank
     type(provenance_t) :: provenance
@@ -83,7 +83,7 @@ contains
     if (allocated(setup%fields)) then
       display%entries = setup%fields
     else
-      display%entries = output_fields(0)
+      display%entries = output_fields(0, has_stress=.false.)
     end if
     display%fields = fields_of(display%entries)
     n_patches = size(setup%patches)

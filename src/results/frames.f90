@@ -134,6 +134,8 @@ contains
                                  results%display%n_points, &
                                  unit_of(results%units, trim(field%quantity)), &
                                  trim(field%description))
+          if (field%components /= "") call write_text_attribute( &
+            file, "/VTKHDF/PointData/"//trim(field%name), "components", trim(field%components))
         end associate
       end do
       call create_series(file, "/frames/is_failed", h5_uint8, [integer ::], 64, .false., "1", &
@@ -466,6 +468,12 @@ contains
     character(7), parameter :: words(0:2) = [character(7) :: "NONE", "CONTACT", "WEAR"]
 
     word = trim(words(count([has_name(names, "contact_pressure"), has_name(names, "wear")])))
+    if (.not. has_name(names, "stress")) return
+    if (word == "NONE") then
+      word = "STRESS"
+    else
+      word = '"'//word//', STRESS"'
+    end if
   end function fields_word
 
   !> Write a solid or a surface: degrees, knots, weights and control points.

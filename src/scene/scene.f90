@@ -216,6 +216,7 @@ module scene
     logical :: is_bezier = .false.          !! Bezier cells instead of Lagrange cells
     logical :: has_pressure = .false.       !! contact pressure as a field
     logical :: has_wear = .false.           !! wear of the tools as well
+    logical :: has_stress = .false.         !! stress tensor as a field
   end type output_spec_t
 
   !> A step that follows others.

@@ -345,7 +345,8 @@ def other_fields_are_refused(folder):
     text = STRIP.read_text().replace("n_x = 16", "n_x = 4").replace("n_y = 4", "n_y = 1")
     text = text.replace("<end_time>\n", "2e-5\n") + "*CHECKPOINT, NUMBER=1\n"
     kinds = {"NONE": "", "CONTACT": ", FIELDS=CONTACT", "WEAR": ", FIELDS=WEAR",
-             "BEZIER": ", CELLS=BEZIER"}
+             "BOTH": ', FIELDS="STRESS, WEAR"', "BEZIER": ", CELLS=BEZIER"}
+    told_as = {"BEZIER": "NONE", "BOTH": '"WEAR, STRESS"'}
     for kind, options in kinds.items():
         (folder / f"{kind}.key").write_text(text.replace("HISTORY=200", "HISTORY=20" + options))
         igaform(folder, f"{kind}.key", "--threads", 1)
@@ -356,7 +357,7 @@ def other_fields_are_refused(folder):
             if was == now:
                 continue
             said = igaform(folder, *words, code=1)
-            fields = [("NONE" if kind == "BEZIER" else kind) for kind in (was, now)]
+            fields = [told_as.get(kind, kind) for kind in (was, now)]
             cells = [("BEZIER" if kind == "BEZIER" else "LAGRANGE") for kind in (was, now)]
             for option, (then, here) in (("FIELDS", fields), ("CELLS", cells)):
                 told = f"{option}={then}" in said and f"{option}={here}" in said

@@ -173,6 +173,8 @@ class KnownContents(GeneralRules):
         shared = np.isclose(blank.points[:, 0], 40)
         np.testing.assert_allclose(eqps[shared], 0.5 * (0.06 + 0.09), atol=1e-15)
         np.testing.assert_allclose(blank.point_data["mises"], 300, rtol=1e-14)
+        np.testing.assert_allclose(blank.point_data["stress"],
+                                   np.tile([300, 0, 0, 0, 0, 0], (blank.n_points, 1)), rtol=1e-14)
         np.testing.assert_allclose(blank.point_data["thickness"], 2, rtol=1e-12)
         np.testing.assert_allclose(blank.point_data["thinning"], 0, atol=1e-12)
         self.check_plane_strains(blank)

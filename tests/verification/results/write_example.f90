@@ -11,6 +11,7 @@ program write_example
   use nurbs_surface, only: nurbs_surface_t
   use history, only: history_sample_t, begin_sample, enter, record_sample
   use run_log, only: timings_t
+  use display_fields, only: output_fields
   use frames, only: close_results, frame_t, open_results, results_setup_t, &
                     results_t, write_frame
   implicit none
@@ -50,6 +51,7 @@ contains
     setup%path = path
     setup%is_bezier = is_bezier
     setup%n_state = 1
+    setup%fields = output_fields(0, has_stress=.true.)
     setup%provenance%version = "0.1.0"
     setup%provenance%units = "mm, t, s"
     setup%provenance%deck_text = "*HEADING"//new_line("a")//"a sheet that bows, µ"
