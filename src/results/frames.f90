@@ -30,7 +30,7 @@ module frames
   use display_fields, only: face_field_t, patch_frame_t, tool_frame_t
   use tool_mesh, only: carried
   use vtkhdf, only: append_point_data, append_points, append_step, cells_t, create_grid, &
-                    create_point_data, write_rational_weights
+                    create_point_data, write_part_names, write_rational_weights
   use history, only: history_t, open_history, write_history
   use hdf5_library, only: hid_t
   use hdf5_reading, only: open_for_reading, close_reading, names_in, has_name, read_numbers
@@ -127,6 +127,7 @@ contains
         "full width, of which forces, energies and masses are, over that of the blank")
       call create_grid(file, cells, results%display%n_points, unit_of(results%units, "length"), &
                        unit_of(results%units, "time"))
+      call write_part_names(file, part_names(setup%tools))
       if (setup%is_bezier) call write_rational_weights(file, weights)
       do i = 1, size(results%display%fields)
         associate (field => results%display%fields(i))
@@ -159,6 +160,18 @@ contains
       call write_geometry(results)
     end associate
   end subroutine write_what_stays
+
+  !> Names of the parts of the grid: the blank with all its patches, and the tools.
+  pure function part_names(tools) result(names)
+    type(display_tool_t), intent(in) :: tools(:)
+    type(string_t) :: names(0:size(tools))
+    integer :: i
+
+    names(0)%value = "blank"
+    do i = 1, size(tools)
+      names(i)%value = tools(i)%name
+    end do
+  end function part_names
 
   !> Write the history so far, or its first rows since the last frame, and hand all to the operating
   !! system: what a checkpoint needs.

@@ -23,7 +23,7 @@ module hdf5_file
 
   public :: hdf5_file_t, create_file, open_file, close_file, give_up_file, flush_file, take_error
   public :: has_object, create_group, link_object, write_text_attribute, write_integer_attribute
-  public :: write_text, write_reals, write_integers
+  public :: write_text, write_loose_text, write_reals, write_integers
   public :: path_of_open, check_length, place_file
   public :: create_series, row_shape, append_reals, append_chunk
   public :: h5_double, h5_int64, h5_uint8   ! kinds of values in a file
@@ -354,6 +354,23 @@ contains
     call write_fixed(file, name, type, type, [integer ::], address, "", description)
     call expect(file, name, h5close(type) >= 0)
   end subroutine write_text
+
+  !> Write a text as a list of one, the only form in which VTK's readers take texts as data.
+  subroutine write_loose_text(file, name, value, description)
+    type(hdf5_file_t), intent(inout) :: file
+    character(*), intent(in) :: name, value, description
+    character(kind=c_char), target :: buffer(len(value) + 1)
+    type(c_ptr), target :: list(1)
+    integer(hid_t) :: type
+    integer :: i
+
+    if (allocated(file%error)) return
+    buffer = [(value(i:i), i=1, len(value)), c_null_char]
+    list(1) = c_loc(buffer)
+    type = loose_text_type()
+    call write_fixed(file, name, type, type, [1], c_loc(list), "", description)
+    call expect(file, name, h5close(type) >= 0)
+  end subroutine write_loose_text
 
   !> Write reals as a dataset of this shape (Fortran order), or overwrite one that is there.
   subroutine write_reals(file, name, values, shape, unit, description)

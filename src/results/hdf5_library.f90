@@ -11,7 +11,7 @@ module hdf5_library
   implicit none
   private
 
-  public :: parent_maker, chunked, checked_format, text_type, c_extents, c_text
+  public :: parent_maker, chunked, checked_format, text_type, loose_text_type, c_extents, c_text
   public :: failure_reason, is_library_ready
 
   integer, parameter, public :: hid_t = c_int64_t     !! handles of the library
@@ -357,6 +357,15 @@ contains
     if (any([(iachar(value(i:i)) > 127, i=1, len(value))])) status(3) = h5tset_cset(type, h5_utf8)
     if (any(status < 0)) type = -1
   end function text_type
+
+  !> Text of any length, which VTK wants in its data, and never marked as UTF-8: in either it reads
+  !! nothing else.
+  integer(hid_t) function loose_text_type() result(type)
+    integer(c_size_t), parameter :: any_length = -1
+
+    type = h5tcopy(h5_character)
+    if (h5tset_size(type, any_length) < 0) type = -1
+  end function loose_text_type
 
   !> Extents in C order.
   pure function c_extents(shape) result(extents)

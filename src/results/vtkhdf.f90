@@ -4,6 +4,10 @@
 !! the offsets tell the reader where each step begins. Readers from VTK 9.3 (ParaView 5.12) on show
 !! all steps, 9.2 the first one.
 !!
+!! All parts are one grid, because VTK 9.3 refuses a file of several grids (Type
+!! PartitionedDataSetCollection, from VTK 9.4 on; their names from 9.6.1 on). So a field has a value
+!! at each point, NaN where it means nothing.
+!!
 !! Cells are curved. Lagrange and Bezier cells of equal degree d in all directions have their
 !! (d + 1)^n nodes in the order corners, edges, faces, body (VTK's PointIndexFromIJK).
 module vtkhdf
@@ -12,12 +16,14 @@ module vtkhdf
   use deflated_chunk, only: deflated_chunk_t
   use hdf5_file, only: h5_uint8, h5_int64, h5_double, hdf5_file_t, create_group, link_object, &
                        write_integer_attribute, write_integers, write_reals, create_series, &
-                       write_text_attribute, append_chunk, append_reals, row_shape
+                       write_text_attribute, write_loose_text, append_chunk, append_reals, &
+                       row_shape
+  use text, only: string_t, to_text
   implicit none
   private
 
   public :: cells_t, add_cells, create_grid, create_point_data, append_points, append_point_data
-  public :: append_step, write_rational_weights
+  public :: append_step, write_part_names, write_rational_weights
   public :: cell_nodes, cells_on_grid
 
   integer, parameter, public :: vtk_lagrange_quadrilateral = 70, vtk_lagrange_hexahedron = 72
@@ -123,7 +129,23 @@ contains
     end subroutine create_offsets
   end subroutine create_steps
 
-  !> Create a field on points, a scalar or a vector.
+  !> Names of the parts, data of the whole grid. Each is an array of its own, for of an array of
+  !! texts VTK 9.3 shows the first one only; without the offset 9.4 and later read none.
+  subroutine write_part_names(file, names)
+    type(hdf5_file_t), intent(inout) :: file
+    type(string_t), intent(in) :: names(:)       !! of parts 0, 1, ...
+    character(:), allocatable :: name
+    integer :: i
+
+    do i = 1, size(names)
+      name = "part_"//to_text(i - 1)
+      call write_loose_text(file, root//"/FieldData/"//name, names(i)%value, "name of part "// &
+                            to_text(i - 1)//" of the cells")
+      call link_object(file, root//"/Steps/PartOffsets", root//"/Steps/FieldDataOffsets/"//name)
+    end do
+  end subroutine write_part_names
+
+  !> Create a field on points, a scalar, a vector or a tensor.
   subroutine create_point_data(file, name, n_components, n_points, unit, description)
     type(hdf5_file_t), intent(inout) :: file
     character(*), intent(in) :: name

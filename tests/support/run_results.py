@@ -51,12 +51,13 @@ def fields_at_points(group):
 
 
 def numbers(path):
-    """All datasets of the groups that a run computes, by name."""
+    """All numerical datasets of the groups that a run computes, by name."""
     found = {}
     with h5py.File(path) as file:
         for group in COMPUTED:
             file[group].visititems(lambda name, item, group=group: found.update(
-                {f"{group}/{name}": item[()]}) if isinstance(item, h5py.Dataset) else None)
+                {f"{group}/{name}": item[()]}) if isinstance(item, h5py.Dataset)
+                and not item.dtype.hasobject else None)
     return found
 
 

@@ -23,7 +23,8 @@ def run(igaform, deck, folder, name, threads=1, **values):
     with h5py.File(path) as file:
         for group in GROUPS:
             file[group].visititems(lambda key, item, group=group: found.update(
-                {f"{group}/{key}": item[()]}) if isinstance(item, h5py.Dataset) else None)
+                {f"{group}/{key}": item[()]}) if isinstance(item, h5py.Dataset)
+                and not item.dtype.hasobject else None)
     return found
 
 

@@ -48,7 +48,9 @@ def datasets(path):
 
     def take(name, item):
         if isinstance(item, h5py.Dataset) and not name.startswith(UNLIKE):
-            found[name] = (item.shape, item[()].tobytes())
+            values = item[()]
+            found[name] = (item.shape, values.tolist() if item.dtype.hasobject else
+                           values.tobytes())
 
     with h5py.File(path, "r") as file:
         file.visititems(take)

@@ -91,6 +91,15 @@ class GeneralRules(unittest.TestCase):
             expected = file["points/reference_volume"][:].sum()
         self.assertAlmostEqual(volume(grid, 4) / expected, 1, delta=1e-3)
 
+    def test_parts_have_names_in_each_step(self):
+        with h5py.File(self.path) as file:
+            tools = sorted(file["tools"], key=lambda name: file["tools"][name].attrs["part"])
+        for step in (0, -1):
+            data = read_step(self.path, step)[0].GetFieldData()
+            names = [data.GetAbstractArray(f"part_{i}") for i in range(1 + len(tools))]
+            self.assertEqual([1] * len(names), [name.GetNumberOfTuples() for name in names])
+            self.assertEqual(["blank", *tools], [name.GetValue(0) for name in names])
+
     def test_every_dataset_is_described(self):
         def check(name, item):
             if isinstance(item, h5py.Dataset):
