@@ -4,11 +4,10 @@ module approach
   use kinds, only: wp
   use tool, only: tool_t
   use closest_point, only: hit_t, is_beside
-  use tool_face, only: face_position
   use tool_search, only: search_all_faces
   use sheet_target, only: sheet_target_t
-  use sweep, only: frame_t, in_space, in_tool
-  use tool_points, only: tool_point_t, inner_points, border_points, length_along
+  use sweep, only: frame_t, path_t, position_at, moved_by, in_space, in_tool
+  use tool_points, only: tool_point_t, inner_points, border_points, length_along, foot
   implicit none
   private
 
@@ -31,10 +30,12 @@ module approach
     real(wp) :: at_start = huge(1.0_wp)       !! distance at the start [length]
     real(wp) :: least = huge(1.0_wp)          !! smallest distance of all positions [length]
     real(wp) :: toward(3) = 0.0_wp            !! unit vector from the blank to the tool there
-    integer :: nearest = 1                    !! number of the position that has it
+    type(frame_t) :: nearest                  !! position that has it
     logical :: is_pressed = .false.           !! some position is inside the blank
     real(wp) :: at_end = 0.0_wp               !! distance at the last position [length]
+    logical :: is_leaving = .false.           !! there is a gap then, and there was none smaller
     real(wp) :: toward_end(3) = 0.0_wp        !! unit vector from the blank to the tool there
+    logical :: is_beside = .true.             !! the two never lie above each other
     logical :: is_behind = .false.            !! at the start the sheet lies behind the tool
     logical :: is_averted = .false.           !! the face looks away from the tool
     type(edge_t), allocatable :: edges(:)     !! points of edges of the tool
@@ -43,66 +44,121 @@ module approach
   real(wp), parameter :: touch = 0.1_wp       !! gap, of the thickness, that counts as touching
   real(wp), parameter :: near = 0.25_wp       !! further away, that an edge may be to touch too
   real(wp), parameter :: flat = 0.5_wp        !! cosine between the tool at its edge and the sheet
-  integer, parameter :: n_halvings = 12       !! of the time between two positions
+  integer, parameter :: n_intervals = 32      !! of the time of a step of the deck
+  integer, parameter :: n_halvings = 30       !! of the time between two positions
+  real(wp), parameter :: short = 0.5_wp       !! travel near the sheet, of its thickness
 
 contains
 
-  !> Follow a tool along its positions until it would be pressed into the blank.
-  subroutine find_approach(tool, frames, target, approach)
+  !> Follow a tool along its path until it would be pressed into the blank. Far from the blank it
+  !! moves by no more than the distance at once, near it by half a thickness.
+  subroutine find_approach(tool, path, target, approach)
     type(tool_t), intent(in) :: tool
-    type(frame_t), intent(in) :: frames(:)
+    type(path_t), intent(in) :: path
     type(sheet_target_t), intent(in) :: target
     type(approach_t), intent(out) :: approach
     type(tool_point_t), allocatable :: points(:), border(:), sheet(:)
-    type(frame_t) :: frame
+    type(frame_t) :: frame, before
     real(wp) :: gap, place(3), away(3)
-    integer :: k
 
     border = border_points(tool)
     points = [inner_points(tool), border]
     sheet = [inner_points(target%surface), border_points(target%surface)]
     allocate (approach%edges(size(border)))
-    call find_sides(tool, frames(1), sheet, target, approach)
-    do k = 1, size(frames)
-      frame = frames(k)
+    frame = position_at(path, 0.0_wp)
+    before = frame
+    call find_sides(tool, frame, sheet, target, approach)
+    do
       call find_gap(tool, points, sheet, frame, target, gap, place, away)
-      if (k == 1) approach%at_start = norm2(away)
-      if (norm2(away) < approach%least) then
-        approach%least = norm2(away)
-        approach%toward = away/max(norm2(away), tiny(1.0_wp))
-        approach%nearest = k
-      end if
-      approach%at_end = norm2(away)
-      approach%toward_end = away/max(norm2(away), tiny(1.0_wp))
+      call note_distance(away, frame, approach)
+      approach%is_beside = approach%is_beside .and. gap >= huge(1.0_wp)
       if (gap < -touch*target%thickness) then
         approach%is_pressed = .true.
-        if (k == 1) exit
-        call step_back(tool, points, sheet, frames(max(k - 1, 1)), target, frame, gap, place)
+        if (approach%has_touched .or. .not. frame%time > 0.0_wp) exit
+        call step_back(tool, points, sheet, path, before, target, frame, gap, place)
       end if
-      if (gap > touch*target%thickness) cycle
-      if (.not. approach%has_touched) then
-        approach%first = frame
-        approach%contact = place
-        approach%has_touched = .true.
+      if (gap <= touch*target%thickness) then
+        if (.not. approach%has_touched) then
+          approach%first = frame
+          approach%contact = place
+          approach%has_touched = .true.
+        end if
+        call check_border(border, frame, gap, target, approach%edges)
       end if
-      call check_border(border, frame, gap, target, approach%edges)
-      if (frame%time < frames(k)%time) exit
+      if (approach%is_pressed .or. path%is_still .or. frame%time >= path%end_time) exit
+      before = frame
+      frame = next_position(tool, path, before, norm2(away), approach%has_touched, target%thickness)
     end do
+    approach%is_leaving = .not. approach%is_pressed .and. gap > touch*target%thickness
   end subroutine find_approach
 
-  !> The position along a direction at which a tool that a force moves rests on the sheet.
-  subroutine rest_on_sheet(tool, direction, target, frame, way)
+  !> Keep the distance if it is the smallest, and as the last one.
+  pure subroutine note_distance(away, frame, approach)
+    real(wp), intent(in) :: away(3)           !! from the blank to the tool [length]
+    type(frame_t), intent(in) :: frame
+    type(approach_t), intent(inout) :: approach
+    real(wp) :: direction(3)
+
+    direction = away/max(norm2(away), tiny(1.0_wp))
+    if (.not. frame%time > 0.0_wp) approach%at_start = norm2(away)
+    if (norm2(away) < approach%least) then
+      approach%least = norm2(away)
+      approach%toward = direction
+      approach%nearest = frame
+    end if
+    approach%at_end = norm2(away)
+    approach%toward_end = direction
+  end subroutine note_distance
+
+  !> The next position that is looked at.
+  function next_position(tool, path, frame, distance, has_touched, thickness) result(next)
+    type(tool_t), intent(in) :: tool
+    type(path_t), intent(in) :: path
+    type(frame_t), intent(in) :: frame
+    real(wp), intent(in) :: distance, thickness   !! [length]
+    logical, intent(in) :: has_touched
+    type(frame_t) :: next
+    real(wp) :: dt
+    integer :: i
+
+    dt = path%end_time
+    if (frame%step < size(path%starts)) dt = path%starts(frame%step + 1)%time
+    dt = (dt - path%starts(frame%step)%time)/n_intervals
+    do i = 1, n_halvings
+      next = position_at(path, min(frame%time + dt, path%end_time))
+      if (has_touched) exit
+      if (moved_by(tool, frame, next) <= max(distance, short*thickness)) exit
+      dt = 0.5_wp*dt
+    end do
+  end function next_position
+
+  !> The position along a direction at which a tool that a force moves rests on the sheet. It is not
+  !! found where the tool passes beside the sheet.
+  subroutine rest_on_sheet(tool, direction, target, frame, way, is_found)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: direction(3)      !! unit vector
     type(sheet_target_t), intent(in) :: target
-    type(frame_t), intent(inout) :: frame
-    real(wp), intent(out) :: way              !! to there, huge if it passes the sheet [length]
+    type(frame_t), intent(in) :: frame        !! at the start
+    real(wp), intent(out) :: way              !! to there [length]
+    logical, intent(out) :: is_found
+    integer, parameter :: most_advances = 200
+    type(tool_point_t), allocatable :: points(:), sheet(:)
+    type(frame_t) :: moved
     real(wp) :: gap, place(3), away(3)
+    integer :: i
 
-    call find_gap(tool, [inner_points(tool), border_points(tool)], inner_points(target%surface), &
-                  frame, target, gap, place, away)
-    way = max(gap, 0.0_wp)
-    if (gap < huge(1.0_wp)) frame%displacement = frame%displacement + way*direction
+    points = [inner_points(tool), border_points(tool)]
+    sheet = inner_points(target%surface)
+    moved = frame
+    way = 0.0_wp
+    is_found = .false.
+    do i = 1, most_advances
+      call find_gap(tool, points, sheet, moved, target, gap, place, away)
+      is_found = gap <= touch*target%thickness
+      if (is_found .or. way > 4*(tool%scale + target%surface%scale)) exit
+      way = way + max(norm2(away), short*target%thickness)
+      moved%displacement = frame%displacement + way*direction
+    end do
   end subroutine rest_on_sheet
 
   !> Smallest gap between points of the tool that face the sheet, or points of the sheet that face
@@ -158,37 +214,27 @@ contains
 
   end subroutine find_gap
 
-  !> The point that a search has found.
-  pure function foot(tool, hit) result(x)
-    type(tool_t), intent(in) :: tool
-    type(hit_t), intent(in) :: hit
-    real(wp) :: x(3)
-
-    x = face_position(tool%coefficients, hit%face, hit%at)
-  end function foot
-
   !> Between a position where the tool is clear and one where it is in the sheet, the one where
-  !! they touch. Rotations are not halved: the later position stands for the touch then.
-  subroutine step_back(tool, points, sheet, before, target, frame, gap, place)
+  !! they touch.
+  subroutine step_back(tool, points, sheet, path, before, target, frame, gap, place)
     type(tool_t), intent(in) :: tool
     type(tool_point_t), intent(in) :: points(:), sheet(:)
+    type(path_t), intent(in) :: path
     type(frame_t), intent(in) :: before
     type(sheet_target_t), intent(in) :: target
     type(frame_t), intent(inout) :: frame
     real(wp), intent(out) :: gap, place(3)
-    type(frame_t) :: clear, inside
-    real(wp) :: away(3)
+    real(wp) :: clear, inside, away(3)
     integer :: i
 
-    clear = before
-    inside = frame
+    clear = before%time
+    inside = frame%time
     do i = 1, n_halvings
-      frame%displacement = 0.5_wp*(clear%displacement + inside%displacement)
-      frame%time = 0.5_wp*(clear%time + inside%time)
+      frame = position_at(path, 0.5_wp*(clear + inside))
       call find_gap(tool, points, sheet, frame, target, gap, place, away)
       if (abs(gap) <= touch*target%thickness) return
-      if (gap > 0.0_wp) clear = frame
-      if (gap < 0.0_wp) inside = frame
+      if (gap > 0.0_wp) clear = frame%time
+      if (gap < 0.0_wp) inside = frame%time
     end do
     gap = 0.0_wp
   end subroutine step_back

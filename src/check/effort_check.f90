@@ -9,13 +9,15 @@ module effort_check
   use failure, only: error_t
   use text, only: string_t, rounded_text, append_text
   use input_errors, only: error_list_t, add_warning
-  use scene, only: scene_t, material_spec_t
+  use scene, only: scene_t, material_spec_t, is_held
   use hardening, only: hardening_t, new_hardening, harden
   use unit_system, only: unit_system_t, new_unit_system, unit_of
   use blank, only: mass_of
   use model, only: model_t
-  use sheet_target, only: sheet_target_t
-  use sweep, only: frame_t
+  use tool, only: tool_t
+  use closest_point, only: hit_t
+  use tool_search, only: search_all_faces
+  use sweep, only: position_at, break_times, in_space, in_tool
   use reach_check, only: meeting_t
   implicit none
   private
@@ -24,6 +26,9 @@ module effort_check
 
   real(wp), parameter :: typical_strain = 0.1_wp
   real(wp), parameter :: small = 0.05_wp      !! part of the forming force that inertia may take
+  real(wp), parameter :: steady = 1.0e-6_wp   !! relative, what counts as round-off
+  real(wp), parameter :: edge = 1.0e-3_wp     !! part of an interval, from its ends
+  integer, parameter :: n_parts = 8           !! of the time between two jumps
 
   !> Forces that a tool causes [force], and its speeds [length/time].
   type :: effort_t
@@ -43,14 +48,16 @@ contains
     type(meeting_t), intent(in) :: meeting
     real(wp), intent(in) :: thickness         !! of the blank [length]
     type(effort_t) :: effort
-    real(wp) :: flow, section, ratio
+    real(wp) :: flow, section, ratio, low(3), high(3)
 
     associate (material => scene%materials(scene%blank%material), blank => model%bodies%blank)
       flow = flow_stress_of(material)
       if (.not. flow > 0.0_wp .or. .not. meeting%approach%has_touched) return
-      call find_speeds(meeting, effort)
+      call find_bounds(model, low, high)
+      call find_speeds(model%bodies%tools(meeting%tool), meeting, norm2(high - low) &
+                       *sqrt(material%density/material%young), effort)
       if (.not. effort%speed > 0.0_wp) return
-      section = perimeter_of(model, meeting, scene%reduction%component)*thickness
+      section = perimeter_of(scene, model, meeting)*thickness
       effort%forming = flow*section
       effort%impact = sqrt(material%young*material%density)*effort%touch_speed*section
       effort%inertia = model%width_ratio*mass_of(blank%parts)/blank%mass_factor*effort%acceleration
@@ -138,66 +145,153 @@ contains
     flow = stress(1)
   end function flow_stress_of
 
-  !> Greatest speed, speed at the first touch, and greatest acceleration after it, from velocities
-  !! in the middle between two positions.
-  pure subroutine find_speeds(meeting, effort)
+  !> Speed and acceleration of the point of the tool that touches first, across the tool: the
+  !! greatest speed, the greatest jump of it at the touch or later, and the greatest acceleration
+  !! after the touch. A change faster than a wave crosses the blank is a jump.
+  subroutine find_speeds(tool, meeting, transit, effort)
+    type(tool_t), intent(in) :: tool
     type(meeting_t), intent(in) :: meeting
+    real(wp), intent(in) :: transit           !! time of a wave through the blank
     type(effort_t), intent(inout) :: effort
-    real(wp), parameter :: steady = 1.0e-6_wp   ! change of a speed that is round-off
-    real(wp), dimension(3, size(meeting%frames)) :: velocity
-    real(wp) :: times(size(meeting%frames)), change
-    integer :: k, n
+    real(wp), allocatable :: breaks(:)
+    real(wp) :: x(3), normal(3), last, next, length
+    type(hit_t) :: hit
+    integer :: i, k
 
-    n = size(meeting%frames) - 1
-    do k = 1, n
-      associate (a => meeting%frames(k), b => meeting%frames(k + 1))
-        velocity(:, k) = (b%displacement - a%displacement)/(b%time - a%time)
-        times(k) = 0.5_wp*(a%time + b%time)
-        effort%speed = max(effort%speed, norm2(velocity(:, k)))
-      end associate
-    end do
-    do k = 2, n
-      change = norm2(velocity(:, k) - velocity(:, k - 1))
-      if (times(k) > meeting%approach%first%time .and. change > steady*effort%speed) &
-        effort%acceleration = max(effort%acceleration, change/(times(k) - times(k - 1)))
-    end do
-    if (n == 0) return
-    ! Before the first and after the last middle the line through two goes on.
-    k = max(1, min(n - 1, count(times(:n) <= meeting%approach%first%time)))
-    effort%touch_speed = norm2(velocity(:, k))
-    if (n > 1) effort%touch_speed = norm2(velocity(:, k) + (velocity(:, k + 1) - velocity(:, k)) &
-                              *(meeting%approach%first%time - times(k))/(times(k + 1) - times(k)))
-    effort%touch_speed = min(effort%touch_speed, effort%speed)
+    associate (path => meeting%path, touch => meeting%approach%first)
+      x = in_tool(touch, meeting%approach%contact)
+      call search_all_faces(tool, x, hit)
+      normal = matmul(touch%rotation, hit%normal)
+      breaks = break_times(path)
+      do i = 1, size(breaks) - 1
+        length = (breaks(i + 1) - breaks(i))/n_parts
+        do k = 0, n_parts - 1
+          next = speed_at(breaks(i) + (k + edge)*length, edge*length)
+          effort%speed = max(effort%speed, abs(next), &
+                             abs(speed_at(breaks(i) + (k + 1 - edge)*length, edge*length)))
+          if (breaks(i) + k*length < touch%time - edge*length) cycle
+          if (k == 0) effort%touch_speed = max(effort%touch_speed, abs(next - jump_from(i)))
+          last = speed_at(breaks(i) + (k + 1 - edge)*length, edge*length)
+          if (n_parts*length > transit) effort%acceleration = &
+            max(effort%acceleration, abs(last - next)/((1 - 2*edge)*length))
+        end do
+        if (breaks(i) >= touch%time .and. breaks(i + 1) - breaks(i) <= transit) &
+          effort%touch_speed = max(effort%touch_speed, abs(last &
+                                   - speed_at(breaks(i) + edge*length, edge*length)))
+        if (touch%time > breaks(i) .and. touch%time < breaks(i + 1)) effort%touch_speed = &
+          max(effort%touch_speed, abs(speed_at(touch%time, edge*length)))
+      end do
+    end associate
     if (effort%touch_speed < steady*effort%speed) effort%touch_speed = 0.0_wp
+    if (effort%acceleration*meeting%path%end_time < steady*effort%speed) &
+      effort%acceleration = 0.0_wp
+  contains
+
+    !> Component along the tool's normal of the velocity at a time, from positions h before and after.
+    real(wp) function speed_at(time, h) result(speed)
+      real(wp), intent(in) :: time, h
+
+      speed = dot_product(in_space(position_at(meeting%path, time + h), x) &
+                          - in_space(position_at(meeting%path, time - h), x), normal)/(2*h)
+    end function speed_at
+
+    !> Speed just before a break at which the tool already touches; 0 where it only begins to.
+    real(wp) function jump_from(i) result(speed)
+      integer, intent(in) :: i
+
+      speed = 0.0_wp
+      if (i == 1) return
+      if (meeting%approach%first%time > breaks(i) - edge*(breaks(i) - breaks(i - 1))) return
+      speed = speed_at(breaks(i) - 2*edge*(breaks(i) - breaks(i - 1))/n_parts, &
+                       edge*(breaks(i) - breaks(i - 1))/n_parts)
+    end function jump_from
+
   end subroutine find_speeds
 
-  !> Perimeter of the box, across the travel of the tool, around what tool and blank have in common;
-  !! of the full width of a strip.
-  pure real(wp) function perimeter_of(model, meeting, component) result(perimeter)
+  !> Length of the walls that the tool pulls down: the sides of the box, across its travel, around
+  !! what tool and blank have in common, but for planes of symmetry; of the full width of a strip.
+  real(wp) function perimeter_of(scene, model, meeting) result(perimeter)
+    type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(meeting_t), intent(in) :: meeting
-    integer, intent(in) :: component          !! across the strip, not above 0: no strip
-    real(wp) :: low(3), high(3), shift(3), size_along(3)
-    integer :: c, p, across
+    real(wp) :: low(3), high(3), size_along(3), start(3)
+    integer :: c, across, n_sides(3)
 
-    associate (parts => model%bodies%blank%parts, tool => model%bodies%tools(meeting%tool), &
-               last => meeting%frames(size(meeting%frames)))
-      low = huge(1.0_wp)
-      high = -huge(1.0_wp)
-      do p = 1, size(parts)
-        do c = 1, 3
-          low(c) = min(low(c), minval(parts(p)%element%motion%x(:, :, :, c)))
-          high(c) = max(high(c), maxval(parts(p)%element%motion%x(:, :, :, c)))
-        end do
-      end do
-      shift = last%displacement - meeting%frames(1)%displacement
-      across = maxloc(abs(shift), 1)
-      size_along = max(min(high, tool%box(:, 2) + meeting%frames(1)%displacement) &
-                       - max(low, tool%box(:, 1) + meeting%frames(1)%displacement), 0.0_wp)
-      size_along(across) = 0.0_wp
-      if (component > 0) size_along(component) = model%width_ratio*size_along(component)
-      perimeter = 2*sum(size_along)
+    associate (tool => model%bodies%tools(meeting%tool))
+      start = meeting%path%starts(1)%displacement + meeting%path%shift
+      call find_bounds(model, low, high)
+      n_sides = [(2 - n_symmetric(scene, c, low(c), high(c)), c=1, 3)]
+      size_along = max(min(high, tool%box(:, 2) + start) - max(low, tool%box(:, 1) + start), 0.0_wp)
     end associate
+    c = scene%reduction%component
+    if (c > 0) then
+      size_along(c) = model%width_ratio*size_along(c)
+      n_sides(c) = 0
+    end if
+    across = maxloc(abs(direction_of(meeting)), 1)
+    perimeter = 0.0_wp
+    do c = 1, 3
+      if (c /= across) perimeter = perimeter + n_sides(c)*size_along(6 - c - across)
+    end do
   end function perimeter_of
+
+  !> Largest displacement of the tool from its start [length].
+  pure function direction_of(meeting) result(direction)
+    type(meeting_t), intent(in) :: meeting
+    real(wp) :: direction(3), shift(3)
+    integer, parameter :: n_samples = 64
+    integer :: k
+
+    direction = 0.0_wp
+    do k = 1, n_samples
+      associate (frame => position_at(meeting%path, k*meeting%path%end_time/n_samples))
+        shift = frame%displacement - meeting%path%starts(1)%displacement - meeting%path%shift
+      end associate
+      if (norm2(shift) > norm2(direction)) direction = shift
+    end do
+  end function direction_of
+
+  !> Bounds of the blank at the start.
+  subroutine find_bounds(model, low, high)
+    type(model_t), intent(in) :: model
+    real(wp), intent(out) :: low(3), high(3)
+    integer :: p, c
+
+    low = huge(1.0_wp)
+    high = -huge(1.0_wp)
+    do p = 1, size(model%bodies%blank%parts)
+      do c = 1, 3
+        associate (x => model%bodies%blank%parts(p)%element%motion%x(:, :, :, c))
+          low(c) = min(low(c), minval(x))
+          high(c) = max(high(c), maxval(x))
+        end associate
+      end do
+    end do
+  end subroutine find_bounds
+
+  !> How many of the two ends of the blank along a coordinate are planes of symmetry: both where
+  !! nothing moves along it.
+  integer function n_symmetric(scene, c, low, high) result(n)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: c
+    real(wp), intent(in) :: low, high          !! bounds of the blank [length]
+    logical :: is_held_at(2)
+    integer :: i, p
+
+    is_held_at = .false.
+    do i = 1, size(scene%boundaries)
+      if (.not. scene%boundaries(i)%is_prescribed(c)) cycle
+      do p = 1, size(scene%blank%patches)
+        associate (x => scene%blank%patches(p)%solid%points(:, :, :, c), &
+                   is_in => is_held(scene%blank%patches(p)%solid, &
+                                    scene%sets(scene%boundaries(i)%set), p))
+          if (.not. any(is_in)) cycle
+          is_held_at(1) = is_held_at(1) .or. minval(x, is_in) <= low + steady*(high - low)
+          is_held_at(2) = is_held_at(2) .or. maxval(x, is_in) >= high - steady*(high - low)
+        end associate
+      end do
+    end do
+    n = count(is_held_at)
+  end function n_symmetric
 
 end module effort_check

@@ -11,7 +11,7 @@ module reach_check
   use tool, only: tool_t
   use tool_clearance_search, only: clearance_search_t, new_clearance_search, find_clearance
   use sheet_target, only: sheet_target_t, new_sheet_target
-  use sweep, only: frame_t, frames_of, in_tool
+  use sweep, only: frame_t, path_t, path_of, position_at, in_tool
   use closest_point, only: hit_t, is_beside
   use tool_search, only: search_all_faces
   use approach, only: approach_t, edge_t, find_approach, rest_on_sheet
@@ -27,8 +27,9 @@ module reach_check
     integer :: face = 0
     integer :: first_step = 1                 !! of the deck, from which on they may touch
     type(origin_t) :: origin                  !! of the *CONTACT PAIR
-    type(frame_t), allocatable :: frames(:)
-    real(wp) :: way = 0.0_wp                  !! of a tool that a force moves, to the sheet
+    type(path_t) :: path
+    real(wp) :: way = 0.0_wp                  !! of a tool that a force moves, to the sheet [length]
+    logical :: is_beside = .false.            !! a force moves the tool past the blank
     type(approach_t) :: approach
   end type meeting_t
 
@@ -57,33 +58,53 @@ contains
           meeting%tool = pair%tool
           meeting%face = pair%face
           meeting%first_step = pair%first_step
-          k = findloc(scene%contacts%tool, pair%tool, dim=1)
-          meeting%origin = scene%contacts(k)%origin
+          meeting%origin = scene%contacts(spec_of(scene, pair%tool, pair%face))%origin
+          meeting%path = path_of(model, pair%tool)
           meeting%way = 0.0_wp
-          meeting%frames = frames_of(model, pair%tool)
+          meeting%is_beside = .false.
           k = force_motion(scene, pair%tool)
-          if (k > 0 .and. size(meeting%frames) == 1) &
-            call rest_on_sheet(tool, direction_of(scene%motions(k)%vector), target, &
-                               meeting%frames(1), meeting%way)
-          call find_approach(tool, meeting%frames, target, meeting%approach)
+          if (k > 0 .and. meeting%path%is_still) call lower_to_sheet(scene%motions(k)%vector, &
+                                                                     tool, target, meeting)
+          call find_approach(tool, meeting%path, target, meeting%approach)
         end associate
       end associate
       meetings = [meetings, meeting]
     end do
   end function meetings_of
 
-  pure function direction_of(vector) result(direction)
-    real(wp), intent(in) :: vector(3)
-    real(wp) :: direction(3)
+  !> The *CONTACT PAIR of a tool and a face, given or found.
+  pure integer function spec_of(scene, tool, face) result(k)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: tool, face
 
-    direction = vector/max(norm2(vector), tiny(1.0_wp))
-  end function direction_of
+    k = findloc(scene%contacts%tool == tool .and. scene%contacts%face == face, .true., dim=1)
+    if (k == 0) k = findloc(scene%contacts%tool == tool .and. scene%contacts%face == 0, .true., &
+                            dim=1)
+    if (k == 0) k = findloc(scene%contacts%tool, tool, dim=1)
+  end function spec_of
+
+  !> Put a tool where its force brings it to rest on the blank.
+  subroutine lower_to_sheet(force, tool, target, meeting)
+    real(wp), intent(in) :: force(3)
+    type(tool_t), intent(in) :: tool
+    type(sheet_target_t), intent(in) :: target
+    type(meeting_t), intent(inout) :: meeting
+    real(wp) :: direction(3)
+    logical :: is_found
+
+    direction = force/max(norm2(force), tiny(1.0_wp))
+    call rest_on_sheet(tool, direction, target, position_at(meeting%path, 0.0_wp), meeting%way, &
+                       is_found)
+    meeting%is_beside = .not. is_found
+    if (is_found) meeting%path%shift = meeting%way*direction
+  end subroutine lower_to_sheet
 
   !> Report what is wrong with the meetings of a scene.
-  subroutine check_reach(scene, model, meetings, errors)
+  subroutine check_reach(scene, model, meetings, thickness, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(meeting_t), intent(in) :: meetings(:)
+    real(wp), intent(in) :: thickness         !! of the blank [length]
     type(error_list_t), intent(inout) :: errors
     integer :: i
 
@@ -101,13 +122,14 @@ contains
           meeting%origin, "a face of the blank that looks away from the tool '"//tool%name//"'", &
           "the opposite FACE, or no FACE: the one that faces the tool is then chosen")
         call check_edges(scene, model, meetings, i, errors)
-        call check_distance(scene, model, meeting, errors)
+        call check_distance(scene, model, meeting, thickness, errors)
       end associate
     end do
   end subroutine check_reach
 
-  !> Warn of the edge of a tool beyond which the blank extends farthest, without another tool that
-  !! faces the same side of it there, as the punch does in the opening of a holder.
+  !> Warn of the edge of a tool beyond which the blank extends farthest, without a tool that faces
+  !! the same side of it there, as the punch does in the opening of a holder, or the same tool
+  !! beyond a gap.
   subroutine check_edges(scene, model, meetings, i, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
@@ -123,8 +145,9 @@ contains
         if (edge%overhang <= worst%overhang) cycle
         is_followed = .false.
         do j = 1, size(meetings)
-          if (j == i .or. meetings(j)%face /= meetings(i)%face .or. is_followed) cycle
-          is_followed = faces(model%bodies%tools(meetings(j)%tool), meetings(j)%frames(1), edge)
+          if (meetings(j)%face /= meetings(i)%face .or. is_followed) cycle
+          is_followed = faces(model%bodies%tools(meetings(j)%tool), &
+                              position_at(meetings(j)%path, edge%time), edge)
         end do
         if (.not. is_followed) worst = edge
       end associate
@@ -157,25 +180,30 @@ contains
   end function faces
 
   !> A tool that does not touch the blank at rest must be met by a blank that others carry.
-  subroutine check_distance(scene, model, meeting, errors)
+  subroutine check_distance(scene, model, meeting, thickness, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(meeting_t), intent(in) :: meeting
+    real(wp), intent(in) :: thickness         !! of the blank [length]
     type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: clearly = 1.0e-3_wp
     character(:), allocatable :: found
-    real(wp) :: away, gone
+    real(wp) :: away, gone, reach
 
     if (force_motion(scene, meeting%tool) > 0) return
     found = ""
     associate (tool => scene%tools(meeting%tool), approach => meeting%approach)
       if (.not. approach%has_touched) then
         away = least_distance_of(model, meeting)
-        if (away > blank_reach(scene, meeting%tool, approach%toward)) found = "the tool '"// &
-          tool%name//"', which never reaches the blank: it comes within "//rounded_text(away)
+        reach = blank_reach(scene, meeting%tool, approach%toward)
+        ! A tool that stands close to the sheet limits its motion.
+        if (meeting%path%is_still .and. .not. approach%is_beside) reach = reach + thickness
+        if (away > reach) found = "the tool '"//tool%name//"', which never reaches the blank: "// &
+          trim(merge("it passes beside it, at", "it comes within        ", approach%is_beside))// &
+          " "//rounded_text(away)
       end if
       gone = approach%at_end - approach%at_start
-      if (found == "" .and. .not. approach%is_pressed .and. approach%nearest == 1 .and. &
+      if (found == "" .and. approach%is_leaving .and. .not. approach%nearest%time > 0.0_wp .and. &
           gone > clearly*approach%at_end) then
         if (gone > blank_reach(scene, meeting%tool, approach%toward_end)) &
           found = "the tool '"//tool%name//"', which moves away from the blank"
@@ -195,7 +223,7 @@ contains
     integer :: p
 
     associate (parts => model%bodies%blank%parts, tool => model%bodies%tools(meeting%tool), &
-               frame => meeting%frames(meeting%approach%nearest))
+               frame => meeting%approach%nearest)
       distance = meeting%approach%least
       if (any(abs(frame%rotation - identity()) > 0.0_wp)) return
       call new_clearance_search(search, [(parts(p)%element%surface(meeting%face), &

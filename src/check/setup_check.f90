@@ -41,8 +41,8 @@ contains
       call check_shape(model%bodies%tools(t), thickness, scene%tools(t)%origin, errors)
     end do
     meetings = meetings_of(scene, model, thickness)
-    call check_reach(scene, model, meetings, errors)
-    call check_forces(scene, meetings, errors)
+    call check_reach(scene, model, meetings, thickness, errors)
+    call check_forces(scene, meetings, thickness, errors)
     call check_effort(scene, model, meetings, thickness, errors)
     lines = effort_lines(scene, model, meetings, thickness)
   end subroutine check_setup

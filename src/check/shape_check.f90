@@ -27,6 +27,7 @@ module shape_check
 
   integer, parameter :: n_parts = 4           !! of a knot span, between which normals are compared
   real(wp), parameter :: flipped = -0.5_wp    !! cosine between two of them, 120 degrees
+  real(wp), parameter :: back = -0.95_wp      !! the same at knot lines, 160 degrees
   real(wp), parameter :: sewn = 0.01_wp       !! distance, of the thickness, that counts as none
   real(wp), parameter :: aligned = 0.7_wp     !! cosine between surfaces that lie on each other
 
@@ -64,7 +65,7 @@ contains
       place_text(overlap%x), "surfaces that meet at their edges")
   end subroutine check_shape
 
-  !> Does the normal of a surface flip inside a knot span? There lies a fold.
+  !> Does the normal of a surface flip from one sample to the next? There lies a fold.
   pure subroutine find_fold(surface, is_folded, x)
     type(nurbs_surface_t), intent(in) :: surface
     logical, intent(out) :: is_folded
@@ -81,12 +82,21 @@ contains
       do i = 1, size(xi)
         call evaluate_surface(surface, [xi(i), eta(j)], x, d1)
         normals(:, i, j) = unit_normal(d1)
-        if (i > 1) is_folded = dot_product(normals(:, i, j), normals(:, i - 1, j)) < flipped
-        if (is_folded) return
-        if (j > 1) is_folded = dot_product(normals(:, i, j), normals(:, i, j - 1)) < flipped
+        if (i > 1) is_folded = dot_product(normals(:, i, j), normals(:, i - 1, j)) < limit(i)
+        if (j > 1) is_folded = is_folded .or. &
+          dot_product(normals(:, i, j), normals(:, i, j - 1)) < limit(j)
         if (is_folded) return
       end do
     end do
+  contains
+
+    !> Next to a knot line, which may be a sharp edge, the surface must run back on itself.
+    pure real(wp) function limit(i)
+      integer, intent(in) :: i
+
+      limit = merge(flipped, back, mod(i - 1, n_parts) > 1)
+    end function limit
+
   end subroutine find_fold
 
   !> The widest gap and the widest overlap between surfaces of a tool, up to a sheet thickness: what

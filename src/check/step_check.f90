@@ -3,7 +3,7 @@
 module step_check
   use kinds, only: wp
   use text, only: rounded_text, to_text
-  use input_errors, only: origin_t, error_list_t, add_warning
+  use input_errors, only: origin_t, error_list_t, add_warning, has_error_at
   use linear_algebra, only: eigenvalues
   use nurbs_solid, only: nurbs_solid_t
   use scene, only: scene_t, boundary_spec_t, is_held
@@ -17,6 +17,19 @@ module step_check
   character(13), parameter :: motions(6) = [character(13) :: "motion in x", "motion in y", &
     "motion in z", "rotation in x", "rotation in y", "rotation in z"]
 
+  real(wp), parameter :: point_like = 3.0_wp  !! width of a support that counts as a point, of the
+                                              !! thickness
+  real(wp), parameter :: round_off = 1.0e-6_wp   !! of the size of the blank
+
+  !> Bounds of the control points of a set at the start, and how the blank lies.
+  type :: extent_t
+    real(wp) :: low(3) = huge(1.0_wp), high(3) = -huge(1.0_wp)   !! [length]
+    real(wp) :: thickness = 0.0_wp, size = 0.0_wp   !! of the blank [length]
+    integer :: across = 3                      !! coordinate that its thickness runs along
+    logical :: is_all = .true.                 !! all control points of the blank
+    logical :: has_face = .false.              !! an edge face of a patch as a whole
+  end type extent_t
+
 contains
 
   !> Warn of a scene in which nothing moves or presses.
@@ -26,17 +39,14 @@ contains
     integer :: i
 
     if (size(scene%tools) == 0 .or. size(scene%loads) + size(scene%initial_velocities) > 0) return
-    if (any(scene%beads%restraint + scene%beads%hold_down > 0.0_wp)) return
     do i = 1, size(scene%boundaries)
       if (any(abs(scene%boundaries(i)%velocity) > 0.0_wp)) return
     end do
     do i = 1, size(scene%motions)
       if (any(abs(scene%motions(i)%vector) > 0.0_wp) .and. .not. scene%motions(i)%is_force) return
     end do
-    if (size(scene%motions) > 0) then
-      ! A force may be all that forms, but not one that only holds the sheet on another tool.
-      if (size(scene%tools) == count([(force_motion(scene, i) > 0, i=1, size(scene%tools))])) return
-    end if
+    ! One tool of two that a force moves may form the sheet; of more it is a holder.
+    if (size(scene%tools) <= 2 .and. any(scene%motions%is_force)) return
     call add_warning(errors, scene%tools(1)%origin, "no tool that moves and no load", &
                      "a *TOOL MOTION, such as that of a punch")
   end subroutine check_motion
@@ -59,25 +69,31 @@ contains
   end subroutine check_friction
 
   !> Warn of forces on tools that never arrive at the sheet.
-  subroutine check_forces(scene, meetings, errors)
+  subroutine check_forces(scene, meetings, thickness, errors)
     type(scene_t), intent(in) :: scene
     type(meeting_t), intent(in) :: meetings(:)
+    real(wp), intent(in) :: thickness         !! of the blank [length]
     type(error_list_t), intent(inout) :: errors
     real(wp) :: time, duration
     integer :: i, k
 
     do i = 1, size(meetings)
       k = force_motion(scene, meetings(i)%tool)
-      if (k == 0) cycle
+      if (k == 0 .or. has_error_at(errors, meetings(i)%origin)) cycle
+      if (has_error_at(errors, scene%tools(meetings(i)%tool)%origin)) cycle
       associate (spec => scene%motions(k), tool => scene%tools(meetings(i)%tool), &
                  way => meetings(i)%way)
         if (spec%step > 1) cycle
-        if (.not. meetings(i)%approach%has_touched) then
+        if (meetings(i)%is_beside) then
           call add_warning(errors, spec%origin, "a force that does not press the tool '"// &
                            tool%name//"' on the sheet: on its way it passes beside the blank", &
                            "a tool that lies above the blank")
           cycle
         end if
+        if (way > thickness .and. .not. spec%mass > 0.0_wp) call add_warning(errors, &
+          spec%origin, "a force on the tool '"//tool%name//"', which starts "// &
+          rounded_text(way)//" away from the sheet and strikes it with the small mass that is "// &
+          "chosen for it", "a tool that lies on the sheet, or *TOOL PLACEMENT")
         duration = scene%step%duration
         time = sqrt(2.0_wp*way*spec%mass/norm2(spec%vector))
         if (time > duration) call add_warning(errors, spec%origin, "a force that moves the "// &
@@ -98,6 +114,7 @@ contains
     if (size(scene%contacts) == 0) return
     do step = 2, 1 + size(scene%later_steps)
       if (any(scene%contacts%first_step <= step .and. scene%contacts%last_step >= step)) cycle
+      if (.not. any(scene%contacts%first_step < step)) cycle
       call check_free_motion(scene, step, scene%later_steps(step - 1)%step%origin, errors)
       call check_clamps(scene, step, errors)
     end do
@@ -109,8 +126,8 @@ contains
     integer, intent(in) :: step
     type(origin_t), intent(in) :: origin
     type(error_list_t), intent(inout) :: errors
-    real(wp), parameter :: nothing = 1.0e-9_wp
-    real(wp) :: matrix(6, 6), values(6), centre(3), size_of
+    real(wp), parameter :: nothing = 1.0e-12_wp
+    real(wp) :: matrix(6, 6), added(6, 6), values(6), centre(3), size_of
     character(:), allocatable :: names
     integer :: i, n_free
 
@@ -118,7 +135,10 @@ contains
     matrix = 0.0_wp
     do i = 1, size(scene%boundaries)
       if (.not. acts(scene%boundaries(i), step)) cycle
-      call add_constraints(scene, scene%boundaries(i), centre, size_of, matrix)
+      added = 0.0_wp
+      call add_constraints(scene, scene%boundaries(i), centre, size_of, added)
+      ! Each counts alike, however many points it holds.
+      matrix = matrix + added/max(maxval(abs(added)), tiny(1.0_wp))
     end do
     if (scene%reduction%component > 0) then   ! a strip has no motion across it
       do i = 1, 6
@@ -136,7 +156,9 @@ contains
       if (names /= "") names = names//", "
       names = names//trim(motions(i))
     end do
-    if (names == "") names = to_text(n_free)//" combinations of motion and rotation"
+    if (names == "") names = "a combination of motion and rotation"
+    if (names == "a combination of motion and rotation" .and. n_free > 1) &
+      names = to_text(n_free)//" combinations of motion and rotation"
     call add_warning(errors, origin, "a step without contact whose supports leave free: "//names, &
                      "supports that hold the rigid motion of the part and no more")
   end subroutine check_free_motion
@@ -205,25 +227,42 @@ contains
     size_of = norm2(high - low)
   end subroutine find_box
 
-  !> Supports of a released part that are wide and no plane of symmetry keep it from springing back.
+  !> Supports of a released part that keep it from springing back: wide ones that are no plane of
+  !! symmetry, a second plane across the same coordinate, and all points in more than one direction
+  !! or through the thickness.
   subroutine check_clamps(scene, step, errors)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
     type(error_list_t), intent(inout) :: errors
-    logical :: is_plane(3)
+    logical :: is_plane(3), is_clamp
+    real(wp) :: level(3)
+    type(extent_t) :: extent
     integer :: i, c
 
     is_plane = .false.
+    level = huge(1.0_wp)
     do i = 1, size(scene%boundaries)
-      if (acts(scene%boundaries(i), step) .and. holds_all(scene, scene%boundaries(i)%set)) &
-        is_plane = is_plane .or. scene%boundaries(i)%is_prescribed
+      if (.not. acts(scene%boundaries(i), step)) cycle
+      extent = extent_of(scene, scene%boundaries(i)%set)
+      if (extent%is_all) is_plane = is_plane .or. scene%boundaries(i)%is_prescribed
     end do
     do i = 1, size(scene%boundaries)
       associate (boundary => scene%boundaries(i))
         if (.not. acts(boundary, step)) cycle
+        extent = extent_of(scene, boundary%set)
         do c = 1, 3
           if (.not. boundary%is_prescribed(c)) cycle
-          if (.not. is_clamp(scene, boundary%set, c, is_plane)) cycle
+          if (extent%is_all) then
+            is_clamp = count(is_plane) > 1 .or. c == extent%across
+          else if (is_across(extent, c)) then
+            is_clamp = level(c) < huge(1.0_wp) .and. abs(extent%low(c) - level(c)) > &
+                       round_off*extent%size
+            level(c) = extent%low(c)
+          else
+            is_clamp = maxval(extent%high - extent%low, mask=.not. is_plane) > &
+                       point_like*extent%thickness
+          end if
+          if (.not. is_clamp) cycle
           call add_warning(errors, boundary%origin, "component "//to_text(c)//" of the set "// &
                            scene%sets(boundary%set)%name//", which is held while the part "// &
                            "is released, so that it cannot spring back there", &
@@ -235,48 +274,40 @@ contains
     end do
   end subroutine check_clamps
 
-  !> Does a set contain all control points?
-  pure logical function holds_all(scene, set)
+  !> Do the points lie in a plane across the component, on all of an edge face of the blank?
+  pure logical function is_across(extent, c)
+    type(extent_t), intent(in) :: extent
+    integer, intent(in) :: c
+
+    is_across = extent%has_face .and. extent%high(c) - extent%low(c) <= round_off*extent%size
+  end function is_across
+
+  !> Where the control points of a set lie.
+  function extent_of(scene, set) result(extent)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: set
-    integer :: p
-
-    holds_all = all([(all(is_held(scene%blank%patches(p)%solid, scene%sets(set), p)), &
-                      p=1, size(scene%blank%patches))])
-  end function holds_all
-
-  !> Is the set wider than a few thicknesses, and neither a plane across the component nor all of
-  !! the blank? Directions in which nothing moves do not count.
-  logical function is_clamp(scene, set, c, is_plane)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: set, c
-    logical, intent(in) :: is_plane(3)         !! directions in which no point moves
-    real(wp), parameter :: point_like = 3.0_wp, level = 1.0e-6_wp
+    type(extent_t) :: extent
     logical, allocatable :: is_in(:, :, :)
-    real(wp) :: low(3), high(3), thickness, centre(3), size_of
-    logical :: has_face
+    real(wp) :: centre(3), normal(3)
     integer :: p, d
 
-    call find_box(scene, centre, size_of)
-    low = huge(1.0_wp)
-    high = -huge(1.0_wp)
-    has_face = .false.
-    thickness = 0.0_wp
+    call find_box(scene, centre, extent%size)
     do p = 1, size(scene%blank%patches)
       associate (x => scene%blank%patches(p)%solid%points)
         is_in = is_held(scene%blank%patches(p)%solid, scene%sets(set), p)
-        has_face = has_face .or. all(is_in(1, :, :)) .or. all(is_in(size(is_in, 1), :, :)) .or. &
-                   all(is_in(:, 1, :)) .or. all(is_in(:, size(is_in, 2), :))
-        thickness = max(thickness, norm2(x(1, 1, size(x, 3), :) - x(1, 1, 1, :)))
+        extent%is_all = extent%is_all .and. all(is_in)
+        extent%has_face = extent%has_face .or. all(is_in(1, :, :)) .or. &
+                          all(is_in(size(is_in, 1), :, :)) .or. all(is_in(:, 1, :)) .or. &
+                          all(is_in(:, size(is_in, 2), :))
+        normal = x(1, 1, size(x, 3), :) - x(1, 1, 1, :)
+        if (norm2(normal) > extent%thickness) extent%across = maxloc(abs(normal), 1)
+        extent%thickness = max(extent%thickness, norm2(normal))
         do d = 1, 3
-          low(d) = min(low(d), minval(x(:, :, :, d), mask=is_in))
-          high(d) = max(high(d), maxval(x(:, :, :, d), mask=is_in))
+          extent%low(d) = min(extent%low(d), minval(x(:, :, :, d), mask=is_in))
+          extent%high(d) = max(extent%high(d), maxval(x(:, :, :, d), mask=is_in))
         end do
       end associate
     end do
-    is_clamp = maxval(high - low, mask=.not. is_plane) > point_like*thickness .and. &
-               .not. holds_all(scene, set) .and. &
-               .not. (has_face .and. high(c) - low(c) <= level*size_of)
-  end function is_clamp
+  end function extent_of
 
 end module step_check

@@ -1,4 +1,5 @@
-!> The motion of a tool as a row of positions.
+!> The motion of a tool over the run: its position at any time, and the times at which its velocity
+!! may jump.
 module sweep
   use kinds, only: wp
   use tool, only: tool_t
@@ -7,7 +8,7 @@ module sweep
   implicit none
   private
 
-  public :: frame_t, frames_of, in_space, in_tool
+  public :: frame_t, path_t, path_of, position_at, break_times, in_space, in_tool, moved_by
 
   !> Where a tool is at a time: a point X of the tool is at rotation*X + displacement.
   type :: frame_t
@@ -17,61 +18,91 @@ module sweep
     real(wp) :: rotation(3, 3) = 0.0_wp
   end type frame_t
 
-  integer, parameter :: n_frames = 32         !! in each step of the deck
+  !> Motions of a tool, one for each step of the deck, each begun where the last one ends.
+  type :: path_t
+    type(rigid_motion_t), allocatable :: motions(:)
+    type(frame_t), allocatable :: starts(:)   !! of the steps
+    real(wp) :: end_time = 0.0_wp
+    logical :: is_still = .true.              !! it never moves, or nobody knows how far
+    real(wp) :: shift(3) = 0.0_wp             !! added to all positions: way of a force to the sheet
+  end type path_t
 
 contains
 
-  !> Positions of a tool over the run. A tool that stands still has one; so has one that a force
-  !! moves, for nobody knows yet how far.
-  function frames_of(model, t) result(frames)
+  !> The path of a tool. A tool that a force moves stands still on it.
+  function path_of(model, t) result(path)
     type(model_t), intent(in) :: model
     integer, intent(in) :: t                  !! number of the tool
-    type(frame_t), allocatable :: frames(:)
-    type(frame_t) :: next
-    type(rigid_motion_t) :: motion
+    type(path_t) :: path
     type(tool_t) :: tool
-    real(wp) :: start, duration
-    integer :: i, j, k
+    integer :: i, j, n
 
-    associate (now => model%bodies%tools(t))
-      tool%displacement = now%displacement
-      tool%rotation = now%rotation
-    end associate
-    motion = model%motions(t)
-    start = 0.0_wp
-    allocate (frames(0))
-    do i = 1, 1 + size(model%later_steps)
-      duration = model%step%duration
-      if (i > 1) duration = model%later_steps(i - 1)%step%duration
+    n = 1 + size(model%later_steps)
+    allocate (path%motions(n), path%starts(n))
+    tool%displacement = model%bodies%tools(t)%displacement
+    tool%rotation = model%bodies%tools(t)%rotation
+    path%motions(1) = model%motions(t)
+    path%end_time = model%step%duration
+    path%starts(1) = frame_t(0.0_wp, 1, tool%displacement, tool%rotation)
+    do i = 2, n
+      call move_tool(path%motions(i - 1), path%end_time, 0.0_wp, tool)
+      path%motions(i) = path%motions(i - 1)
       do j = 1, size(model%later_motions)
-        if (i == 1) exit
         if (model%later_motions(j)%tool /= t .or. model%later_motions(j)%step /= i) cycle
-        motion = model%later_motions(j)
-        call start_motion(motion, start, tool)
+        path%motions(i) = model%later_motions(j)
+        call start_motion(path%motions(i), path%end_time, tool)
       end do
-      do k = merge(0, 1, i == 1), n_frames
-        next%time = start + duration*k/n_frames
-        call move_tool(motion, next%time, 0.0_wp, tool)
-        next%step = i
-        next%displacement = tool%displacement
-        next%rotation = tool%rotation
-        if (is_new(frames, next)) frames = [frames, next]
-      end do
-      start = start + duration
+      path%starts(i) = frame_t(path%end_time, i, tool%displacement, tool%rotation)
+      path%end_time = path%end_time + model%later_steps(i - 1)%step%duration
     end do
-  end function frames_of
+    do i = 1, n
+      do j = 1, size(path%motions(i)%terms)
+        path%is_still = path%is_still .and. &
+                        .not. any(abs(path%motions(i)%terms(j)%vector) > 0.0_wp)
+      end do
+    end do
+  end function path_of
 
-  !> Does a position differ from the last of a list?
-  pure logical function is_new(frames, next)
-    type(frame_t), intent(in) :: frames(:), next
+  !> Position at a time of the run.
+  pure function position_at(path, time) result(frame)
+    type(path_t), intent(in) :: path
+    real(wp), intent(in) :: time
+    type(frame_t) :: frame
+    type(tool_t) :: tool
+    integer :: i
 
-    is_new = size(frames) == 0
-    if (is_new) return
-    associate (last => frames(size(frames)))
-      is_new = any(abs(next%displacement - last%displacement) > 0.0_wp) .or. &
-               any(abs(next%rotation - last%rotation) > 0.0_wp)
-    end associate
-  end function is_new
+    i = max(1, count(path%starts%time <= time))
+    tool%displacement = path%starts(i)%displacement
+    tool%rotation = path%starts(i)%rotation
+    call move_tool(path%motions(i), time, 0.0_wp, tool)
+    frame = frame_t(time, i, tool%displacement + path%shift, tool%rotation)
+  end function position_at
+
+  !> Rising times between which the velocity has no jump: those of steps and of all curves.
+  function break_times(path) result(times)
+    type(path_t), intent(in) :: path
+    real(wp), allocatable :: times(:)
+    real(wp) :: next
+    integer :: i, k
+    real(wp), allocatable :: all_times(:)
+
+    all_times = [path%starts%time, path%end_time]
+    do i = 1, size(path%motions)
+      do k = 1, size(path%motions(i)%terms)
+        associate (curve => path%motions(i)%terms(k)%curve)
+          all_times = [all_times, curve%start + curve%times]
+        end associate
+      end do
+    end do
+    all_times = pack(all_times, all_times >= 0.0_wp .and. all_times <= path%end_time)
+    allocate (times(0))
+    next = 0.0_wp
+    do
+      times = [times, next]
+      if (.not. any(all_times > next)) exit
+      next = minval(all_times, all_times > next)
+    end do
+  end function break_times
 
   !> A point of the tool in space.
   pure function in_space(frame, x) result(place)
@@ -90,5 +121,19 @@ contains
 
     place = matmul(x - frame%displacement, frame%rotation)
   end function in_tool
+
+  !> Largest displacement of a corner of the box around a tool between two positions [length].
+  pure real(wp) function moved_by(tool, a, b) result(length)
+    type(tool_t), intent(in) :: tool
+    type(frame_t), intent(in) :: a, b
+    real(wp) :: corner(3)
+    integer :: i
+
+    length = 0.0_wp
+    do i = 0, 7
+      corner = merge(tool%box(:, 1), tool%box(:, 2), [btest(i, 0), btest(i, 1), btest(i, 2)])
+      length = max(length, norm2(in_space(b, corner) - in_space(a, corner)))
+    end do
+  end function moved_by
 
 end module sweep

@@ -2,13 +2,13 @@
 module tool_points
   use kinds, only: wp
   use tool, only: tool_t
-  use tool_face, only: face_derivatives, unit_normal
+  use tool_face, only: face_derivatives, face_position, unit_normal
   use closest_point, only: hit_t, is_beside
   use tool_search, only: search_all_faces
   implicit none
   private
 
-  public :: tool_point_t, inner_points, border_points, length_along
+  public :: tool_point_t, inner_points, border_points, length_along, foot
 
   !> A point of a tool in the tool's own frame.
   type :: tool_point_t
@@ -108,35 +108,46 @@ contains
     if (norm2(out) > 0.0_wp) point%outward = out/norm2(out)
   end function edge_point
 
-  !> How far a surface goes on from a point near it in a direction, to within `step`; 0 if less.
+  !> How far a surface goes on from a point near it in a direction, along the surface, to within
+  !! `step`; 0 if less. A closed surface has an end where it has gone around.
   real(wp) function length_along(surface, x, direction, step) result(length)
     type(tool_t), intent(in) :: surface
     real(wp), intent(in) :: x(3)
     real(wp), intent(in) :: direction(3)      !! unit vector
     real(wp), intent(in) :: step              !! [length]
-    real(wp) :: trial
+    integer, parameter :: most_steps = 200
+    real(wp), parameter :: bent = 0.2_wp      !! distance from the surface, of a step
+    type(hit_t) :: hit
+    real(wp) :: here(3), way(3), trial
+    integer :: i
 
     length = 0.0_wp
+    here = x
+    way = direction
     trial = step
-    do while (is_on_surface(trial))
-      length = trial
+    do i = 1, most_steps
+      call search_all_faces(surface, here + trial*way, hit)
+      if (is_beside(surface, hit, 0.0_wp) .or. hit%distance > bent*trial + step) then
+        if (.not. trial > step) exit
+        trial = max(step, 0.5_wp*trial)
+        cycle
+      end if
+      length = length + trial
+      here = foot(surface, hit)
+      way = way - dot_product(way, hit%normal)*hit%normal
+      if (.not. norm2(way) > 0.0_wp .or. length > 4*surface%scale) exit
+      way = way/norm2(way)
       trial = 2*trial
     end do
-    trial = trial/4
-    do while (trial > step .and. length > 0.0_wp)
-      if (is_on_surface(length + trial)) length = length + trial
-      trial = trial/2
-    end do
-  contains
-
-    logical function is_on_surface(way)
-      real(wp), intent(in) :: way
-      type(hit_t) :: hit
-
-      call search_all_faces(surface, x + way*direction, hit)
-      is_on_surface = way < 4*surface%scale .and. .not. is_beside(surface, hit, 0.0_wp)
-    end function is_on_surface
-
   end function length_along
+
+  !> The point that a search has found.
+  pure function foot(tool, hit) result(x)
+    type(tool_t), intent(in) :: tool
+    type(hit_t), intent(in) :: hit
+    real(wp) :: x(3)
+
+    x = face_position(tool%coefficients, hit%face, hit%at)
+  end function foot
 
 end module tool_points

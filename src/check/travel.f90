@@ -8,11 +8,12 @@ module travel
   public :: travel_of, blank_reach, force_motion
 
   real(wp), parameter :: unlimited = 1.0e30_wp   !! [length]
+  real(wp), parameter :: lever = 2.0_wp          !! motion of a blank over that of a tool
 
 contains
 
-  !> How far all but one tool may carry the blank along a direction: a generous guess, never too
-  !! small for a blank that is only pushed. Loads count as without limit.
+  !> How far all but one tool may carry the blank along a direction: a guess, twice their strokes,
+  !! for a flange that is bent up moves farther than what bends it. Loads count as without limit.
   pure real(wp) function blank_reach(scene, except, direction) result(reach)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: except
@@ -33,7 +34,7 @@ contains
     end do
     reach = reach + speed*time_from(scene, 1)
     do i = 1, size(scene%tools)
-      if (i /= except) reach = reach + farthest(travel_of(scene, i), direction)
+      if (i /= except) reach = reach + lever*farthest(travel_of(scene, i), direction)
     end do
   end function blank_reach
 
