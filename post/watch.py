@@ -15,7 +15,7 @@ import h5py
 from post.results import ResultsError, text_of
 
 STEP = re.compile(r"^step +(\d+)  time +(\S+) \( *(\S+) %\)  dt +(\S+)  energy error +(\S+)"
-                  r"(?:  left (\S+))?")
+                  r"(?:  left (\S+))?(?: +((?:in )?step \d+ of \d+ .*))?")
 ENERGIES = ("external_work", "internal_energy", "plastic_work", "kinetic_energy",
             "contact_energy", "friction_energy", "viscous_energy", "damping_energy")
 TAIL = 65536        # bytes of a log that are looked at
@@ -93,7 +93,7 @@ def last_progress(path):
     found = [match for match in map(STEP.match, lines_of_log) if match]
     if not found:
         return told
-    names = ("step", "time", "share", "dt", "energy_error", "left")
+    names = ("step", "time", "share", "dt", "energy_error", "left", "process")
     return told | {name: value or "" for name, value in zip(names, found[-1].groups())}
 
 
@@ -125,10 +125,11 @@ def lines(path, shown, is_alive):
     yield f"{path}: {status}, {shown.get('frames', 0)} frames"
     units = shown.get("units", {})
     if "share" in shown:
-        share = float(shown["share"])
-        n = round(BAR * min(100.0, share) / 100)
+        is_known = shown["share"] != "--"    # of a relaxation not from the start
+        n = round(BAR * min(100.0, float(shown["share"])) / 100) if is_known else 0
         left = f"  left {shown['left']}" if shown["left"] and is_alive else ""
-        yield f"  [{'#' * n}{'.' * (BAR - n)}] {share:.1f} %{left}"
+        process = f"  {shown['process']}" if shown["process"] else ""
+        yield f"  [{'#' * n}{'.' * (BAR - n)}] {shown['share']} %{left}{process}"
         yield (f"  step {shown['step']}  time {shown['time']} {units.get('time', '')}  "
                f"dt {shown['dt']}  energy error {shown['energy_error']}")
     if "row_time" in shown:

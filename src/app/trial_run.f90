@@ -15,6 +15,7 @@ module trial_run
   use model_setup, only: build_model
   use step_control, only: next_step
   use run_state, only: run_t
+  use run_progress, only: step_fraction
   use forming_run, only: new_run, take_step, has_ended, enter_next_step
   use run_forecast, only: outlook_t, step_cost_t, step_cost
   implicit none
@@ -216,21 +217,31 @@ contains
     inertia%internal = run%balance%internal
   end subroutine run_first
 
-  !> A line about every five seconds on how far the run is, to standard error.
+  !> A line about every five seconds on how far the run is, to standard error: a relaxation by the
+  !! decay of its residuals, other steps by their time.
   subroutine show_progress(model, run, last_shown)
     type(model_t), intent(in) :: model
     type(run_t), intent(in) :: run
     integer(int64), intent(inout) :: last_shown   !! clock when that was
     integer, parameter :: every = 5               !! [s]
     integer(int64) :: now, rate
+    real(wp) :: fraction
+    character(:), allocatable :: done
 
     if (mod(run%n_steps, 64_int64) /= 0) return
     call system_clock(now, rate)
     if (now - last_shown < every*rate) return
     last_shown = now
+    fraction = step_fraction(model, run)
+    if (.not. model%step%has_relaxation) then
+      done = percent(fraction)//" of its time"
+    else if (fraction >= 0.0_wp) then
+      done = percent(fraction)//" of its relaxation"
+    else
+      done = "its residuals do not decay yet"
+    end if
     write (error_unit, "(a)") "trial run        step "//to_text(model%i_step)//" of "// &
-      to_text(model%i_step + size(model%later_steps))//", "//percent((run%instant%time &
-      - run%control%start_time)/(run%control%end_time - run%control%start_time))//" of its time"
+      to_text(model%i_step + size(model%later_steps))//", "//done
   end subroutine show_progress
 
   !> Steps of another model of the scene over those of the first size in its whole time. What

@@ -8,11 +8,12 @@ module damping
   use element, only: element_t
   use body_parts, only: field_t, carry_fields
   use effect, only: effect_t, instant_t, previous_increment, effect_slot_t
+  use residual_decay, only: decay_t, note_residuals
   use text, only: rounded_text
   implicit none
   private
 
-  public :: start_damping, relaxation_outcome
+  public :: start_damping, relaxation_outcome, find_decay
 
   !> Forces -alpha m v at all control points. v is the mean of the velocities half a step before
   !! and after, so any alpha keeps the stable step.
@@ -48,6 +49,7 @@ module damping
     real(wp) :: largest_energy = 0.0_wp, largest_force = 0.0_wp   !! since the step began
     real(wp) :: energy_residual = huge(1.0_wp), force_residual = huge(1.0_wp)   !! relative, now
     real(wp) :: settled_at = 0.0_wp                !! time of rest, where `is_done`
+    type(decay_t) :: decay                         !! for the log; begins again at a restart
   contains
     procedure :: apply => relax
     procedure :: carry => carry_relaxation
@@ -164,6 +166,22 @@ contains
     end do
   end function relaxation_outcome
 
+  !> Decay of the residuals of the dynamic relaxation among effects, complete where it is at rest;
+  !! not allocated where there is none.
+  pure subroutine find_decay(supports, decay)
+    type(effect_slot_t), intent(in) :: supports(:)
+    type(decay_t), allocatable, intent(out) :: decay
+    integer :: i
+
+    do i = 1, size(supports)
+      select type (item => supports(i)%item)
+      type is (relaxation_t)
+        decay = item%decay
+        if (item%is_done) decay%fraction = 1.0_wp
+      end select
+    end do
+  end subroutine find_decay
+
   !> Look at the motion, damp it, and tell whether it has come to rest.
   subroutine relax(self, bodies, instant)
     class(relaxation_t), intent(inout) :: self
@@ -196,6 +214,8 @@ contains
     self%is_done = self%energy_residual <= self%energy_limit .and. &
                    self%force_residual <= self%force_limit
     if (self%is_done) self%settled_at = instant%time
+    call note_residuals(self%decay, [self%energy_residual, self%force_residual], &
+                        [self%energy_limit, self%force_limit])
   end subroutine relax
 
   !> Note the maximum that the kinetic energy has passed. A window ends after three of them and as
@@ -315,6 +335,7 @@ contains
     call carry(store, "force_residual", self%force_residual)
     call carry(store, "settled_at", self%settled_at)
     if (store%is_taking) then
+      self%decay = decay_t()
       if (allocated(self%internal_force)) deallocate (self%internal_force)
       if (has_state(store, "internal_force_1")) allocate (self%internal_force, source=self%before)
     end if

@@ -6,11 +6,11 @@ module run_log
   use failure, only: error_t, fail
   use system_files, only: bytes_on_disk
   use timer, only: timer_t, watch_seconds, n_watches
-  use text, only: string_t
+  use text, only: string_t, to_text
   implicit none
   private
 
-  public :: run_log_t, timings_t, open_log, silence_log, close_log, log_line, log_lines
+  public :: run_log_t, timings_t, progress_t, open_log, silence_log, close_log, log_line, log_lines
   public :: log_progress, log_timings, ns_per_element_step
 
   !> What a run cost. The stopwatches must not overlap: they are the effects of the step.
@@ -22,6 +22,18 @@ module run_log
     real(wp) :: wall_seconds = 0.0_wp    !! of all steps together
   end type timings_t
 
+  !> Where a run is.
+  type :: progress_t
+    integer(int64) :: n_increments = 0
+    real(wp) :: time = 0.0_wp, dt = 0.0_wp   !! [time]
+    real(wp) :: energy_error = 0.0_wp
+    integer :: step = 1, n_steps = 1         !! of the deck
+    character(:), allocatable :: name        !! of the step; not allocated in a deck without *STEP
+    logical :: is_of_step = .false.          !! what follows is of the step, else of the run
+    real(wp) :: fraction = -1.0_wp           !! done; negative: unknown
+    real(wp) :: seconds_left = -1.0_wp       !! by the wall clock; negative: unknown
+  end type progress_t
+
   !> An open log.
   type :: run_log_t
     private
@@ -31,6 +43,7 @@ module run_log
     logical :: is_quiet = .false.        ! nothing on standard output
     logical :: is_terminal = .false.     ! standard output shows one progress line, rewritten
     logical :: has_progress_line = .false.
+    integer :: n_shown = 0               ! characters of that line
   end type run_log_t
 
   interface
@@ -112,32 +125,46 @@ contains
   end subroutine log_lines
 
   !> Write where the run is. On a terminal the line replaces the one before.
-  subroutine log_progress(log, step, time, end_time, dt, energy_error, elapsed)
+  subroutine log_progress(log, progress)
     type(run_log_t), intent(inout) :: log
-    integer(int64), intent(in) :: step
-    real(wp), intent(in) :: time, end_time, dt
-    real(wp), intent(in) :: energy_error
-    real(wp), intent(in) :: elapsed            !! wall clock since the first step [s]
-    character(120) :: line
-    character(:), allocatable :: left
-    real(wp) :: fraction
+    type(progress_t), intent(in) :: progress
+    character(:), allocatable :: line
 
-    fraction = time/max(end_time, tiny(1.0_wp))
-    left = ""
-    if (fraction > 0.0_wp) left = "  left "//duration(elapsed*(1 - fraction)/fraction)
-    write (line, "(a, i10, a, es11.4, a, f5.1, a, es10.3, a, es10.2, a)") &
-      "step", step, "  time", time, " (", 100*fraction, " %)  dt", dt, "  energy error", &
-      energy_error, left
-    call write_to_file(log, trim(line))
+    line = progress_words(progress)
+    call write_to_file(log, line)
     if (log%is_quiet) return
     if (log%is_terminal) then
-      write (output_unit, "(a, a)", advance="no") achar(13), trim(line)//"  "
+      write (output_unit, "(a, a)", advance="no") achar(13), &
+        line//repeat(" ", max(0, log%n_shown - len(line)))
       log%has_progress_line = .true.
+      log%n_shown = len(line)
     else
-      write (output_unit, "(a)") trim(line)
+      write (output_unit, "(a)") line
     end if
     flush (output_unit)
   end subroutine log_progress
+
+  !> `left 8s  step 1 of 2 draw` at the end of the line is of the run, `left 8s in step 1 of 2 draw`
+  !! and the percentage then are of the step.
+  function progress_words(progress) result(words)
+    type(progress_t), intent(in) :: progress
+    character(:), allocatable :: words
+    character(120) :: line
+    character(5) :: percentage
+
+    percentage = "   --"
+    if (progress%fraction >= 0.0_wp) write (percentage, "(f5.1)") 100*progress%fraction
+    write (line, "(a, i10, a, es11.4, a, es10.3, a, es10.2)") "step", progress%n_increments, &
+      "  time", progress%time, " ("//percentage//" %)  dt", progress%dt, "  energy error", &
+      progress%energy_error
+    words = trim(line)
+    if (progress%seconds_left >= 0.0_wp) words = words//"  left "//duration(progress%seconds_left)
+    if (.not. allocated(progress%name)) return
+    if (.not. (progress%is_of_step .and. progress%seconds_left >= 0.0_wp)) words = words//" "
+    if (progress%is_of_step) words = words//" in"
+    words = words//" step "//to_text(progress%step)//" of "//to_text(progress%n_steps)//" "// &
+            progress%name
+  end function progress_words
 
   !> Write the cost of the run: seconds, percentage and calls of each effect, then the whole.
   subroutine log_timings(log, timings)

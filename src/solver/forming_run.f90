@@ -18,8 +18,9 @@ module forming_run
   use energy_balance, only: energy_balance_t, start_balance, add_step, take_balance
   use run_frames, only: new_frame, fill_frame, add_frame, release_frames
   use history_columns, only: fill_history_sample
-  use run_state, only: run_t, wall_seconds
-  use run_saver, only: saver_t, take_due_state, keep_verified, save_verified, retry_run, final_time
+  use run_state, only: run_t
+  use run_saver, only: saver_t, take_due_state, keep_verified, save_verified, retry_run
+  use run_progress, only: progress_of, begin_pace
   use health, only: check_health, check_balance, check_pairs, check_hidden_depths, &
                     added_mass_warning, shear_warning
   implicit none
@@ -76,6 +77,7 @@ contains
     logical :: is_end
 
     run%started = clock_ticks()
+    call begin_pace(run)
     call log_step(log, model, run%control%start_time)
     if (.not. run%is_resumed) call apply_forces(model, run)
     do
@@ -164,6 +166,7 @@ contains
       call check_relaxation(model, error)
       if (allocated(error)) return
       call enter_next_step(model, run)
+      call begin_pace(run)
       call log_step(log, model, run%instant%time)
     end if
     call finish_step(model, run, is_through, rate, error)
@@ -325,8 +328,7 @@ contains
     call start_watch(model%timer, run%watch_output)
     if (run%n_steps > 0) run%control%history%done = run%control%history%done + 1
     call add_sample(model, run, results)
-    call log_progress(log, run%n_steps, run%instant%time, final_time(model, run), &
-                      run%instant%dt, run%balance%error, wall_seconds(run))
+    call log_progress(log, progress_of(model, run))
     call warn(model, run, log)
     call stop_watch(model%timer, run%watch_output)
   end subroutine take_sample

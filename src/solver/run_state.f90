@@ -26,6 +26,8 @@ module run_state
     integer(int64) :: n_steps = 0
     integer(int64) :: started = 0            !! clock at the start, or when it was taken up again
     real(wp) :: seconds_before = 0.0_wp      !! from the start up to what it was taken up from
+    real(wp) :: pace_seconds = 0.0_wp        !! `wall_seconds` from which the log measures the pace
+    integer(int64) :: pace_steps = 0         !! `n_steps` then
     logical :: is_resumed = .false.          !! it continues from a checkpoint
     logical :: is_file_lost = .false.        !! the results could not be written
     integer :: n_waiting = 0                 !! frames that are filled and not written yet

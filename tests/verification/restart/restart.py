@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import signal
+import subprocess
 import sys
 import tempfile
 
@@ -183,6 +184,24 @@ def the_end_of_a_relaxation_is_saved(folder):
     assert f"checkpoint r.ckpt.h5 at step {last}," in log, log
     igaform(folder, path, *settings("n=2"), "--restart", "r.ckpt.h5", "--threads", 1)
     check_same(folder / "r.h5", reference)
+
+
+def progress_of_a_relaxation_is_that_of_its_decay(folder):
+    """Shares in the log never fall and end next to all of it, far before the time limit."""
+    igaform(folder, VERIFICATION / "clamped_plate.key", *settings("n=4"), "--out", "p.h5",
+            "--threads", 1)
+    log = (folder / "p.log").read_text()
+    shares = re.findall(r"^step .*\( *(\S+) %\)", log, re.MULTILINE)
+    known = [float(share) for share in shares if share != "--"]
+    assert 10 < len(known) < len(shares), shares
+    assert known == sorted(known) and known[-1] == 100 and 85 < known[-2] < 100, known
+    igaform(folder, VERIFICATION / "springback.key", "--out", "s.h5", "--threads", 1)
+    log = (folder / "s.log").read_text()
+    assert re.search(r"\( 50.0 %\).* left \S+ in step 1 of 2 bend$", log, re.MULTILINE), log
+    assert re.search(r"\(100.0 %\).* in step 2 of 2 release$", log, re.MULTILINE), log
+    watch = [sys.executable, "-m", "post", "watch", folder / "s.h5", "--once"]
+    said = subprocess.run(watch, cwd=PROJECT, capture_output=True, text=True, check=True).stdout
+    assert "100.0 %" in said and "in step 2 of 2 release" in said, said
 
 
 def states_are_saved_as_far_apart_as_the_log_says(folder):
@@ -374,7 +393,7 @@ if __name__ == "__main__":
         print(f"passed: {getattr(source, 'stem', source)} goes on bit by bit ({state})", flush=True)
     run_all(signals_save_and_stop, an_early_wish_to_save_waits,
             a_complete_run_leaves_no_checkpoint, the_clock_saves,
-            the_end_of_a_relaxation_is_saved,
+            the_end_of_a_relaxation_is_saved, progress_of_a_relaxation_is_that_of_its_decay,
             states_are_saved_as_far_apart_as_the_log_says, saving_leaves_no_trace,
             a_result_has_one_writer, strangers_are_refused,
             other_user_subroutines_are_refused, messages_of_user_subroutines_stay, what_may_differ,
