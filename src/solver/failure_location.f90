@@ -18,7 +18,7 @@ module failure_location
   private
 
   public :: location_t, location_of_failure, location_of_smallest, most_sheared, location_text
-  public :: block_text, fastest_point, deepest_point, contact_point_text
+  public :: block_text, find_fastest, find_deepest_point, contact_point_text, position_now
 
   !> An integration point of an element of a patch.
   type :: location_t
@@ -223,10 +223,11 @@ contains
     words = "("//to_text(counts(1))//", "//to_text(counts(2))//", "//to_text(counts(3))//")"
   end function triple
 
-  !> The fastest control point and its position: where instability shows first.
-  function fastest_point(blank) result(words)
+  !> The fastest control point, in words with its position: where instability shows first.
+  subroutine find_fastest(blank, words, position)
     type(blank_t), intent(in) :: blank
-    character(:), allocatable :: words
+    character(:), allocatable, intent(out) :: words
+    real(wp), intent(out) :: position(3)      !! [length]
     real(wp), allocatable :: speeds(:, :, :)
     real(wp) :: largest
     integer :: p, i, part, at(3), here(3)
@@ -243,9 +244,9 @@ contains
       at = here
     end do
     associate (body => blank%parts(part)%element)
+      position = body%motion%x(at(1), at(2), at(3), :)
       words = patch_text(blank, part)//"control point "//triple(at)//", by element "// &
-              triple([(element_of(at(i), i), i=1, 3)])//", at "// &
-              place_text(body%motion%x(at(1), at(2), at(3), :))
+              triple([(element_of(at(i), i), i=1, 3)])//", at "//place_text(position)
     end associate
 
   contains
@@ -260,14 +261,15 @@ contains
         end associate
       end associate
     end function element_of
-  end function fastest_point
+  end subroutine find_fastest
 
   !> The contact point with the largest penetration. Forces do not show it: a spring may be loaded
   !! from a penetration on, and friction adds to it.
-  function deepest_point(contact, tool) result(words)
+  subroutine find_deepest_point(contact, tool, words, position)
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
-    character(:), allocatable :: words
+    character(:), allocatable, intent(out) :: words
+    real(wp), intent(out), optional :: position(3)   !! [length]
     real(wp) :: depths(contact%secondary%n_points)
     integer :: n
 
@@ -277,8 +279,10 @@ contains
       depths(n) = norm2(position_now(contact, n) - contact%motion%displacement &
                         - face_position(tool%coefficients, contact%face(n), contact%at(n, :)))
     end do
-    words = contact_point_text(contact, tool, maxloc(depths, 1))
-  end function deepest_point
+    n = maxloc(depths, 1)
+    words = contact_point_text(contact, tool, n)
+    if (present(position)) position = place_now(contact, tool, n)
+  end subroutine find_deepest_point
 
   !> Position of a contact point at the last call, in the frame of a tool that rotates.
   pure function position_now(contact, n) result(x)
@@ -292,21 +296,29 @@ contains
     x = point_position(contact%secondary, contact%motion%now, i, j)
   end function position_now
 
-  !> A contact point and its position. Contact with a tool that rotates keeps positions in its
-  !! frame.
+  !> A contact point and its position.
   function contact_point_text(contact, tool, n) result(words)
     type(contact_t), intent(in) :: contact
     type(tool_t), intent(in) :: tool
     integer, intent(in) :: n                !! number of the point
     character(:), allocatable :: words
-    real(wp) :: x(3)
     integer :: i, j
 
     j = (n - 1)/contact%secondary%n_along(1) + 1
     i = n - contact%secondary%n_along(1)*(j - 1)
+    words = "contact point ("//to_text(i)//", "//to_text(j)//"), at "// &
+            place_text(place_now(contact, tool, n))
+  end function contact_point_text
+
+  !> Position of a contact point at the last call, in space.
+  pure function place_now(contact, tool, n) result(x)
+    type(contact_t), intent(in) :: contact
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: n                !! number of the point
+    real(wp) :: x(3)
+
     x = position_now(contact, n)
     if (tool%is_turning) x = matmul(tool%rotation, x - tool%displacement) + tool%displacement
-    words = "contact point ("//to_text(i)//", "//to_text(j)//"), at "//place_text(x)
-  end function contact_point_text
+  end function place_now
 
 end module failure_location

@@ -5,7 +5,7 @@ module health
   use kinds, only: wp
   use failure, only: error_t, fail
   use text, only: string_t, to_text, rounded_text, place_text, append_text
-  use blank, only: blank_t, mass_of
+  use blank, only: blank_t
   use effect, only: effect_slot_t, instant_t
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
   use face_penetration, only: element_sizes, points_of_element
@@ -15,8 +15,12 @@ module health
   use step_control, only: step_control_t
   use energy_balance, only: energy_balance_t
   use failure_location, only: location_t, location_of_failure, location_of_smallest, &
-                              location_text, block_text, fastest_point, deepest_point, &
+                              location_text, block_text, find_fastest, &
+                              find_deepest_point, &
                               contact_point_text, most_sheared
+  use failure_causes, only: facts_t, facts_of, causes_of, tool_edge_near, added_part, inverted, &
+                            not_finite, increment_collapsed, energy_lost, too_deep, &
+                            increment_refused
   use simple_shear, only: shear_limit
   use user_call, only: take_user_failure
   implicit none
@@ -24,28 +28,6 @@ module health
 
   public :: check_health, check_balance, check_pairs, check_hidden_depths, added_mass_warning
   public :: shear_warning
-
-  integer, parameter :: inverted = 1, not_finite = 2, increment_collapsed = 3, &
-                                energy_lost = 4, too_deep = 5, increment_refused = 6
-  character(*), parameter :: larger_than_intended = &
-    "loads or prescribed velocities larger than intended: units, signs, amplitudes", &
-    outside_of_law = "material constants outside the range of the law"
-
-  !> What distinguishes causes.
-  type :: facts_t
-    real(wp) :: safety = 0.0_wp         !! scale factor on the stable time increment
-    real(wp) :: speed = 0.0_wp          !! of the fastest control point
-    real(wp) :: travel = 0.0_wp         !! its travel per increment over the smallest element
-    real(wp) :: added_mass = 0.0_wp     !! part of the real one
-    logical :: is_user_law = .false.
-    logical :: has_contact = .false.
-  end type facts_t
-
-  !> Up to three lines.
-  type :: list_t
-    integer :: n = 0
-    character(:), allocatable :: text
-  end type list_t
 
   real(wp), parameter :: collapse = 1.0e-3_wp   ! of the step at the start
   real(wp), parameter :: alternation = 0.01_wp  ! of the largest energy so far
@@ -59,14 +41,17 @@ contains
     type(step_control_t), intent(in) :: control
     type(error_t), allocatable, intent(out) :: error
 
+    type(location_t) :: location
+
     associate (blank => model%bodies%blank)
       if (blank%report%failed_block < huge(1)) then
         call fail(error, failed_message(model, instant, control))
       else if (blank%report%largest_rate*collapse**2 > control%rate_at_start) then
+        location = location_of_smallest(blank)
         call fail(error, "blank '"//blank%name//"': the stable time increment fell below a "// &
                   "thousandth of that at the start, "//when(instant)//", by "// &
-                  location_text(blank, location_of_smallest(blank))// &
-                  causes_of(increment_collapsed, facts_of(model, instant, control)))
+                  location_text(blank, location)//causes_of(increment_collapsed, &
+                  facts_of(model, instant, control, location%position)))
       end if
     end associate
   end subroutine check_health
@@ -82,7 +67,8 @@ contains
     type(instant_t), intent(in) :: instant
     type(step_control_t), intent(in) :: control
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: what
+    character(:), allocatable :: what, fastest
+    real(wp) :: place(3)
 
     if (.not. abs(balance%alarm) <= huge(1.0_wp)) then
       what = "the energies are NaN or infinite "//when(instant)
@@ -99,8 +85,9 @@ contains
     else
       return
     end if
-    call fail(error, what//"; fastest is "//fastest_point(model%bodies%blank)// &
-              causes_of(energy_lost, facts_of(model, instant, control)))
+    call find_fastest(model%bodies%blank, fastest, place)
+    call fail(error, what//"; fastest is "//fastest// &
+              causes_of(energy_lost, facts_of(model, instant, control, place)))
   end subroutine check_balance
 
   !> Warning where masses are scaled and the kinetic energy exceeds a twentieth of the internal
@@ -139,13 +126,6 @@ contains
       blank%law%shear_warning()
   end function shear_warning
 
-  !> Added mass by the real one.
-  pure real(wp) function added_part(blank)
-    type(blank_t), intent(in) :: blank
-
-    added_part = blank%added_mass*blank%mass_factor/max(mass_of(blank%parts), tiny(1.0_wp))
-  end function added_part
-
   !> Penetrations of all contact pairs against the limits, as fractions of the thickness, and
   !! searches that failed. A pair warns once of each.
   subroutine check_pairs(effects, tools, warning_limit, limit, instant, warnings, error)
@@ -155,8 +135,10 @@ contains
     type(instant_t), intent(in) :: instant
     type(string_t), allocatable, intent(out) :: warnings(:)
     type(error_t), allocatable, intent(out) :: error
-    type(facts_t) :: none
+    type(facts_t) :: facts
     type(contact_view_t), allocatable :: pairs(:)
+    character(:), allocatable :: deepest
+    real(wp) :: place(3)
     integer :: i
 
     allocate (warnings(0))
@@ -172,14 +154,16 @@ contains
                            "no contact there; the number of failed searches is at the end")
         end if
         if (limit > 0.0_wp .and. pair%depth > limit*pair%thickness) then
+          call find_deepest_point(pair%pair, tools(pair%tool), deepest, place)
+          facts%edge = tool_edge_near(effects, tools, place)
           call fail(error, depth_message(pair, instant)//", limit "//to_text(limit)//", "// &
-                    deepest_point(pair%pair, tools(pair%tool))//causes_of(too_deep, none))
+                    deepest//causes_of(too_deep, facts))
           return
         else if (warning_limit > 0.0_wp .and. pair%depth > warning_limit*pair%thickness &
                  .and. .not. pair%has_warned) then
           pair%has_warned = .true.
-          call append_text(warnings, "warning: "//depth_message(pair, instant)//", "// &
-                           deepest_point(pair%pair, tools(pair%tool)))
+          call find_deepest_point(pair%pair, tools(pair%tool), deepest)
+          call append_text(warnings, "warning: "//depth_message(pair, instant)//", "//deepest)
         end if
       end associate
     end do
@@ -252,6 +236,7 @@ contains
     type(step_control_t), intent(in) :: control
     character(:), allocatable :: message, user_failure
     type(location_t) :: location
+    type(facts_t) :: facts
     integer :: failure
     logical :: is_refusal
 
@@ -274,32 +259,14 @@ contains
       else
         message = message//block_text(blank)
       end if
-      message = message//causes_of(failure, facts_of(model, instant, control))
+      if (location%part > 0 .and. .not. location%is_at_start) then
+        facts = facts_of(model, instant, control, location%position)
+      else
+        facts = facts_of(model, instant, control)
+      end if
+      message = message//causes_of(failure, facts)
     end associate
   end function failed_message
-
-  !> What distinguishes causes. NaN or infinite speeds do not count.
-  function facts_of(model, instant, control) result(facts)
-    type(model_t), intent(in) :: model
-    type(instant_t), intent(in) :: instant
-    type(step_control_t), intent(in) :: control
-    type(facts_t) :: facts
-    integer :: p
-
-    associate (blank => model%bodies%blank)
-      do p = 1, size(blank%parts)
-        associate (v => blank%parts(p)%element%motion%v)
-          facts%speed = max(facts%speed, maxval(abs(v), abs(v) <= huge(1.0_wp)))
-        end associate
-      end do
-      facts%added_mass = added_part(blank)
-      facts%is_user_law = blank%law%needs_context
-    end associate
-    facts%safety = control%safety
-    ! Jacobians are those of elements from -1 to 1.
-    facts%travel = facts%speed*instant%dt*0.5_wp*sqrt(control%rate_at_start)
-    facts%has_contact = size(contact_pairs(model%forces)) > 0
-  end function facts_of
 
   function when(instant) result(text)
     type(instant_t), intent(in) :: instant
@@ -307,90 +274,5 @@ contains
 
     text = "at time "//to_text(instant%time)
   end function when
-
-  !> Lines `  1. cause` under a heading, each with a line feed before it: first what the data of the
-  !! run show.
-  function causes_of(failure, facts) result(text)
-    integer, intent(in) :: failure      !! `inverted` ... `increment_refused`
-    type(facts_t), intent(in) :: facts
-    character(:), allocatable :: text
-    real(wp), parameter :: far = 0.1_wp, heavy = 10.0_wp
-    type(list_t) :: list
-
-    list%text = new_line("a")//"likely causes:"
-    if (failure /= too_deep) then
-      call add(list, facts%safety > 1.0_wp, "time increments above the stable one: SCALE "// &
-               "FACTOR="//rounded_text(facts%safety)//" of *DYNAMIC, where at most 1 is stable")
-      ! High speeds also follow from increments that are too large.
-      call add(list, .not. (facts%travel < far .or. facts%safety > 1.0_wp), "a speed of "// &
-               rounded_text(facts%speed)//", which moves a point by "// &
-               rounded_text(facts%travel)//" of the smallest element per increment: "// &
-               "velocities, loads, or units that are not consistent")
-      call add(list, facts%added_mass > heavy, "masses scaled up to "// &
-               rounded_text(1.0_wp + facts%added_mass)//" times the real ones, too far for the "// &
-               "speed of the process")
-    end if
-    call add_typical(list, failure, facts)
-    text = list%text
-  end function causes_of
-
-  !> Usual causes of a failure.
-  subroutine add_typical(list, failure, facts)
-    type(list_t), intent(inout) :: list
-    integer, intent(in) :: failure
-    type(facts_t), intent(in) :: facts
-
-    select case (failure)
-    case (inverted, increment_collapsed)
-      call add(list, facts%is_user_law, "the user's subroutine: a stress that does not resist "// &
-               "what squeezes the element")
-      call add(list, facts%has_contact, "tools that squeeze or bend the sheet more than its "// &
-               "elements can follow: gap, stroke, radii")
-      call add(list, .true., "elements too large or too flat for the strain at this location: "// &
-               "refine, or raise the degree")
-      call add(list, .true., "a material that hardens too little, so that the strain localizes "// &
-               "in one row of elements")
-      call add(list, .true., larger_than_intended)
-    case (not_finite)
-      call add(list, facts%is_user_law, "the user's subroutine: a division by zero, a root or "// &
-               "logarithm of what is negative, state variables that start at zero")
-      call add(list, .true., "inconsistent units in the deck: density, stiffness, lengths and "// &
-               "times")
-      call add(list, .true., larger_than_intended)
-      call add(list, .true., outside_of_law)
-    case (increment_refused)
-      call add(list, .true., "the user's subroutine: an iteration of its own that does not "// &
-               "converge, or a PNEWDT that it sets below 1 for increments of any size")
-      call add(list, .true., larger_than_intended)
-      call add(list, .true., outside_of_law)
-    case (energy_lost)
-      call add(list, facts%is_user_law, "the user's subroutine: a stress that does not follow "// &
-               "its strain increments, or a stiffness above the one of the deck")
-      call add(list, facts%has_contact, "contact: a penalty near the limit of the time "// &
-               "increment, or points too far apart for the edges of the tool")
-      call add(list, .true., "an impact: tools or loads that begin at full speed, see "// &
-               "*AMPLITUDE")
-      call add(list, .true., "strain that localizes in few elements, which are about to invert")
-      call add(list, .true., "a time increment close to the stable one: a smaller SCALE "// &
-               "FACTOR of *DYNAMIC")
-    case (too_deep)
-      call add(list, .true., "tools that leave the sheet less room than its thickness")
-      call add(list, .true., "a penalty that is too soft for the force: PENALTY SCALE or "// &
-               "STIFFNESS of *CONTACT PAIR")
-      call add(list, .true., "too few contact points for an edge or radius of the tool: COUNT "// &
-               "of *CONTACT PAIR, or smaller elements")
-    end select
-  end subroutine add_typical
-
-  subroutine add(list, is_likely, cause)
-    type(list_t), intent(inout) :: list
-    logical, intent(in) :: is_likely
-    character(*), intent(in) :: cause
-    integer, parameter :: most = 3
-
-    if (.not. is_likely .or. list%n == most) return
-    list%n = list%n + 1
-    list%text = list%text//new_line("a")//"  "//to_text(list%n)//". "//cause
-  end subroutine add
 
 end module health
