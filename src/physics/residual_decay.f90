@@ -57,15 +57,18 @@ contains
     type(decay_t), intent(in) :: decay
 
     left = decay%left
+    if (decay%fraction >= 1.0_wp) left = 0.0_wp
     if (left >= 0.0_wp) left = max(0.0_wp, left - decay%n_open)
   end function increments_left
 
   !> Fit exponentials to the later half of the marks. The fraction is the smaller one of the part of
   !! the decay that is done, in the logarithm, and of the part of the increments: fast motions come
-  !! to rest first and say little about slow ones. It never falls.
+  !! to rest first and say little about slow ones. It does not fall while the residuals decay; where
+  !! a slow motion sets in and one of them grows, it is unknown again.
   pure subroutine judge(decay)
     type(decay_t), intent(inout) :: decay
     real(wp), parameter :: least_decay = 0.7_wp    ! of the logarithm since the largest residual
+    real(wp), parameter :: growth = 0.3_wp         ! of the logarithm over the later half
     real(wp), parameter :: longest = 10.0_wp       ! that is foretold, in increments so far
     real(wp), parameter :: almost = 0.99_wp        ! only rest itself is the end
     real(wp) :: fraction, left, level, slope, done
@@ -79,6 +82,7 @@ contains
       call fit(decay%marks(i, decay%n_marks/2 + 1:decay%n_marks), level, slope)
       level = max(level, decay%marks(i, decay%n_marks))
       if (level <= 0.0_wp) cycle
+      if (slope*(decay%n_marks/2) > growth) decay%fraction = -1.0_wp
       associate (top => log(decay%top(i)))
         if (.not. (slope < 0.0_wp .and. top - level > least_decay)) return
         fraction = min(fraction, 1.0_wp - level/top)
