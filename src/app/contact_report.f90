@@ -25,12 +25,12 @@ module contact_report
 contains
 
   !> The deepest penetration, what the searches of each pair did, and tools that never touched.
-  subroutine log_contact(log, model, run, is_complete, length_unit)
+  subroutine log_contact(log, model, run, is_complete, length_unit, energy_unit)
     type(run_log_t), intent(inout) :: log
     type(model_t), intent(in), target :: model
     type(run_t), intent(in) :: run
     logical, intent(in) :: is_complete     !! the run was not broken off
-    character(*), intent(in) :: length_unit   !! for the log, or empty
+    character(*), intent(in) :: length_unit, energy_unit   !! for the log, or empty
     type(contact_view_t), allocatable :: pairs(:)
     type(meeting_t), allocatable :: meetings(:)
     character(:), allocatable :: unit
@@ -42,7 +42,7 @@ contains
     if (size(pairs) == 0) return
     call log_depths(log, pairs, run%largest_penetration, unit)
     call log_searches(log, pairs)
-    call log_line(log, work_words(pairs, model%bodies%tools))
+    call log_line(log, work_words(pairs, model%bodies%tools, energy_unit))
     if (.not. is_complete) return
     meetings = meetings_of(pairs, model%bodies%tools)
     do i = 1, size(meetings)
@@ -62,18 +62,19 @@ contains
     integer :: i
 
     deepest = at_points
-    location = ""
+    location = ", and no deeper between them"
     do i = 1, size(pairs)
       associate (pair => pairs(i)%pair)
         if (.not. pair%greatest%depth > deepest) cycle
         deepest = pair%greatest%depth
-        location = ", of "//pair%name//" at time "//rounded_text(pair%greatest_time)//", at "// &
-                place_text(pair%greatest%x)
+        location = ", between them "//rounded_text(deepest)//unit//" ("// &
+                   percent(deepest/pair%thickness, 1)//" of the thickness): "//pair%name// &
+                   " at time "//rounded_text(pair%greatest_time)//", at "// &
+                   place_text(pair%greatest%x)
       end associate
     end do
     call log_line(log, "contact    deepest penetration "//rounded_text(at_points)//unit// &
-                  " at contact points, "//rounded_text(deepest)//unit//" between them too"// &
-                  location)
+                  " at contact points"//location)
   end subroutine log_depths
 
   !> What the contact searches did, pair by pair.
@@ -86,7 +87,7 @@ contains
       associate (s => pairs(i)%pair%pair%statistics)
         call log_line(log, pairs(i)%pair%name//": "//to_text(s%n_tested)//" of "// &
                       to_text(s%n_points)//" points tested, "// &
-                      percent(1 - real(s%n_tested, wp)/max(1.0_wp, real(s%n_points, wp)))// &
+                      percent(1 - real(s%n_tested, wp)/max(1.0_wp, real(s%n_points, wp)), 3)// &
                       " culled, "// &
                       rounded_text(real(s%n_iterations, wp)/max(1.0_wp, real(s%n_tested, wp)))// &
                       " face evaluations a point, at most "//to_text(s%max_iterations)//", "// &
@@ -97,9 +98,10 @@ contains
   end subroutine log_searches
 
   !> Work of each tool on the blank: of its pairs, friction and penalty springs included.
-  function work_words(pairs, tools) result(words)
+  function work_words(pairs, tools, unit) result(words)
     type(contact_view_t), intent(in) :: pairs(:)
     type(tool_t), intent(in) :: tools(:)
+    character(*), intent(in) :: unit         !! of energies, or empty
     character(:), allocatable :: words
     real(wp) :: work(size(tools))
     logical :: is_paired(size(tools))
@@ -117,7 +119,7 @@ contains
     do t = 1, size(tools)
       if (is_paired(t)) words = words//" "//tools(t)%name//" "//rounded_text(work(t))//","
     end do
-    words = words(:len(words) - 1)
+    words = words(:len(words) - 1)//trim(" "//unit)//" (with friction and penalty springs)"
   end function work_words
 
   !> How tools and faces have met. Of a blank of several patches, and of a tool that a deck takes
@@ -126,6 +128,7 @@ contains
     type(contact_view_t), intent(in) :: pairs(:)
     type(tool_t), intent(in) :: tools(:)
     type(meeting_t), allocatable :: meetings(:)
+    real(wp), parameter :: round_off = 1.0e-6_wp   ! of the thickness: a sheet that lies on a tool
     integer :: i, k
 
     allocate (meetings(0))
@@ -138,7 +141,8 @@ contains
         end if
         associate (meeting => meetings(k))
           meeting%has_touched = meeting%has_touched .or. pair%has_touched
-          meeting%depth = max(meeting%depth, pair%greatest%depth)
+          if (pair%greatest%depth > round_off*pair%thickness) &
+            meeting%depth = max(meeting%depth, pair%greatest%depth)
           if (.not. meeting%has_touched) &
             call find_nearest(pair, tools(pair%tool), meeting%nearest, meeting%is_behind)
         end associate
@@ -164,7 +168,8 @@ contains
       words = words//"in the end it is "//rounded_text(meeting%nearest)//unit// &
               " away; check its location, its motion, its SIDE and the units of the deck"
     else
-      words = words//"in the end it lies next to the blank; check its location and its motion"
+      words = words//"in the end no contact point lies opposite it; check its location "// &
+              "and its motion"
     end if
   end function idle_words
 
@@ -190,12 +195,13 @@ contains
     is_behind = gaps(i) < 0.0_wp
   end subroutine find_nearest
 
-  pure function percent(fraction) result(text)
+  pure function percent(fraction, decimals) result(text)
     real(wp), intent(in) :: fraction
+    integer, intent(in) :: decimals
     character(:), allocatable :: text
-    character(16) :: buffer
+    character(24) :: buffer
 
-    write (buffer, "(f10.3)") 100.0_wp*fraction
+    write (buffer, "(f20."//to_text(decimals)//")") 100.0_wp*fraction
     text = trim(adjustl(buffer))//" %"
   end function percent
 

@@ -24,7 +24,7 @@ module deck_run
   use model_setup, only: build_model
   use setup_check, only: check_setup
   use display_fields, only: output_fields
-  use frames, only: results_t, results_setup_t, close_results, length_unit
+  use frames, only: results_t, results_setup_t, close_results, unit_in
   use file_lock, only: lock_t, release_lock
   use system_files, only: kind_of_file, remove_file
   use hdf5_library, only: is_library_ready
@@ -316,7 +316,7 @@ contains
     end if
     call log_balance(log, run)
     call log_contact(log, model, run, code == exit_done .or. code == exit_numerics, &
-                     length_unit(results))
+                     unit_in(results, "length"), unit_in(results, "energy"))
     if (relaxation_outcome(model%supports) /= "") then
       call log_line(log, "relaxation "//relaxation_outcome(model%supports))
     end if

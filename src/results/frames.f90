@@ -41,7 +41,7 @@ module frames
 
   public :: results_t, results_setup_t, display_patch_t, display_tool_t, frame_t, patch_frame_t
   public :: face_field_t, tool_frame_t
-  public :: open_results, write_frame, close_results, flush_results, length_unit, layout_problem
+  public :: open_results, write_frame, close_results, flush_results, unit_in, layout_problem
 
   !> An open results file. Rows of its history wait in memory until the next frame or flush.
   type :: results_t
@@ -186,14 +186,15 @@ contains
     call take_error(results%file, error)
   end subroutine flush_results
 
-  !> Unit of a length in this file; empty where the deck has no label of its units.
-  pure function length_unit(results) result(unit)
+  !> Unit of a quantity, such as `length`, in this file; empty where the deck has no label of it.
+  pure function unit_in(results, quantity) result(unit)
     type(results_t), intent(in) :: results
+    character(*), intent(in) :: quantity
     character(:), allocatable :: unit
 
-    unit = unit_of(results%units, "length")
-    if (unit == "length") unit = ""
-  end function length_unit
+    unit = unit_of(results%units, quantity)
+    if (unit == quantity) unit = ""
+  end function unit_in
 
   !> Write a frame and the history up to it, or its first rows, then flush the file.
   subroutine write_frame(results, frame, error, n_samples)
