@@ -234,9 +234,9 @@ contains
     last_shown = now
     fraction = step_fraction(model, run)
     if (.not. model%step%has_relaxation) then
-      done = percent(fraction)//" of its time"
+      done = to_text(nint(100*fraction))//" % of its time"
     else if (fraction >= 0.0_wp) then
-      done = percent(fraction)//" of its relaxation"
+      done = to_text(nint(100*fraction))//" % of its relaxation"
     else
       done = "its residuals do not decay yet"
     end if

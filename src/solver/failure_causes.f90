@@ -17,7 +17,7 @@ module failure_causes
   implicit none
   private
 
-  public :: facts_t, facts_of, causes_of, tool_edge_near, added_part
+  public :: facts_t, facts_of, find_speeds, causes_of, tool_edge_near, added_part
 
   integer, parameter, public :: inverted = 1, not_finite = 2, increment_collapsed = 3, &
                                 energy_lost = 4, too_deep = 5, increment_refused = 6
@@ -54,7 +54,7 @@ contains
     type(step_control_t), intent(in) :: control
     real(wp), intent(in), optional :: place(3)    !! of the failure [length]
     type(facts_t) :: facts
-    integer :: p, t
+    integer :: p
 
     associate (blank => model%bodies%blank)
       do p = 1, size(blank%parts)
@@ -64,24 +64,28 @@ contains
       end do
       facts%added_mass = added_part(blank)
       facts%is_user_law = blank%law%needs_context
-      facts%young = young_of(blank%law)
-      facts%wave_speed = sqrt(facts%young/max(blank%law%density, tiny(1.0_wp)))
+      call find_speeds(blank%law, model%bodies%tools, facts)
     end associate
     facts%safety = control%safety
     ! Jacobians are those of elements from -1 to 1.
     facts%travel = facts%speed*instant%dt*0.5_wp*sqrt(control%rate_at_start)
-    do t = 1, size(model%bodies%tools)
-      facts%tool_speed = max(facts%tool_speed, largest_speed(model%bodies%tools(t)))
-    end do
     facts%has_contact = size(contact_pairs(model%forces)) > 0
     if (present(place)) facts%edge = tool_edge_near(model%forces, model%bodies%tools, place)
   end function facts_of
 
-  pure real(wp) function young_of(law) result(young)
+  !> Speeds of waves and tools.
+  pure subroutine find_speeds(law, tools, facts)
     class(block_law_t), intent(in) :: law
+    type(tool_t), intent(in) :: tools(:)
+    type(facts_t), intent(inout) :: facts
+    integer :: t
 
-    young = 9.0_wp*law%bulk*law%shear/max(3.0_wp*law%bulk + law%shear, tiny(1.0_wp))
-  end function young_of
+    facts%young = 9.0_wp*law%bulk*law%shear/max(3.0_wp*law%bulk + law%shear, tiny(1.0_wp))
+    facts%wave_speed = sqrt(facts%young/max(law%density, tiny(1.0_wp)))
+    do t = 1, size(tools)
+      facts%tool_speed = max(facts%tool_speed, largest_speed(tools(t)))
+    end do
+  end subroutine find_speeds
 
   !> Added mass by the real one.
   pure real(wp) function added_part(blank)

@@ -171,8 +171,8 @@ contains
     end if
     call finish_step(model, run, is_through, rate, error)
     if (allocated(error)) return
-    call check_pairs(model%forces, model%bodies%tools, model%step%depth_warning, &
-                     model%step%depth_limit, run%instant, warnings, error)
+    call check_pairs(model%forces, model%bodies%tools, model%bodies%blank%law, &
+                     model%step%depth_warning, model%step%depth_limit, run%instant, warnings, error)
     call log_lines(log, warnings)
   end subroutine run_increment
 

@@ -5,6 +5,7 @@ module health
   use kinds, only: wp
   use failure, only: error_t, fail
   use text, only: string_t, to_text, rounded_text, place_text, append_text
+  use block_law, only: block_law_t
   use blank, only: blank_t
   use effect, only: effect_slot_t, instant_t
   use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
@@ -18,9 +19,9 @@ module health
                               location_text, block_text, find_fastest, &
                               find_deepest_point, &
                               contact_point_text, most_sheared
-  use failure_causes, only: facts_t, facts_of, causes_of, tool_edge_near, added_part, inverted, &
-                            not_finite, increment_collapsed, energy_lost, too_deep, &
-                            increment_refused
+  use failure_causes, only: facts_t, facts_of, find_speeds, causes_of, tool_edge_near, &
+                            added_part, inverted, not_finite, increment_collapsed, energy_lost, &
+                            too_deep, increment_refused
   use simple_shear, only: shear_limit
   use user_call, only: take_user_failure
   implicit none
@@ -128,9 +129,10 @@ contains
 
   !> Penetrations of all contact pairs against the limits, as fractions of the thickness, and
   !! searches that failed. A pair warns once of each.
-  subroutine check_pairs(effects, tools, warning_limit, limit, instant, warnings, error)
+  subroutine check_pairs(effects, tools, law, warning_limit, limit, instant, warnings, error)
     type(effect_slot_t), intent(inout), target :: effects(:)
     type(tool_t), intent(in) :: tools(:)
+    class(block_law_t), intent(in) :: law                  !! of the blank
     real(wp), intent(in) :: warning_limit, limit           !! 0: none
     type(instant_t), intent(in) :: instant
     type(string_t), allocatable, intent(out) :: warnings(:)
@@ -155,6 +157,7 @@ contains
         end if
         if (limit > 0.0_wp .and. pair%depth > limit*pair%thickness) then
           call find_deepest_point(pair%pair, tools(pair%tool), deepest, place)
+          call find_speeds(law, tools, facts)
           facts%edge = tool_edge_near(effects, tools, place)
           call fail(error, depth_message(pair, instant)//", limit "//to_text(limit)//", "// &
                     deepest//causes_of(too_deep, facts))
