@@ -24,10 +24,10 @@ class Deck:
             if head.startswith("*"):
                 step += head == "*STEP"
                 pairs = [option.partition("=") for option in rest]
-                options = {name: value.strip('"') for name, _, value in pairs}
+                options = {name: unquoted(value) for name, _, value in pairs}
                 self.records.append(Record(head[1:], options, [], max(step, 1)))
             elif self.records:
-                self.records[-1].data.append([field.strip('"') for field in (head, *rest)])
+                self.records[-1].data.append([unquoted(field) for field in (head, *rest)])
 
     def named(self, *keywords):
         return [record for record in self.records if record.keyword in keywords]
@@ -46,20 +46,15 @@ class Deck:
         return {row[0].upper() for record in self.named("BOUNDARY") for row in record.data
                 if len(row) > 1 and row[1].upper() == f"{letter}SYMM"}
 
-    def side(self, tool):
-        """1 where the sheet lies on the side of a tool's normals, else -1; None without a *TOOL."""
-        for record in self.named("TOOL"):
-            if same(record.options["NAME"]) != same(tool):
-                continue
-            if record.options["TYPE"].upper() != "OFFSET":
-                return -1 if record.options.get("SIDE", "").upper() == "NEGATIVE" else 1
-            return self.side(record.options["OF"]) * (-1 if number(record.data[0][0]) > 0 else 1)
-        return None
-
 
 def number(text):
     """A number as Fortran writes it."""
     return float(text.lower().replace("d", "e"))
+
+
+def unquoted(text):
+    """A value without its quotes, doubled ones inside it single."""
+    return text[1:-1].replace('""', '"') if text.startswith('"') else text
 
 
 def same(name):

@@ -2,7 +2,8 @@
 module command_line
   use, intrinsic :: iso_fortran_env, only: compiler_version
   use kinds, only: wp
-  use text, only: string_t, strings, nearest_name, read_integer, read_real, append_text
+  use text, only: string_t, strings, read_real, append_text
+  use command_options, only: program_arguments, take_count, unknown_option
   use build_info, only: version, git_commit, source_digest
   implicit none
   private
@@ -39,14 +40,7 @@ contains
   !> Read the arguments of the program.
   subroutine read_command_line(command)
     type(command_t), intent(out) :: command
-    type(string_t), allocatable :: arguments(:)
-    integer :: i
-
-    allocate (arguments(command_argument_count()))
-    do i = 1, size(arguments)
-      arguments(i)%value = argument(i)
-    end do
-    call parse_arguments(arguments, command)
+    call parse_arguments(program_arguments(), command)
   end subroutine read_command_line
 
   !> Take a list of arguments apart, as far as the first error.
@@ -171,9 +165,7 @@ contains
       call take_value(word, value, command)
     case default
       if (index(word, "-") == 1) then
-        command%reason = "unknown option '"//word//"'"
-        if (nearest_option(word) /= "") command%reason = command%reason//"; nearest is "// &
-                                                        nearest_option(word)
+        command%reason = unknown_option(word, all_options())
       else if (command%deck /= "") then
         command%reason = "one deck at a time: '"//command%deck//"' and '"//word//"' given"
       else
@@ -235,40 +227,14 @@ contains
     end if
   end subroutine take_value
 
-  !> The value of an option that counts something.
-  subroutine take_count(option, value, count, reason)
-    character(*), intent(in) :: option, value
-    integer, intent(inout) :: count
-    character(:), allocatable, intent(inout) :: reason
-    logical :: is_number
-
-    call read_integer(value, count, is_number)
-    if (.not. is_number .or. count < 1) then
-      reason = "option "//option//" needs a whole number of at least 1, not '"//value//"'"
-    end if
-  end subroutine take_count
-
-  !> The option most like `word`; empty where none is.
-  function nearest_option(word) result(nearest)
-    character(*), intent(in) :: word
-    character(:), allocatable :: nearest
+  !> All options.
+  function all_options() result(options)
     type(string_t), allocatable :: options(:)
 
     options = strings([character(19) :: "--out", "--threads", "--set", "--user", "--check", &
                        "--restart", "--restart-any-build", "--wall", &
                        "--modes", "--trial-run", "--no-skip", "--return-study", "--jobs", &
                        "--only", "--summary", "--quiet", "--keywords", "--version", "--help"])
-    nearest = nearest_name(word, options)
-  end function nearest_option
-
-  function argument(i) result(word)
-    integer, intent(in) :: i
-    character(:), allocatable :: word
-    integer :: length
-
-    call get_command_argument(i, length=length)
-    allocate (character(length) :: word)
-    call get_command_argument(i, value=word)
-  end function argument
+  end function all_options
 
 end module command_line

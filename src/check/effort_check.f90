@@ -286,6 +286,9 @@ contains
                    is_in => is_held(scene%blank%patches(p)%solid, &
                                     scene%sets(scene%boundaries(i)%set), p))
           if (.not. any(is_in)) cycle
+          ! A plane across the coordinate, or the whole patch.
+          if (.not. all(is_in) .and. &
+              maxval(x, is_in) - minval(x, is_in) > steady*(high - low)) cycle
           is_held_at(1) = is_held_at(1) .or. minval(x, is_in) <= low + steady*(high - low)
           is_held_at(2) = is_held_at(2) .or. maxval(x, is_in) >= high - steady*(high - low)
         end associate

@@ -30,6 +30,7 @@ contains
     do i = 1, size(deck%records)
       associate (record => deck%records(i))
         if (record%spec == 0 .or. .not. record%is_valid) cycle
+        if (deck%keywords(record%spec)%name == "PARAMETER") cycle
         call add_line(buffer, head_of(record, deck%keywords(record%spec)%name))
         if (record%n_lines > most_lines) cycle
         do line = 1, record%n_lines
@@ -76,13 +77,22 @@ contains
     end do
   end function data_of
 
-  !> A value in quotes where it holds a comma, a quote or a star at its start.
+  !> A value in quotes, those inside doubled, where it holds a comma, a quote or a star at its start.
   pure function quoted(value) result(text)
     character(*), intent(in) :: value
     character(:), allocatable :: text
+    integer :: i
 
-    text = value
-    if (scan(value, ',"') > 0 .or. index(value, "*") == 1) text = '"'//value//'"'
+    if (scan(value, ',"') == 0 .and. index(value, "*") /= 1) then
+      text = value
+      return
+    end if
+    text = '"'
+    do i = 1, len(value)
+      text = text//value(i:i)
+      if (value(i:i) == '"') text = text//'"'
+    end do
+    text = text//'"'
   end function quoted
 
   pure subroutine add_line(buffer, line)

@@ -328,15 +328,29 @@ contains
       associate (other => tool%surfaces(s))
         m = [shape(other%weights), 1]
         do axis = 1, 2
-          if (.not. all(n == m) .or. .not. is_even(surface%axes(axis))) cycle
-          has_picture = has_picture .or. &
-            is_mirrored(reshape(surface%points, [n, 3]), reshape(surface%weights, n), &
+          if (.not. all(n == m) .or. .not. is_even(surface%axes(axis)) .or. has_picture) cycle
+          if (.not. may_mirror(surface, other, component, middle)) cycle
+          has_picture = is_mirrored(reshape(surface%points, [n, 3]), reshape(surface%weights, n), &
                         reshape(other%points, [m, 3]), reshape(other%weights, m), axis, &
                         component, middle)
         end do
       end associate
     end do
   end function has_picture
+
+  !> Do the bounds of two surfaces mirror each other?
+  pure logical function may_mirror(surface, other, component, middle)
+    type(nurbs_surface_t), intent(in) :: surface, other
+    integer, intent(in) :: component
+    real(wp), intent(in) :: middle
+    real(wp) :: slack
+
+    associate (x => surface%points(:, :, component), y => other%points(:, :, component))
+      slack = tolerance*max(maxval(abs(surface%points)), maxval(abs(other%points)))
+      may_mirror = abs(minval(x) + maxval(y) - 2.0_wp*middle) <= slack .and. &
+                   abs(maxval(x) + minval(y) - 2.0_wp*middle) <= slack
+    end associate
+  end function may_mirror
 
   !> Loads, supports and velocities at the start against the plane.
   pure function mirrored_condition_problem(scene, component, axis, middle) result(reason)
