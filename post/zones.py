@@ -16,8 +16,9 @@ class Zone(NamedTuple):
 
 
 ZONES = (Zone("safe", "#8fc48b"), Zone("marginal", "#f2d24b"), Zone("crack", "#d1495b"),
-         Zone("wrinkle tendency", "#7fb2e5"), Zone("strong thickening", "#8a6bbf"))
-SAFE, MARGINAL, CRACK, WRINKLE, THICKENING = range(len(ZONES))
+         Zone("wrinkle tendency", "#7fb2e5"), Zone("strong thickening", "#8a6bbf"),
+         Zone("not judged: no limit given", "#d0d0d0"))
+SAFE, MARGINAL, CRACK, WRINKLE, THICKENING, NOT_JUDGED = range(len(ZONES))
 LEAST = 0.005        # thickening [logarithmic] below which sheet counts as hardly strained
 
 
@@ -34,12 +35,13 @@ class Borders:
 
     def __init__(self, curve, arguments):
         self.curve = curve
+        self.below_limit = NOT_JUDGED if curve is None else SAFE
         self.margin, self.thickening = arguments.margin, np.log1p(arguments.thickening)
 
     def zone(self, minor, major):
         """Number of the zone of each point."""
         thickening = -(minor + major)
-        found = np.where(thickening > LEAST, WRINKLE, SAFE)
+        found = np.where(thickening > LEAST, WRINKLE, self.below_limit)
         found = np.where(thickening > self.thickening, THICKENING, found)
         if self.curve is not None:
             share = self.share(minor, major)
@@ -57,7 +59,7 @@ class Borders:
         if self.curve is not None:
             limit = self.curve(minor)
             levels += [(SAFE, (1 - self.margin) * limit), (MARGINAL, limit)]
-        levels.append((SAFE if self.curve is None else CRACK, np.full_like(minor, highest)))
+        levels.append((NOT_JUDGED if self.curve is None else CRACK, np.full_like(minor, highest)))
         below = np.maximum(minor, lowest)   # the major strain is not less than the minor one
         for zone, above in levels:
             above = np.clip(above, below, np.maximum(highest, below))

@@ -136,6 +136,7 @@ contains
       here = foot(surface, hit)
       way = way - dot_product(way, hit%normal)*hit%normal
       if (.not. norm2(way) > 0.0_wp .or. length > 4*surface%scale) exit
+      if (length > 4*trial .and. norm2(here - x) <= trial) exit   ! once around
       way = way/norm2(way)
       trial = 2*trial
     end do
