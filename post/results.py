@@ -80,7 +80,7 @@ class Results:
 
     def side(self, tool):
         """1 where the sheet lies on the side of a tool's normals, else -1."""
-        return int(self.file["tools"][tool].attrs.get("side", [1])[0])
+        return int(self.file["tools"][tool].attrs.get("side", 1))
 
     @property
     def n_tool_cells(self):

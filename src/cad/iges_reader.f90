@@ -33,6 +33,7 @@ contains
     type(iges_model_t) :: model
     type(surface_seams_t) :: seams
     type(string_t), allocatable :: skipped(:)
+    character(:), allocatable :: found
     integer, allocatable :: reason(:), taken(:)
     integer :: n_before, i
 
@@ -50,8 +51,10 @@ contains
       deallocate (surfaces)
       allocate (surfaces(0))
     else if (size(taken) == 0) then
-      skipped = [string_t("no surface for a tool"), skipped_lines(model, reason)]
-      call add_error(errors, new_origin(request%path, 0, "IGES"), joined(skipped, ", "), &
+      skipped = skipped_lines(model, reason)
+      found = "no surface for a tool"
+      if (size(skipped) > 0) found = found//", "//joined(skipped, ", ")
+      call add_error(errors, new_origin(request%path, 0, "IGES"), found, &
                      "surfaces of type 128, 120 or 122 that stand for themselves")
     else
       do i = 1, size(surfaces)

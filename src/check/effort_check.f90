@@ -187,7 +187,8 @@ contains
       effort%acceleration = 0.0_wp
   contains
 
-    !> Component along the tool's normal of the velocity at a time, from positions h before and after.
+    !> Component along the tool's normal of the velocity at a time, from positions h before and
+    !! after.
     real(wp) function speed_at(time, h) result(speed)
       real(wp), intent(in) :: time, h
 

@@ -8,6 +8,7 @@ module reach_check
   use scene, only: scene_t
   use model, only: model_t
   use contact_effect, only: contact_view_t, contact_pairs
+  use nurbs_surface, only: nurbs_surface_t
   use tool, only: tool_t
   use tool_clearance_search, only: clearance_search_t, new_clearance_search, find_clearance
   use sheet_target, only: sheet_target_t, new_sheet_target
@@ -219,6 +220,7 @@ contains
     type(model_t), intent(in) :: model
     type(meeting_t), intent(in) :: meeting
     type(clearance_search_t) :: search
+    type(nurbs_surface_t) :: surfaces(size(model%bodies%blank%parts))
     real(wp) :: doubt
     integer :: p
 
@@ -226,8 +228,10 @@ contains
                frame => meeting%approach%nearest)
       distance = meeting%approach%least
       if (any(abs(frame%rotation - identity()) > 0.0_wp)) return
-      call new_clearance_search(search, [(parts(p)%element%surface(meeting%face), &
-                                         p=1, size(parts))], tool)
+      do p = 1, size(parts)
+        surfaces(p) = parts(p)%element%surface(meeting%face)
+      end do
+      call new_clearance_search(search, surfaces, tool)
       call find_clearance(search, tool, frame%displacement, 0.0_wp, 0.0_wp, distance, doubt)
       distance = distance - doubt
     end associate

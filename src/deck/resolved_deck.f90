@@ -77,7 +77,8 @@ contains
     end do
   end function data_of
 
-  !> A value in quotes, those inside doubled, where it holds a comma, a quote or a star at its start.
+  !> A value in quotes, those inside doubled, where it holds a comma, a quote or a star at its
+  !! start.
   pure function quoted(value) result(text)
     character(*), intent(in) :: value
     character(:), allocatable :: text

@@ -150,10 +150,12 @@ contains
     type(nurbs_solid_t), intent(inout) :: solids(:)
     type(error_t), allocatable, intent(out) :: error
     type(arc_t) :: arc
+    type(knot_vector_t) :: through
     real(wp) :: points(3, size(r, 1), 2, 3), starts(size(solids) + 1)
     integer :: p, i
 
     starts = rim_angles(shape)
+    through = linear_axis()
     do p = 1, size(solids)
       arc = clean_arc(starts(p), starts(p + 1) - starts(p))
       do i = 1, 3
@@ -161,7 +163,7 @@ contains
         points(i, :, :, 2) = r*arc%points(i, 2)
         points(i, :, :, 3) = z
       end do
-      call new_nurbs_solid(solids(p), [arc%axis, axis, linear_axis()], points, &
+      call new_nurbs_solid(solids(p), [arc%axis, axis, through], points, &
                            spread(spread(arc%weights, 2, size(weights)) &
                                   *spread(weights, 1, 3), 3, 2), error)
       if (allocated(error)) return

@@ -176,11 +176,10 @@ contains
     type(clearance_search_t) :: search
     real(wp) :: unit(3), way, last, nearest, least, left
     logical :: is_close
-    integer :: i, face
+    integer :: i
 
     unit = direction/norm2(direction)
-    call new_clearance_search(search, [((solid_face(solids(i), face), face=1, 6), &
-                                        i=1, size(solids))], tool, reach=clearance)
+    call new_clearance_search(search, faces_of(solids), tool, reach=clearance)
     call find_ends(tool, solids, unit, way, last)
     way = way - clearance
     last = last + clearance
@@ -251,5 +250,18 @@ contains
     first = first - front
     last = last - rear
   end subroutine find_ends
+
+  !> All faces of all patches.
+  pure function faces_of(solids) result(faces)
+    type(nurbs_solid_t), intent(in) :: solids(:)
+    type(nurbs_surface_t) :: faces(6*size(solids))
+    integer :: p, f
+
+    do p = 1, size(solids)
+      do f = 1, 6
+        faces(6*(p - 1) + f) = solid_face(solids(p), f)
+      end do
+    end do
+  end function faces_of
 
 end module tool_setup

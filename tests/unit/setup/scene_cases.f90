@@ -4,7 +4,7 @@ module scene_cases
   use failure, only: error_t
   use input_errors, only: error_list_t, new_origin, n_errors
   use text, only: to_text
-  use knot_vector, only: linear_axis
+  use knot_vector, only: knot_vector_t, linear_axis
   use nurbs_solid, only: nurbs_solid_t, new_nurbs_solid
   use primitives, only: arc_t, box_solid, plane_surface, unit_arc
   use scene, only: scene_t, material_spec_t, curve_spec_t, tool_spec_t, motion_spec_t, &
@@ -41,6 +41,7 @@ contains
     real(wp), intent(in) :: inner_radius, outer_radius, length, angle
     type(nurbs_solid_t) :: solid
     type(arc_t) :: arc
+    type(knot_vector_t) :: straight
     type(error_t), allocatable :: error
     real(wp), allocatable :: points(:, :, :, :)
 
@@ -50,7 +51,8 @@ contains
     points(:, :, 2, :2) = outer_radius*spread(arc%points, 2, 2)
     points(:, 1, :, 3) = 0.0_wp
     points(:, 2, :, 3) = length
-    call new_nurbs_solid(solid, [arc%axis, linear_axis(), linear_axis()], points, &
+    straight = linear_axis()
+    call new_nurbs_solid(solid, [arc%axis, straight, straight], points, &
                          spread(spread(arc%weights, 2, 2), 3, 2), error)
     if (allocated(error)) error stop "the ring of the test is wrong"
   end function ring_solid

@@ -197,15 +197,13 @@ holder
 
 
 class TestDeck(unittest.TestCase):
-    def test_steps_sides_and_empty_fields(self):
+    def test_steps_and_empty_fields(self):
         deck = Deck(DECK)
         [motion] = deck.named("TOOL MOTION")
         self.assertEqual(motion.step, 1)
         np.testing.assert_allclose([number(field) for field in motion.data[0]], [0, -18, 1e-3])
         self.assertEqual(deck.named("STEP")[2].options, {"NAME": "a, b"})
         self.assertEqual(deck.named("DYNAMIC")[0].data, [["", "2"]])
-        self.assertEqual([deck.side(name) for name in ("UPPER  DIE", "lid", "punch")],
-                         [-1, 1, None])
         self.assertEqual([deck.is_removed("upper die", step) for step in (1, 2, 3)],
                          [False, True, True])
         self.assertEqual([deck.is_removed("holder", step) for step in (1, 2, 3)],
