@@ -157,12 +157,21 @@ contains
                     gaps(2))
     else
       part = common_part(surfaces, a, b, tolerance)
-      if (part(2) - part(1) < shortest) return
+      ! Edges in one line may overlap by the round-off of their ends.
+      if (part(2) - part(1) < max(shortest, tolerance/length_of(a))) return
       call lay_on(surfaces, a, b, part, tolerance, is_on, gaps(1), runs_along(1))
       if (is_on) seam = seam_t([a%surface, b%surface], [a%number, b%number], &
                                .not. runs_along(1), .false., gaps(1))
     end if
   end subroutine compare
+
+  pure real(wp) function length_of(edge)
+    type(edge_t), intent(in) :: edge
+
+    associate (x => edge%corners)
+      length_of = sum(norm2(x(:, 2:) - x(:, :size(x, 2) - 1), 1))
+    end associate
+  end function length_of
 
   !> From where to where edge `a` lies on edge `b`, parts of its length: the ends of either on the
   !! other tell.
