@@ -9,7 +9,8 @@ module effort_check
   use failure, only: error_t
   use text, only: string_t, rounded_text, append_text
   use input_errors, only: error_list_t, add_warning
-  use scene, only: scene_t, material_spec_t, is_held
+  use scene, only: scene_t, material_spec_t
+  use support_extent, only: extent_t, extent_of, is_across, find_box, round_off
   use hardening, only: hardening_t, new_hardening, harden
   use unit_system, only: unit_system_t, new_unit_system, unit_of
   use blank, only: mass_of
@@ -18,7 +19,7 @@ module effort_check
   use closest_point, only: hit_t
   use tool_search, only: search_all_faces
   use sweep, only: position_at, break_times, in_space, in_tool
-  use reach_check, only: meeting_t
+  use reach_check, only: encounter_t
   implicit none
   private
 
@@ -42,22 +43,22 @@ module effort_check
 contains
 
   !> Zero where the tool does not move or touch, or the law has no flow stress that is known.
-  function effort_of(scene, model, meeting, thickness) result(effort)
+  function effort_of(scene, model, encounter, thickness) result(effort)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
-    type(meeting_t), intent(in) :: meeting
+    type(encounter_t), intent(in) :: encounter
     real(wp), intent(in) :: thickness         !! of the blank [length]
     type(effort_t) :: effort
     real(wp) :: flow, section, ratio, low(3), high(3)
 
     associate (material => scene%materials(scene%blank%material), blank => model%bodies%blank)
       flow = flow_stress_of(material)
-      if (.not. flow > 0.0_wp .or. .not. meeting%approach%has_touched) return
-      call find_bounds(model, low, high)
-      call find_speeds(model%bodies%tools(meeting%tool), meeting, norm2(high - low) &
+      if (.not. flow > 0.0_wp .or. .not. encounter%approach%has_touched) return
+      call find_box(scene, low, high)
+      call find_speeds(model%bodies%tools(encounter%tool), encounter, norm2(high - low) &
                        *sqrt(material%density/material%young), effort)
       if (.not. effort%speed > 0.0_wp) return
-      section = perimeter_of(scene, model, meeting)*thickness
+      section = perimeter_of(scene, model, encounter)*thickness
       effort%forming = flow*section
       effort%impact = sqrt(material%young*material%density)*effort%touch_speed*section
       effort%inertia = model%width_ratio*mass_of(blank%parts)/blank%mass_factor*effort%acceleration
@@ -69,10 +70,10 @@ contains
   end function effort_of
 
   !> Lines for each tool that moves, for `--check`.
-  function effort_lines(scene, model, meetings, thickness) result(lines)
+  function effort_lines(scene, model, encounters, thickness) result(lines)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
-    type(meeting_t), intent(in) :: meetings(:)
+    type(encounter_t), intent(in) :: encounters(:)
     real(wp), intent(in) :: thickness
     type(string_t), allocatable :: lines(:)
     type(effort_t) :: effort
@@ -88,10 +89,10 @@ contains
       force = " "//unit_of(units, "force")
       speed = " "//unit_of(units, "velocity")
     end if
-    do i = 1, size(meetings)
-      effort = effort_of(scene, model, meetings(i), thickness)
+    do i = 1, size(encounters)
+      effort = effort_of(scene, model, encounters(i), thickness)
       if (.not. effort%speed > 0.0_wp) cycle
-      call append_text(lines, "speed            tool "//scene%tools(meetings(i)%tool)%name// &
+      call append_text(lines, "speed            tool "//scene%tools(encounters(i)%tool)%name// &
         " at up to "//rounded_text(effort%speed)//speed//", "// &
         rounded_text(effort%touch_speed)//" when it touches: impact "// &
         rounded_text(effort%impact)//force//", inertia "//rounded_text(effort%inertia)//force// &
@@ -103,27 +104,27 @@ contains
   end function effort_lines
 
   !> Warn where inertia exceeds the force of forming.
-  subroutine check_effort(scene, model, meetings, thickness, errors)
+  subroutine check_effort(scene, model, encounters, thickness, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
-    type(meeting_t), intent(in) :: meetings(:)
+    type(encounter_t), intent(in) :: encounters(:)
     real(wp), intent(in) :: thickness
     type(error_list_t), intent(inout) :: errors
     type(effort_t) :: effort
     character(:), allocatable :: found
     integer :: i, k
 
-    do i = 1, size(meetings)
-      effort = effort_of(scene, model, meetings(i), thickness)
+    do i = 1, size(encounters)
+      effort = effort_of(scene, model, encounters(i), thickness)
       found = ""
       if (effort%impact > effort%forming) found = "strikes the blank at "// &
         rounded_text(effort%touch_speed)//", an impact force of "//rounded_text(effort%impact)
       if (effort%inertia > effort%forming) found = "accelerates the blank by up to "// &
         rounded_text(effort%acceleration)//", a force of inertia of "//rounded_text(effort%inertia)
       if (found == "") cycle
-      k = findloc(scene%motions%tool, meetings(i)%tool, dim=1)
+      k = findloc(scene%motions%tool, encounters(i)%tool, dim=1)
       call add_warning(errors, scene%motions(k)%origin, "the tool '"// &
-        scene%tools(meetings(i)%tool)%name//"', which "//found//", where the forming takes "// &
+        scene%tools(encounters(i)%tool)%name//"', which "//found//", where the forming takes "// &
         "about "//rounded_text(effort%forming), "a speed of at most "// &
         rounded_text(effort%slow)//", or an *AMPLITUDE that starts and stops gently")
     end do
@@ -148,9 +149,9 @@ contains
   !> Speed and acceleration of the point of the tool that touches first, across the tool: the
   !! greatest speed, the greatest jump of it at the touch or later, and the greatest acceleration
   !! after the touch. A change faster than a wave crosses the blank is a jump.
-  subroutine find_speeds(tool, meeting, transit, effort)
+  subroutine find_speeds(tool, encounter, transit, effort)
     type(tool_t), intent(in) :: tool
-    type(meeting_t), intent(in) :: meeting
+    type(encounter_t), intent(in) :: encounter
     real(wp), intent(in) :: transit           !! time of a wave through the blank
     type(effort_t), intent(inout) :: effort
     real(wp), allocatable :: breaks(:)
@@ -158,8 +159,8 @@ contains
     type(hit_t) :: hit
     integer :: i, k
 
-    associate (path => meeting%path, touch => meeting%approach%first)
-      x = in_tool(touch, meeting%approach%contact)
+    associate (path => encounter%path, touch => encounter%approach%first)
+      x = in_tool(touch, encounter%approach%contact)
       call search_all_faces(tool, x, hit)
       normal = matmul(touch%rotation, hit%normal)
       breaks = break_times(path)
@@ -183,7 +184,7 @@ contains
       end do
     end associate
     if (effort%touch_speed < steady*effort%speed) effort%touch_speed = 0.0_wp
-    if (effort%acceleration*meeting%path%end_time < steady*effort%speed) &
+    if (effort%acceleration*encounter%path%end_time < steady*effort%speed) &
       effort%acceleration = 0.0_wp
   contains
 
@@ -192,8 +193,8 @@ contains
     real(wp) function speed_at(time, h) result(speed)
       real(wp), intent(in) :: time, h
 
-      speed = dot_product(in_space(position_at(meeting%path, time + h), x) &
-                          - in_space(position_at(meeting%path, time - h), x), normal)/(2*h)
+      speed = dot_product(in_space(position_at(encounter%path, time + h), x) &
+                          - in_space(position_at(encounter%path, time - h), x), normal)/(2*h)
     end function speed_at
 
     !> Speed just before a break at which the tool already touches; 0 where it only begins to.
@@ -202,7 +203,7 @@ contains
 
       speed = 0.0_wp
       if (i == 1) return
-      if (meeting%approach%first%time > breaks(i) - edge*(breaks(i) - breaks(i - 1))) return
+      if (encounter%approach%first%time > breaks(i) - edge*(breaks(i) - breaks(i - 1))) return
       speed = speed_at(breaks(i) - 2*edge*(breaks(i) - breaks(i - 1))/n_parts, &
                        edge*(breaks(i) - breaks(i - 1))/n_parts)
     end function jump_from
@@ -211,16 +212,16 @@ contains
 
   !> Length of the walls that the tool pulls down: the sides of the box, across its travel, around
   !! what tool and blank have in common, but for planes of symmetry; of the full width of a strip.
-  real(wp) function perimeter_of(scene, model, meeting) result(perimeter)
+  real(wp) function perimeter_of(scene, model, encounter) result(perimeter)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
-    type(meeting_t), intent(in) :: meeting
+    type(encounter_t), intent(in) :: encounter
     real(wp) :: low(3), high(3), size_along(3), start(3)
     integer :: c, across, n_sides(3)
 
-    associate (tool => model%bodies%tools(meeting%tool))
-      start = meeting%path%starts(1)%displacement + meeting%path%shift
-      call find_bounds(model, low, high)
+    associate (tool => model%bodies%tools(encounter%tool))
+      start = encounter%path%starts(1)%displacement + encounter%path%shift
+      call find_box(scene, low, high)
       n_sides = [(2 - n_symmetric(scene, c, low(c), high(c)), c=1, 3)]
       size_along = max(min(high, tool%box(:, 2) + start) - max(low, tool%box(:, 1) + start), 0.0_wp)
     end associate
@@ -229,7 +230,7 @@ contains
       size_along(c) = model%width_ratio*size_along(c)
       n_sides(c) = 0
     end if
-    across = maxloc(abs(direction_of(meeting)), 1)
+    across = maxloc(abs(direction_of(encounter)), 1)
     perimeter = 0.0_wp
     do c = 1, 3
       if (c /= across) perimeter = perimeter + n_sides(c)*size_along(6 - c - across)
@@ -237,38 +238,20 @@ contains
   end function perimeter_of
 
   !> Largest displacement of the tool from its start [length].
-  pure function direction_of(meeting) result(direction)
-    type(meeting_t), intent(in) :: meeting
+  pure function direction_of(encounter) result(direction)
+    type(encounter_t), intent(in) :: encounter
     real(wp) :: direction(3), shift(3)
     integer, parameter :: n_samples = 64
     integer :: k
 
     direction = 0.0_wp
     do k = 1, n_samples
-      associate (frame => position_at(meeting%path, k*meeting%path%end_time/n_samples))
-        shift = frame%displacement - meeting%path%starts(1)%displacement - meeting%path%shift
+      associate (frame => position_at(encounter%path, k*encounter%path%end_time/n_samples))
+        shift = frame%displacement - encounter%path%starts(1)%displacement - encounter%path%shift
       end associate
       if (norm2(shift) > norm2(direction)) direction = shift
     end do
   end function direction_of
-
-  !> Bounds of the blank at the start.
-  subroutine find_bounds(model, low, high)
-    type(model_t), intent(in) :: model
-    real(wp), intent(out) :: low(3), high(3)
-    integer :: p, c
-
-    low = huge(1.0_wp)
-    high = -huge(1.0_wp)
-    do p = 1, size(model%bodies%blank%parts)
-      do c = 1, 3
-        associate (x => model%bodies%blank%parts(p)%element%motion%x(:, :, :, c))
-          low(c) = min(low(c), minval(x))
-          high(c) = max(high(c), maxval(x))
-        end associate
-      end do
-    end do
-  end subroutine find_bounds
 
   !> How many of the two ends of the blank along a coordinate are planes of symmetry: both where
   !! nothing moves along it.
@@ -276,24 +259,17 @@ contains
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: c
     real(wp), intent(in) :: low, high          !! bounds of the blank [length]
+    type(extent_t) :: extent
     logical :: is_held_at(2)
-    integer :: i, p
+    integer :: i
 
     is_held_at = .false.
     do i = 1, size(scene%boundaries)
       if (.not. scene%boundaries(i)%is_prescribed(c)) cycle
-      do p = 1, size(scene%blank%patches)
-        associate (x => scene%blank%patches(p)%solid%points(:, :, :, c), &
-                   is_in => is_held(scene%blank%patches(p)%solid, &
-                                    scene%sets(scene%boundaries(i)%set), p))
-          if (.not. any(is_in)) cycle
-          ! A plane across the coordinate, or the whole patch.
-          if (.not. all(is_in) .and. &
-              maxval(x, is_in) - minval(x, is_in) > steady*(high - low)) cycle
-          is_held_at(1) = is_held_at(1) .or. minval(x, is_in) <= low + steady*(high - low)
-          is_held_at(2) = is_held_at(2) .or. maxval(x, is_in) >= high - steady*(high - low)
-        end associate
-      end do
+      extent = extent_of(scene, scene%boundaries(i)%set)
+      if (.not. (extent%is_all .or. is_across(extent, c))) cycle
+      is_held_at(1) = is_held_at(1) .or. extent%low(c) <= low + round_off*extent%size
+      is_held_at(2) = is_held_at(2) .or. extent%high(c) >= high - round_off*extent%size
     end do
     n = count(is_held_at)
   end function n_symmetric

@@ -20,10 +20,10 @@ module reach_check
   implicit none
   private
 
-  public :: check_reach, meeting_t, meetings_of
+  public :: check_reach, encounter_t, encounters_of
 
   !> A tool against a face of the blank, and how it comes there.
-  type :: meeting_t
+  type :: encounter_t
     integer :: tool = 0
     integer :: face = 0
     integer :: first_step = 1                 !! of the deck, from which on they may touch
@@ -32,46 +32,46 @@ module reach_check
     real(wp) :: way = 0.0_wp                  !! of a tool that a force moves, to the sheet [length]
     logical :: is_beside = .false.            !! a force moves the tool past the blank
     type(approach_t) :: approach
-  end type meeting_t
+  end type encounter_t
 
 contains
 
   !> Follow all tools of contact pairs on their way to the blank that lies as at the start.
-  function meetings_of(scene, model, thickness) result(meetings)
+  function encounters_of(scene, model, thickness) result(encounters)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in), target :: model
     real(wp), intent(in) :: thickness         !! [length]
-    type(meeting_t), allocatable :: meetings(:)
+    type(encounter_t), allocatable :: encounters(:)
     type(sheet_target_t) :: targets(6)
     type(contact_view_t), allocatable :: pairs(:)
-    type(meeting_t) :: meeting
+    type(encounter_t) :: encounter
     integer :: i, k
 
-    allocate (meetings(0))
+    allocate (encounters(0))
     pairs = [contact_pairs(model%forces), contact_pairs(model%later_forces)]
     do i = 1, size(pairs)
       associate (pair => pairs(i)%pair)
-        if (any(meetings%tool == pair%tool .and. meetings%face == pair%face)) cycle
+        if (any(encounters%tool == pair%tool .and. encounters%face == pair%face)) cycle
         associate (target => targets(pair%face), tool => model%bodies%tools(pair%tool))
           if (target%face == 0) call new_sheet_target(model%bodies%blank, pair%face, thickness, &
                                                       target)
           if (target%face == 0) cycle
-          meeting%tool = pair%tool
-          meeting%face = pair%face
-          meeting%first_step = pair%first_step
-          meeting%origin = scene%contacts(spec_of(scene, pair%tool, pair%face))%origin
-          meeting%path = path_of(model, pair%tool)
-          meeting%way = 0.0_wp
-          meeting%is_beside = .false.
+          encounter%tool = pair%tool
+          encounter%face = pair%face
+          encounter%first_step = pair%first_step
+          encounter%origin = scene%contacts(spec_of(scene, pair%tool, pair%face))%origin
+          encounter%path = path_of(model, pair%tool)
+          encounter%way = 0.0_wp
+          encounter%is_beside = .false.
           k = force_motion(scene, pair%tool)
-          if (k > 0 .and. meeting%path%is_still) call lower_to_sheet(scene%motions(k)%vector, &
-                                                                     tool, target, meeting)
-          call find_approach(tool, meeting%path, target, meeting%approach)
+          if (k > 0 .and. encounter%path%is_still) call lower_to_sheet(scene%motions(k)%vector, &
+                                                                     tool, target, encounter)
+          call find_approach(tool, encounter%path, target, encounter%approach)
         end associate
       end associate
-      meetings = [meetings, meeting]
+      encounters = [encounters, encounter]
     end do
-  end function meetings_of
+  end function encounters_of
 
   !> The *CONTACT PAIR of a tool and a face, given or found.
   pure integer function spec_of(scene, tool, face) result(k)
@@ -85,45 +85,45 @@ contains
   end function spec_of
 
   !> Put a tool where its force brings it to rest on the blank.
-  subroutine lower_to_sheet(force, tool, target, meeting)
+  subroutine lower_to_sheet(force, tool, target, encounter)
     real(wp), intent(in) :: force(3)
     type(tool_t), intent(in) :: tool
     type(sheet_target_t), intent(in) :: target
-    type(meeting_t), intent(inout) :: meeting
+    type(encounter_t), intent(inout) :: encounter
     real(wp) :: direction(3)
     logical :: is_found
 
     direction = force/max(norm2(force), tiny(1.0_wp))
-    call rest_on_sheet(tool, direction, target, position_at(meeting%path, 0.0_wp), meeting%way, &
-                       is_found)
-    meeting%is_beside = .not. is_found
-    if (is_found) meeting%path%shift = meeting%way*direction
+    call rest_on_sheet(tool, direction, target, position_at(encounter%path, 0.0_wp), &
+                       encounter%way, is_found)
+    encounter%is_beside = .not. is_found
+    if (is_found) encounter%path%shift = encounter%way*direction
   end subroutine lower_to_sheet
 
-  !> Report what is wrong with the meetings of a scene.
-  subroutine check_reach(scene, model, meetings, thickness, errors)
+  !> Report what is wrong with the encounters of a scene.
+  subroutine check_reach(scene, model, encounters, thickness, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
-    type(meeting_t), intent(in) :: meetings(:)
+    type(encounter_t), intent(in) :: encounters(:)
     real(wp), intent(in) :: thickness         !! of the blank [length]
     type(error_list_t), intent(inout) :: errors
     integer :: i
 
-    do i = 1, size(meetings)
-      associate (meeting => meetings(i), approach => meetings(i)%approach, &
-                 tool => model%bodies%tools(meetings(i)%tool))
-        if (has_error_at(errors, meeting%origin)) cycle
-        if (meeting%first_step == 1 .and. approach%is_behind) then
-          call add_error(errors, scene%tools(meeting%tool)%origin, "the tool '"//tool%name// &
+    do i = 1, size(encounters)
+      associate (encounter => encounters(i), approach => encounters(i)%approach, &
+                 tool => model%bodies%tools(encounters(i)%tool))
+        if (has_error_at(errors, encounter%origin)) cycle
+        if (encounter%first_step == 1 .and. approach%is_behind) then
+          call add_error(errors, scene%tools(encounter%tool)%origin, "the tool '"//tool%name// &
                          "', behind whose surface the blank lies, "// &
                          rounded_text(approach%at_start)//" away", "the other SIDE")
           cycle
         end if
-        if (meeting%first_step == 1 .and. approach%is_averted) call add_warning(errors, &
-          meeting%origin, "a face of the blank that looks away from the tool '"//tool%name//"'", &
+        if (encounter%first_step == 1 .and. approach%is_averted) call add_warning(errors, &
+          encounter%origin, "a face of the blank that looks away from the tool '"//tool%name//"'", &
           "the opposite FACE, or no FACE: the one that faces the tool is then chosen")
-        call check_edges(scene, model, meetings, i, errors)
-        call check_distance(scene, model, meeting, thickness, errors)
+        call check_edges(scene, model, encounters, i, errors)
+        call check_distance(scene, model, encounter, thickness, errors)
       end associate
     end do
   end subroutine check_reach
@@ -131,31 +131,31 @@ contains
   !> Warn of the edge of a tool beyond which the blank extends farthest, without a tool that faces
   !! the same side of it there, as the punch does in the opening of a holder, or the same tool
   !! beyond a gap.
-  subroutine check_edges(scene, model, meetings, i, errors)
+  subroutine check_edges(scene, model, encounters, i, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
-    type(meeting_t), intent(in) :: meetings(:)
+    type(encounter_t), intent(in) :: encounters(:)
     integer, intent(in) :: i
     type(error_list_t), intent(inout) :: errors
     type(edge_t) :: worst
     logical :: is_followed
     integer :: k, j
 
-    do k = 1, size(meetings(i)%approach%edges)
-      associate (edge => meetings(i)%approach%edges(k))
+    do k = 1, size(encounters(i)%approach%edges)
+      associate (edge => encounters(i)%approach%edges(k))
         if (edge%overhang <= worst%overhang) cycle
         is_followed = .false.
-        do j = 1, size(meetings)
-          if (meetings(j)%face /= meetings(i)%face .or. is_followed) cycle
-          is_followed = faces(model%bodies%tools(meetings(j)%tool), &
-                              position_at(meetings(j)%path, edge%time), edge)
+        do j = 1, size(encounters)
+          if (encounters(j)%face /= encounters(i)%face .or. is_followed) cycle
+          is_followed = faces(model%bodies%tools(encounters(j)%tool), &
+                              position_at(encounters(j)%path, edge%time), edge)
         end do
         if (.not. is_followed) worst = edge
       end associate
     end do
     if (worst%overhang > 0.0_wp) call add_warning(errors, &
-      scene%tools(meetings(i)%tool)%origin, "an edge of the tool '"// &
-      scene%tools(meetings(i)%tool)%name//"' that touches the sheet at "// &
+      scene%tools(encounters(i)%tool)%origin, "an edge of the tool '"// &
+      scene%tools(encounters(i)%tool)%name//"' that touches the sheet at "// &
       place_text(worst%x)//", time "//rounded_text(worst%time)//": the blank extends "// &
       rounded_text(worst%overhang)//" beyond it", &
       "a tool that is larger than the blank, or whose edge turns away from it")
@@ -181,24 +181,24 @@ contains
   end function faces
 
   !> A tool that does not touch the blank at rest must be met by a blank that others carry.
-  subroutine check_distance(scene, model, meeting, thickness, errors)
+  subroutine check_distance(scene, model, encounter, thickness, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
-    type(meeting_t), intent(in) :: meeting
+    type(encounter_t), intent(in) :: encounter
     real(wp), intent(in) :: thickness         !! of the blank [length]
     type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: clearly = 1.0e-3_wp
     character(:), allocatable :: found
     real(wp) :: away, gone, reach
 
-    if (force_motion(scene, meeting%tool) > 0) return
+    if (force_motion(scene, encounter%tool) > 0) return
     found = ""
-    associate (tool => scene%tools(meeting%tool), approach => meeting%approach)
+    associate (tool => scene%tools(encounter%tool), approach => encounter%approach)
       if (.not. approach%has_touched) then
-        away = least_distance_of(model, meeting)
-        reach = blank_reach(scene, meeting%tool, approach%toward)
+        away = least_distance_of(model, encounter)
+        reach = blank_reach(scene, encounter%tool, approach%toward)
         ! A tool that stands close to the sheet limits its motion.
-        if (meeting%path%is_still .and. .not. approach%is_beside) reach = reach + thickness
+        if (encounter%path%is_still .and. .not. approach%is_beside) reach = reach + thickness
         if (away > reach) found = "the tool '"//tool%name//"', which never reaches the blank: "// &
           trim(merge("it passes beside it, at", "it comes within        ", approach%is_beside))// &
           " "//rounded_text(away)
@@ -206,7 +206,7 @@ contains
       gone = approach%at_end - approach%at_start
       if (found == "" .and. approach%is_leaving .and. .not. approach%nearest%time > 0.0_wp .and. &
           gone > clearly*approach%at_end) then
-        if (gone > blank_reach(scene, meeting%tool, approach%toward_end)) &
+        if (gone > blank_reach(scene, encounter%tool, approach%toward_end)) &
           found = "the tool '"//tool%name//"', which moves away from the blank"
       end if
       if (found /= "") call add_warning(errors, tool%origin, found, &
@@ -216,20 +216,20 @@ contains
 
   !> Smallest distance of the tool and all of the blank at the position that sampled points found
   !! nearest.
-  real(wp) function least_distance_of(model, meeting) result(distance)
+  real(wp) function least_distance_of(model, encounter) result(distance)
     type(model_t), intent(in) :: model
-    type(meeting_t), intent(in) :: meeting
+    type(encounter_t), intent(in) :: encounter
     type(clearance_search_t) :: search
     type(nurbs_surface_t) :: surfaces(size(model%bodies%blank%parts))
     real(wp) :: doubt
     integer :: p
 
-    associate (parts => model%bodies%blank%parts, tool => model%bodies%tools(meeting%tool), &
-               frame => meeting%approach%nearest)
-      distance = meeting%approach%least
+    associate (parts => model%bodies%blank%parts, tool => model%bodies%tools(encounter%tool), &
+               frame => encounter%approach%nearest)
+      distance = encounter%approach%least
       if (any(abs(frame%rotation - identity()) > 0.0_wp)) return
       do p = 1, size(parts)
-        surfaces(p) = parts(p)%element%surface(meeting%face)
+        surfaces(p) = parts(p)%element%surface(encounter%face)
       end do
       call new_clearance_search(search, surfaces, tool)
       call find_clearance(search, tool, frame%displacement, 0.0_wp, 0.0_wp, distance, doubt)

@@ -8,7 +8,7 @@ module setup_check
   use tool_setup, only: sheet_thickness
   use unit_check, only: check_units
   use shape_check, only: check_shape
-  use reach_check, only: meeting_t, meetings_of, check_reach
+  use reach_check, only: encounter_t, encounters_of, check_reach
   use effort_check, only: check_effort, effort_lines
   use step_check, only: check_motion, check_friction, check_forces, check_supports
   implicit none
@@ -26,7 +26,7 @@ contains
     type(model_t), intent(in) :: model
     type(error_list_t), intent(inout) :: errors
     type(string_t), allocatable, intent(out) :: lines(:)
-    type(meeting_t), allocatable :: meetings(:)
+    type(encounter_t), allocatable :: encounters(:)
     real(wp) :: thickness
     integer :: t
 
@@ -40,11 +40,11 @@ contains
     do t = 1, size(scene%tools)
       call check_shape(model%bodies%tools(t), thickness, scene%tools(t)%origin, errors)
     end do
-    meetings = meetings_of(scene, model, thickness)
-    call check_reach(scene, model, meetings, thickness, errors)
-    call check_forces(scene, meetings, thickness, errors)
-    call check_effort(scene, model, meetings, thickness, errors)
-    lines = effort_lines(scene, model, meetings, thickness)
+    encounters = encounters_of(scene, model, thickness)
+    call check_reach(scene, model, encounters, thickness, errors)
+    call check_forces(scene, encounters, thickness, errors)
+    call check_effort(scene, model, encounters, thickness, errors)
+    lines = effort_lines(scene, model, encounters, thickness)
   end subroutine check_setup
 
 end module setup_check

@@ -2,6 +2,7 @@
 module sheet_target
   use kinds, only: wp
   use failure, only: error_t
+  use linear_algebra, only: cross
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use blank, only: blank_t
   use tool, only: tool_t, new_tool
@@ -46,8 +47,7 @@ contains
 
     call evaluate_surface(surface, middle(surface), x, d1)
     call evaluate_surface(opposite, middle(opposite), below)
-    normal = [d1(2, 1)*d1(3, 2) - d1(3, 1)*d1(2, 2), d1(3, 1)*d1(1, 2) - d1(1, 1)*d1(3, 2), &
-              d1(1, 1)*d1(2, 2) - d1(2, 1)*d1(1, 2)]
+    normal = cross(d1(:, 1), d1(:, 2))
     side = merge(1, -1, dot_product(normal, x - below) > 0.0_wp)
   end function outside
 

@@ -5,10 +5,10 @@ module step_check
   use text, only: rounded_text, to_text
   use input_errors, only: origin_t, error_list_t, add_warning, has_error_at
   use linear_algebra, only: eigenvalues
-  use nurbs_solid, only: nurbs_solid_t
   use scene, only: scene_t, boundary_spec_t, is_held
+  use support_extent, only: extent_t, extent_of, is_across, round_off, find_box
   use travel, only: force_motion
-  use reach_check, only: meeting_t
+  use reach_check, only: encounter_t
   implicit none
   private
 
@@ -19,16 +19,6 @@ module step_check
 
   real(wp), parameter :: point_like = 3.0_wp  !! width of a support that counts as a point, of the
                                               !! thickness
-  real(wp), parameter :: round_off = 1.0e-6_wp   !! of the size of the blank
-
-  !> Bounds of the control points of a set at the start, and how the blank lies.
-  type :: extent_t
-    real(wp) :: low(3) = huge(1.0_wp), high(3) = -huge(1.0_wp)   !! [length]
-    real(wp) :: thickness = 0.0_wp, size = 0.0_wp   !! of the blank [length]
-    integer :: across = 3                      !! coordinate that its thickness runs along
-    logical :: is_all = .true.                 !! all control points of the blank
-    logical :: has_face = .false.              !! an edge face of a patch as a whole
-  end type extent_t
 
 contains
 
@@ -69,22 +59,22 @@ contains
   end subroutine check_friction
 
   !> Warn of forces on tools that never arrive at the sheet.
-  subroutine check_forces(scene, meetings, thickness, errors)
+  subroutine check_forces(scene, encounters, thickness, errors)
     type(scene_t), intent(in) :: scene
-    type(meeting_t), intent(in) :: meetings(:)
+    type(encounter_t), intent(in) :: encounters(:)
     real(wp), intent(in) :: thickness         !! of the blank [length]
     type(error_list_t), intent(inout) :: errors
     real(wp) :: time, duration
     integer :: i, k
 
-    do i = 1, size(meetings)
-      k = force_motion(scene, meetings(i)%tool)
-      if (k == 0 .or. has_error_at(errors, meetings(i)%origin)) cycle
-      if (has_error_at(errors, scene%tools(meetings(i)%tool)%origin)) cycle
-      associate (spec => scene%motions(k), tool => scene%tools(meetings(i)%tool), &
-                 way => meetings(i)%way)
+    do i = 1, size(encounters)
+      k = force_motion(scene, encounters(i)%tool)
+      if (k == 0 .or. has_error_at(errors, encounters(i)%origin)) cycle
+      if (has_error_at(errors, scene%tools(encounters(i)%tool)%origin)) cycle
+      associate (spec => scene%motions(k), tool => scene%tools(encounters(i)%tool), &
+                 way => encounters(i)%way)
         if (spec%step > 1) cycle
-        if (meetings(i)%is_beside) then
+        if (encounters(i)%is_beside) then
           call add_warning(errors, spec%origin, "a force that does not press the tool '"// &
                            tool%name//"' on the sheet: on its way it passes beside the blank", &
                            "a tool that lies above the blank")
@@ -127,11 +117,13 @@ contains
     type(origin_t), intent(in) :: origin
     type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: nothing = 1.0e-12_wp
-    real(wp) :: matrix(6, 6), added(6, 6), values(6), centre(3), size_of
+    real(wp) :: matrix(6, 6), added(6, 6), values(6), low(3), high(3), centre(3), size_of
     character(:), allocatable :: names
     integer :: i, n_free
 
-    call find_box(scene, centre, size_of)
+    call find_box(scene, low, high)
+    centre = 0.5_wp*(low + high)
+    size_of = norm2(high - low)
     matrix = 0.0_wp
     do i = 1, size(scene%boundaries)
       if (.not. acts(scene%boundaries(i), step)) cycle
@@ -208,25 +200,6 @@ contains
     end do
   end subroutine add_constraints
 
-  !> Middle and diagonal of the box around the blank.
-  subroutine find_box(scene, centre, size_of)
-    type(scene_t), intent(in) :: scene
-    real(wp), intent(out) :: centre(3), size_of
-    real(wp) :: low(3), high(3)
-    integer :: p, c
-
-    low = huge(1.0_wp)
-    high = -huge(1.0_wp)
-    do p = 1, size(scene%blank%patches)
-      do c = 1, 3
-        low(c) = min(low(c), minval(scene%blank%patches(p)%solid%points(:, :, :, c)))
-        high(c) = max(high(c), maxval(scene%blank%patches(p)%solid%points(:, :, :, c)))
-      end do
-    end do
-    centre = 0.5_wp*(low + high)
-    size_of = norm2(high - low)
-  end subroutine find_box
-
   !> Supports of a released part that keep it from springing back: wide ones that are no plane of
   !! symmetry, a second plane across the same coordinate, and all points in more than one direction
   !! or through the thickness.
@@ -273,41 +246,5 @@ contains
       end associate
     end do
   end subroutine check_clamps
-
-  !> Do the points lie in a plane across the component, on all of an edge face of the blank?
-  pure logical function is_across(extent, c)
-    type(extent_t), intent(in) :: extent
-    integer, intent(in) :: c
-
-    is_across = extent%has_face .and. extent%high(c) - extent%low(c) <= round_off*extent%size
-  end function is_across
-
-  !> Where the control points of a set lie.
-  function extent_of(scene, set) result(extent)
-    type(scene_t), intent(in) :: scene
-    integer, intent(in) :: set
-    type(extent_t) :: extent
-    logical, allocatable :: is_in(:, :, :)
-    real(wp) :: centre(3), normal(3)
-    integer :: p, d
-
-    call find_box(scene, centre, extent%size)
-    do p = 1, size(scene%blank%patches)
-      associate (x => scene%blank%patches(p)%solid%points)
-        is_in = is_held(scene%blank%patches(p)%solid, scene%sets(set), p)
-        extent%is_all = extent%is_all .and. all(is_in)
-        extent%has_face = extent%has_face .or. all(is_in(1, :, :)) .or. &
-                          all(is_in(size(is_in, 1), :, :)) .or. all(is_in(:, 1, :)) .or. &
-                          all(is_in(:, size(is_in, 2), :))
-        normal = x(1, 1, size(x, 3), :) - x(1, 1, 1, :)
-        if (norm2(normal) > extent%thickness) extent%across = maxloc(abs(normal), 1)
-        extent%thickness = max(extent%thickness, norm2(normal))
-        do d = 1, 3
-          extent%low(d) = min(extent%low(d), minval(x(:, :, :, d), mask=is_in))
-          extent%high(d) = max(extent%high(d), maxval(x(:, :, :, d), mask=is_in))
-        end do
-      end associate
-    end do
-  end function extent_of
 
 end module step_check

@@ -5,7 +5,7 @@ module travel
   implicit none
   private
 
-  public :: travel_of, blank_reach, force_motion
+  public :: stroke_bounds, blank_reach, force_motion
 
   real(wp), parameter :: unlimited = 1.0e30_wp   !! [length]
   real(wp), parameter :: lever = 2.0_wp          !! motion of a blank over that of a tool
@@ -34,7 +34,7 @@ contains
     end do
     reach = reach + speed*time_from(scene, 1)
     do i = 1, size(scene%tools)
-      if (i /= except) reach = reach + lever*farthest(travel_of(scene, i), direction)
+      if (i /= except) reach = reach + lever*farthest(stroke_bounds(scene, i), direction)
     end do
   end function blank_reach
 
@@ -47,7 +47,7 @@ contains
 
   !> Bounds of the displacement of a tool, shape (3, 2): the ways of all its motions add up. A
   !! force may move it any way along its direction.
-  pure function travel_of(scene, tool) result(way)
+  pure function stroke_bounds(scene, tool) result(way)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: tool
     real(wp) :: way(3, 2), factor(2)
@@ -73,7 +73,7 @@ contains
         way(:, 2) = way(:, 2) + max(motion%vector*factor(1), motion%vector*factor(2))
       end associate
     end do
-  end function travel_of
+  end function stroke_bounds
 
   !> Time from the start of a step to the end of the run.
   pure real(wp) function time_from(scene, step) result(time)
