@@ -10,7 +10,7 @@ module effort_check
   use text, only: string_t, rounded_text, append_text
   use input_errors, only: error_list_t, add_warning
   use scene, only: scene_t, material_spec_t
-  use support_extent, only: extent_t, extent_of, is_across, find_box, round_off
+  use support_extent, only: extent_t, extent_of, find_box, held_ends
   use hardening, only: hardening_t, new_hardening, harden
   use unit_system, only: unit_system_t, new_unit_system, unit_of
   use blank, only: mass_of
@@ -222,7 +222,7 @@ contains
     associate (tool => model%bodies%tools(encounter%tool))
       start = encounter%path%starts(1)%displacement + encounter%path%shift
       call find_box(scene, low, high)
-      n_sides = [(2 - n_symmetric(scene, c, low(c), high(c)), c=1, 3)]
+      n_sides = [(2 - n_symmetric(scene, c), c=1, 3)]
       size_along = max(min(high, tool%box(:, 2) + start) - max(low, tool%box(:, 1) + start), 0.0_wp)
     end associate
     c = scene%reduction%component
@@ -255,23 +255,18 @@ contains
 
   !> How many of the two ends of the blank along a coordinate are planes of symmetry: both where
   !! nothing moves along it.
-  integer function n_symmetric(scene, c, low, high) result(n)
+  pure integer function n_symmetric(scene, c) result(n)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: c
-    real(wp), intent(in) :: low, high          !! bounds of the blank [length]
     type(extent_t) :: extent
-    logical :: is_held_at(2)
     integer :: i
 
-    is_held_at = .false.
+    n = count(held_ends(scene, c, c))
     do i = 1, size(scene%boundaries)
       if (.not. scene%boundaries(i)%is_prescribed(c)) cycle
       extent = extent_of(scene, scene%boundaries(i)%set)
-      if (.not. (extent%is_all .or. is_across(extent, c))) cycle
-      is_held_at(1) = is_held_at(1) .or. extent%low(c) <= low + round_off*extent%size
-      is_held_at(2) = is_held_at(2) .or. extent%high(c) >= high - round_off*extent%size
+      if (extent%is_all) n = 2
     end do
-    n = count(is_held_at)
   end function n_symmetric
 
 end module effort_check

@@ -20,13 +20,13 @@ module reach_check
   implicit none
   private
 
-  public :: check_reach, encounter_t, encounters_of
+  public :: check_reach, encounter_t, encounters_of, is_followed, identity
 
   !> A tool against a face of the blank, and how it comes there.
   type :: encounter_t
     integer :: tool = 0
     integer :: face = 0
-    integer :: first_step = 1                 !! of the deck, from which on they may touch
+    integer :: first_step = 1, last_step = huge(1)   !! of the deck, in which they may touch
     type(origin_t) :: origin                  !! of the *CONTACT PAIR
     type(path_t) :: path
     real(wp) :: way = 0.0_wp                  !! of a tool that a force moves, to the sheet [length]
@@ -59,6 +59,7 @@ contains
           encounter%tool = pair%tool
           encounter%face = pair%face
           encounter%first_step = pair%first_step
+          encounter%last_step = pair%last_step
           encounter%origin = scene%contacts(spec_of(scene, pair%tool, pair%face))%origin
           encounter%path = path_of(model, pair%tool)
           encounter%way = 0.0_wp
@@ -138,19 +139,12 @@ contains
     integer, intent(in) :: i
     type(error_list_t), intent(inout) :: errors
     type(edge_t) :: worst
-    logical :: is_followed
-    integer :: k, j
+    integer :: k
 
     do k = 1, size(encounters(i)%approach%edges)
       associate (edge => encounters(i)%approach%edges(k))
         if (edge%overhang <= worst%overhang) cycle
-        is_followed = .false.
-        do j = 1, size(encounters)
-          if (encounters(j)%face /= encounters(i)%face .or. is_followed) cycle
-          is_followed = faces(model%bodies%tools(encounters(j)%tool), &
-                              position_at(encounters(j)%path, edge%time), edge)
-        end do
-        if (.not. is_followed) worst = edge
+        if (.not. is_followed(model, encounters, encounters(i)%face, edge)) worst = edge
       end associate
     end do
     if (worst%overhang > 0.0_wp) call add_warning(errors, &
@@ -160,6 +154,22 @@ contains
       rounded_text(worst%overhang)//" beyond it", &
       "a tool that is larger than the blank, or whose edge turns away from it")
   end subroutine check_edges
+
+  !> Does any tool on a face of the blank lie above it where it extends beyond an edge?
+  logical function is_followed(model, encounters, face, edge)
+    type(model_t), intent(in) :: model
+    type(encounter_t), intent(in) :: encounters(:)
+    integer, intent(in) :: face
+    type(edge_t), intent(in) :: edge
+    integer :: j
+
+    is_followed = .false.
+    do j = 1, size(encounters)
+      if (encounters(j)%face /= face .or. is_followed) cycle
+      is_followed = faces(model%bodies%tools(encounters(j)%tool), &
+                          position_at(encounters(j)%path, edge%time), edge)
+    end do
+  end function is_followed
 
   !> Does a tool lie above the blank where it extends beyond an edge of another?
   logical function faces(tool, frame, edge)

@@ -9,6 +9,8 @@ module setup_check
   use unit_check, only: check_units
   use shape_check, only: check_shape
   use reach_check, only: encounter_t, encounters_of, check_reach
+  use clearance_check, only: check_clearance
+  use symmetry_check, only: check_symmetry
   use effort_check, only: check_effort, effort_lines
   use step_check, only: check_motion, check_friction, check_forces, check_supports
   implicit none
@@ -41,7 +43,9 @@ contains
       call check_shape(model%bodies%tools(t), thickness, scene%tools(t)%origin, errors)
     end do
     encounters = encounters_of(scene, model, thickness)
+    call check_symmetry(scene, model, encounters, thickness, errors)
     call check_reach(scene, model, encounters, thickness, errors)
+    call check_clearance(scene, model, encounters, thickness, errors)
     call check_forces(scene, encounters, thickness, errors)
     call check_effort(scene, model, encounters, thickness, errors)
     lines = effort_lines(scene, model, encounters, thickness)

@@ -6,10 +6,12 @@ module sheet_target
   use nurbs_surface, only: nurbs_surface_t, evaluate_surface
   use blank, only: blank_t
   use tool, only: tool_t, new_tool
+  use closest_point, only: hit_t, is_beside
+  use tool_search, only: search_all_faces
   implicit none
   private
 
-  public :: sheet_target_t, new_sheet_target
+  public :: sheet_target_t, new_sheet_target, is_over
 
   !> The face of all patches; its normals point out of the blank.
   type :: sheet_target_t
@@ -39,6 +41,16 @@ contains
                   3*thickness, error)
     if (.not. allocated(error)) target%face = face
   end subroutine new_sheet_target
+
+  !> Does a point lie above or below the face, not beyond its outline?
+  logical function is_over(target, x)
+    type(sheet_target_t), intent(in) :: target
+    real(wp), intent(in) :: x(3)
+    type(hit_t) :: hit
+
+    call search_all_faces(target%surface, x, hit)
+    is_over = .not. is_beside(target%surface, hit, 0.0_wp)
+  end function is_over
 
   !> +1 where xi x eta points away from the opposite face, else -1.
   pure integer function outside(surface, opposite) result(side)

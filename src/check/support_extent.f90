@@ -5,7 +5,7 @@ module support_extent
   implicit none
   private
 
-  public :: extent_t, extent_of, is_across, find_box
+  public :: extent_t, extent_of, is_across, find_box, held_ends
 
   real(wp), parameter, public :: round_off = 1.0e-6_wp   !! of the size of the blank
 
@@ -43,6 +43,29 @@ contains
 
     is_across = extent%has_face .and. extent%high(c) - extent%low(c) <= round_off*extent%size
   end function is_across
+
+  !> At which of the two ends of the blank along coordinate `across` all of an edge face has a
+  !! component held, from the first step on.
+  pure function held_ends(scene, component, across) result(is_held_at)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: component, across
+    logical :: is_held_at(2)
+    type(extent_t) :: extent
+    real(wp) :: low(3), high(3)
+    integer :: i
+
+    call find_box(scene, low, high)
+    is_held_at = .false.
+    do i = 1, size(scene%boundaries)
+      associate (boundary => scene%boundaries(i))
+        if (.not. boundary%is_prescribed(component) .or. boundary%first_step > 1) cycle
+        extent = extent_of(scene, boundary%set)
+      end associate
+      if (.not. is_across(extent, across)) cycle
+      is_held_at = is_held_at .or. [extent%low(across) <= low(across) + round_off*extent%size, &
+                                    extent%high(across) >= high(across) - round_off*extent%size]
+    end do
+  end function held_ends
 
   !> Where the control points of a set lie.
   pure function extent_of(scene, set) result(extent)

@@ -22,26 +22,80 @@ module tool_points
 
 contains
 
-  !> Points spread over the faces of a tool.
-  pure function inner_points(tool) result(points)
+  !> Points spread over the faces of a tool, or over the parts of them in a box.
+  pure function inner_points(tool, box) result(points)
     type(tool_t), intent(in) :: tool
+    real(wp), intent(in), optional :: box(3, 2)   !! bounds in the tool's frame [length]
     type(tool_point_t), allocatable :: points(:)
+    integer, allocatable :: faces(:)
+    real(wp) :: bounds(2, 2, tool%n_faces)
+    logical :: is_in(tool%n_faces)
     integer :: every, per_side, n, f, i, j
 
-    every = (tool%n_faces + most_points - 1)/most_points
-    n = (tool%n_faces + every - 1)/every
-    per_side = max(1, int(sqrt(real(most_points, wp)/n)))
-    allocate (points(n*per_side**2))
-    n = 0
-    do f = 1, tool%n_faces, every
-      do j = 1, per_side
-        do i = 1, per_side
-          n = n + 1
-          points(n) = point_of(tool, f, [i - 0.5_wp, j - 0.5_wp]/per_side)
-        end do
+    bounds(:, 1, :) = 0.0_wp
+    bounds(:, 2, :) = 1.0_wp
+    is_in = .true.
+    if (present(box)) then
+      do f = 1, tool%n_faces
+        call find_part(tool, f, box, bounds(:, :, f), is_in(f))
       end do
+    end if
+    faces = pack([(f, f=1, tool%n_faces)], is_in)
+    every = max(1, (size(faces) + most_points - 1)/most_points)
+    faces = faces(::every)
+    per_side = max(1, int(sqrt(real(most_points, wp)/max(1, size(faces)))))
+    allocate (points(size(faces)*per_side**2))
+    n = 0
+    do f = 1, size(faces)
+      associate (low => bounds(:, 1, faces(f)), high => bounds(:, 2, faces(f)))
+        do j = 1, per_side
+          do i = 1, per_side
+            n = n + 1
+            points(n) = point_of(tool, faces(f), &
+                                 low + (high - low)*[i - 0.5_wp, j - 0.5_wp]/per_side)
+          end do
+        end do
+      end associate
     end do
   end function inner_points
+
+  !> Part of a face, in local coordinates, outside of which no point lies in the box; it may be
+  !! wider than need be.
+  pure subroutine find_part(tool, face, box, bounds, is_in)
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: face
+    real(wp), intent(in) :: box(3, 2)         !! [length]
+    real(wp), intent(inout) :: bounds(2, 2)   !! low and high
+    logical, intent(out) :: is_in             !! there may be one
+    integer, parameter :: n = 5, n_turns = 6
+    real(wp) :: x(3, n, n), width, old(2, 2)
+    logical :: is_near(n, n)
+    integer :: i, j, d, turn
+
+    do turn = 1, n_turns
+      old = bounds
+      do j = 1, n
+        do i = 1, n
+          x(:, i, j) = face_position(tool%coefficients, face, &
+                                     old(:, 1) + (old(:, 2) - old(:, 1))*[i - 1, j - 1]/(n - 1))
+        end do
+      end do
+      width = max(maxval(norm2(x(:, 2:, :) - x(:, :n - 1, :), 1)), &
+                  maxval(norm2(x(:, :, 2:) - x(:, :, :n - 1), 1)))
+      is_near = reshape([((all(x(:, i, j) >= box(:, 1) - width .and. &
+                               x(:, i, j) <= box(:, 2) + width), i=1, n), j=1, n)], [n, n])
+      is_in = any(is_near)
+      if (.not. is_in) return
+      do d = 1, 2
+        associate (step => (old(d, 2) - old(d, 1))/(n - 1))
+          bounds(d, 1) = old(d, 1) + step*(findloc(any(is_near, 3 - d), .true., 1) - 1)
+          bounds(d, 2) = old(d, 1) + step*(findloc(any(is_near, 3 - d), .true., 1, back=.true.) - 1)
+        end associate
+      end do
+      bounds(:, 2) = max(bounds(:, 2), bounds(:, 1) + epsilon(1.0_wp))
+      if (all(abs(bounds - old) <= 0.0_wp)) return
+    end do
+  end subroutine find_part
 
   !> Points of the edges beyond which the tool has no face, of every n-th edge if these are many.
   pure function border_points(tool) result(points)
