@@ -17,7 +17,7 @@ module clearance_check
   implicit none
   private
 
-  public :: tightest_t, find_tightest, check_clearance
+  public :: check_clearance
 
   real(wp), parameter :: least_room = 0.9_wp  !! of the thickness, that is no mistake
   real(wp), parameter :: facing = 0.5_wp      !! cosine between surfaces that face each other
@@ -177,11 +177,11 @@ contains
       if (any(abs(frame%rotation - identity()) > 0.0_wp)) box = everywhere
     end do
     ! The formed sheet reaches higher and lower than the blank.
-    where (target%surface%box(:, 2) - target%surface%box(:, 1) < target%thickness)
-      box(:, 1) = everywhere(:, 1)
-      box(:, 2) = everywhere(:, 2)
-    end where
-    if (.not. any(box(:, 2) >= everywhere(:, 2))) box = everywhere
+    associate (extent => target%surface%box(:, 2) - target%surface%box(:, 1))
+      k = minloc(extent, 1)
+      box(k, :) = everywhere(k, :)
+      if (extent(k) > target%thickness) box = everywhere
+    end associate
     points = inner_points(tool, box)
     allocate (riders(size(points)))
     riders%on = on
@@ -270,31 +270,40 @@ contains
     if (is_closer) is_closer = is_over(target, in_space(frames(rider%on), rider%point%x))
   end function is_closer
 
-  !> Go to the closest points of the two surfaces, from one to the other and back.
+  !> Go to the closest points of the two surfaces, from one to the other and back; the ways shrink
+  !! by about the same factor, whose limit is tried next.
   subroutine refine(meeting, target, tightest)
     type(meeting_t), intent(in) :: meeting
     type(sheet_target_t), intent(in) :: target
     type(tightest_t), intent(inout) :: tightest
-    integer, parameter :: n_turns = 10
+    integer, parameter :: n_turns = 6
+    real(wp), parameter :: slowest = 0.99_wp   ! factor
     type(frame_t) :: frames(2)
     type(hit_t) :: hit
-    real(wp) :: x(3), point(3)
-    integer :: i
+    real(wp) :: x(3, 0:2), way(3, 2), point(3), factor
+    integer :: i, k
 
     frames = positions(meeting, tightest%time)
     associate (a => meeting%tools(tightest%on), b => meeting%tools(3 - tightest%on), &
                own => frames(tightest%on), other => frames(3 - tightest%on))
+      x(:, 0) = tightest%x
       do i = 1, n_turns
-        call search_all_faces(b, in_tool(other, tightest%x), hit)
-        call search_all_faces(a, in_tool(own, in_space(other, foot(b, hit))), hit)
-        point = foot(a, hit)
-        x = in_space(own, point)
-        call search_all_faces(b, in_tool(other, x), hit)
+        do k = 1, 2
+          call search_all_faces(b, in_tool(other, x(:, k - 1)), hit)
+          call search_all_faces(a, in_tool(own, in_space(other, foot(b, hit))), hit)
+          point = foot(a, hit)
+          x(:, k) = in_space(own, point)
+        end do
+        call search_all_faces(b, in_tool(other, x(:, 2)), hit)
         if (is_beside(b, hit, 0.0_wp) .or. hit%gap >= tightest%clearance) exit
-        if (.not. is_over(target, x)) exit
-        tightest%x = x
+        if (.not. is_over(target, x(:, 2))) exit
+        tightest%x = x(:, 2)
         tightest%point = point
         tightest%clearance = hit%gap
+        way = x(:, 1:2) - x(:, 0:1)
+        factor = dot_product(way(:, 1), way(:, 2))/max(sum(way(:, 1)**2), tiny(1.0_wp))
+        factor = min(max(factor, 0.0_wp), slowest)
+        x(:, 0) = x(:, 2) + factor/(1 - factor)*way(:, 2)
       end do
     end associate
   end subroutine refine

@@ -18,7 +18,7 @@ module symmetry_check
   implicit none
   private
 
-  public :: plane_t, planes_of, check_symmetry
+  public :: check_symmetry
 
   real(wp), parameter :: exact = 0.1_wp       !! distance, of the thickness, that counts as none
   real(wp), parameter :: few = 3.0_wp         !! thicknesses that a tool ends before a plane ...

@@ -29,6 +29,11 @@ PIECE = """*TOOL, NAME=tail, TYPE=PLANE, COMPONENT OF=die
 20, 0, 0
 0, 0, -23
 """
+BOTTOM = """*TOOL, NAME=bottom, TYPE=PLANE, SIDE=NEGATIVE, COMPONENT OF=die
+-2, {y}, -1
+40, 0, 0
+0, 0, 23
+"""
 SHORT_DIE = [("70, 0, 0\n100, 0, 0", "55, 0, 0\n60, 0, 0"), (PUNCH, PIECE.format(x="{x}") + PUNCH)]
 
 
@@ -79,6 +84,23 @@ MISTAKES = [
             text=[("40, -40, 0\n", "40, 10, 0\n"), ("40, -6, 0\n", "40, -70, 0\n")]),
     Mistake("gap in the die", DIE, ["gap", "5.000E-01"], text=die_in_two(60.5)),
     Mistake("overlap in the die", DIE, ["overlap", "die"], text=die_in_two(57)),
+    Mistake("die too narrow for punch and sheet", PUNCH,
+            ["'punch' and 'die'", "clearance of 5.000E-01"], ["punch_x=1.5"]),
+    Mistake("stroke that ends in the bottom of the die", MOTION,
+            ["'punch' and 'die'", "clearance of 5.000E-01", "stroke is too long by 5.000E-01"],
+            text=[(PUNCH, BOTTOM.format(y=-29.5) + PUNCH)]),
+    Mistake("stroke that goes through the bottom of the die", MOTION,
+            ["'punch' and 'die'", "run into each other", "stroke is too long by 1.000E+01"],
+            text=[(PUNCH, BOTTOM.format(y=-20) + PUNCH)]),
+    Mistake("punch that ends before the plane of symmetry", PUNCH,
+            ["'punch'", "ends 2.000E+00 before the plane of symmetry x = 0"],
+            text=[("<punch_x - 2>, <thickness>", "<punch_x + 2>, <thickness>")]),
+    Mistake("bottom of the die that ends before it", DIE,
+            ["'die'", "ends 2.000E+00 before the plane of symmetry x = 0"],
+            text=[(PUNCH, BOTTOM.format(y=-30).replace("-2,", "2,").replace("40,", "36,") + PUNCH)]),
+    Mistake("punch that slopes at the plane of symmetry", PUNCH,
+            ["'punch'", "x = 0", "not symmetric"],
+            text=[("<punch_x - 2>, <thickness>", "<punch_x - 20>, <thickness + 3>")]),
     Mistake("punch too fast", MOTION, ["punch", "impact", "speed of at most"],
             ["speed=40000"], [("0, 0, <0.1*time>, 1, <0.9*time>, 1, <time>, 0", "0, 1")]),
     Mistake("punch that starts too soon", MOTION, ["punch", "accelerates", "speed of at most"],
@@ -164,13 +186,16 @@ def main(program):
     done = check(program, DECK)
     complaints = [("set-up without a mistake", done.stderr)] \
         if done.returncode != 0 or done.stderr else []
+    done = check(program, DECK.replace(PUNCH, BOTTOM.format(y=-30) + PUNCH))
+    if done.returncode != 0 or done.stderr:
+        complaints.append(("stroke that closes on the bottom of the die", done.stderr))
     for mistake in MISTAKES:
         complaints.append((mistake.name, complaint_about(program, mistake)))
     complaints.append(("all sides", complaint_about_sides(program)))
     complaints = [(name, text) for name, text in complaints if text]
     for name, text in complaints:
         print(f"{name}: {text}\n")
-    print(f"{len(MISTAKES) + 2} set-ups, {len(complaints)} complaints")
+    print(f"{len(MISTAKES) + 3} set-ups, {len(complaints)} complaints")
     return 1 if complaints else 0
 
 
