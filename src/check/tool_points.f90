@@ -68,7 +68,7 @@ contains
     real(wp), intent(inout) :: bounds(2, 2)   !! low and high
     logical, intent(out) :: is_in             !! there may be one
     integer, parameter :: n = 5, n_turns = 6
-    real(wp) :: x(3, n, n), width, old(2, 2)
+    real(wp) :: x(3, n, n), width(3), old(2, 2)
     logical :: is_near(n, n)
     integer :: i, j, d, turn
 
@@ -80,8 +80,10 @@ contains
                                      old(:, 1) + (old(:, 2) - old(:, 1))*[i - 1, j - 1]/(n - 1))
         end do
       end do
-      width = max(maxval(norm2(x(:, 2:, :) - x(:, :n - 1, :), 1)), &
-                  maxval(norm2(x(:, :, 2:) - x(:, :, :n - 1), 1)))
+      do d = 1, 3
+        width(d) = max(maxval(abs(x(d, 2:, :) - x(d, :n - 1, :))), &
+                       maxval(abs(x(d, :, 2:) - x(d, :, :n - 1))))
+      end do
       is_near = reshape([((all(x(:, i, j) >= box(:, 1) - width .and. &
                                x(:, i, j) <= box(:, 2) + width), i=1, n), j=1, n)], [n, n])
       is_in = any(is_near)

@@ -97,7 +97,8 @@ MISTAKES = [
             text=[("<punch_x - 2>, <thickness>", "<punch_x + 2>, <thickness>")]),
     Mistake("bottom of the die that ends before it", DIE,
             ["'die'", "ends 2.000E+00 before the plane of symmetry x = 0"],
-            text=[(PUNCH, BOTTOM.format(y=-30).replace("-2,", "2,").replace("40,", "36,") + PUNCH)]),
+            text=[(PUNCH, BOTTOM.format(y=-30).replace("-2,", "2,").replace("40", "36") +
+                   PUNCH)]),
     Mistake("punch that slopes at the plane of symmetry", PUNCH,
             ["'punch'", "x = 0", "not symmetric"],
             text=[("<punch_x - 2>, <thickness>", "<punch_x - 20>, <thickness + 3>")]),
