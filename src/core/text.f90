@@ -94,7 +94,7 @@ contains
     character(32) :: buffer
     character(12) :: form
     real(wp) :: back
-    integer :: digits, exponent, status
+    integer :: digits, status
 
     if (.not. ieee_is_finite(number)) then
       write (buffer, "(g0)") number
@@ -112,23 +112,21 @@ contains
       if (status /= 0) cycle
       if (abs(back - number) <= 0.0_wp) exit
     end do
-    buffer = adjustl(buffer)
-    read (buffer(index(buffer, "E") + 1:), *) exponent
-    written = positional(buffer(:index(buffer, "E") - 1), exponent)
+    written = positional(trim(adjustl(buffer)))
   end function real_to_text
 
-  !> A number to four digits, such as 1.235E-04.
+  !> A number to four digits, as short as it can be: 5, 36.92, 12000, 7.85e-9.
   pure function rounded_text(number) result(written)
     real(wp), intent(in) :: number
     character(:), allocatable :: written
     character(12) :: buffer
 
-    write (buffer, "(es12.3e2)") number
-    if (buffer(1:1) == "*") write (buffer, "(es12.3e3)") number
+    write (buffer, "(es12.3e3)") number
     written = trim(adjustl(buffer))
+    if (ieee_is_finite(number)) written = positional(written)
   end function rounded_text
 
-  !> Coordinates to four digits, such as (1.000E+00, 2.500E+00, 0.000E+00).
+  !> Coordinates to four digits, such as (1, 2.5, 0).
   pure function place_text(x) result(written)
     real(wp), intent(in) :: x(3)
     character(:), allocatable :: written
@@ -136,19 +134,26 @@ contains
     written = "("//rounded_text(x(1))//", "//rounded_text(x(2))//", "//rounded_text(x(3))//")"
   end function place_text
 
-  !> Digits `d.ddd` times ten to the exponent, without an exponent where that stays short.
-  pure function positional(mantissa, exponent) result(written)
-    character(*), intent(in) :: mantissa   !! sign, one digit, a point, more digits
-    integer, intent(in) :: exponent
+  !> The number in the shortest form: without an exponent where that stays short.
+  pure function positional(scientific) result(written)
+    character(*), intent(in) :: scientific   !! sign, one digit, a point, more digits, E, exponent
     character(:), allocatable :: written, sign, digits
-    integer :: point
+    integer, parameter :: most_zeros = 5     ! places of a whole number that ends in zeros
+    integer :: point, last, exponent
 
     sign = ""
-    if (mantissa(1:1) == "-") sign = "-"
-    point = index(mantissa, ".")
-    digits = mantissa(point - 1:point - 1)//mantissa(point + 1:)
+    if (scientific(1:1) == "-") sign = "-"
+    point = index(scientific, ".")
+    last = index(scientific, "E") - 1
+    read (scientific(last + 2:), *) exponent
+    digits = scientific(point - 1:point - 1)//scientific(point + 1:last)
     digits = digits(:max(1, verify(digits, "0", back=.true.)))
-    if (exponent >= 0 .and. exponent < 9 .and. len(digits) > exponent + 1) then
+    if (digits == "0") sign = ""
+    if (exponent >= 0 .and. exponent < most_zeros) &
+      digits = digits//repeat("0", max(0, exponent + 1 - len(digits)))
+    if (exponent >= 0 .and. exponent < most_zeros .and. len(digits) == exponent + 1) then
+      written = sign//digits
+    else if (exponent >= 0 .and. exponent < 9 .and. len(digits) > exponent + 1) then
       written = sign//digits(:exponent + 1)//"."//digits(exponent + 2:)
     else if (exponent < 0 .and. exponent > -4) then
       written = sign//"0."//repeat("0", -exponent - 1)//digits

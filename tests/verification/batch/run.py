@@ -206,7 +206,7 @@ def a_batch_passes_its_limits_on(folder):
     said = igaform(folder, "batch", "list.txt", "--wall", 1e-3, "--quiet", code=3)
     rows = table(folder)
     assert said == "" and rows["a.h5"]["status"] == "interrupted", (said, rows)
-    assert "limit of 1.000E-03" in (folder / "a.log").read_text()
+    assert "limit of 0.001" in (folder / "a.log").read_text()
     assert rows["b.h5"]["status"] == "completed", rows
     for words in (("--set", "n_x=2"), ("--out", "x.h5"), ("--check",), ("--restart", "a.ckpt.h5")):
         said = igaform(folder, "batch", "list.txt", *words, code=1)

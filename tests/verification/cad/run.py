@@ -155,7 +155,7 @@ def four_quarters(igaform, folder, _):
     higher.write_text(DRUM.format(tool="*TOOL, NAME=drum, TYPE=CYLINDER\n0, -5, 20, 0, 10, 0\n10\n"
                                   "*TOOL PLACEMENT, TOOL=drum, CLEARANCE=0.5\n0, 0, -1"))
     told = call(igaform, higher, "--check")
-    for words in "drum", "(0.000E+00, 0.000E+00, -8.500E+00)", "5.000E-01":
+    for words in "drum", "(0, 0, -8.5)", "0.5":
         assert words in told, told
     for deck in (one, four):
         call(igaform, deck, "--out", deck.with_suffix(".h5"), "--quiet")

@@ -48,7 +48,7 @@ def effects_of(log):
 
 
 def close(told, expected, tolerance):
-    number = float(re.search(r"[-+.\dE]+", told)[0])
+    number = float(re.search(r"[-+.\deE]+", told)[0])
     assert abs(number / expected - 1) <= tolerance, (told, expected)
 
 

@@ -15,7 +15,7 @@ from run import run_checks
 
 def step_of(said):
     """The stable step that --check tells."""
-    return float(re.search(r"stable increment\D*([0-9.E+-]+)", said)[1])
+    return float(re.search(r"stable increment\D*([0-9.Ee+-]+)", said)[1])
 
 
 def steps(first, second, output="*OUTPUT, FRAMES=4, HISTORY=8\n", more=""):
