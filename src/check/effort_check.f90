@@ -6,12 +6,11 @@
 !! forming is that of a wall around the tool that carries the flow stress after 10 % strain.
 module effort_check
   use kinds, only: wp
-  use failure, only: error_t
   use text, only: string_t, rounded_text, append_text
   use input_errors, only: error_list_t, add_warning
-  use scene, only: scene_t, material_spec_t
+  use scene, only: scene_t
   use support_extent, only: extent_t, extent_of, find_box, held_ends
-  use hardening, only: hardening_t, new_hardening, harden
+  use flow_stress, only: flow_stress_of
   use unit_system, only: unit_system_t, new_unit_system, unit_of
   use blank, only: mass_of
   use model, only: model_t
@@ -23,7 +22,7 @@ module effort_check
   implicit none
   private
 
-  public :: effort_t, effort_of, effort_lines, check_effort
+  public :: effort_t, effort_of, add_effort_lines, check_effort, overlap_of
 
   real(wp), parameter :: typical_strain = 0.1_wp
   real(wp), parameter :: small = 0.05_wp      !! part of the forming force that inertia may take
@@ -52,7 +51,7 @@ contains
     real(wp) :: flow, section, ratio, low(3), high(3)
 
     associate (material => scene%materials(scene%blank%material), blank => model%bodies%blank)
-      flow = flow_stress_of(material)
+      flow = flow_stress_of(material, typical_strain)
       if (.not. flow > 0.0_wp .or. .not. encounter%approach%has_touched) return
       call find_box(scene, low, high)
       call find_speeds(model%bodies%tools(encounter%tool), encounter, norm2(high - low) &
@@ -70,18 +69,17 @@ contains
   end function effort_of
 
   !> Lines for each tool that moves, for `--check`.
-  function effort_lines(scene, model, encounters, thickness) result(lines)
+  subroutine add_effort_lines(scene, model, encounters, thickness, lines)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(encounter_t), intent(in) :: encounters(:)
     real(wp), intent(in) :: thickness
-    type(string_t), allocatable :: lines(:)
+    type(string_t), allocatable, intent(inout) :: lines(:)
     type(effort_t) :: effort
     type(unit_system_t) :: units
     character(:), allocatable :: force, speed
     integer :: i
 
-    allocate (lines(0))
     force = ""
     speed = ""
     if (scene%units /= "") then
@@ -101,7 +99,7 @@ contains
         "                 both are below 5 % of the forming force up to "// &
         rounded_text(effort%slow)//speed)
     end do
-  end function effort_lines
+  end subroutine add_effort_lines
 
   !> Warn where inertia exceeds the force of forming.
   subroutine check_effort(scene, model, encounters, thickness, errors)
@@ -129,22 +127,6 @@ contains
         rounded_text(effort%slow)//", or an *AMPLITUDE that starts and stops gently")
     end do
   end subroutine check_effort
-
-  !> Flow stress after a typical strain; 0 for laws that do not say it.
-  function flow_stress_of(material) result(flow)
-    type(material_spec_t), intent(in) :: material
-    real(wp) :: flow
-    type(hardening_t) :: curve
-    type(error_t), allocatable :: error
-    real(wp) :: stress(1), slope(1)
-
-    flow = 0.0_wp
-    if (material%law /= "PLASTIC") return
-    call new_hardening(trim(material%plasticity%hardening), material%constants, curve, error)
-    if (allocated(error)) return
-    call harden(curve, 1, [typical_strain], stress, slope)
-    flow = stress(1)
-  end function flow_stress_of
 
   !> Speed and acceleration of the point of the tool that touches first, across the tool: the
   !! greatest speed, the greatest jump of it at the touch or later, and the greatest acceleration
@@ -216,15 +198,12 @@ contains
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
     type(encounter_t), intent(in) :: encounter
-    real(wp) :: low(3), high(3), size_along(3), start(3)
+    real(wp) :: low(3), high(3), size_along(3)
     integer :: c, across, n_sides(3)
 
-    associate (tool => model%bodies%tools(encounter%tool))
-      start = encounter%path%starts(1)%displacement + encounter%path%shift
-      call find_box(scene, low, high)
-      n_sides = [(2 - n_symmetric(scene, c), c=1, 3)]
-      size_along = max(min(high, tool%box(:, 2) + start) - max(low, tool%box(:, 1) + start), 0.0_wp)
-    end associate
+    call find_box(scene, low, high)
+    n_sides = [(2 - n_symmetric(scene, c), c=1, 3)]
+    size_along = overlap_of(scene, model, encounter)
     c = scene%reduction%component
     if (c > 0) then
       size_along(c) = model%width_ratio*size_along(c)
@@ -236,6 +215,20 @@ contains
       if (c /= across) perimeter = perimeter + n_sides(c)*size_along(6 - c - across)
     end do
   end function perimeter_of
+
+  !> Sizes of the box that tool and blank have in common, whatever their heights [length].
+  function overlap_of(scene, model, encounter) result(sizes)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(encounter_t), intent(in) :: encounter
+    real(wp) :: sizes(3), low(3), high(3), start(3)
+
+    call find_box(scene, low, high)
+    associate (tool => model%bodies%tools(encounter%tool))
+      start = encounter%path%starts(1)%displacement + encounter%path%shift
+      sizes = max(min(high, tool%box(:, 2) + start) - max(low, tool%box(:, 1) + start), 0.0_wp)
+    end associate
+  end function overlap_of
 
   !> Largest displacement of the tool from its start [length].
   pure function direction_of(encounter) result(direction)

@@ -144,7 +144,7 @@ contains
     do k = 1, size(encounters(i)%approach%edges)
       associate (edge => encounters(i)%approach%edges(k))
         if (edge%overhang <= worst%overhang) cycle
-        if (.not. is_followed(model, encounters, encounters(i)%face, edge)) worst = edge
+        if (.not. is_followed(model, encounters, i, edge)) worst = edge
       end associate
     end do
     if (worst%overhang > 0.0_wp) call add_warning(errors, &
@@ -155,19 +155,21 @@ contains
       "a tool that is larger than the blank, or whose edge turns away from it")
   end subroutine check_edges
 
-  !> Does any tool on a face of the blank lie above it where it extends beyond an edge?
-  logical function is_followed(model, encounters, face, edge)
+  !> Does any tool on the same face of the blank lie above it, or touch it, where it extends beyond
+  !! an edge of the tool of encounter i?
+  logical function is_followed(model, encounters, i, edge)
     type(model_t), intent(in) :: model
     type(encounter_t), intent(in) :: encounters(:)
-    integer, intent(in) :: face
+    integer, intent(in) :: i
     type(edge_t), intent(in) :: edge
     integer :: j
 
     is_followed = .false.
     do j = 1, size(encounters)
-      if (encounters(j)%face /= face .or. is_followed) cycle
+      if (encounters(j)%face /= encounters(i)%face .or. is_followed) cycle
       is_followed = faces(model%bodies%tools(encounters(j)%tool), &
                           position_at(encounters(j)%path, edge%time), edge)
+      if (j /= i) is_followed = is_followed .or. touches_beyond(encounters(j)%approach, edge)
     end do
   end function is_followed
 
@@ -189,6 +191,17 @@ contains
                           dot_product(matmul(frame%rotation, hit%normal), edge%normal) > alike)
     end do
   end function faces
+
+  !> Does another tool touch the blank where it extends beyond an edge? A sharp nose does so whose
+  !! flanks are too steep to face the blank.
+  pure logical function touches_beyond(approach, edge)
+    type(approach_t), intent(in) :: approach
+    type(edge_t), intent(in) :: edge
+    real(wp) :: along
+
+    along = dot_product(approach%contact - edge%x, edge%outward)
+    touches_beyond = approach%has_touched .and. along > 0.0_wp .and. along <= edge%overhang
+  end function touches_beyond
 
   !> A tool that does not touch the blank at rest must be met by a blank that others carry.
   subroutine check_distance(scene, model, encounter, thickness, errors)

@@ -11,7 +11,10 @@ module setup_check
   use reach_check, only: encounter_t, encounters_of, check_reach
   use clearance_check, only: check_clearance
   use symmetry_check, only: check_symmetry
-  use effort_check, only: check_effort, effort_lines
+  use effort_check, only: check_effort, add_effort_lines
+  use amount_check, only: check_amounts
+  use stroke_check, only: check_strokes, add_stroke_lines
+  use release_check, only: check_release
   use step_check, only: check_motion, check_friction, check_forces, check_supports
   implicit none
   private
@@ -21,8 +24,8 @@ module setup_check
 contains
 
   !> Add warnings, and errors where the run could only be wrong; after errors of contact pairs only
-  !! what else is wrong with the tools. `lines` say how large the forces of
-  !! inertia are.
+  !! what else is wrong with the tools. `lines` say how the tools travel and
+  !! how large the forces of inertia are.
   subroutine check_setup(scene, model, errors, lines)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
@@ -38,6 +41,8 @@ contains
       call check_motion(scene, errors)
       call check_friction(scene, errors)
       call check_supports(scene, errors)
+      call check_release(scene, model, thickness, errors)
+      call check_strokes(scene, model, thickness, errors)
     end if
     do t = 1, size(scene%tools)
       call check_shape(model%bodies%tools(t), thickness, scene%tools(t)%origin, errors)
@@ -46,9 +51,12 @@ contains
     call check_symmetry(scene, model, encounters, thickness, errors)
     call check_reach(scene, model, encounters, thickness, errors)
     call check_clearance(scene, model, encounters, thickness, errors)
-    call check_forces(scene, encounters, thickness, errors)
+    call check_forces(scene, model, encounters, thickness, errors)
+    call check_amounts(scene, model, encounters, errors)
     call check_effort(scene, model, encounters, thickness, errors)
-    lines = effort_lines(scene, model, encounters, thickness)
+    allocate (lines(0))
+    call add_stroke_lines(scene, model, lines)
+    call add_effort_lines(scene, model, encounters, thickness, lines)
   end subroutine check_setup
 
 end module setup_check

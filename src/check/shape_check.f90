@@ -29,7 +29,7 @@ module shape_check
   real(wp), parameter :: flipped = -0.5_wp    !! cosine between two of them, 120 degrees
   real(wp), parameter :: back = -0.95_wp      !! the same at knot lines, 160 degrees
   real(wp), parameter :: sewn = 0.01_wp       !! distance, of the thickness, that counts as none
-  real(wp), parameter :: aligned = 0.7_wp     !! cosine between surfaces that lie on each other
+  real(wp), parameter :: aligned = 0.95_wp    !! cosine between surfaces that lie on each other
 
   real(wp), parameter :: along = 0.3_wp       !! cosine of a way to the edge that it runs along
 

@@ -6,6 +6,8 @@ module step_check
   use input_errors, only: origin_t, error_list_t, add_warning, has_error_at
   use linear_algebra, only: eigenvalues
   use scene, only: scene_t, boundary_spec_t, is_held
+  use model, only: model_t
+  use tool_drive, only: tool_drive_t
   use support_extent, only: extent_t, extent_of, is_across, round_off, find_box
   use travel, only: force_motion
   use reach_check, only: encounter_t
@@ -59,12 +61,13 @@ contains
   end subroutine check_friction
 
   !> Warn of forces on tools that never arrive at the sheet.
-  subroutine check_forces(scene, encounters, thickness, errors)
+  subroutine check_forces(scene, model, encounters, thickness, errors)
     type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
     type(encounter_t), intent(in) :: encounters(:)
     real(wp), intent(in) :: thickness         !! of the blank [length]
     type(error_list_t), intent(inout) :: errors
-    real(wp) :: time, duration
+    real(wp) :: mass, speed
     integer :: i, k
 
     do i = 1, size(encounters)
@@ -80,19 +83,36 @@ contains
                            "a tool that lies above the blank")
           cycle
         end if
+        mass = mass_on(model, encounters(i)%tool)
+        speed = sqrt(2.0_wp*way*norm2(spec%vector)/mass)
         if (way > thickness .and. .not. spec%mass > 0.0_wp) call add_warning(errors, &
           spec%origin, "a force on the tool '"//tool%name//"', which starts "// &
-          rounded_text(way)//" away from the sheet and strikes it with the small mass that is "// &
-          "chosen for it", "a tool that lies on the sheet, or *TOOL PLACEMENT")
-        duration = scene%step%duration
-        time = sqrt(2.0_wp*way*spec%mass/norm2(spec%vector))
-        if (time > duration) call add_warning(errors, spec%origin, "a force that moves the "// &
-          "tool '"//tool%name//"' of mass "//rounded_text(spec%mass)//" by "// &
-          rounded_text(way)//" to the sheet in "//rounded_text(time)// &
-          ", longer than the step", "a tool that lies on the sheet, or *TOOL PLACEMENT")
+          rounded_text(way)//" away from the sheet and strikes it at "//rounded_text(speed)// &
+          ", with the mass that is chosen for it, "//rounded_text(model%width_ratio*mass), &
+          "a tool that lies on the sheet, *TOOL PLACEMENT, or MASS")
+        if (2.0_wp*way > speed*scene%step%duration) call add_warning(errors, spec%origin, &
+          "a force that moves the tool '"//tool%name//"' of mass "// &
+          rounded_text(model%width_ratio*mass)//" by "//rounded_text(way)//" to the sheet in "// &
+          rounded_text(2.0_wp*way/speed)//", longer than the step", &
+          "a tool that lies on the sheet, or *TOOL PLACEMENT")
       end associate
     end do
   end subroutine check_forces
+
+  !> Mass of a tool that a force moves from the start, given or chosen.
+  real(wp) function mass_on(model, tool) result(mass)
+    type(model_t), intent(in) :: model
+    integer, intent(in) :: tool
+    integer :: i
+
+    mass = huge(1.0_wp)
+    do i = 1, size(model%supports)
+      select type (item => model%supports(i)%item)
+      type is (tool_drive_t)
+        if (item%tool == tool) mass = item%mass
+      end select
+    end do
+  end function mass_on
 
   !> Warn of steps without contact, after others with it, in which supports leave rigid motion free
   !! or hold more than rigid motion.

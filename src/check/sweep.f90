@@ -79,7 +79,7 @@ contains
   end function position_at
 
   !> Rising times between which the velocity has no jump: those of steps and of all curves.
-  function break_times(path) result(times)
+  pure function break_times(path) result(times)
     type(path_t), intent(in) :: path
     real(wp), allocatable :: times(:)
     real(wp) :: next

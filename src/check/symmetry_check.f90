@@ -161,7 +161,7 @@ contains
           edge%overhang > max(few*target%thickness, part*plane%length)) cycle
       gaps = [min(gaps(1), edge%overhang), max(gaps(2), edge%overhang)]
       is_end(k) = is_over(target, edge%x)
-      if (is_end(k)) is_end(k) = .not. is_followed(model, encounters, encounters(i)%face, edge)
+      if (is_end(k)) is_end(k) = .not. is_followed(model, encounters, i, edge)
     end do
     if (gaps(2) - gaps(1) > exact*target%thickness .or. gaps(1) <= exact*target%thickness .or. &
         .not. any(is_end)) return

@@ -8,6 +8,7 @@ module unit_check
   use text, only: string_t, rounded_text
   use input_errors, only: origin_t, error_list_t, add_warning
   use scene, only: scene_t, material_spec_t
+  use flow_stress, only: flow_stress_of
   use unit_system, only: unit_system_t, new_unit_system, size_in_si
   implicit none
   private
@@ -31,6 +32,11 @@ module unit_check
   real(wp), parameter :: densities(2) = [1.7e3_wp, 2.27e4_wp]     !! [kg/m^3]
   real(wp), parameter :: moduli(2) = [1.0e10_wp, 5.7e11_wp]       !! [Pa]
   real(wp), parameter :: speeds(2) = [1.0e3_wp, 1.0e4_wp]         !! of waves in a bar [m/s]
+  ! Of the modulus: soft aluminium, copper and lead yield at 3e-4, the strongest steel wire and
+  ! metallic glasses at 0.02.
+  real(wp), parameter :: lowest_strength = 1.0e-4_wp, highest_strength = 0.05_wp
+  real(wp), parameter :: typical_strain = 0.1_wp
+  real(wp), parameter :: most_hardening = 10.0_wp   !! annealed copper: sixfold at 10 % strain
   real(wp), parameter :: thicknesses(2) = [1.0e-5_wp, 5.0e-2_wp]  !! of sheets [m]
 
 contains
@@ -45,6 +51,7 @@ contains
     associate (material => scene%materials(scene%blank%material))
       scales = declared_scales(scene%units)
       if (.not. material%young > 0.0_wp) return
+      call check_strength(material, scales, errors)
       if (scales%length > 0.0_wp) then
         call check_material(material, scales, errors)
       else
@@ -135,6 +142,32 @@ contains
       trim(common(findloc(fits(2, :), .true., dim=1))%name), &
       "both in one system of units, and its name in *UNITS")
   end subroutine find_system
+
+  !> Warn of a yield stress in another unit than the modulus, and of hardening that leaves what a
+  !! metal can carry.
+  subroutine check_strength(material, scales, errors)
+    type(material_spec_t), intent(in) :: material
+    type(scales_t), intent(in) :: scales      !! length 0: not known
+    type(error_list_t), intent(inout) :: errors
+    real(wp) :: yield, flow
+    character(:), allocatable :: words
+
+    yield = flow_stress_of(material, 0.0_wp)
+    flow = flow_stress_of(material, typical_strain)
+    if (.not. flow > 0.0_wp) return
+    ! A power law without an offset yields at once.
+    if (flow <= highest_strength*material%young .and. &
+        (yield >= lowest_strength*material%young .or. .not. yield > 0.0_wp) .and. &
+        (flow <= most_hardening*yield .or. .not. yield > 0.0_wp)) return
+    words = ""
+    if (scales%length > 0.0_wp) words = ", which is "//rounded_text(1.0e-6_wp*yield*scales%mass &
+                                        /(scales%length*scales%time**2))//" MPa"
+    call add_warning(errors, material%origin, "the yield stress "//rounded_text(yield)//words// &
+      ", and "//rounded_text(flow)//" after 10 % plastic strain, with the modulus "// &
+      rounded_text(material%young), "a yield stress of "//rounded_text(lowest_strength)//" to "// &
+      rounded_text(highest_strength)//" times the modulus, in its unit, that 10 % strain "// &
+      "raises at most "//rounded_text(most_hardening)//"-fold")
+  end subroutine check_strength
 
   !> A sheet is thinner than a slab and thicker than a foil.
   subroutine check_thickness(thickness, scales, origin, errors)

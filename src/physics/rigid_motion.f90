@@ -6,7 +6,7 @@ module rigid_motion
   implicit none
   private
 
-  public :: rigid_motion_t, motion_term_t, move_tool, start_motion
+  public :: rigid_motion_t, motion_term_t, move_tool, start_motion, factor_of
 
   !> A vector times a curve, which gives velocities or displacements, or a turn about the vector.
   type :: motion_term_t
@@ -47,12 +47,24 @@ contains
     end do
   end subroutine start_motion
 
+  !> What the vector of a term is multiplied by at `time` of the run.
+  pure real(wp) function factor_of(term, time) result(factor)
+    type(motion_term_t), intent(in) :: term
+    real(wp), intent(in) :: time
+
+    if (term%is_displacement) then
+      factor = curve_value(term%curve, time)
+    else
+      factor = curve_integral(term%curve, time) - term%done
+    end if
+  end function factor_of
+
   !> Put the tool where it is at `time`; its velocity is the mean over the step that led there.
   pure subroutine move_tool(motion, time, dt, tool)
     type(rigid_motion_t), intent(in) :: motion
     real(wp), intent(in) :: time, dt
     type(tool_t), intent(inout) :: tool
-    real(wp) :: displacement(3), rotation(3, 3), way(3), share
+    real(wp) :: displacement(3), rotation(3, 3), way(3), factor
     integer :: i
 
     tool%rotation_rate = 0.0_wp
@@ -65,20 +77,16 @@ contains
     way = 0.0_wp
     do i = 1, size(motion%terms)
       associate (term => motion%terms(i))
-        if (term%is_displacement) then
-          share = curve_value(term%curve, time)
-        else
-          share = curve_integral(term%curve, time) - term%done
-        end if
+        factor = factor_of(term, time)
         if (term%is_rotation) then
           tool%is_turning = .true.
           tool%reference = matmul(term%point - motion%displacement, motion%rotation)
           rotation = rotation_about(term%vector/max(norm2(term%vector), tiny(1.0_wp)), &
-                                    share*norm2(term%vector))
+                                    factor*norm2(term%vector))
           displacement = term%point + matmul(rotation, motion%displacement - term%point)
           rotation = matmul(rotation, motion%rotation)
         else
-          way = way + share*term%vector
+          way = way + factor*term%vector
         end if
       end associate
     end do

@@ -24,6 +24,9 @@ class Mistake:
 DIE, PUNCH, HOLDER = ("*TOOL, NAME=" + name for name in ("die", "punch", "holder"))
 MATERIAL, BLANK = "*MATERIAL, NAME=steel", "*BLANK, NAME=sheet"
 MOTION, FORCE = "*TOOL MOTION, TOOL=punch", "*TOOL FORCE, TOOL=holder"
+STROKE, HOLDING = "*AMPLITUDE, NAME=stroke\n0, 0, <0.1*time>, 1, <0.9*time>, 1, <time>, 0", \
+    "*CONTACT PAIR, TOOL=holder"
+RELEASE, REMOVAL = "*DYNAMIC, EXPLICIT\n0.01", "*MODEL CHANGE, REMOVE\ndie, punch, holder"
 PIECE = """*TOOL, NAME=tail, TYPE=PLANE, COMPONENT OF=die
 {x}, 0, 22
 20, 0, 0
@@ -108,7 +111,7 @@ MISTAKES = [
             ["speed=100000", "stroke=20"]),
     Mistake("no friction under the holder", "*CONTACT PAIR, TOOL=holder", ["friction", "holder"],
             text=[("TOOL=holder, FACE=Y_MAX, FRICTION=0.1", "TOOL=holder, FACE=Y_MAX")]),
-    Mistake("springback without supports", "*DYNAMIC, EXPLICIT\n0.01",
+    Mistake("springback without supports", RELEASE,
             ["leave free", "motion in y"],
             text=[("*BOUNDARY\nnear, 2, 3\n", "")]),
     Mistake("springback clamped", "near, 2, 3", ["near", "cannot spring back"],
@@ -119,6 +122,39 @@ MISTAKES = [
     Mistake("holder too heavy and too far", FORCE, ["holder", "longer than the step"],
             text=[(FORCE, FORCE + ", MASS=1"),
                   ("42, <thickness>, -1", "42, <thickness + 20>, -1")]),
+    Mistake("holder too light to start far away", FORCE, ["holder", "strikes it at"],
+            text=[("42, <thickness>, -1", "42, <thickness + 20>, -1")]),
+    Mistake("holder force in kN", FORCE, ["holder", "force of 0.02", "pressure"],
+            ["holder_force=-0.02"]),
+    Mistake("holder force in mN", FORCE, ["holder", "pressure", "yields at 200"],
+            ["holder_force=-2e6"]),
+    Mistake("friction in percent", HOLDING, ["friction of 10"],
+            text=[("TOOL=holder, FACE=Y_MAX, FRICTION=0.1",
+                   "TOOL=holder, FACE=Y_MAX, FRICTION=10")]),
+    Mistake("mass scaling far beyond the mass", "*DYNAMIC, EXPLICIT\n<time>", ["mass", "adds"],
+            text=[("<time>\n*TOOL MOTION", "<time>\n*MASS SCALING, DT=1e-6\n*TOOL MOTION")]),
+    Mistake("yield stress in Pa", MATERIAL, ["yield stress", "MPa", "2e8"],
+            text=[("200, 200, 8", "2e8, 2e8, 8")]),
+    Mistake("yield stress in GPa", MATERIAL, ["yield stress", "0.2", "MPa"],
+            text=[("200, 200, 8", "0.2, 0.2, 8")]),
+    Mistake("hardening of another unit", MATERIAL, ["after 10 %", "10-fold"],
+            text=[("200, 200, 8", "200, 200000, 8")]),
+    Mistake("amplitude that is zero", MOTION, ["punch", "zero throughout"],
+            text=[(STROKE, "*AMPLITUDE, NAME=stroke\n0, 0, <time>, 0")]),
+    Mistake("step shorter than the stroke", MOTION, ["punch", "before its amplitude", "15 of 30"],
+            text=[("*DYNAMIC, EXPLICIT\n<time>", "*DYNAMIC, EXPLICIT\n<0.5*time>")]),
+    Mistake("stroke that continues", MOTION, ["punch", "continues", "instead of"],
+            text=[("0.9*time>, 1, <time>, 0", "0.3*time>, 1")]),
+    Mistake("tools left closed", RELEASE, ["still touch"], text=[(REMOVAL + "\n", "")]),
+    Mistake("springback that rings", RELEASE, ["vibrates"], text=[("*DYNAMIC RELAXATION\n", "")]),
+    Mistake("die removed too early", "*DYNAMIC, EXPLICIT\n<time/2>\n*MODEL",
+            ["punch", "still moves into", "'die'"],
+            text=[("<time>\n*TOOL MOTION", "<time/2>\n*TOOL MOTION"),
+                  ("*STEP, NAME=release\n", "*STEP, NAME=deeper\n*DYNAMIC, EXPLICIT\n<time/2>\n"
+                   "*MODEL CHANGE, REMOVE\ndie\n*END STEP\n*STEP, NAME=release\n"),
+                  (REMOVAL, "*MODEL CHANGE, REMOVE\npunch, holder"),
+                  (STROKE, "*AMPLITUDE, NAME=stroke, TIME=TOTAL TIME\n0, 0, <0.1*time>, 1, "
+                   "<0.9*time>, 1, <time>, 0")]),
     Mistake("tool without a pair", HOLDER, ["holder", "*CONTACT PAIR"],
             text=[("*CONTACT PAIR, TOOL=holder, FACE=Y_MAX, FRICTION=0.1\n", ""),
                   (FORCE + "\n0, <holder_force>, 0\n", "")]),
@@ -183,6 +219,23 @@ def complaint_about_sides(program):
     return f"sides of {missing} not reported:\n{done.stderr}" if missing else None
 
 
+NOSE = PUNCH + """, TYPE=PLANE, SIDE=POSITIVE
+-20, 81, -1
+20, -80, 0
+0, 0, 23
+*TOOL, NAME=right, TYPE=PLANE, COMPONENT OF=punch
+0, <thickness>, -1
+20, 80, 0
+0, 0, 23
+"""
+
+
+def complaint_about_nose(program):
+    """A sharp nose with steep flanks in the opening of the holder is a punch like others."""
+    done = check(program, DECK[:DECK.index(PUNCH)] + NOSE + DECK[DECK.index(HOLDER):])
+    return done.stderr if done.returncode != 0 or "warning" in done.stderr else None
+
+
 def main(program):
     done = check(program, DECK)
     complaints = [("set-up without a mistake", done.stderr)] \
@@ -193,10 +246,11 @@ def main(program):
     for mistake in MISTAKES:
         complaints.append((mistake.name, complaint_about(program, mistake)))
     complaints.append(("all sides", complaint_about_sides(program)))
+    complaints.append(("sharp nose", complaint_about_nose(program)))
     complaints = [(name, text) for name, text in complaints if text]
     for name, text in complaints:
         print(f"{name}: {text}\n")
-    print(f"{len(MISTAKES) + 3} set-ups, {len(complaints)} complaints")
+    print(f"{len(MISTAKES) + 5} set-ups, {len(complaints)} complaints")
     return 1 if complaints else 0
 
 

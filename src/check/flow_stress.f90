@@ -1,0 +1,31 @@
+!> The flow stress of a material of the scene, where its law says it.
+module flow_stress
+  use kinds, only: wp
+  use failure, only: error_t
+  use scene, only: material_spec_t
+  use hardening, only: hardening_t, new_hardening, harden
+  implicit none
+  private
+
+  public :: flow_stress_of
+
+contains
+
+  !> Flow stress after a plastic strain; 0 for laws that do not say it [stress].
+  function flow_stress_of(material, strain) result(flow)
+    type(material_spec_t), intent(in) :: material
+    real(wp), intent(in) :: strain
+    real(wp) :: flow
+    type(hardening_t) :: curve
+    type(error_t), allocatable :: error
+    real(wp) :: stress(1), slope(1)
+
+    flow = 0.0_wp
+    if (material%law /= "PLASTIC") return
+    call new_hardening(trim(material%plasticity%hardening), material%constants, curve, error)
+    if (allocated(error)) return
+    call harden(curve, 1, [strain], stress, slope)
+    flow = stress(1)
+  end function flow_stress_of
+
+end module flow_stress

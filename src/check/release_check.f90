@@ -1,0 +1,149 @@
+!> Steps in which a part is released from its tools, and springs back: tools that still hold it, no
+!! damping, and tools removed from under others that still press.
+module release_check
+  use kinds, only: wp
+  use text, only: to_text
+  use input_errors, only: error_list_t, add_warning
+  use scene, only: scene_t, step_spec_t
+  use model, only: model_t
+  use contact_effect, only: contact_view_t, contact_pairs
+  use sweep, only: path_t, path_of
+  use stroke_check, only: stroke_t, stroke_of
+  implicit none
+  private
+
+  public :: check_release
+
+contains
+
+  !> Warn of what keeps a part from springing back to rest.
+  subroutine check_release(scene, model, thickness, errors)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in), target :: model
+    real(wp), intent(in) :: thickness         !! of the blank [length]
+    type(error_list_t), intent(inout) :: errors
+    type(contact_view_t), allocatable :: pairs(:)
+    type(path_t) :: paths(size(scene%tools))
+    logical, allocatable :: acts(:, :)        !! pairs in steps
+    real(wp), allocatable :: travel(:, :, :)  !! of tools, shape (3, n_tools, n_steps) [length]
+    integer :: i, step, n
+
+    n = 1 + size(scene%later_steps)
+    pairs = [contact_pairs(model%forces), contact_pairs(model%later_forces)]
+    if (n == 1 .or. size(pairs) == 0) return
+    allocate (acts(size(pairs), n), travel(3, size(scene%tools), n))
+    do i = 1, size(scene%tools)
+      paths(i) = path_of(model, i)
+    end do
+    do step = 1, n
+      acts(:, step) = [(pairs(i)%pair%first_step <= step .and. pairs(i)%pair%last_step >= step, &
+                        i=1, size(pairs))]
+      do i = 1, size(scene%tools)
+        travel(:, i, step) = travel_in(paths(i), step)
+      end do
+    end do
+    travel = merge(travel, 0.0_wp, abs(travel) > thickness)
+    do step = 2, n
+      call check_held(scene, step, acts, travel, errors)
+      call check_damping(scene, step, acts, errors)
+      call check_counterparts(scene, step, pairs, acts, travel, errors)
+    end do
+  end subroutine check_release
+
+  !> Largest displacement of a tool in a step, along each coordinate.
+  pure function travel_in(path, step) result(travel)
+    type(path_t), intent(in) :: path
+    integer, intent(in) :: step
+    real(wp) :: travel(3)
+    type(stroke_t) :: stroke
+    integer :: c
+
+    do c = 1, 3
+      stroke = stroke_of(path, step, c)
+      associate (way => stroke%values - stroke%values(1))
+        travel(c) = way(maxloc(abs(way), 1))
+      end associate
+    end do
+  end function travel_in
+
+  !> Warn of a step that relaxes a part between tools that have formed it and that stay to the end.
+  subroutine check_held(scene, step, acts, travel, errors)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    logical, intent(in) :: acts(:, :)
+    real(wp), intent(in) :: travel(:, :, :)
+    type(error_list_t), intent(inout) :: errors
+
+    if (.not. scene%later_steps(step - 1)%step%has_relaxation .or. is_loaded(scene, step)) return
+    if (any(acts(:, step - 1) .and. .not. acts(:, size(acts, 2))) .or. &
+        .not. any(acts(:, step - 1))) return
+    if (any(abs(travel(:, :, step:)) > 0.0_wp) .or. &
+        .not. any(abs(travel(:, :, :step - 1)) > 0.0_wp)) return
+    call add_warning(errors, scene%later_steps(step - 1)%step%origin, "a step with dynamic "// &
+                     "relaxation in which all tools of the step before still touch the blank "// &
+                     "and none moves: the part cannot spring back", &
+                     "*MODEL CHANGE, REMOVE of the tools, and supports that hold rigid motion")
+  end subroutine check_held
+
+  !> Warn of a part that is released from all tools and never damped.
+  subroutine check_damping(scene, step, acts, errors)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    logical, intent(in) :: acts(:, :)
+    type(error_list_t), intent(inout) :: errors
+    integer :: i
+
+    if (.not. any(acts(:, step - 1)) .or. any(acts(:, step:))) return
+    if (any([(is_damped(scene%later_steps(i)%step), i=step - 1, size(scene%later_steps))])) return
+    call add_warning(errors, scene%later_steps(step - 1)%step%origin, "a step after contact "// &
+                     "without damping: the part that is released vibrates", &
+                     "*DYNAMIC RELAXATION in it, which ends when the part is at rest")
+  end subroutine check_damping
+
+  pure logical function is_damped(step)
+    type(step_spec_t), intent(in) :: step
+
+    is_damped = step%has_relaxation .or. step%alpha > 0.0_wp
+  end function is_damped
+
+  !> Warn of a tool that continues its stroke where the tools of the other face have been removed,
+  !! and nothing else holds the blank against it.
+  subroutine check_counterparts(scene, step, pairs, acts, travel, errors)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    type(contact_view_t), intent(in) :: pairs(:)
+    logical, intent(in) :: acts(:, :)
+    real(wp), intent(in) :: travel(:, :, :)
+    type(error_list_t), intent(inout) :: errors
+    integer :: i, j, c, tool
+
+    if (is_loaded(scene, step)) return
+    do i = 1, size(pairs)
+      tool = pairs(i)%pair%tool
+      if (.not. (acts(i, step) .and. acts(i, step - 1))) cycle
+      c = maxloc(abs(travel(:, tool, step)), 1)
+      if (.not. travel(c, tool, step)*travel(c, tool, step - 1) > 0.0_wp) cycle
+      if (any([(scene%boundaries(j)%is_prescribed(c) .and. scene%boundaries(j)%first_step <= step &
+                .and. scene%boundaries(j)%last_step >= step, j=1, size(scene%boundaries))])) cycle
+      if (any([(acts(j, step) .and. pairs(j)%pair%face /= pairs(i)%pair%face, &
+                j=1, size(pairs))])) cycle
+      j = findloc([(acts(j, step - 1) .and. .not. acts(j, step) .and. &
+                    pairs(j)%pair%face /= pairs(i)%pair%face, j=1, size(pairs))], .true., dim=1)
+      if (j == 0) cycle
+      call add_warning(errors, scene%later_steps(step - 1)%step%origin, "the tool '"// &
+        scene%tools(tool)%name//"', which still moves into the blank in step "//to_text(step)// &
+        ", though '"//scene%tools(pairs(j)%pair%tool)%name//"' on the other face is removed", &
+        "a *TOOL MOTION that ends or withdraws the tool, or its removal too")
+      return
+    end do
+  end subroutine check_counterparts
+
+  !> Do loads act in a step?
+  pure logical function is_loaded(scene, step)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+
+    is_loaded = any(scene%loads%first_step <= step .and. scene%loads%last_step >= step)
+  end function is_loaded
+
+end module release_check
