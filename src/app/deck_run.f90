@@ -225,7 +225,8 @@ contains
     call log_lines(log, source_lines(scene, model))
     call log_line(log, saving_words(saver))
     if (run%is_resumed) call log_line(log, "restart    from "//command%restart//", step "// &
-                                      to_text(run%n_steps)//", time "//to_text(run%instant%time))
+                                      to_text(run%n_steps)//", time "// &
+                                      rounded_text(run%instant%time))
     if (allocated(saver%other_build)) then
       if (saver%other_build /= "") call log_line(log, "restart    of a run that another build "// &
                                                  "began: "//saver%other_build)

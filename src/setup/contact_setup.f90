@@ -246,18 +246,18 @@ contains
       call initial_gap(pair%pair%secondary, tool, net, gap, point, position)
       call find_deepest(pair%samples, pair%pair, tool, net, tool%displacement, pair%deepest)
       found = "a blank (line "//to_text(blank_origin%line)//") that starts inside tool '"// &
-              tool%name//"', at ("
+              tool%name//"', at "
       ! Round-off of a blank that starts exactly touching is not a penetration.
       if (gap < -1.0e-9_wp*tool%search_distance) then
-        call add_error(errors, spec%origin, found//to_text(position(1))//", "// &
-                       to_text(position(2))//", "//to_text(position(3))//") by "//to_text(-gap), &
+        call add_error(errors, spec%origin, found//place_text(position)//" by "// &
+                       rounded_text(-gap), &
                        "a blank outside of all tools; if the side is wrong, change SIDE of the "// &
                        "tool, or of an offset the sign of its distance")
         return
       end if
       associate (x => pair%deepest%x, depth => pair%deepest%depth)
-        found = found//to_text(x(1))//", "//to_text(x(2))//", "//to_text(x(3))//") by "// &
-                rounded_text(depth)//", where no contact point sees it"
+        found = found//place_text(x)//" by "//rounded_text(depth)// &
+                ", where no contact point sees it"
       end associate
       if (pair%deepest%depth > far*pair%thickness) then
         call add_error(errors, spec%origin, found, "a blank outside of all tools")

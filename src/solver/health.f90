@@ -275,7 +275,7 @@ contains
     type(instant_t), intent(in) :: instant
     character(:), allocatable :: text
 
-    text = "at time "//to_text(instant%time)
+    text = "at time "//rounded_text(instant%time)
   end function when
 
 end module health

@@ -223,7 +223,7 @@ contains
     saver%stopped_by = why
     saver%is_state_lost = saver%saved_step /= saver%verified%step
     call log_line(log, "stopped by "//why//" at step "//to_text(run%n_steps)//", time "// &
-                  to_text(run%instant%time)//"; the last verified state is that of step "// &
+                  rounded_text(run%instant%time)//"; the last verified state is that of step "// &
                   to_text(saver%verified%step))
     if (saver%verified%step == saver%began_step) &
       call log_line(log, "warning: no state since the restart is verified yet, so that the "// &
@@ -294,7 +294,7 @@ contains
       deallocate (error)
     else
       call log_line(log, "checkpoint "//saver%path//" at step "//to_text(saver%saved_step)// &
-                    ", time "//to_text(saver%saved_time))
+                    ", time "//rounded_text(saver%saved_time))
     end if
   end subroutine save
 
@@ -403,7 +403,7 @@ contains
       advice = "the last verified state"
     end if
     advice = advice//", of step "//to_text(saver%saved_step)//", time "// &
-             to_text(saver%saved_time)//", is in '"//saver%path// &
+             rounded_text(saver%saved_time)//", is in '"//saver%path// &
              "'; --restart "//saver%path//" fails in the same way, and shows more of it where "// &
              "*OUTPUT asks for more frames"
     if (saver%retry <= 0.0_wp) advice = advice//"; with *CHECKPOINT, RETRY=0.5 in the deck it "// &
@@ -454,7 +454,7 @@ contains
       run%step_factor = saver%retry
       run%control%largest = saver%retry*run%control%largest
       call log_line(log, "retry from step "//to_text(run%n_steps)//", time "// &
-                    to_text(run%instant%time)//", with "//rounded_text(saver%retry)// &
+                    rounded_text(run%instant%time)//", with "//rounded_text(saver%retry)// &
                     " of the time increment")
       is_trying = .true.
     end subroutine go_back
