@@ -130,8 +130,12 @@ contains
   pure function place_text(x) result(written)
     real(wp), intent(in) :: x(3)
     character(:), allocatable :: written
+    real(wp), parameter :: round_off = 1.0e-12_wp   ! of the largest
+    real(wp) :: clean(3)
 
-    written = "("//rounded_text(x(1))//", "//rounded_text(x(2))//", "//rounded_text(x(3))//")"
+    clean = merge(x, 0.0_wp, abs(x) > round_off*maxval(abs(x)))
+    written = "("//rounded_text(clean(1))//", "//rounded_text(clean(2))//", "// &
+              rounded_text(clean(3))//")"
   end function place_text
 
   !> The number in the shortest form: without an exponent where that stays short.
