@@ -72,7 +72,6 @@ class Shapes:
                 first = next(iter(patches.values()))
                 self.unit = text_of(first["points"].attrs.get("unit", b"")).upper()
                 self.version = text_of(file["provenance/version"][()])
-                self.n_frames = int(file["VTKHDF/Steps"].attrs["NSteps"])
             except (KeyError, OSError, RuntimeError, TypeError, ValueError) as fault:
                 raise ResultsError(f"'{path}' has no whole shapes under /nurbs: {fault}") from None
 
@@ -95,11 +94,7 @@ def shapes_of_deck(arguments):
     with tempfile.TemporaryDirectory() as folder:
         result = os.path.join(folder, "start.h5")
         start_of_deck(arguments, result)
-        shapes = Shapes(result)
-        if shapes.n_frames > 1:
-            raise ResultsError(f"'{arguments.file}' asks for frames closer than a time step, so "
-                               "the result does not hold its start; ask for fewer frames")
-    return shapes
+        return Shapes(result)
 
 
 def part_of(shapes, arguments):

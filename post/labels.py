@@ -9,16 +9,18 @@ SPACING = 3      # pixels between the points that stand for a line
 
 
 class Labels:
-    """Labels of an axis whose limits are final; `lines`: polylines (n, 2) that stay visible."""
+    """Labels of an axis whose limits are final; `lines`: polylines (n, 2) that stay visible;
+    `points`: pixels (n, 2) that do."""
 
-    def __init__(self, axis, lines):
+    def __init__(self, axis, lines, points=()):
         self.axis = axis
         self.figure = axis.get_figure()
         axis.autoscale_view()
         axis.set_autoscale_on(False)
         self.figure.canvas.draw()
         self.renderer = self.figure.canvas.get_renderer()
-        self.taken = np.concatenate([self._pixels(line) for line in lines])
+        self.taken = np.concatenate([np.reshape(points, (-1, 2)),
+                                     *[self._pixels(line) for line in lines]])
         self.boxes = []
 
     def _pixels(self, line):
@@ -42,6 +44,8 @@ class Labels:
         offset = self._free_offset(origin, half, np.asarray(along, dtype=float))
         label.set_position(offset * 72 / self.figure.dpi)
         self.boxes.append((origin + offset, half))
+        if not np.any(offset):
+            label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 1, "alpha": 0.8})
         if np.linalg.norm(offset) > np.linalg.norm(half) + 25:
             self._lead(origin, offset, half, colour)
         return label

@@ -2,6 +2,7 @@
 the side on which the sheet lies, motions, forces, gaps and first contact. No run is needed."""
 import os
 import re
+import sys
 import tempfile
 from dataclasses import dataclass
 
@@ -37,12 +38,15 @@ def run(arguments):
     check_format(out)
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "start.h5")
-        report, warnings = checked_start(arguments, path)
+        report, messages = checked_start(arguments, path)
         with Results(path) as results:
-            facts = Facts(results, report, warnings)
+            facts = Facts(results, report, messages)
             save(draw(results, facts, folder), out, arguments.small)
             write_page(os.path.splitext(out)[0] + ".html", page(results, facts))
-    return 0
+    if facts.errors:
+        print(f"post: igaform rejects '{arguments.file}'; the set-up is drawn as the deck has it:\n"
+              + "\n".join(facts.errors), file=sys.stderr)
+    return 1 if facts.errors else 0     # as --check: a script must not take the deck for a sound one
 
 
 def write_page(path, text):
@@ -70,16 +74,18 @@ class ToolFact:
 class Facts:
     """What the texts of picture and page say."""
 
-    def __init__(self, results, report, warnings):
+    def __init__(self, results, report, messages):
         self.heading = text_of(results.file["provenance/heading"][()])
-        self.report, self.warnings = report, warnings
+        self.report = report
+        self.findings = findings_of(messages)
+        self.errors = [text for kind, text in self.findings if kind == "error"]
         self.view = view_of(results)
         self.scene = Scene(results, 0, "thickness")
         self.length = results.unit("VTKHDF/Points")
         self.time = results.unit("VTKHDF/Steps/Values")
         self.sheet = coarse_sheet(results)
         self.thickness = float(self.sheet.values.max())
-        self.run = run_words(report, warnings)
+        self.run = run_words(report, len(self.findings) - len(self.errors))
         self.blank = blank_words(results, self.sheet.points, self.length)
         self.tools = [self.tool_fact(results, i, name) for i, name in enumerate(results.tools)]
 
@@ -153,10 +159,16 @@ def friction_words(deck, tool):
     return [f"friction {', '.join(dict.fromkeys(values))}"] if values else ["no contact pair"]
 
 
-def run_words(report, warnings):
+def findings_of(messages):
+    """Errors and warnings of --check: kind, and file, line and message; errors first."""
+    found = re.findall(r"^.*?: (error|warning): .*$", messages, re.MULTILINE)
+    texts = re.findall(r"^.*?: (?:error|warning): .*$", messages, re.MULTILINE)
+    return sorted(zip(found, texts), key=lambda item: item[0])
+
+
+def run_words(report, n):
     """Mass, steps and time from the report of --check, and how many warnings it has."""
     found = re.findall(r"^(mass|stable increment|steps|run time) {2,}(.*)$", report, re.MULTILINE)
-    n = len(re.findall(r"\bwarning:", warnings))
     return [f"{name} {value}" for name, value in found] + [f"warnings of --check: {n}"] * (n > 0)
 
 

@@ -26,6 +26,9 @@ body { margin: 0; font: 14px sans-serif; display: flex; height: 100vh; }
 #side { width: 26em; overflow: auto; padding: 0 1em 1em; border-left: 1px solid #ccc; }
 #side p { margin: 0.2em 0 0.8em 1.7em; }
 .key { display: inline-block; width: 1em; height: 1em; margin-right: 0.4em; }
+#side p.finding { margin-left: 0; overflow-wrap: anywhere; }
+.error { color: #a00000; }
+.warning { color: #8a4b00; }
 pre { white-space: pre-wrap; font-size: 12px; }
 </style>
 </head>
@@ -35,6 +38,7 @@ pre { white-space: pre-wrap; font-size: 12px; }
 <h3>@TITLE@</h3>
 <p style="margin-left:0">@KEY@<br>Solid arrow: motion; dashed arrow: force; cross: first contact.
 <br>Drag turns, with Shift shifts, the wheel zooms, a double click resets.</p>
+@FINDINGS@
 <div id="list"></div>
 <h4>igaform --check</h4>
 <pre>@REPORT@</pre>
@@ -221,7 +225,12 @@ function drawArrow(tail, head, arrow, ratio) {
   pen.lineTo(head[0] - 2 * x - y, head[1] - 2 * y + x);
   pen.lineTo(head[0] - 2 * x + y, head[1] - 2 * y - x);
   pen.fill();
-  if (arrow.name) pen.fillText(arrow.name, tail[0], tail[1] - 4 * ratio);
+  if (!arrow.name) return;
+  pen.strokeStyle = "#ffffff";
+  pen.lineWidth = 4 * ratio;
+  pen.strokeText(arrow.name, tail[0], tail[1] - 4 * ratio);
+  pen.lineWidth = 2 * ratio;
+  pen.fillText(arrow.name, tail[0], tail[1] - 4 * ratio);
 }
 
 data.parts.forEach(part => {
@@ -272,10 +281,12 @@ def page(results, facts):
                       for name, text in (("blank", "blank"),
                                          ("sheet side", "side of a tool on which the blank lies"),
                                          ("back", "back of a tool")))
+    findings = "\n".join(f'<p class="finding {kind}">{html.escape(words)}</p>'
+                         for kind, words in facts.findings)
     data = json.dumps(data_of(results, facts)).replace("</", "<\\/")
     text = PAGE
     for name, value in (("TITLE", title), ("KEY", key), ("SCRIPT", SCRIPT), ("DATA", data),
-                        ("REPORT", html.escape(facts.report + facts.warnings))):
+                        ("FINDINGS", findings), ("REPORT", html.escape(facts.report))):
         text = text.replace(f"@{name}@", value)
     return text
 

@@ -6,9 +6,9 @@ import matplotlib
 import numpy as np
 from matplotlib.collections import LineCollection
 from PIL import Image
-from PIL import Image
 
 from post.cells import cut_triangles
+from post.labels import Labels
 from post.layout import add_axes
 from post.picture import draw_with_vtk, window_of
 from post.results import ResultsError
@@ -20,6 +20,8 @@ PANEL = 1000, 560           # pixels of a view
 ARROW = 0.16                # length, of the diagonal of the scene
 BESIDE = 1e-3               # of the sheet, from a plane of symmetry to the section
 COLUMNS = 66                # letters of a line of text
+WHITE = 250                 # least value of a pixel on which nothing is drawn
+MOST_ERRORS = 3             # in the picture; the page has all
 
 
 def draw(results, facts, folder):
@@ -30,7 +32,7 @@ def draw(results, facts, folder):
     views = [view_of(results, above) for above in (1, -1)]
     for view, image, place, left in zip(views, *images(results, facts, views, folder), (0.0, 0.5)):
         add_view(figure, facts, view, image, place, left)
-    add_section(figure.add_axes([0.045, 0.06, 0.44, 0.36]), results, facts)
+    add_section(figure.add_axes([0.055, 0.06, 0.43, 0.36]), results, facts)
     add_words(figure, facts)
     return figure
 
@@ -93,26 +95,31 @@ def add_view(figure, facts, view, image, place, left):
     axes.imshow(image, extent=(x0, x1, y0, y1), aspect="auto")
     axes.set_axis_off()
     axes.set_label("scene")
-    draw_arrows(axes, facts, lambda point: view.project(point)[:2])
     for fact in facts.tools:
         if fact.has_gap:
             axes.plot(*view.project(fact.place)[:2], "x", color=fact.colour, markersize=8)
+    rows, columns = np.nonzero(np.any(image[::2, ::2] < WHITE, axis=2))
+    drawn = np.column_stack([(columns + 0.5) / image[::2, ::2].shape[1],
+                             1 - (rows + 0.5) / image[::2, ::2].shape[0]])
+    draw_arrows(axes, facts, lambda point: view.project(point)[:2], [],
+                axes.transAxes.transform(drawn))
     name = "from above" if view.above > 0 else "from below"
     figure.text(left + 0.01, 0.915, name, fontsize=10)
     add_axes(figure, view, [left + 0.005, 0.46, 0.045, 0.045 * SIZE[0] / SIZE[1]])
 
 
-def draw_arrows(axes, facts, project):
-    for fact, tail, head in arrows(facts):
-        ends = project(head), project(tail)
-        if np.linalg.norm(ends[0] - ends[1]) == 0:
-            continue
+def draw_arrows(axes, facts, project, lines, points=()):
+    """The arrows, and their names where they cover neither lines nor pixels."""
+    shown = [(fact, project(tail), project(head)) for fact, tail, head in arrows(facts)]
+    shown = [(fact, tail, head) for fact, tail, head in shown if np.any(tail != head)]
+    for fact, tail, head in shown:
         style = "--" if fact.drive.kind == "FORCE" else "-"
-        axes.annotate(fact.name, *ends, color=fact.colour, fontsize=9, ha="center", va="center",
-                      annotation_clip=False,
-                      bbox={"facecolor": "white", "edgecolor": "none", "pad": 1, "alpha": 0.8},
+        axes.annotate("", head, tail, annotation_clip=False,
                       arrowprops={"arrowstyle": "-|>", "linestyle": style, "color": fact.colour,
-                                  "linewidth": 1.6, "shrinkA": 2, "shrinkB": 0})
+                                  "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0})
+    labels = Labels(axes, [*lines, *(np.array(ends) for _, *ends in shown)], points)
+    for fact, tail, head in shown:
+        labels.put(fact.name, tail, tail - head, fact.colour)
 
 
 def section_place(results, facts, axis):
@@ -134,9 +141,11 @@ def add_section(axes, results, facts):
     depth = 3 - up - right
     place = section_place(results, facts, depth)
     origin, normal = place * np.eye(3)[depth], np.eye(3)[depth]
+    drawn = []
     for part in [facts.scene.sheet, *facts.scene.tools]:
         segments, numbers = cut_triangles(part.points, part.triangles, origin, normal)
         lines = segments[..., [right, up]]
+        drawn += list(lines)
         if part is facts.scene.sheet:
             axes.add_collection(LineCollection(lines, colors=SIDES["blank"], linewidths=2.0))
             continue
@@ -150,12 +159,15 @@ def add_section(axes, results, facts):
                                            linewidths=3.0))
         axes.add_collection(LineCollection(lines + 0.5 * shift[:, None], linewidths=0.8,
                                            colors=part.colour, label=part.name))
-    draw_arrows(axes, facts, lambda point: point[[right, up]])
     tails = [tail[[right, up]] for _, tail, _ in arrows(facts)]
     axes.update_datalim(np.reshape(tails, (-1, 2)))
     axes.margins(0.08)
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
+    axes.apply_aspect()
+    axes.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())    # final, as the labels need them
+    axes.set_aspect("equal", adjustable="box")
+    draw_arrows(axes, facts, lambda point: point[[right, up]], drawn)
     axes.set(xlabel=f"{'xyz'[right]} [{facts.length}]", ylabel=f"{'xyz'[up]} [{facts.length}]")
     shown = place if abs(place) > 2 * BESIDE * np.ptp(facts.sheet.points[:, depth]) else 0.0
     axes.set_title(f"section at {'xyz'[depth]} = {shown:.4g} {facts.length}", fontsize=10,
@@ -165,9 +177,10 @@ def add_section(axes, results, facts):
 def add_words(figure, facts):
     """What is known of blank and tools, line by line."""
     top, step = 0.435, 0.0185
-    blocks = [("blank", "black", facts.blank)]
+    blocks = [("error", "#a00000", [words]) for words in facts.errors[:MOST_ERRORS]]
+    blocks += [("blank", "black", facts.blank)]
     blocks += [(fact.name, fact.colour, fact.words) for fact in facts.tools]
-    blocks.append(("run", "black", facts.run))
+    blocks += [("run", "black", facts.run)] if facts.run else []
     for name, colour, words in blocks:
         lines = textwrap.wrap("; ".join(words), COLUMNS)
         if top - step * (len(lines) + 1) < 0.01:

@@ -29,6 +29,7 @@ module command_line
     logical :: is_summary = .false.        !! the table of the batch alone
     logical :: is_iges = .false.           !! now of `post`: other arguments are not read
     logical :: is_check = .false., is_quiet = .false.
+    logical :: is_start = .false.          !! --start: with `is_check`, the result with one frame
     logical :: is_trial_run = .false.      !! --trial-run: with `is_check`, fewer elements
     logical :: is_awake = .false.          !! --no-skip: no point is skipped
     logical :: wants_help = .false., wants_version = .false., wants_keywords = .false.
@@ -66,6 +67,8 @@ contains
     end do
     if (command%reason == "" .and. command%is_trial_run .and. .not. command%is_check) &
       command%reason = "option --trial-run goes with --check"
+    if (command%reason == "" .and. command%is_start .and. .not. command%is_check) &
+      command%reason = "option --start goes with --check"
     if (command%reason == "" .and. command%deck == "" .and. .not. (command%wants_help &
         .or. command%wants_version .or. command%wants_keywords)) then
       command%reason = "no deck given"
@@ -92,6 +95,8 @@ contains
            //"  --check            read, report counts, mass, step and cost; do not run"//feed &
            //"  --trial-run        with --check: a quick run with fewer elements, and what"//feed &
            //"                     mass scaling its energies allow"//feed &
+           //"  --start            with --check: write the result with the frame of the"//feed &
+           //"                     start, also of a set-up with errors"//feed &
            //"  --modes N          print the N lowest frequencies of the blank; do not run"//feed &
            //"  --return-study     igaform material: errors and cost of the return"//feed &
            //"                     mapping of each *PLASTIC; no tests"//feed &
@@ -133,6 +138,8 @@ contains
     select case (word)
     case ("--check")
       command%is_check = .true.
+    case ("--start")
+      command%is_start = .true.
     case ("--trial-run", "--probe")   ! the second is the older name
       command%is_trial_run = .true.
     case ("--no-skip", "--awake")
@@ -185,7 +192,7 @@ contains
     case ("--restart")
       reason = "a batch continues from its checkpoints by itself; for another one give it in "// &
               "the line of the run"
-    case ("--check", "--trial-run", "--probe", "--modes")
+    case ("--check", "--start", "--trial-run", "--probe", "--modes")
       reason = "ask for it deck by deck, 'igaform DECK "//word//" ...'"
     case default
       reason = ""
@@ -233,8 +240,9 @@ contains
 
     options = strings([character(19) :: "--out", "--threads", "--set", "--user", "--check", &
                        "--restart", "--restart-any-build", "--wall", &
-                       "--modes", "--trial-run", "--no-skip", "--return-study", "--jobs", &
-                       "--only", "--summary", "--quiet", "--keywords", "--version", "--help"])
+                       "--modes", "--start", "--trial-run", "--no-skip", "--return-study", &
+                       "--jobs", "--only", "--summary", "--quiet", "--keywords", &
+                       "--version", "--help"])
   end function all_options
 
 end module command_line

@@ -10,7 +10,7 @@ module deck_run
   use command_line, only: command_t
   use exit_codes, only: exit_done, exit_input, exit_numerics, exit_interrupted, exit_files, &
                         status_of
-  use run_identity, only: identity_of, provenance_of
+  use run_identity, only: identity_of
   use output_files, only: files_read, result_path, path_beside_result, open_message_file, &
                           close_message_file
   use scene, only: scene_t
@@ -23,7 +23,6 @@ module deck_run
   use damping, only: relaxation_outcome
   use model_setup, only: build_model
   use setup_check, only: check_setup
-  use display_fields, only: output_fields
   use frames, only: results_t, results_setup_t, close_results, unit_in
   use file_lock, only: lock_t, release_lock
   use system_files, only: kind_of_file, remove_file
@@ -34,12 +33,12 @@ module deck_run
   use interrupt, only: watch_signals
   use run_state, only: run_t, wall_seconds
   use run_saver, only: saver_t, save_verified, drop_checkpoint
+  use start_frame, only: fill_setup, write_start_frame
   use run_start, only: new_saver, claim_files, start_run, saving_words
-  use history_columns, only: first_history_sample
   use forming_run, only: run_model, save_failed, first_steps
   use check_report, only: print_check, print_forecast, source_lines, saving_lines, check_torsion, &
                           print_modes, print_lines
-  use run_forecast, only: outlook_t, tool_cell_length
+  use run_forecast, only: outlook_t
   use trial_run, only: print_trial_run
   use user_call, only: watch_user_calls, expect_elements, note_log, at_stop
   use user_library, only: user_library_t
@@ -71,6 +70,7 @@ contains
     type(error_list_t) :: errors
     type(outlook_t) :: outlook
     type(string_t), allocatable :: lines(:)
+    type(error_t), allocatable :: error
 
     ! The number of threads must not change under way: OpenMP may otherwise adapt it.
     call omp_set_dynamic(.false.)
@@ -84,6 +84,14 @@ contains
     if (command%is_check .and. n_errors(errors) == 0) &
       call check_torsion(model, scene%blank%origin, errors)
     call report_errors(errors, error_unit)
+    if (command%is_start .and. is_built(model)) then
+      call write_start_frame(command, scene, model, error)
+      if (allocated(error)) then
+        write (error_unit, "(a)") "igaform: "//error%message
+        code = exit_files
+        return
+      end if
+    end if
     if (command%is_awake .and. n_errors(errors) == 0) call skip_nothing(model)
     if (n_errors(errors) > 0) then
       code = exit_input
@@ -375,47 +383,5 @@ contains
     write (error_unit, "(a)") "igaform: error: "//message
     call log_line(log, "error: "//message)
   end subroutine report_error
-
-  !> What the result file, but for its path, needs to know of the model and of this program.
-  subroutine fill_setup(scene, model, setup)
-    type(scene_t), intent(in) :: scene
-    type(model_t), intent(in) :: model
-    type(results_setup_t), intent(out) :: setup
-    integer :: i, p
-
-    allocate (setup%patches(size(model%bodies%blank%parts)))
-    do p = 1, size(setup%patches)
-      setup%patches(p)%name = model%bodies%blank%parts(p)%element%name
-      setup%patches(p)%solid = model%bodies%blank%parts(p)%element%grid
-      setup%patches(p)%rule = model%bodies%blank%parts(p)%element%rule
-    end do
-    allocate (setup%tools(size(scene%tools)))
-    do i = 1, size(scene%tools)
-      setup%tools(i)%name = scene%tools(i)%name
-      setup%tools(i)%side = model%bodies%tools(i)%side
-      setup%tools(i)%surfaces = model%bodies%tools(i)%surfaces
-      setup%tools(i)%cell_length = tool_cell_length(model)
-    end do
-    setup%history = first_history_sample(model)
-    if (allocated(scene%step%name)) then
-      allocate (setup%steps(1 + size(scene%later_steps)))
-      setup%steps(1)%value = scene%step%name
-      do i = 2, size(setup%steps)
-        setup%steps(i)%value = scene%later_steps(i - 1)%step%name
-      end do
-    end if
-    setup%n_state = model%bodies%blank%law%n_state - model%bodies%blank%law%n_hidden
-    associate (material => scene%materials(scene%blank%material))
-      if (allocated(material%state_names)) setup%state_names = material%state_names
-    end associate
-    setup%is_bezier = scene%output%is_bezier
-    setup%fields = output_fields(count([scene%output%has_pressure, scene%output%has_wear]), &
-                                 scene%output%has_stress)
-    setup%width_ratio = model%width_ratio
-    setup%blank_mass = model%width_ratio*mass_of(model%bodies%blank%parts) &
-                       /model%bodies%blank%mass_factor
-    setup%provenance = provenance_of(scene)
-    setup%provenance%n_threads = omp_get_max_threads()
-  end subroutine fill_setup
 
 end module deck_run

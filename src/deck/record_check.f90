@@ -24,7 +24,7 @@ module record_check
     "ASSEMBLY", "END ASSEMBLY", "INSTANCE", "END INSTANCE", "SYSTEM"]
   character(*), parameter :: of_section(5) = [character(26) :: "SOLID SECTION", &
     "SECTION CONTROLS", "HOURGLASS", "HOURGLASS STIFFNESS", "TRANSVERSE SHEAR STIFFNESS"]
-  character(*), parameter :: of_step(6) = [character(18) :: "STATIC", "CONTROLS", &
+  character(*), parameter :: of_step(5) = [character(18) :: "CONTROLS", &
     "SOLUTION TECHNIQUE", "PREPRINT", "RESTART", "MONITOR"]
   character(*), parameter :: of_output(16) = [character(21) :: "USER OUTPUT VARIABLES", &
     "FILE OUTPUT", "FIELD OUTPUT", "HISTORY OUTPUT", "ELEMENT OUTPUT", "NODE OUTPUT", &
@@ -37,6 +37,10 @@ module record_check
     "CONTACT DAMPING", "CONTACT PROPERTY", "SURFACE"]
   character(*), parameter :: of_tools(3) = [character(13) :: "RIGID BODY", "RIGID SURFACE", "MASS"]
   character(*), parameter :: of_loads(4) = [character(8) :: "CLOAD", "DLOAD", "DSLOAD", "VELOCITY"]
+  ! How keywords of LS-DYNA begin; not of a keyword of this program with an error.
+  character(*), parameter :: of_dyna(10) = [character(20) :: "MAT", "DATABASE", "DEFINE", "LOAD", &
+    "SECTION", "CONTROL TIMESTEP", "CONTROL BULK", "CONTROL DYNAMIC", "CONTACT FORMING", &
+    "BOUNDARY PRESCRIBED"]
 
 contains
 
@@ -515,6 +519,9 @@ contains
       note = "the mesh is that of *BLANK"
     else if (any(block%keyword == of_section)) then
       note = "*BLANK names its material and consists of solid elements"
+    else if (block%keyword == "STATIC") then
+      note = "there are no implicit steps; all are *DYNAMIC, EXPLICIT, and *DYNAMIC RELAXATION "// &
+             "leads to static equilibrium, as after springback"
     else if (any(block%keyword == of_step)) then
       note = "all steps are *DYNAMIC, EXPLICIT"
     else if (any(block%keyword == of_output) .or. is_other_output(block)) then
@@ -528,10 +535,11 @@ contains
     if (note /= "") note = "none, for "//note//": it and its lines are ignored"
   end function foreign_note
 
-  !> What does here what a keyword of Abaqus does there; empty where nothing is known.
+  !> What does here what a keyword of Abaqus or LS-DYNA does there; empty where nothing is known.
   pure function counterpart(keyword) result(hint)
     character(*), intent(in) :: keyword
     character(:), allocatable :: hint
+    integer :: i
 
     hint = ""
     if (any(keyword == of_mesh)) then
@@ -543,6 +551,11 @@ contains
     else if (any(keyword == of_loads)) then
       hint = "*TOOL MOTION or *TOOL FORCE for tools, *PRESSURE, *TRACTION, *GRAVITY or "// &
              "*BOUNDARY for the blank"
+    else if (keyword == "CONTROL TERMINATION") then
+      hint = "*DYNAMIC, EXPLICIT in each *STEP, with its duration on the data line"
+    else if (any([(index(keyword, trim(of_dyna(i))//" ") == 1, i=1, size(of_dyna))])) then
+      hint = "a keyword of input/KEYWORDS.md; docs/keyword-map.md has those that replace "// &
+             "keywords of LS-DYNA"
     end if
   end function counterpart
 

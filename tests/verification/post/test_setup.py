@@ -17,6 +17,7 @@ IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path.insert(0, PROJECT)
 
 import many_surfaces  # noqa: E402
+from drawn import inside  # noqa: E402
 from post import setup_picture  # noqa: E402
 from post.cells import triangles_of  # noqa: E402
 from post.deck import Deck  # noqa: E402
@@ -53,8 +54,8 @@ class TestSetup(unittest.TestCase):
         cls.done = subprocess.run([sys.executable, "-m", "post", "setup", cls.deck, "--igaform",
                                    IGAFORM, "--out", cls.png], cwd=PROJECT, capture_output=True,
                                   text=True, check=False)
-        subprocess.run([IGAFORM, cls.deck, "--wall", "1e-9", "--quiet", "--out", cls.start],
-                       check=False, capture_output=True)
+        subprocess.run([IGAFORM, cls.deck, "--check", "--start", "--out", cls.start],
+                       check=True, capture_output=True)
 
     @classmethod
     def tearDownClass(cls):
@@ -62,7 +63,10 @@ class TestSetup(unittest.TestCase):
 
     def test_gap_first_contact_and_sides(self):
         with Results(self.start) as results:
-            facts = Facts(results, "mass             1.0\n", "a: warning: b\n")
+            facts = Facts(results, "mass             1.0\n", "a:1: warning: b\nc:2: error: d\n"
+                          "1 error, 1 warning\n")
+            self.assertEqual(facts.findings, [("error", "c:2: error: d"),
+                                              ("warning", "a:1: warning: b")])
             die, punch = facts.tools
             self.assertEqual((results.side("die"), results.side("punch")), (1, -1))
             self.assertEqual(facts.run, ["mass 1.0", "warnings of --check: 1"])
@@ -91,12 +95,40 @@ class TestSetup(unittest.TestCase):
             width, height = box.width / image.shape[1], box.height / image.shape[0]
             boxes.append((box.x0 + width * columns[0], box.y1 - height * rows[-1],
                           box.x0 + width * columns[-1], box.y1 - height * rows[0]))
+            self.check_names(axes, renderer, lambda name, box=box, width=width, height=height,
+                             image=image: image[
+                round((box.y1 - name.y1) / height):round((box.y1 - name.y0) / height),
+                round((name.x0 - box.x0) / width):round((name.x1 - box.x0) / width)].min() > 250)
+        [section] = [axes for axes in figure.axes if axes.get_title(loc="left")]
+        ends = np.concatenate([lines.get_transform().transform(segment)
+                               for lines in section.collections
+                               for segment in lines.get_segments()])
+        self.check_names(section, renderer, lambda name: not inside(ends, name))
         for i, a in enumerate(boxes):
             self.assertTrue(min(a[:2]) >= 0 and a[2] <= figure.bbox.x1 and a[3] <= figure.bbox.y1)
             for b in boxes[:i]:
                 self.assertFalse(a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3],
                                  (a, b))
         plt.close(figure)
+
+    def check_names(self, axes, renderer, is_clear):
+        """The names of arrows lie on nothing that is drawn."""
+        names = [text.get_window_extent(renderer) for text in axes.texts if text.get_text()]
+        self.assertEqual(len(names), 1)
+        for name in names:
+            self.assertTrue(is_clear(name), name)
+
+    def test_a_set_up_with_errors_is_drawn(self):
+        deck = os.path.join(PROJECT, "tests/verification/bad_decks/wrong_side.key")
+        png = os.path.join(self.folder.name, "wrong.png")
+        done = subprocess.run([sys.executable, "-m", "post", "setup", deck, "--igaform", IGAFORM,
+                               "--out", png], cwd=PROJECT, capture_output=True, text=True,
+                              check=False)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("wrong_side.key:8: error: *CONTACT PAIR", done.stderr)
+        self.assertTrue(os.path.exists(png))
+        with open(png.replace(".png", ".html"), encoding="utf-8") as file:
+            self.assertRegex(file.read(), '<p class="finding error">.*wrong_side.key:8: error:')
 
     def test_picture_and_page_are_written(self):
         self.assertEqual(self.done.returncode, 0, self.done.stderr)
@@ -133,6 +165,7 @@ class TestSetup(unittest.TestCase):
                                IGAFORM], cwd=PROJECT, capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 1)
         self.assertIn("missing.key", done.stderr)
+        self.assertFalse(os.path.exists(os.path.join(PROJECT, "missing-setup.png")))
         self.assertNotIn("Traceback", done.stderr)
 
 
