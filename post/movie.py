@@ -1,4 +1,6 @@
 """A film of the frames of a result: pictures of one view and one colour scale, as GIF or MP4."""
+import contextlib
+import importlib
 import os
 import shutil
 import subprocess
@@ -48,9 +50,19 @@ def writer_of(path):
         return write_gif
     if ending != ".mp4":
         raise ResultsError(f"'{path}' ends in '{ending}'; a film may be .gif or .mp4")
-    if shutil.which("ffmpeg") is None:
-        raise ResultsError("there is no ffmpeg on this machine to write an .mp4; write a .gif")
+    if ffmpeg() is None:
+        raise ResultsError("there is no ffmpeg on this machine to write an .mp4: install it, or "
+                           "the Python package imageio-ffmpeg, or write a .gif")
     return write_mp4
+
+
+def ffmpeg():
+    """The program that writes an .mp4, of the machine or of the package imageio-ffmpeg; or None."""
+    path = shutil.which("ffmpeg")
+    if path is None:
+        with contextlib.suppress(ImportError, RuntimeError):
+            path = importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe()
+    return path
 
 
 def pixels(figure):
@@ -77,7 +89,7 @@ def write_mp4(pictures, path, fps):
         for i, picture in enumerate(pictures):
             width, height = (n - n % 2 for n in picture.size)     # the format wants even numbers
             picture.crop((0, 0, width, height)).save(os.path.join(folder, f"{i:05d}.png"))
-        done = subprocess.run(["ffmpeg", "-y", "-loglevel", "error", "-framerate", f"{fps:g}", "-i",
+        done = subprocess.run([ffmpeg(), "-y", "-loglevel", "error", "-framerate", f"{fps:g}", "-i",
                                os.path.join(folder, "%05d.png"), "-pix_fmt", "yuv420p", path],
                               capture_output=True, text=True, check=False)
     if done.returncode:
