@@ -15,6 +15,7 @@ import numpy as np
 from PIL import Image
 
 from post.bands import round_levels
+from post.fields import MEANINGS, OF_TOOLS, PRINCIPAL, available, source_of
 from post.flat import draw_flat
 from post.layout import compose
 from post.mirror import parse_axes, planes_of
@@ -23,11 +24,6 @@ from post.scene import Scene, magnitude
 from post.style import SHADED, save
 from post.view import view_of
 
-FIELDS = {"eqps": "equivalent plastic strain", "mises": "von Mises stress",
-          "thickness": "thickness", "thinning": "thinning",
-          "major_strain": "major strain", "minor_strain": "minor strain",
-          "contact_pressure": "contact pressure", "wear": "wear", "displacement": "displacement",
-          "velocity": "velocity"}
 TIME_LIMIT = 600          # seconds for VTK
 LARGEST = 1400, 1000      # pixels of the scene
 MARGIN = 0.03             # of the larger side around it
@@ -50,8 +46,9 @@ def add_size_argument(command):
 
 def add_common_arguments(command):
     """Those of a film too."""
-    command.add_argument("--field", choices=FIELDS,
-                         help="field of the colours (default: eqps)")
+    command.add_argument("--field", metavar="NAME",
+                         help="field of the colours, such as thinning, mises, displacement_z or "
+                              "stress_xx; an unknown one lists all (default: eqps)")
     command.add_argument("--range", type=float, nargs=2, metavar=("LOW", "HIGH"),
                          help="range of the colours, extended to whole bands (default: without the"
                               " highest 2 %% of the sheet, which edges that were hit would fill)")
@@ -88,7 +85,7 @@ def new_job(results, frames, arguments, largest=LARGEST):
     """What to draw, in terms of JSON, and the contents of each frame. Colours and the part of
     space that is shown are the same in all frames."""
     field = arguments.field or ("contact_pressure" if arguments.tool else "eqps")
-    check_field(field, arguments)
+    check_field(results, field, arguments.tool)
     limits = arguments.range
     if not limits:
         low, high = np.transpose([colour_limits(results, frame, field, arguments.tool)
@@ -138,11 +135,24 @@ def scene_of(results, frame, job):
     return scene
 
 
-def check_field(field, arguments):
-    """Some fields are those of tools, some those of the sheet."""
-    if arguments.tool and field not in ("contact_pressure", "wear"):
-        raise ResultsError(f"{field} is no field of tools; those are contact_pressure and wear")
-    if field == "wear" and not arguments.tool:
+def check_field(results, field, tool):
+    """The file has the field, and the tool or the sheet does."""
+    names = available(results)
+    if field == "stress" and "stress_xx" in names:
+        raise ResultsError("stress is a tensor: name a component or a principal value, "
+                           + ", ".join(name for name in names if source_of(name) == "stress")
+                           + "; mises is the von Mises stress")
+    if field not in names:
+        hint = ""
+        for source, option in (("stress", "STRESS"), ("contact_pressure", "CONTACT"),
+                               ("wear", "WEAR")):
+            if source_of(field) == source:
+                hint = f"; the deck asks for it by *OUTPUT, FIELDS={option}"
+        raise ResultsError(f"there is no field {field} in '{results.path}'; it has "
+                           f"{', '.join(names)}{hint}")
+    if tool and field not in OF_TOOLS:
+        raise ResultsError(f"{field} is no field of tools; those are {' and '.join(OF_TOOLS)}")
+    if field == "wear" and not tool:
         raise ResultsError("wear is a field of tools: say on which one with --tool NAME")
 
 
@@ -206,5 +216,9 @@ def time_text(results, frame):
 
 
 def label_of(results, field):
-    unit = results.unit(f"VTKHDF/PointData/{field}")
-    return FIELDS[field] if unit == "1" else f"{FIELDS[field]} [{unit}]"
+    """Meaning and unit."""
+    source = source_of(field)
+    unit = results.unit(f"VTKHDF/PointData/{source}")
+    meaning = PRINCIPAL.get(field, (0, MEANINGS.get(field)))[1]
+    meaning = meaning or f"{source} {field.removeprefix(source + '_')}"
+    return meaning if unit == "1" else f"{meaning} [{unit}]"

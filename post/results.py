@@ -5,7 +5,7 @@ import os
 import h5py
 import numpy as np
 
-from post import cells
+from post import cells, fields
 from post.deck import Deck
 
 
@@ -195,8 +195,9 @@ class Patch:
 
     def field(self, name, frame):
         """A field on the grid of display points."""
-        values = self.results.point_data(name, frame)
-        return values[self.first:self.first + self.n_points].reshape(*self.grid, -1)
+        values = self.results.point_data(fields.source_of(name), frame)
+        values = values[self.first:self.first + self.n_points].reshape(*self.grid, -1)
+        return fields.derived(name, values)
 
     def points(self, name):
         """A dataset of /points of this patch, on the grid of the integration points."""

@@ -46,7 +46,7 @@ def run(arguments):
     if facts.errors:
         print(f"post: igaform rejects '{arguments.file}'; the set-up is drawn as the deck has it:\n"
               + "\n".join(facts.errors), file=sys.stderr)
-    return 1 if facts.errors else 0     # as --check: a script must not take the deck for a sound one
+    return 1 if facts.errors else 0     # as --check, for scripts
 
 
 def write_page(path, text):

@@ -19,7 +19,7 @@ sys.path.insert(0, PROJECT)
 import many_surfaces  # noqa: E402
 from post import bands, cells, mirror, picture  # noqa: E402
 from post.deck import Deck, number  # noqa: E402
-from post.results import Results  # noqa: E402
+from post.results import Results, ResultsError  # noqa: E402
 from post.style import plt  # noqa: E402
 from post.view import View  # noqa: E402
 
@@ -118,6 +118,30 @@ class TestPicture(unittest.TestCase):
         colours = len(np.unique((image[::5, ::5] * 31).astype(int).reshape(-1, 3), axis=0))
         self.assertGreater(colours, 20)
 
+    def test_components_and_principal_values(self):
+        with Results(self.path) as results:
+            [patch] = results.patches
+            tensor = patch.field("stress", 2)
+            self.assertGreater(np.abs(tensor).max(), 1)
+            for place, pair in enumerate(("xx", "yy", "zz", "xy", "yz", "xz")):
+                np.testing.assert_array_equal(patch.field(f"stress_{pair}", 2)[..., 0],
+                                              tensor[..., place])
+            least, middle, largest = (patch.field(f"stress_{name}", 2)[..., 0]
+                                      for name in ("min", "mid", "max"))
+            np.testing.assert_allclose(least + middle + largest, tensor[..., :3].sum(axis=-1),
+                                       atol=1e-9 * np.abs(tensor).max())
+            mises = np.sqrt(0.5 * ((least - middle)**2 + (middle - largest)**2
+                                   + (largest - least)**2))
+            self.assertLess((mises - patch.field("mises", 2)[..., 0]).max(), 1e-6 * mises.max())
+            np.testing.assert_array_equal(patch.field("displacement_z", 2)[..., 0],
+                                          patch.field("displacement", 2)[..., 2])
+            self.assertEqual(picture.label_of(results, "stress_max"),
+                             "largest principal stress [MPa]")
+        for field, words in (("stress", "stress_xx"), ("thickening", "stress_min"),
+                             ("wear", "FIELDS=WEAR")):
+            with self.assertRaisesRegex(ResultsError, words):
+                self.figure("--field", field)
+        plt.close(self.figure("--field", "stress_xz")[0])
 
     def test_a_film_keeps_view_and_colours(self):
         out = os.path.join(self.folder.name, "film.gif")
