@@ -45,13 +45,12 @@ def measured(results, arguments):
     frame = results.frame(arguments.frame, arguments.time)
     section = Section(results)
     parts = stretches(section, frame, arguments)
-    states = [State("released", section, frame, parts)]
     formed = frame_before_release(results, frame)
-    if formed is None:
-        states[0].name = "section"
-    else:
+    states = [State("section" if formed is None else "released", section, frame, parts)]
+    if formed is not None:
         states.insert(0, State("formed", section, formed, parts))
     for state in states:
+        state.angles = angles_of(state, states[0])
         state.tell(section.start)
     tell_angles(states)
     return draw(section, states)
@@ -78,7 +77,8 @@ class State:
         self.time = section.results.times[frame]
         self.line = section.sheet(frame)[1]
         self.fits = [fitted(self.line[part]) for part in parts]
-        self.angles = [angle_between(a, b) for a, b in zip(self.fits, self.fits[1:])]
+        self.turns = [turn_between(a, b) for a, b in zip(self.fits, self.fits[1:])]
+        self.angles = []
 
     def tell(self, start):
         """A table of the stretches."""
@@ -154,7 +154,18 @@ def circle(points):
     return float(size * np.sqrt(solution[2] + np.sum(centre**2))), size * centre
 
 
-def angle_between(a, b):
-    """Angle enclosed by two stretches, 180 degrees if one goes on in the direction of the other."""
-    turn = b["direction"] - a["direction"]
-    return 180 - abs((turn + 180) % 360 - 180)
+def wrapped(degrees):
+    """An angle between -180 and 180 degrees."""
+    return (degrees + 180) % 360 - 180
+
+
+def turn_between(a, b):
+    """By how much the direction of a stretch differs from that of the one before, in degrees."""
+    return wrapped(b["direction"] - a["direction"])
+
+
+def angles_of(state, first):
+    """Angles enclosed by neighbouring stretches, 180 degrees if one goes on in the direction of the
+    other, and more if they are bent to the other side than those of the first state."""
+    return [180 - (-1 if before < 0 else 1) * (before + wrapped(turn - before))
+            for turn, before in zip(state.turns, first.turns)]

@@ -11,7 +11,8 @@ ARC = 0.055          # radius of the arcs, part of the picture's width
 ROOM = 0.08          # around the sections, part of their size
 FLATTEST = 0.45      # height of the picture over its width
 SECANT = 0.5 / 3**0.5   # where a curve crosses its fitted line, from the middle, part of its length
-EVEN = 175           # degrees: beyond it the sheet goes straight on and has no corner
+EVEN = 175           # degrees: beyond it, on both sides of 180, two lines show the angle, no arc
+CORNERS = 0.5        # from the sections, part of their size: corners that the picture shows
 
 
 def draw(section, states):
@@ -47,9 +48,25 @@ def window(states):
     """Corners of the picture: the sections, and room for the labels."""
     points = np.concatenate([state.line for state in states])
     low, high = points.min(axis=0), points.max(axis=0)
+    near = CORNERS * (high - low)
+    for corner in corners_of(states[-1]):
+        if np.all((corner > low - near) & (corner < high + near)):
+            points = np.concatenate([points, [corner]])
+    low, high = points.min(axis=0), points.max(axis=0)
     size = (high - low).max()
     room = np.maximum(ROOM * size, 0.5 * (FLATTEST * size - (high - low)))
     return low - room, high + room
+
+
+def is_even(angle):
+    """Whether the sheet goes on nearly straight."""
+    return abs(angle - 180) < 180 - EVEN
+
+
+def corners_of(state):
+    """Where the fitted lines of each angle meet, unless they are nearly parallel."""
+    return [meeting(a, b) for a, b, angle in zip(state.fits, state.fits[1:], state.angles)
+            if not is_even(angle)]
 
 
 def is_curved(fit):
@@ -83,14 +100,16 @@ def draw_corner(axis, state, i, radius):
     where a curved stretch crosses them: the place of its label, the direction to put it, and the
     lines drawn."""
     a, b = state.fits[i], state.fits[i + 1]
-    if state.angles[i] > EVEN:
-        return 0.5 * (a["middle"] + b["middle"]), np.array([0.0, 1.0]), []
+    if is_even(state.angles[i]):
+        return draw_even(axis, a, b)
     corner = meeting(a, b)
     legs = [fit["middle"] - corner for fit in (a, b)]
     reach = [np.linalg.norm(leg) - SECANT * fit["length"] if is_curved(fit) else 0
              for leg, fit in zip(legs, (a, b))]
     legs = [leg / np.linalg.norm(leg) for leg in legs]
     first, second = np.unwrap([np.arctan2(leg[1], leg[0]) for leg in legs])
+    if state.angles[i] > 180:
+        second -= np.copysign(2 * np.pi, second - first)
     turn = np.linspace(first, second, 40)
     arc = corner + radius * np.column_stack([np.cos(turn), np.sin(turn)])
     axis.plot(*arc.T, color="black", linewidth=1)
@@ -99,9 +118,21 @@ def draw_corner(axis, state, i, radius):
         line = np.array([corner, corner + max(length, 1.5 * radius) * leg])
         axis.plot(*line.T, color="black", linewidth=0.7, linestyle=(0, (4, 3)))
         drawn.append(line)
-    middle = legs[0] + legs[1]
-    middle = middle / np.linalg.norm(middle)
+    middle = np.array([np.cos(turn[20]), np.sin(turn[20])])
     return corner + radius * middle, middle, drawn
+
+
+def draw_even(axis, a, b):
+    """Both fitted lines through the gap between the stretches; between them is the angle. Returns
+    as `draw_corner`."""
+    ends = [a["middle"] + 0.5 * a["length"] * a["along"],
+            b["middle"] - 0.5 * b["length"] * b["along"]]
+    gap = np.linalg.norm(ends[1] - ends[0])
+    drawn = [np.array([ends[0], ends[0] + gap * a["along"]]),
+             np.array([ends[1] - gap * b["along"], ends[1]])]
+    for line in drawn:
+        axis.plot(*line.T, color="black", linewidth=0.7, linestyle=(0, (4, 3)))
+    return 0.5 * (ends[0] + ends[1]), np.array([0.0, 1.0]), drawn
 
 
 def meeting(a, b):

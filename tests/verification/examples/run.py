@@ -16,7 +16,7 @@ import membrane  # noqa: E402
 from post.draw_in import Outline  # noqa: E402
 from post.results import Results  # noqa: E402
 from post.section import Section  # noqa: E402
-from post.springback import angle_between, by_start, fitted  # noqa: E402
+from post.springback import by_start, fitted, turn_between  # noqa: E402
 
 
 def run(folder, options=(), deck=None, name="example.h5", **parameters):
@@ -127,7 +127,7 @@ def u_bend(folder):
     for frame in (10, len(results.times) - 1):
         line = section.sheet(frame)[1]
         fits = [fitted(line[by_start(section.start, *bounds)]) for bounds in stretches]
-        angles.append([angle_between(a, b) for a, b in zip(fits, fits[1:])])
+        angles.append([180 - abs(turn_between(a, b)) for a, b in zip(fits, fits[1:])])
     for i, before, after in zip((0, 1), *angles):
         between(f"angle {i + 1} in the tools", before, drawn[0][i] - drawn[1],
                 drawn[0][i] + drawn[1])

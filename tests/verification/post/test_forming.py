@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -144,7 +145,7 @@ class TestSpringback(unittest.TestCase):
         parts = springback.straight_parts(line, 30.0, 8.0)
         self.assertEqual(len(parts), 3)
         fits = [springback.fitted(line[part]) for part in parts]
-        return [springback.angle_between(a, b) for a, b in zip(fits, fits[1:])], fits
+        return [180 - abs(springback.turn_between(a, b)) for a, b in zip(fits, fits[1:])], fits
 
     def test_angles_of_a_u_section(self):
         for theta in ((90.0, 90.0), (101.3, 77.2), (85.0, 95.0)):
@@ -161,6 +162,12 @@ class TestSpringback(unittest.TestCase):
         # the chord of the wall goes half its turn beyond its beginning
         half = np.degrees(0.5 * 60 / 200)
         np.testing.assert_allclose(angles, [95 - half, 85 + half], atol=0.05)
+
+    def test_an_angle_that_opens_beyond_a_straight_line(self):
+        for formed, released, angles in (([9.0], [-4.0], [184.0]), ([-9.0], [4.0], [184.0]),
+                                         ([9.0], [4.0], [176.0]), ([179.0], [-179.0], [-1.0])):
+            states = [SimpleNamespace(turns=turns) for turns in (formed, released)]
+            np.testing.assert_allclose(springback.angles_of(states[1], states[0]), angles)
 
     def test_stretches_by_coordinates(self):
         start = np.linspace(0, 10, 11)

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from post import profile, springback, steps, zones  # noqa: E402
 from post.deck import Deck  # noqa: E402
 from post.labels import Labels  # noqa: E402
 from post.results import Results  # noqa: E402
+from post.springback_picture import draw_corner  # noqa: E402
 from post.style import plt  # noqa: E402
 
 # Deck and settings of the two short runs that all tests share.
@@ -114,6 +116,19 @@ class TestSpringback(Pictures):
         names = [text.get_text() for text in figure.axes[0].texts]
         self.assertTrue(names[0].startswith("angle 1: ") and "→" in names[0], names)
         self.assert_readable(figure)
+
+    def test_nearly_straight_and_beyond(self):
+        a, b = ({"middle": np.array(middle), "along": np.array(along), "length": 20.0,
+                 "radius": np.inf, "direction": 0.0} for middle, along in
+                (((0.0, 0.0), (1.0, 0.0)), ((90.0, 4.5), (np.cos(0.15), np.sin(0.15)))))
+        figure, axis = plt.subplots()
+        state = SimpleNamespace(fits=[a, b], angles=[178.0])
+        self.assertEqual(len(draw_corner(axis, state, 0, 5.0)[2]), 2)
+        state.angles = [180 + np.degrees(0.15)]
+        place, _, drawn = draw_corner(axis, state, 0, 5.0)
+        self.assertEqual(len(drawn), 3)
+        self.assertLess(place[1], 0)          # the arc is on the side of the larger angle
+        plt.close(figure)
 
     def test_a_frame_within_the_tools_stands_alone(self):
         figure, said = self.measured(frame=10)
