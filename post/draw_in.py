@@ -17,7 +17,8 @@ def add_arguments(command):
                               "axis (default: 0 45 90)")
     command.add_argument("--centre", type=float, nargs=2, metavar=("A", "B"),
                          help="point that the directions start from (default: the origin if it is "
-                              "in the sheet's outline, else its middle)")
+                              "within the sheet or on its planes of symmetry, else the middle of "
+                              "the sheet)")
     which = command.add_mutually_exclusive_group()
     which.add_argument("--times", type=float, nargs="+", metavar="T",
                        help="times to show (default: the end)")
@@ -77,9 +78,19 @@ class Outline:
         low, high = points.min(axis=0), points.max(axis=0)
         self.size = np.linalg.norm(high - low)
         if centre is None:
-            inside = np.all((low <= SAME * self.size) & (high >= -SAME * self.size))
-            centre = np.zeros(2) if inside else 0.5 * (low + high)
+            centre = self._default_centre(low, high)
         self.centre = np.asarray(centre, dtype=float)
+
+    def _default_centre(self, low, high):
+        """The origin if it is within the sheet or on its planes of symmetry, else the middle of the
+        sheet."""
+        slack = SAME * self.size
+        deck = self.results.deck
+        for axis, a, b in zip(self.axes, low, high):
+            reach = slack if deck.symmetric_faces("XYZ"[axis]) or not deck.records else -slack
+            if a > reach or b < -reach:
+                return 0.5 * (low + high)
+        return np.zeros(2)
 
     @staticmethod
     def _start(patch, xi, eta, zeta):

@@ -13,6 +13,7 @@ COLOURS = plt.get_cmap("tab10").colors
 MARKERS = "osD^vPX*<>ph"
 MOST_BARS = 14
 LABEL = 40   # letters in a line of a bar's name
+DECADES = 300    # greatest over least number, up to which an axis has numbers within decades
 WIDE = 8     # greatest over least number from which an axis is logarithmic
 FRONT = "#888888"
 CHOSEN = "#c00000"
@@ -138,7 +139,9 @@ def draw_peers(panel, study, measure):
         if measure in errors:
             panel.plot(seconds, errors[measure], "x", color="black", markersize=7)
             panel.annotate(name, (seconds, errors[measure]), xytext=(0, 6), ha="center",
-                           textcoords="offset points", fontsize=7)
+                           textcoords="offset points", fontsize=7,
+                           bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5,
+                                 "alpha": 0.7})
             drawn.append((seconds, errors[measure]))
     return drawn
 
@@ -148,7 +151,11 @@ def scale(axis, set_scale, numbers):
     if numbers and min(numbers) > 0 and max(numbers) > WIDE * min(numbers):
         set_scale("log")
         axis.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%g"))
-        axis.set_minor_formatter(matplotlib.ticker.LogFormatter(minor_thresholds=(1.5, 0.7)))
+        if max(numbers) < DECADES * min(numbers):
+            axis.set_minor_locator(matplotlib.ticker.LogLocator(subs=(2, 5)))
+            axis.set_minor_formatter(matplotlib.ticker.FormatStrFormatter("%g"))
+        else:
+            axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
     elif numbers:
         axis.set_major_locator(matplotlib.ticker.MaxNLocator(5))
         axis.axes.set(**{f"{axis.axis_name}lim": (0, 1.1 * max(numbers) or 1)})

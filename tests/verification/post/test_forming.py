@@ -18,6 +18,7 @@ IGAFORM, PROJECT = (os.path.abspath(path) for path in sys.argv[1:3])
 sys.path.insert(0, PROJECT)
 
 from post import draw_in, fld, force, limit_curve, springback  # noqa: E402
+from post.deck import Deck  # noqa: E402
 from post.results import Results, ResultsError  # noqa: E402
 
 DECK = os.path.join(PROJECT, "tests", "verification", "post", "stretched_sheet.key")
@@ -64,6 +65,16 @@ class TestStretchedSheet(unittest.TestCase):
             np.testing.assert_allclose(outline.radii(outline.at(2), angles[:2]), [26, 11],
                                        rtol=1e-9)
             self.assertRaises(ResultsError, outline.radii, outline.at(2), [200.0])
+
+    def test_directions_start_in_the_middle_or_on_planes_of_symmetry(self):
+        outline = object.__new__(draw_in.Outline)
+        outline.size, outline.axes = 100.0, [0, 1]
+        for boundary, low, high, centre in (
+                ("", (-50, 0), (50, 40), (0, 20)), ("Y_MIN, YSYMM", (-50, 0), (50, 40), (0, 0)),
+                ("", (-50, -40), (60, 40), (0, 0)), ("", (10, 0), (50, 40), (30, 20))):
+            outline.results = SimpleNamespace(deck=Deck(f"*BOUNDARY\n{boundary}\n"))
+            np.testing.assert_allclose(
+                outline._default_centre(np.array(low, float), np.array(high, float)), centre)
 
     def test_the_command_counts_points_beyond_a_curve(self):
         curve = os.path.join(self.folder.name, "curve.csv")
