@@ -3,15 +3,17 @@
 !! What Abaqus keeps for it follows its own state variables: total strain (6) and the
 !! energies SSE, SPD, SCD (3).
 module umat_adapter
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan, ieee_value, ieee_quiet_nan
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use kinds, only: wp
   use point_context, only: point_context_t
   use user_call, only: umat_procedure, name_length, user_law_t, first_point_t, set_user_law, &
                        slack, most_fields, n_guard, n_room, set_guard, check_guard, &
-                       check_spare_states, enter_user_call, leave_user_call, note_failure, &
-                       end_user_run, uneven_stiffness, in_umat
-  use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity
+                       check_spare_states, are_whole, enter_user_call, leave_user_call, &
+                       note_failure, end_user_run, uneven_stiffness, in_umat
+  use tensor_rotation, only: rotate_by_spin
+  use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity, &
+                             rotations_of_spins
   implicit none
   private
 
@@ -30,13 +32,17 @@ module umat_adapter
 
   !> One increment of one point.
   type :: increment_t
-    integer :: element = 0, point = 0, step = 1, number = 0
-    real(wp) :: step_time = 0.0_wp, time = 0.0_wp, dt = 0.0_wp, length = 0.0_wp
+    integer(c_int) :: element = 0, point = 0, number = 0, step(4) = [1, 0, 0, 0]
+    real(wp) :: times(2) = 0.0_wp, dt = 0.0_wp, length = 0.0_wp   !! times: of the step, in all
     real(wp) :: dstrain(6) = 0.0_wp, place(3) = 0.0_wp
     real(wp), dimension(3, 3) :: rotation = identity, f0 = identity, f1 = identity
-    integer :: n_fields = 0
-    real(wp), dimension(most_fields + 1) :: fields = 0.0_wp, changes = 0.0_wp   !! TEMP and PREDEF
+    real(wp) :: temperature = 0.0_wp, heating = 0.0_wp             !! TEMP, DTEMP
+    real(wp), dimension(most_fields + slack) :: fields = 0.0_wp, changes = 0.0_wp   !! PREDEF, DPRED
   end type increment_t
+
+  !> STRESS, DDSDDE and STATEV are in one array, a mark after each, so that a write past the end of
+  !! one is found: the places of the last two.
+  integer, parameter :: at_tangent = 6 + n_guard, at_states = at_tangent + 36 + n_guard
 
 contains
 
@@ -64,161 +70,239 @@ contains
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(context%n, 3)
     type(increment_t) :: increment
+    real(wp) :: room(size_of_room(self)), strain(context%n, 6), rotation(context%n, 9)
     real(wp) :: sigma(6), kept(self%n_state)
+    logical :: is_refused
     integer :: l
 
-    ok = .true.
-    increment%time = context%time
-    increment%step_time = context%step_time
-    increment%step = context%step
-    increment%dt = dt
-    increment%number = context%increment
-    increment%n_fields = context%n_fields
-    do l = 1, context%n
-      if (.not. context%is_owner(l)) cycle
-      increment%element = context%element(l)
-      increment%point = context%point(l)
-      increment%length = context%length(l)
-      increment%dstrain = dstrain(l, :)
-      increment%place = context%place(l, :)
-      associate (n => context%n_fields)
-        if (n > 0) increment%fields(:n) = context%fields(l, :n, context%row)
-        if (n > 0) increment%changes(:n) = context%fields(l, n + 1:, context%row) &
-                                           - increment%fields(:n)
-      end associate
-      increment%f0 = transpose(reshape(context%f0(l, :), [3, 3]))
-      increment%f1 = transpose(reshape(context%f1(l, :), [3, 3]))
-      sigma = stress(l, :)
-      kept = state(l, :)
-      call enter_user_call(in_umat, int(increment%element, c_int), int(increment%point, c_int), &
-                           int(increment%element, c_int))
-      call update_point(self, increment, spin(l, :), sigma, kept, ok)
-      stress(l, :) = sigma
-      state(l, :) = kept
-      if (.not. ok) exit
-    end do
+    associate (n => self%n_statv)
+      strain(:, :3) = state(:, n + 1:n + 3)
+      strain(:, 4:) = 0.5_wp*state(:, n + 4:n + 6)
+      call rotate_by_spin(context%n, spin, strain)
+      strain(:, 4:) = 2.0_wp*strain(:, 4:)
+      call rotations_of_spins(context%n, spin, rotation)
+      call set_room(self, room)
+      increment%times = [context%step_time, context%time]
+      increment%step(1) = int(context%step, c_int)
+      increment%number = int(context%increment, c_int)
+      increment%dt = dt
+      if (.not. self%needs_gradients) call forget_gradients(increment)
+      ok = .true.
+      do l = 1, context%n
+        if (.not. context%is_owner(l)) cycle
+        call set_point(self, context, l, dstrain(l, :), rotation(l, :), state, increment)
+        sigma = stress(l, :)
+        kept = state(l, :)
+        kept(n + 1:n + 6) = strain(l, :)
+        call enter_user_call(in_umat, increment%element, increment%point, increment%element)
+        call call_umat(self, increment, room, sigma, kept, is_refused, ok)
+        if (is_refused .and. ok) then
+          sigma = stress(l, :)
+          kept = state(l, :)
+          call update_in_parts(self, increment, spin(l, :), room, sigma, kept, ok)
+        else if (.not. ok) then
+          call note_failure(increment%element, increment%point, 1_c_int)
+        end if
+        stress(l, :) = sigma
+        state(l, :) = kept
+        if (.not. ok) exit
+      end do
+    end associate
     call leave_user_call()
   end subroutine update_in_context
 
-  !> The increment of a point in one, then if the UMAT asks for it in 2, 4, ... equal parts.
-  subroutine update_point(self, increment, spin, stress, state, ok)
+  !> What differs from point to point.
+  subroutine set_point(self, context, l, dstrain, rotation, state, increment)
+    class(umat_adapter_t), intent(in) :: self
+    type(point_context_t), intent(in) :: context
+    integer, intent(in) :: l
+    real(wp), intent(in) :: dstrain(6), rotation(3, 3), state(context%n, self%n_state)
+    type(increment_t), intent(inout) :: increment
+    integer :: i, k
+
+    increment%element = int(context%element(l), c_int)
+    increment%point = int(context%point(l), c_int)
+    increment%length = context%length(l)
+    increment%dstrain = dstrain
+    increment%place = context%place(l, :)
+    increment%rotation = rotation
+    if (self%needs_gradients) then
+      do k = 1, 3
+        do i = 1, 3
+          increment%f0(i, k) = context%f0(l, k + 3*(i - 1))
+          increment%f1(i, k) = context%f1(l, k + 3*(i - 1))
+        end do
+      end do
+    end if
+    increment%temperature = self%start_temperature
+    associate (n => context%n_fields)
+      if (n > 0) call set_fields(context%fields(l, :n), context%fields(l, n + 1:), increment)
+    end associate
+    if (self%heat_state > 0) increment%temperature = increment%temperature &
+                                                     + state(l, self%heat_state)
+  end subroutine set_point
+
+  !> Temperature and field variables at the start and at the end of the increment.
+  pure subroutine set_fields(start, finish, increment)
+    real(wp), intent(in) :: start(:), finish(:)
+    type(increment_t), intent(inout) :: increment
+    integer :: n
+
+    n = size(start)
+    increment%temperature = start(1)
+    increment%heating = finish(1) - start(1)
+    increment%fields(:n - 1) = start(2:)
+    increment%changes(:n - 1) = finish(2:) - start(2:)
+  end subroutine set_fields
+
+  !> With KINEMATICS=SMALL deformation gradients are NaN, so that a law that needs them fails at once
+  !! instead of working with made-up values.
+  pure subroutine forget_gradients(increment)
+    type(increment_t), intent(inout) :: increment
+
+    increment%f0 = ieee_value(increment%f0, ieee_quiet_nan)
+    increment%f1 = increment%f0
+  end subroutine forget_gradients
+
+  !> An increment that came back with PNEWDT < 1, in 2, 4, ... equal parts.
+  subroutine update_in_parts(self, increment, spin, room, stress, state, ok)
     class(umat_adapter_t), intent(in) :: self
     type(increment_t), intent(in) :: increment
     real(wp), intent(in) :: spin(3)
+    real(wp), intent(inout) :: room(size_of_room(self))
     real(wp), intent(inout) :: stress(6)              ! rotated by the whole spin
     real(wp), intent(inout) :: state(self%n_state)
     logical, intent(out) :: ok
-    real(wp) :: start(6), state_at_start(self%n_state), tangent(6, 6)
+    real(wp) :: start(6), state_at_start(self%n_state)
     type(increment_t) :: part
     logical :: is_refused
     integer :: halvings, n_parts, i
 
-    start = stress
+    start = rotated_stress(transpose(rotation_of_spin(spin)), stress)
     state_at_start = state
-    do halvings = 0, most_halvings
+    do halvings = 1, most_halvings
       n_parts = 2**halvings
       part = increment
       part%rotation = rotation_of_spin(spin/n_parts)
       part%dt = increment%dt/n_parts
       part%dstrain = increment%dstrain/n_parts
+      part%heating = increment%heating/n_parts
       part%changes = increment%changes/n_parts
       state = state_at_start
       stress = start
-      if (n_parts > 1) stress = rotated_stress(transpose(rotation_of_spin(spin)), start)
       do i = 1, n_parts
-        if (n_parts > 1) then
-          part%time = increment%time + (i - 1)*part%dt
-          part%step_time = increment%step_time + (i - 1)*part%dt
-          part%fields = increment%fields + (i - 1)*part%changes
-          part%f0 = increment%f0 + (increment%f1 - increment%f0)*(i - 1)/n_parts
-          part%f1 = increment%f0 + (increment%f1 - increment%f0)*i/n_parts
-          stress = rotated_stress(part%rotation, stress)
-        end if
-        call call_umat(self, part, stress, state, tangent, is_refused, ok)
+        part%times = increment%times + (i - 1)*part%dt
+        part%temperature = increment%temperature + (i - 1)*part%heating
+        if (self%heat_state > 0) part%temperature = part%temperature &
+          + state(self%heat_state) - state_at_start(self%heat_state)
+        part%fields = increment%fields + (i - 1)*part%changes
+        part%f0 = increment%f0 + (increment%f1 - increment%f0)*(i - 1)/n_parts
+        part%f1 = increment%f0 + (increment%f1 - increment%f0)*i/n_parts
+        stress = rotated_stress(part%rotation, stress)
+        associate (strain => state(self%n_statv + 1:self%n_statv + 6))
+          strain = rotated_strain(part%rotation, strain)
+        end associate
+        call call_umat(self, part, room, stress, state, is_refused, ok)
         if (is_refused .or. .not. ok) exit
       end do
-      if (.not. ok) call note_failure(int(increment%element, c_int), &
-                                      int(increment%point, c_int), 1_c_int)
+      if (.not. ok) call note_failure(increment%element, increment%point, 1_c_int)
       if (.not. (is_refused .and. ok)) return
     end do
     ok = .false.
-    call note_failure(int(increment%element, c_int), int(increment%point, c_int), 2_c_int)
-  end subroutine update_point
+    call note_failure(increment%element, increment%point, 2_c_int)
+  end subroutine update_in_parts
 
-  !> The UMAT itself. `state` holds what is kept after the state variables. STRESS, DDSDDE and
-  !! STATEV are in one array, a mark after each, so that a write past the end of one is found.
-  subroutine call_umat(self, increment, stress, state, tangent, is_refused, ok)
+  !> Values that `set_room` gives room for.
+  pure integer function size_of_room(self)
     class(umat_adapter_t), intent(in) :: self
-    type(increment_t), intent(in) :: increment
-    real(wp), intent(inout) :: stress(6), state(self%n_state)
-    real(wp), intent(out) :: tangent(6, 6)   ! DDSDDE
-    logical, intent(out) :: is_refused       ! PNEWDT came back below one
-    logical, intent(out) :: ok               ! all is finite
-    integer, parameter :: at_tangent = 6 + n_guard, at_states = at_tangent + 36 + n_guard
-    real(wp) :: room(at_states + self%n_statv + slack + n_guard + n_room), strain(6), energies(3)
-    real(wp) :: heat(2), heat_by_strain(6), stress_by_temperature(6), pnewdt
-    real(wp) :: predef(most_fields + slack), dpred(most_fields + slack), temperature, work
 
-    room(:6) = stress
-    room(at_tangent + 1:at_tangent + 36) = 0.0_wp
-    room(at_states + 1:at_states + self%n_statv) = state(:self%n_statv)
+    size_of_room = at_states + self%n_statv + slack + n_guard + n_room
+  end function size_of_room
+
+  !> The marks of the arguments, and zeros after STATEV. Calls leave them as they are or end the run.
+  pure subroutine set_room(self, room)
+    class(umat_adapter_t), intent(in) :: self
+    real(wp), intent(inout) :: room(size_of_room(self))
+
     call set_guard(room, 6, 0)
     call set_guard(room(at_tangent + 1), 36, 0)
     call set_guard(room(at_states + 1), self%n_statv, slack)
-    strain = rotated_strain(increment%rotation, state(self%n_statv + 1:self%n_statv + 6))
-    energies = state(self%n_statv + 7:self%n_statv + 9)
-    heat = 0.0_wp
-    heat_by_strain = 0.0_wp
-    stress_by_temperature = 0.0_wp
-    temperature = increment%fields(1)
-    if (increment%n_fields == 0) temperature = self%start_temperature
-    if (self%heat_state > 0) temperature = temperature + state(self%heat_state)
-    work = energies(2) + energies(3)
-    predef = 0.0_wp
-    dpred = 0.0_wp
-    associate (n => increment%n_fields)
-      if (n > 1) predef(:n - 1) = increment%fields(2:n)
-      if (n > 1) dpred(:n - 1) = increment%changes(2:n)
+  end subroutine set_room
+
+  !> The UMAT itself. `state` holds what is kept after the state variables, the strain already
+  !! rotated.
+  subroutine call_umat(self, increment, room, stress, state, is_refused, ok)
+    class(umat_adapter_t), intent(in) :: self
+    type(increment_t), intent(in) :: increment
+    real(wp), intent(inout) :: room(size_of_room(self))   ! from `set_room`; returns DDSDDE
+    real(wp), intent(inout) :: stress(6), state(self%n_state)
+    logical, intent(out) :: is_refused       ! PNEWDT came back below one
+    logical, intent(out) :: ok               ! all is finite
+    real(wp) :: heat(2), heat_by_strain(6), stress_by_temperature(6), pnewdt, work
+
+    associate (n => self%n_statv)
+      room(:6) = stress
+      room(at_tangent + 1:at_tangent + 36) = 0.0_wp
+      room(at_states + 1:at_states + n) = state(:n)
+      heat = 0.0_wp
+      heat_by_strain = 0.0_wp
+      stress_by_temperature = 0.0_wp
+      work = state(n + 8) + state(n + 9)
+      pnewdt = 1.0_wp
+      call self%umat(room, room(at_states + 1), room(at_tangent + 1), state(n + 7), &
+                     state(n + 8), state(n + 9), heat(1), stress_by_temperature, &
+                     heat_by_strain, heat(2), state(n + 1), increment%dstrain, &
+                     increment%times, increment%dt, increment%temperature, increment%heating, &
+                     increment%fields, increment%changes, self%name, 3_c_int, 3_c_int, 6_c_int, &
+                     int(n, c_int), self%props, int(self%n_props, c_int), increment%place, &
+                     increment%rotation, pnewdt, increment%length, increment%f0, increment%f1, &
+                     increment%element, increment%point, 1_c_int, 1_c_int, increment%step, &
+                     increment%number, int(name_length, c_size_t))
+      if (.not. are_whole(room(7), room(at_tangent + 37), room(at_states + n + slack + 1), &
+                          self%props(self%n_props + slack + 1), room(at_states + n + 1))) &
+        call find_overrun(self, room)
+      if (ieee_is_nan(pnewdt)) call end_user_run("returns a PNEWDT that is no number (NaN)")
+      is_refused = pnewdt < 1.0_wp
+      if (self%has_moduli .and. increment%number == 1 .and. increment%step(1) == 1) &
+        call check_components(diagonal_of(room))
+      stress = room(:6)
+      state(:n) = room(at_states + 1:at_states + n)
+      state(n + 1:n + 6) = state(n + 1:n + 6) + increment%dstrain
+      if (self%heat_state > 0) state(self%heat_state) = state(self%heat_state) &
+        + self%heat_per_work*(state(n + 8) + state(n + 9) - work)
+      ! Of a finite sum all parts are finite.
+      ok = sum(abs(stress)) + sum(abs(state(:n))) <= huge(1.0_wp)
+      if (.not. ok) ok = all(ieee_is_finite(stress)) .and. all(ieee_is_finite(state(:n)))
     end associate
-    pnewdt = 1.0_wp
-    call self%umat(room, room(at_states + 1), room(at_tangent + 1), energies(1), energies(2), &
-                   energies(3), heat(1), &
-                   stress_by_temperature, heat_by_strain, heat(2), strain, increment%dstrain, &
-                   [increment%step_time, increment%time], increment%dt, temperature, &
-                   increment%changes(1), predef, dpred, self%name, 3_c_int, 3_c_int, &
-                   6_c_int, int(self%n_statv, c_int), &
-                   self%props, int(self%n_props, c_int), increment%place, increment%rotation, &
-                   pnewdt, increment%length, increment%f0, increment%f1, &
-                   int(increment%element, c_int), int(increment%point, c_int), 1_c_int, 1_c_int, &
-                   int([increment%step, 0, 0, 0], c_int), int(increment%number, c_int), &
-                   int(name_length, c_size_t))
+  end subroutine call_umat
+
+  !> End the run with the name of the argument past whose end was written.
+  subroutine find_overrun(self, room)
+    class(umat_adapter_t), intent(in) :: self
+    real(wp), intent(in) :: room(size_of_room(self))
+
     call check_guard(room, 6, 0, "STRESS")
     call check_guard(room(at_tangent + 1), 36, 0, "DDSDDE")
     call check_guard(room(at_states + 1), self%n_statv, slack, "STATEV")
     call check_spare_states(room(at_states + self%n_statv + 1), 1, self%n_statv, "STATEV(")
     call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
-    if (ieee_is_nan(pnewdt)) call end_user_run("returns a PNEWDT that is no number (NaN)")
-    is_refused = pnewdt < 1.0_wp
-    stress = room(:6)
-    tangent = reshape(room(at_tangent + 1:at_tangent + 36), [6, 6])
-    if (self%has_moduli .and. increment%number == 1 .and. increment%step == 1) &
-      call check_components(tangent)
-    state(:self%n_statv) = room(at_states + 1:at_states + self%n_statv)
-    state(self%n_statv + 1:self%n_statv + 6) = strain + increment%dstrain
-    state(self%n_statv + 7:self%n_statv + 9) = energies
-    if (self%heat_state > 0) state(self%heat_state) = state(self%heat_state) &
-      + self%heat_per_work*(energies(2) + energies(3) - work)
-    ok = all(ieee_is_finite(stress)) .and. all(ieee_is_finite(state(:self%n_statv)))
-  end subroutine call_umat
+  end subroutine find_overrun
+
+  !> The diagonal of DDSDDE.
+  pure function diagonal_of(room) result(diagonal)
+    real(wp), intent(in) :: room(:)          ! as `call_umat` returns it
+    real(wp) :: diagonal(6)
+
+    diagonal = room(at_tangent + 1:at_tangent + 36:7)
+  end function diagonal_of
 
   !> End the run if DDSDDE leaves some components at zero and not all. One that is not set at all
   !! is right where *ELASTIC gives the moduli.
-  subroutine check_components(tangent)
-    real(wp), intent(in) :: tangent(6, 6)
+  subroutine check_components(diagonal)
+    real(wp), intent(in) :: diagonal(6)
     character(:), allocatable :: words
-    integer :: i
 
-    words = uneven_stiffness([(.not. abs(tangent(i, i)) <= 0.0_wp, i=1, 6)])
+    words = uneven_stiffness(.not. abs(diagonal) <= 0.0_wp)
     if (words /= "") call end_user_run("returns a DDSDDE that is "//words)
   end subroutine check_components
 
@@ -230,27 +314,38 @@ contains
     real(wp), intent(out) :: stiffness(6)
     logical, intent(out) :: is_finite
     type(increment_t) :: increment
-    real(wp) :: stress(6), values(self%n_state), tangent(6, 6)
+    real(wp) :: stress(6), values(self%n_state), room(size_of_room(self))
     logical :: is_refused, ok
-    integer :: i
 
-    increment%element = point%element
-    increment%point = point%point
+    increment = first_increment(self, dt, point)
+    if (.not. self%needs_gradients) call forget_gradients(increment)
+    stress = 0.0_wp
+    values = 0.0_wp
+    values(:self%n_statv) = state
+    call set_room(self, room)
+    call enter_user_call(in_umat, increment%element, increment%point, increment%element)
+    call call_umat(self, increment, room, stress, values, is_refused, ok)
+    call leave_user_call()
+    is_finite = ok .and. all(ieee_is_finite(room(at_tangent + 1:at_tangent + 36)))
+    stiffness = diagonal_of(room)
+  end subroutine stiffness_at_start
+
+  !> An increment without strain at the start.
+  function first_increment(self, dt, point) result(increment)
+    class(umat_adapter_t), intent(in) :: self
+    real(wp), intent(in) :: dt
+    type(first_point_t), intent(in) :: point
+    type(increment_t) :: increment
+
+    increment%element = int(point%element, c_int)
+    increment%point = int(point%point, c_int)
     increment%place = point%place
     increment%length = point%length
     increment%number = 1
     increment%dt = dt
-    increment%n_fields = point%n_fields
-    increment%fields = point%fields
-    stress = 0.0_wp
-    values = 0.0_wp
-    values(:self%n_statv) = state
-    call enter_user_call(in_umat, int(point%element, c_int), int(point%point, c_int), &
-                         int(point%element, c_int))
-    call call_umat(self, increment, stress, values, tangent, is_refused, ok)
-    call leave_user_call()
-    is_finite = ok .and. all(ieee_is_finite(tangent))
-    stiffness = [(tangent(i, i), i=1, 6)]
-  end subroutine stiffness_at_start
+    increment%temperature = self%start_temperature
+    if (point%n_fields > 0) call set_fields(point%fields(:point%n_fields), &
+                                            point%fields(:point%n_fields), increment)
+  end function first_increment
 
 end module umat_adapter

@@ -1,11 +1,12 @@
 !> Rotations and frames that subroutines of users are given.
 module user_kinematics
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use kinds, only: wp
   implicit none
   private
 
-  public :: rotation_of_spin, rotated_stress, rotated_strain, polar_rotation, full_stress, &
-            packed_stress, identity, determinant
+  public :: rotation_of_spin, rotated_stress, rotated_strain, identity, determinant
+  public :: rotations_of_spins, polar_rotations, rotations_of_quaternions, spins_between
 
   real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
                                                    0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
@@ -59,49 +60,138 @@ contains
     rotated(4:) = 2.0_wp*rotated(4:)
   end function rotated_strain
 
-  !> Rotation R of F = R U by Newton's iteration (N. J. Higham, SIAM J. Sci. Stat. Comput. 7
-  !! (1986), 1160). F must have a positive determinant; else the result is not a number.
-  pure function polar_rotation(f) result(r)
-    real(wp), intent(in) :: f(3, 3)
-    real(wp) :: r(3, 3), next(3, 3), cofactor(3, 3), det
+  !> The same rotations for many spins, column by column as a UMAT is given its DROT.
+  pure subroutine rotations_of_spins(n, spin, r)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: spin(n, 3)      !! 12, 13, 23
+    real(wp), intent(out) :: r(n, 9)        !! 11, 21, 31, 12 ...
+    real(wp) :: a, b, c, w
+    integer :: l
+
+    !$omp simd private(a, b, c, w)
+    do l = 1, n
+      a = 0.5_wp*spin(l, 1); b = 0.5_wp*spin(l, 2); c = 0.5_wp*spin(l, 3)
+      w = 2.0_wp/(1.0_wp + (a*a + b*b + c*c))
+      r(l, 1) = 1.0_wp - w*(a*a + b*b)
+      r(l, 2) = -w*(a + b*c)
+      r(l, 3) = -w*(b - a*c)
+      r(l, 4) = w*(a - b*c)
+      r(l, 5) = 1.0_wp - w*(a*a + c*c)
+      r(l, 6) = -w*(c + a*b)
+      r(l, 7) = w*(b + a*c)
+      r(l, 8) = w*(c - a*b)
+      r(l, 9) = 1.0_wp - w*(b*b + c*c)
+    end do
+  end subroutine rotations_of_spins
+
+  !> Rotations R of F = R U, both row by row, by Newton's iteration (N. J. Higham, SIAM J. Sci. Stat.
+  !! Comput. 7 (1986), 1160), which squares the error. F must have a positive determinant; else
+  !! the result is not a number.
+  pure subroutine polar_rotations(n, f, r)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: f(n, 9)
+    real(wp), intent(out) :: r(n, 9)
+    real(wp), parameter :: enough = 1.0e-8_wp   ! a change whose square is below rounding
     integer, parameter :: most = 50
-    integer :: i
+    real(wp) :: c1, c2, c3, c4, c5, c6, c7, c8, c9, worst, scaling
+    real(wp) :: r1, r2, r3, r4, r5, r6, r7, r8, r9
+    integer :: i, l
 
     r = f
     do i = 1, most
-      cofactor = cofactors(r)
-      det = determinant(r)
-      next = 0.5_wp*(r + cofactor/sqrt(det)**2)
-      if (maxval(abs(next - r)) < 4.0_wp*epsilon(1.0_wp)) exit
-      r = next
-    end do
-    r = next
-  end function polar_rotation
-
-  !> Determinant of a matrix.
-  pure real(wp) function determinant(a)
-    real(wp), intent(in) :: a(3, 3)
-    real(wp) :: c(3, 3)
-
-    c = cofactors(a)
-    determinant = sum(a(1, :)*c(1, :))
-  end function determinant
-
-  !> Cofactors: the transpose of the inverse, times the determinant.
-  pure function cofactors(a) result(c)
-    real(wp), intent(in) :: a(3, 3)
-    real(wp) :: c(3, 3)
-    integer :: i, j, i1, i2, j1, j2
-
-    do j = 1, 3
-      j1 = mod(j, 3) + 1
-      j2 = mod(j + 1, 3) + 1
-      do i = 1, 3
-        i1 = mod(i, 3) + 1
-        i2 = mod(i + 1, 3) + 1
-        c(i, j) = a(i1, j1)*a(i2, j2) - a(i1, j2)*a(i2, j1)
+      worst = 0.0_wp
+      !$omp simd reduction(max: worst) private(c1, c2, c3, c4, c5, c6, c7, c8, c9, scaling, &
+      !$omp r1, r2, r3, r4, r5, r6, r7, r8, r9)
+      do l = 1, n
+        r1 = r(l, 1); r2 = r(l, 2); r3 = r(l, 3)
+        r4 = r(l, 4); r5 = r(l, 5); r6 = r(l, 6)
+        r7 = r(l, 7); r8 = r(l, 8); r9 = r(l, 9)
+        c1 = r5*r9 - r6*r8; c2 = r6*r7 - r4*r9; c3 = r4*r8 - r5*r7
+        c4 = r3*r8 - r2*r9; c5 = r1*r9 - r3*r7; c6 = r2*r7 - r1*r8
+        c7 = r2*r6 - r3*r5; c8 = r3*r4 - r1*r6; c9 = r1*r5 - r2*r4
+        scaling = 0.5_wp/(r1*c1 + r2*c2 + r3*c3)
+        r(l, 1) = 0.5_wp*r1 + scaling*c1
+        r(l, 2) = 0.5_wp*r2 + scaling*c2
+        r(l, 3) = 0.5_wp*r3 + scaling*c3
+        r(l, 4) = 0.5_wp*r4 + scaling*c4
+        r(l, 5) = 0.5_wp*r5 + scaling*c5
+        r(l, 6) = 0.5_wp*r6 + scaling*c6
+        r(l, 7) = 0.5_wp*r7 + scaling*c7
+        r(l, 8) = 0.5_wp*r8 + scaling*c8
+        r(l, 9) = 0.5_wp*r9 + scaling*c9
+        worst = max(worst, abs(r(l, 1) - r1), abs(r(l, 2) - r2), abs(r(l, 3) - r3), &
+                    abs(r(l, 4) - r4), abs(r(l, 5) - r5), abs(r(l, 6) - r6), &
+                    abs(r(l, 7) - r7), abs(r(l, 8) - r8), abs(r(l, 9) - r9))
       end do
+      if (worst < enough) exit
     end do
-  end function cofactors
+    do l = 1, n
+      if (.not. determinant(f(l, :)) > 0.0_wp) r(l, :) = ieee_value(worst, ieee_quiet_nan)
+    end do
+  end subroutine polar_rotations
+
+  !> Rotations, row by row, of quaternions less that of no rotation (see `tensor_rotation`).
+  pure subroutine rotations_of_quaternions(n, quaternion, r)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: quaternion(n, 4)
+    real(wp), intent(out) :: r(n, 9)
+    real(wp) :: w, x, y, z
+    integer :: l
+
+    !$omp simd private(w, x, y, z)
+    do l = 1, n
+      w = 2.0_wp*(1.0_wp + quaternion(l, 1))
+      x = quaternion(l, 2); y = quaternion(l, 3); z = quaternion(l, 4)
+      r(l, 1) = 1.0_wp - 2.0_wp*(y*y + z*z)
+      r(l, 2) = 2.0_wp*x*y - w*z
+      r(l, 3) = 2.0_wp*x*z + w*y
+      r(l, 4) = 2.0_wp*x*y + w*z
+      r(l, 5) = 1.0_wp - 2.0_wp*(x*x + z*z)
+      r(l, 6) = 2.0_wp*y*z - w*x
+      r(l, 7) = 2.0_wp*x*z - w*y
+      r(l, 8) = 2.0_wp*y*z + w*x
+      r(l, 9) = 1.0_wp - 2.0_wp*(x*x + y*y)
+    end do
+  end subroutine rotations_of_quaternions
+
+  !> Spin increments (12, 13, 23) that turn one rotation into another, and that turn it half as far.
+  !! That of a rotation by the angle a is 2 tan(a/2), see `rotation_of_spin`; the antisymmetric part
+  !! of the rotation is sin(a), and 1 + its trace is 4 cos(a/2)^2.
+  pure subroutine spins_between(n, from, to, whole, half)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: from(n, 9), to(n, 9)      !! row by row
+    real(wp), intent(out) :: whole(n, 3), half(n, 3)
+    real(wp) :: d12, d13, d23, trace, scaling
+    integer :: l
+
+    !$omp simd private(d12, d13, d23, trace, scaling)
+    do l = 1, n
+      trace = to(l, 1)*from(l, 1) + to(l, 2)*from(l, 2) + to(l, 3)*from(l, 3) &
+              + to(l, 4)*from(l, 4) + to(l, 5)*from(l, 5) + to(l, 6)*from(l, 6) &
+              + to(l, 7)*from(l, 7) + to(l, 8)*from(l, 8) + to(l, 9)*from(l, 9)
+      d12 = to(l, 1)*from(l, 4) + to(l, 2)*from(l, 5) + to(l, 3)*from(l, 6) &
+            - (to(l, 4)*from(l, 1) + to(l, 5)*from(l, 2) + to(l, 6)*from(l, 3))
+      d13 = to(l, 1)*from(l, 7) + to(l, 2)*from(l, 8) + to(l, 3)*from(l, 9) &
+            - (to(l, 7)*from(l, 1) + to(l, 8)*from(l, 2) + to(l, 9)*from(l, 3))
+      d23 = to(l, 4)*from(l, 7) + to(l, 5)*from(l, 8) + to(l, 6)*from(l, 9) &
+            - (to(l, 7)*from(l, 4) + to(l, 8)*from(l, 5) + to(l, 9)*from(l, 6))
+      scaling = 2.0_wp/(1.0_wp + trace)
+      whole(l, 1) = scaling*d12
+      whole(l, 2) = scaling*d13
+      whole(l, 3) = scaling*d23
+      scaling = scaling/(1.0_wp + sqrt(1.0_wp + 0.25_wp*scaling**2*(d12**2 + d13**2 + d23**2)))
+      half(l, 1) = scaling*d12
+      half(l, 2) = scaling*d13
+      half(l, 3) = scaling*d23
+    end do
+  end subroutine spins_between
+
+  !> Determinant of a matrix listed row by row.
+  pure real(wp) function determinant(a)
+    real(wp), intent(in) :: a(9)
+
+    determinant = a(1)*(a(5)*a(9) - a(6)*a(8)) + a(2)*(a(6)*a(7) - a(4)*a(9)) &
+                  + a(3)*(a(4)*a(8) - a(5)*a(7))
+  end function determinant
 
 end module user_kinematics

@@ -1,24 +1,43 @@
-!> A VUMAT of a user as a block law, called for blocks: one integration point of the elements
-!! of a row. It works in the co-rotational frame that rotates with R of F = R U (Green
-!! and Naghdi); stress in and out of this adapter is in the fixed frame.
+!> A VUMAT of a user as a block law, called for blocks: one integration point of many elements. It
+!! works in the co-rotational frame that rotates with R of F = R U (Green and Naghdi); stress in and
+!! out of this adapter is in the fixed frame.
 !!
-!! Its own state variables are followed by its two energies per mass.
+!! Its own state variables are followed by its two energies per mass and by the rotation R, as a
+!! quaternion less that of no rotation (see `tensor_rotation`).
 module vumat_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use kinds, only: wp
-  use point_context, only: point_context_t
+  use point_context, only: point_context_t, new_point_context
+  use tensor_rotation, only: rotate_axes, rotate_tensors, transposed
   use user_call, only: vumat_procedure, name_length, user_law_t, first_point_t, set_user_law, &
                        slack, most_fields, n_guard, n_room, set_guard, check_guard, &
                        check_spare_states, enter_user_call, leave_user_call, note_failure, &
                        in_vumat
-  use user_kinematics, only: polar_rotation, full_stress, packed_stress, identity, determinant
+  use user_kinematics, only: polar_rotations, rotations_of_quaternions, spins_between, &
+                             determinant
   implicit none
   private
 
   public :: new_vumat_adapter
 
-  integer, parameter, public :: n_kept = 2   !! values kept after the state variables
+  integer, parameter :: n_energies = 2
+  integer, parameter, public :: n_kept = n_energies + 4   !! values kept after the state variables
+
+  integer, parameter :: least_block = 64   ! elements of a call, where there are as many
+
+  !> Where arguments of a call begin among the columns of one array. Tensors are 11, 22, 33, 12, 23,
+  !! 31 with tensor shear, gradients 11, 22, 33, 12, 23, 31, 21, 32, 13.
+  integer, parameter :: at_density = 1, at_length = 2, at_place = 3, at_strain = 6, at_spin = 12, &
+                        at_stretch_old = 15, at_stretch_new = 21, at_gradient_old = 27, &
+                        at_gradient_new = 36, at_stress_old = 45, at_temperature_old = 51, &
+                        at_temperature_new = 52, at_fields_old = 53, &
+                        at_fields_new = at_fields_old + most_fields, &
+                        n_columns = at_fields_new + most_fields - 1
+  !> The columns of gradients and of symmetric tensors in ours: 11, 12, 13, 21 ... and 11, 22, 33,
+  !! 12, 13, 23.
+  integer, parameter :: of_gradient(9) = [1, 5, 9, 2, 6, 7, 4, 8, 3], &
+                        of_tensor(6) = [1, 2, 3, 4, 6, 5]
 
   !> A VUMAT with its name and constants; the moduli of the base type are for the stable increment.
   type, extends(user_law_t), public :: vumat_adapter_t
@@ -28,20 +47,13 @@ module vumat_adapter
     procedure :: stiffness_at_start
   end type vumat_adapter_t
 
-  !> One block as the VUMAT sees it; tensors 11, 22, 33, 12, 23, 31 with tensor shear, gradients
-  !! 11, 22, 33, 12, 23, 31, 21, 32, 13. There are zeros after the state variables.
-  type :: block_t
-    integer :: n = 0
-    real(wp) :: step_time = 0.0_wp, total_time = 0.0_wp, dt = 0.0_wp
-    integer, allocatable :: jblock(:), jinfo(:)
+  !> The numbers of a call.
+  type :: call_t
+    integer :: n = 0                           !! elements
     integer :: n_fields = 0                    !! of them one is the temperature
-    real(wp), allocatable, dimension(:) :: density, length, dt_array, temperature_old, &
-                                           temperature_new, field_old, field_new
-    real(wp), allocatable, dimension(:, :) :: place, strain, spin, stretch_old, stretch_new, &
-                                              gradient_old, gradient_new, stress_old, &
-                                              stress_new, state_old, state_new, energy_old, &
-                                              energy_new
-  end type block_t
+    integer :: point = 1
+    real(wp) :: step_time = 0.0_wp, total_time = 0.0_wp, dt = 0.0_wp
+  end type call_t
 
 contains
 
@@ -55,12 +67,13 @@ contains
 
     call set_user_law(law, name, density, props, n_statv, n_kept)
     law%is_rotating = .true.
+    law%n_together = least_block
     law%stiffness_source = "the stress of small strains at time 0"
     law%vumat => vumat
   end function new_vumat_adapter
 
-  !> One call of the VUMAT for each integration point of the row; lanes that repeat an element are
-  !! left alone. Fails where stress or state are not finite.
+  !> One call of the VUMAT for each integration point; lanes that repeat an element are left alone.
+  !! Fails where stress or state are not finite.
   subroutine update_in_context(self, context, dt, dstrain, stress, state, ok, spin)
     class(vumat_adapter_t), intent(in) :: self
     type(point_context_t), intent(in) :: context
@@ -68,187 +81,270 @@ contains
     real(wp), intent(inout) :: stress(context%n, 6), state(context%n, self%n_state)
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(context%n, 3)
-    integer :: first, last
+    real(wp) :: old(context%n*(self%n_statv + slack)), new(size_of_new(self, context%n))
+    integer :: lanes(context%n), first, last, n, n_ready, n_lanes
 
     ok = .true.
+    n_ready = 0
     first = 1
     do while (first <= context%n .and. ok)
-      last = first
-      do while (last < context%n)
-        if (context%point(last + 1) /= context%point(first)) exit
-        last = last + 1
+      n = 0
+      do last = first, context%n
+        if (context%point(last) /= context%point(first)) exit
+        if (.not. context%is_owner(last)) cycle
+        n = n + 1
+        lanes(n) = last
       end do
-      call update_block(self, context, first, last, dt, dstrain, spin, stress, state, ok)
-      first = last + 1
+      n_lanes = last - first
+      if (n > 0) then
+        if (n /= n_ready) call set_room(self, n, old, new)
+        n_ready = n
+        call update_block(self, context, lanes(:n), dt, dstrain, spin, old, new, stress, state, ok)
+      end if
+      first = first + n_lanes
     end do
   end subroutine update_in_context
 
-  !> The lanes `first` to `last`, which are one integration point of different elements.
-  subroutine update_block(self, context, first, last, dt, dstrain, spin, stress, state, ok)
+  !> The lanes, which are one integration point of different elements.
+  subroutine update_block(self, context, lanes, dt, dstrain, spin, old, new, stress, state, ok)
     class(vumat_adapter_t), intent(in) :: self
     type(point_context_t), intent(in) :: context
-    integer, intent(in) :: first, last
+    integer, intent(in) :: lanes(:)
     real(wp), intent(in) :: dt, dstrain(context%n, 6), spin(context%n, 3)
+    real(wp), intent(inout) :: old(*), new(*)       !! from `set_room`
     real(wp), intent(inout) :: stress(context%n, 6), state(context%n, self%n_state)
     logical, intent(out) :: ok
-    type(block_t) :: block
-    integer, allocatable :: lanes(:)
-    real(wp) :: f0(3, 3), f1(3, 3), r_old(3, 3), r_new(3, 3, last - first + 1)
-    integer :: i, l
+    type(call_t) :: numbers
+    real(wp) :: given(size(lanes), n_columns), own(size(lanes), self%n_state)
+    real(wp) :: stress_new(size(lanes), 6), work(size(lanes)), r_new(size(lanes), 9)
+    real(wp) :: own_strain(size(lanes), 6), own_spin(size(lanes), 3)
+    real(wp), dimension(size(lanes), 9) :: f0, f1
+    integer :: i, n
 
-    ok = .true.
-    lanes = pack([(l, l=first, last)], context%is_owner(first:last))
-    if (size(lanes) == 0) return
-    block = new_block(self, size(lanes), context%element(lanes), context%point(first), &
-                      context%n_fields)
-    block%step_time = context%step_time + dt
-    block%total_time = context%time + dt
-    block%dt = dt
-    block%dt_array = dt
-    do i = 1, size(lanes)
-      l = lanes(i)
-      f0 = transpose(reshape(context%f0(l, :), [3, 3]))
-      f1 = transpose(reshape(context%f1(l, :), [3, 3]))
-      r_old = polar_rotation(f0)
-      r_new(:, :, i) = polar_rotation(f1)
-      call set_kinematics(block, i, f0, f1, r_old, r_new(:, :, i), dstrain(l, :), spin(l, :))
-      block%density(i) = self%density/determinant(f1)
-      block%length(i) = context%length(l)
-      block%place(i, :) = context%place(l, :)
-      associate (n => context%n_fields)
-        if (n > 0) call set_fields(block, i, context%fields(l, :n, context%row), &
-                                   context%fields(l, n + 1:, context%row))
-      end associate
-      block%stress_old(i, :) = in_frame(r_old, stress(l, :))
-      block%state_old(i, :self%n_statv) = state(l, :self%n_statv)
-      block%energy_old(i, :) = state(l, self%n_statv + 1:self%n_statv + n_kept)
-      if (self%heat_state > 0) then
-        block%temperature_old(i) = block%temperature_old(i) + state(l, self%heat_state)
-        block%temperature_new(i) = block%temperature_new(i) + state(l, self%heat_state)
-      end if
+    n = size(lanes)
+    numbers = call_t(n, context%n_fields, context%point(lanes(1)), context%step_time + dt, &
+                     context%time + dt, dt)
+    call pick(lanes, context%n, self%n_state, state, own)
+    call pick(lanes, context%n, 6, stress, stress_new)
+    call pick(lanes, context%n, 6, dstrain, own_strain)
+    call pick(lanes, context%n, 3, spin, own_spin)
+    call pick(lanes, context%n, 9, context%f0, f0)
+    call pick(lanes, context%n, 9, context%f1, f1)
+    associate (energies => own(:, self%n_statv + 1:self%n_statv + n_energies), &
+               axes => own(:, self%n_statv + n_energies + 1:self%n_statv + n_kept))
+      call set_given(self, context, lanes, own, given)
+      call set_kinematics(self%density, n, f0, f1, own_strain, own_spin, stress_new, axes, &
+                          given, r_new)
+      work = energies(:, 2)
+      call call_vumat(self, numbers, context%element(lanes), given, old, new, own, stress_new, ok)
+      if (self%heat_state > 0) own(:, self%heat_state) = own(:, self%heat_state) &
+        + self%heat_per_work*self%density*(energies(:, 2) - work)
+    end associate
+    if (.not. ok) then
+      do i = 1, n
+        if (.not. (all(ieee_is_finite(stress_new(i, :))) .and. &
+                   all(ieee_is_finite(own(i, :self%n_statv))))) &
+          call note_failure(int(context%element(lanes(i)), c_int), int(numbers%point, c_int), &
+                            1_c_int)
+      end do
+    end if
+    call rotate_tensors(n, r_new, stress_new)
+    do i = 1, 6
+      stress(lanes, i) = stress_new(:, i)
     end do
-    call call_vumat(self, block, ok)
-    do i = 1, size(lanes)
-      l = lanes(i)
-      if (.not. (all(ieee_is_finite(block%stress_new(i, :6))) .and. &
-                 all(ieee_is_finite(block%state_new(i, :self%n_statv))))) then
-        call note_failure(int(context%element(l), c_int), int(context%point(l), c_int), 1_c_int)
-      end if
-      stress(l, :) = out_of_frame(r_new(:, :, i), block%stress_new(i, :6))
-      state(l, :self%n_statv) = block%state_new(i, :self%n_statv)
-      state(l, self%n_statv + 1:self%n_statv + n_kept) = block%energy_new(i, :)
-      if (self%heat_state > 0) state(l, self%heat_state) = state(l, self%heat_state) &
-        + self%heat_per_work*self%density*(block%energy_new(i, 2) - block%energy_old(i, 2))
+    do i = 1, self%n_state
+      state(lanes, i) = own(:, i)
     end do
   end subroutine update_block
 
-  !> A block of n elements with all its values zero.
-  function new_block(self, n, elements, point, n_fields) result(block)
+  !> The values of some lanes, which mostly follow each other.
+  pure subroutine pick(lanes, n_all, n_values, all_lanes, picked)
+    integer, intent(in) :: lanes(:), n_all, n_values
+    real(wp), intent(in) :: all_lanes(n_all, n_values)
+    real(wp), intent(out) :: picked(size(lanes), n_values)
+    integer :: c, first, last
+
+    first = lanes(1)
+    last = lanes(size(lanes))
+    do c = 1, n_values
+      if (last - first + 1 == size(lanes)) then
+        picked(:, c) = all_lanes(first:last, c)
+      else
+        picked(:, c) = all_lanes(lanes, c)
+      end if
+    end do
+  end subroutine pick
+
+  !> Size, place, temperature and field variables of the elements of a block.
+  pure subroutine set_given(self, context, lanes, own, given)
     class(vumat_adapter_t), intent(in) :: self
-    integer, intent(in) :: n, elements(n), point, n_fields
-    type(block_t) :: block
-
-    block%n = n
-    block%n_fields = n_fields
-    ! (1) points, (2) integration point, (3) layer, (4) section point, then the elements.
-    block%jblock = [n, point, 1, 1, elements]
-    ! (1) LANNEAL, (2) integration point, (3) layer, (4) section point, (5) 0, then the elements.
-    block%jinfo = [0, point, 1, 1, 0, elements, 0]
-    allocate (block%density(n), block%length(n), block%dt_array(2*n + 1), source=0.0_wp)
-    allocate (block%place(n, 3), block%spin(n, 3), block%strain(n, 6), block%stretch_old(n, 6), &
-              block%stretch_new(n, 6), block%stress_old(n, 6), &
-              block%gradient_old(n, 9), block%gradient_new(n, 9), source=0.0_wp)
-    allocate (block%temperature_old(n), block%temperature_new(n), &
-              block%field_old(n*most_fields + slack), block%field_new(n*most_fields + slack), &
-              source=0.0_wp)
-    if (n_fields == 0) then
-      block%temperature_old = self%start_temperature
-      block%temperature_new = self%start_temperature
-    end if
-    ! Some sources index the energies by a variable that they never set.
-    allocate (block%energy_old(1 - slack:n + slack, 2), &
-              block%energy_new(1 - slack:n + slack, 2), source=0.0_wp)
-    allocate (block%state_old(n, self%n_statv + slack), source=0.0_wp)
-    associate (n_behind => n_guard + n_room/n)   ! columns with room for the mark and after it
-      allocate (block%stress_new(n, 6 + n_behind), &
-                block%state_new(n, self%n_statv + slack + n_behind))
-    end associate
-    block%stress_new(:, :6) = 0.0_wp
-    block%state_new(:, :self%n_statv) = 0.0_wp
-    call set_guard(block%stress_new, 6*n, 0)
-    call set_guard(block%state_new, self%n_statv*n, slack*n)
-  end function new_block
-
-  !> Temperature and field variables of one element at both ends of the increment.
-  pure subroutine set_fields(block, i, old, new)
-    type(block_t), intent(inout) :: block
-    integer, intent(in) :: i
-    real(wp), intent(in) :: old(:), new(:)
+    type(point_context_t), intent(in) :: context
+    integer, intent(in) :: lanes(:)
+    real(wp), intent(in) :: own(:, :)              !! state
+    real(wp), intent(inout) :: given(:, :)
     integer :: k
 
-    block%temperature_old(i) = old(1)
-    block%temperature_new(i) = new(1)
-    do k = 2, size(old)
-      block%field_old(i + block%n*(k - 2)) = old(k)
-      block%field_new(i + block%n*(k - 2)) = new(k)
+    given(:, at_length) = context%length(lanes)
+    do k = 0, 2
+      given(:, at_place + k) = context%place(lanes, k + 1)
     end do
-  end subroutine set_fields
+    given(:, at_temperature_old) = self%start_temperature
+    given(:, at_temperature_new) = self%start_temperature
+    given(:, at_fields_old:) = 0.0_wp
+    associate (n => context%n_fields)
+      if (n > 0) then
+        given(:, at_temperature_old) = context%fields(lanes, 1)
+        given(:, at_temperature_new) = context%fields(lanes, n + 1)
+        given(:, at_fields_old:at_fields_old + n - 2) = context%fields(lanes, 2:n)
+        given(:, at_fields_new:at_fields_new + n - 2) = context%fields(lanes, n + 2:)
+      end if
+    end associate
+    if (self%heat_state == 0) return
+    given(:, at_temperature_old) = given(:, at_temperature_old) + own(:, self%heat_state)
+    given(:, at_temperature_new) = given(:, at_temperature_new) + own(:, self%heat_state)
+  end subroutine set_given
 
-  !> Kinematics of one element of a block. The strain increment is rotated to the frame halfway;
-  !! the relative spin is the axial vector of W - dR/dt R^T, in the same frame.
-  subroutine set_kinematics(block, i, f0, f1, r_old, r_new, dstrain, spin)
-    type(block_t), intent(inout) :: block
-    integer, intent(in) :: i
-    real(wp), intent(in), dimension(3, 3) :: f0, f1, r_old, r_new
-    real(wp), intent(in) :: dstrain(6), spin(3)
-    real(wp) :: r_middle(3, 3), dr(3, 3), w(3, 3), rate(3)
+  !> Kinematics of a block, and its stress turned into the frame of the start. The strain increment is
+  !! rotated to the frame halfway; the relative spin is the axial vector of W - dR/dt R^T, in the same
+  !! frame.
+  pure subroutine set_kinematics(density, n, f0, f1, dstrain, spin, stress, axes, given, r_new)
+    real(wp), intent(in) :: density                !! at the start of all
+    integer, intent(in) :: n
+    real(wp), intent(in) :: f0(n, 9), f1(n, 9)     !! gradients of start and end, row by row
+    real(wp), intent(inout) :: dstrain(n, 6), spin(n, 3), stress(n, 6)   !! changed
+    real(wp), intent(inout) :: axes(n, 4)          !! rotation, carried to the end
+    real(wp), intent(inout) :: given(n, n_columns)
+    real(wp), intent(out) :: r_new(n, 9)
+    real(wp) :: r(n, 9), middle(n, 4), whole(n, 3), half(n, 3), a1, a2, a3
+    integer :: c, l
 
-    r_middle = polar_rotation(0.5_wp*(r_old + r_new))
-    block%strain(i, :) = in_frame(r_middle, [dstrain(:3), 0.5_wp*dstrain(4:)])
-    ! The spin increment of a rotation by the angle a is 2 tan(a/2), see `rotation_of_spin`; the
-    ! antisymmetric part of the rotation is sin(a), and 1 + its trace is 4 cos(a/2)^2.
-    dr = matmul(r_new, transpose(r_old))
-    dr = 2.0_wp*(dr - transpose(dr))/(1.0_wp + dr(1, 1) + dr(2, 2) + dr(3, 3))
-    w = 0.0_wp
-    w(1, 2) = spin(1)
-    w(1, 3) = spin(2)
-    w(2, 3) = spin(3)
-    w = w - transpose(w) - dr
-    rate = [w(3, 2), w(1, 3), w(2, 1)]
-    block%spin(i, :) = matmul(transpose(r_middle), rate)
-    block%stretch_old(i, :) = explicit_order(matmul(transpose(r_old), f0))
-    block%stretch_new(i, :) = explicit_order(matmul(transpose(r_new), f1))
-    block%gradient_old(i, :) = [explicit_order(f0), f0(2, 1), f0(3, 2), f0(1, 3)]
-    block%gradient_new(i, :) = [explicit_order(f1), f1(2, 1), f1(3, 2), f1(1, 3)]
+    call rotations_of_quaternions(n, axes, r)
+    call polar_rotations(n, f1, r_new)
+    call spins_between(n, r, r_new, whole, half)
+    call set_stretch(n, r, f0, given(:, at_stretch_old:at_stretch_old + 5))
+    call set_stretch(n, r_new, f1, given(:, at_stretch_new:at_stretch_new + 5))
+    call rotate_tensors(n, transposed(n, r), stress)
+    middle = axes
+    call rotate_axes(n, half, middle)
+    call rotate_axes(n, whole, axes)
+    call rotations_of_quaternions(n, middle, r)
+    dstrain(:, 4:) = 0.5_wp*dstrain(:, 4:)
+    call rotate_tensors(n, transposed(n, r), dstrain)
+    spin = spin - whole
+    !$omp simd private(a1, a2, a3)
+    do l = 1, n
+      a1 = -spin(l, 3); a2 = spin(l, 2); a3 = -spin(l, 1)
+      given(l, at_spin) = r(l, 1)*a1 + r(l, 4)*a2 + r(l, 7)*a3
+      given(l, at_spin + 1) = r(l, 2)*a1 + r(l, 5)*a2 + r(l, 8)*a3
+      given(l, at_spin + 2) = r(l, 3)*a1 + r(l, 6)*a2 + r(l, 9)*a3
+      given(l, at_density) = density/determinant(f1(l, :))
+    end do
+    do c = 1, 9
+      given(:, at_gradient_old + c - 1) = f0(:, of_gradient(c))
+      given(:, at_gradient_new + c - 1) = f1(:, of_gradient(c))
+    end do
+    do c = 1, 6
+      given(:, at_strain + c - 1) = dstrain(:, of_tensor(c))
+      given(:, at_stress_old + c - 1) = stress(:, of_tensor(c))
+    end do
   end subroutine set_kinematics
 
-  !> The VUMAT itself.
-  subroutine call_vumat(self, block, ok)
-    class(vumat_adapter_t), intent(in) :: self
-    type(block_t), intent(inout) :: block
-    logical, intent(out) :: ok
+  !> U = R^T F, as a call has it.
+  pure subroutine set_stretch(n, r, f, stretch)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: r(n, 9), f(n, 9)       !! row by row
+    real(wp), intent(out) :: stretch(n, 6)
+    integer, parameter :: row(6) = [1, 2, 3, 1, 2, 3], column(6) = [1, 2, 3, 2, 3, 1]
+    integer :: c, l
 
-    call enter_user_call(in_vumat, int(block%jblock(5), c_int), int(block%jblock(2), c_int), &
-                         int(block%jblock(4 + block%n), c_int))
-    call self%vumat(int(block%jblock, c_int), 3_c_int, 3_c_int, int(self%n_statv, c_int), &
-                    int(max(0, block%n_fields - 1), c_int), &
-                    int(self%n_props, c_int), int(block%jinfo, c_int), block%step_time, &
-                    block%total_time, block%dt_array, self%name, block%place, block%length, &
-                    self%props, block%density, block%strain, block%spin, block%temperature_old, &
-                    block%stretch_old, block%gradient_old, block%field_old, block%stress_old, &
-                    block%state_old, block%energy_old(1, 1), block%energy_old(1, 2), &
-                    block%temperature_new, block%stretch_new, block%gradient_new, &
-                    block%field_new, &
-                    block%stress_new, block%state_new, block%energy_new(1, 1), &
-                    block%energy_new(1, 2), int(name_length, c_size_t))
-    call check_guard(block%stress_new, 6*block%n, 0, "stressNew")
-    call check_guard(block%state_new, self%n_statv*block%n, slack*block%n, "stateNew")
-    call check_spare_states(block%state_new(1, self%n_statv + 1), block%n, self%n_statv, &
-                            "stateNew(:,")
-    call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
-    call leave_user_call()   ! memory not available from here on is not the user's error
-    ok = all(ieee_is_finite(block%stress_new(:, :6))) .and. &
-         all(ieee_is_finite(block%state_new(:, :self%n_statv)))
+    do c = 1, 6
+      associate (i => row(c), j => column(c))
+        !$omp simd
+        do l = 1, n
+          stretch(l, c) = r(l, i)*f(l, j) + r(l, i + 3)*f(l, j + 3) + r(l, i + 6)*f(l, j + 6)
+        end do
+      end associate
+    end do
+  end subroutine set_stretch
+
+  !> Values that the subroutine returns: stress and state with marks after each.
+  pure integer function size_of_new(self, n)
+    class(vumat_adapter_t), intent(in) :: self
+    integer, intent(in) :: n                       !! elements
+
+    size_of_new = n*(6 + self%n_statv + slack) + 2*n_guard + n_room
+  end function size_of_new
+
+  !> Zeros after the state variables, and the marks. Calls leave them as they are or end the run.
+  pure subroutine set_room(self, n, old, new)
+    class(vumat_adapter_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(inout) :: old(n, self%n_statv + slack), new(size_of_new(self, n))
+
+    old(:, self%n_statv + 1:) = 0.0_wp
+    call set_guard(new, 6*n, 0)
+    call set_guard(new(6*n + n_guard + 1), self%n_statv*n, slack*n)
+  end subroutine set_room
+
+  !> The VUMAT itself. State and energies go in and out, the stress comes out.
+  subroutine call_vumat(self, numbers, elements, given, old, new, own, stress, ok)
+    class(vumat_adapter_t), intent(in) :: self
+    type(call_t), intent(in) :: numbers
+    integer, intent(in) :: elements(numbers%n)
+    real(wp), intent(inout) :: given(numbers%n, n_columns)
+    real(wp), intent(inout) :: old(numbers%n, self%n_statv + slack)       ! from `set_room`
+    real(wp), intent(inout) :: new(size_of_new(self, numbers%n))          ! from `set_room`
+    real(wp), intent(inout) :: own(numbers%n, self%n_state)
+    real(wp), intent(out) :: stress(numbers%n, 6)                         ! 11, 22, 33, 12, 13, 23
+    logical, intent(out) :: ok
+    integer(c_int) :: jblock(numbers%n + 4), jinfo(numbers%n + 6)
+    real(wp) :: dt_array(2*numbers%n + 1)
+    ! Some sources index the energies by a variable that they never set.
+    real(wp), dimension(1 - slack:numbers%n + slack, n_energies) :: energy_old, energy_new
+    integer :: first_state, c
+
+    associate (n => numbers%n, m => self%n_statv)
+      first_state = 6*n + n_guard + 1
+      ! (1) points, (2) integration point, (3) layer, (4) section point, then the elements.
+      jblock = [n, numbers%point, 1, 1, elements]
+      ! (1) LANNEAL, (2) integration point, (3) layer, (4) section point, (5) 0, then the elements.
+      jinfo = [0, numbers%point, 1, 1, 0, elements, 0]
+      dt_array = numbers%dt
+      old(:, :m) = own(:, :m)
+      energy_old = 0.0_wp
+      energy_old(1:n, :) = own(:, m + 1:m + n_energies)
+      energy_new = 0.0_wp
+      new(:6*n) = 0.0_wp
+      new(first_state:first_state + m*n - 1) = 0.0_wp
+      call enter_user_call(in_vumat, int(minval(elements), c_int), jblock(2), &
+                           int(maxval(elements), c_int))
+      call self%vumat(jblock, 3_c_int, 3_c_int, int(m, c_int), &
+                      int(max(0, numbers%n_fields - 1), c_int), int(self%n_props, c_int), jinfo, &
+                      numbers%step_time, numbers%total_time, dt_array, self%name, &
+                      given(1, at_place), given(1, at_length), self%props, given(1, at_density), &
+                      given(1, at_strain), given(1, at_spin), given(1, at_temperature_old), &
+                      given(1, at_stretch_old), given(1, at_gradient_old), &
+                      given(1, at_fields_old), given(1, at_stress_old), old, energy_old(1, 1), &
+                      energy_old(1, 2), given(1, at_temperature_new), &
+                      given(1, at_stretch_new), given(1, at_gradient_new), &
+                      given(1, at_fields_new), new, new(first_state), energy_new(1, 1), &
+                      energy_new(1, 2), int(name_length, c_size_t))
+      call check_guard(new, 6*n, 0, "stressNew")
+      call check_guard(new(first_state), m*n, slack*n, "stateNew")
+      call check_spare_states(new(first_state + m*n), n, m, "stateNew(:,")
+      call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
+      call leave_user_call()   ! memory not available from here on is not the user's error
+      do c = 1, 6
+        stress(:, of_tensor(c)) = new((c - 1)*n + 1:c*n)
+      end do
+      do c = 1, m
+        own(:, c) = new(first_state + (c - 1)*n:first_state + c*n - 1)
+      end do
+      own(:, m + 1:m + n_energies) = energy_new(1:n, :)
+      ! Of a finite sum all parts are finite.
+      ok = sum(abs(stress)) + sum(abs(own(:, :m))) <= huge(1.0_wp)
+      if (.not. ok) ok = all(ieee_is_finite(stress)) .and. all(ieee_is_finite(own(:, :m)))
+    end associate
   end subroutine call_vumat
 
   !> The call before the run that Abaqus makes, too: time 0, one small strain for each component.
@@ -258,55 +354,35 @@ contains
     type(first_point_t), intent(in) :: point
     real(wp), intent(out) :: stiffness(6)
     logical, intent(out) :: is_finite
+    integer, parameter :: n = 6
     real(wp), parameter :: strain = 1.0e-8_wp
-    type(block_t) :: block
-    real(wp) :: f(3, 3)
+    type(point_context_t) :: context
+    real(wp) :: given(n, n_columns), own(n, self%n_state), stress(n, 6), r(n, 9), none(n, 3)
+    real(wp) :: dstrain(n, 6), old(n, self%n_statv + slack), new(size_of_new(self, n))
     integer :: i
 
-    block = new_block(self, 6, spread(point%element, 1, 6), point%point, point%n_fields)
-    block%dt = dt
-    block%dt_array = dt
-    block%density = self%density
-    block%length = point%length
-    do i = 1, 6
-      block%place(i, :) = point%place
-      if (point%n_fields > 0) call set_fields(block, i, point%fields(:point%n_fields), &
-                                              point%fields(:point%n_fields))
-      block%strain(i, i) = strain
-      f = identity + full_stress([block%strain(i, :4), block%strain(i, 6), block%strain(i, 5)])
-      block%stretch_old(i, :) = explicit_order(identity)
-      block%stretch_new(i, :) = explicit_order(f)
-      block%gradient_old(i, :) = [explicit_order(identity), 0.0_wp, 0.0_wp, 0.0_wp]
-      block%gradient_new(i, :) = [explicit_order(f), f(2, 1), f(3, 2), f(1, 3)]
-      block%state_old(i, :self%n_statv) = state
+    context = new_point_context(n, point%n_fields)
+    context%length = point%length
+    dstrain = 0.0_wp
+    do i = 1, n
+      context%place(i, :) = point%place
+      context%fields(i, :) = [point%fields(:point%n_fields), point%fields(:point%n_fields)]
+      context%f0(i, [1, 5, 9]) = 1.0_wp
+      dstrain(i, i) = strain*merge(1.0_wp, 2.0_wp, i <= 3)
     end do
-    call call_vumat(self, block, is_finite)
-    stiffness = [(block%stress_new(i, i)/strain, i=1, 6)]
-    stiffness(4:) = 0.5_wp*stiffness([4, 6, 5])   ! to engineering strain and 12, 13, 23
+    context%f1 = context%f0 + dstrain(:, [1, 4, 5, 4, 2, 6, 5, 6, 3])
+    context%f1(4:, :) = context%f0(4:, :) + 0.5_wp*(context%f1(4:, :) - context%f0(4:, :))
+    own = 0.0_wp
+    own(:, :self%n_statv) = spread(state, 1, n)
+    stress = 0.0_wp
+    none = 0.0_wp
+    call set_given(self, context, [(i, i=1, n)], own, given)
+    call set_kinematics(self%density, n, context%f0, context%f1, dstrain, none, stress, &
+                        own(:, self%n_statv + n_energies + 1:self%n_statv + n_kept), given, r)
+    call set_room(self, n, old, new)
+    call call_vumat(self, call_t(n, point%n_fields, point%point, dt=dt), &
+                    spread(point%element, 1, n), given, old, new, own, stress, is_finite)
+    stiffness = [(stress(i, i)/strain, i=1, n)]
+    stiffness(4:) = 0.5_wp*stiffness(4:)   ! to engineering strain
   end subroutine stiffness_at_start
-
-  !> A tensor (11, 22, 33, 12, 13, 23) in the frame of R, in the order of the VUMAT.
-  pure function in_frame(r, s) result(rotated)
-    real(wp), intent(in) :: r(3, 3), s(6)
-    real(wp) :: rotated(6)
-
-    rotated = explicit_order(matmul(transpose(r), matmul(full_stress(s), r)))
-  end function in_frame
-
-  !> The reverse of `in_frame`.
-  pure function out_of_frame(r, s) result(rotated)
-    real(wp), intent(in) :: r(3, 3), s(6)
-    real(wp) :: rotated(6)
-
-    rotated = packed_stress(matmul(r, matmul(full_stress([s(:4), s(6), s(5)]), transpose(r))))
-  end function out_of_frame
-
-  !> The values 11, 22, 33, 12, 23, 31 of a matrix.
-  pure function explicit_order(a) result(s)
-    real(wp), intent(in) :: a(3, 3)
-    real(wp) :: s(6)
-
-    s = [a(1, 1), a(2, 2), a(3, 3), a(1, 2), a(2, 3), a(3, 1)]
-  end function explicit_order
-
 end module vumat_adapter

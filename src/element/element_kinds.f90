@@ -16,7 +16,7 @@ module element_kinds
 
 contains
 
-  !> A part at rest and without stress, of the kind that the projection asks for. Its inertia
+  !> A part at rest and without stress, of the kind that projection and law ask for. Its inertia
   !! follows when all parts are there.
   subroutine new_part(part, name, grid, n_points, n_parts, law, viscosity, error, projection)
     type(part_t), intent(out) :: part
@@ -29,14 +29,13 @@ contains
     type(projection_spec_t), intent(in), optional :: projection   !! absent: none
     type(solid_element_t), allocatable :: solid
     type(projected_element_t), allocatable :: projected
-    logical :: is_projected
+    type(projection_spec_t) :: spec
 
-    is_projected = .false.
-    if (present(projection)) is_projected = projection%kind /= project_nothing
-    if (is_projected) then
+    if (present(projection)) spec = projection
+    if (spec%kind /= project_nothing .or. law%needs_context) then
       allocate (projected)
       call new_projected_element(projected, name, grid, n_points, n_parts, law, viscosity, &
-                                 projection, error)
+                                 spec, error)
       call move_alloc(projected, part%element)
     else
       allocate (solid)

@@ -34,7 +34,9 @@ STATE = ["patch%stress(1, 1, 1, 1, block%number)", "patch%state(1, 1, 1, 1, bloc
 COUNTS = ["p(1)", "p(2)", "p(3)", "q(1)", "q(2)", "q(3)"]
 # Only to instances with weights, with context, and without weights from the fields of the patch:
 RATIONAL = ["patch%rational(1, 1, 1, 1, block%number)"]
-REFERENCE = ["patch%reference(1, 1, 1, 1, block%number)"]
+CONTEXT = ["patch%has_gradients",
+           "patch%reference(1, 1, 1, 1, min(block%number, size(patch%reference, 5)))",
+           "fields%gradients", "fields%place"]
 FIELDS = ["patch%n_control", "first", "x", "v"]
 
 
@@ -47,7 +49,7 @@ class Kernel:
     defines: list        # besides those of the instance
     uses: list           # module and names
     rules: list
-    variants: list       # of the general instance; those of a rule exist without context
+    variants: list       # plain (""), rational or context
     counts: list         # arguments that stand for the constants of a rule
     arguments: object    # is fixed, is rational, has context -> list of the others
 
@@ -55,9 +57,8 @@ class Kernel:
         """Tag, rule (None: general) and variant in the order of their numbers."""
         for rule in [*self.rules, None]:
             for variant in self.variants:
-                if rule is None or variant != "context":
-                    tag = f"p{rule[:3]}_q{rule[3:]}" if rule else "general"
-                    yield tag + (f"_{variant}" if variant else ""), rule, variant
+                tag = f"p{rule[:3]}_q{rule[3:]}" if rule else "general"
+                yield tag + (f"_{variant}" if variant else ""), rule, variant
 
     def instance(self, tag, rule, variant):
         """Source of one instance."""
@@ -92,22 +93,21 @@ def wrapped(head, items, tail):
     return "      " + " &\n        ".join(lines).replace("~", " ") + "\n"
 
 
-def solid_arguments(is_fixed, is_rational, has_context):
+def solid_arguments(is_fixed, is_rational, _):
     direct = ["is_direct", *FIELDS] if is_fixed and not is_rational else []
     return ["law", "dt", "on", "viscous", *direct, "u", *AXIS_1, *AXIS_2, *AXIS_3,
-            *RATIONAL*is_rational, *["context", *REFERENCE]*has_context, *STATE,
+            *RATIONAL*is_rational, *STATE,
             "f", "sums", "ok"]
 
 
 def strain_arguments(_, is_rational, has_context):
-    context = [*REFERENCE, "fields%gradients", "fields%place"]
     return ["has_end", "has_jacobian", "has_tangents", "u", *AXIS_1, *AXIS_2, *AXIS_3,
-            *RATIONAL*is_rational, *context*has_context,
+            *RATIONAL*is_rational, *CONTEXT*has_context,
             "fields%dstrain", "fields%spin", "fields%volume", "fields%end_volume",
-            "fields%jacobian", "fields%tangents", "sums"]
+            "fields%jacobian", "fields%tangents", "fields%sums"]
 
 
-def nodal_arguments(_, is_rational, has_context):
+def nodal_arguments(_, is_rational, __):
     return ["has_jacobian", "has_plane", "u", *BASIS_1, *BASIS_2, *BASIS_3, *RATIONAL*is_rational,
             "fields%jacobian", "fields%weighted", "fields%plane", "f"]
 
@@ -120,21 +120,21 @@ def strip_arguments(*_):
 
 
 LAW = ("block_law", "block_law_t")
-GRADIENTS = ("point_kinematics", "deformation_gradients")
-ALL = ["", "rational", "context"]
+POINTS = ("point_kinematics", "end_volume_of, point_tangents")
+BOTH = ["", "rational"]
 KERNELS = [
     Kernel("ig_solid", "block_forces", "Block force kernel", "ig_solid_kernel.inc", [],
-           [LAW, ("point_context", "point_context_t"),
-            ("tensor_rotation", "rotate_by_spin, turn_to_end"), GRADIENTS,
-            ("solid_patch", "point_number")],
-           SOLID_RULES, ALL, COUNTS, solid_arguments),
+           [LAW, ("tensor_rotation", "rotate_by_spin, turn_to_end")],
+           SOLID_RULES, BOTH, COUNTS, solid_arguments),
     Kernel("ig_strain", "block_strain", "Kinematics of projected elements", "ig_solid_kernel.inc",
-           ["PROJECTED", "STRAIN"],
-           [GRADIENTS, ("point_kinematics", "end_volume_of, point_tangents")],
-           SOLID_RULES, ALL, COUNTS, strain_arguments),
+           ["PROJECTED", "STRAIN"], [POINTS], SOLID_RULES, BOTH, COUNTS, strain_arguments),
+    # Its number is that of the rule: the kinematics are those with weights.
+    Kernel("ig_context", "block_strain", "Kinematics for laws with context", "ig_solid_kernel.inc",
+           ["PROJECTED", "STRAIN"], [POINTS, ("point_kinematics", "deformation_gradients")],
+           SOLID_RULES, ["context"], COUNTS, strain_arguments),
     # Forces do not depend on the context of points: that of the rational one serves.
     Kernel("ig_nodal", "block_nodal", "Nodal forces of projected elements", "ig_solid_kernel.inc",
-           ["PROJECTED", "NODAL"], [], SOLID_RULES, ["", "rational"], COUNTS, nodal_arguments),
+           ["PROJECTED", "NODAL"], [], SOLID_RULES, BOTH, COUNTS, nodal_arguments),
     Kernel("plane_strain", "block_forces", "Block force kernel of plane strain",
            "plane_strain_kernel.inc", [], [LAW, ("solid_patch", "plane_strain_t")],
            STRIP_RULES, [""], ["p(1)", "p(3)", "q(1)", "q(3)"], strip_arguments),

@@ -18,6 +18,8 @@ module block_law
     real(wp) :: bulk = 0.0_wp     !! elastic bulk modulus [stress]
     real(wp) :: shear = 0.0_wp    !! elastic shear modulus [stress]
     logical :: needs_context = .false.   !! it is called through `update_in_context`
+    logical :: needs_gradients = .true.  !! with deformation gradients in the context
+    integer :: n_together = 1            !! elements that such a call has at least, if there are
     logical :: is_rotating = .false.     !! it rotates the stress itself (co-rotational frame)
     logical :: uses_gradient = .false.   !! its stress follows from the deformation gradient alone
     logical :: is_serial = .false.       !! one thread, in the order of the elements
@@ -91,7 +93,8 @@ contains
     warning = ""
   end function shear_warning
 
-  !> Update of a law that asks for kinematics and places; others need none of it.
+  !> Update of a law that asks for kinematics and places, of several integration points of many
+  !! elements: all elements of the first point, then of the next. Others need none of it.
   subroutine update_in_context(self, context, dt, dstrain, stress, state, ok, spin)
     class(block_law_t), intent(in) :: self
     type(point_context_t), intent(in) :: context

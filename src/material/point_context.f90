@@ -1,4 +1,4 @@
-!> What only laws of users ask for: kinematics and place of the points of a row. Kept and passed
+!> What only laws of users ask for: kinematics and place of the points of a call. Kept and passed
 !! only while such a law is active.
 module point_context
   use kinds, only: wp
@@ -7,9 +7,9 @@ module point_context
 
   public :: point_context_t, new_point_context
 
-  !> Kinematics of the n points of a row over one step. Tensors row by row: 11, 12, 13, 21 ...
+  !> Kinematics of the n points of a call over one step. Tensors row by row: 11, 12, 13, 21 ...
   type :: point_context_t
-    integer :: n = 0                             !! points of the row
+    integer :: n = 0                             !! points of the call
     real(wp) :: time = 0.0_wp                    !! total time at the start of the increment
     real(wp) :: step_time = 0.0_wp               !! the same since the step of the deck began
     integer :: step = 1                          !! number of the step of the deck
@@ -17,22 +17,22 @@ module point_context
     integer, allocatable :: element(:)           !! element number, from 1, shape (n)
     integer, allocatable :: point(:)             !! integration point number, from 1, shape (n)
     logical, allocatable :: is_owner(:)          !! false: a lane that repeats an element
-    real(wp), allocatable :: f0(:, :)            !! deformation gradient at the start, (n, 9)
+    !> Deformation gradient at the start, (n, 9); not set where the law needs none.
+    real(wp), allocatable :: f0(:, :)
     real(wp), allocatable :: f1(:, :)            !! and at the end of the increment, (n, 9)
     real(wp), allocatable :: place(:, :)         !! coordinates at the end, shape (n, 3)
     real(wp), allocatable :: length(:)           !! cube root of the element's volume, (n)
-    integer :: row = 1                           !! of the rows of a block, the one in hand
     integer :: n_fields = 0                      !! temperature and field variables of the deck
-    !> These at the start, then at the end of the increment, shape (n, 2*n_fields, rows).
-    real(wp), allocatable :: fields(:, :, :)
+    !> These at the start, then at the end of the increment, shape (n, 2*n_fields).
+    real(wp), allocatable :: fields(:, :)
   end type point_context_t
 
 contains
 
   !> A context with room for n points.
-  pure function new_point_context(n, n_fields, n_rows) result(context)
+  pure function new_point_context(n, n_fields) result(context)
     integer, intent(in) :: n
-    integer, intent(in), optional :: n_fields, n_rows   !! predefined fields, rows of a block
+    integer, intent(in), optional :: n_fields   !! predefined fields
     type(point_context_t) :: context
 
     context%n = n
@@ -41,9 +41,8 @@ contains
     allocate (context%f0(n, 9), context%f1(n, 9), source=0.0_wp)
     allocate (context%place(n, 3), source=0.0_wp)
     allocate (context%length(n), source=0.0_wp)
-    if (.not. present(n_fields) .or. .not. present(n_rows)) return
-    context%n_fields = n_fields
-    if (n_fields > 0) allocate (context%fields(n, 2*n_fields, n_rows), source=0.0_wp)
+    if (present(n_fields)) context%n_fields = n_fields
+    allocate (context%fields(n, 2*context%n_fields), source=0.0_wp)
   end function new_point_context
 
 end module point_context

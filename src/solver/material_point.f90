@@ -285,8 +285,8 @@ contains
     stress(1, :) = increment%rotated
     state(1, :) = point%state
     if (law%needs_context) then
-      context = new_point_context(1, size(point%fields), 1)
-      if (size(point%fields) > 0) context%fields(1, :, 1) = [point%fields, point%fields]
+      context = new_point_context(1, size(point%fields))
+      context%fields(1, :) = [point%fields, point%fields]
       context%element = 1
       context%point = 1
       context%time = point%time

@@ -1,5 +1,5 @@
 !> Solids whose strains are projected against locking, on each element or onto the smooth splines of
-!! the patch.
+!! the patch; and those, also without a projection, whose law asks for the context of its points.
 module projected_element
   use kinds, only: wp
   use failure, only: error_t
@@ -8,7 +8,8 @@ module projected_element
   use block_law, only: block_law_t
   use element, only: element_t, force_report_t
   use solid_element, only: solid_element_t, new_solid_element, cut_out
-  use strain_projection, only: projection_t, projection_spec_t, new_projection, projection_name
+  use strain_projection, only: projection_t, projection_spec_t, new_projection, projection_name, &
+                               project_nothing
   use smooth_splines, only: smooth_fields_t, new_smooth_fields
   use projected_forces, only: forces_of_projection
   use smooth_forces, only: forces_of_smooth_projection
@@ -17,7 +18,7 @@ module projected_element
 
   public :: new_projected_element
 
-  !> A solid with a projection.
+  !> A solid with a projection, or a law with context.
   type, extends(solid_element_t), public :: projected_element_t
     type(projection_t) :: projection
     type(smooth_fields_t), allocatable :: smooth   !! only where the projection is smooth
@@ -47,7 +48,7 @@ contains
     if (allocated(error) .or. .not. element%projection%is_smooth) return
     allocate (element%smooth, &
               source=new_smooth_fields(element%projection%smooth, element%patch%axes, &
-                                       element%patch%lanes, law%needs_context))
+                                       element%patch%lanes, element%patch%has_gradients))
   end subroutine new_projected_element
 
   subroutine forces(self, law, dt, report)
@@ -91,6 +92,7 @@ contains
     character(:), allocatable :: words
 
     call self%solid_element_t%describe(lines)
+    if (self%projection%kind == project_nothing) return
     associate (projection => self%projection)
       words = ", smooth"
       if (.not. projection%is_smooth) &

@@ -1,6 +1,5 @@
-!> Points of eight elements between the projections: strain increments, stress update, stress times
-!! volume for the forces. Laws that look at the deformation gradient get one with the projected
-!! volume.
+!> Points of eight elements between the projections: strain increments, and stress times volume for
+!! the forces. Laws that look at the deformation gradient get one with the projected volume.
 !!
 !! With theta the volume strain, P its projection, n the normal of the tangents along axes 1 and 2,
 !! and P_a the projection along axis a alone:
@@ -10,17 +9,12 @@
 !! thickness follows from the projected volume strain. Stresses take the transposed way.
 module projected_points
   use kinds, only: wp
-  use block_law, only: block_law_t
-  use basis_tables, only: n_lanes
-  use point_context, only: point_context_t
-  use tensor_rotation, only: rotate_by_spin, turn_to_end
-  use solid_patch, only: point_number
   implicit none
   private
 
   public :: correct_volume, split_volume, join_volume
   public :: correct_sheet, split_sheet, join_sheet
-  public :: stress_of_block, logarithmic_volumes, set_volumes
+  public :: logarithmic_volumes, set_volumes
 
 contains
 
@@ -184,99 +178,6 @@ contains
     weighted = along1 + along2
     call join_volume(q, n, mean, weighted)
   end subroutine join_sheet
-
-  !> Stress, state, work and stress times volume of all rows of a block.
-  subroutine stress_of_block(law, q, dt, is_viscous, viscous, spin, dstrain, volume, &
-                             end_volume, context, gradients, place, stress, state, push, weighted, &
-                             sums, ok)
-    class(block_law_t), intent(in) :: law
-    integer, intent(in) :: q(3)
-    real(wp), intent(in) :: dt
-    logical, intent(in) :: is_viscous
-    real(wp), intent(in) :: viscous(n_lanes, 2)            !! see `viscous_factors`
-    real(wp), intent(in) :: spin(8, q(3), 3, q(1)*q(2))
-    real(wp), intent(inout) :: dstrain(8, q(3), 6, q(1)*q(2))   !! turned to the end of the step
-    real(wp), intent(in), dimension(8, q(3), q(1)*q(2)) :: volume, end_volume
-    type(point_context_t), intent(inout) :: context
-    real(wp), intent(in) :: gradients(8*q(3), 18, *), place(8*q(3), 3, *)   !! context only
-    real(wp), intent(inout) :: stress(8, q(3), 6, q(1)*q(2))
-    real(wp), intent(inout) :: state(8, q(3), law%n_state, q(1)*q(2))
-    real(wp), intent(inout) :: push(8, q(3), q(1)*q(2))    !! viscous stress
-    real(wp), intent(out) :: weighted(8, q(3), 6, q(1)*q(2))
-    real(wp), intent(inout) :: sums(n_lanes, 4)
-    logical, intent(out) :: ok
-    integer :: row, qc, l
-    logical :: row_ok
-
-    ok = .true.
-    do row = 1, q(1)*q(2)
-      if (.not. law%is_rotating) then
-        call turn_to_end(8*q(3), spin(:, :, :, row), dstrain(:, :, :, row))
-        call rotate_by_spin(8*q(3), spin(:, :, :, row), stress(:, :, :, row))
-      end if
-      call add_work(q(3), stress(:, :, :, row), dstrain(:, :, :, row), volume(:, :, row), sums)
-      if (law%needs_context) then
-        context%row = row
-        context%f0 = gradients(:, 1:9, row)
-        context%f1 = gradients(:, 10:18, row)
-        context%place = place(:, :, row)
-        context%point = [((point_number(q(1), q(2), row, qc), l=1, 8), qc=1, q(3))]
-        call law%update_in_context(context, dt, dstrain(:, :, :, row), stress(:, :, :, row), &
-                                   state(:, :, :, row), row_ok, spin(:, :, :, row))
-      else
-        call law%update(8*q(3), dt, dstrain(:, :, :, row), stress(:, :, :, row), &
-                        state(:, :, :, row), row_ok, spin(:, :, :, row))
-      end if
-      ok = ok .and. row_ok
-      call add_work(q(3), stress(:, :, :, row), dstrain(:, :, :, row), volume(:, :, row), sums)
-      do l = 1, 6
-        weighted(:, :, l, row) = stress(:, :, l, row)*end_volume(:, :, row)
-      end do
-      if (is_viscous) call add_viscous(q(3), dstrain(:, :, :, row), viscous, volume(:, :, row), &
-                                       end_volume(:, :, row), push(:, :, row), &
-                                       weighted(:, :, :, row), sums)
-    end do
-  end subroutine stress_of_block
-
-  !> Half of the stress power of a row, see `flux_row` of the kernel.
-  pure subroutine add_work(n, stress, dstrain, volume, sums)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: stress(8, n, 6), dstrain(8, n, 6), volume(8, n)
-    real(wp), intent(inout) :: sums(8, 4)
-    integer :: l, q
-
-    do q = 1, n
-      !$omp simd
-      do l = 1, 8
-        sums(l, 1) = sums(l, 1) + 0.5_wp*volume(l, q) &
-                     *(stress(l, q, 1)*dstrain(l, q, 1) + stress(l, q, 2)*dstrain(l, q, 2) &
-                       + stress(l, q, 3)*dstrain(l, q, 3) + stress(l, q, 4)*dstrain(l, q, 4) &
-                       + stress(l, q, 5)*dstrain(l, q, 5) + stress(l, q, 6)*dstrain(l, q, 6))
-      end do
-    end do
-  end subroutine add_work
-
-  !> Viscous stress, see `add_viscous` of the kernel.
-  pure subroutine add_viscous(n, dstrain, viscous, volume, end_volume, push, weighted, sums)
-    integer, intent(in) :: n
-    real(wp), intent(in) :: dstrain(8, n, 6), viscous(8, 2), volume(8, n), end_volume(8, n)
-    real(wp), intent(inout) :: push(8, n), weighted(8, n, 6), sums(8, 4)
-    real(wp) :: growth, now
-    integer :: l, q
-
-    do q = 1, n
-      !$omp simd private(growth, now)
-      do l = 1, 8
-        growth = dstrain(l, q, 1) + dstrain(l, q, 2) + dstrain(l, q, 3)
-        now = growth*(viscous(l, 1) + viscous(l, 2)*max(0.0_wp, -growth))
-        sums(l, 2) = sums(l, 2) + 0.5_wp*volume(l, q)*growth*(push(l, q) + now)
-        push(l, q) = now
-        weighted(l, q, 1) = weighted(l, q, 1) + now*end_volume(l, q)
-        weighted(l, q, 2) = weighted(l, q, 2) + now*end_volume(l, q)
-        weighted(l, q, 3) = weighted(l, q, 3) + now*end_volume(l, q)
-      end do
-    end do
-  end subroutine add_viscous
 
   !> Logarithms of the determinants of F at the start (1) and the end (2) of the step.
   pure subroutine logarithmic_volumes(n, gradients, growth)

@@ -6,16 +6,16 @@ module smooth_forces
   use kinds, only: wp
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
-  use point_context, only: point_context_t
   use element, only: force_report_t
-  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
-  use solid_forces, only: gather_motion, add_forces, place_context, &
-                          new_patch_context, clear_rows, add_report, add_tiles, finish_evaluation
+  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block, &
+                         n_elements_of, next_group, most_in_group
+  use solid_forces, only: gather_motion, add_forces, clear_rows, add_report, add_tiles, &
+                          finish_evaluation
   use strain_projection, only: projection_t
   use smooth_splines, only: smooth_fields_t, smooth_table_t, solve_for_splines
-  use projected_forces, only: point_fields_t, new_point_fields, run_strain, run_nodal, &
-                              start_strain, finish_strain, update_stress, start_stress, &
-                              finish_stress
+  use point_stress, only: point_fields_t, point_group_t, update_stress
+  use projected_forces, only: set_point_fields, run_strain, run_nodal, start_strain, &
+                              finish_strain, start_stress, finish_stress
   implicit none
   private
 
@@ -69,17 +69,17 @@ contains
     real(wp), intent(in) :: dt, x(:, :, :, :), v(:, :, :, :)
     type(smooth_fields_t), intent(inout) :: fields
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6)
-    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
+    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational))
     type(point_fields_t) :: points
     type(block_t) :: block
     integer :: i
 
-    points = new_point_fields(patch, projection)
+    call set_point_fields(patch, projection, points)
     do i = 1, n_blocks_of(patch, tile)
       call next_block(patch, tile, block)
       call gather_motion(patch, block, dt, x, v, u, w)
-      call run_strain(patch, projection, block, .false., u, points, sums)
-      call start_strain(patch, points)
+      call run_strain(patch, projection, block, .false., u, points)
+      call start_strain(projection, points)
       call collect(patch, 1, size(fields%all, 4), block, points, fields)
     end do
   end subroutine strain_of_tile
@@ -94,27 +94,31 @@ contains
     type(smooth_fields_t), intent(inout) :: fields
     type(force_report_t), intent(out) :: report
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6)
-    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
-    type(point_context_t) :: context
-    type(point_fields_t) :: points
-    type(block_t) :: block
-    integer :: i
+    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational))
+    type(point_group_t) :: group
+    type(point_fields_t) :: points(most_in_group)
+    type(block_t) :: blocks(most_in_group)
+    integer :: i, n, n_done
     logical :: ok
 
-    points = new_point_fields(patch, projection)
-    if (allocated(patch%reference)) context = new_patch_context(patch)
-    do i = 1, n_blocks_of(patch, tile)
-      call next_block(patch, tile, block)
-      call gather_motion(patch, block, dt, x, v, u, w)
-      call run_strain(patch, projection, block, .true., u, points, sums)
-      call spread_to_block(patch, 1, size(fields%all, 4), block, fields, points)
-      call finish_strain(patch, projection, points)
-      if (allocated(patch%reference)) call place_context(patch, block, context)
-      call update_stress(patch, law, block, dt, context, points, sums, ok)
-      call start_stress(projection, points)
-      call collect(patch, 2, 1, block, points, fields)
-      fields%rest(:, :, :, block%number) = points%weighted
-      call add_report(report, sums, ok, block)
+    n = 0
+    n_done = 0
+    do while (n_done < n_elements_of(patch, tile))
+      call next_group(patch, tile, law%n_together, n_done, blocks, n)
+      do i = 1, n
+        if (.not. allocated(points(i)%dstrain)) call set_point_fields(patch, projection, points(i))
+        call gather_motion(patch, blocks(i), dt, x, v, u, w)
+        call run_strain(patch, projection, blocks(i), .true., u, points(i))
+        call spread_to_block(patch, 1, size(fields%all, 4), blocks(i), fields, points(i))
+        call finish_strain(projection, points(i))
+      end do
+      call update_stress(patch, law, blocks(:n), dt, group, points(:n), ok)
+      do i = 1, n
+        call start_stress(projection, points(i))
+        call collect(patch, 2, 1, blocks(i), points(i), fields)
+        fields%rest(:, :, :, blocks(i)%number) = points(i)%weighted
+        call add_report(report, points(i)%sums, ok, blocks(i))
+      end do
     end do
   end subroutine stress_of_tile
 
@@ -132,7 +136,7 @@ contains
     type(block_t) :: block
     integer :: i
 
-    points = new_point_fields(patch, projection)
+    call set_point_fields(patch, projection, points)
     call clear_rows(tile, force, border)
     do i = 1, n_blocks_of(patch, tile)
       call next_block(patch, tile, block)

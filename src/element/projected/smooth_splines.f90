@@ -32,8 +32,8 @@ module smooth_splines
   end type smooth_table_t
 
   !> Loads of the splines of one degree less, block by block, and the coefficients they lead to: of
-  !! the volume strain (its stress on the way back), with laws that need the context of their points
-  !! of two volumes more. p counts the splines of an element along an axis, its degree.
+  !! the volume strain (its stress on the way back), with laws that need deformation gradients of
+  !! two volumes more. p counts the splines of an element along an axis, its degree.
   type, public :: smooth_fields_t
     type(smooth_table_t) :: tables(3)                 !! by lane block for axis 1, by element else
     real(wp), allocatable :: loads(:, :, :, :, :, :)  !! (8, p3, p2, p1, n, n_blocks)
@@ -171,11 +171,11 @@ contains
   end subroutine add_line
 
   !> Tables and room for a patch.
-  pure function new_smooth_fields(smooth, axes, lanes, has_context) result(fields)
+  pure function new_smooth_fields(smooth, axes, lanes, has_gradients) result(fields)
     type(smooth_axis_t), intent(in) :: smooth(3)
     type(axis_table_t), intent(in) :: axes(3)
     type(lane_table_t), intent(in) :: lanes
-    logical, intent(in) :: has_context
+    logical, intent(in) :: has_gradients
     type(smooth_fields_t) :: fields
     integer, allocatable :: elements(:, :)
     logical, allocatable :: is_owner(:, :)
@@ -185,7 +185,7 @@ contains
     q = axes%n_points
     n_rows = axes(2)%n_elements*axes(3)%n_elements
     n_blocks = lanes%n_blocks*n_rows
-    n_means = merge(3, 1, has_context)
+    n_means = merge(3, 1, has_gradients)
     allocate (fields%loads(n_lanes, p(3), p(2), p(1), n_means, n_blocks))
     allocate (fields%all(smooth(1)%n_functions, smooth(2)%n_functions, smooth(3)%n_functions, &
                          n_means))

@@ -59,6 +59,7 @@ contains
     integer :: axis
 
     projection%kind = spec%kind
+    if (spec%kind == project_nothing) return
     projection%is_smooth = spec%is_smooth
     projection%n_samples = spec%n_samples
     where (spec%n_samples == 0) projection%n_samples = default_samples(axes%degree, axes%n_points)

@@ -3,7 +3,6 @@
 module kernel_dispatch
   use kinds, only: wp
   use block_law, only: block_law_t
-  use point_context, only: point_context_t
   use basis_tables, only: n_lanes
   use bulk_viscosity, only: viscous_factors
   use solid_patch, only: solid_patch_t, block_t
@@ -14,53 +13,50 @@ module kernel_dispatch
   public :: kernel_of, kernel_name, run_kernel, takes_fields, tuned_rules
 
   !> Degrees and points of the tuned instances: kernel 2k - 1 serves column k, kernel 2k the same
-  !! with weights. Behind the table: general, general with weights, general with context.
+  !! with weights. Behind the table: general, general with weights.
 #include "ig_solid_rules.inc"
-  integer, parameter :: context_kernel = 2*size(tuned_rules, 2) + 3
 
 contains
 
   !> Number of the kernel instance that serves these degrees and points.
-  pure integer function kernel_of(degrees, n_points, is_rational, needs_context) result(kernel)
+  pure integer function kernel_of(degrees, n_points, is_rational) result(kernel)
     integer, intent(in) :: degrees(3), n_points(3)
     logical, intent(in) :: is_rational
-    logical, intent(in) :: needs_context   !! of the law: kinematics for each point
     integer :: column
 
     do column = 1, size(tuned_rules, 2)
       if (all(tuned_rules(:, column) == [degrees, n_points])) exit
     end do
     kernel = 2*column - merge(0, 1, is_rational)
-    if (needs_context) kernel = context_kernel
   end function kernel_of
 
   !> Name of a kernel instance for the log, such as `p222_q226_rational`.
-  pure function kernel_name(kernel) result(name)
-    integer, intent(in) :: kernel   !! from `kernel_of`
+  pure function kernel_name(kernel, has_context) result(name)
+    integer, intent(in) :: kernel          !! from `kernel_of`
+    logical, intent(in) :: has_context     !! see `solid_patch_t`
     character(:), allocatable :: name
     character(9) :: code
 
     name = "general"
-    if (kernel == context_kernel) then
-      name = "general_context"
-      return
-    end if
     if (kernel <= 2*size(tuned_rules, 2)) then
       write (code, "('p', 3i1, '_q', 3i1)") tuned_rules(:, (kernel + 1)/2)
       name = code
     end if
-    if (mod(kernel, 2) == 0) name = name//"_rational"
+    if (has_context) then
+      name = name//"_context"
+    else if (mod(kernel, 2) == 0) then
+      name = name//"_rational"
+    end if
   end function kernel_name
 
   !> Stress update and forces of a block.
-  subroutine run_kernel(patch, law, block, dt, x, v, u, context, f, sums, ok)
+  subroutine run_kernel(patch, law, block, dt, x, v, u, f, sums, ok)
     type(solid_patch_t), intent(inout) :: patch
     class(block_law_t), intent(in) :: law
     type(block_t), intent(in) :: block
     real(wp), intent(in) :: dt
     real(wp), intent(in) :: x(*), v(*)                  !! fields of the patch
     real(wp), intent(in) :: u(*)                        !! from gather_motion, unless direct
-    type(point_context_t), intent(inout) :: context     !! used by the context kernel alone
     real(wp), intent(inout) :: f(*)                     !! internal forces of the block
     real(wp), intent(out) :: sums(n_lanes, 4)           !! see block_forces
     logical, intent(out) :: ok

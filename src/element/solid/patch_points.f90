@@ -54,7 +54,11 @@ contains
     integer :: q(3), block, lane, row, layer, point(3)
 
     q = patch%axes%n_points
-    allocate (patch%reference(n_lanes, q(3), 9, q(1)*q(2), patch%n_blocks))
+    if (patch%has_gradients) then
+      allocate (patch%reference(n_lanes, q(3), 9, q(1)*q(2), patch%n_blocks))
+    else
+      allocate (patch%reference(1, 1, 1, 1, 1), source=0.0_wp)
+    end if
     allocate (patch%element_size(n_lanes, patch%n_blocks), source=0.0_wp)
     do block = 1, patch%n_blocks
       do lane = 1, n_lanes
@@ -62,7 +66,7 @@ contains
           do layer = 1, q(3)
             point = point_of_row(q, row, layer)
             call jacobian_at(patch, solid, element_of_lane(patch, block, lane), point, j)
-            patch%reference(lane, layer, :, row, block) = inverse_rows(j)
+            if (patch%has_gradients) patch%reference(lane, layer, :, row, block) = inverse_rows(j)
             patch%element_size(lane, block) = patch%element_size(lane, block) &
                                               + point_volume(patch, j, point)
           end do

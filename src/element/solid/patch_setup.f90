@@ -8,7 +8,8 @@ module patch_setup
   use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes, new_axis_table, new_lane_table
-  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, element_of_lane, point_of_row
+  use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, element_of_lane, point_of_row, &
+                         n_elements_of
   use bulk_viscosity, only: new_viscosity
   use patch_points, only: set_reference, determinant
   use kernel_dispatch, only: kernel_of
@@ -41,12 +42,14 @@ contains
       patch%axes(axis) = new_axis_table(solid%axes(axis), rule%points, rule%weights)
     end do
     patch%is_rational = any(abs(solid%weights/solid%weights(1, 1, 1) - 1.0_wp) > 1.0e-14_wp)
-    ! The kernel with context is written for weights and takes those that are all one, too.
-    patch%is_rational = patch%is_rational .or. law%needs_context
+    ! The kernels with context are written for weights and take those that are all one, too.
+    patch%has_context = law%needs_context
+    patch%has_gradients = law%needs_context .and. law%needs_gradients
+    patch%is_rational = patch%is_rational .or. patch%has_context
     if (patch%is_rational) patch%weights = solid%weights
     ! A law that must run on one thread gets the elements in their order: one tile for all.
-    call complete_patch(patch, max(1, law%n_state), law%needs_context, merge(1, 16, law%is_serial))
-    if (law%needs_context) call set_reference(patch, solid)
+    call complete_patch(patch, max(1, law%n_state), merge(1, 16, law%is_serial), law%n_together)
+    if (patch%has_context) call set_reference(patch, solid)
     call find_lengths(patch, solid, lengths, error)
     patch%shortest = minval(lengths)
     patch%viscosity = new_viscosity(viscosity, law, lengths)
@@ -56,21 +59,24 @@ contains
   end subroutine new_patch
 
   !> From the tables of the axes, and the weights, to what follows of them.
-  subroutine complete_patch(patch, n_state, needs_context, n_tiles)
+  subroutine complete_patch(patch, n_state, n_tiles, n_together)
     type(solid_patch_t), intent(inout) :: patch
     integer, intent(in) :: n_state, n_tiles          !! at most so many tiles
-    logical, intent(in) :: needs_context             !! see `kernel_of`
-    integer :: q(3)
+    integer, intent(in) :: n_together                !! so many elements a tile, if there are
+    integer :: q(3), n, t
 
     q = patch%axes%n_points
     patch%n_control = patch%axes%n_basis
     patch%lanes = new_lane_table(patch%axes(1))
     patch%n_blocks = patch%lanes%n_blocks*patch%axes(2)%n_elements*patch%axes(3)%n_elements
-    patch%kernel = kernel_of(patch%axes%degree, q, patch%is_rational, needs_context)
+    patch%kernel = kernel_of(patch%axes%degree, q, patch%is_rational)
     allocate (patch%stress(n_lanes, q(3), 6, q(1)*q(2), patch%n_blocks), source=0.0_wp)
     allocate (patch%state(n_lanes, q(3), n_state, q(1)*q(2), patch%n_blocks), source=0.0_wp)
     if (patch%is_rational) call set_rational(patch)
-    patch%tiles = new_tiles(patch, n_tiles)
+    do n = n_tiles, 1, -1
+      patch%tiles = new_tiles(patch, n)
+      if (all([(n_elements_of(patch, patch%tiles(t)), t=1, size(patch%tiles))] >= n_together)) exit
+    end do
   end subroutine complete_patch
 
   !> One element of a patch as a patch of its own, without stress and viscosity.
@@ -96,7 +102,7 @@ contains
     high = low + patch%axes%degree
     if (single%is_rational) &
       single%weights = solid%weights(low(1):high(1), low(2):high(2), low(3):high(3))
-    call complete_patch(single, size(patch%state, 3), .false., 1)
+    call complete_patch(single, size(patch%state, 3), 1, 1)
     q = patch%axes%n_points
     allocate (single%push(n_lanes, q(3), q(1)*q(2), 1), source=0.0_wp)
     single%shortest = patch%shortest

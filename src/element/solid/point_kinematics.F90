@@ -13,25 +13,28 @@ module point_kinematics
 contains
 
 #include "point_kinematics.inc"
-  !> Deformation gradients at the start and the end of the step: the jacobians there times the
-  !! inverse jacobian of the shape at the start of all, row by row.
-  pure subroutine deformation_gradients(g, scaling, reference, f0, f1)
+  !> Deformation gradients at the start (1 to 9) and the end of the step (10 to 18): the jacobians
+  !! there times the inverse jacobian of the shape at the start of all, row by row.
+  pure subroutine deformation_gradients(n, q, g, scaling, reference, f)
+    integer, intent(in) :: n, q                     !! points of the row, this one
     real(wp), intent(in) :: g(8, 18)
-    real(wp), intent(in) :: scaling(8)           !! that turns g into gradients of x and motion
-    real(wp), intent(in) :: reference(8, 9)      !! inverse jacobian, row by row
-    real(wp), intent(out) :: f0(8, 9), f1(8, 9)
-    integer :: i, j, k
+    real(wp), intent(in) :: scaling(8)              !! that turns g into gradients of x and motion
+    real(wp), intent(in) :: reference(8, n, 9)      !! inverse jacobian, row by row
+    real(wp), intent(inout) :: f(8, n, 18)
+    real(wp) :: g1, g2, g3
+    integer :: l, i, k
 
-    f0 = 0.0_wp
-    f1 = 0.0_wp
-    do i = 1, 3
+    do i = 0, 6, 3
       do k = 1, 3
-        do j = 1, 3
-          associate (x => g(:, j + 3*(i - 1)), half => g(:, 9 + j + 3*(i - 1)), &
-                     inverse => scaling*reference(:, k + 3*(j - 1)))
-            f1(:, k + 3*(i - 1)) = f1(:, k + 3*(i - 1)) + x*inverse
-            f0(:, k + 3*(i - 1)) = f0(:, k + 3*(i - 1)) + (x - 2.0_wp*half)*inverse
-          end associate
+        !$omp simd private(g1, g2, g3)
+        do l = 1, 8
+          g1 = scaling(l)*reference(l, q, k)
+          g2 = scaling(l)*reference(l, q, k + 3)
+          g3 = scaling(l)*reference(l, q, k + 6)
+          f(l, q, i + k) = (g(l, i + 1) - 2.0_wp*g(l, i + 10))*g1 &
+                           + (g(l, i + 2) - 2.0_wp*g(l, i + 11))*g2 &
+                           + (g(l, i + 3) - 2.0_wp*g(l, i + 12))*g3
+          f(l, q, i + k + 9) = g(l, i + 1)*g1 + g(l, i + 2)*g2 + g(l, i + 3)*g3
         end do
       end do
     end do

@@ -372,7 +372,7 @@ contains
     class(solid_element_t), intent(in) :: self
     character(:), allocatable :: name
 
-    name = solid_kernel_name(self%patch%kernel)
+    name = solid_kernel_name(self%patch%kernel, self%patch%has_context)
   end function kernel_name
 
   !> Lanes that fill the last block up count.

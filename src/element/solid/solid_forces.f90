@@ -4,8 +4,7 @@ module solid_forces
   use kinds, only: wp
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
-  use point_context, only: point_context_t, new_point_context
-  use element, only: force_report_t, merge_reports, grid_number
+  use element, only: force_report_t, merge_reports
   use solid_patch, only: solid_patch_t, tile_t, tile_buffer_t, block_t, n_blocks_of, next_block
   use block_gather, only: gather_block, weigh_block, add_block
   use kernel_dispatch, only: run_kernel, takes_fields
@@ -13,8 +12,7 @@ module solid_forces
   private
 
   public :: internal_forces, add_tiles, finish_evaluation
-  public :: gather_motion, add_forces, place_context, new_patch_context
-  public :: clear_rows, add_report
+  public :: gather_motion, gather_weights, add_forces, clear_rows, add_report
 
 contains
 
@@ -100,18 +98,15 @@ contains
     type(force_report_t), intent(out) :: report
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6), f(size(u, 1), 3)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
-    type(point_context_t) :: context
     type(block_t) :: block
     integer :: i
     logical :: ok
 
-    if (allocated(patch%reference)) context = new_patch_context(patch)
     call clear_rows(tile, force, border)
     do i = 1, n_blocks_of(patch, tile)
       call next_block(patch, tile, block)
       if (.not. takes_fields(patch, block)) call gather_motion(patch, block, dt, x, v, u, w)
-      if (allocated(patch%reference)) call place_context(patch, block, context)
-      call run_kernel(patch, law, block, dt, x, v, u, context, f, sums, ok)
+      call run_kernel(patch, law, block, dt, x, v, u, f, sums, ok)
       call add_forces(patch, tile, block, w, f, force, border)
       call add_report(report, sums, ok, block)
     end do
@@ -138,10 +133,19 @@ contains
     call gather_field(patch, block, 3, 1.0_wp, x, u)
     if (size(u, 2) == 6) call gather_field(patch, block, 3, 0.5_wp*dt, v, u(:, 4:))
     if (patch%is_rational) then
-      call gather_field(patch, block, 1, 1.0_wp, patch%weights, w)
+      call gather_weights(patch, block, w)
       call weigh_block(size(u, 1), size(u, 2), w, u)
     end if
   end subroutine gather_motion
+
+  !> Weights of the control points of a block of a rational patch.
+  subroutine gather_weights(patch, block, w)
+    type(solid_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: block
+    real(wp), intent(inout) :: w(:)
+
+    call gather_field(patch, block, 1, 1.0_wp, patch%weights, w)
+  end subroutine gather_weights
 
   !> Fields at the control points of a block, times a factor.
   subroutine gather_field(patch, block, n_fields, factor, field, u)
@@ -181,48 +185,6 @@ contains
                        [max(1, n_own + 1), n_rows], is_contiguous, first, i2, i3, f, border)
     end associate
   end subroutine add_forces
-
-  !> Room for the context of a block.
-  pure function new_patch_context(patch) result(context)
-    type(solid_patch_t), intent(in) :: patch
-    type(point_context_t) :: context
-
-    context = new_point_context(n_lanes*patch%axes(3)%n_points, patch%n_fields, &
-                                patch%axes(1)%n_points*patch%axes(2)%n_points)
-  end function new_patch_context
-
-  !> Time, elements and their sizes of a block; the kernel adds what differs from row to row.
-  pure subroutine place_context(patch, block, context)
-    type(solid_patch_t), intent(in) :: patch
-    type(block_t), intent(in) :: block
-    type(point_context_t), intent(inout) :: context
-    integer :: q, lanes(2), before
-
-    before = grid_number(patch%axes%n_elements, [0, block%e2, block%e3])
-    context%time = patch%time
-    context%step_time = patch%time - patch%step_start
-    context%step = patch%step
-    context%increment = patch%increment - patch%before_step + 1
-    do q = 1, patch%axes(3)%n_points
-      lanes = n_lanes*(q - 1) + [1, n_lanes]
-      context%element(lanes(1):lanes(2)) = patch%n_before + before &
-                                             + patch%lanes%element(:, block%b)
-      context%is_owner(lanes(1):lanes(2)) = patch%lanes%is_owner(:, block%b)
-      context%length(lanes(1):lanes(2)) = patch%element_size(:, block%number)
-    end do
-    if (context%n_fields > 0) &
-      call place_fields(shape(context%fields), patch%given(:, :, :, :, block%number), &
-                        context%fields)
-  end subroutine place_context
-
-  !> The fields of a block, whose lanes and points along axis 3 are one index in a row.
-  pure subroutine place_fields(n, given, fields)
-    integer, intent(in) :: n(3)
-    real(wp), intent(in) :: given(n(1), n(2), n(3))
-    real(wp), intent(out) :: fields(n(1), n(2), n(3))
-
-    fields = given
-  end subroutine place_fields
 
   !> Sums of a block into the report of its tile.
   pure subroutine add_report(report, sums, ok, block)

@@ -7,7 +7,10 @@ module solid_patch
   private
 
   public :: element_of_lane, lane_of_element, block_at, block_number, n_blocks_of, next_block
+  public :: n_elements_of, next_group
   public :: is_counted_lane, row_of_point, point_of_row, point_number
+
+  integer, parameter, public :: most_in_group = 16   !! blocks
 
   !> A block: eight elements side by side along axis 1.
   type, public :: block_t
@@ -46,10 +49,12 @@ module solid_patch
     real(wp), allocatable :: state(:, :, :, :, :)  !! (8, q3, n_state, q1*q2, n_blocks)
     !> Viscous stress of the last step, (8, q3, q1*q2, n_blocks); without viscosity one idle block.
     real(wp), allocatable :: push(:, :, :, :)
-    !> Inverse of the jacobian at the start, row by row, (8, q3, 9, q1*q2, n_blocks); only for laws
-    !! that need the context of their points, as are time and increment.
+    logical :: has_context = .false.               !! its law needs the context of its points
+    logical :: has_gradients = .false.             !! and deformation gradients in it
+    !> Inverse of the jacobian at the start, row by row, (8, q3, 9, q1*q2, n_blocks), for the
+    !! gradients; without them one idle value.
     real(wp), allocatable :: reference(:, :, :, :, :)
-    !> Cube roots of the volumes of the elements at the start, (8, n_blocks); for the same laws.
+    !> Cube roots of the volumes of the elements at the start, (8, n_blocks); with context only.
     real(wp), allocatable :: element_size(:, :)
     real(wp) :: time = 0.0_wp                      !! of the last force evaluation
     integer :: increment = 0                       !! force evaluations so far
@@ -137,6 +142,42 @@ contains
     end if
     block%number = block_number(patch, block%b, block%e2, block%e3)
   end subroutine next_block
+
+  !> Number of elements of a tile.
+  pure integer function n_elements_of(patch, tile) result(n)
+    type(solid_patch_t), intent(in) :: patch
+    type(tile_t), intent(in) :: tile
+
+    n = count(patch%lanes%is_owner(:, tile%block_first:tile%block_last)) &
+        *(tile%row_last - tile%row_first + 1)*patch%axes(3)%n_elements
+  end function n_elements_of
+
+  !> The next blocks of a tile whose points a law takes together: as few as hold `n_least` elements,
+  !! and the rest of the tile where that holds fewer. The number of threads does not change them.
+  pure subroutine next_group(patch, tile, n_least, n_done, blocks, n)
+    type(solid_patch_t), intent(in) :: patch
+    type(tile_t), intent(in) :: tile
+    integer, intent(in) :: n_least
+    integer, intent(inout) :: n_done          !! elements of the groups before; 0: the first group
+    type(block_t), intent(inout) :: blocks(most_in_group)   !! as they were left
+    integer, intent(inout) :: n               !! blocks of this group; of the last one before
+    type(block_t) :: block
+    integer :: n_all, n_here
+
+    block = block_t()
+    if (n_done > 0) block = blocks(n)
+    n_all = n_elements_of(patch, tile)
+    n_here = 0
+    n = 0
+    do while (n < most_in_group .and. n_done + n_here < n_all)
+      if (n_here >= n_least .and. n_all - n_done - n_here >= n_least) exit
+      call next_block(patch, tile, block)
+      n = n + 1
+      blocks(n) = block
+      n_here = n_here + count(patch%lanes%is_owner(:, block%b))
+    end do
+    n_done = n_done + n_here
+  end subroutine next_group
 
   !> Element (e1, e2, e3) of a lane of a block.
   pure function element_of_lane(patch, number, lane) result(element)

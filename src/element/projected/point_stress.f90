@@ -1,0 +1,286 @@
+!> Stress update of blocks between their kinematics and their forces. A law that asks for the context
+!! of its points gets those of several blocks together, as it likes them.
+module point_stress
+  use kinds, only: wp
+  use block_law, only: block_law_t
+  use basis_tables, only: n_lanes
+  use point_context, only: point_context_t, new_point_context
+  use tensor_rotation, only: rotate_by_spin, turn_to_end
+  use element, only: grid_number
+  use bulk_viscosity, only: viscous_factors
+  use solid_patch, only: solid_patch_t, block_t, point_number
+  implicit none
+  private
+
+  public :: update_stress
+
+  !> Fields of the points of a block between kinematics and forces. The last dimension counts rows.
+  type, public :: point_fields_t
+    integer :: n_layers = 0, n_rows = 0           !! q3, q1*q2
+    real(wp), allocatable :: dstrain(:, :, :)     !! (8*q3, 6, q1*q2)
+    real(wp), allocatable :: spin(:, :, :)        !! (8*q3, 3, q1*q2)
+    real(wp), allocatable :: volume(:, :)         !! middle of the step, (8*q3, q1*q2)
+    real(wp), allocatable :: end_volume(:, :)     !! end of the step
+    real(wp), allocatable :: jacobian(:, :, :)    !! end, (8*q3, 9, q1*q2); not smooth
+    real(wp), allocatable :: weighted(:, :, :)    !! stress times volume, (8*q3, 6, q1*q2)
+    real(wp), allocatable :: plane(:, :, :)       !! its share within a sheet, see split_sheet
+    real(wp), allocatable :: mean(:, :)           !! volume strain or its stress
+    real(wp), allocatable :: along1(:, :, :)      !! what axis 1 alone projects; sheet only
+    real(wp), allocatable :: along2(:, :, :)      !! what axis 2 alone projects; sheet only
+    real(wp), allocatable :: tangents(:, :, :)    !! (8*q3, 12, q1*q2); sheet only
+    real(wp), allocatable :: gradients(:, :, :)   !! F at start and end, row by row; context
+    real(wp), allocatable :: place(:, :, :)       !! (8*q3, 3, q1*q2); context only
+    real(wp), allocatable :: growth(:, :, :)      !! log det F, (8*q3, 2, q1*q2); projected context
+    real(wp) :: sums(n_lanes, 4) = 0.0_wp         !! see block_strain
+  end type point_fields_t
+
+  !> What a law with context gets in a call: a row of several blocks.
+  type, public :: point_group_t
+    type(point_context_t) :: context
+    real(wp), allocatable :: dstrain(:, :), spin(:, :), stress(:, :), state(:, :)
+  end type point_group_t
+
+contains
+
+  !> Stress, state, work and stress times volume of all points of some blocks.
+  subroutine update_stress(patch, law, blocks, dt, group, fields, ok)
+    type(solid_patch_t), intent(inout) :: patch
+    class(block_law_t), intent(in) :: law
+    type(block_t), intent(in) :: blocks(:)
+    real(wp), intent(in) :: dt
+    type(point_group_t), intent(inout) :: group           !! room, for laws with context
+    type(point_fields_t), intent(inout) :: fields(:)      !! of the blocks
+    logical, intent(out) :: ok
+    integer :: i, row, q3
+    logical :: row_ok
+
+    ok = .true.
+    q3 = patch%axes(3)%n_points
+    if (patch%has_context) call place_group(patch, law, blocks, group)
+    do i = 1, size(blocks)
+      if (law%uses_gradient .and. size(fields(i)%growth) > 0) call scale_volumes(fields(i))
+    end do
+    do row = 1, fields(1)%n_rows
+      do i = 1, size(blocks)
+        call start_row(q3, row, law%is_rotating, fields(i), &
+                       patch%stress(:, :, :, row, blocks(i)%number))
+      end do
+      if (patch%has_context) then
+        call update_group(patch, law, blocks, row, dt, group, fields, row_ok)
+      else
+        associate (k => blocks(1)%number)
+          call law%update(n_lanes*q3, dt, fields(1)%dstrain(:, :, row), &
+                          patch%stress(:, :, :, row, k), patch%state(:, :, :, row, k), row_ok, &
+                          fields(1)%spin(:, :, row))
+        end associate
+      end if
+      ok = ok .and. row_ok
+      do i = 1, size(blocks)
+        associate (k => blocks(i)%number)
+          call finish_row(q3, row, patch%viscosity%is_active, &
+                          viscous_factors(patch%viscosity, k, dt), &
+                          patch%stress(:, :, :, row, k), &
+                          patch%push(:, :, row, min(k, size(patch%push, 4))), fields(i))
+        end associate
+      end do
+    end do
+  end subroutine update_stress
+
+  !> The volumes of the scaled gradients: a law with an energy per volume at the start needs them, for
+  !! its forces to be the slopes of that energy.
+  pure subroutine scale_volumes(fields)
+    type(point_fields_t), intent(inout) :: fields
+
+    fields%volume = fields%volume*exp(0.5_wp*(fields%growth(:, 1, :) + fields%growth(:, 2, :)))
+    fields%end_volume = fields%end_volume*exp(fields%growth(:, 2, :))
+  end subroutine scale_volumes
+
+  !> Turn the stress and the strain increment of a row to the end of the step, and half of the stress
+  !! power. A law that rotates the stress itself gets all as it is, and the errors of first order by
+  !! the rotations to the middle cancel in the mean with the power of the stress of the end.
+  pure subroutine start_row(q, row, is_rotating, fields, stress)
+    integer, intent(in) :: q, row
+    logical, intent(in) :: is_rotating               !! of the law
+    type(point_fields_t), intent(inout) :: fields
+    real(wp), intent(inout) :: stress(8, q, 6)
+
+    if (.not. is_rotating) then
+      call turn_to_end(8*q, fields%spin(:, :, row), fields%dstrain(:, :, row))
+      call rotate_by_spin(8*q, fields%spin(:, :, row), stress)
+    end if
+    call add_work(q, stress, fields%dstrain(:, :, row), fields%volume(:, row), fields%sums)
+  end subroutine start_row
+
+  !> The other half of the stress power, and stress times volume with the viscous stress.
+  pure subroutine finish_row(q, row, is_viscous, viscous, stress, push, fields)
+    integer, intent(in) :: q, row
+    logical, intent(in) :: is_viscous
+    real(wp), intent(in) :: viscous(n_lanes, 2)      !! see `viscous_factors`
+    real(wp), intent(in) :: stress(8*q, 6)
+    real(wp), intent(inout) :: push(8, q)            !! viscous stress
+    type(point_fields_t), intent(inout) :: fields
+    integer :: c
+
+    call add_work(q, stress, fields%dstrain(:, :, row), fields%volume(:, row), fields%sums)
+    do c = 1, 6
+      fields%weighted(:, c, row) = stress(:, c)*fields%end_volume(:, row)
+    end do
+    if (is_viscous) call add_viscous(q, fields%dstrain(:, :, row), viscous, &
+                                     fields%volume(:, row), fields%end_volume(:, row), push, &
+                                     fields%weighted(:, :, row), fields%sums)
+  end subroutine finish_row
+
+  !> Half of the stress power of a row, see `flux_row` of the kernel.
+  pure subroutine add_work(n, stress, dstrain, volume, sums)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: stress(8, n, 6), dstrain(8, n, 6), volume(8, n)
+    real(wp), intent(inout) :: sums(8, 4)
+    integer :: l, q
+
+    do q = 1, n
+      !$omp simd
+      do l = 1, 8
+        sums(l, 1) = sums(l, 1) + 0.5_wp*volume(l, q) &
+                     *(stress(l, q, 1)*dstrain(l, q, 1) + stress(l, q, 2)*dstrain(l, q, 2) &
+                       + stress(l, q, 3)*dstrain(l, q, 3) + stress(l, q, 4)*dstrain(l, q, 4) &
+                       + stress(l, q, 5)*dstrain(l, q, 5) + stress(l, q, 6)*dstrain(l, q, 6))
+      end do
+    end do
+  end subroutine add_work
+
+  !> Viscous stress, see `add_viscous` of the kernel.
+  pure subroutine add_viscous(n, dstrain, viscous, volume, end_volume, push, weighted, sums)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dstrain(8, n, 6), viscous(8, 2), volume(8, n), end_volume(8, n)
+    real(wp), intent(inout) :: push(8, n), weighted(8, n, 6), sums(8, 4)
+    real(wp) :: growth, now
+    integer :: l, q
+
+    do q = 1, n
+      !$omp simd private(growth, now)
+      do l = 1, 8
+        growth = dstrain(l, q, 1) + dstrain(l, q, 2) + dstrain(l, q, 3)
+        now = growth*(viscous(l, 1) + viscous(l, 2)*max(0.0_wp, -growth))
+        sums(l, 2) = sums(l, 2) + 0.5_wp*volume(l, q)*growth*(push(l, q) + now)
+        push(l, q) = now
+        weighted(l, q, 1) = weighted(l, q, 1) + now*end_volume(l, q)
+        weighted(l, q, 2) = weighted(l, q, 2) + now*end_volume(l, q)
+        weighted(l, q, 3) = weighted(l, q, 3) + now*end_volume(l, q)
+      end do
+    end do
+  end subroutine add_viscous
+
+  !> Room for a group, and what is the same at all its points: time, elements and their sizes.
+  subroutine place_group(patch, law, blocks, group)
+    type(solid_patch_t), intent(in) :: patch
+    class(block_law_t), intent(in) :: law
+    type(block_t), intent(in) :: blocks(:)
+    type(point_group_t), intent(inout) :: group
+    integer :: i, q, first, before, n
+
+    n = n_lanes*size(blocks)*patch%axes(3)%n_points
+    if (group%context%n /= n) then
+      group%context = new_point_context(n, patch%n_fields)
+      if (allocated(group%dstrain)) deallocate (group%dstrain, group%spin, group%stress, &
+                                                group%state)
+      allocate (group%dstrain(n, 6), group%spin(n, 3), group%stress(n, 6), &
+                group%state(n, law%n_state))
+    end if
+    associate (context => group%context)
+      context%time = patch%time
+      context%step_time = patch%time - patch%step_start
+      context%step = patch%step
+      context%increment = patch%increment - patch%before_step + 1
+      do q = 1, patch%axes(3)%n_points
+        do i = 1, size(blocks)
+          first = first_lane(size(blocks), q, i)
+          before = patch%n_before &
+                   + grid_number(patch%axes%n_elements, [0, blocks(i)%e2, blocks(i)%e3])
+          context%element(first:first + 7) = before + patch%lanes%element(:, blocks(i)%b)
+          context%is_owner(first:first + 7) = patch%lanes%is_owner(:, blocks(i)%b)
+          context%length(first:first + 7) = patch%element_size(:, blocks(i)%number)
+        end do
+      end do
+    end associate
+  end subroutine place_group
+
+  !> Where the eight lanes of block i at point q of a row begin: a point has all its blocks together.
+  pure integer function first_lane(n_blocks, q, i) result(first)
+    integer, intent(in) :: n_blocks, q, i
+
+    first = n_lanes*(n_blocks*(q - 1) + i - 1) + 1
+  end function first_lane
+
+  !> One call of a law with context, for a row of the blocks.
+  subroutine update_group(patch, law, blocks, row, dt, group, fields, ok)
+    type(solid_patch_t), intent(inout) :: patch
+    class(block_law_t), intent(in) :: law
+    type(block_t), intent(in) :: blocks(:)
+    integer, intent(in) :: row
+    real(wp), intent(in) :: dt
+    type(point_group_t), intent(inout) :: group
+    type(point_fields_t), intent(in) :: fields(:)
+    logical, intent(out) :: ok
+    integer :: i, q, m, n
+
+    m = size(blocks)
+    n = patch%axes(3)%n_points
+    associate (context => group%context, q1 => patch%axes(1)%n_points, q2 => patch%axes(2)%n_points)
+      do q = 1, n
+        context%point(n_lanes*m*(q - 1) + 1:n_lanes*m*q) = point_number(q1, q2, row, q)
+      end do
+      do i = 1, m
+        associate (k => blocks(i)%number, own => fields(i))
+          call take(n, m, i, 6, own%dstrain(:, :, row), group%dstrain)
+          call take(n, m, i, 3, own%spin(:, :, row), group%spin)
+          call take(n, m, i, 3, own%place(:, :, row), context%place)
+          call take(n, m, i, 6, patch%stress(:, :, :, row, k), group%stress)
+          call take(n, m, i, law%n_state, patch%state(:, :, :, row, k), group%state)
+          if (patch%has_gradients) then
+            call take(n, m, i, 9, own%gradients(:, 1:9, row), context%f0)
+            call take(n, m, i, 9, own%gradients(:, 10:18, row), context%f1)
+          end if
+          if (patch%n_fields > 0) call take(n, m, i, 2*patch%n_fields, &
+                                            patch%given(:, :, :, row, k), context%fields)
+        end associate
+      end do
+      call law%update_in_context(context, dt, group%dstrain, group%stress, group%state, ok, &
+                                 group%spin)
+      do i = 1, m
+        associate (k => blocks(i)%number)
+          call put_back(n, m, i, 6, group%stress, patch%stress(:, :, :, row, k))
+          call put_back(n, m, i, law%n_state, group%state, patch%state(:, :, :, row, k))
+        end associate
+      end do
+    end associate
+  end subroutine update_group
+
+  !> Values of a row of block i into those of m blocks, which have each point of all blocks together.
+  pure subroutine take(n, m, i, n_values, row, group)
+    integer, intent(in) :: n, m, i, n_values         !! points of the row, blocks, this one
+    real(wp), intent(in) :: row(8, n, n_values)
+    real(wp), intent(inout) :: group(8, m, n, n_values)
+    integer :: c, q
+
+    do c = 1, n_values
+      do q = 1, n
+        group(:, i, q, c) = row(:, q, c)
+      end do
+    end do
+  end subroutine take
+
+  !> The reverse of `take`.
+  pure subroutine put_back(n, m, i, n_values, group, row)
+    integer, intent(in) :: n, m, i, n_values
+    real(wp), intent(in) :: group(8, m, n, n_values)
+    real(wp), intent(inout) :: row(8, n, n_values)
+    integer :: c, q
+
+    do c = 1, n_values
+      do q = 1, n
+        row(:, q, c) = group(:, i, q, c)
+      end do
+    end do
+  end subroutine put_back
+
+end module point_stress
