@@ -9,7 +9,7 @@ module umat_adapter
   use point_context, only: point_context_t
   use user_call, only: umat_procedure, name_length, user_law_t, first_point_t, set_user_law, &
                        slack, most_fields, n_guard, n_room, set_guard, check_guard, &
-                       check_spare_states, are_whole, enter_user_call, leave_user_call, &
+                       mark, check_spare_states, enter_user_call, leave_user_call, &
                        note_failure, end_user_run, uneven_stiffness, in_umat
   use tensor_rotation, only: rotate_by_spin
   use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity, &
@@ -71,7 +71,7 @@ contains
     real(wp), intent(in) :: spin(context%n, 3)
     type(increment_t) :: increment
     real(wp) :: room(size_of_room(self)), strain(context%n, 6), rotation(context%n, 9)
-    real(wp) :: sigma(6), kept(self%n_state)
+    real(wp) :: kept(self%n_hidden)
     logical :: is_refused
     integer :: l
 
@@ -90,21 +90,22 @@ contains
       ok = .true.
       do l = 1, context%n
         if (.not. context%is_owner(l)) cycle
-        call set_point(self, context, l, dstrain(l, :), rotation(l, :), state, increment)
-        sigma = stress(l, :)
-        kept = state(l, :)
-        kept(n + 1:n + 6) = strain(l, :)
+        call set_point(self, context, l, dstrain, rotation, state, increment)
+        room(:6) = stress(l, :)
+        room(at_states + 1:at_states + n) = state(l, :n)
+        kept(:6) = strain(l, :)
+        kept(7:) = state(l, n + 7:)
         call enter_user_call(in_umat, increment%element, increment%point, increment%element)
-        call call_umat(self, increment, room, sigma, kept, is_refused, ok)
+        call call_umat(self, increment, room, kept, is_refused, ok)
         if (is_refused .and. ok) then
-          sigma = stress(l, :)
-          kept = state(l, :)
-          call update_in_parts(self, increment, spin(l, :), room, sigma, kept, ok)
+          call update_in_parts(self, increment, spin(l, :), stress(l, :), state(l, :), room, &
+                               kept, ok)
         else if (.not. ok) then
           call note_failure(increment%element, increment%point, 1_c_int)
         end if
-        stress(l, :) = sigma
-        state(l, :) = kept
+        stress(l, :) = room(:6)
+        state(l, :n) = room(at_states + 1:at_states + n)
+        state(l, n + 1:) = kept
         if (.not. ok) exit
       end do
     end associate
@@ -116,16 +117,17 @@ contains
     class(umat_adapter_t), intent(in) :: self
     type(point_context_t), intent(in) :: context
     integer, intent(in) :: l
-    real(wp), intent(in) :: dstrain(6), rotation(3, 3), state(context%n, self%n_state)
+    real(wp), intent(in) :: dstrain(context%n, 6), rotation(context%n, 3, 3)
+    real(wp), intent(in) :: state(context%n, self%n_state)
     type(increment_t), intent(inout) :: increment
     integer :: i, k
 
     increment%element = int(context%element(l), c_int)
     increment%point = int(context%point(l), c_int)
     increment%length = context%length(l)
-    increment%dstrain = dstrain
+    increment%dstrain = dstrain(l, :)
     increment%place = context%place(l, :)
-    increment%rotation = rotation
+    increment%rotation = rotation(l, :, :)
     if (self%needs_gradients) then
       do k = 1, 3
         do i = 1, 3
@@ -165,21 +167,20 @@ contains
   end subroutine forget_gradients
 
   !> An increment that came back with PNEWDT < 1, in 2, 4, ... equal parts.
-  subroutine update_in_parts(self, increment, spin, room, stress, state, ok)
+  subroutine update_in_parts(self, increment, spin, stress, state, room, kept, ok)
     class(umat_adapter_t), intent(in) :: self
     type(increment_t), intent(in) :: increment
     real(wp), intent(in) :: spin(3)
-    real(wp), intent(inout) :: room(size_of_room(self))
-    real(wp), intent(inout) :: stress(6)              ! rotated by the whole spin
-    real(wp), intent(inout) :: state(self%n_state)
+    real(wp), intent(in) :: stress(6)                 ! at the start, rotated by the whole spin
+    real(wp), intent(in) :: state(self%n_state)       ! at the start
+    real(wp), intent(inout) :: room(size_of_room(self)), kept(self%n_hidden)   ! see `call_umat`
     logical, intent(out) :: ok
-    real(wp) :: start(6), state_at_start(self%n_state)
+    real(wp) :: start(6)
     type(increment_t) :: part
     logical :: is_refused
     integer :: halvings, n_parts, i
 
     start = rotated_stress(transpose(rotation_of_spin(spin)), stress)
-    state_at_start = state
     do halvings = 1, most_halvings
       n_parts = 2**halvings
       part = increment
@@ -188,21 +189,20 @@ contains
       part%dstrain = increment%dstrain/n_parts
       part%heating = increment%heating/n_parts
       part%changes = increment%changes/n_parts
-      state = state_at_start
-      stress = start
+      room(:6) = start
+      room(at_states + 1:at_states + self%n_statv) = state(:self%n_statv)
+      kept = state(self%n_statv + 1:)
       do i = 1, n_parts
         part%times = increment%times + (i - 1)*part%dt
         part%temperature = increment%temperature + (i - 1)*part%heating
-        if (self%heat_state > 0) part%temperature = part%temperature &
-          + state(self%heat_state) - state_at_start(self%heat_state)
+        if (self%heat_state > 0) part%temperature = part%temperature + kept(self%n_hidden) &
+                                                    - state(self%heat_state)
         part%fields = increment%fields + (i - 1)*part%changes
         part%f0 = increment%f0 + (increment%f1 - increment%f0)*(i - 1)/n_parts
         part%f1 = increment%f0 + (increment%f1 - increment%f0)*i/n_parts
-        stress = rotated_stress(part%rotation, stress)
-        associate (strain => state(self%n_statv + 1:self%n_statv + 6))
-          strain = rotated_strain(part%rotation, strain)
-        end associate
-        call call_umat(self, part, room, stress, state, is_refused, ok)
+        room(:6) = rotated_stress(part%rotation, room(:6))
+        kept(:6) = rotated_strain(part%rotation, kept(:6))
+        call call_umat(self, part, room, kept, is_refused, ok)
         if (is_refused .or. .not. ok) exit
       end do
       if (.not. ok) call note_failure(increment%element, increment%point, 1_c_int)
@@ -229,29 +229,26 @@ contains
     call set_guard(room(at_states + 1), self%n_statv, slack)
   end subroutine set_room
 
-  !> The UMAT itself. `state` holds what is kept after the state variables, the strain already
-  !! rotated.
-  subroutine call_umat(self, increment, room, stress, state, is_refused, ok)
+  !> The UMAT itself. `room` holds STRESS, DDSDDE and STATEV, `kept` what is kept after the state
+  !! variables, the strain already rotated.
+  subroutine call_umat(self, increment, room, kept, is_refused, ok)
     class(umat_adapter_t), intent(in) :: self
     type(increment_t), intent(in) :: increment
-    real(wp), intent(inout) :: room(size_of_room(self))   ! from `set_room`; returns DDSDDE
-    real(wp), intent(inout) :: stress(6), state(self%n_state)
+    real(wp), intent(inout) :: room(size_of_room(self)), kept(self%n_hidden)
     logical, intent(out) :: is_refused       ! PNEWDT came back below one
     logical, intent(out) :: ok               ! all is finite
     real(wp) :: heat(2), heat_by_strain(6), stress_by_temperature(6), pnewdt, work
 
     associate (n => self%n_statv)
-      room(:6) = stress
       room(at_tangent + 1:at_tangent + 36) = 0.0_wp
-      room(at_states + 1:at_states + n) = state(:n)
       heat = 0.0_wp
       heat_by_strain = 0.0_wp
       stress_by_temperature = 0.0_wp
-      work = state(n + 8) + state(n + 9)
+      work = kept(8) + kept(9)
       pnewdt = 1.0_wp
-      call self%umat(room, room(at_states + 1), room(at_tangent + 1), state(n + 7), &
-                     state(n + 8), state(n + 9), heat(1), stress_by_temperature, &
-                     heat_by_strain, heat(2), state(n + 1), increment%dstrain, &
+      call self%umat(room, room(at_states + 1), room(at_tangent + 1), kept(7), kept(8), &
+                     kept(9), heat(1), stress_by_temperature, heat_by_strain, heat(2), kept, &
+                     increment%dstrain, &
                      increment%times, increment%dt, increment%temperature, increment%heating, &
                      increment%fields, increment%changes, self%name, 3_c_int, 3_c_int, 6_c_int, &
                      int(n, c_int), self%props, int(self%n_props, c_int), increment%place, &
@@ -265,16 +262,32 @@ contains
       is_refused = pnewdt < 1.0_wp
       if (self%has_moduli .and. increment%number == 1 .and. increment%step(1) == 1) &
         call check_components(diagonal_of(room))
-      stress = room(:6)
-      state(:n) = room(at_states + 1:at_states + n)
-      state(n + 1:n + 6) = state(n + 1:n + 6) + increment%dstrain
-      if (self%heat_state > 0) state(self%heat_state) = state(self%heat_state) &
-        + self%heat_per_work*(state(n + 8) + state(n + 9) - work)
-      ! Of a finite sum all parts are finite.
-      ok = sum(abs(stress)) + sum(abs(state(:n))) <= huge(1.0_wp)
-      if (.not. ok) ok = all(ieee_is_finite(stress)) .and. all(ieee_is_finite(state(:n)))
+      kept(:6) = kept(:6) + increment%dstrain
+      if (self%heat_state > 0) kept(self%n_hidden) = kept(self%n_hidden) &
+        + self%heat_per_work*(kept(8) + kept(9) - work)
+      associate (stress => room(:6), state => room(at_states + 1:at_states + n))
+        ! Of a finite sum all parts are finite.
+        ok = sum(abs(stress)) + sum(abs(state)) <= huge(1.0_wp)
+        if (.not. ok) ok = all(ieee_is_finite(stress)) .and. all(ieee_is_finite(state))
+      end associate
     end associate
   end subroutine call_umat
+
+  !> Are four marks whole, and the zeros after the state variables of a point zero? For every call:
+  !! quicker than to ask one after the other.
+  pure logical function are_whole(mark1, mark2, mark3, mark4, spare)
+    real(wp), intent(in), dimension(n_guard) :: mark1, mark2, mark3, mark4
+    real(wp), intent(in) :: spare(slack)
+    real(wp) :: eight(n_guard), four(4)
+    integer :: k
+
+    eight = abs(mark1 - mark) + abs(mark2 - mark) + (abs(mark3 - mark) + abs(mark4 - mark))
+    do k = 0, slack - n_guard, n_guard
+      eight = eight + abs(spare(k + 1:k + n_guard))
+    end do
+    four = eight(:4) + eight(5:)
+    are_whole = four(1) + four(2) + four(3) + four(4) <= 0.0_wp
+  end function are_whole
 
   !> End the run with the name of the argument past whose end was written.
   subroutine find_overrun(self, room)
@@ -314,17 +327,17 @@ contains
     real(wp), intent(out) :: stiffness(6)
     logical, intent(out) :: is_finite
     type(increment_t) :: increment
-    real(wp) :: stress(6), values(self%n_state), room(size_of_room(self))
+    real(wp) :: kept(self%n_hidden), room(size_of_room(self))
     logical :: is_refused, ok
 
     increment = first_increment(self, dt, point)
     if (.not. self%needs_gradients) call forget_gradients(increment)
-    stress = 0.0_wp
-    values = 0.0_wp
-    values(:self%n_statv) = state
+    kept = 0.0_wp
     call set_room(self, room)
+    room(:6) = 0.0_wp
+    room(at_states + 1:at_states + self%n_statv) = state
     call enter_user_call(in_umat, increment%element, increment%point, increment%element)
-    call call_umat(self, increment, room, stress, values, is_refused, ok)
+    call call_umat(self, increment, room, kept, is_refused, ok)
     call leave_user_call()
     is_finite = ok .and. all(ieee_is_finite(room(at_tangent + 1:at_tangent + 36)))
     stiffness = diagonal_of(room)

@@ -20,7 +20,7 @@ module user_call
   public :: vexternaldb_procedure, set_user_heating
   public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
   public :: expect_elements, forget_thread, call_sdvini, note_failure, take_user_failure
-  public :: set_guard, check_guard, check_spare_states, are_whole, end_user_run, uneven_stiffness
+  public :: set_guard, check_guard, check_spare_states, end_user_run, uneven_stiffness
   public :: moduli_of
   public :: note_log, at_stop
 
@@ -31,7 +31,7 @@ module user_call
 
   !> A mark of this length follows arguments: who overwrites it has overwritten more.
   integer, parameter, public :: n_guard = 8
-  real(wp), parameter :: mark = -7.0e-211_wp
+  real(wp), parameter, public :: mark = -7.0e-211_wp
 
   !> Values after the last mark that nobody uses, for writes that continue beyond it.
   integer, parameter, public :: n_room = 4096
@@ -257,22 +257,6 @@ contains
     if (four(1) + four(2) + four(3) + four(4) <= 0.0_wp) return   ! quicker than ALL
     call end_by_overrun(c_text(name), int(len(name), c_int))
   end subroutine check_guard
-
-  !> Are four marks whole, and the zeros after the state variables of a point zero? For every call:
-  !! quicker than to ask one after the other.
-  pure logical function are_whole(mark1, mark2, mark3, mark4, spare)
-    real(wp), intent(in), dimension(n_guard) :: mark1, mark2, mark3, mark4
-    real(wp), intent(in) :: spare(slack)
-    real(wp) :: eight(n_guard), four(4)
-    integer :: k
-
-    eight = abs(mark1 - mark) + abs(mark2 - mark) + (abs(mark3 - mark) + abs(mark4 - mark))
-    do k = 0, slack - n_guard, n_guard
-      eight = eight + abs(spare(k + 1:k + n_guard))
-    end do
-    four = eight(:4) + eight(5:)
-    are_whole = four(1) + four(2) + four(3) + four(4) <= 0.0_wp
-  end function are_whole
 
   !> End the run if something was written to the zeros after the state variables of the points of
   !! a call: it would be lost, and the law would continue without it.

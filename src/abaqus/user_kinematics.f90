@@ -5,11 +5,15 @@ module user_kinematics
   implicit none
   private
 
-  public :: rotation_of_spin, rotated_stress, rotated_strain, identity, determinant
+  public :: rotation_of_spin, rotated_stress, rotated_strain, identity, determinants, of_row
   public :: rotations_of_spins, polar_rotations, rotations_of_quaternions, spins_between
 
   real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
                                                    0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+
+  !> The places of the entries 11, 12, 13, 21, ... in the gradients that a VUMAT gets: 11, 22, 33, 12,
+  !! 23, 31, 21, 32, 13.
+  integer, parameter :: of_row(9) = [1, 4, 9, 7, 2, 5, 6, 8, 3]
 
 contains
 
@@ -84,20 +88,22 @@ contains
     end do
   end subroutine rotations_of_spins
 
-  !> Rotations R of F = R U, both row by row, by Newton's iteration (N. J. Higham, SIAM J. Sci. Stat.
+  !> Rotations R of F = R U, row by row, by Newton's iteration (N. J. Higham, SIAM J. Sci. Stat.
   !! Comput. 7 (1986), 1160), which squares the error. F must have a positive determinant; else
   !! the result is not a number.
   pure subroutine polar_rotations(n, f, r)
     integer, intent(in) :: n
-    real(wp), intent(in) :: f(n, 9)
+    real(wp), intent(in) :: f(n, 9)         !! in the order of a VUMAT
     real(wp), intent(out) :: r(n, 9)
     real(wp), parameter :: enough = 1.0e-8_wp   ! a change whose square is below rounding
     integer, parameter :: most = 50
     real(wp) :: c1, c2, c3, c4, c5, c6, c7, c8, c9, worst, scaling
-    real(wp) :: r1, r2, r3, r4, r5, r6, r7, r8, r9
+    real(wp) :: r1, r2, r3, r4, r5, r6, r7, r8, r9, det(n)
     integer :: i, l
 
-    r = f
+    do i = 1, 9
+      r(:, i) = f(:, of_row(i))
+    end do
     do i = 1, most
       worst = 0.0_wp
       !$omp simd reduction(max: worst) private(c1, c2, c3, c4, c5, c6, c7, c8, c9, scaling, &
@@ -125,8 +131,9 @@ contains
       end do
       if (worst < enough) exit
     end do
+    call determinants(n, f, det)
     do l = 1, n
-      if (.not. determinant(f(l, :)) > 0.0_wp) r(l, :) = ieee_value(worst, ieee_quiet_nan)
+      if (.not. det(l) > 0.0_wp) r(l, :) = ieee_value(worst, ieee_quiet_nan)
     end do
   end subroutine polar_rotations
 
@@ -186,12 +193,15 @@ contains
     end do
   end subroutine spins_between
 
-  !> Determinant of a matrix listed row by row.
-  pure real(wp) function determinant(a)
-    real(wp), intent(in) :: a(9)
+  !> Determinants of gradients.
+  pure subroutine determinants(n, f, values)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: f(n, 9)         !! in the order of a VUMAT
+    real(wp), intent(out) :: values(n)
 
-    determinant = a(1)*(a(5)*a(9) - a(6)*a(8)) + a(2)*(a(6)*a(7) - a(4)*a(9)) &
-                  + a(3)*(a(4)*a(8) - a(5)*a(7))
-  end function determinant
+    values = f(:, 1)*(f(:, 2)*f(:, 3) - f(:, 5)*f(:, 8)) &
+             + f(:, 4)*(f(:, 5)*f(:, 6) - f(:, 7)*f(:, 3)) &
+             + f(:, 9)*(f(:, 7)*f(:, 8) - f(:, 2)*f(:, 6))
+  end subroutine determinants
 
 end module user_kinematics

@@ -82,7 +82,8 @@ module user_watch
   !! subroutine that writes past its arrays would write it over.
   type :: record_t
     integer(c_int) :: thread = 0              ! its number for the system
-    type(call_t) :: current, latest           ! in hand, and begun last
+    type(call_t) :: latest                    ! begun last
+    logical :: is_inside = .false.            ! it has not returned
     integer(c_int64_t) :: n_calls = 0         ! begun up to now
     integer(c_int64_t) :: n_calls_at_stop = -1   ! when a signal asked for the end
     logical :: is_leaver = .false.            ! it ends the run
@@ -110,23 +111,28 @@ contains
     integer(c_int), value :: routine     !! its place in `routine_names`
     integer(c_int), value :: noel, npt   !! -1: before the run, for no point
     integer(c_int), value :: last        !! element up to which the call is; of a UMAT `noel`
-    type(message_t) :: message
 
     if (slot < 0) call open_record()
-    if (noel < -1 .or. noel > n_elements) then
-      call add_text(message, "memory was written over: there is no element ")
-      call add_number(message, int(noel))
-      call add_latest(message, records(slot))
-      call end_at_once(message, exit_by_user)
-    end if
-    records(slot)%current = call_t(routine, noel, npt, last)
-    records(slot)%latest = records(slot)%current
+    if (noel < -1 .or. noel > n_elements) call end_by_number(noel)
+    records(slot)%latest = call_t(routine, noel, npt, last)
+    records(slot)%is_inside = .true.
     records(slot)%n_calls = records(slot)%n_calls + 1
   end subroutine enter_user_call
 
+  !> A call is to begin for an element that does not exist.
+  subroutine end_by_number(noel)
+    integer(c_int), intent(in) :: noel
+    type(message_t) :: message
+
+    call add_text(message, "memory was written over: there is no element ")
+    call add_number(message, int(noel))
+    call add_latest(message, records(slot))
+    call end_at_once(message, exit_by_user)
+  end subroutine end_by_number
+
   !> The calls of this thread are done.
   subroutine leave_user_call() bind(C, name="igaform_leave_user_call")
-    if (slot >= 0) records(slot)%current = call_t()
+    if (slot >= 0) records(slot)%is_inside = .false.
   end subroutine leave_user_call
 
   !> A record and a stack for signals for this thread.
@@ -178,7 +184,7 @@ contains
     character(kind=c_char), intent(in) :: name(length)   !! of the argument
     type(message_t) :: message
 
-    associate (current => records(own_slot())%current)
+    associate (current => records(own_slot())%latest)
       call add_user(message, current)
       call add_text(message, " wrote past the end of ")
       call add_characters(message, name)
@@ -194,7 +200,7 @@ contains
     type(message_t) :: message
 
     call become_leaver()
-    associate (current => records(own_slot())%current)
+    associate (current => records(own_slot())%latest)
       call add_user(message, current)
       call add_place(message, current)
     end associate
@@ -260,9 +266,9 @@ contains
     i = place_of_stuck()
     if (i < 0) return
     call add_text(message, "ended by a second signal while ")
-    call add_user(message, records(i)%current)
+    call add_user(message, records(i)%latest)
     call add_text(message, " had not returned")
-    call add_place(message, records(i)%current)
+    call add_place(message, records(i)%latest)
     call end_at_once(message, exit_by_signal)
   end subroutine at_stop
 
@@ -274,9 +280,9 @@ contains
     i = place_of_stuck()
     if (i < 0) return
     call add_text(message, "igaform: the run stops when ")
-    call add_user(message, records(i)%current)
+    call add_user(message, records(i)%latest)
     call add_text(message, " returns")
-    call add_place(message, records(i)%current)
+    call add_place(message, records(i)%latest)
     call add_text(message, "; a second signal ends it there at once")
     call send(message, standard_error)
   end subroutine report_waiting
@@ -285,7 +291,7 @@ contains
   !! negative if there is none.
   integer function place_of_stuck() result(place)
     do place = min(n_records, most_threads), 0, -1
-      if (records(place)%current%routine /= 0 .and. &
+      if (records(place)%is_inside .and. &
           records(place)%n_calls == records(place)%n_calls_at_stop) return
     end do
   end function place_of_stuck
@@ -296,7 +302,7 @@ contains
     integer :: own
 
     own = own_slot()
-    if (records(own)%is_leaver .or. records(own)%current%routine == 0) return
+    if (records(own)%is_leaver .or. .not. records(own)%is_inside) return
     call end_run("STOP, EXIT or an error at run time")
   end subroutine at_exit
 
@@ -306,7 +312,7 @@ contains
     type(c_funptr) :: before
     integer(c_int) :: status
 
-    if (records(own_slot())%current%routine /= 0) call end_by_crash(abort_signal)
+    if (records(own_slot())%is_inside) call end_by_crash(abort_signal)
     before = c_signal(abort_signal, c_null_funptr)
     status = c_raise(abort_signal)
     call c_exit_now(128_c_int + abort_signal)   ! never reached: the signal is not caught any more
@@ -320,11 +326,11 @@ contains
 
     call become_leaver()
     own = own_slot()
-    call add_user(message, records(own)%current)
+    call add_user(message, records(own)%latest)
     call add_text(message, " ended the run (")
     call add_text(message, how)
     call add_text(message, ")")
-    call add_place(message, records(own)%current)
+    call add_place(message, records(own)%latest)
     call save_and_exit(message)
   end subroutine end_run
 
@@ -411,13 +417,13 @@ contains
     own = own_slot()
     is_overflow = number == segment_fault .or. number == bus_error
     if (is_overflow) is_overflow = is_out_of_stack(records(own)%signal_stack, details)
-    if (records(own)%is_leaver .or. records(own)%current%routine == 0 .or. .not. is_overflow) &
+    if (records(own)%is_leaver .or. .not. records(own)%is_inside .or. .not. is_overflow) &
       call end_by_crash(number)
     call become_leaver()
     ! The calls of a recursion without end would fill screens.
-    call add_user(message, records(own)%current)
+    call add_user(message, records(own)%latest)
     call add_text(message, " ran out of stack")
-    call add_place(message, records(own)%current)
+    call add_place(message, records(own)%latest)
     call add_text(message, ": it calls itself without end, or its local arrays are too large; "// &
                   "`ulimit -s unlimited` and OMP_STACKSIZE=256M before the run give more")
     call report_and_log(message)
@@ -438,12 +444,12 @@ contains
     own = own_slot()
     if (records(own)%is_leaver) call at_second_crash()
     call become_leaver()
-    if (records(own)%current%routine /= 0) then
-      call add_user(message, records(own)%current)
+    if (records(own)%is_inside) then
+      call add_user(message, records(own)%latest)
       call add_text(message, " crashed (")
       call add_signal(message, number)
       call add_text(message, ")")
-      call add_place(message, records(own)%current)
+      call add_place(message, records(own)%latest)
     else
       call add_text(message, "crashed outside the user's subroutine (")
       call add_signal(message, number)

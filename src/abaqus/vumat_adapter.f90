@@ -15,7 +15,7 @@ module vumat_adapter
                        check_spare_states, enter_user_call, leave_user_call, note_failure, &
                        in_vumat
   use user_kinematics, only: polar_rotations, rotations_of_quaternions, spins_between, &
-                             determinant
+                             determinants, of_row
   implicit none
   private
 
@@ -31,13 +31,7 @@ module vumat_adapter
   integer, parameter :: at_density = 1, at_length = 2, at_place = 3, at_strain = 6, at_spin = 12, &
                         at_stretch_old = 15, at_stretch_new = 21, at_gradient_old = 27, &
                         at_gradient_new = 36, at_stress_old = 45, at_temperature_old = 51, &
-                        at_temperature_new = 52, at_fields_old = 53, &
-                        at_fields_new = at_fields_old + most_fields, &
-                        n_columns = at_fields_new + most_fields - 1
-  !> The columns of gradients and of symmetric tensors in ours: 11, 12, 13, 21 ... and 11, 22, 33,
-  !! 12, 13, 23.
-  integer, parameter :: of_gradient(9) = [1, 5, 9, 2, 6, 7, 4, 8, 3], &
-                        of_tensor(6) = [1, 2, 3, 4, 6, 5]
+                        at_temperature_new = 52, at_fields = 53
 
   !> A VUMAT with its name and constants; the moduli of the base type are for the stable increment.
   type, extends(user_law_t), public :: vumat_adapter_t
@@ -50,7 +44,7 @@ module vumat_adapter
   !> The numbers of a call.
   type :: call_t
     integer :: n = 0                           !! elements
-    integer :: n_fields = 0                    !! of them one is the temperature
+    integer :: n_fields = 0                    !! field variables
     integer :: point = 1
     real(wp) :: step_time = 0.0_wp, total_time = 0.0_wp, dt = 0.0_wp
   end type call_t
@@ -115,26 +109,26 @@ contains
     real(wp), intent(inout) :: stress(context%n, 6), state(context%n, self%n_state)
     logical, intent(out) :: ok
     type(call_t) :: numbers
-    real(wp) :: given(size(lanes), n_columns), own(size(lanes), self%n_state)
+    real(wp) :: given(size(lanes), n_columns(context%n_fields)), own(size(lanes), self%n_state)
     real(wp) :: stress_new(size(lanes), 6), work(size(lanes)), r_new(size(lanes), 9)
-    real(wp) :: own_strain(size(lanes), 6), own_spin(size(lanes), 3)
-    real(wp), dimension(size(lanes), 9) :: f0, f1
     integer :: i, n
 
     n = size(lanes)
-    numbers = call_t(n, context%n_fields, context%point(lanes(1)), context%step_time + dt, &
-                     context%time + dt, dt)
+    numbers = call_t(n, max(0, context%n_fields - 1), context%point(lanes(1)), &
+                     context%step_time + dt, context%time + dt, dt)
     call pick(lanes, context%n, self%n_state, state, own)
-    call pick(lanes, context%n, 6, stress, stress_new)
-    call pick(lanes, context%n, 6, dstrain, own_strain)
-    call pick(lanes, context%n, 3, spin, own_spin)
-    call pick(lanes, context%n, 9, context%f0, f0)
-    call pick(lanes, context%n, 9, context%f1, f1)
+    call pick(lanes, context%n, 6, stress, given(:, at_stress_old:))
+    call pick(lanes, context%n, 6, dstrain, given(:, at_strain:))
+    call pick(lanes, context%n, 3, spin, given(:, at_spin:))
+    call pick(lanes, context%n, 3, context%place, given(:, at_place:))
+    do i = 1, 9
+      call pick(lanes, context%n, 1, context%f0(:, i), given(:, at_gradient_old + of_row(i) - 1:))
+      call pick(lanes, context%n, 1, context%f1(:, i), given(:, at_gradient_new + of_row(i) - 1:))
+    end do
     associate (energies => own(:, self%n_statv + 1:self%n_statv + n_energies), &
                axes => own(:, self%n_statv + n_energies + 1:self%n_statv + n_kept))
       call set_given(self, context, lanes, own, given)
-      call set_kinematics(self%density, n, f0, f1, own_strain, own_spin, stress_new, axes, &
-                          given, r_new)
+      call set_kinematics(self%density, n, axes, given, r_new)
       work = energies(:, 2)
       call call_vumat(self, numbers, context%element(lanes), given, old, new, own, stress_new, ok)
       if (self%heat_state > 0) own(:, self%heat_state) = own(:, self%heat_state) &
@@ -161,7 +155,7 @@ contains
   pure subroutine pick(lanes, n_all, n_values, all_lanes, picked)
     integer, intent(in) :: lanes(:), n_all, n_values
     real(wp), intent(in) :: all_lanes(n_all, n_values)
-    real(wp), intent(out) :: picked(size(lanes), n_values)
+    real(wp), intent(inout) :: picked(size(lanes), n_values)
     integer :: c, first, last
 
     first = lanes(1)
@@ -175,28 +169,31 @@ contains
     end do
   end subroutine pick
 
-  !> Size, place, temperature and field variables of the elements of a block.
+  !> Columns of the arguments of a call, with one at least for the field variables of each end.
+  pure integer function n_columns(n_fields)
+    integer, intent(in) :: n_fields                !! with the temperature
+
+    n_columns = at_fields - 1 + 2*max(1, n_fields - 1)
+  end function n_columns
+
+  !> Size, temperature and field variables of the elements of a block.
   pure subroutine set_given(self, context, lanes, own, given)
     class(vumat_adapter_t), intent(in) :: self
     type(point_context_t), intent(in) :: context
     integer, intent(in) :: lanes(:)
     real(wp), intent(in) :: own(:, :)              !! state
     real(wp), intent(inout) :: given(:, :)
-    integer :: k
 
     given(:, at_length) = context%length(lanes)
-    do k = 0, 2
-      given(:, at_place + k) = context%place(lanes, k + 1)
-    end do
     given(:, at_temperature_old) = self%start_temperature
     given(:, at_temperature_new) = self%start_temperature
-    given(:, at_fields_old:) = 0.0_wp
+    given(:, at_fields:) = 0.0_wp
     associate (n => context%n_fields)
       if (n > 0) then
         given(:, at_temperature_old) = context%fields(lanes, 1)
         given(:, at_temperature_new) = context%fields(lanes, n + 1)
-        given(:, at_fields_old:at_fields_old + n - 2) = context%fields(lanes, 2:n)
-        given(:, at_fields_new:at_fields_new + n - 2) = context%fields(lanes, n + 2:)
+        given(:, at_fields:at_fields + n - 2) = context%fields(lanes, 2:n)
+        given(:, at_fields + n - 1:at_fields + 2*n - 3) = context%fields(lanes, n + 2:)
       end if
     end associate
     if (self%heat_state == 0) return
@@ -204,66 +201,72 @@ contains
     given(:, at_temperature_new) = given(:, at_temperature_new) + own(:, self%heat_state)
   end subroutine set_given
 
-  !> Kinematics of a block, and its stress turned into the frame of the start. The strain increment is
-  !! rotated to the frame halfway; the relative spin is the axial vector of W - dR/dt R^T, in the same
-  !! frame.
-  pure subroutine set_kinematics(density, n, f0, f1, dstrain, spin, stress, axes, given, r_new)
+  !> Kinematics of a block from its gradients, strain increments (engineering shear) and spins, and
+  !! its stress turned into the frame of the start. The strain increment is rotated to the frame
+  !! halfway; the relative spin is the axial vector of W - dR/dt R^T, in the same frame.
+  pure subroutine set_kinematics(density, n, axes, given, r_new)
     real(wp), intent(in) :: density                !! at the start of all
     integer, intent(in) :: n
-    real(wp), intent(in) :: f0(n, 9), f1(n, 9)     !! gradients of start and end, row by row
-    real(wp), intent(inout) :: dstrain(n, 6), spin(n, 3), stress(n, 6)   !! changed
     real(wp), intent(inout) :: axes(n, 4)          !! rotation, carried to the end
-    real(wp), intent(inout) :: given(n, n_columns)
+    real(wp), intent(inout) :: given(n, *)         !! tensors as 11, 22, 33, 12, 13, 23 before
     real(wp), intent(out) :: r_new(n, 9)
     real(wp) :: r(n, 9), middle(n, 4), whole(n, 3), half(n, 3), a1, a2, a3
-    integer :: c, l
+    integer :: l
 
     call rotations_of_quaternions(n, axes, r)
-    call polar_rotations(n, f1, r_new)
+    call polar_rotations(n, given(1, at_gradient_new), r_new)
     call spins_between(n, r, r_new, whole, half)
-    call set_stretch(n, r, f0, given(:, at_stretch_old:at_stretch_old + 5))
-    call set_stretch(n, r_new, f1, given(:, at_stretch_new:at_stretch_new + 5))
-    call rotate_tensors(n, transposed(n, r), stress)
+    call set_stretch(n, r, given(1, at_gradient_old), given(1, at_stretch_old))
+    call set_stretch(n, r_new, given(1, at_gradient_new), given(1, at_stretch_new))
+    call rotate_tensors(n, transposed(n, r), given(1, at_stress_old))
+    call swap_shear(n, given(1, at_stress_old))
     middle = axes
     call rotate_axes(n, half, middle)
     call rotate_axes(n, whole, axes)
     call rotations_of_quaternions(n, middle, r)
-    dstrain(:, 4:) = 0.5_wp*dstrain(:, 4:)
-    call rotate_tensors(n, transposed(n, r), dstrain)
-    spin = spin - whole
+    given(:, at_strain + 3:at_strain + 5) = 0.5_wp*given(:, at_strain + 3:at_strain + 5)
+    call rotate_tensors(n, transposed(n, r), given(1, at_strain))
+    call swap_shear(n, given(1, at_strain))
+    call determinants(n, given(1, at_gradient_new), given(1, at_density))
     !$omp simd private(a1, a2, a3)
     do l = 1, n
-      a1 = -spin(l, 3); a2 = spin(l, 2); a3 = -spin(l, 1)
+      a1 = whole(l, 3) - given(l, at_spin + 2)
+      a2 = given(l, at_spin + 1) - whole(l, 2)
+      a3 = whole(l, 1) - given(l, at_spin)
       given(l, at_spin) = r(l, 1)*a1 + r(l, 4)*a2 + r(l, 7)*a3
       given(l, at_spin + 1) = r(l, 2)*a1 + r(l, 5)*a2 + r(l, 8)*a3
       given(l, at_spin + 2) = r(l, 3)*a1 + r(l, 6)*a2 + r(l, 9)*a3
-      given(l, at_density) = density/determinant(f1(l, :))
-    end do
-    do c = 1, 9
-      given(:, at_gradient_old + c - 1) = f0(:, of_gradient(c))
-      given(:, at_gradient_new + c - 1) = f1(:, of_gradient(c))
-    end do
-    do c = 1, 6
-      given(:, at_strain + c - 1) = dstrain(:, of_tensor(c))
-      given(:, at_stress_old + c - 1) = stress(:, of_tensor(c))
+      given(l, at_density) = density/given(l, at_density)
     end do
   end subroutine set_kinematics
+
+  !> From 11, 22, 33, 12, 13, 23 to 11, 22, 33, 12, 23, 31 and back.
+  pure subroutine swap_shear(n, tensor)
+    integer, intent(in) :: n
+    real(wp), intent(inout) :: tensor(n, 6)
+    real(wp) :: fifth(n)
+
+    fifth = tensor(:, 5)
+    tensor(:, 5) = tensor(:, 6)
+    tensor(:, 6) = fifth
+  end subroutine swap_shear
 
   !> U = R^T F, as a call has it.
   pure subroutine set_stretch(n, r, f, stretch)
     integer, intent(in) :: n
-    real(wp), intent(in) :: r(n, 9), f(n, 9)       !! row by row
+    real(wp), intent(in) :: r(n, 9)                !! row by row
+    real(wp), intent(in) :: f(n, 9)                !! as a call has it
     real(wp), intent(out) :: stretch(n, 6)
-    integer, parameter :: row(6) = [1, 2, 3, 1, 2, 3], column(6) = [1, 2, 3, 2, 3, 1]
-    integer :: c, l
+    integer :: l
 
-    do c = 1, 6
-      associate (i => row(c), j => column(c))
-        !$omp simd
-        do l = 1, n
-          stretch(l, c) = r(l, i)*f(l, j) + r(l, i + 3)*f(l, j + 3) + r(l, i + 6)*f(l, j + 6)
-        end do
-      end associate
+    !$omp simd
+    do l = 1, n
+      stretch(l, 1) = r(l, 1)*f(l, 1) + r(l, 4)*f(l, 7) + r(l, 7)*f(l, 6)
+      stretch(l, 2) = r(l, 2)*f(l, 4) + r(l, 5)*f(l, 2) + r(l, 8)*f(l, 8)
+      stretch(l, 3) = r(l, 3)*f(l, 9) + r(l, 6)*f(l, 5) + r(l, 9)*f(l, 3)
+      stretch(l, 4) = r(l, 1)*f(l, 4) + r(l, 4)*f(l, 2) + r(l, 7)*f(l, 8)
+      stretch(l, 5) = r(l, 2)*f(l, 9) + r(l, 5)*f(l, 5) + r(l, 8)*f(l, 3)
+      stretch(l, 6) = r(l, 3)*f(l, 1) + r(l, 6)*f(l, 7) + r(l, 9)*f(l, 6)
     end do
   end subroutine set_stretch
 
@@ -291,7 +294,7 @@ contains
     class(vumat_adapter_t), intent(in) :: self
     type(call_t), intent(in) :: numbers
     integer, intent(in) :: elements(numbers%n)
-    real(wp), intent(inout) :: given(numbers%n, n_columns)
+    real(wp), intent(inout) :: given(numbers%n, n_columns(numbers%n_fields + 1))
     real(wp), intent(inout) :: old(numbers%n, self%n_statv + slack)       ! from `set_room`
     real(wp), intent(inout) :: new(size_of_new(self, numbers%n))          ! from `set_room`
     real(wp), intent(inout) :: own(numbers%n, self%n_state)
@@ -319,24 +322,23 @@ contains
       call enter_user_call(in_vumat, int(minval(elements), c_int), jblock(2), &
                            int(maxval(elements), c_int))
       call self%vumat(jblock, 3_c_int, 3_c_int, int(m, c_int), &
-                      int(max(0, numbers%n_fields - 1), c_int), int(self%n_props, c_int), jinfo, &
+                      int(numbers%n_fields, c_int), int(self%n_props, c_int), jinfo, &
                       numbers%step_time, numbers%total_time, dt_array, self%name, &
                       given(1, at_place), given(1, at_length), self%props, given(1, at_density), &
                       given(1, at_strain), given(1, at_spin), given(1, at_temperature_old), &
                       given(1, at_stretch_old), given(1, at_gradient_old), &
-                      given(1, at_fields_old), given(1, at_stress_old), old, energy_old(1, 1), &
+                      given(1, at_fields), given(1, at_stress_old), old, energy_old(1, 1), &
                       energy_old(1, 2), given(1, at_temperature_new), &
                       given(1, at_stretch_new), given(1, at_gradient_new), &
-                      given(1, at_fields_new), new, new(first_state), energy_new(1, 1), &
-                      energy_new(1, 2), int(name_length, c_size_t))
+                      given(1, at_fields + max(1, numbers%n_fields)), new, new(first_state), &
+                      energy_new(1, 1), energy_new(1, 2), int(name_length, c_size_t))
       call check_guard(new, 6*n, 0, "stressNew")
       call check_guard(new(first_state), m*n, slack*n, "stateNew")
       call check_spare_states(new(first_state + m*n), n, m, "stateNew(:,")
       call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
       call leave_user_call()   ! memory not available from here on is not the user's error
-      do c = 1, 6
-        stress(:, of_tensor(c)) = new((c - 1)*n + 1:c*n)
-      end do
+      stress = reshape(new(:6*n), [n, 6])
+      call swap_shear(n, stress)
       do c = 1, m
         own(:, c) = new(first_state + (c - 1)*n:first_state + c*n - 1)
       end do
@@ -356,31 +358,34 @@ contains
     logical, intent(out) :: is_finite
     integer, parameter :: n = 6
     real(wp), parameter :: strain = 1.0e-8_wp
+    ! Of each component in a gradient.
+    integer, parameter :: places(2, n) = reshape([1, 1, 2, 2, 3, 3, 4, 7, 9, 6, 5, 8], [2, n])
     type(point_context_t) :: context
-    real(wp) :: given(n, n_columns), own(n, self%n_state), stress(n, 6), r(n, 9), none(n, 3)
-    real(wp) :: dstrain(n, 6), old(n, self%n_statv + slack), new(size_of_new(self, n))
+    real(wp) :: given(n, n_columns(point%n_fields)), own(n, self%n_state), stress(n, 6), r(n, 9)
+    real(wp) :: old(n, self%n_statv + slack), new(size_of_new(self, n))
     integer :: i
 
     context = new_point_context(n, point%n_fields)
     context%length = point%length
-    dstrain = 0.0_wp
-    do i = 1, n
-      context%place(i, :) = point%place
-      context%fields(i, :) = [point%fields(:point%n_fields), point%fields(:point%n_fields)]
-      context%f0(i, [1, 5, 9]) = 1.0_wp
-      dstrain(i, i) = strain*merge(1.0_wp, 2.0_wp, i <= 3)
-    end do
-    context%f1 = context%f0 + dstrain(:, [1, 4, 5, 4, 2, 6, 5, 6, 3])
-    context%f1(4:, :) = context%f0(4:, :) + 0.5_wp*(context%f1(4:, :) - context%f0(4:, :))
     own = 0.0_wp
     own(:, :self%n_statv) = spread(state, 1, n)
-    stress = 0.0_wp
-    none = 0.0_wp
+    given = 0.0_wp
+    do i = 1, n
+      context%fields(i, :) = [point%fields(:point%n_fields), point%fields(:point%n_fields)]
+      given(i, at_place:at_place + 2) = point%place
+      given(i, at_strain + i - 1) = strain*merge(1.0_wp, 2.0_wp, i <= 3)
+      given(i, at_gradient_old:at_gradient_old + 2) = 1.0_wp
+      associate (f => given(i, at_gradient_new:at_gradient_new + 8))
+        f(:3) = 1.0_wp
+        f(places(1, i)) = merge(1.0_wp, 0.0_wp, i <= 3) + strain
+        f(places(2, i)) = f(places(1, i))
+      end associate
+    end do
     call set_given(self, context, [(i, i=1, n)], own, given)
-    call set_kinematics(self%density, n, context%f0, context%f1, dstrain, none, stress, &
+    call set_kinematics(self%density, n, &
                         own(:, self%n_statv + n_energies + 1:self%n_statv + n_kept), given, r)
     call set_room(self, n, old, new)
-    call call_vumat(self, call_t(n, point%n_fields, point%point, dt=dt), &
+    call call_vumat(self, call_t(n, max(0, point%n_fields - 1), point%point, dt=dt), &
                     spread(point%element, 1, n), given, old, new, own, stress, is_finite)
     stiffness = [(stress(i, i)/strain, i=1, n)]
     stiffness(4:) = 0.5_wp*stiffness(4:)   ! to engineering strain

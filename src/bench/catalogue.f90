@@ -5,6 +5,7 @@ module catalogue
   use strain_projection, only: project_volume, project_sheet, projection_name
   use bench_case, only: bench_case_t, case_slot_t
   use force_case, only: force_case_t
+  use user_case, only: user_case_t
   use contact_case, only: contact_case_t, search_case_t, die_case_t
   use channel_case, only: channel_case_t
   implicit none
@@ -66,17 +67,26 @@ contains
                    is_smooth=.true.)
   end subroutine add_rules
 
-  !> Force routine by law; the user's route runs the general kernel with context.
+  !> Force routine by law; of a user's subroutine also its bare loop.
   subroutine add_laws(cases)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
     character(12), parameter :: laws(9) = [character(12) :: "elastic", "voce_elastic", "swift", &
       "neo_hooke", "chaboche", "hill48", "yld91", "umat_voce", "vumat_voce"]
+    type(user_case_t) :: bare
     integer :: i
 
     do i = 1, size(laws)
       call add_force(cases, 2, [2, 2, 3], [1, 1, 1], trim(laws(i)), .false.)
     end do
     call add_force(cases, 2, [2, 2, 3], [1, 1, 1], "voce", .false., is_viscous=.false.)
+    do i = size(laws) - 1, size(laws)
+      bare%name = "user/"//trim(laws(i))//"/bare"
+      bare%per = "element-step"
+      bare%loaded%name = bare%name
+      bare%loaded%law_name = laws(i)
+      bare%loaded%points = [2, 2, 3]
+      call add(cases, bare)
+    end do
   end subroutine add_laws
 
   subroutine add_force(cases, degree, points, parts, law, is_rational, is_viscous, &

@@ -46,7 +46,7 @@ module force_case
   real(wp), parameter :: density = 7.85e-9_wp, young = 210000.0_wp, poisson = 0.3_wp   ! t, mm, s
   real(wp), parameter :: flow(3) = [250.0_wp, 250.0_wp, 6.0_wp]
   real(wp), parameter :: rolling_direction(6) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp]
-  real(wp), parameter :: dt = 1.0e-7_wp        !! [s]
+  real(wp), parameter, public :: dt = 1.0e-7_wp   !! [s]
   integer, parameter :: n_warm = 60            !! calls before the first repetition
 
 contains

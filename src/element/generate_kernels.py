@@ -49,9 +49,9 @@ class Kernel:
     defines: list        # besides those of the instance
     uses: list           # module and names
     rules: list
-    variants: list       # plain (""), rational or context
     counts: list         # arguments that stand for the constants of a rule
-    arguments: object    # is fixed, is rational, has context -> list of the others
+    arguments: object    # is fixed, is rational -> list of the others
+    variants: tuple = ("", "rational")
 
     def instances(self):
         """Tag, rule (None: general) and variant in the order of their numbers."""
@@ -62,7 +62,7 @@ class Kernel:
 
     def instance(self, tag, rule, variant):
         """Source of one instance."""
-        defines = self.defines + ["RATIONAL"]*bool(variant) + ["CONTEXT"]*(variant == "context")
+        defines = self.defines + ["RATIONAL"]*bool(variant)
         lines = [f"!> {self.title}, instance {tag} (see {self.source}).",
                  f"module {self.module}_{tag}", "  use kinds, only: wp",
                  *[f"  use {name}, only: {what}" for name, what in self.uses],
@@ -80,7 +80,7 @@ class Kernel:
         for tag, rule, variant in self.instances():
             name = self.module.split("_")[1] + "_" + tag      # such as solid_p222_q223
             uses += f"  use {self.module}_{tag}, only: {name} => {self.procedure}\n"
-            arguments = self.arguments(bool(rule), bool(variant), variant == "context")
+            arguments = self.arguments(bool(rule), bool(variant))
             cases.append(wrapped(f"call {name}(", ([] if rule else self.counts) + arguments, ")"))
         numbers = [f"({number})" for number in range(1, len(cases))] + ["default"]
         return uses, "".join(f"    case {n}\n{case}" for n, case in zip(numbers, cases))
@@ -93,21 +93,25 @@ def wrapped(head, items, tail):
     return "      " + " &\n        ".join(lines).replace("~", " ") + "\n"
 
 
-def solid_arguments(is_fixed, is_rational, _):
+def solid_arguments(is_fixed, is_rational):
     direct = ["is_direct", *FIELDS] if is_fixed and not is_rational else []
     return ["law", "dt", "on", "viscous", *direct, "u", *AXIS_1, *AXIS_2, *AXIS_3,
             *RATIONAL*is_rational, *STATE,
             "f", "sums", "ok"]
 
 
-def strain_arguments(_, is_rational, has_context):
+def strain_arguments(_, is_rational, context=()):
     return ["has_end", "has_jacobian", "has_tangents", "u", *AXIS_1, *AXIS_2, *AXIS_3,
-            *RATIONAL*is_rational, *CONTEXT*has_context,
+            *RATIONAL*is_rational, *context,
             "fields%dstrain", "fields%spin", "fields%volume", "fields%end_volume",
             "fields%jacobian", "fields%tangents", "fields%sums"]
 
 
-def nodal_arguments(_, is_rational, __):
+def context_arguments(is_fixed, is_rational):
+    return strain_arguments(is_fixed, is_rational, CONTEXT)
+
+
+def nodal_arguments(_, is_rational):
     return ["has_jacobian", "has_plane", "u", *BASIS_1, *BASIS_2, *BASIS_3, *RATIONAL*is_rational,
             "fields%jacobian", "fields%weighted", "fields%plane", "f"]
 
@@ -121,23 +125,21 @@ def strip_arguments(*_):
 
 LAW = ("block_law", "block_law_t")
 POINTS = ("point_kinematics", "end_volume_of, point_tangents")
-BOTH = ["", "rational"]
 KERNELS = [
     Kernel("ig_solid", "block_forces", "Block force kernel", "ig_solid_kernel.inc", [],
            [LAW, ("tensor_rotation", "rotate_by_spin, turn_to_end")],
-           SOLID_RULES, BOTH, COUNTS, solid_arguments),
+           SOLID_RULES, COUNTS, solid_arguments),
     Kernel("ig_strain", "block_strain", "Kinematics of projected elements", "ig_solid_kernel.inc",
-           ["PROJECTED", "STRAIN"], [POINTS], SOLID_RULES, BOTH, COUNTS, strain_arguments),
-    # Its number is that of the rule: the kinematics are those with weights.
+           ["PROJECTED", "STRAIN"], [POINTS], SOLID_RULES, COUNTS, strain_arguments),
     Kernel("ig_context", "block_strain", "Kinematics for laws with context", "ig_solid_kernel.inc",
-           ["PROJECTED", "STRAIN"], [POINTS, ("point_kinematics", "deformation_gradients")],
-           SOLID_RULES, ["context"], COUNTS, strain_arguments),
-    # Forces do not depend on the context of points: that of the rational one serves.
+           ["PROJECTED", "STRAIN", "CONTEXT"],
+           [POINTS, ("point_kinematics", "deformation_gradients")],
+           SOLID_RULES, COUNTS, context_arguments),
     Kernel("ig_nodal", "block_nodal", "Nodal forces of projected elements", "ig_solid_kernel.inc",
-           ["PROJECTED", "NODAL"], [], SOLID_RULES, BOTH, COUNTS, nodal_arguments),
+           ["PROJECTED", "NODAL"], [], SOLID_RULES, COUNTS, nodal_arguments),
     Kernel("plane_strain", "block_forces", "Block force kernel of plane strain",
            "plane_strain_kernel.inc", [], [LAW, ("solid_patch", "plane_strain_t")],
-           STRIP_RULES, [""], ["p(1)", "p(3)", "q(1)", "q(3)"], strip_arguments),
+           STRIP_RULES, ["p(1)", "p(3)", "q(1)", "q(3)"], strip_arguments, ("",)),
 ]
 
 

@@ -231,17 +231,29 @@ contains
       end do
       do i = 1, m
         associate (k => blocks(i)%number, own => fields(i))
-          call take(n, m, i, 6, own%dstrain(:, :, row), group%dstrain)
-          call take(n, m, i, 3, own%spin(:, :, row), group%spin)
           call take(n, m, i, 3, own%place(:, :, row), context%place)
-          call take(n, m, i, 6, patch%stress(:, :, :, row, k), group%stress)
-          call take(n, m, i, law%n_state, patch%state(:, :, :, row, k), group%state)
           if (patch%has_gradients) then
             call take(n, m, i, 9, own%gradients(:, 1:9, row), context%f0)
             call take(n, m, i, 9, own%gradients(:, 10:18, row), context%f1)
           end if
           if (patch%n_fields > 0) call take(n, m, i, 2*patch%n_fields, &
                                             patch%given(:, :, :, row, k), context%fields)
+        end associate
+      end do
+      if (m == 1) then
+        associate (k => blocks(1)%number)
+          call law%update_in_context(context, dt, fields(1)%dstrain(:, :, row), &
+                                     patch%stress(:, :, :, row, k), &
+                                     patch%state(:, :, :, row, k), ok, fields(1)%spin(:, :, row))
+        end associate
+        return
+      end if
+      do i = 1, m
+        associate (k => blocks(i)%number, own => fields(i))
+          call take(n, m, i, 6, own%dstrain(:, :, row), group%dstrain)
+          call take(n, m, i, 3, own%spin(:, :, row), group%spin)
+          call take(n, m, i, 6, patch%stress(:, :, :, row, k), group%stress)
+          call take(n, m, i, law%n_state, patch%state(:, :, :, row, k), group%state)
         end associate
       end do
       call law%update_in_context(context, dt, group%dstrain, group%stress, group%state, ok, &

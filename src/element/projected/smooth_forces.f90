@@ -98,13 +98,13 @@ contains
     type(point_group_t) :: group
     type(point_fields_t) :: points(most_in_group)
     type(block_t) :: blocks(most_in_group)
-    integer :: i, n, n_done
+    integer :: i, n, n_left
     logical :: ok
 
     n = 0
-    n_done = 0
-    do while (n_done < n_elements_of(patch, tile))
-      call next_group(patch, tile, law%n_together, n_done, blocks, n)
+    n_left = n_elements_of(patch, tile)
+    do while (n_left > 0)
+      call next_group(patch, tile, law%n_together, n_left, blocks, n)
       do i = 1, n
         if (.not. allocated(points(i)%dstrain)) call set_point_fields(patch, projection, points(i))
         call gather_motion(patch, blocks(i), dt, x, v, u, w)

@@ -42,11 +42,8 @@ contains
       write (code, "('p', 3i1, '_q', 3i1)") tuned_rules(:, (kernel + 1)/2)
       name = code
     end if
-    if (has_context) then
-      name = name//"_context"
-    else if (mod(kernel, 2) == 0) then
-      name = name//"_rational"
-    end if
+    if (mod(kernel, 2) == 0) name = name//"_rational"
+    if (has_context) name = name//"_context"
   end function kernel_name
 
   !> Stress update and forces of a block.

@@ -42,10 +42,8 @@ contains
       patch%axes(axis) = new_axis_table(solid%axes(axis), rule%points, rule%weights)
     end do
     patch%is_rational = any(abs(solid%weights/solid%weights(1, 1, 1) - 1.0_wp) > 1.0e-14_wp)
-    ! The kernels with context are written for weights and take those that are all one, too.
     patch%has_context = law%needs_context
     patch%has_gradients = law%needs_context .and. law%needs_gradients
-    patch%is_rational = patch%is_rational .or. patch%has_context
     if (patch%is_rational) patch%weights = solid%weights
     ! A law that must run on one thread gets the elements in their order: one tile for all.
     call complete_patch(patch, max(1, law%n_state), merge(1, 16, law%is_serial), law%n_together)

@@ -21,21 +21,21 @@ contains
     real(wp), intent(in) :: scaling(8)              !! that turns g into gradients of x and motion
     real(wp), intent(in) :: reference(8, n, 9)      !! inverse jacobian, row by row
     real(wp), intent(inout) :: f(8, n, 18)
-    real(wp) :: g1, g2, g3
-    integer :: l, i, k
+    real(wp), dimension(8) :: r1, r2, r3, g1, g2, g3
+    integer :: i, k
 
-    do i = 0, 6, 3
-      do k = 1, 3
-        !$omp simd private(g1, g2, g3)
-        do l = 1, 8
-          g1 = scaling(l)*reference(l, q, k)
-          g2 = scaling(l)*reference(l, q, k + 3)
-          g3 = scaling(l)*reference(l, q, k + 6)
-          f(l, q, i + k) = (g(l, i + 1) - 2.0_wp*g(l, i + 10))*g1 &
-                           + (g(l, i + 2) - 2.0_wp*g(l, i + 11))*g2 &
-                           + (g(l, i + 3) - 2.0_wp*g(l, i + 12))*g3
-          f(l, q, i + k + 9) = g(l, i + 1)*g1 + g(l, i + 2)*g2 + g(l, i + 3)*g3
-        end do
+    do k = 1, 3
+      r1 = scaling*reference(:, q, k)
+      r2 = scaling*reference(:, q, k + 3)
+      r3 = scaling*reference(:, q, k + 6)
+      !GCC$ unroll 3
+      do i = 0, 6, 3
+        g1 = g(:, i + 1)
+        g2 = g(:, i + 2)
+        g3 = g(:, i + 3)
+        f(:, q, i + k + 9) = g1*r1 + g2*r2 + g3*r3
+        f(:, q, i + k) = f(:, q, i + k + 9) - 2.0_wp*(g(:, i + 10)*r1 + g(:, i + 11)*r2 &
+                                                      + g(:, i + 12)*r3)
       end do
     end do
   end subroutine deformation_gradients

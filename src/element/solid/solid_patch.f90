@@ -154,29 +154,28 @@ contains
 
   !> The next blocks of a tile whose points a law takes together: as few as hold `n_least` elements,
   !! and the rest of the tile where that holds fewer. The number of threads does not change them.
-  pure subroutine next_group(patch, tile, n_least, n_done, blocks, n)
+  pure subroutine next_group(patch, tile, n_least, n_left, blocks, n)
     type(solid_patch_t), intent(in) :: patch
     type(tile_t), intent(in) :: tile
     integer, intent(in) :: n_least
-    integer, intent(inout) :: n_done          !! elements of the groups before; 0: the first group
+    integer, intent(inout) :: n_left          !! elements of the tile, less those of all groups
     type(block_t), intent(inout) :: blocks(most_in_group)   !! as they were left
-    integer, intent(inout) :: n               !! blocks of this group; of the last one before
+    integer, intent(inout) :: n               !! blocks of this group; of that before, first 0
     type(block_t) :: block
-    integer :: n_all, n_here
+    integer :: n_here
 
     block = block_t()
-    if (n_done > 0) block = blocks(n)
-    n_all = n_elements_of(patch, tile)
+    if (n > 0) block = blocks(n)
     n_here = 0
     n = 0
-    do while (n < most_in_group .and. n_done + n_here < n_all)
-      if (n_here >= n_least .and. n_all - n_done - n_here >= n_least) exit
+    do while (n < most_in_group .and. n_left > 0)
+      if (n_here >= n_least .and. n_left >= n_least) exit
       call next_block(patch, tile, block)
       n = n + 1
       blocks(n) = block
       n_here = n_here + count(patch%lanes%is_owner(:, block%b))
+      n_left = n_left - count(patch%lanes%is_owner(:, block%b))
     end do
-    n_done = n_done + n_here
   end subroutine next_group
 
   !> Element (e1, e2, e3) of a lane of a block.
