@@ -33,12 +33,15 @@ module umat_adapter
   !> One increment of one point.
   type :: increment_t
     integer(c_int) :: element = 0, point = 0, number = 0, step(4) = [1, 0, 0, 0]
-    real(wp) :: times(2) = 0.0_wp, dt = 0.0_wp, length = 0.0_wp   !! times: of the step, in all
-    real(wp) :: dstrain(6) = 0.0_wp, place(3) = 0.0_wp
-    real(wp), dimension(3, 3) :: rotation = identity, f0 = identity, f1 = identity
+    real(wp) :: times(2) = 0.0_wp, dt = 0.0_wp                     !! times: of the step, in all
     real(wp) :: temperature = 0.0_wp, heating = 0.0_wp             !! TEMP, DTEMP
     real(wp), dimension(most_fields + slack) :: fields = 0.0_wp, changes = 0.0_wp   !! PREDEF, DPRED
   end type increment_t
+
+  !> Other values of that point, one after the other as the UMAT wants them: where they begin. The last
+  !! are what is kept after the state variables, the strain already rotated.
+  integer, parameter :: at_dstrain = 1, at_rotation = 7, at_place = 16, at_f0 = 19, at_f1 = 28, &
+                        at_length = 37, at_kept = 38
 
   !> STRESS, DDSDDE and STATEV are in one array, a mark after each, so that a write past the end of
   !! one is found: the places of the last two.
@@ -70,8 +73,8 @@ contains
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(context%n, 3)
     type(increment_t) :: increment
-    real(wp) :: room(size_of_room(self)), strain(context%n, 6), rotation(context%n, 9)
-    real(wp) :: kept(self%n_hidden)
+    real(wp) :: room(size_of_room(self)), values(at_kept - 1 + self%n_hidden)
+    real(wp) :: strain(context%n, 6), rotation(context%n, 9)
     logical :: is_refused
     integer :: l
 
@@ -81,68 +84,92 @@ contains
       call rotate_by_spin(context%n, spin, strain)
       strain(:, 4:) = 2.0_wp*strain(:, 4:)
       call rotations_of_spins(context%n, spin, rotation)
+      if (.not. self%needs_gradients) call forget_gradients(values)
       call set_room(self, room)
       increment%times = [context%step_time, context%time]
       increment%step(1) = int(context%step, c_int)
       increment%number = int(context%increment, c_int)
       increment%dt = dt
-      if (.not. self%needs_gradients) call forget_gradients(increment)
       ok = .true.
       do l = 1, context%n
         if (.not. context%is_owner(l)) cycle
-        call set_point(self, context, l, dstrain, rotation, state, increment)
+        increment%element = int(context%element(l), c_int)
+        increment%point = int(context%point(l), c_int)
+        call set_values(context%n, l, self%n_hidden, dstrain, rotation, context%place, &
+                        context%length, strain, state(:, n + 1:), values)
+        if (self%needs_gradients) call set_gradients(context%n, l, context%f0, context%f1, values)
+        call set_temperature(self, context, l, values, increment)
         room(:6) = stress(l, :)
         room(at_states + 1:at_states + n) = state(l, :n)
-        kept(:6) = strain(l, :)
-        kept(7:) = state(l, n + 7:)
         call enter_user_call(in_umat, increment%element, increment%point, increment%element)
-        call call_umat(self, increment, room, kept, is_refused, ok)
+        call call_umat(self, increment, values, room, is_refused, ok)
         if (is_refused .and. ok) then
-          call update_in_parts(self, increment, spin(l, :), stress(l, :), state(l, :), room, &
-                               kept, ok)
+          call update_in_parts(self, increment, spin(l, :), stress(l, :), state(l, :), &
+                               values, room, ok)
         else if (.not. ok) then
           call note_failure(increment%element, increment%point, 1_c_int)
         end if
         stress(l, :) = room(:6)
         state(l, :n) = room(at_states + 1:at_states + n)
-        state(l, n + 1:) = kept
+        state(l, n + 1:) = values(at_kept:)
         if (.not. ok) exit
       end do
     end associate
     call leave_user_call()
   end subroutine update_in_context
 
-  !> What differs from point to point.
-  subroutine set_point(self, context, l, dstrain, rotation, state, increment)
+  !> The values of a point but for deformation gradients.
+  pure subroutine set_values(n, l, n_kept, dstrain, rotation, place, length, strain, kept, values)
+    integer, intent(in) :: n, l, n_kept
+    real(wp), intent(in) :: dstrain(n, 6), rotation(n, 9), place(n, 3), length(n), strain(n, 6)
+    real(wp), intent(in) :: kept(n, n_kept)
+    real(wp), intent(inout) :: values(at_kept - 1 + n_kept)
+
+    values(at_dstrain:at_dstrain + 5) = dstrain(l, :)
+    values(at_rotation:at_rotation + 8) = rotation(l, :)
+    values(at_place:at_place + 2) = place(l, :)
+    values(at_length) = length(l)
+    values(at_kept:at_kept + 5) = strain(l, :)
+    values(at_kept + 6:) = kept(l, 7:)
+  end subroutine set_values
+
+  !> Deformation gradients of a point, column by column.
+  pure subroutine set_gradients(n, l, f0, f1, values)
+    integer, intent(in) :: n, l
+    real(wp), intent(in) :: f0(n, 9), f1(n, 9)
+    real(wp), intent(inout) :: values(*)
+    integer :: i, k
+
+    do k = 0, 2
+      do i = 0, 2
+        values(at_f0 + i + 3*k) = f0(l, 1 + k + 3*i)
+        values(at_f1 + i + 3*k) = f1(l, 1 + k + 3*i)
+      end do
+    end do
+  end subroutine set_gradients
+
+  !> With KINEMATICS=SMALL deformation gradients are NaN, so that a law that needs them fails at once
+  !! instead of working with made-up values.
+  pure subroutine forget_gradients(values)
+    real(wp), intent(inout) :: values(:)
+
+    values(at_f0:at_f1 + 8) = ieee_value(1.0_wp, ieee_quiet_nan)
+  end subroutine forget_gradients
+
+  !> Temperature and field variables of a point.
+  pure subroutine set_temperature(self, context, l, values, increment)
     class(umat_adapter_t), intent(in) :: self
     type(point_context_t), intent(in) :: context
     integer, intent(in) :: l
-    real(wp), intent(in) :: dstrain(context%n, 6), rotation(context%n, 3, 3)
-    real(wp), intent(in) :: state(context%n, self%n_state)
+    real(wp), intent(in) :: values(at_kept - 1 + self%n_hidden)
     type(increment_t), intent(inout) :: increment
-    integer :: i, k
 
-    increment%element = int(context%element(l), c_int)
-    increment%point = int(context%point(l), c_int)
-    increment%length = context%length(l)
-    increment%dstrain = dstrain(l, :)
-    increment%place = context%place(l, :)
-    increment%rotation = rotation(l, :, :)
-    if (self%needs_gradients) then
-      do k = 1, 3
-        do i = 1, 3
-          increment%f0(i, k) = context%f0(l, k + 3*(i - 1))
-          increment%f1(i, k) = context%f1(l, k + 3*(i - 1))
-        end do
-      end do
-    end if
     increment%temperature = self%start_temperature
     associate (n => context%n_fields)
       if (n > 0) call set_fields(context%fields(l, :n), context%fields(l, n + 1:), increment)
     end associate
-    if (self%heat_state > 0) increment%temperature = increment%temperature &
-                                                     + state(l, self%heat_state)
-  end subroutine set_point
+    if (self%heat_state > 0) increment%temperature = increment%temperature + values(size(values))
+  end subroutine set_temperature
 
   !> Temperature and field variables at the start and at the end of the increment.
   pure subroutine set_fields(start, finish, increment)
@@ -157,52 +184,47 @@ contains
     increment%changes(:n - 1) = finish(2:) - start(2:)
   end subroutine set_fields
 
-  !> With KINEMATICS=SMALL deformation gradients are NaN, so that a law that needs them fails at once
-  !! instead of working with made-up values.
-  pure subroutine forget_gradients(increment)
-    type(increment_t), intent(inout) :: increment
-
-    increment%f0 = ieee_value(increment%f0, ieee_quiet_nan)
-    increment%f1 = increment%f0
-  end subroutine forget_gradients
-
   !> An increment that came back with PNEWDT < 1, in 2, 4, ... equal parts.
-  subroutine update_in_parts(self, increment, spin, stress, state, room, kept, ok)
+  subroutine update_in_parts(self, increment, spin, stress, state, values, room, ok)
     class(umat_adapter_t), intent(in) :: self
     type(increment_t), intent(in) :: increment
     real(wp), intent(in) :: spin(3)
     real(wp), intent(in) :: stress(6)                 ! at the start, rotated by the whole spin
     real(wp), intent(in) :: state(self%n_state)       ! at the start
-    real(wp), intent(inout) :: room(size_of_room(self)), kept(self%n_hidden)   ! see `call_umat`
+    real(wp), intent(inout) :: values(at_kept - 1 + self%n_hidden), room(size_of_room(self))
     logical, intent(out) :: ok
-    real(wp) :: start(6)
+    real(wp) :: whole(size(values)), start(6)
     type(increment_t) :: part
     logical :: is_refused
     integer :: halvings, n_parts, i
 
     start = rotated_stress(transpose(rotation_of_spin(spin)), stress)
+    whole = values
     do halvings = 1, most_halvings
       n_parts = 2**halvings
       part = increment
-      part%rotation = rotation_of_spin(spin/n_parts)
       part%dt = increment%dt/n_parts
-      part%dstrain = increment%dstrain/n_parts
       part%heating = increment%heating/n_parts
       part%changes = increment%changes/n_parts
+      values(at_dstrain:at_dstrain + 5) = whole(at_dstrain:at_dstrain + 5)/n_parts
+      values(at_rotation:at_rotation + 8) = reshape(rotation_of_spin(spin/n_parts), [9])
+      values(at_kept:) = state(self%n_statv + 1:)
       room(:6) = start
       room(at_states + 1:at_states + self%n_statv) = state(:self%n_statv)
-      kept = state(self%n_statv + 1:)
       do i = 1, n_parts
         part%times = increment%times + (i - 1)*part%dt
         part%temperature = increment%temperature + (i - 1)*part%heating
-        if (self%heat_state > 0) part%temperature = part%temperature + kept(self%n_hidden) &
+        if (self%heat_state > 0) part%temperature = part%temperature + values(size(values)) &
                                                     - state(self%heat_state)
         part%fields = increment%fields + (i - 1)*part%changes
-        part%f0 = increment%f0 + (increment%f1 - increment%f0)*(i - 1)/n_parts
-        part%f1 = increment%f0 + (increment%f1 - increment%f0)*i/n_parts
-        room(:6) = rotated_stress(part%rotation, room(:6))
-        kept(:6) = rotated_strain(part%rotation, kept(:6))
-        call call_umat(self, part, room, kept, is_refused, ok)
+        associate (f0 => whole(at_f0:at_f0 + 8), f1 => whole(at_f1:at_f1 + 8))
+          values(at_f0:at_f0 + 8) = f0 + (f1 - f0)*(i - 1)/n_parts
+          values(at_f1:at_f1 + 8) = f0 + (f1 - f0)*i/n_parts
+        end associate
+        room(:6) = rotated_stress(rotation_of_spin(spin/n_parts), room(:6))
+        values(at_kept:at_kept + 5) = rotated_strain(rotation_of_spin(spin/n_parts), &
+                                                     values(at_kept:at_kept + 5))
+        call call_umat(self, part, values, room, is_refused, ok)
         if (is_refused .or. .not. ok) exit
       end do
       if (.not. ok) call note_failure(increment%element, increment%point, 1_c_int)
@@ -229,14 +251,14 @@ contains
     call set_guard(room(at_states + 1), self%n_statv, slack)
   end subroutine set_room
 
-  !> The UMAT itself. `room` holds STRESS, DDSDDE and STATEV, `kept` what is kept after the state
-  !! variables, the strain already rotated.
-  subroutine call_umat(self, increment, room, kept, is_refused, ok)
+  !> The UMAT itself. `room` holds STRESS, DDSDDE and STATEV.
+  subroutine call_umat(self, increment, values, room, is_refused, ok)
     class(umat_adapter_t), intent(in) :: self
     type(increment_t), intent(in) :: increment
-    real(wp), intent(inout) :: room(size_of_room(self)), kept(self%n_hidden)
+    real(wp), intent(inout) :: values(at_kept - 1 + self%n_hidden), room(size_of_room(self))
     logical, intent(out) :: is_refused       ! PNEWDT came back below one
     logical, intent(out) :: ok               ! all is finite
+    integer, parameter :: at_energies = at_kept + 6    ! SSE, SPD, SCD
     real(wp) :: heat(2), heat_by_strain(6), stress_by_temperature(6), pnewdt, work
 
     associate (n => self%n_statv)
@@ -244,17 +266,18 @@ contains
       heat = 0.0_wp
       heat_by_strain = 0.0_wp
       stress_by_temperature = 0.0_wp
-      work = kept(8) + kept(9)
+      work = values(at_energies + 1) + values(at_energies + 2)
       pnewdt = 1.0_wp
-      call self%umat(room, room(at_states + 1), room(at_tangent + 1), kept(7), kept(8), &
-                     kept(9), heat(1), stress_by_temperature, heat_by_strain, heat(2), kept, &
-                     increment%dstrain, &
-                     increment%times, increment%dt, increment%temperature, increment%heating, &
-                     increment%fields, increment%changes, self%name, 3_c_int, 3_c_int, 6_c_int, &
-                     int(n, c_int), self%props, int(self%n_props, c_int), increment%place, &
-                     increment%rotation, pnewdt, increment%length, increment%f0, increment%f1, &
-                     increment%element, increment%point, 1_c_int, 1_c_int, increment%step, &
-                     increment%number, int(name_length, c_size_t))
+      call self%umat(room, room(at_states + 1), room(at_tangent + 1), values(at_energies), &
+                     values(at_energies + 1), values(at_energies + 2), heat(1), &
+                     stress_by_temperature, heat_by_strain, heat(2), values(at_kept), &
+                     values(at_dstrain), increment%times, increment%dt, increment%temperature, &
+                     increment%heating, increment%fields, increment%changes, self%name, &
+                     3_c_int, 3_c_int, 6_c_int, int(n, c_int), self%props, &
+                     int(self%n_props, c_int), values(at_place), values(at_rotation), pnewdt, &
+                     values(at_length), values(at_f0), values(at_f1), increment%element, &
+                     increment%point, 1_c_int, 1_c_int, increment%step, increment%number, &
+                     int(name_length, c_size_t))
       if (.not. are_whole(room(7), room(at_tangent + 37), room(at_states + n + slack + 1), &
                           self%props(self%n_props + slack + 1), room(at_states + n + 1))) &
         call find_overrun(self, room)
@@ -262,9 +285,9 @@ contains
       is_refused = pnewdt < 1.0_wp
       if (self%has_moduli .and. increment%number == 1 .and. increment%step(1) == 1) &
         call check_components(diagonal_of(room))
-      kept(:6) = kept(:6) + increment%dstrain
-      if (self%heat_state > 0) kept(self%n_hidden) = kept(self%n_hidden) &
-        + self%heat_per_work*(kept(8) + kept(9) - work)
+      values(at_kept:at_kept + 5) = values(at_kept:at_kept + 5) + values(at_dstrain:at_dstrain + 5)
+      if (self%heat_state > 0) values(size(values)) = values(size(values)) &
+        + self%heat_per_work*(values(at_energies + 1) + values(at_energies + 2) - work)
       associate (stress => room(:6), state => room(at_states + 1:at_states + n))
         ! Of a finite sum all parts are finite.
         ok = sum(abs(stress)) + sum(abs(state)) <= huge(1.0_wp)
@@ -326,39 +349,44 @@ contains
     type(first_point_t), intent(in) :: point
     real(wp), intent(out) :: stiffness(6)
     logical, intent(out) :: is_finite
+    real(wp) :: values(at_kept - 1 + self%n_hidden), room(size_of_room(self))
     type(increment_t) :: increment
-    real(wp) :: kept(self%n_hidden), room(size_of_room(self))
     logical :: is_refused, ok
 
-    increment = first_increment(self, dt, point)
-    if (.not. self%needs_gradients) call forget_gradients(increment)
-    kept = 0.0_wp
-    call set_room(self, room)
-    room(:6) = 0.0_wp
-    room(at_states + 1:at_states + self%n_statv) = state
+    call set_first(self, dt, point, state, increment, values, room)
+    if (.not. self%needs_gradients) call forget_gradients(values)
     call enter_user_call(in_umat, increment%element, increment%point, increment%element)
-    call call_umat(self, increment, room, kept, is_refused, ok)
+    call call_umat(self, increment, values, room, is_refused, ok)
     call leave_user_call()
     is_finite = ok .and. all(ieee_is_finite(room(at_tangent + 1:at_tangent + 36)))
     stiffness = diagonal_of(room)
   end subroutine stiffness_at_start
 
   !> An increment without strain at the start.
-  function first_increment(self, dt, point) result(increment)
+  subroutine set_first(self, dt, point, state, increment, values, room)
     class(umat_adapter_t), intent(in) :: self
-    real(wp), intent(in) :: dt
+    real(wp), intent(in) :: dt, state(:)
     type(first_point_t), intent(in) :: point
-    type(increment_t) :: increment
+    type(increment_t), intent(out) :: increment
+    real(wp), intent(out) :: values(at_kept - 1 + self%n_hidden)
+    real(wp), intent(inout) :: room(size_of_room(self))
 
     increment%element = int(point%element, c_int)
     increment%point = int(point%point, c_int)
-    increment%place = point%place
-    increment%length = point%length
     increment%number = 1
     increment%dt = dt
     increment%temperature = self%start_temperature
     if (point%n_fields > 0) call set_fields(point%fields(:point%n_fields), &
                                             point%fields(:point%n_fields), increment)
-  end function first_increment
+    values = 0.0_wp
+    values(at_rotation:at_rotation + 8) = reshape(identity, [9])
+    values(at_f0:at_f0 + 8) = reshape(identity, [9])
+    values(at_f1:at_f1 + 8) = reshape(identity, [9])
+    values(at_place:at_place + 2) = point%place
+    values(at_length) = point%length
+    call set_room(self, room)
+    room(:6) = 0.0_wp
+    room(at_states + 1:at_states + self%n_statv) = state
+  end subroutine set_first
 
 end module umat_adapter

@@ -55,7 +55,7 @@ contains
 
     q = patch%axes%n_points
     if (patch%has_gradients) then
-      allocate (patch%reference(n_lanes, q(3), 9, q(1)*q(2), patch%n_blocks))
+      allocate (patch%reference(n_lanes, 9, q(3), q(1)*q(2), patch%n_blocks))
     else
       allocate (patch%reference(1, 1, 1, 1, 1), source=0.0_wp)
     end if
@@ -66,7 +66,7 @@ contains
           do layer = 1, q(3)
             point = point_of_row(q, row, layer)
             call jacobian_at(patch, solid, element_of_lane(patch, block, lane), point, j)
-            if (patch%has_gradients) patch%reference(lane, layer, :, row, block) = inverse_rows(j)
+            if (patch%has_gradients) patch%reference(lane, :, layer, row, block) = inverse_rows(j)
             patch%element_size(lane, block) = patch%element_size(lane, block) &
                                               + point_volume(patch, j, point)
           end do

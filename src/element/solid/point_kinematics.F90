@@ -19,15 +19,15 @@ contains
     integer, intent(in) :: n, q                     !! points of the row, this one
     real(wp), intent(in) :: g(8, 18)
     real(wp), intent(in) :: scaling(8)              !! that turns g into gradients of x and motion
-    real(wp), intent(in) :: reference(8, n, 9)      !! inverse jacobian, row by row
+    real(wp), intent(in) :: reference(8, 9)         !! inverse jacobian, row by row
     real(wp), intent(inout) :: f(8, n, 18)
     real(wp), dimension(8) :: r1, r2, r3, g1, g2, g3
     integer :: i, k
 
     do k = 1, 3
-      r1 = scaling*reference(:, q, k)
-      r2 = scaling*reference(:, q, k + 3)
-      r3 = scaling*reference(:, q, k + 6)
+      r1 = scaling*reference(:, k)
+      r2 = scaling*reference(:, k + 3)
+      r3 = scaling*reference(:, k + 6)
       !GCC$ unroll 3
       do i = 0, 6, 3
         g1 = g(:, i + 1)

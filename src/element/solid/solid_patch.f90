@@ -51,7 +51,7 @@ module solid_patch
     real(wp), allocatable :: push(:, :, :, :)
     logical :: has_context = .false.               !! its law needs the context of its points
     logical :: has_gradients = .false.             !! and deformation gradients in it
-    !> Inverse of the jacobian at the start, row by row, (8, q3, 9, q1*q2, n_blocks), for the
+    !> Inverse of the jacobian at the start, row by row, (8, 9, q3, q1*q2, n_blocks), for the
     !! gradients; without them one idle value.
     real(wp), allocatable :: reference(:, :, :, :, :)
     !> Cube roots of the volumes of the elements at the start, (8, n_blocks); with context only.
