@@ -28,6 +28,7 @@ module umat_adapter
   contains
     procedure :: update_in_context
     procedure :: stiffness_at_start
+    procedure :: differs_without_gradients
   end type umat_adapter_t
 
   !> One increment of one point.
@@ -361,6 +362,51 @@ contains
     is_finite = ok .and. all(ieee_is_finite(room(at_tangent + 1:at_tangent + 36)))
     stiffness = diagonal_of(room)
   end subroutine stiffness_at_start
+
+  !> Three increments of growing strain from the start, with deformation gradients and without.
+  logical function differs_without_gradients(self, dt, point, state)
+    class(umat_adapter_t), intent(in) :: self
+    real(wp), intent(in) :: dt, state(:)
+    type(first_point_t), intent(in) :: point
+    real(wp), parameter :: sizes(3) = [1.0e-8_wp, 1.0e-4_wp, 1.0e-2_wp], rounding = 1.0e-12_wp
+    real(wp) :: values(at_kept - 1 + self%n_hidden), room(size_of_room(self))
+    real(wp) :: results(6 + self%n_statv, 2)
+    type(increment_t) :: increment
+    logical :: is_refused, ok
+    integer :: k, i
+
+    do k = 1, 2
+      call set_first(self, dt, point, state, increment, values, room)
+      do i = 1, size(sizes)
+        increment%number = int(i + 1, c_int)   ! DDSDDE is looked at in the first of a run
+        values(at_dstrain:at_dstrain + 5) = sizes(i)*[1.0_wp, -0.5_wp, -0.4_wp, 0.2_wp, 0.1_wp, &
+                                                      0.3_wp]
+        call stretch(values)
+        if (k == 2) call forget_gradients(values)
+        call enter_user_call(in_umat, increment%element, increment%point, increment%element)
+        call call_umat(self, increment, values, room, is_refused, ok)
+        if (is_refused .or. .not. ok) exit
+      end do
+      results(:, k) = [room(:6), room(at_states + 1:at_states + self%n_statv)]
+    end do
+    call leave_user_call()
+    differs_without_gradients = .not. all(abs(results(:, 2) - results(:, 1)) &
+                                           <= rounding*abs(results(:, 1)))
+  end function differs_without_gradients
+
+  !> The deformation gradients of an increment without rotation that follows.
+  pure subroutine stretch(values)
+    real(wp), intent(inout) :: values(:)
+    real(wp) :: growth(3, 3)
+
+    associate (e => values(at_dstrain:at_dstrain + 5), f0 => values(at_f0:at_f0 + 8), &
+               f1 => values(at_f1:at_f1 + 8))
+      growth = identity + reshape([e(1), 0.5_wp*e(4), 0.5_wp*e(5), 0.5_wp*e(4), e(2), &
+                                   0.5_wp*e(6), 0.5_wp*e(5), 0.5_wp*e(6), e(3)], [3, 3])
+      f0 = f1
+      f1 = reshape(matmul(growth, reshape(f0, [3, 3])), [9])
+    end associate
+  end subroutine stretch
 
   !> An increment without strain at the start.
   subroutine set_first(self, dt, point, state, increment, values, room)

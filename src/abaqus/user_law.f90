@@ -11,12 +11,12 @@ module user_law
   use user_call, only: umat_procedure, vumat_procedure, sdvini_procedure, user_law_t, &
                        set_user_heating, first_point_t, call_sdvini, watch_user_calls, &
                        uneven_stiffness, moduli_of
-  use umat_adapter, only: new_umat_adapter
+  use umat_adapter, only: umat_adapter_t, new_umat_adapter
   use vumat_adapter, only: new_vumat_adapter
   implicit none
   private
 
-  public :: new_user_law, lacks_moduli, find_moduli, set_initial_state
+  public :: new_user_law, lacks_moduli, find_moduli, needs_more, set_initial_state
   public :: first_point_t
 
 contains
@@ -44,6 +44,9 @@ contains
     else if (.not. is_vumat .and. .not. c_associated(library%umat)) then
       call fail(error, "material: no SUBROUTINE UMAT in "//joined(library%files, ", ")// &
                 "; for its VUMAT the deck needs TYPE=VUMAT")
+    else if (is_vumat .and. material%is_small) then
+      call fail(error, "material: KINEMATICS=SMALL with the VUMAT of "// &
+                joined(library%files, ", ")//", whose frame follows from deformation gradients")
     end if
     if (allocated(error)) return
     call watch_user_calls(c_null_funptr, c_null_ptr)
@@ -82,6 +85,7 @@ contains
         law%sdvini => sdvini
       end if
       law%has_moduli = m%young > 0.0_wp
+      law%needs_gradients = .not. m%is_small
       if (allocated(m%plasticity%heating)) call set_user_heating(law, m%plasticity%heating(:3))
     end associate
   end subroutine make_law
@@ -129,6 +133,22 @@ contains
       end if
     end select
   end subroutine find_moduli
+
+  !> Does a law to which the deck gives no deformation gradients use them all the same? It is called for
+  !! a point at the start to see that.
+  logical function needs_more(law, dt, point, state)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt               !! a short increment
+    type(first_point_t), intent(in) :: point
+    real(wp), intent(in) :: state(:)         !! all that the law keeps for the point
+
+    needs_more = .false.
+    if (law%needs_gradients) return
+    select type (law)
+    type is (umat_adapter_t)
+      needs_more = law%differs_without_gradients(dt, point, state(:law%n_statv))
+    end select
+  end function needs_more
 
   !> State variables of a point at the start: the user's SDVINI may change what the deck gives.
   !! Other laws are left alone.

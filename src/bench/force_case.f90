@@ -216,6 +216,10 @@ contains
     spec%plasticity%hardening = "VOCE"
     spec%constants = flow
     select case (name)
+    case ("umat_small")
+      spec%is_small = .true.
+      call new_user("umat_voce", spec, law, error)
+      return
     case ("umat_voce", "vumat_voce")
       call new_user(name, spec, law, error)
       return

@@ -183,6 +183,10 @@ contains
     material%law = option_text(record, "TYPE")
     if (material%law /= "UMAT" .and. material%law /= "VUMAT") material%law = "USER"
     material%thread_safe = option_text(record, "THREADSAFE")
+    material%is_small = option_text(record, "KINEMATICS") == "SMALL"
+    if (material%is_small .and. material%law == "VUMAT") &
+      call add_error(errors, record%origin, "KINEMATICS=SMALL with TYPE=VUMAT", "FULL: the "// &
+                     "frame of a VUMAT follows from the deformation gradient")
     if (is_option_given(record, "HYBRID FORMULATION")) then
       call add_warning(errors, record%origin, "HYBRID FORMULATION="//option_text(record, &
                        "HYBRID FORMULATION")//", an option that is ignored here", "none, for "// &

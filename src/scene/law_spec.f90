@@ -28,6 +28,7 @@ module law_spec
     type(plasticity_spec_t) :: plasticity = plasticity_spec_t()   !! of PLASTIC; heating: UMAT too
     character(:), allocatable :: name          !! of the material
     character(3) :: thread_safe = ""           !! UMAT: YES, NO or "": what the files look like
+    logical :: is_small = .false.              !! UMAT: without deformation gradients
   end type law_spec_t
 
 end module law_spec

@@ -15,12 +15,12 @@ module initial_setup
   use model, only: model_t, add_support
   use failure, only: error_t
   use element, only: element_t, point_coordinates, next_element, grid_number
-  use user_law, only: set_initial_state, lacks_moduli, find_moduli, first_point_t
+  use user_law, only: set_initial_state, lacks_moduli, find_moduli, needs_more, first_point_t
   implicit none
   private
 
   public :: set_initial_fields, add_field_changes
-  public :: set_initial_states, find_initial_moduli
+  public :: set_initial_states, find_initial_moduli, lacks_gradients
 
 contains
 
@@ -277,17 +277,44 @@ contains
     real(wp), intent(out) :: moduli(2)
     type(error_t), allocatable, intent(out) :: error
     type(first_point_t) :: point
-    integer :: axis
 
     moduli = 0.0_wp
+    call set_first_point(law, element, e, start, point)
+    call find_moduli(law, dt, point, start(:law%n_state), moduli(1), moduli(2), error)
+  end subroutine ask_element
+
+  !> Does a user's law without deformation gradients use them? The first point of the blank shows it.
+  logical function lacks_gradients(dt, blank)
+    real(wp), intent(in) :: dt                !! a short increment
+    type(blank_t), intent(in) :: blank        !! with its states and fields at the start
+    real(wp), allocatable :: start(:)
+    type(first_point_t) :: point
+
+    lacks_gradients = .false.
+    if (blank%law%needs_gradients) return
+    associate (element => blank%parts(1)%element, law => blank%law)
+      start = start_of(element, law%n_state, [1, 1, 1])
+      call set_first_point(law, element, [1, 1, 1], start, point)
+      lacks_gradients = needs_more(law, dt, point, start(:law%n_state))
+    end associate
+  end function lacks_gradients
+
+  !> The first point of an element, as a user's subroutine is called for it before the run.
+  subroutine set_first_point(law, element, e, start, point)
+    class(block_law_t), intent(in) :: law
+    class(element_t), intent(in) :: element
+    integer, intent(in) :: e(3)
+    real(wp), intent(in) :: start(:)           !! from `start_of`
+    type(first_point_t), intent(out) :: point
+    integer :: axis
+
     point%element = element_number(element, e)
     call evaluate_solid(element%grid, point_coordinates(element, e, &
                         [(element%rule(axis)%points(1), axis=1, 3)]), point%place)
     point%length = element%size_of(e)
     point%n_fields = element%n_fields
     point%fields(:point%n_fields) = start(law%n_state + 1:)
-    call find_moduli(law, dt, point, start(:law%n_state), moduli(1), moduli(2), error)
-  end subroutine ask_element
+  end subroutine set_first_point
 
   !> Number of an element of the blank, from 1.
   pure integer function element_number(element, e)

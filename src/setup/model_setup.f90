@@ -14,7 +14,7 @@ module model_setup
   use user_library, only: user_library_t
   use law_setup, only: build_law
   use initial_setup, only: set_initial_fields, add_field_changes, set_initial_states, &
-                         find_initial_moduli
+                         find_initial_moduli, lacks_gradients
   use tool_setup, only: start_tools
   use drive_setup, only: add_drives
   use spurious_modes, only: n_spurious_modes, serving_rule
@@ -191,6 +191,12 @@ contains
         call find_initial_moduli(short*scene%step%duration, model%bodies%blank, error)
         if (allocated(error)) call add_error(errors, material%origin, error%message, &
                                              "a law that can be called")
+        if (.not. present(library)) return
+        if (.not. library%is_loaded .or. allocated(error)) return
+        if (lacks_gradients(short*scene%step%duration, model%bodies%blank)) &
+          call add_warning(errors, material%origin, "KINEMATICS=SMALL with a UMAT that uses "// &
+                           "DFGRD0 or DFGRD1, which are then NaN", "FULL, or a UMAT that works "// &
+                           "from DSTRAN and DROT alone")
       end if
     end associate
   end subroutine build_blank
