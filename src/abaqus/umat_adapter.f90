@@ -39,8 +39,8 @@ module umat_adapter
     real(wp), dimension(most_fields + slack) :: fields = 0.0_wp, changes = 0.0_wp   !! PREDEF, DPRED
   end type increment_t
 
-  !> Other values of that point, one after the other as the UMAT wants them: where they begin. The last
-  !! are what is kept after the state variables, the strain already rotated.
+  !> Other values of that point, one after the other as the UMAT wants them: where they begin. The
+  !! last are what is kept after the state variables, the strain already rotated.
   integer, parameter :: at_dstrain = 1, at_rotation = 7, at_place = 16, at_f0 = 19, at_f1 = 28, &
                         at_length = 37, at_kept = 38
 
@@ -149,8 +149,8 @@ contains
     end do
   end subroutine set_gradients
 
-  !> With KINEMATICS=SMALL deformation gradients are NaN, so that a law that needs them fails at once
-  !! instead of working with made-up values.
+  !> With KINEMATICS=SMALL deformation gradients are NaN, so that a law that needs them fails at
+  !! once instead of working with made-up values.
   pure subroutine forget_gradients(values)
     real(wp), intent(inout) :: values(:)
 
@@ -242,7 +242,8 @@ contains
     size_of_room = at_states + self%n_statv + slack + n_guard + n_room
   end function size_of_room
 
-  !> The marks of the arguments, and zeros after STATEV. Calls leave them as they are or end the run.
+  !> The marks of the arguments, and zeros after STATEV. A call leaves them as they are, or it ends
+  !! the run.
   pure subroutine set_room(self, room)
     class(umat_adapter_t), intent(in) :: self
     real(wp), intent(inout) :: room(size_of_room(self))
@@ -355,7 +356,6 @@ contains
     logical :: is_refused, ok
 
     call set_first(self, dt, point, state, increment, values, room)
-    if (.not. self%needs_gradients) call forget_gradients(values)
     call enter_user_call(in_umat, increment%element, increment%point, increment%element)
     call call_umat(self, increment, values, room, is_refused, ok)
     call leave_user_call()

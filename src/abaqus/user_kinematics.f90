@@ -11,8 +11,8 @@ module user_kinematics
   real(wp), parameter :: identity(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
                                                    0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
 
-  !> The places of the entries 11, 12, 13, 21, ... in the gradients that a VUMAT gets: 11, 22, 33, 12,
-  !! 23, 31, 21, 32, 13.
+  !> The places of the entries 11, 12, 13, 21, ... in the gradients that a VUMAT gets: 11, 22, 33,
+  !! 12, 23, 31, 21, 32, 13.
   integer, parameter :: of_row(9) = [1, 4, 9, 7, 2, 5, 6, 8, 3]
 
 contains

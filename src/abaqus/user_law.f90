@@ -134,8 +134,8 @@ contains
     end select
   end subroutine find_moduli
 
-  !> Does a law to which the deck gives no deformation gradients use them all the same? It is called for
-  !! a point at the start to see that.
+  !> Does a law to which the deck gives no deformation gradients use them all the same? It is called
+  !! for a point at the start to see that.
   logical function needs_more(law, dt, point, state)
     class(block_law_t), intent(in) :: law
     real(wp), intent(in) :: dt               !! a short increment

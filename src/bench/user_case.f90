@@ -1,5 +1,5 @@
-!> The bare loop of a user's subroutine over the points of a blank: what a call costs without all that
-!! the program does for it. Stress and state are those of the force routine with the same law.
+!> The bare loop of a user's subroutine over the points of a blank: what a call costs without all
+!! that the program does for it. Stress and state are those of the force routine with the same law.
 module user_case
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use kinds, only: wp

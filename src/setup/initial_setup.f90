@@ -283,7 +283,7 @@ contains
     call find_moduli(law, dt, point, start(:law%n_state), moduli(1), moduli(2), error)
   end subroutine ask_element
 
-  !> Does a user's law without deformation gradients use them? The first point of the blank shows it.
+  !> Does a user's law without deformation gradients use them? The first point of the blank tells.
   logical function lacks_gradients(dt, blank)
     real(wp), intent(in) :: dt                !! a short increment
     type(blank_t), intent(in) :: blank        !! with its states and fields at the start

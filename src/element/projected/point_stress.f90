@@ -1,5 +1,5 @@
-!> Stress update of blocks between their kinematics and their forces. A law that asks for the context
-!! of its points gets those of several blocks together, as it likes them.
+!> Stress update of blocks between their kinematics and their forces. A law that asks for the
+!! context of its points gets those of several blocks together, as many as it asks for.
 module point_stress
   use kinds, only: wp
   use block_law, only: block_law_t
@@ -86,8 +86,8 @@ contains
     end do
   end subroutine update_stress
 
-  !> The volumes of the scaled gradients: a law with an energy per volume at the start needs them, for
-  !! its forces to be the slopes of that energy.
+  !> The volumes of the scaled gradients: a law with an energy per volume at the start needs them,
+  !! for its forces to be the slopes of that energy.
   pure subroutine scale_volumes(fields)
     type(point_fields_t), intent(inout) :: fields
 
@@ -95,9 +95,9 @@ contains
     fields%end_volume = fields%end_volume*exp(fields%growth(:, 2, :))
   end subroutine scale_volumes
 
-  !> Turn the stress and the strain increment of a row to the end of the step, and half of the stress
-  !! power. A law that rotates the stress itself gets all as it is, and the errors of first order by
-  !! the rotations to the middle cancel in the mean with the power of the stress of the end.
+  !> Turn the stress and the strain increment of a row to the end of the step, and add half of the
+  !! stress power. A law that rotates the stress itself gets all as it is, and the errors of first
+  !! order by the rotations to the middle cancel in the mean with the power of the stress of the end.
   pure subroutine start_row(q, row, is_rotating, fields, stress)
     integer, intent(in) :: q, row
     logical, intent(in) :: is_rotating               !! of the law
@@ -204,7 +204,7 @@ contains
     end associate
   end subroutine place_group
 
-  !> Where the eight lanes of block i at point q of a row begin: a point has all its blocks together.
+  !> Where the eight lanes of block i at point q of a row begin: each point has all blocks together.
   pure integer function first_lane(n_blocks, q, i) result(first)
     integer, intent(in) :: n_blocks, q, i
 
@@ -267,7 +267,7 @@ contains
     end associate
   end subroutine update_group
 
-  !> Values of a row of block i into those of m blocks, which have each point of all blocks together.
+  !> Values of a row of block i into those of m blocks, where each point has all blocks together.
   pure subroutine take(n, m, i, n_values, row, group)
     integer, intent(in) :: n, m, i, n_values         !! points of the row, blocks, this one
     real(wp), intent(in) :: row(8, n, n_values)

@@ -30,7 +30,7 @@ def missing_depvar_is_an_error(bench):
 
 
 def vumat_failures_name_the_block(bench):
-    """Three elements along x stand in a call, so no single one is to blame."""
+    """All elements stand in a call, so no single one is to blame."""
     for kind, words in ((1, "(XPLB_EXIT)"),
                         (2, "stateNew(:,5)"),
                         (3, " stressNew"),
@@ -38,4 +38,4 @@ def vumat_failures_name_the_block(bench):
                         (5, "(STOP")):
         bench.run(deck(user(f"210000, 0.3, 5, {kind}", 3)), FILES / "vumat_misbehaves.for",
                   code=2)
-        bench.says("VUMAT", words, "in elements 4 to 6, point 2")
+        bench.says("VUMAT", words, "in elements 1 to 6, point 2")

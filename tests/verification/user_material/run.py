@@ -61,6 +61,19 @@ def vumats_of_both_signatures(bench):
     assert abs(vumat[2][..., 2] - 4e-5).max() < 1e-12
 
 
+def small_kinematics_leave_gradients_out(bench):
+    """DFGRD0 and DFGRD1 are NaN: who uses them is told before the run, and in it."""
+    small = ", KINEMATICS=SMALL"
+    full = bench.values(deck(user(VOCE, 7), TURNING), FILES / "voce_free.f90")
+    same(bench.values(deck(user(VOCE, 7, small), TURNING), FILES / "voce_free.f90"), full, 1e-12)
+    assert "KINEMATICS" not in bench.said
+    law = user(STEEL, 0, small)
+    bench.run(deck(law), FILES / "neo_hooke.f", code=2)
+    bench.says("warning", "KINEMATICS=SMALL", "DFGRD1", "no finite number", "element 1, point 1")
+    bench.run(deck(user(VOCE, 1, small)), INPUT / "vumat_voce.f", code=1)
+    bench.says("KINEMATICS=SMALL", "VUMAT")
+
+
 def shared_data_run_in_order(bench):
     one = bench.values(deck(user(STEEL, 1)), FILES / "common_count.f", threads=1)
     bench.says("KCALLS", "one thread")
@@ -374,7 +387,8 @@ def laws_that_never_yield_have_no_r_values(bench):
 
 
 CHECKS = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
-          vumats_of_both_signatures, shared_data_run_in_order, states_start_as_told,
+          vumats_of_both_signatures, small_kinematics_leave_gradients_out,
+          shared_data_run_in_order, states_start_as_told,
           failures_name_element_and_point, all_threads_may_fail_at_once,
           endless_loops_end_at_a_second_signal, signals_stop_material_tests,
           material_tests_outlive_user_code, faults_are_told, files_from_elsewhere,
