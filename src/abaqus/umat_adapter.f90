@@ -115,6 +115,7 @@ contains
         state(l, n + 1:) = values(at_kept:)
         if (.not. ok) exit
       end do
+      call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
     end associate
     call leave_user_call()
   end subroutine update_in_context
@@ -281,8 +282,7 @@ contains
                      increment%point, 1_c_int, 1_c_int, increment%step, increment%number, &
                      int(name_length, c_size_t))
       if (.not. are_whole(room(7), room(at_tangent + 37), room(at_states + n + slack + 1), &
-                          self%props(self%n_props + slack + 1), room(at_states + n + 1))) &
-        call find_overrun(self, room)
+                          room(at_states + n + 1))) call find_overrun(self, room)
       if (ieee_is_nan(pnewdt)) call end_user_run("returns a PNEWDT that is no number (NaN)")
       is_refused = pnewdt < 1.0_wp
       if (self%has_moduli .and. increment%number == 1 .and. increment%step(1) == 1) &
@@ -298,18 +298,21 @@ contains
     end associate
   end subroutine call_umat
 
-  !> Are four marks whole, and the zeros after the state variables of a point zero? For every call:
+  !> Are three marks whole, and the zeros after the state variables of a point zero? For every call:
   !! quicker than to ask one after the other.
-  pure logical function are_whole(mark1, mark2, mark3, mark4, spare)
-    real(wp), intent(in), dimension(n_guard) :: mark1, mark2, mark3, mark4
-    real(wp), intent(in) :: spare(slack)
-    real(wp) :: eight(n_guard), four(4)
+  pure logical function are_whole(mark1, mark2, mark3, spare)
+    real(wp), intent(in), dimension(n_guard) :: mark1, mark2, mark3
+    real(wp), intent(in) :: spare(n_guard, slack/n_guard)
+    real(wp) :: eight(n_guard), other(n_guard), four(4)
     integer :: k
 
-    eight = abs(mark1 - mark) + abs(mark2 - mark) + (abs(mark3 - mark) + abs(mark4 - mark))
-    do k = 0, slack - n_guard, n_guard
-      eight = eight + abs(spare(k + 1:k + n_guard))
+    eight = abs(mark1 - mark) + abs(mark2 - mark)
+    other = abs(mark3 - mark)
+    do k = 1, slack/n_guard, 2
+      eight = eight + abs(spare(:, k))
+      other = other + abs(spare(:, k + 1))
     end do
+    eight = eight + other
     four = eight(:4) + eight(5:)
     are_whole = four(1) + four(2) + four(3) + four(4) <= 0.0_wp
   end function are_whole
@@ -323,7 +326,6 @@ contains
     call check_guard(room(at_tangent + 1), 36, 0, "DDSDDE")
     call check_guard(room(at_states + 1), self%n_statv, slack, "STATEV")
     call check_spare_states(room(at_states + self%n_statv + 1), 1, self%n_statv, "STATEV(")
-    call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
   end subroutine find_overrun
 
   !> The diagonal of DDSDDE.

@@ -97,7 +97,7 @@ contains
 
   !> Turn the stress and the strain increment of a row to the end of the step, and add half of the
   !! stress power. A law that rotates the stress itself gets all as it is, and the errors of first
-  !! order by the rotations to the middle cancel in the mean with the power of the stress of the end.
+  !! order by the rotations to the middle cancel in the mean with the power of the end.
   pure subroutine start_row(q, row, is_rotating, fields, stress)
     integer, intent(in) :: q, row
     logical, intent(in) :: is_rotating               !! of the law
