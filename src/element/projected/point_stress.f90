@@ -51,38 +51,37 @@ contains
     type(point_group_t), intent(inout) :: group           !! room, for laws with context
     type(point_fields_t), intent(inout) :: fields(:)      !! of the blocks
     logical, intent(out) :: ok
-    integer :: i, row, q3
+    integer :: i, row, q(2)
     logical :: row_ok
 
-    ok = .true.
-    q3 = patch%axes(3)%n_points
-    if (patch%has_context) call place_group(patch, law, blocks, group)
+    q = [patch%axes(3)%n_points, fields(1)%n_rows]
     do i = 1, size(blocks)
-      if (law%uses_gradient .and. size(fields(i)%growth) > 0) call scale_volumes(fields(i))
+      associate (own => fields(i), k => blocks(i)%number)
+        if (law%uses_gradient .and. size(own%growth) > 0) call scale_volumes(own)
+        call start_rows(q, law%is_rotating, own%spin, own%volume, own%dstrain, &
+                        patch%stress(:, :, :, :, k), own%sums)
+      end associate
     end do
-    do row = 1, fields(1)%n_rows
-      do i = 1, size(blocks)
-        call start_row(q3, row, law%is_rotating, fields(i), &
-                       patch%stress(:, :, :, row, blocks(i)%number))
-      end do
+    if (patch%has_context) call place_group(patch, law, blocks, group)
+    ok = .true.
+    do row = 1, q(2)
       if (patch%has_context) then
         call update_group(patch, law, blocks, row, dt, group, fields, row_ok)
       else
         associate (k => blocks(1)%number)
-          call law%update(n_lanes*q3, dt, fields(1)%dstrain(:, :, row), &
+          call law%update(n_lanes*q(1), dt, fields(1)%dstrain(:, :, row), &
                           patch%stress(:, :, :, row, k), patch%state(:, :, :, row, k), row_ok, &
                           fields(1)%spin(:, :, row))
         end associate
       end if
       ok = ok .and. row_ok
-      do i = 1, size(blocks)
-        associate (k => blocks(i)%number)
-          call finish_row(q3, row, patch%viscosity%is_active, &
-                          viscous_factors(patch%viscosity, k, dt), &
-                          patch%stress(:, :, :, row, k), &
-                          patch%push(:, :, row, min(k, size(patch%push, 4))), fields(i))
-        end associate
-      end do
+    end do
+    do i = 1, size(blocks)
+      associate (own => fields(i), k => blocks(i)%number)
+        call finish_rows(q, patch%viscosity%is_active, viscous_factors(patch%viscosity, k, dt), &
+                         own%dstrain, own%volume, own%end_volume, patch%stress(:, :, :, :, k), &
+                         patch%push(:, :, :, min(k, size(patch%push, 4))), own%weighted, own%sums)
+      end associate
     end do
   end subroutine update_stress
 
@@ -95,40 +94,46 @@ contains
     fields%end_volume = fields%end_volume*exp(fields%growth(:, 2, :))
   end subroutine scale_volumes
 
-  !> Turn the stress and the strain increment of a row to the end of the step, and add half of the
-  !! stress power. A law that rotates the stress itself gets all as it is, and the errors of first
-  !! order by the rotations to the middle cancel in the mean with the power of the end.
-  pure subroutine start_row(q, row, is_rotating, fields, stress)
-    integer, intent(in) :: q, row
+  !> Turn stresses and strain increments to the end of the step, and add half of the stress power.
+  !! A law that rotates the stress itself gets all as it is, and the errors of first order by the
+  !! rotations to the middle cancel in the mean with the power of the stress of the end.
+  pure subroutine start_rows(q, is_rotating, spin, volume, dstrain, stress, sums)
+    integer, intent(in) :: q(2)                      !! points of a row, rows
     logical, intent(in) :: is_rotating               !! of the law
-    type(point_fields_t), intent(inout) :: fields
-    real(wp), intent(inout) :: stress(8, q, 6)
+    real(wp), intent(in) :: spin(8*q(1), 3, q(2)), volume(8*q(1), q(2))
+    real(wp), intent(inout) :: dstrain(8*q(1), 6, q(2)), stress(8*q(1), 6, q(2)), sums(8, 4)
+    integer :: row
 
-    if (.not. is_rotating) then
-      call turn_to_end(8*q, fields%spin(:, :, row), fields%dstrain(:, :, row))
-      call rotate_by_spin(8*q, fields%spin(:, :, row), stress)
-    end if
-    call add_work(q, stress, fields%dstrain(:, :, row), fields%volume(:, row), fields%sums)
-  end subroutine start_row
+    do row = 1, q(2)
+      if (.not. is_rotating) then
+        call turn_to_end(8*q(1), spin(:, :, row), dstrain(:, :, row))
+        call rotate_by_spin(8*q(1), spin(:, :, row), stress(:, :, row))
+      end if
+      call add_work(q(1), stress(:, :, row), dstrain(:, :, row), volume(:, row), sums)
+    end do
+  end subroutine start_rows
 
   !> The other half of the stress power, and stress times volume with the viscous stress.
-  pure subroutine finish_row(q, row, is_viscous, viscous, stress, push, fields)
-    integer, intent(in) :: q, row
+  pure subroutine finish_rows(q, is_viscous, viscous, dstrain, volume, end_volume, stress, push, &
+                              weighted, sums)
+    integer, intent(in) :: q(2)
     logical, intent(in) :: is_viscous
-    real(wp), intent(in) :: viscous(n_lanes, 2)      !! see `viscous_factors`
-    real(wp), intent(in) :: stress(8*q, 6)
-    real(wp), intent(inout) :: push(8, q)            !! viscous stress
-    type(point_fields_t), intent(inout) :: fields
-    integer :: c
+    real(wp), intent(in) :: viscous(8, 2)            !! see `viscous_factors`
+    real(wp), intent(in) :: dstrain(8*q(1), 6, q(2)), stress(8*q(1), 6, q(2))
+    real(wp), intent(in), dimension(8*q(1), q(2)) :: volume, end_volume
+    real(wp), intent(inout) :: push(8*q(1), q(2)), sums(8, 4)   !! viscous stress
+    real(wp), intent(out) :: weighted(8*q(1), 6, q(2))
+    integer :: c, row
 
-    call add_work(q, stress, fields%dstrain(:, :, row), fields%volume(:, row), fields%sums)
-    do c = 1, 6
-      fields%weighted(:, c, row) = stress(:, c)*fields%end_volume(:, row)
+    do row = 1, q(2)
+      call add_work(q(1), stress(:, :, row), dstrain(:, :, row), volume(:, row), sums)
+      do c = 1, 6
+        weighted(:, c, row) = stress(:, c, row)*end_volume(:, row)
+      end do
+      if (is_viscous) call add_viscous(q(1), dstrain(:, :, row), viscous, volume(:, row), &
+                                       end_volume(:, row), push(:, row), weighted(:, :, row), sums)
     end do
-    if (is_viscous) call add_viscous(q, fields%dstrain(:, :, row), viscous, &
-                                     fields%volume(:, row), fields%end_volume(:, row), push, &
-                                     fields%weighted(:, :, row), fields%sums)
-  end subroutine finish_row
+  end subroutine finish_rows
 
   !> Half of the stress power of a row, see `flux_row` of the kernel.
   pure subroutine add_work(n, stress, dstrain, volume, sums)

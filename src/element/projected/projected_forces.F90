@@ -70,7 +70,7 @@ contains
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6), f(size(u, 1), 3)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational))
     type(point_group_t) :: group
-    type(point_fields_t) :: fields(most_in_group)
+    type(point_fields_t), allocatable :: fields(:)
     type(block_t) :: blocks(most_in_group)
     integer :: i, n, n_left
     logical :: ok
@@ -78,6 +78,7 @@ contains
     call clear_rows(tile, force, border)
     n = 0
     n_left = n_elements_of(patch, tile)
+    allocate (fields(merge(1, most_in_group, law%n_together == 1)))
     do while (n_left > 0)
       call next_group(patch, tile, law%n_together, n_left, blocks, n)
       do i = 1, n

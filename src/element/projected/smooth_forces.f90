@@ -96,13 +96,14 @@ contains
     real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 6)
     real(wp) :: w(merge(size(u, 1), 0, patch%is_rational))
     type(point_group_t) :: group
-    type(point_fields_t) :: points(most_in_group)
+    type(point_fields_t), allocatable :: points(:)
     type(block_t) :: blocks(most_in_group)
     integer :: i, n, n_left
     logical :: ok
 
     n = 0
     n_left = n_elements_of(patch, tile)
+    allocate (points(merge(1, most_in_group, law%n_together == 1)))
     do while (n_left > 0)
       call next_group(patch, tile, law%n_together, n_left, blocks, n)
       do i = 1, n
