@@ -22,6 +22,8 @@ import textwrap
 SOLID_RULES = ["222222", "222223", "222224", "222226", "222333"]
 STRIP_RULES = ["212212", "212213", "212214", "212216"]   # linear across, with one point there
 
+MOST_POINTS = 12   # of an element, worked in one call of a law
+
 # Arguments of calls. Arrays go by their first elements: no descriptor is read twice.
 BASIS_1 = ["patch%lanes%values(1, 1, 1, block%b)", "patch%lanes%slopes(1, 1, 1, block%b)"]
 BASIS_2 = ["patch%axes(2)%values(1, 1, block%e2)", "patch%axes(2)%slopes(1, 1, block%e2)"]
@@ -52,6 +54,7 @@ class Kernel:
     counts: list         # arguments that stand for the constants of a rule
     arguments: object    # is fixed, is rational -> list of the others
     variants: tuple = ("", "rational")
+    groups_rows: bool = False   # the constant `together`, see rows_together
 
     def instances(self):
         """Tag, rule (None: general) and variant in the order of their numbers."""
@@ -69,7 +72,9 @@ class Kernel:
                  "  implicit none", "  private", "", f"  public :: {self.procedure}",
                  *[f"#define {name}" for name in defines + ["FIXED"]*bool(rule)]]
         if rule:
-            constants = zip(["p1", "p2", "p3", "q1", "q2", "q3"], rule)
+            constants = [*zip(["p1", "p2", "p3", "q1", "q2", "q3"], rule)]
+            if self.groups_rows:
+                constants.append(("together", rows_together(*map(int, rule[3:]))))
             lines.append("  integer, parameter :: " + ", ".join(f"{n} = {v}" for n, v in constants))
         return "\n".join([*lines, f'#include "{self.source}"', "",
                           f"end module {self.module}_{tag}", ""])
@@ -84,6 +89,12 @@ class Kernel:
             cases.append(wrapped(f"call {name}(", ([] if rule else self.counts) + arguments, ")"))
         numbers = [f"({number})" for number in range(1, len(cases))] + ["default"]
         return uses, "".join(f"    case {n}\n{case}" for n, case in zip(numbers, cases))
+
+
+def rows_together(q1, q2, q3):
+    """Rows of points whose stress is updated in one call: a law needs less time for each of many
+    points, as long as they stay in the first cache."""
+    return max(n for n in range(1, q1*q2 + 1) if q1*q2 % n == 0 and (n == 1 or n*q3 <= MOST_POINTS))
 
 
 def wrapped(head, items, tail):
@@ -128,7 +139,7 @@ POINTS = ("point_kinematics", "end_volume_of, point_tangents")
 KERNELS = [
     Kernel("ig_solid", "block_forces", "Block force kernel", "ig_solid_kernel.inc", [],
            [LAW, ("tensor_rotation", "rotate_by_spin, turn_to_end")],
-           SOLID_RULES, COUNTS, solid_arguments),
+           SOLID_RULES, COUNTS, solid_arguments, groups_rows=True),
     Kernel("ig_strain", "block_strain", "Kinematics of projected elements", "ig_solid_kernel.inc",
            ["PROJECTED", "STRAIN"], [POINTS], SOLID_RULES, COUNTS, strain_arguments),
     Kernel("ig_context", "block_strain", "Kinematics for laws with context", "ig_solid_kernel.inc",
@@ -164,7 +175,9 @@ def main(folder):
         uses, cases = kernel.dispatch()
         write(folder/f"{kernel.module}_uses.inc", uses)
         write(folder/f"{kernel.module}_cases.inc", cases)
-    write(folder/"ig_solid_rules.inc", rule_table(SOLID_RULES, range(6)))
+    rows = ", ".join(str(rows_together(*map(int, rule[3:]))) for rule in SOLID_RULES)
+    write(folder/"ig_solid_rules.inc", rule_table(SOLID_RULES, range(6))
+          + f"      integer, parameter :: tuned_rows({len(SOLID_RULES)}) = [{rows}]\n")
     write(folder/"plane_strain_rules.inc", rule_table(STRIP_RULES, [0, 2, 3, 5]))
     write(folder/"kernels.cmake", "set(kernels " + " ".join(names) + ")\n"
           "set(rules " + " ".join(SOLID_RULES + STRIP_RULES) + ")\n")

@@ -7,6 +7,7 @@ module projected_element
   use nurbs_solid, only: nurbs_solid_t
   use block_law, only: block_law_t
   use element, only: element_t, force_report_t
+  use patch_setup, only: separate_rows
   use solid_element, only: solid_element_t, new_solid_element, cut_out
   use strain_projection, only: projection_t, projection_spec_t, new_projection, projection_name, &
                                project_nothing
@@ -44,6 +45,7 @@ contains
 
     call new_solid_element(element, name, grid, n_points, n_parts, law, viscosity, error)
     if (allocated(error)) return
+    call separate_rows(element%patch)
     call new_projection(element%projection, spec, grid%axes, element%patch%axes, error)
     if (allocated(error) .or. .not. element%projection%is_smooth) return
     allocate (element%smooth, &
@@ -82,6 +84,7 @@ contains
     end if
     allocate (one)
     call cut_out(self, element, one)
+    call separate_rows(one%patch)
     one%projection = self%projection
     call move_alloc(one, copy)
   end subroutine single

@@ -10,7 +10,7 @@ module kernel_dispatch
   implicit none
   private
 
-  public :: kernel_of, kernel_name, run_kernel, takes_fields, tuned_rules
+  public :: kernel_of, rows_of, kernel_name, run_kernel, takes_fields, tuned_rules
 
   !> Degrees and points of the tuned instances: kernel 2k - 1 serves column k, kernel 2k the same
   !! with weights. Behind the table: general, general with weights.
@@ -29,6 +29,14 @@ contains
     end do
     kernel = 2*column - merge(0, 1, is_rational)
   end function kernel_of
+
+  !> Rows of points that a kernel instance works together, see `solid_patch_t`.
+  pure integer function rows_of(kernel) result(rows)
+    integer, intent(in) :: kernel          !! from `kernel_of`
+
+    rows = 1
+    if (kernel <= 2*size(tuned_rows)) rows = tuned_rows((kernel + 1)/2)
+  end function rows_of
 
   !> Name of a kernel instance for the log, such as `p222_q226_rational`.
   pure function kernel_name(kernel, has_context) result(name)

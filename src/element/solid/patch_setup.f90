@@ -12,12 +12,12 @@ module patch_setup
                          n_elements_of
   use bulk_viscosity, only: new_viscosity
   use patch_points, only: set_reference, determinant
-  use kernel_dispatch, only: kernel_of
+  use kernel_dispatch, only: kernel_of, rows_of
   use linear_algebra, only: eigenvalues
   implicit none
   private
 
-  public :: new_patch, new_tile_buffers, element_patch, check_shape
+  public :: new_patch, new_tile_buffers, element_patch, separate_rows, check_shape
 
   !> So far towards the centre of an element its ends are tested, as a share of the way: at degree 1
   !! the jacobian has a step between elements.
@@ -68,14 +68,35 @@ contains
     patch%lanes = new_lane_table(patch%axes(1))
     patch%n_blocks = patch%lanes%n_blocks*patch%axes(2)%n_elements*patch%axes(3)%n_elements
     patch%kernel = kernel_of(patch%axes%degree, q, patch%is_rational)
-    allocate (patch%stress(n_lanes, q(3), 6, q(1)*q(2), patch%n_blocks), source=0.0_wp)
-    allocate (patch%state(n_lanes, q(3), n_state, q(1)*q(2), patch%n_blocks), source=0.0_wp)
+    call set_rows(patch, rows_of(patch%kernel), n_state)
     if (patch%is_rational) call set_rational(patch)
     do n = n_tiles, 1, -1
       patch%tiles = new_tiles(patch, n)
       if (all([(n_elements_of(patch, patch%tiles(t)), t=1, size(patch%tiles))] >= n_together)) exit
     end do
   end subroutine complete_patch
+
+  !> Room for stress and state, zero, with so many rows together.
+  pure subroutine set_rows(patch, together, n_state)
+    type(solid_patch_t), intent(inout) :: patch
+    integer, intent(in) :: together, n_state
+    integer :: q(3)
+
+    q = patch%axes%n_points
+    patch%together = together
+    q(3) = q(3)*together
+    q(2) = q(1)*q(2)/together
+    if (allocated(patch%stress)) deallocate (patch%stress, patch%state)
+    allocate (patch%stress(n_lanes, q(3), 6, q(2), patch%n_blocks), source=0.0_wp)
+    allocate (patch%state(n_lanes, q(3), n_state, q(2), patch%n_blocks), source=0.0_wp)
+  end subroutine set_rows
+
+  !> Each row by itself, for those who work them so. Stress and state are zero.
+  pure subroutine separate_rows(patch)
+    type(solid_patch_t), intent(inout) :: patch
+
+    if (patch%together > 1) call set_rows(patch, 1, size(patch%state, 3))
+  end subroutine separate_rows
 
   !> One element of a patch as a patch of its own, without stress and viscosity.
   function element_patch(patch, solid, element) result(single)

@@ -9,7 +9,7 @@ module solid_element
   use basis_tables, only: n_lanes
   use element, only: element_t, force_report_t, carry_motion, stored_motion, new_nodal_fields
   use solid_patch, only: solid_patch_t, tile_buffer_t, element_of_lane, lane_of_element, &
-                      is_counted_lane, block_number, row_of_point
+                      is_counted_lane, block_number, row_of_point, place_of_point
   use bulk_viscosity, only: set_wave_speed, scale_viscosity, damping_ratio_of
   use patch_setup, only: new_patch, new_tile_buffers, element_patch, check_shape
   use patch_points, only: new_point_volumes, energy_of_points, new_given_fields, spread_to_points
@@ -141,9 +141,8 @@ contains
     associate (patch => self%patch)
       patch%viscosity%is_active = .false.
       deallocate (patch%state)
-      allocate (patch%state(n_lanes, patch%axes(3)%n_points, 1, &
-                            patch%axes(1)%n_points*patch%axes(2)%n_points, patch%n_blocks), &
-                source=0.0_wp)
+      allocate (patch%state(n_lanes, size(patch%stress, 2), 1, size(patch%stress, 4), &
+                            patch%n_blocks), source=0.0_wp)
       patch%stress = 0.0_wp
     end associate
   end subroutine drop_state
@@ -212,12 +211,12 @@ contains
     class(solid_element_t), intent(inout) :: self
     class(block_law_t), intent(in) :: law
     real(wp), intent(out) :: energy
-    integer :: q(3)
 
     if (.not. allocated(self%volumes)) self%volumes = new_point_volumes(self%patch, self%grid)
-    q = self%rule%n
-    energy = energy_of_points(law, n_lanes*q(3), q(1)*q(2)*self%patch%n_blocks, &
-                              self%patch%stress, self%volumes)
+    associate (stress => self%patch%stress)
+      energy = energy_of_points(law, n_lanes*size(stress, 2), size(stress, 4)*size(stress, 5), &
+                                stress, self%volumes)
+    end associate
   end subroutine elastic_energy
 
   !> By the threads that work the elements.
@@ -226,22 +225,22 @@ contains
     integer, intent(in) :: eqps_state
     real(wp), intent(inout) :: eqps(:, :, :, :, :, :)
     real(wp), intent(inout) :: stress(:, :, :, :, :, :, :), state(:, :, :, :, :, :, :)
-    integer :: block, lane, e(3), k
+    real(wp) :: one(1, size(eqps, 1), size(eqps, 2), size(eqps, 3))
+    integer :: block, lane, e(3)
 
-    !$omp parallel do schedule(static) private(lane, e, k)
+    !$omp parallel do schedule(static) private(lane, e, one)
     do block = 1, self%patch%n_blocks
       do lane = 1, n_lanes
         if (.not. is_counted_lane(self%patch, block, lane)) cycle
         e = element_of_lane(self%patch, block, lane)
-        call copy_points(self%patch%stress(lane, :, :, :, block), &
+        call copy_points(self%patch, self%patch%stress(lane, :, :, :, block), &
                          stress(:, :, :, :, e(1), e(2), e(3)))
-        call copy_points(self%patch%state(lane, :, :, :, block), &
+        call copy_points(self%patch, self%patch%state(lane, :, :, :, block), &
                          state(:, :, :, :, e(1), e(2), e(3)))
         if (eqps_state == 0) cycle
-        do k = 1, size(eqps, 3)
-          eqps(:, :, k, e(1), e(2), e(3)) = transpose(reshape( &
-            self%patch%state(lane, k, eqps_state, :, block), [size(eqps, 2), size(eqps, 1)]))
-        end do
+        call copy_points(self%patch, &
+                         self%patch%state(lane, :, eqps_state:eqps_state, :, block), one)
+        eqps(:, :, :, e(1), e(2), e(3)) = one(1, :, :, :)
       end do
     end do
     !$omp end parallel do
@@ -254,23 +253,23 @@ contains
     integer :: at(2)
 
     at = lane_of_element(self%patch, element)
-    call copy_points(self%patch%stress(at(2), :, :, :, at(1)), stress)
-    call copy_points(self%patch%state(at(2), :, :, :, at(1)), state)
+    call copy_points(self%patch, self%patch%stress(at(2), :, :, :, at(1)), stress)
+    call copy_points(self%patch, self%patch%state(at(2), :, :, :, at(1)), state)
   end subroutine read_element
 
-  !> From the order of the kernels, points along axis 3 and then rows, to that of the axes; of more
-  !! components than there is room for the first.
-  pure subroutine copy_points(kept, values)
-    real(wp), intent(in) :: kept(:, :, :)             !! (q3, n, q1*q2)
+  !> From the order of the kernels, see `solid_patch_t`, to that of the axes; of more components than
+  !! there is room for the first.
+  pure subroutine copy_points(patch, kept, values)
+    type(solid_patch_t), intent(in) :: patch
+    real(wp), intent(in) :: kept(:, :, :)             !! of an element
     real(wp), intent(inout) :: values(:, :, :, :)     !! (n, q1, q2, q3)
-    integer :: q(3), qa, qb, qc, row
+    integer :: qa, qb, qc, at(2)
 
-    q = [size(values, 2), size(values, 3), size(values, 4)]
-    do qc = 1, q(3)
-      do qb = 1, q(2)
-        do qa = 1, q(1)
-          row = row_of_point(q, [qa, qb, qc])
-          values(:, qa, qb, qc) = kept(qc, :size(values, 1), row)
+    do qc = 1, size(values, 4)
+      do qb = 1, size(values, 3)
+        do qa = 1, size(values, 2)
+          at = place_of_point(patch, [qa, qb, qc])
+          values(:, qa, qb, qc) = kept(at(1), :size(values, 1), at(2))
         end do
       end do
     end do
@@ -281,14 +280,14 @@ contains
     class(solid_element_t), intent(inout) :: self
     integer, intent(in) :: element(3), point(3)
     real(wp), intent(in) :: values(:)
-    integer :: b, block, lane, row
+    integer :: b, block, lane, at(2)
 
-    row = row_of_point(self%rule%n, point)
+    at = place_of_point(self%patch, point)
     do b = 1, self%patch%lanes%n_blocks
       block = block_number(self%patch, b, element(2), element(3))
       do lane = 1, n_lanes
         if (self%patch%lanes%element(lane, b) == element(1)) &
-          self%patch%state(lane, point(3), :size(values), row, block) = values
+          self%patch%state(lane, at(1), :size(values), at(2), block) = values
       end do
     end do
   end subroutine set_state

@@ -8,7 +8,7 @@ module solid_patch
 
   public :: element_of_lane, lane_of_element, block_at, block_number, n_blocks_of, next_block
   public :: n_elements_of, next_group
-  public :: is_counted_lane, row_of_point, point_of_row, point_number
+  public :: is_counted_lane, row_of_point, place_of_point, point_of_row, point_number
 
   integer, parameter, public :: most_in_group = 16   !! blocks
 
@@ -45,8 +45,11 @@ module solid_patch
     real(wp), allocatable :: weights(:, :, :)      !! of the control points; rational only
     !> 1/W^3, dW/W (3) and W^2 at the points, (8, q3, 5, q1*q2, n_blocks); rational only.
     real(wp), allocatable :: rational(:, :, :, :, :)
-    real(wp), allocatable :: stress(:, :, :, :, :) !! (8, q3, 6, q1*q2, n_blocks)
-    real(wp), allocatable :: state(:, :, :, :, :)  !! (8, q3, n_state, q1*q2, n_blocks)
+    !> Rows of points (those along axis 3) whose stress is updated in one call: a law needs less time
+    !! for each of many points, as long as all stays in the first cache. They are one long row in:
+    integer :: together = 1
+    real(wp), allocatable :: stress(:, :, :, :, :) !! (8, q3*together, 6, q1*q2/together, n_blocks)
+    real(wp), allocatable :: state(:, :, :, :, :)  !! the same with n_state
     !> Viscous stress of the last step, (8, q3, q1*q2, n_blocks); without viscosity one idle block.
     real(wp), allocatable :: push(:, :, :, :)
     logical :: has_context = .false.               !! its law needs the context of its points
@@ -218,6 +221,16 @@ contains
 
     row = point(2) + n_points(2)*(point(1) - 1)
   end function row_of_point
+
+  !> Place in a long row, and number of that, of a point: indices of its stress and state.
+  pure function place_of_point(patch, point) result(place)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: point(3)         !! along each axis
+    integer :: place(2), row
+
+    row = row_of_point(patch%axes%n_points, point) - 1
+    place = [point(3) + patch%axes(3)%n_points*mod(row, patch%together), row/patch%together + 1]
+  end function place_of_point
 
   !> The point, along each axis, of a row and a place along axis 3.
   pure function point_of_row(n_points, row, layer) result(point)
