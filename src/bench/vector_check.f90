@@ -90,7 +90,7 @@ contains
     character(40), parameter :: stems(8) = [character(40) :: "__ig_solid_p", "__plane_strain_p", &
       "__tensor_rotation_MOD_rotate_by_spin", "__tensor_rotation_MOD_turn_to_end", &
       "__voce_MOD_elastic_trial", "__voce_MOD_radial_return", &
-      "__fast_exponential_MOD_exp", &
+      "__row_functions_MOD_", &
       "__closest_point_MOD_follow_lanes"]
     integer :: i
 
@@ -131,7 +131,7 @@ contains
   pure logical function is_vectorised(counts)
     type(vector_count_t), intent(in) :: counts
     character(20), parameter :: of_rows(3) = [character(20) :: "__voce_MOD_", &
-      "__tensor_rotation_", "__fast_exponential_"]
+      "__tensor_rotation_", "__row_functions_"]
     real(wp) :: least
     integer :: i
 

@@ -13,7 +13,7 @@ module hardening
   use failure, only: error_t, fail
   use text, only: to_text, rounded_text
   use constant_check, only: check_finite, check_count, require
-  use fast_exponential, only: exp_nonpositive
+  use row_functions, only: exp_row
   implicit none
   private
 
@@ -195,7 +195,7 @@ contains
     integer :: l
 
     flow = -curve%rate*eqps
-    call exp_nonpositive(n, flow)
+    call exp_row(n, flow)
     !$omp simd
     do l = 1, n
       slope(l) = curve%saturation*curve%rate*flow(l)

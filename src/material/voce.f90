@@ -5,7 +5,7 @@
 module voce
   use kinds, only: wp
   use block_law, only: block_law_t, set_elastic
-  use fast_exponential, only: exp_nonpositive, exp_small, small_exponent
+  use row_functions, only: exp_row, exp_small, small_exponent
   implicit none
   private
 
@@ -105,7 +105,7 @@ contains
     integer :: l, iteration
 
     left = -rate*eqps
-    call exp_nonpositive(n, left)
+    call exp_row(n, left)
     !$omp simd
     do l = 1, n
       left(l) = saturation*left(l)
@@ -129,7 +129,7 @@ contains
       if (rate*most <= small_exponent) then
         call exp_small(n, faded)
       else
-        call exp_nonpositive(n, faded)
+        call exp_row(n, faded)
       end if
       worst = 0.0_wp
       !$omp simd private(now, step) reduction(max:worst)
