@@ -208,6 +208,7 @@ contains
     class(block_law_t), allocatable, intent(out) :: law
     type(error_t), allocatable, intent(out) :: error
     type(law_spec_t) :: spec
+    integer :: i
 
     spec%density = density
     spec%young = young
@@ -229,6 +230,20 @@ contains
     case ("swift")
       spec%plasticity%hardening = "SWIFT"
       spec%constants = [600.0_wp, 0.005_wp, 0.2_wp]
+    case ("ludwik")
+      spec%plasticity%hardening = "LUDWIK"
+      spec%constants = [250.0_wp, 500.0_wp, 0.4_wp]
+    case ("table")
+      spec%plasticity%hardening = "TABLE"
+      spec%constants = [(250.0_wp + 250.0_wp*(1.0_wp - exp(-0.3_wp*i)), 0.05_wp*i, i=0, 15)]
+    case ("cowper")
+      spec%plasticity%rate = "COWPER SYMONDS"
+      spec%plasticity%rate_constants = [40.0_wp, 5.0_wp]
+    case ("johnson")
+      spec%plasticity%rate = "JOHNSON COOK"
+      spec%plasticity%rate_constants = [0.014_wp, 1.0_wp]
+    case ("stages")
+      spec%plasticity%n_stages = 5
     case ("chaboche")
       spec%plasticity%back_stresses = [20000.0_wp, 200.0_wp, 2000.0_wp, 20.0_wp]
     case ("hill48")

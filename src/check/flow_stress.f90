@@ -18,13 +18,13 @@ contains
     real(wp) :: flow
     type(hardening_t) :: curve
     type(error_t), allocatable :: error
-    real(wp) :: stress(1), slope(1)
+    real(wp), dimension(1) :: stress, slope, bend, reach
 
     flow = 0.0_wp
     if (material%law /= "PLASTIC") return
     call new_hardening(trim(material%plasticity%hardening), material%constants, curve, error)
     if (allocated(error)) return
-    call harden(curve, 1, [strain], stress, slope)
+    call harden(curve, 1, [strain], stress, slope, bend, reach)
     flow = stress(1)
   end function flow_stress_of
 

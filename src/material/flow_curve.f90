@@ -13,10 +13,12 @@ module flow_curve
   use failure, only: error_t, fail
   use constant_check, only: check_finite, check_count, require
   use hardening, only: hardening_t, harden, is_steep_at_start
+  use row_functions, only: exp_row, log_row, power_row
   implicit none
   private
 
-  public :: set_rate_factor, flow_after, is_steep, set_heating, thermal_factor, heat_up
+  public :: set_rate_factor, flow_after, is_steep, has_rate, start_by_rate, lowest_flow
+  public :: set_heating, thermal_factor, heat_up
 
   !> Constants of the heating; nothing happens unless it is active.
   type, public :: heating_t
@@ -28,6 +30,7 @@ module flow_curve
     real(wp) :: exponent = 1.0_wp    !! m
   end type heating_t
 
+  real(wp), parameter :: least_factor = 1.0e-3_wp   !! of the strength that is left at melting
   integer, parameter :: no_rate = 0, cowper_symonds = 1, johnson_cook = 2
 
   !> Hardening, rate factor and heating, which adds a last state variable, the temperature rise.
@@ -77,9 +80,27 @@ contains
                .or. (curve%rate_kind == cowper_symonds .and. curve%rate_constants(2) > 1.0_wp)
   end function is_steep
 
+  !> Does the flow stress depend on the plastic strain rate?
+  elemental logical function has_rate(curve)
+    type(flow_curve_t), intent(in) :: curve
+
+    has_rate = curve%rate_kind /= no_rate
+  end function has_rate
+
+  !> A stress below which no point flows: with heating the least that is left of the first yield
+  !! stress.
+  pure real(wp) function lowest_flow(curve)
+    type(flow_curve_t), intent(in) :: curve
+    real(wp), dimension(1) :: flow, slope, bend, reach
+
+    call harden(curve%hardening, 1, [0.0_wp], flow, slope, bend, reach)
+    lowest_flow = flow(1)
+    if (curve%heating%is_active) lowest_flow = least_factor*flow(1)
+  end function lowest_flow
+
   !> Flow stress after the plastic strain `dgamma` of one increment of length `dt`, and its
-  !! slope against `dgamma`, for a row of points. It never falls with `dgamma`.
-  pure subroutine flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope)
+  !! slope and bend against `dgamma`, for a row of points. It never falls with `dgamma`.
+  pure subroutine flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
     type(flow_curve_t), intent(in) :: curve
     integer, intent(in) :: n
     real(wp), intent(in) :: dt                   !! [time]
@@ -87,33 +108,94 @@ contains
     real(wp), intent(in) :: factor(n)            !! on the flow stress, 1 at the first temperature
     real(wp), intent(in) :: dgamma(n)            !! >= 0
     real(wp), intent(out) :: flow(n), slope(n)   !! [stress]
-    real(wp), parameter :: least = 1.0e-200_wp   ! of a rate, so that its power has a slope
-    real(wp) :: rate, by_rate, by_rate_slope
+    real(wp), intent(out), optional :: bend(n)   !! bound of what the slope loses with `dgamma`
+    real(wp), intent(out), optional :: reach(n)  !! further `dgamma` up to which all this holds
+    real(wp), dimension(n) :: by_rate, rate_slope, rate_bend, bent, far
     integer :: l
 
-    call harden(curve%hardening, n, eqps + dgamma, flow, slope)
-    do l = 1, n
-      by_rate = 1.0_wp
-      by_rate_slope = 0.0_wp
-      rate = max(dgamma(l)/max(dt, tiny(dt)), least)
-      select case (curve%rate_kind)
-      case (cowper_symonds)
-        associate (d => curve%rate_constants(1), p => curve%rate_constants(2))
-          by_rate = 1.0_wp + (rate/d)**(1.0_wp/p)
-          by_rate_slope = (by_rate - 1.0_wp)/(p*rate*max(dt, tiny(dt)))
-        end associate
-      case (johnson_cook)
-        associate (c => curve%rate_constants(1), reference => curve%rate_constants(2))
-          if (rate > reference) then
-            by_rate = 1.0_wp + c*log(rate/reference)
-            by_rate_slope = c/dgamma(l)
-          end if
-        end associate
-      end select
-      slope(l) = factor(l)*(by_rate*slope(l) + by_rate_slope*flow(l))
-      flow(l) = factor(l)*by_rate*flow(l)
-    end do
+    call harden(curve%hardening, n, eqps + dgamma, flow, slope, bent, far)
+    if (curve%rate_kind == no_rate) then
+      !$omp simd
+      do l = 1, n
+        flow(l) = factor(l)*flow(l)
+        slope(l) = factor(l)*slope(l)
+        bent(l) = factor(l)*bent(l)
+      end do
+    else
+      call rate_factor(curve, n, dt, dgamma, by_rate, rate_slope, rate_bend)
+      !$omp simd
+      do l = 1, n
+        bent(l) = factor(l)*(by_rate(l)*bent(l) + rate_bend(l)*flow(l))
+        slope(l) = factor(l)*(by_rate(l)*slope(l) + rate_slope(l)*flow(l))
+        flow(l) = factor(l)*by_rate(l)*flow(l)
+      end do
+    end if
+    if (present(bend)) bend = bent
+    if (present(reach)) reach = far
   end subroutine flow_after
+
+  !> Factor of the plastic strain rate, its slope and bend against `dgamma`.
+  pure subroutine rate_factor(curve, n, dt, dgamma, factor, slope, bend)
+    type(flow_curve_t), intent(in) :: curve
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dgamma(n)
+    real(wp), intent(out) :: factor(n), slope(n), bend(n)
+    real(wp), parameter :: least = 1.0e-100_wp   ! of a plastic strain, so that all have a slope
+    real(wp) :: per_dgamma(n), is_above, exponent, per_unit
+    integer :: l
+
+    ! The rate over D or over the reference rate.
+    per_unit = 1.0_wp/(curve%rate_constants(merge(1, 2, curve%rate_kind == cowper_symonds)) &
+                       *max(dt, tiny(dt)))
+    factor = max(dgamma, least)
+    per_dgamma = 1.0_wp/factor
+    factor = max(per_unit*factor, least)
+    if (curve%rate_kind == cowper_symonds) then
+      exponent = 1.0_wp/curve%rate_constants(2)
+      call power_row(n, exponent, factor)
+      !$omp simd
+      do l = 1, n
+        slope(l) = exponent*factor(l)*per_dgamma(l)
+        bend(l) = abs(1.0_wp - exponent)*slope(l)*per_dgamma(l)
+        factor(l) = 1.0_wp + factor(l)
+      end do
+    else
+      call log_row(n, factor)
+      associate (c => curve%rate_constants(1))
+        !$omp simd private(is_above)
+        do l = 1, n
+          is_above = 0.5_wp + sign(0.5_wp, factor(l))
+          slope(l) = is_above*c*per_dgamma(l)
+          bend(l) = slope(l)*per_dgamma(l)
+          factor(l) = 1.0_wp + is_above*c*factor(l)
+        end do
+      end associate
+    end if
+  end subroutine rate_factor
+
+  !> The plastic strains whose rate alone would raise `flow` to the trial stress q, up to `high`:
+  !! starts of a solution that lie a little beyond it.
+  pure subroutine start_by_rate(curve, n, dt, q, flow, high, dgamma)
+    type(flow_curve_t), intent(in) :: curve     !! with a rate factor
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, q(n), flow(n)   !! flow stress without rate
+    real(wp), intent(in) :: high(n)             !! most that dgamma can be, 0 where nothing flows
+    real(wp), intent(out) :: dgamma(n)
+    real(wp), parameter :: least = 1.0e-100_wp
+
+    dgamma = max(q/flow - 1.0_wp, least)
+    associate (c => curve%rate_constants)
+      if (curve%rate_kind == cowper_symonds) then
+        call power_row(n, c(2), dgamma)
+        dgamma = c(1)*dt*dgamma
+      else
+        dgamma = dgamma/max(c(1), least)
+        call exp_row(n, dgamma)
+        dgamma = c(2)*dt*dgamma
+      end if
+    end associate
+    dgamma = min(dgamma, high)
+  end subroutine start_by_rate
 
   !> Heating from the fraction of the work, specific heat, temperature at the start, reference and
   !! melting temperature and exponent.
@@ -145,17 +227,19 @@ contains
     integer, intent(in) :: n, n_state
     real(wp), intent(in) :: state(n, n_state)   !! temperature rise in the last place
     real(wp) :: factor(n)
-    real(wp), parameter :: least = 1.0e-3_wp
+    real(wp), parameter :: least = 1.0e-300_wp   ! the power of it is zero
 
     factor = 1.0_wp
     if (.not. heating%is_active) return
     factor = (heating%start + state(:, n_state) - heating%reference) &
              /(heating%melting - heating%reference)
-    factor = max(1.0_wp - min(max(factor, 0.0_wp), 1.0_wp)**heating%exponent, least)
+    factor = min(max(factor, least), 1.0_wp)
+    call power_row(n, heating%exponent, factor)
+    factor = max(1.0_wp - factor, least_factor)
   end function thermal_factor
 
-  !> Add the heat of the plastic work per volume of one point.
-  pure subroutine heat_up(heating, work, rise)
+  !> Add the heat of the plastic work per volume.
+  elemental subroutine heat_up(heating, work, rise)
     type(heating_t), intent(in) :: heating
     real(wp), intent(in) :: work       !! [energy/volume]
     real(wp), intent(inout) :: rise    !! temperature since the start

@@ -2,7 +2,8 @@
 !! the constants of back stresses.
 !!
 !! Isotropic: E. Voce, J. Inst. Metals 74 (1948); H. W. Swift, J. Mech. Phys. Solids 1 (1952);
-!! mix of both: C. C. Roth and D. Mohr, Int. J. Plasticity 56 (2014), eq. (8).
+!! mix of both: C. C. Roth and D. Mohr, Int. J. Plasticity 56 (2014), eq. (8); P. Ludwik, Elemente
+!! der technologischen Mechanik, Springer 1909.
 !!
 !! Kinematic: P. J. Armstrong and C. O. Frederick, CEGB report RD/B/N 731 (1966), several back
 !! stresses as J. L. Chaboche, Int. J. Plasticity 2 (1986): each grows by 2/3 C deps_p - gamma alpha
@@ -13,7 +14,7 @@ module hardening
   use failure, only: error_t, fail
   use text, only: to_text, rounded_text
   use constant_check, only: check_finite, check_count, require
-  use row_functions, only: exp_row
+  use row_functions, only: exp_row, power_row
   implicit none
   private
 
@@ -28,20 +29,24 @@ module hardening
 
   integer, parameter, public :: voce_kind = 2
   integer, parameter :: no_hardening = 0, linear_kind = 1, swift_kind = 3, mixed_kind = 4, &
-                        table_kind = 5
+                        table_kind = 5, ludwik_kind = 6
 
   !> One hardening curve; which constants count depends on `kind`.
   type, public :: hardening_t
     integer :: kind = no_hardening
-    real(wp) :: yield = 0.0_wp        !! sigma_0 of linear and Voce [stress]
+    real(wp) :: yield = 0.0_wp        !! sigma_0 of linear, Ludwik and Voce [stress]
     real(wp) :: modulus = 0.0_wp      !! slope of linear hardening [stress]
     real(wp) :: saturation = 0.0_wp   !! Q of Voce [stress]
     real(wp) :: rate = 0.0_wp         !! b of Voce
-    real(wp) :: strength = 0.0_wp     !! K of Swift [stress]
+    real(wp) :: strength = 0.0_wp     !! K of Swift and Ludwik [stress]
     real(wp) :: offset = 0.0_wp       !! eps_0 of Swift
-    real(wp) :: exponent = 0.0_wp     !! n of Swift
+    real(wp) :: exponent = 0.0_wp     !! n of Swift and Ludwik
     real(wp) :: fraction = 0.0_wp     !! alpha, fraction of Swift in the mix
     real(wp), allocatable :: strains(:), stresses(:)   !! points of the table
+    real(wp), allocatable :: slopes(:)                 !! after each of them, the last is zero
+    !> Last point of the table at or before the start of each of many equal parts of its strains.
+    integer, allocatable :: place_of(:)
+    real(wp) :: parts_per_strain = 0.0_wp
   end type hardening_t
 
   character(*), parameter :: softening = &
@@ -50,19 +55,21 @@ module hardening
 contains
 
   !> Curve of this name with its constants checked: VOCE (sigma_0, Q, b), SWIFT (K, eps_0, n),
-  !! LINEAR (sigma_0, H), PERFECT (sigma_0), VOCE SWIFT (alpha, K, eps_0, n, sigma_0, Q, b) or
-  !! TABLE (stress, plastic strain, stress, ...). Softening is rejected.
+  !! LUDWIK (sigma_0, K, n), LINEAR (sigma_0, H), PERFECT (sigma_0), VOCE SWIFT (alpha, K, eps_0, n,
+  !! sigma_0, Q, b) or TABLE (stress, plastic strain, stress, ...). Softening is rejected.
   pure subroutine new_hardening(name, constants, curve, error)
     character(*), intent(in) :: name
     real(wp), intent(in) :: constants(:)
     type(hardening_t), intent(out) :: curve
     type(error_t), allocatable, intent(out) :: error
-    character(*), parameter :: names(5) = [character(10) :: "VOCE", "SWIFT", "LINEAR", "PERFECT", &
-      "VOCE SWIFT"]
-    integer, parameter :: kinds(5) = [voce_kind, swift_kind, linear_kind, linear_kind, mixed_kind]
-    integer, parameter :: counts(5) = [3, 3, 2, 1, 7]
-    character(*), parameter :: words(5) = [character(50) :: "three constants: sigma_0, Q, b", &
-      "three constants: K, eps_0, n", "two constants: sigma_0, H", "one constant: sigma_0", &
+    character(*), parameter :: names(6) = [character(10) :: "VOCE", "SWIFT", "LUDWIK", "LINEAR", &
+      "PERFECT", "VOCE SWIFT"]
+    integer, parameter :: kinds(6) = [voce_kind, swift_kind, ludwik_kind, linear_kind, &
+      linear_kind, mixed_kind]
+    integer, parameter :: counts(6) = [3, 3, 3, 2, 1, 7]
+    character(*), parameter :: words(6) = [character(50) :: "three constants: sigma_0, Q, b", &
+      "three constants: K, eps_0, n", "three constants: sigma_0, K, n", &
+      "two constants: sigma_0, H", "one constant: sigma_0", &
       "seven constants: alpha, K, eps_0, n, sigma_0, Q, b"]
     integer :: i
 
@@ -77,7 +84,7 @@ contains
     end do
     if (i > size(names)) then
       call fail(error, "material: unknown hardening "//trim(name)//", known are VOCE, SWIFT, "// &
-                "LINEAR, PERFECT, VOCE SWIFT and TABLE")
+                "LUDWIK, LINEAR, PERFECT, VOCE SWIFT and TABLE")
       return
     end if
     curve%kind = kinds(i)
@@ -90,7 +97,7 @@ contains
     real(wp), intent(in) :: constants(:)
     type(hardening_t), intent(inout) :: curve
     type(error_t), allocatable, intent(inout) :: error
-    integer :: n
+    integer :: n, first
 
     n = size(constants)
     if (curve%kind == mixed_kind) then
@@ -98,27 +105,28 @@ contains
       call require(curve%fraction >= 0.0_wp .and. curve%fraction <= 1.0_wp, &
                    "material: the fraction alpha of Swift must lie between 0 and 1", error)
     end if
-    if (curve%kind == swift_kind .or. curve%kind == mixed_kind) then
-      associate (swift => constants(merge(1, 2, n == 3):))
-        curve%strength = swift(1)
-        curve%offset = swift(2)
-        curve%exponent = swift(3)
-      end associate
+    if (has_power(curve)) then
+      first = merge(2, 1, curve%kind /= swift_kind)
+      curve%strength = constants(first)
+      if (curve%kind /= ludwik_kind) curve%offset = constants(first + 1)
+      curve%exponent = constants(merge(4, 3, curve%kind == mixed_kind))
       call require(curve%strength > 0.0_wp, "material: the strength K must be positive", error)
       call require(curve%offset >= 0.0_wp, "material: the strain eps_0 must not be negative", error)
       call require(curve%exponent >= 0.0_wp, &
                    "material: the exponent n must not be negative, "//softening, error)
       call require(curve%exponent <= 1.0_wp, "material: the exponent n must not exceed 1", error)
-      if (curve%kind == swift_kind) return
     end if
-    if (curve%kind == linear_kind) then
+    select case (curve%kind)
+    case (swift_kind)
+      return
+    case (ludwik_kind, linear_kind)
       curve%yield = constants(1)
-      if (n == 2) curve%modulus = constants(2)
-    else
+      if (curve%kind == linear_kind .and. n == 2) curve%modulus = constants(2)
+    case default
       curve%yield = constants(n - 2)
       curve%saturation = constants(n - 1)
       curve%rate = constants(n)
-    end if
+    end select
     call require(curve%yield > 0.0_wp, &
                  "material: the yield stress sigma_0 must be positive", error)
     call require(curve%modulus >= 0.0_wp, &
@@ -150,48 +158,86 @@ contains
                  "material: the yield stress of a table of hardening must be positive", error)
     call require(all(curve%stresses(2:) >= curve%stresses(:n - 1)), &
                  "material: the stresses of a table of hardening must not fall, "//softening, error)
+    if (.not. allocated(error)) call prepare_table(n, curve)
   end subroutine set_table
+
+  !> Slopes of a table and where to look in it for a strain.
+  pure subroutine prepare_table(n, curve)
+    integer, intent(in) :: n                        !! points of the table
+    type(hardening_t), intent(inout) :: curve
+    integer, parameter :: parts_per_point = 4
+    integer :: i, place
+
+    allocate (curve%slopes(n), source=0.0_wp)
+    curve%slopes(:n - 1) = (curve%stresses(2:) - curve%stresses(:n - 1)) &
+                           /(curve%strains(2:) - curve%strains(:n - 1))
+    allocate (curve%place_of(0:parts_per_point*n), source=n)
+    if (n > 1) curve%parts_per_strain = parts_per_point*n/curve%strains(n)
+    place = 1
+    do i = 0, parts_per_point*n - 1
+      do while (place < n)
+        if (curve%strains(place + 1)*curve%parts_per_strain > i) exit
+        place = place + 1
+      end do
+      curve%place_of(i) = place
+    end do
+  end subroutine prepare_table
+
+  !> Does a power of the strain belong to the curve?
+  elemental logical function has_power(curve)
+    type(hardening_t), intent(in) :: curve
+
+    has_power = curve%kind == swift_kind .or. curve%kind == ludwik_kind &
+                .or. curve%kind == mixed_kind
+  end function has_power
 
   !> Is the slope infinite at zero plastic strain, as Hollomon has it?
   elemental logical function is_steep_at_start(curve)
     type(hardening_t), intent(in) :: curve
 
-    is_steep_at_start = (curve%kind == swift_kind .or. curve%kind == mixed_kind) &
-                        .and. curve%offset <= 0.0_wp .and. curve%exponent < 1.0_wp
+    is_steep_at_start = has_power(curve) .and. curve%offset <= 0.0_wp .and. curve%exponent < 1.0_wp
   end function is_steep_at_start
 
-  !> Flow stress and its slope at the plastic strains of a row. Where the slope is infinite
-  !! it comes back as a very large number.
-  pure subroutine harden(curve, n, eqps, flow, slope)
+  !> Flow stress, its slope and its bend at the plastic strains of a row. Where the slope is
+  !! infinite it comes back as a very large number.
+  pure subroutine harden(curve, n, eqps, flow, slope, bend, reach)
     type(hardening_t), intent(in) :: curve
     integer, intent(in) :: n
     real(wp), intent(in) :: eqps(n)
     real(wp), intent(out) :: flow(n), slope(n)   !! [stress]
-    real(wp) :: other(n), other_slope(n)
+    real(wp), intent(out) :: bend(n)             !! by which the slope falls with the strain
+    real(wp), intent(out) :: reach(n)            !! further strain up to which all this holds, huge
+                                                 !! for a curve without corners
+    real(wp), dimension(n) :: other, other_slope, other_bend
 
+    reach = huge(reach)
     select case (curve%kind)
     case (voce_kind)
-      call voce_row(curve, n, eqps, flow, slope)
-    case (swift_kind)
-      call swift_row(curve, n, eqps, flow, slope)
+      call voce_row(curve, n, eqps, flow, slope, bend)
+    case (swift_kind, ludwik_kind)
+      call power_law_row(curve, n, eqps, flow, slope, bend)
+      flow = curve%yield + flow
     case (mixed_kind)
-      call swift_row(curve, n, eqps, flow, slope)
-      call voce_row(curve, n, eqps, other, other_slope)
+      call power_law_row(curve, n, eqps, flow, slope, bend)
+      call voce_row(curve, n, eqps, other, other_slope, other_bend)
       flow = curve%fraction*flow + (1.0_wp - curve%fraction)*other
       slope = curve%fraction*slope + (1.0_wp - curve%fraction)*other_slope
+      bend = curve%fraction*bend + (1.0_wp - curve%fraction)*other_bend
     case (table_kind)
-      call table_row(curve, n, eqps, flow, slope)
+      call table_row(curve, n, eqps, flow, slope, reach)
+      bend = 0.0_wp
     case default
       flow = curve%yield + curve%modulus*eqps
       slope = curve%modulus
+      bend = 0.0_wp
     end select
   end subroutine harden
 
-  pure subroutine voce_row(curve, n, eqps, flow, slope)
+  pure subroutine voce_row(curve, n, eqps, flow, slope, bend)
     type(hardening_t), intent(in) :: curve
     integer, intent(in) :: n
     real(wp), intent(in) :: eqps(n)
-    real(wp), intent(out) :: flow(n), slope(n)
+    real(wp), intent(out) :: flow(n), slope(n), bend(n)
     integer :: l
 
     flow = -curve%rate*eqps
@@ -199,51 +245,55 @@ contains
     !$omp simd
     do l = 1, n
       slope(l) = curve%saturation*curve%rate*flow(l)
+      bend(l) = curve%rate*slope(l)
       flow(l) = curve%yield + curve%saturation*(1.0_wp - flow(l))
     end do
   end subroutine voce_row
 
-  pure subroutine swift_row(curve, n, eqps, flow, slope)
+  !> K (eps_0 + eqps)^n. The strain is bounded such that flow, slope and bend stay numbers for all n.
+  pure subroutine power_law_row(curve, n, eqps, flow, slope, bend)
     type(hardening_t), intent(in) :: curve
     integer, intent(in) :: n
     real(wp), intent(in) :: eqps(n)
-    real(wp), intent(out) :: flow(n), slope(n)
-    real(wp), parameter :: least = 1.0e-200_wp   ! its slope stays a number for all n
-    real(wp) :: strain
+    real(wp), intent(out) :: flow(n), slope(n), bend(n)
+    real(wp), parameter :: least = 1.0e-200_wp, most = 1.0e50_wp
+    real(wp) :: strain(n)
     integer :: l
 
+    strain = max(curve%offset + eqps, least)
+    flow = strain
+    call power_row(n, curve%exponent, flow)
+    !$omp simd
     do l = 1, n
-      strain = max(curve%offset + eqps(l), least)
-      flow(l) = curve%strength*strain**curve%exponent
-      slope(l) = curve%exponent*flow(l)/strain
+      strain(l) = 1.0_wp/strain(l)
+      flow(l) = curve%strength*flow(l)
+      slope(l) = curve%exponent*flow(l)*strain(l)
+      bend(l) = (1.0_wp - curve%exponent)*slope(l)*min(strain(l), most)
     end do
-  end subroutine swift_row
+  end subroutine power_law_row
 
   !> Linear between the points of the table, constant after the last.
-  pure subroutine table_row(curve, n, eqps, flow, slope)
+  pure subroutine table_row(curve, n, eqps, flow, slope, reach)
     type(hardening_t), intent(in) :: curve
     integer, intent(in) :: n
     real(wp), intent(in) :: eqps(n)
-    real(wp), intent(out) :: flow(n), slope(n)
-    integer :: l, low, high, middle
+    real(wp), intent(out) :: flow(n), slope(n), reach(n)
+    real(wp), parameter :: far = 0.5_wp*huge(far)
+    integer :: l, place, last
 
+    last = size(curve%strains)
     do l = 1, n
-      low = 1
-      high = size(curve%strains) + 1
-      do while (high - low > 1)
-        middle = (low + high)/2
-        if (curve%strains(middle) <= eqps(l)) then
-          low = middle
-        else
-          high = middle
-        end if
+      place = curve%place_of(int(max(0.0_wp, min(eqps(l)*curve%parts_per_strain, &
+                                                 real(ubound(curve%place_of, 1), wp)))))
+      reach(l) = far
+      do while (place < last)
+        reach(l) = curve%strains(place + 1) - eqps(l)
+        if (reach(l) > 0.0_wp) exit
+        place = place + 1
+        reach(l) = far
       end do
-      slope(l) = 0.0_wp
-      if (high <= size(curve%strains)) then
-        slope(l) = (curve%stresses(high) - curve%stresses(low)) &
-                   /(curve%strains(high) - curve%strains(low))
-      end if
-      flow(l) = curve%stresses(low) + slope(l)*(eqps(l) - curve%strains(low))
+      slope(l) = curve%slopes(place)
+      flow(l) = curve%stresses(place) + slope(l)*(eqps(l) - curve%strains(place))
     end do
   end subroutine table_row
 

@@ -10,9 +10,9 @@
 module mises_plastic
   use kinds, only: wp
   use block_law, only: block_law_t, set_elastic
-  use flow_curve, only: flow_curve_t, flow_after, is_steep, thermal_factor, heat_up
+  use flow_curve, only: flow_curve_t, flow_after, is_steep, lowest_flow, thermal_factor, heat_up
   use hardening, only: back_stresses_t, back_stress_warning
-  use return_mapping, only: solve_consistency, solve_in_stages
+  use consistency, only: solve_consistency, solve_in_stages, begin_at, advance
   use tensor_rotation, only: rotate_by_spin
   use voce, only: elastic_trial
   implicit none
@@ -25,18 +25,12 @@ module mises_plastic
   type, extends(block_law_t), public :: mises_plastic_t
     type(flow_curve_t) :: curve
     type(back_stresses_t) :: back
-    integer :: n_stages = 0   !! of the multi-stage return, 0: backward Euler
+    integer :: n_stages = 0       !! of the multi-stage return, 0: backward Euler
+    real(wp) :: lowest = 0.0_wp   !! rows whose stresses stay below it remain elastic [stress]
   contains
     procedure :: update
     procedure :: shear_warning
   end type mises_plastic_t
-
-  !> The points of a row that yield, one after the other.
-  type :: yielding_t
-    integer :: n = 0
-    real(wp), allocatable :: deviator(:, :), back(:, :, :), eqps(:), factor(:), dgamma(:)
-    real(wp), allocatable :: direction(:, :)   !! n of the flow, of unit von Mises norm
-  end type yielding_t
 
 contains
 
@@ -64,6 +58,7 @@ contains
     if (curve%heating%is_active) law%n_state = law%n_state + 1
     law%eqps_state = 1
     law%curve = curve
+    law%lowest = lowest_flow(curve)
     law%back = back
     law%n_stages = n_stages
   end subroutine set_plastic
@@ -76,15 +71,15 @@ contains
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
     real(wp), intent(in), optional :: spin(n, 3)
-    real(wp) :: mises(n), factor(n), worst
+    real(wp) :: mises(n), worst
     integer :: k
 
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
     if (.not. ok) return
-    factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     if (self%back%n == 0) then
-      call return_radially(self, n, dt, mises, factor, stress, state, ok)
+      if (worst > self%lowest .or. self%is_awake) &
+        call return_radially(self, n, dt, mises, stress, state, ok)
       return
     end if
     if (present(spin)) then
@@ -92,20 +87,20 @@ contains
         call rotate_by_spin(n, spin, state(:, 6*k - 4:6*k + 1))
       end do
     end if
-    call return_with_back_stresses(self, n, dt, factor, stress, state, ok)
+    call return_with_back_stresses(self, n, dt, stress, state, ok)
   end subroutine update
 
   !> Radial return of a row without back stresses.
-  subroutine return_radially(self, n, dt, mises, factor, stress, state, ok)
+  subroutine return_radially(self, n, dt, mises, stress, state, ok)
     class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: dt, mises(n), factor(n)   !! of the trial stress; on the flow stress
+    real(wp), intent(in) :: dt, mises(n)   !! of the trial stress
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(inout) :: ok
-    real(wp) :: stiffness(n), dgamma(n), flow(n)
-    integer :: l
+    real(wp) :: stiffness(n), dgamma(n), flow(n), factor(n)
 
     stiffness = 3.0_wp*self%shear
+    factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     if (self%n_stages > 0) then
       call solve_in_stages(self%curve, self%n_stages, n, dt, mises, stiffness, state(:, 1), &
                            factor, dgamma, flow)
@@ -115,10 +110,8 @@ contains
     end if
     call shrink_deviator(n, 1.0_wp - stiffness*dgamma/max(mises, tiny(dt)), stress)
     state(:, 1) = state(:, 1) + dgamma
-    if (.not. self%curve%heating%is_active) return
-    do l = 1, n
-      call heat_up(self%curve%heating, flow(l)*dgamma(l), state(l, self%n_state))
-    end do
+    if (self%curve%heating%is_active) &
+      call heat_up(self%curve%heating, flow*dgamma, state(:, self%n_state))
   end subroutine return_radially
 
   !> Multiply the deviator by `scaling` and leave the mean stress.
@@ -141,206 +134,241 @@ contains
     end do
   end subroutine shrink_deviator
 
-  !> Return of the points of a row that yield, with back stresses.
-  subroutine return_with_back_stresses(self, n, dt, factor, stress, state, ok)
+  !> Return of a row with back stresses.
+  subroutine return_with_back_stresses(self, n, dt, stress, state, ok)
     class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: dt, factor(n)
+    real(wp), intent(in) :: dt
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(inout) :: ok
-    type(yielding_t) :: points
-    integer, allocatable :: places(:)
-    real(wp) :: norm(n), flow(n), slope(n), relative(n, 6)
-    integer :: l, k
+    real(wp) :: factor(n), deviator(n, 6), flown(n, 6), work(n)
+    integer :: c
 
-    relative = stress
-    do k = 1, self%back%n
-      relative = relative - state(:, 6*k - 4:6*k + 1)
+    deviator = stress
+    work = (stress(:, 1) + stress(:, 2) + stress(:, 3))/3.0_wp
+    do c = 1, 3
+      deviator(:, c) = deviator(:, c) - work
     end do
-    norm = mises_norm(n, relative)
-    call flow_after(self%curve, n, dt, state(:, 1), factor, spread(0.0_wp, 1, n), flow, slope)
-    places = pack([(l, l=1, n)], norm > flow)
-    if (size(places) == 0) return
-    call gather(self%back%n, stress(places, :), state(places, :), factor(places), points)
+    factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     if (self%n_stages > 0) then
-      call return_in_stages(self, dt, points)
+      call return_in_stages(self, n, dt, factor, deviator, state(:, 1), state(:, 2:), flown)
     else
-      call return_points(self, dt, points, ok)
+      call return_points(self, n, dt, factor, deviator, state(:, 1), state(:, 2:), flown, ok)
     end if
-    stress(places, :) = stress(places, :) - 3.0_wp*self%shear*spread(points%dgamma, 2, 6) &
-                        *points%direction
-    state(places, 1) = state(places, 1) + points%dgamma
-    do k = 1, self%back%n
-      state(places, 6*k - 4:6*k + 1) = points%back(:, :, k)
-    end do
-    if (self%curve%heating%is_active) call heat_points(self, n, places, points, stress, state)
+    stress = stress - 3.0_wp*self%shear*flown
+    if (.not. self%curve%heating%is_active) return
+    call heat_up(self%curve%heating, product_of(n, stress, flown), state(:, self%n_state))
   end subroutine return_with_back_stresses
 
-  !> Heat by the work of the stress on the plastic strain 3/2 n dgamma.
-  pure subroutine heat_points(self, n, places, points, stress, state)
+  !> Backward Euler: |s - sum theta alpha| - (3G + sum theta C) dgamma = flow(dgamma) with theta =
+  !! 1/(1 + gamma dgamma), in which deviator and back stresses count by their products alone. The
+  !! left side falls by 3G at least where back stresses stay below C/gamma.
+  subroutine return_points(self, n, dt, factor, deviator, eqps, back, flown, ok)
     class(mises_plastic_t), intent(in) :: self
-    integer, intent(in) :: n, places(:)
-    type(yielding_t), intent(in) :: points
-    real(wp), intent(in) :: stress(n, 6)
-    real(wp), intent(inout) :: state(n, self%n_state)
-    real(wp) :: work
-    integer :: l
-
-    do l = 1, size(places)
-      associate (s => stress(places(l), :), unit => points%direction(l, :))
-        work = 1.5_wp*points%dgamma(l)*(sum(s(:3)*unit(:3)) + 2.0_wp*sum(s(4:)*unit(4:)))
-      end associate
-      call heat_up(self%curve%heating, work, state(places(l), self%n_state))
-    end do
-  end subroutine heat_points
-
-  !> Collect what the return of some points needs.
-  pure subroutine gather(n_back, stress, state, factor, points)
-    integer, intent(in) :: n_back
-    real(wp), intent(in) :: stress(:, :), state(:, :), factor(:)
-    type(yielding_t), intent(out) :: points
-    integer :: k
-
-    points%n = size(stress, 1)
-    points%eqps = state(:, 1)
-    points%factor = factor
-    points%deviator = stress
-    points%deviator(:, :3) = stress(:, :3) - spread(sum(stress(:, :3), 2)/3.0_wp, 2, 3)
-    allocate (points%back(points%n, 6, n_back))
-    do k = 1, n_back
-      points%back(:, :, k) = state(:, 6*k - 4:6*k + 1)
-    end do
-    allocate (points%dgamma(points%n), source=0.0_wp)
-    allocate (points%direction(points%n, 6), source=0.0_wp)
-  end subroutine gather
-
-  !> Newton in a bracket for |s - sum theta alpha| - (3G + sum theta C) dgamma = flow(dgamma),
-  !! theta = 1/(1 + gamma dgamma), which has one root: back stresses stay below C/gamma, so
-  !! the left side falls by 3G at least.
-  subroutine return_points(self, dt, points, ok)
-    class(mises_plastic_t), intent(in) :: self
-    real(wp), intent(in) :: dt
-    type(yielding_t), intent(inout) :: points
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, factor(n), deviator(n, 6)   !! of the trial stress
+    real(wp), intent(inout) :: eqps(n), back(n, 6, self%back%n)
+    real(wp), intent(out) :: flown(n, 6)                    !! direction times dgamma
     logical, intent(out) :: ok
-    integer, parameter :: max_iterations = 400, most_newton = 30
-    real(wp), parameter :: tolerance = 1.0e-13_wp
-    real(wp), dimension(points%n) :: low, high, flow, slope, norm, fall, residual, first
-    real(wp) :: candidate
-    integer :: l, k, iteration
+    integer, parameter :: max_iterations = 400
+    real(wp), dimension(n) :: low, high, dgamma, norm, fall, curvature, flow, slope, bend, reach, &
+                              first
+    real(wp) :: products(n, 0:self%back%n, 0:self%back%n)
+    integer :: k, iteration
 
-    first = mises_norm(points%n, points%deviator)
+    call find_products(n, self%back%n, deviator, back, products)
+    dgamma = 0.0_wp
+    flown = 0.0_wp
+    call relative_stress(self, n, products, dgamma, norm, fall, curvature)
+    call flow_after(self%curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
+    ok = all(norm <= flow)
+    if (ok) return
+    first = norm
     do k = 1, self%back%n
-      first = first + mises_norm(points%n, points%back(:, :, k))
+      first = first + sqrt(products(:, k, k))
     end do
     low = 0.0_wp
-    high = first/(3.0_wp*self%shear)
-    ok = .false.
+    high = 0.0_wp
+    where (norm > flow) high = (first - flow)/(3.0_wp*self%shear)
+    call begin_at(self%curve, n, dt, norm, flow, slope, fall, high, dgamma)
     do iteration = 1, max_iterations
-      call relative_stress(self, points, norm, fall)
-      call flow_after(self%curve, points%n, dt, points%eqps, points%factor, points%dgamma, flow, &
-                      slope)
-      residual = norm - flow
-      ok = all(abs(residual) <= tolerance*first .or. high - low <= 2.0_wp*epsilon(1.0_wp)*high)
+      if (iteration > 1 .or. any(dgamma > 0.0_wp)) then
+        call relative_stress(self, n, products, dgamma, norm, fall, curvature)
+        call flow_after(self%curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
+      end if
+      call advance(n, iteration, first, norm - flow, fall + slope, curvature + bend, reach, low, &
+                   high, dgamma, ok)
       if (ok) exit
-      do l = 1, points%n
-        if (residual(l) > 0.0_wp) low(l) = points%dgamma(l)
-        if (residual(l) < 0.0_wp) high(l) = min(points%dgamma(l), high(l))
-        candidate = min(points%dgamma(l) + residual(l)/(fall(l) + slope(l)), high(l))
-        if (candidate <= low(l) .or. iteration > most_newton) candidate = 0.5_wp*(low(l) + high(l))
-        if (abs(residual(l)) > tolerance*first(l)) points%dgamma(l) = candidate
-      end do
     end do
-    do k = 1, self%back%n
-      points%back(:, :, k) = (points%back(:, :, k) + self%back%modulus(k) &
-                              *spread(points%dgamma, 2, 6)*points%direction) &
-                             /spread(1.0_wp + self%back%recall(k)*points%dgamma, 2, 6)
-    end do
+    call flow_by(self, n, deviator, dgamma, back, flown)
+    eqps = eqps + dgamma
   end subroutine return_points
 
-  !> The multi-stage scheme as in `return_mapping`. The direction returned is the mean of the
-  !! stages.
-  subroutine return_in_stages(self, dt, points)
-    class(mises_plastic_t), intent(in) :: self
-    real(wp), intent(in) :: dt
-    type(yielding_t), intent(inout) :: points
-    real(wp), dimension(points%n) :: first, flow, slope, norm, resistance, step
-    real(wp), dimension(points%n, 6) :: flown, unit
-    integer :: k, stage
-    logical :: ok
+  !> Products of the deviator (0) and the back stresses.
+  pure subroutine find_products(n, n_back, deviator, back, products)
+    integer, intent(in) :: n, n_back
+    real(wp), intent(in) :: deviator(n, 6), back(n, 6, n_back)
+    real(wp), intent(out) :: products(n, 0:n_back, 0:n_back)
+    integer :: i, k
 
-    flown = 0.0_wp
-    first = 0.0_wp
-    do stage = 1, self%n_stages
-      unit = points%deviator - 3.0_wp*self%shear*flown - sum(points%back, 3)
-      norm = mises_norm(points%n, unit)
-      unit = unit/spread(max(norm, tiny(dt)), 2, 6)
-      resistance = 3.0_wp*self%shear + sum(self%back%modulus)
-      do k = 1, self%back%n
-        resistance = resistance - 1.5_wp*self%back%recall(k) &
-                     *(sum(unit(:, :3)*points%back(:, :3, k), 2) &
-                       + 2.0_wp*sum(unit(:, 4:)*points%back(:, 4:, k), 2))
-      end do
-      call flow_after(self%curve, points%n, dt, points%eqps, points%factor, points%dgamma, flow, &
-                      slope)
-      if (stage == 1) first = norm - flow
-      norm = norm - first*real(self%n_stages - stage, wp)/self%n_stages
-      if (stage == 1 .and. is_steep(self%curve)) then
-        call solve_consistency(self%curve, points%n, dt, norm, resistance, points%eqps, &
-                               points%factor, step, flow, ok)
-      else
-        step = (norm - flow)/(resistance + slope)
-      end if
-      points%dgamma = points%dgamma + step
-      unit = spread(step, 2, 6)*unit
-      flown = flown + unit
-      do k = 1, self%back%n
-        points%back(:, :, k) = (points%back(:, :, k) + self%back%modulus(k)*unit) &
-                               /spread(1.0_wp + self%back%recall(k)*step, 2, 6)
+    products(:, 0, 0) = product_of(n, deviator, deviator)
+    do k = 1, n_back
+      products(:, 0, k) = product_of(n, deviator, back(:, :, k))
+      products(:, k, 0) = products(:, 0, k)
+      do i = 1, k
+        products(:, i, k) = product_of(n, back(:, :, i), back(:, :, k))
+        products(:, k, i) = products(:, i, k)
       end do
     end do
-    points%direction = flown/spread(points%dgamma, 2, 6)
-  end subroutine return_in_stages
+  end subroutine find_products
 
-  !> Norm of the stress less the back stresses after `dgamma`, its direction, and by how much
-  !! the norm falls with `dgamma`.
-  pure subroutine relative_stress(self, points, norm, fall)
+  !> 3/2 a:b, the square of the von Mises norm for a deviator with itself.
+  pure function product_of(n, a, b) result(product)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: a(n, 6), b(n, 6)
+    real(wp) :: product(n)
+    integer :: l
+
+    !$omp simd
+    do l = 1, n
+      product(l) = 1.5_wp*(a(l, 1)*b(l, 1) + a(l, 2)*b(l, 2) + a(l, 3)*b(l, 3)) &
+                   + 3.0_wp*(a(l, 4)*b(l, 4) + a(l, 5)*b(l, 5) + a(l, 6)*b(l, 6))
+    end do
+  end function product_of
+
+  !> The left side of the equation of `return_points`, by how much it falls with `dgamma` and how
+  !! this fall fades.
+  pure subroutine relative_stress(self, n, products, dgamma, norm, fall, curvature)
     class(mises_plastic_t), intent(in) :: self
-    type(yielding_t), intent(inout) :: points
-    real(wp), intent(out) :: norm(points%n), fall(points%n)
-    real(wp) :: xi(6), change(6), theta, length
-    integer :: l, k
+    integer, intent(in) :: n
+    real(wp), intent(in) :: products(n, 0:self%back%n, 0:self%back%n), dgamma(n)
+    real(wp), intent(out), dimension(n) :: norm, fall, curvature
+    real(wp), dimension(n, self%back%n) :: theta, across, along
+    real(wp), dimension(n) :: square, growth, bent
+    real(wp) :: length, own
+    integer :: l, k, m
 
-    do l = 1, points%n
-      xi = points%deviator(l, :)
-      change = 0.0_wp
-      norm(l) = -3.0_wp*self%shear*points%dgamma(l)
-      fall(l) = 3.0_wp*self%shear
-      do k = 1, self%back%n
-        theta = 1.0_wp/(1.0_wp + self%back%recall(k)*points%dgamma(l))
-        xi = xi - theta*points%back(l, :, k)
-        change = change + self%back%recall(k)*theta**2*points%back(l, :, k)
-        norm(l) = norm(l) - theta*self%back%modulus(k)*points%dgamma(l)
-        fall(l) = fall(l) + theta**2*self%back%modulus(k)
+    do k = 1, self%back%n
+      theta(:, k) = 1.0_wp/(1.0_wp + self%back%recall(k)*dgamma)
+    end do
+    ! Products of each back stress with the relative stress and with its derivative.
+    do k = 1, self%back%n
+      across(:, k) = products(:, 0, k)
+      along(:, k) = 0.0_wp
+      do m = 1, self%back%n
+        !$omp simd
+        do l = 1, n
+          across(l, k) = across(l, k) - theta(l, m)*products(l, m, k)
+          along(l, k) = along(l, k) + self%back%recall(m)*theta(l, m)**2*products(l, m, k)
+        end do
       end do
-      length = sqrt(1.5_wp*(sum(xi(:3)**2) + 2.0_wp*sum(xi(4:)**2)))
-      points%direction(l, :) = xi/max(length, tiny(length))
-      norm(l) = norm(l) + length
-      associate (unit => points%direction(l, :))
-        fall(l) = fall(l) - 1.5_wp*(sum(unit(:3)*change(:3)) + 2.0_wp*sum(unit(4:)*change(4:)))
+    end do
+    square = products(:, 0, 0)
+    growth = 0.0_wp
+    bent = 0.0_wp
+    norm = -3.0_wp*self%shear*dgamma
+    fall = 3.0_wp*self%shear
+    curvature = 0.0_wp
+    do k = 1, self%back%n
+      associate (gamma => self%back%recall(k), c => self%back%modulus(k))
+        !$omp simd private(own)
+        do l = 1, n
+          own = gamma*theta(l, k)**2
+          square(l) = square(l) - theta(l, k)*(across(l, k) + products(l, 0, k))
+          growth(l) = growth(l) + own*across(l, k)
+          bent(l) = bent(l) + own*(along(l, k) - 2.0_wp*gamma*theta(l, k)*across(l, k))
+          norm(l) = norm(l) - theta(l, k)*c*dgamma(l)
+          fall(l) = fall(l) + theta(l, k)**2*c
+          curvature(l) = curvature(l) + 2.0_wp*own*theta(l, k)*c
+        end do
       end associate
+    end do
+    !$omp simd private(length)
+    do l = 1, n
+      length = sqrt(max(square(l), tiny(length)))
+      growth(l) = growth(l)/length
+      norm(l) = norm(l) + length
+      fall(l) = fall(l) - growth(l)
+      curvature(l) = curvature(l) + (bent(l) - growth(l)**2)/length
     end do
   end subroutine relative_stress
 
-  !> Von Mises stress of each point.
-  pure function mises_norm(n, stress) result(norm)
+  !> The flow along the relative stress, of unit von Mises norm, and the back stresses after it.
+  pure subroutine flow_by(self, n, deviator, dgamma, back, flown)
+    class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: stress(n, 6)
-    real(wp) :: norm(n)
+    real(wp), intent(in) :: deviator(n, 6), dgamma(n)
+    real(wp), intent(inout) :: back(n, 6, self%back%n)
+    real(wp), intent(out) :: flown(n, 6)
+    real(wp) :: theta(n, self%back%n), scaling(n)
+    integer :: c, k
 
-    norm = sqrt(0.5_wp*((stress(:, 1) - stress(:, 2))**2 + (stress(:, 2) - stress(:, 3))**2 &
-                        + (stress(:, 3) - stress(:, 1))**2) &
-                + 3.0_wp*(stress(:, 4)**2 + stress(:, 5)**2 + stress(:, 6)**2))
-  end function mises_norm
+    flown = deviator
+    do k = 1, self%back%n
+      theta(:, k) = 1.0_wp/(1.0_wp + self%back%recall(k)*dgamma)
+      do c = 1, 6
+        back(:, c, k) = theta(:, k)*back(:, c, k)
+        flown(:, c) = flown(:, c) - back(:, c, k)
+      end do
+    end do
+    scaling = dgamma/sqrt(max(product_of(n, flown, flown), tiny(scaling)))
+    do c = 1, 6
+      flown(:, c) = scaling*flown(:, c)
+      do k = 1, self%back%n
+        back(:, c, k) = back(:, c, k) + self%back%modulus(k)*theta(:, k)*flown(:, c)
+      end do
+    end do
+  end subroutine flow_by
+
+  !> The multi-stage scheme, see `consistency`. The direction of the flow changes with the stages.
+  subroutine return_in_stages(self, n, dt, factor, deviator, eqps, back, flown)
+    class(mises_plastic_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, factor(n), deviator(n, 6)   !! of the trial stress
+    real(wp), intent(inout) :: eqps(n), back(n, 6, self%back%n)
+    real(wp), intent(out) :: flown(n, 6)                    !! direction times dgamma
+    real(wp), dimension(n) :: first, flow, slope, norm, resistance, step, dgamma
+    real(wp) :: unit(n, 6)
+    integer :: c, k, stage
+    logical :: ok
+
+    flown = 0.0_wp
+    dgamma = 0.0_wp
+    first = 0.0_wp
+    do stage = 1, self%n_stages
+      unit = deviator - 3.0_wp*self%shear*flown
+      do k = 1, self%back%n
+        unit = unit - back(:, :, k)
+      end do
+      norm = sqrt(max(product_of(n, unit, unit), tiny(norm)))
+      resistance = 3.0_wp*self%shear + sum(self%back%modulus)
+      do k = 1, self%back%n
+        resistance = resistance - self%back%recall(k)/norm*product_of(n, unit, back(:, :, k))
+      end do
+      call flow_after(self%curve, n, dt, eqps, factor, dgamma, flow, slope)
+      if (stage == 1) first = max(norm - flow, 0.0_wp)
+      if (all(first <= 0.0_wp)) return
+      slope = resistance + slope
+      step = norm - first*(real(self%n_stages - stage, wp)/self%n_stages)
+      if (stage == 1 .and. is_steep(self%curve)) then
+        call solve_consistency(self%curve, n, dt, step, resistance, eqps, factor, slope, flow, ok)
+        step = slope
+      else
+        step = (step - flow)/slope
+      end if
+      where (first <= 0.0_wp) step = 0.0_wp
+      dgamma = dgamma + step
+      norm = step/norm
+      do c = 1, 6
+        flown(:, c) = flown(:, c) + norm*unit(:, c)
+        do k = 1, self%back%n
+          back(:, c, k) = (back(:, c, k) + self%back%modulus(k)*norm*unit(:, c)) &
+                          /(1.0_wp + self%back%recall(k)*step)
+        end do
+      end do
+    end do
+    eqps = eqps + dgamma
+  end subroutine return_in_stages
 
   !> That of its back stresses.
   pure function shear_warning(self) result(warning)

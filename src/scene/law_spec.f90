@@ -6,7 +6,7 @@ module law_spec
 
   !> Plasticity: names as the deck writes them, "" meaning that the deck names none.
   type, public :: plasticity_spec_t
-    character(16) :: hardening = ""            !! VOCE, SWIFT, LINEAR, TABLE, VOCE SWIFT, PERFECT
+    character(16) :: hardening = ""            !! as in *PLASTIC, ISOTROPIC being TABLE
     character(16) :: rate = ""                 !! COWPER SYMONDS or JOHNSON COOK
     real(wp), allocatable :: rate_constants(:) !! D, p, or C, reference rate
     integer :: n_stages = 0                    !! of the multi-stage return, 0: backward Euler
