@@ -2,7 +2,7 @@
 module anisotropic_plastic
   use kinds, only: wp
   use block_law, only: set_elastic
-  use flow_curve, only: flow_curve_t, flow_after, is_steep, thermal_factor, heat_up
+  use flow_curve, only: flow_curve_t, flow_at, is_steep, thermal_factor, heat_up
   use hardening, only: back_stresses_t
   use mises_plastic, only: mises_plastic_t, set_plastic
   use yield_function, only: yield_function_t, evaluate_yield, mises_bound, quadratic
@@ -65,7 +65,7 @@ contains
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
     real(wp), intent(in), optional :: spin(n, 3)
-    real(wp) :: mises(n), flow(n), slope(n), factor(n), worst
+    real(wp) :: mises(n), flow(n), slope(n), bend(n), reach(n), factor(n), worst
     integer, allocatable :: places(:)
     integer :: l, k
 
@@ -74,7 +74,7 @@ contains
     if (.not. ok) return
     if (present(spin)) call rotate_axes(n, spin, state(:, 2:5))
     factor = thermal_factor(self%curve%heating, n, self%n_state, state)
-    call flow_after(self%curve, n, dt, state(:, 1), factor, spread(0.0_wp, 1, n), flow, slope)
+    call flow_at(self%curve, n, state(:, 1), factor, flow, slope, bend, reach)
     do k = 1, self%back%n
       mises = mises + sqrt(1.5_wp*(sum(state(:, 6*k:6*k + 2)**2, 2) &
                                    + 2.0_wp*sum(state(:, 6*k + 3:6*k + 5)**2, 2)))

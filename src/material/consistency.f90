@@ -2,20 +2,20 @@
 !! q - k dgamma = flow(dgamma), for a row of points.
 module consistency
   use kinds, only: wp
-  use flow_curve, only: flow_curve_t, flow_after, is_steep, has_rate, start_by_rate
+  use flow_curve, only: flow_curve_t, flow_at, flow_after, is_steep, has_rate
   implicit none
   private
 
   public :: solve_consistency, solve_in_stages, begin_at, advance
 
+  integer, parameter, public :: max_iterations = 400   !! of `advance`, which then has long halved
   real(wp), parameter :: tolerance = 1.0e-13_wp   !! of the residual, relative to q
-  real(wp), parameter :: too_steep = 10.0_wp      !! slope over k from which zero is no start
 
 contains
 
   !> Backward Euler: the root, see `advance`. The flow stress never falls, so the root is unique and
   !! the bracket from 0 to (q - flow(0))/k holds it. Points below the flow stress get dgamma = 0.
-  pure subroutine solve_consistency(curve, n, dt, q, stiffness, eqps, factor, dgamma, flow, ok)
+  pure subroutine solve_consistency(curve, n, dt, q, stiffness, eqps, factor, guess, dgamma, ok)
     type(flow_curve_t), intent(in) :: curve
     integer, intent(in) :: n
     real(wp), intent(in) :: dt            !! [time]
@@ -23,83 +23,96 @@ contains
     real(wp), intent(in) :: stiffness(n)  !! k: what q loses by a unit of dgamma, 3G for von Mises
     real(wp), intent(in) :: eqps(n)       !! plastic strain before the increment
     real(wp), intent(in) :: factor(n)     !! on the flow stress, 1 at the first temperature
+    real(wp), intent(in) :: guess(n)      !! of dgamma, see `begin_at`
     real(wp), intent(out) :: dgamma(n)
-    real(wp), intent(out) :: flow(n)      !! flow stress after it, where it is not zero
     logical, intent(out) :: ok
-    integer, parameter :: max_iterations = 400
-    real(wp), dimension(n) :: low, high, slope, bend, reach, residual
+    real(wp), dimension(n) :: low, high, last, flow, slope, bend, reach
     integer :: iteration
 
-    dgamma = 0.0_wp
-    call flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
+    call flow_at(curve, n, eqps, factor, flow, slope, bend, reach)
     high = max(q - flow, 0.0_wp)/stiffness
-    call begin_at(curve, n, dt, q, flow, slope, stiffness, high, dgamma)
+    call begin_at(curve, n, slope, stiffness, high, guess, dgamma)
     low = 0.0_wp
-    ok = all(high <= 0.0_wp)
+    last = 0.0_wp
     do iteration = 1, max_iterations
-      if (ok) exit
-      if (iteration > 1 .or. has_rate(curve) .or. is_steep(curve)) &
+      if (iteration > 1 .or. any(dgamma > 0.0_wp)) &
         call flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
-      residual = q - stiffness*dgamma - flow
-      call advance(n, iteration, q, residual, stiffness + slope, bend, reach, low, high, dgamma, ok)
+      flow = q - stiffness*dgamma - flow
+      slope = stiffness + slope
+      call advance(n, iteration, q, flow, slope, bend, reach, low, high, last, dgamma, ok)
+      if (ok) exit
     end do
-    flow = q - stiffness*dgamma
   end subroutine solve_consistency
 
-  !> Where the solution begins: at zero, or beyond the root where the slope at zero says nothing.
-  pure subroutine begin_at(curve, n, dt, q, flow, slope, stiffness, high, dgamma)
+  !> Where the solution begins: at zero, or at a guess, such as the increment of the equivalent
+  !! strain, where the slope at zero says nothing.
+  pure subroutine begin_at(curve, n, slope, stiffness, high, guess, dgamma)
     type(flow_curve_t), intent(in) :: curve
     integer, intent(in) :: n
-    real(wp), intent(in) :: dt
-    real(wp), intent(in), dimension(n) :: q, flow, slope, stiffness   !! at dgamma = 0
+    real(wp), intent(in) :: slope(n), stiffness(n)   !! without rate, at dgamma = 0
     real(wp), intent(in) :: high(n)        !! most that dgamma can be, 0 where nothing flows
+    real(wp), intent(in) :: guess(n)
     real(wp), intent(out) :: dgamma(n)
+    real(wp), parameter :: too_steep = 10.0_wp       ! slope over stiffness
     integer :: l
 
     dgamma = 0.0_wp
     if (has_rate(curve)) then
-      call start_by_rate(curve, n, dt, q, flow, high, dgamma)
+      dgamma = min(guess, high)
     else if (is_steep(curve)) then
       do l = 1, n
-        if (slope(l) > too_steep*stiffness(l)) dgamma(l) = high(l)
+        if (slope(l) > too_steep*stiffness(l)) dgamma(l) = min(guess(l), high(l))
       end do
     end if
   end subroutine begin_at
 
   !> One step towards the root of residuals that fall with `dgamma`, for all points of a row: of
   !! Newton's method with the curvature, kept in a bracket that is halved where the step leaves it
-  !! or many have been taken. A step whose square leaves less than the tolerance is the last, and
-  !! a point with less is left alone.
-  pure subroutine advance(n, iteration, q, residual, fall, bend, reach, low, high, dgamma, is_done)
+  !! or many have been taken.
+  !!
+  !! A step is the last if its square leaves less than the tolerance. What a step has left shows
+  !! in the next residual and falls with its square at least, so that the second step is mostly the
+  !! last one. Points with less than the tolerance are left alone.
+  pure subroutine advance(n, iteration, q, residual, fall, bend, reach, low, high, last, dgamma, &
+                          is_done)
     integer, intent(in) :: n, iteration           !! of the steps, from 1
     real(wp), intent(in), dimension(n) :: q       !! of which the tolerance is a part [stress]
     real(wp), intent(in), dimension(n) :: residual, fall, bend   !! and its first two derivatives
     real(wp), intent(in), dimension(n) :: reach   !! further dgamma up to which they hold
     real(wp), intent(inout), dimension(n) :: low, high, dgamma   !! bracket, high = 0: inactive
+    real(wp), intent(inout), dimension(n) :: last !! square of the last step, 0 at first
     logical, intent(out) :: is_done               !! all points
     integer, parameter :: most_newton = 30
-    real(wp) :: step, next, left, worst, curved, halve
+    real(wp) :: step, next, left, worst, per_fall, halve, allowed, lower, upper
     integer :: l
 
     halve = merge(1.0_wp, 0.0_wp, iteration > most_newton)
     worst = 0.0_wp
-    !$omp simd private(step, next, left, curved) reduction(max:worst)
+    !$omp simd private(step, next, left, per_fall, allowed, lower, upper) reduction(max:worst)
     do l = 1, n
-      if (residual(l) > 0.0_wp) low(l) = dgamma(l)
-      if (residual(l) < 0.0_wp) high(l) = min(dgamma(l), high(l))
-      step = residual(l)/fall(l)
-      curved = max(-0.25_wp, min(0.5_wp*bend(l)*step/fall(l), 0.25_wp))
-      next = min(dgamma(l) + step*(1.0_wp + curved), high(l))
-      if (next <= low(l) .or. halve > 0.0_wp) next = 0.5_wp*(low(l) + high(l))
-      if (abs(residual(l)) <= tolerance*q(l)) next = dgamma(l)
+      lower = low(l)
+      upper = high(l)
+      if (residual(l) > 0.0_wp) lower = dgamma(l)
+      if (residual(l) < 0.0_wp) upper = min(dgamma(l), upper)
+      allowed = tolerance*q(l)
+      per_fall = 1.0_wp/fall(l)
+      step = residual(l)*per_fall
+      step = step*(1.0_wp + max(-0.25_wp, min(0.5_wp*bend(l)*step*per_fall, 0.25_wp)))
+      next = min(dgamma(l) + step, upper)
+      if (next <= lower .or. halve > 0.0_wp) next = 0.5_wp*(lower + upper)
+      if (abs(residual(l)) <= allowed) next = dgamma(l)
       step = next - dgamma(l)
-      left = abs(residual(l) - fall(l)*step) + 0.5_wp*bend(l)*step*step
+      left = abs(residual(l) - fall(l)*step) + 0.5_wp*bend(l)*step*step - allowed
+      left = min(left, abs(residual(l))*step*step - allowed*last(l))
       ! Beyond their reach the derivatives say nothing, and back over a corner neither.
       if (abs(step) > reach(l)) left = huge(left)
       if (step < 0.0_wp .and. reach(l) < huge(left)) left = huge(left)
-      if (high(l) - low(l) <= 2.0_wp*epsilon(left)*high(l)) left = 0.0_wp
+      if (upper - lower <= 2.0_wp*epsilon(left)*upper) left = 0.0_wp
+      last(l) = step*step
       dgamma(l) = next
-      worst = max(worst, left - tolerance*q(l))
+      low(l) = lower
+      high(l) = upper
+      worst = max(worst, left)
     end do
     is_done = worst <= 0.0_wp
   end subroutine advance
@@ -108,23 +121,24 @@ contains
   !! fall evenly from that of the trial stress to zero (R. P. R. Cardoso and O. B. Adetoro,
   !! box 1 with (39) for the residual and (44) for the step). Where the flow stress rises too
   !! steeply for a first step of that kind, it goes to the very root of its level.
-  pure subroutine solve_in_stages(curve, n_stages, n, dt, q, stiffness, eqps, factor, dgamma, flow)
+  pure subroutine solve_in_stages(curve, n_stages, n, dt, q, stiffness, eqps, factor, guess, dgamma)
     type(flow_curve_t), intent(in) :: curve
     integer, intent(in) :: n_stages, n
-    real(wp), intent(in) :: dt, q(n), stiffness(n), eqps(n), factor(n)   !! as above
-    real(wp), intent(out) :: dgamma(n), flow(n)
-    real(wp) :: slope(n), first(n), level
+    real(wp), intent(in) :: dt, q(n), stiffness(n), eqps(n), factor(n), guess(n)   !! as above
+    real(wp), intent(out) :: dgamma(n)
+    real(wp), dimension(n) :: flow, slope, bend, reach, first
+    real(wp) :: level
     integer :: l, stage
     logical :: ok
 
     dgamma = 0.0_wp
-    call flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope)
-    first = max(q - flow, 0.0_wp)
     do stage = 1, n_stages
+      call flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
+      if (stage == 1) first = max(q - flow, 0.0_wp)
       level = real(n_stages - stage, wp)/n_stages
       if (stage == 1 .and. is_steep(curve)) then
-        call solve_consistency(curve, n, dt, q - level*first, stiffness, eqps, factor, dgamma, &
-                               flow, ok)
+        call solve_consistency(curve, n, dt, q - level*first, stiffness, eqps, factor, guess, &
+                               dgamma, ok)
       else
         !$omp simd
         do l = 1, n
@@ -133,7 +147,6 @@ contains
             + (q(l) - stiffness(l)*dgamma(l) - flow(l) - level*first(l))/(stiffness(l) + slope(l))
         end do
       end if
-      call flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope)
     end do
   end subroutine solve_in_stages
 

@@ -13,11 +13,11 @@ module flow_curve
   use failure, only: error_t, fail
   use constant_check, only: check_finite, check_count, require
   use hardening, only: hardening_t, harden, is_steep_at_start
-  use row_functions, only: exp_row, log_row, power_row
+  use row_functions, only: log_row, power_row
   implicit none
   private
 
-  public :: set_rate_factor, flow_after, is_steep, has_rate, start_by_rate, lowest_flow
+  public :: set_rate_factor, flow_at, flow_after, is_steep, has_rate, lowest_flow
   public :: set_heating, thermal_factor, heat_up
 
   !> Constants of the heating; nothing happens unless it is active.
@@ -98,6 +98,25 @@ contains
     if (curve%heating%is_active) lowest_flow = least_factor*flow(1)
   end function lowest_flow
 
+  !> Flow stress of a row without plastic strain rate, its slope and bend, see `harden`.
+  pure subroutine flow_at(curve, n, eqps, factor, flow, slope, bend, reach)
+    type(flow_curve_t), intent(in) :: curve
+    integer, intent(in) :: n
+    real(wp), intent(in) :: eqps(n)
+    real(wp), intent(in) :: factor(n)            !! on the flow stress, 1 at the first temperature
+    real(wp), intent(out), dimension(n) :: flow, slope, bend, reach
+    integer :: l
+
+    call harden(curve%hardening, n, eqps, flow, slope, bend, reach)
+    if (.not. curve%heating%is_active) return
+    !$omp simd
+    do l = 1, n
+      flow(l) = factor(l)*flow(l)
+      slope(l) = factor(l)*slope(l)
+      bend(l) = factor(l)*bend(l)
+    end do
+  end subroutine flow_at
+
   !> Flow stress after the plastic strain `dgamma` of one increment of length `dt`, and its
   !! slope and bend against `dgamma`, for a row of points. It never falls with `dgamma`.
   pure subroutine flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
@@ -108,30 +127,20 @@ contains
     real(wp), intent(in) :: factor(n)            !! on the flow stress, 1 at the first temperature
     real(wp), intent(in) :: dgamma(n)            !! >= 0
     real(wp), intent(out) :: flow(n), slope(n)   !! [stress]
-    real(wp), intent(out), optional :: bend(n)   !! bound of what the slope loses with `dgamma`
-    real(wp), intent(out), optional :: reach(n)  !! further `dgamma` up to which all this holds
-    real(wp), dimension(n) :: by_rate, rate_slope, rate_bend, bent, far
+    real(wp), intent(out) :: bend(n)             !! bound of what the slope loses with `dgamma`
+    real(wp), intent(out) :: reach(n)            !! further `dgamma` up to which all this holds
+    real(wp), dimension(n) :: by_rate, rate_slope, rate_bend
     integer :: l
 
-    call harden(curve%hardening, n, eqps + dgamma, flow, slope, bent, far)
-    if (curve%rate_kind == no_rate) then
-      !$omp simd
-      do l = 1, n
-        flow(l) = factor(l)*flow(l)
-        slope(l) = factor(l)*slope(l)
-        bent(l) = factor(l)*bent(l)
-      end do
-    else
-      call rate_factor(curve, n, dt, dgamma, by_rate, rate_slope, rate_bend)
-      !$omp simd
-      do l = 1, n
-        bent(l) = factor(l)*(by_rate(l)*bent(l) + rate_bend(l)*flow(l))
-        slope(l) = factor(l)*(by_rate(l)*slope(l) + rate_slope(l)*flow(l))
-        flow(l) = factor(l)*by_rate(l)*flow(l)
-      end do
-    end if
-    if (present(bend)) bend = bent
-    if (present(reach)) reach = far
+    call flow_at(curve, n, eqps + dgamma, factor, flow, slope, bend, reach)
+    if (curve%rate_kind == no_rate) return
+    call rate_factor(curve, n, dt, dgamma, by_rate, rate_slope, rate_bend)
+    !$omp simd
+    do l = 1, n
+      bend(l) = by_rate(l)*bend(l) + rate_bend(l)*flow(l)
+      slope(l) = by_rate(l)*slope(l) + rate_slope(l)*flow(l)
+      flow(l) = by_rate(l)*flow(l)
+    end do
   end subroutine flow_after
 
   !> Factor of the plastic strain rate, its slope and bend against `dgamma`.
@@ -172,30 +181,6 @@ contains
       end associate
     end if
   end subroutine rate_factor
-
-  !> The plastic strains whose rate alone would raise `flow` to the trial stress q, up to `high`:
-  !! starts of a solution that lie a little beyond it.
-  pure subroutine start_by_rate(curve, n, dt, q, flow, high, dgamma)
-    type(flow_curve_t), intent(in) :: curve     !! with a rate factor
-    integer, intent(in) :: n
-    real(wp), intent(in) :: dt, q(n), flow(n)   !! flow stress without rate
-    real(wp), intent(in) :: high(n)             !! most that dgamma can be, 0 where nothing flows
-    real(wp), intent(out) :: dgamma(n)
-    real(wp), parameter :: least = 1.0e-100_wp
-
-    dgamma = max(q/flow - 1.0_wp, least)
-    associate (c => curve%rate_constants)
-      if (curve%rate_kind == cowper_symonds) then
-        call power_row(n, c(2), dgamma)
-        dgamma = c(1)*dt*dgamma
-      else
-        dgamma = dgamma/max(c(1), least)
-        call exp_row(n, dgamma)
-        dgamma = c(2)*dt*dgamma
-      end if
-    end associate
-    dgamma = min(dgamma, high)
-  end subroutine start_by_rate
 
   !> Heating from the fraction of the work, specific heat, temperature at the start, reference and
   !! melting temperature and exponent.

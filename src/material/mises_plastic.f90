@@ -10,9 +10,10 @@
 module mises_plastic
   use kinds, only: wp
   use block_law, only: block_law_t, set_elastic
-  use flow_curve, only: flow_curve_t, flow_after, is_steep, lowest_flow, thermal_factor, heat_up
+  use flow_curve, only: flow_curve_t, flow_at, flow_after, is_steep, has_rate, lowest_flow, &
+                        thermal_factor, heat_up
   use hardening, only: back_stresses_t, back_stress_warning
-  use consistency, only: solve_consistency, solve_in_stages, begin_at, advance
+  use consistency, only: solve_consistency, solve_in_stages, begin_at, advance, max_iterations
   use tensor_rotation, only: rotate_by_spin
   use voce, only: elastic_trial
   implicit none
@@ -71,15 +72,16 @@ contains
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
     real(wp), intent(in), optional :: spin(n, 3)
-    real(wp) :: mises(n), worst
+    real(wp) :: mises(n), guess(n), worst
     integer :: k
 
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
-    if (.not. ok) return
+    if (.not. ok .or. .not. (self%back%n > 0 .or. worst > self%lowest .or. self%is_awake)) return
+    guess = 0.0_wp
+    if (has_rate(self%curve) .or. is_steep(self%curve)) guess = equivalent_strain(n, dstrain)
     if (self%back%n == 0) then
-      if (worst > self%lowest .or. self%is_awake) &
-        call return_radially(self, n, dt, mises, stress, state, ok)
+      call return_radially(self, n, dt, mises, guess, stress, state, ok)
       return
     end if
     if (present(spin)) then
@@ -87,31 +89,49 @@ contains
         call rotate_by_spin(n, spin, state(:, 6*k - 4:6*k + 1))
       end do
     end if
-    call return_with_back_stresses(self, n, dt, stress, state, ok)
+    call return_with_back_stresses(self, n, dt, guess, stress, state, ok)
   end subroutine update
 
+  !> Equivalent strain of increments, sqrt(2/3 e:e) of their deviators.
+  pure function equivalent_strain(n, dstrain) result(strain)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dstrain(n, 6)
+    real(wp) :: strain(n)
+    integer :: l
+
+    !$omp simd
+    do l = 1, n
+      strain(l) = sqrt(2.0_wp/9.0_wp*((dstrain(l, 1) - dstrain(l, 2))**2 &
+                                      + (dstrain(l, 2) - dstrain(l, 3))**2 &
+                                      + (dstrain(l, 3) - dstrain(l, 1))**2) &
+                       + (dstrain(l, 4)**2 + dstrain(l, 5)**2 + dstrain(l, 6)**2)/3.0_wp)
+    end do
+  end function equivalent_strain
+
   !> Radial return of a row without back stresses.
-  subroutine return_radially(self, n, dt, mises, stress, state, ok)
+  subroutine return_radially(self, n, dt, mises, guess, stress, state, ok)
     class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
     real(wp), intent(in) :: dt, mises(n)   !! of the trial stress
+    real(wp), intent(in) :: guess(n)       !! see `begin_at`
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(inout) :: ok
-    real(wp) :: stiffness(n), dgamma(n), flow(n), factor(n)
+    real(wp) :: stiffness(n), dgamma(n), factor(n)
 
     stiffness = 3.0_wp*self%shear
     factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     if (self%n_stages > 0) then
       call solve_in_stages(self%curve, self%n_stages, n, dt, mises, stiffness, state(:, 1), &
-                           factor, dgamma, flow)
+                           factor, guess, dgamma)
     else
-      call solve_consistency(self%curve, n, dt, mises, stiffness, state(:, 1), factor, dgamma, &
-                             flow, ok)
+      call solve_consistency(self%curve, n, dt, mises, stiffness, state(:, 1), factor, guess, &
+                             dgamma, ok)
     end if
     call shrink_deviator(n, 1.0_wp - stiffness*dgamma/max(mises, tiny(dt)), stress)
     state(:, 1) = state(:, 1) + dgamma
     if (self%curve%heating%is_active) &
-      call heat_up(self%curve%heating, flow*dgamma, state(:, self%n_state))
+      call heat_up(self%curve%heating, (mises - stiffness*dgamma)*dgamma, &
+                   state(:, self%n_state))
   end subroutine return_radially
 
   !> Multiply the deviator by `scaling` and leave the mean stress.
@@ -135,10 +155,10 @@ contains
   end subroutine shrink_deviator
 
   !> Return of a row with back stresses.
-  subroutine return_with_back_stresses(self, n, dt, stress, state, ok)
+  subroutine return_with_back_stresses(self, n, dt, guess, stress, state, ok)
     class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: dt
+    real(wp), intent(in) :: dt, guess(n)   !! see `begin_at`
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(inout) :: ok
     real(wp) :: factor(n), deviator(n, 6), flown(n, 6), work(n)
@@ -151,9 +171,11 @@ contains
     end do
     factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     if (self%n_stages > 0) then
-      call return_in_stages(self, n, dt, factor, deviator, state(:, 1), state(:, 2:), flown)
+      call return_in_stages(self, n, dt, factor, guess, deviator, state(:, 1), state(:, 2:), &
+                            flown)
     else
-      call return_points(self, n, dt, factor, deviator, state(:, 1), state(:, 2:), flown, ok)
+      call return_points(self, n, dt, factor, guess, deviator, state(:, 1), state(:, 2:), flown, &
+                         ok)
     end if
     stress = stress - 3.0_wp*self%shear*flown
     if (.not. self%curve%heating%is_active) return
@@ -163,16 +185,15 @@ contains
   !> Backward Euler: |s - sum theta alpha| - (3G + sum theta C) dgamma = flow(dgamma) with theta =
   !! 1/(1 + gamma dgamma), in which deviator and back stresses count by their products alone. The
   !! left side falls by 3G at least where back stresses stay below C/gamma.
-  subroutine return_points(self, n, dt, factor, deviator, eqps, back, flown, ok)
+  subroutine return_points(self, n, dt, factor, guess, deviator, eqps, back, flown, ok)
     class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: dt, factor(n), deviator(n, 6)   !! of the trial stress
+    real(wp), intent(in) :: dt, factor(n), guess(n), deviator(n, 6)   !! of the trial stress
     real(wp), intent(inout) :: eqps(n), back(n, 6, self%back%n)
     real(wp), intent(out) :: flown(n, 6)                    !! direction times dgamma
     logical, intent(out) :: ok
-    integer, parameter :: max_iterations = 400
-    real(wp), dimension(n) :: low, high, dgamma, norm, fall, curvature, flow, slope, bend, reach, &
-                              first
+    real(wp), dimension(n) :: low, high, last, dgamma, norm, fall, curvature, flow, slope, bend, &
+                              reach, first
     real(wp) :: products(n, 0:self%back%n, 0:self%back%n)
     integer :: k, iteration
 
@@ -180,7 +201,7 @@ contains
     dgamma = 0.0_wp
     flown = 0.0_wp
     call relative_stress(self, n, products, dgamma, norm, fall, curvature)
-    call flow_after(self%curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
+    call flow_at(self%curve, n, eqps, factor, flow, slope, bend, reach)
     ok = all(norm <= flow)
     if (ok) return
     first = norm
@@ -190,14 +211,17 @@ contains
     low = 0.0_wp
     high = 0.0_wp
     where (norm > flow) high = (first - flow)/(3.0_wp*self%shear)
-    call begin_at(self%curve, n, dt, norm, flow, slope, fall, high, dgamma)
+    last = 0.0_wp
+    call begin_at(self%curve, n, slope, fall, high, guess, dgamma)
     do iteration = 1, max_iterations
       if (iteration > 1 .or. any(dgamma > 0.0_wp)) then
         call relative_stress(self, n, products, dgamma, norm, fall, curvature)
         call flow_after(self%curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
       end if
-      call advance(n, iteration, first, norm - flow, fall + slope, curvature + bend, reach, low, &
-                   high, dgamma, ok)
+      norm = norm - flow
+      fall = fall + slope
+      bend = curvature + bend
+      call advance(n, iteration, first, norm, fall, bend, reach, low, high, last, dgamma, ok)
       if (ok) exit
     end do
     call flow_by(self, n, deviator, dgamma, back, flown)
@@ -321,13 +345,13 @@ contains
   end subroutine flow_by
 
   !> The multi-stage scheme, see `consistency`. The direction of the flow changes with the stages.
-  subroutine return_in_stages(self, n, dt, factor, deviator, eqps, back, flown)
+  subroutine return_in_stages(self, n, dt, factor, guess, deviator, eqps, back, flown)
     class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: dt, factor(n), deviator(n, 6)   !! of the trial stress
+    real(wp), intent(in) :: dt, factor(n), guess(n), deviator(n, 6)   !! of the trial stress
     real(wp), intent(inout) :: eqps(n), back(n, 6, self%back%n)
     real(wp), intent(out) :: flown(n, 6)                    !! direction times dgamma
-    real(wp), dimension(n) :: first, flow, slope, norm, resistance, step, dgamma
+    real(wp), dimension(n) :: first, flow, slope, bend, reach, norm, resistance, step, dgamma
     real(wp) :: unit(n, 6)
     integer :: c, k, stage
     logical :: ok
@@ -345,14 +369,14 @@ contains
       do k = 1, self%back%n
         resistance = resistance - self%back%recall(k)/norm*product_of(n, unit, back(:, :, k))
       end do
-      call flow_after(self%curve, n, dt, eqps, factor, dgamma, flow, slope)
+      call flow_after(self%curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
       if (stage == 1) first = max(norm - flow, 0.0_wp)
       if (all(first <= 0.0_wp)) return
       slope = resistance + slope
       step = norm - first*(real(self%n_stages - stage, wp)/self%n_stages)
       if (stage == 1 .and. is_steep(self%curve)) then
-        call solve_consistency(self%curve, n, dt, step, resistance, eqps, factor, slope, flow, ok)
-        step = slope
+        slope = step
+        call solve_consistency(self%curve, n, dt, slope, resistance, eqps, factor, guess, step, ok)
       else
         step = (step - flow)/slope
       end if

@@ -138,12 +138,13 @@ contains
     real(wp), intent(out) :: first    !! residual of the trial stress [stress]
     real(wp), intent(out) :: before   !! flow stress before the increment
     type(moving_trial_t) :: moved
-    real(wp) :: q, gradient(6), normal(6), resistance, step(1), flow(1), slope(1)
+    real(wp) :: q, gradient(6), normal(6), resistance, step(1), flow(1), slope(1), bend(1), reach(1)
     logical :: ok
 
     moved = moved_trial(problem, 0.0_wp)
     call evaluate_yield(yield, moved%stress, q, gradient)
-    call flow_after(curve, 1, problem%dt, [problem%eqps], [problem%factor], [0.0_wp], flow, slope)
+    call flow_after(curve, 1, problem%dt, [problem%eqps], [problem%factor], [0.0_wp], &
+                    flow, slope, bend, reach)
     before = flow(1)
     first = q - before
     normal = moved%stiffness*gradient
@@ -152,7 +153,7 @@ contains
     q = q - level_at(1, n_levels, first, before)
     if (is_steep(curve)) then
       call solve_consistency(curve, 1, problem%dt, [q], [resistance], [problem%eqps], &
-                             [problem%factor], step, flow, ok)
+                             [problem%factor], [huge(q)], step, ok)
     else
       step = (q - before)/(resistance + slope)
     end if
@@ -168,11 +169,11 @@ contains
     type(return_problem_t), intent(in) :: problem
     type(iterate_t), intent(inout) :: now
     type(moving_trial_t) :: moved
-    real(wp) :: q, flow(1), slope(1), mean
+    real(wp) :: q, flow(1), slope(1), bend(1), reach(1), mean
 
     call evaluate_yield(yield, now%stress, q, now%gradient, now%hessian)
     call flow_after(curve, 1, problem%dt, [problem%eqps], [problem%factor], [now%dgamma], flow, &
-                    slope)
+                    slope, bend, reach)
     now%flow = flow(1)
     now%slope = slope(1)
     now%yield_residual = q - flow(1)
@@ -295,7 +296,8 @@ contains
     integer, intent(in) :: n_stages
     real(wp), intent(out) :: stress(6), dgamma   !! new stress, not the relative one
     type(moving_trial_t) :: moved
-    real(wp) :: q, gradient(6), normal(6), flow(1), slope(1), step(1), first, resistance
+    real(wp) :: q, gradient(6), normal(6), flow(1), slope(1), bend(1), reach(1), step(1)
+    real(wp) :: first, resistance
     integer :: stage
     logical :: ok
 
@@ -305,7 +307,8 @@ contains
     do stage = 1, n_stages
       moved = moved_trial(problem, 0.0_wp)
       call evaluate_yield(yield, stress + (moved%stress - problem%trial), q, gradient)
-      call flow_after(curve, 1, problem%dt, [problem%eqps], [problem%factor], [dgamma], flow, slope)
+      call flow_after(curve, 1, problem%dt, [problem%eqps], [problem%factor], [dgamma], &
+                      flow, slope, bend, reach)
       if (stage == 1) first = q - flow(1)
       normal = moved%stiffness*gradient
       normal(4:) = 0.5_wp*normal(4:)
@@ -313,7 +316,7 @@ contains
       q = q - first*real(n_stages - stage, wp)/n_stages
       if (stage == 1 .and. is_steep(curve)) then
         call solve_consistency(curve, 1, problem%dt, [q], [resistance], [problem%eqps], &
-                               [problem%factor], step, flow, ok)
+                               [problem%factor], [huge(q)], step, ok)
       else
         step = (q - flow)/(resistance + slope)
       end if
@@ -336,14 +339,14 @@ contains
     logical, intent(out) :: is_done(n)
     integer, parameter :: max_iterations = 15
     real(wp), parameter :: tolerance = 1.0e-13_wp
-    real(wp), dimension(n) :: flow, slope, q, shrink_slope
+    real(wp), dimension(n) :: flow, slope, bend, reach, q, shrink_slope
     real(wp) :: mode(n, 5), stiffness(5), x, step
     integer :: l, iteration
 
     call split(yield, shear, n, stress, mode, stiffness)
     dgamma = 0.0_wp
     do iteration = 1, max_iterations
-      call flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope)
+      call flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
       call equivalent(yield, n, mode, stiffness, dgamma/flow, q, shrink_slope)
       if (iteration == 1) is_done = q <= flow
       is_done = is_done .or. abs(q - flow) <= tolerance*flow
