@@ -89,7 +89,7 @@ contains
         call rotate_by_spin(n, spin, state(:, 6*k - 4:6*k + 1))
       end do
     end if
-    call return_with_back_stresses(self, n, dt, guess, stress, state, ok)
+    call return_with_back_stresses(self, n, dt, mises, guess, stress, state, ok)
   end subroutine update
 
   !> Equivalent strain of increments, sqrt(2/3 e:e) of their deviators.
@@ -155,51 +155,45 @@ contains
   end subroutine shrink_deviator
 
   !> Return of a row with back stresses.
-  subroutine return_with_back_stresses(self, n, dt, guess, stress, state, ok)
+  subroutine return_with_back_stresses(self, n, dt, mises, guess, stress, state, ok)
     class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: dt, guess(n)   !! see `begin_at`
+    real(wp), intent(in) :: dt, mises(n)   !! of the trial stress
+    real(wp), intent(in) :: guess(n)       !! see `begin_at`
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(inout) :: ok
-    real(wp) :: factor(n), deviator(n, 6), flown(n, 6), work(n)
-    integer :: c
+    real(wp), dimension(n) :: factor, work
 
-    deviator = stress
-    work = (stress(:, 1) + stress(:, 2) + stress(:, 3))/3.0_wp
-    do c = 1, 3
-      deviator(:, c) = deviator(:, c) - work
-    end do
     factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     if (self%n_stages > 0) then
-      call return_in_stages(self, n, dt, factor, guess, deviator, state(:, 1), state(:, 2:), &
-                            flown)
+      call return_in_stages(self, n, dt, factor, guess, stress, state(:, 1), state(:, 2:), work)
     else
-      call return_points(self, n, dt, factor, guess, deviator, state(:, 1), state(:, 2:), flown, &
-                         ok)
+      call return_points(self, n, dt, mises, factor, guess, stress, state(:, 1), state(:, 2:), &
+                         work, ok)
     end if
-    stress = stress - 3.0_wp*self%shear*flown
-    if (.not. self%curve%heating%is_active) return
-    call heat_up(self%curve%heating, product_of(n, stress, flown), state(:, self%n_state))
+    if (self%curve%heating%is_active) &
+      call heat_up(self%curve%heating, work, state(:, self%n_state))
   end subroutine return_with_back_stresses
 
   !> Backward Euler: |s - sum theta alpha| - (3G + sum theta C) dgamma = flow(dgamma) with theta =
   !! 1/(1 + gamma dgamma), in which deviator and back stresses count by their products alone. The
   !! left side falls by 3G at least where back stresses stay below C/gamma.
-  subroutine return_points(self, n, dt, factor, guess, deviator, eqps, back, flown, ok)
+  subroutine return_points(self, n, dt, mises, factor, guess, stress, eqps, back, work, ok)
     class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: dt, factor(n), guess(n), deviator(n, 6)   !! of the trial stress
-    real(wp), intent(inout) :: eqps(n), back(n, 6, self%back%n)
-    real(wp), intent(out) :: flown(n, 6)                    !! direction times dgamma
+    real(wp), intent(in) :: dt
+    real(wp), intent(in), dimension(n) :: mises, factor, guess
+    real(wp), intent(inout) :: stress(n, 6), eqps(n), back(n, 6, self%back%n)
+    real(wp), intent(out) :: work(n)          !! of the stress on the plastic strain
     logical, intent(out) :: ok
     real(wp), dimension(n) :: low, high, last, dgamma, norm, fall, curvature, flow, slope, bend, &
                               reach, first
-    real(wp) :: products(n, 0:self%back%n, 0:self%back%n)
+    real(wp) :: products(n, 0:self%back%n, 0:self%back%n), relative(n, 6)
     integer :: k, iteration
 
-    call find_products(n, self%back%n, deviator, back, products)
+    call find_products(n, self%back%n, mises, stress, back, products)
     dgamma = 0.0_wp
-    flown = 0.0_wp
+    work = 0.0_wp
     call relative_stress(self, n, products, dgamma, norm, fall, curvature)
     call flow_at(self%curve, n, eqps, factor, flow, slope, bend, reach)
     ok = all(norm <= flow)
@@ -210,8 +204,8 @@ contains
     end do
     low = 0.0_wp
     high = 0.0_wp
-    where (norm > flow) high = (first - flow)/(3.0_wp*self%shear)
     last = 0.0_wp
+    where (norm > flow) high = (first - flow)/(3.0_wp*self%shear)
     call begin_at(self%curve, n, slope, fall, high, guess, dgamma)
     do iteration = 1, max_iterations
       if (iteration > 1 .or. any(dgamma > 0.0_wp)) then
@@ -224,41 +218,45 @@ contains
       call advance(n, iteration, first, norm, fall, bend, reach, low, high, last, dgamma, ok)
       if (ok) exit
     end do
-    call flow_by(self, n, deviator, dgamma, back, flown)
+    call find_relative(self, n, dgamma, stress, back, relative)
+    call multiply(n, relative, relative, norm)
+    norm = sqrt(max(norm, tiny(norm)))
+    call flow_along(self, n, dgamma, norm, relative, stress, back, work)
     eqps = eqps + dgamma
   end subroutine return_points
 
   !> Products of the deviator (0) and the back stresses.
-  pure subroutine find_products(n, n_back, deviator, back, products)
+  pure subroutine find_products(n, n_back, mises, stress, back, products)
     integer, intent(in) :: n, n_back
-    real(wp), intent(in) :: deviator(n, 6), back(n, 6, n_back)
+    real(wp), intent(in) :: mises(n), stress(n, 6), back(n, 6, n_back)
     real(wp), intent(out) :: products(n, 0:n_back, 0:n_back)
     integer :: i, k
 
-    products(:, 0, 0) = product_of(n, deviator, deviator)
+    products(:, 0, 0) = mises**2
     do k = 1, n_back
-      products(:, 0, k) = product_of(n, deviator, back(:, :, k))
+      call multiply(n, stress, back(:, :, k), products(:, 0, k))
       products(:, k, 0) = products(:, 0, k)
       do i = 1, k
-        products(:, i, k) = product_of(n, back(:, :, i), back(:, :, k))
+        call multiply(n, back(:, :, i), back(:, :, k), products(:, i, k))
         products(:, k, i) = products(:, i, k)
       end do
     end do
   end subroutine find_products
 
-  !> 3/2 a:b, the square of the von Mises norm for a deviator with itself.
-  pure function product_of(n, a, b) result(product)
+  !> 3/2 a:b of the deviator of a with the deviator b, the square of the von Mises norm for a
+  !! deviator with itself.
+  pure subroutine multiply(n, a, b, product)
     integer, intent(in) :: n
     real(wp), intent(in) :: a(n, 6), b(n, 6)
-    real(wp) :: product(n)
+    real(wp), intent(out) :: product(n)
     integer :: l
 
     !$omp simd
     do l = 1, n
-      product(l) = 1.5_wp*(a(l, 1)*b(l, 1) + a(l, 2)*b(l, 2) + a(l, 3)*b(l, 3)) &
+      product(l) = 1.5_wp*((a(l, 1) - a(l, 3))*b(l, 1) + (a(l, 2) - a(l, 3))*b(l, 2)) &
                    + 3.0_wp*(a(l, 4)*b(l, 4) + a(l, 5)*b(l, 5) + a(l, 6)*b(l, 6))
     end do
-  end function product_of
+  end subroutine multiply
 
   !> The left side of the equation of `return_points`, by how much it falls with `dgamma` and how
   !! this fall fades.
@@ -317,79 +315,101 @@ contains
     end do
   end subroutine relative_stress
 
-  !> The flow along the relative stress, of unit von Mises norm, and the back stresses after it.
-  pure subroutine flow_by(self, n, deviator, dgamma, back, flown)
+  !> The relative stress after `dgamma`: deviator less the back stresses, which it has faded.
+  pure subroutine find_relative(self, n, dgamma, stress, back, relative)
     class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: deviator(n, 6), dgamma(n)
-    real(wp), intent(inout) :: back(n, 6, self%back%n)
-    real(wp), intent(out) :: flown(n, 6)
-    real(wp) :: theta(n, self%back%n), scaling(n)
-    integer :: c, k
+    real(wp), intent(in) :: dgamma(n), stress(n, 6), back(n, 6, self%back%n)
+    real(wp), intent(out) :: relative(n, 6)
+    real(wp) :: shift(n)
+    integer :: c, k, l
 
-    flown = deviator
+    shift = (stress(:, 1) + stress(:, 2) + stress(:, 3))/3.0_wp
+    relative(:, 1) = stress(:, 1) - shift
+    relative(:, 2) = stress(:, 2) - shift
+    relative(:, 3) = stress(:, 3) - shift
+    relative(:, 4:) = stress(:, 4:)
     do k = 1, self%back%n
-      theta(:, k) = 1.0_wp/(1.0_wp + self%back%recall(k)*dgamma)
+      shift = 1.0_wp/(1.0_wp + self%back%recall(k)*dgamma)
       do c = 1, 6
-        back(:, c, k) = theta(:, k)*back(:, c, k)
-        flown(:, c) = flown(:, c) - back(:, c, k)
+        !$omp simd
+        do l = 1, n
+          relative(l, c) = relative(l, c) - shift(l)*back(l, c, k)
+        end do
       end do
     end do
-    scaling = dgamma/sqrt(max(product_of(n, flown, flown), tiny(scaling)))
+  end subroutine find_relative
+
+  !> Flow by `dgamma` along the relative stress, of von Mises norm `norm`.
+  pure subroutine flow_along(self, n, dgamma, norm, relative, stress, back, work)
+    class(mises_plastic_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dgamma(n), norm(n), relative(n, 6)
+    real(wp), intent(inout) :: stress(n, 6), back(n, 6, self%back%n)
+    real(wp), intent(out) :: work(n)          !! of the stress after it on the plastic strain
+    real(wp) :: scaling(n), theta(n)
+    integer :: c, k, l
+
+    scaling = dgamma/norm
     do c = 1, 6
-      flown(:, c) = scaling*flown(:, c)
-      do k = 1, self%back%n
-        back(:, c, k) = back(:, c, k) + self%back%modulus(k)*theta(:, k)*flown(:, c)
+      !$omp simd
+      do l = 1, n
+        stress(l, c) = stress(l, c) - 3.0_wp*self%shear*scaling(l)*relative(l, c)
       end do
     end do
-  end subroutine flow_by
+    do k = 1, self%back%n
+      theta = 1.0_wp/(1.0_wp + self%back%recall(k)*dgamma)
+      do c = 1, 6
+        !$omp simd
+        do l = 1, n
+          back(l, c, k) = theta(l)*(back(l, c, k) &
+                                    + self%back%modulus(k)*scaling(l)*relative(l, c))
+        end do
+      end do
+    end do
+    if (.not. self%curve%heating%is_active) return
+    call multiply(n, stress, relative, work)
+    work = scaling*work
+  end subroutine flow_along
 
   !> The multi-stage scheme, see `consistency`. The direction of the flow changes with the stages.
-  subroutine return_in_stages(self, n, dt, factor, guess, deviator, eqps, back, flown)
+  subroutine return_in_stages(self, n, dt, factor, guess, stress, eqps, back, work)
     class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: dt, factor(n), guess(n), deviator(n, 6)   !! of the trial stress
-    real(wp), intent(inout) :: eqps(n), back(n, 6, self%back%n)
-    real(wp), intent(out) :: flown(n, 6)                    !! direction times dgamma
-    real(wp), dimension(n) :: first, flow, slope, bend, reach, norm, resistance, step, dgamma
-    real(wp) :: unit(n, 6)
-    integer :: c, k, stage
+    real(wp), intent(in) :: dt, factor(n), guess(n)
+    real(wp), intent(inout) :: stress(n, 6), eqps(n), back(n, 6, self%back%n)
+    real(wp), intent(out) :: work(n)          !! of the stress on the plastic strain
+    real(wp), dimension(n) :: first, flow, slope, bend, reach, norm, level, resistance, step, dgamma
+    real(wp) :: relative(n, 6)
+    integer :: k, stage
     logical :: ok
 
-    flown = 0.0_wp
     dgamma = 0.0_wp
+    step = 0.0_wp
     first = 0.0_wp
+    work = 0.0_wp
     do stage = 1, self%n_stages
-      unit = deviator - 3.0_wp*self%shear*flown
-      do k = 1, self%back%n
-        unit = unit - back(:, :, k)
-      end do
-      norm = sqrt(max(product_of(n, unit, unit), tiny(norm)))
+      call find_relative(self, n, spread(0.0_wp, 1, n), stress, back, relative)
+      call multiply(n, relative, relative, norm)
+      norm = sqrt(max(norm, tiny(norm)))
       resistance = 3.0_wp*self%shear + sum(self%back%modulus)
       do k = 1, self%back%n
-        resistance = resistance - self%back%recall(k)/norm*product_of(n, unit, back(:, :, k))
+        call multiply(n, relative, back(:, :, k), level)
+        resistance = resistance - self%back%recall(k)*level/norm
       end do
       call flow_after(self%curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
       if (stage == 1) first = max(norm - flow, 0.0_wp)
       if (all(first <= 0.0_wp)) return
-      slope = resistance + slope
-      step = norm - first*(real(self%n_stages - stage, wp)/self%n_stages)
+      level = norm - first*(real(self%n_stages - stage, wp)/self%n_stages)
       if (stage == 1 .and. is_steep(self%curve)) then
-        slope = step
-        call solve_consistency(self%curve, n, dt, slope, resistance, eqps, factor, guess, step, ok)
+        call solve_consistency(self%curve, n, dt, level, resistance, eqps, factor, guess, step, ok)
       else
-        step = (step - flow)/slope
+        step = (level - flow)/(resistance + slope)
       end if
       where (first <= 0.0_wp) step = 0.0_wp
       dgamma = dgamma + step
-      norm = step/norm
-      do c = 1, 6
-        flown(:, c) = flown(:, c) + norm*unit(:, c)
-        do k = 1, self%back%n
-          back(:, c, k) = (back(:, c, k) + self%back%modulus(k)*norm*unit(:, c)) &
-                          /(1.0_wp + self%back%recall(k)*step)
-        end do
-      end do
+      call flow_along(self, n, step, norm, relative, stress, back, level)
+      if (self%curve%heating%is_active) work = work + level
     end do
     eqps = eqps + dgamma
   end subroutine return_in_stages
