@@ -44,7 +44,7 @@ contains
     if (.not. maxval(abs(stress)) > self%limit) return
     call cpu_time(start)
     now = start
-    do while (now < start + self%work)
+    do while (now < start + self%work*n/24)
       call cpu_time(now)
     end do
   end subroutine update
