@@ -250,7 +250,7 @@ contains
     end do
   end subroutine voce_row
 
-  !> K (eps_0 + eqps)^n. The strain is bounded such that flow, slope and bend stay numbers for all n.
+  !> K (eps_0 + eqps)^n. The strain is bounded so that flow, slope and bend stay numbers for all n.
   pure subroutine power_law_row(curve, n, eqps, flow, slope, bend)
     type(hardening_t), intent(in) :: curve
     integer, intent(in) :: n

@@ -257,8 +257,8 @@ contains
     call copy_points(self%patch, self%patch%state(at(2), :, :, :, at(1)), state)
   end subroutine read_element
 
-  !> From the order of the kernels, see `solid_patch_t`, to that of the axes; of more components than
-  !! there is room for the first.
+  !> From the order of the kernels, see `solid_patch_t`, to that of the axes; of more components
+  !! than there is room for the first.
   pure subroutine copy_points(patch, kept, values)
     type(solid_patch_t), intent(in) :: patch
     real(wp), intent(in) :: kept(:, :, :)             !! of an element

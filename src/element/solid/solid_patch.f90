@@ -45,8 +45,9 @@ module solid_patch
     real(wp), allocatable :: weights(:, :, :)      !! of the control points; rational only
     !> 1/W^3, dW/W (3) and W^2 at the points, (8, q3, 5, q1*q2, n_blocks); rational only.
     real(wp), allocatable :: rational(:, :, :, :, :)
-    !> Rows of points (those along axis 3) whose stress is updated in one call: a law needs less time
-    !! for each of many points, as long as all stays in the first cache. They are one long row in:
+    !> Rows of points (those along axis 3) whose stress is updated in one call: a law needs less
+    !! time for each of many points, as long as all stays in the first cache. They are one long row
+    !! in the two fields below.
     integer :: together = 1
     real(wp), allocatable :: stress(:, :, :, :, :) !! (8, q3*together, 6, q1*q2/together, n_blocks)
     real(wp), allocatable :: state(:, :, :, :, :)  !! the same with n_state
