@@ -50,9 +50,9 @@ contains
     real(wp), intent(in) :: dt
     type(point_group_t), intent(inout) :: group           !! room, for laws with context
     type(point_fields_t), intent(inout) :: fields(:)      !! of the blocks
-    logical, intent(out) :: ok
+    logical, intent(out) :: ok(:)                         !! of each block
     integer :: i, row, q(2)
-    logical :: row_ok
+    logical :: row_ok(size(blocks))
 
     q = [patch%axes(3)%n_points, fields(1)%n_rows]
     do i = 1, size(blocks)
@@ -70,7 +70,7 @@ contains
       else
         associate (k => blocks(1)%number)
           call law%update(n_lanes*q(1), dt, fields(1)%dstrain(:, :, row), &
-                          patch%stress(:, :, :, row, k), patch%state(:, :, :, row, k), row_ok, &
+                          patch%stress(:, :, :, row, k), patch%state(:, :, :, row, k), row_ok(1), &
                           fields(1)%spin(:, :, row))
         end associate
       end if
@@ -225,8 +225,9 @@ contains
     real(wp), intent(in) :: dt
     type(point_group_t), intent(inout) :: group
     type(point_fields_t), intent(in) :: fields(:)
-    logical, intent(out) :: ok
+    logical, intent(out) :: ok(:)
     integer :: i, q, m, n
+    logical :: all_ok
 
     m = size(blocks)
     n = patch%axes(3)%n_points
@@ -249,7 +250,8 @@ contains
         associate (k => blocks(1)%number)
           call law%update_in_context(context, dt, fields(1)%dstrain(:, :, row), &
                                      patch%stress(:, :, :, row, k), &
-                                     patch%state(:, :, :, row, k), ok, fields(1)%spin(:, :, row))
+                                     patch%state(:, :, :, row, k), ok(1), &
+                                     fields(1)%spin(:, :, row))
         end associate
         return
       end if
@@ -261,14 +263,19 @@ contains
           call take(n, m, i, law%n_state, patch%state(:, :, :, row, k), group%state)
         end associate
       end do
-      call law%update_in_context(context, dt, group%dstrain, group%stress, group%state, ok, &
+      call law%update_in_context(context, dt, group%dstrain, group%stress, group%state, all_ok, &
                                  group%spin)
       do i = 1, m
         associate (k => blocks(i)%number)
           call put_back(n, m, i, 6, group%stress, patch%stress(:, :, :, row, k))
           call put_back(n, m, i, law%n_state, group%state, patch%state(:, :, :, row, k))
+          ok(i) = all_ok
+          ! The blocks to blame are those with values that are not finite, if there are any.
+          if (.not. all_ok) ok(i) = sum(abs(patch%stress(:, :, :, row, k))) &
+                                    + sum(abs(patch%state(:, :, :, row, k))) <= huge(1.0_wp)
         end associate
       end do
+      if (.not. all_ok .and. all(ok)) ok = .false.
     end associate
   end subroutine update_group
 

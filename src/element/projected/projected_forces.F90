@@ -73,7 +73,7 @@ contains
     type(point_fields_t), allocatable :: fields(:)
     type(block_t) :: blocks(most_in_group)
     integer :: i, n, n_left
-    logical :: ok
+    logical :: ok(most_in_group)
 
     call clear_rows(tile, force, border)
     n = 0
@@ -89,7 +89,7 @@ contains
         call project_block(patch, projection, .false., fields(i))
         call finish_strain(projection, fields(i))
       end do
-      call update_stress(patch, law, blocks(:n), dt, group, fields(:n), ok)
+      call update_stress(patch, law, blocks(:n), dt, group, fields(:n), ok(:n))
       do i = 1, n
         call start_stress(projection, fields(i))
         call project_block(patch, projection, .true., fields(i))
@@ -97,7 +97,7 @@ contains
         call run_nodal(patch, projection, blocks(i), u, fields(i), f)
         if (patch%is_rational) call gather_weights(patch, blocks(i), w)
         call add_forces(patch, tile, blocks(i), w, f, force, border)
-        call add_report(report, fields(i)%sums, ok, blocks(i))
+        call add_report(report, fields(i)%sums, ok(i), blocks(i))
       end do
     end do
   end subroutine forces_of_tile

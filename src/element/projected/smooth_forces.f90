@@ -99,7 +99,7 @@ contains
     type(point_fields_t), allocatable :: points(:)
     type(block_t) :: blocks(most_in_group)
     integer :: i, n, n_left
-    logical :: ok
+    logical :: ok(most_in_group)
 
     n = 0
     n_left = n_elements_of(patch, tile)
@@ -113,12 +113,12 @@ contains
         call spread_to_block(patch, 1, size(fields%all, 4), blocks(i), fields, points(i))
         call finish_strain(projection, points(i))
       end do
-      call update_stress(patch, law, blocks(:n), dt, group, points(:n), ok)
+      call update_stress(patch, law, blocks(:n), dt, group, points(:n), ok(:n))
       do i = 1, n
         call start_stress(projection, points(i))
         call collect(patch, 2, 1, blocks(i), points(i), fields)
         fields%rest(:, :, :, blocks(i)%number) = points(i)%weighted
-        call add_report(report, points(i)%sums, ok, blocks(i))
+        call add_report(report, points(i)%sums, ok(i), blocks(i))
       end do
     end do
   end subroutine stress_of_tile
