@@ -70,9 +70,9 @@ contains
   !> Force routine by law; of a user's subroutine also its bare loop.
   subroutine add_laws(cases)
     type(case_slot_t), allocatable, intent(inout) :: cases(:)
-    character(12), parameter :: laws(15) = [character(12) :: "elastic", "voce_elastic", "swift", &
+    character(12), parameter :: laws(16) = [character(12) :: "elastic", "voce_elastic", "swift", &
       "ludwik", "table", "cowper", "johnson", "stages", "neo_hooke", "chaboche", "hill48", &
-      "yld91", "umat_small", "umat_voce", "vumat_voce"]
+      "yld91", "yld2004", "umat_small", "umat_voce", "vumat_voce"]
     type(user_case_t) :: bare
     integer :: i
 

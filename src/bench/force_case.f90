@@ -46,6 +46,11 @@ module force_case
   real(wp), parameter :: density = 7.85e-9_wp, young = 210000.0_wp, poisson = 0.3_wp   ! t, mm, s
   real(wp), parameter :: flow(3) = [250.0_wp, 250.0_wp, 6.0_wp]
   real(wp), parameter :: rolling_direction(6) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp]
+  !> Sheet 2090-T3 of F. Barlat et al., Int. J. Plasticity 21 (2005), table 2.
+  real(wp), parameter :: al_2090(19) = [ &
+    -0.069888_wp, 0.936408_wp, 0.079143_wp, 1.003060_wp, 0.524741_wp, 1.363180_wp, &
+    1.023770_wp, 1.069060_wp, 0.954322_wp, 0.981171_wp, 0.476741_wp, 0.575316_wp, 0.866827_wp, &
+    1.145010_wp, -0.079294_wp, 1.051660_wp, 1.147100_wp, 1.404620_wp, 8.0_wp]
   real(wp), parameter, public :: dt = 1.0e-7_wp   !! [s]
   integer, parameter :: n_warm = 60            !! calls before the first repetition
 
@@ -253,6 +258,10 @@ contains
     case ("yld91")
       spec%plasticity%potential = "YLD91"
       spec%plasticity%coefficients = [1.05_wp, 0.98_wp, 1.02_wp, 1.0_wp, 1.0_wp, 1.0_wp, 6.0_wp]
+      spec%plasticity%orientation = rolling_direction
+    case ("yld2004")
+      spec%plasticity%potential = "YLD2004"
+      spec%plasticity%coefficients = al_2090
       spec%plasticity%orientation = rolling_direction
     end select
     call new_law(spec, law, error)

@@ -2,12 +2,15 @@
 module anisotropic_plastic
   use kinds, only: wp
   use block_law, only: set_elastic
-  use flow_curve, only: flow_curve_t, flow_at, is_steep, thermal_factor, heat_up
+  use flow_curve, only: flow_curve_t, flow_at, has_rate, is_steep, thermal_factor, heat_up
   use hardening, only: back_stresses_t
-  use mises_plastic, only: mises_plastic_t, set_plastic
-  use yield_function, only: yield_function_t, evaluate_yield, mises_bound, quadratic
-  use return_mapping, only: return_to_hill, return_problem_t, return_to_yield, return_in_stages
-  use tensor_rotation, only: rotate_axes, axes_rotation, rotate_tensors, transposed
+  use mises_plastic, only: mises_plastic_t, set_plastic, equivalent_strain
+  use deviator_lanes, only: lanes, load_lanes, store_lanes, into_axes, add_from_axes, &
+                            deviator_of, add_deviator
+  use yield_function, only: yield_function_t, find_excess, mises_bound, quadratic
+  use hill_return, only: return_to_hill
+  use yield_return, only: return_problem_t, return_to_yield, return_in_stages
+  use tensor_rotation, only: rotate_axes, axes_rotation
   use voce, only: elastic_trial
   implicit none
   private
@@ -57,7 +60,7 @@ contains
     keeps_plane = any(abs(self%axes(component, :)) > 1.0_wp - 1.0e-15_wp)
   end function keeps_plane
 
-  !> Elastic trial, then the return of the points that may yield, in the axes of the material.
+  !> Elastic trial, then the return of the points that may yield, `lanes` of them at a time.
   subroutine update(self, n, dt, dstrain, stress, state, ok, spin)
     class(anisotropic_plastic_t), intent(in) :: self
     integer, intent(in) :: n
@@ -65,9 +68,10 @@ contains
     real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
     real(wp), intent(in), optional :: spin(n, 3)
-    real(wp) :: mises(n), flow(n), slope(n), bend(n), reach(n), factor(n), worst
-    integer, allocatable :: places(:)
-    integer :: l, k
+    real(wp), dimension(n) :: mises, flow, slope, bend, reach, factor
+    real(wp) :: worst
+    logical :: is_good
+    integer :: first
 
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
@@ -75,103 +79,194 @@ contains
     if (present(spin)) call rotate_axes(n, spin, state(:, 2:5))
     factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     call flow_at(self%curve, n, state(:, 1), factor, flow, slope, bend, reach)
+    if (self%back%n > 0) call add_back_norms(self, n, state, mises)
+    where (self%bound*mises <= flow) mises = 0.0_wp
+    if (n == lanes) then
+      if (any(mises > 0.0_wp)) &
+        call return_points(self, dt, dstrain, flow, slope, factor, stress, state, ok)
+      return
+    end if
+    do first = 1, n, lanes
+      if (.not. any(mises(first:min(first + lanes - 1, n)) > 0.0_wp)) cycle
+      call return_part(self, n, first, dt, dstrain, flow, slope, factor, stress, state, is_good)
+      ok = ok .and. is_good
+    end do
+  end subroutine update
+
+  !> Return of `lanes` points of a row of another length.
+  subroutine return_part(self, n, first, dt, dstrain, flow, slope, factor, stress, state, ok)
+    class(anisotropic_plastic_t), intent(in) :: self
+    integer, intent(in) :: n, first
+    real(wp), intent(in) :: dt, dstrain(n, 6)
+    real(wp), intent(in), dimension(n) :: flow, slope, factor
+    real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
+    logical, intent(out) :: ok
+    real(wp), dimension(lanes) :: part_flow, part_slope, part_factor
+    real(wp) :: part_strain(lanes, 6), part_stress(lanes, 6), part_state(lanes, self%n_state)
+
+    call load_lanes(n, first, 6, dstrain, part_strain)
+    call load_lanes(n, first, 1, flow, part_flow)
+    call load_lanes(n, first, 1, slope, part_slope)
+    call load_lanes(n, first, 1, factor, part_factor)
+    call load_lanes(n, first, 6, stress, part_stress)
+    call load_lanes(n, first, self%n_state, state, part_state)
+    call return_points(self, dt, part_strain, part_flow, part_slope, part_factor, part_stress, &
+                       part_state, ok)
+    call store_lanes(n, first, 6, part_stress, stress)
+    call store_lanes(n, first, self%n_state, part_state, state)
+  end subroutine return_part
+
+  !> Add the von Mises stress of each back stress.
+  pure subroutine add_back_norms(self, n, state, mises)
+    class(anisotropic_plastic_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: state(n, self%n_state)
+    real(wp), intent(inout) :: mises(n)
+    integer :: k
+
     do k = 1, self%back%n
       mises = mises + sqrt(1.5_wp*(sum(state(:, 6*k:6*k + 2)**2, 2) &
                                    + 2.0_wp*sum(state(:, 6*k + 3:6*k + 5)**2, 2)))
     end do
-    places = pack([(l, l=1, n)], self%bound*mises > flow)
-    if (size(places) > 0) then
-      call return_points(self, n, dt, places, flow, factor, stress, state, ok)
-    end if
-  end subroutine update
+  end subroutine add_back_norms
 
-  !> Return of the points of a row at `places`.
-  subroutine return_points(self, n, dt, places, flow, factor, stress, state, ok)
+  !> Return of points. Those that do not flow keep the bits of their trial stress.
+  subroutine return_points(self, dt, dstrain, flow, slope, factor, stress, state, ok)
     class(anisotropic_plastic_t), intent(in) :: self
-    integer, intent(in) :: n, places(:)
-    real(wp), intent(in) :: dt, flow(n), factor(n)      !! flow stress before the increment
-    real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
+    real(wp), intent(in) :: dt, dstrain(lanes, 6)
+    real(wp), intent(in), dimension(lanes) :: flow, slope, factor   !! before the increment
+    real(wp), intent(inout) :: stress(lanes, 6), state(lanes, self%n_state)
     logical, intent(out) :: ok
-    real(wp), dimension(size(places), 6) :: trial, local
-    real(wp) :: rotation(size(places), 9), mean(size(places)), dgamma(size(places))
-    logical :: is_done(size(places))
-    integer :: l, k
+    type(return_problem_t) :: problem
+    real(wp) :: rotation(lanes, 9), trial(lanes, 5), plastic(lanes, 5), dgamma(lanes)
+    real(wp) :: back(lanes, 5, self%back%n), guess(lanes)
+    logical :: is_hill
+    integer :: l
 
-    ! Deviators only: next to a high pressure their digits would be lost.
-    mean = sum(stress(places, :3), 2)/3.0_wp
-    trial = stress(places, :)
-    do k = 1, 3
-      trial(:, k) = trial(:, k) - mean
-    end do
-    call axes_rotation(size(places), self%axes, state(places, 2:5), rotation)
-    call rotate_tensors(size(places), rotation, trial)
-    local = trial
-    dgamma = 0.0_wp
+    call axes_rotation(lanes, self%axes, state(:, 2:5), rotation)
+    call into_axes(rotation, stress, trial)
+    guess = 0.0_wp
+    if (has_rate(self%curve) .or. is_steep(self%curve)) guess = equivalent_strain(lanes, dstrain)
+    is_hill = self%yield%kind == quadratic .and. self%back%n == 0 .and. self%n_stages == 0
+    if (is_hill) call return_to_hill(self%curve, self%yield%hill, self%shear, dt, state(:, 1), &
+                                     factor, guess, flow, slope, trial, plastic, dgamma, is_hill)
     ok = .true.
-    if (self%yield%kind == quadratic .and. self%back%n == 0 .and. self%n_stages == 0 &
-        .and. .not. is_steep(self%curve)) then
-      call return_to_hill(self%curve, self%yield, self%shear, dt, size(places), state(places, 1), &
-                          factor(places), local, dgamma, is_done)
-    else
-      is_done = .false.
+    if (.not. is_hill) then
+      call load_back_stresses(self, state, back)
+      call set_problem(self, dt, dstrain, flow, slope, factor, state(:, 1), trial, rotation, back, &
+                       problem)
+      problem%guess = guess
+      if (.not. sum(problem%flows) > 0.0_wp) return
+      if (self%n_stages > 0) then
+        call return_in_stages(self%curve, self%yield, self%back, problem, self%n_stages, back, &
+                              plastic, dgamma)
+      else
+        call return_to_yield(self%curve, self%yield, self%back, problem, back, plastic, dgamma, ok)
+      end if
+      call move_back_stresses(self, back, state)
     end if
-    if (.not. all(is_done)) then
-      call return_singly(self, dt, pack(places, .not. is_done), &
-                         pack([(l, l=1, size(places))], .not. is_done), flow, factor, state, &
-                         local, dgamma, ok)
-    end if
-    state(places, 1) = state(places, 1) + dgamma
-    if (self%curve%heating%is_active) then
-      trial = (trial - local)/(2.0_wp*self%shear)
-      trial(:, 4:) = 2.0_wp*trial(:, 4:)
-      do l = 1, size(places)
-        call heat_up(self%curve%heating, dot_product(trial(l, :), local(l, :)), &
-                     state(places(l), self%n_state))
-      end do
-    end if
-    call rotate_tensors(size(places), transposed(size(places), rotation), local)
-    do l = 1, size(places)
-      if (.not. dgamma(l) > 0.0_wp) cycle
-      stress(places(l), :3) = local(l, :3) + mean(l)
-      stress(places(l), 4:) = local(l, 4:)
+    call add_from_axes(rotation, -2.0_wp*self%shear, plastic, stress)
+    !$omp simd
+    do l = 1, lanes
+      state(l, 1) = state(l, 1) + dgamma(l)
     end do
+    if (self%curve%heating%is_active) call heat_points(self, trial, plastic, state)
   end subroutine return_points
 
-  !> Return of points one by one. Those inside the yield surface are left alone.
-  subroutine return_singly(self, dt, places, numbers, flow, factor, state, local, dgamma, ok)
+  !> Back stresses as deviators.
+  pure subroutine load_back_stresses(self, state, back)
     class(anisotropic_plastic_t), intent(in) :: self
-    real(wp), intent(in) :: dt, flow(:), factor(:)
-    integer, intent(in) :: places(:), numbers(:)   !! in the row, in `local`
-    real(wp), intent(inout) :: state(:, :), local(:, :), dgamma(:)
-    logical, intent(inout) :: ok
-    type(return_problem_t) :: problem
-    real(wp) :: new(6), relative(6), q
-    logical :: is_good
-    integer :: i
+    real(wp), intent(in) :: state(lanes, self%n_state)
+    real(wp), intent(out) :: back(lanes, 5, self%back%n)
+    integer :: k
 
-    problem%bulk = self%bulk
+    do k = 1, self%back%n
+      call deviator_of(state(:, 6*k:6*k + 5), back(:, :, k))
+    end do
+  end subroutine load_back_stresses
+
+  !> Move the back stresses of the state by what has changed, so that the others keep their bits.
+  pure subroutine move_back_stresses(self, back, state)
+    class(anisotropic_plastic_t), intent(in) :: self
+    real(wp), intent(in) :: back(lanes, 5, self%back%n)
+    real(wp), intent(inout) :: state(lanes, self%n_state)
+    real(wp) :: before(lanes, 5)
+    integer :: k
+
+    do k = 1, self%back%n
+      call deviator_of(state(:, 6*k:6*k + 5), before)
+      call add_deviator(back(:, :, k) - before, state(:, 6*k:6*k + 5))
+    end do
+  end subroutine move_back_stresses
+
+  !> What the return starts from: among it which points flow, and the relative stress before the
+  !! increment.
+  pure subroutine set_problem(self, dt, dstrain, flow, slope, factor, eqps, trial, rotation, back, &
+                              problem)
+    class(anisotropic_plastic_t), intent(in) :: self
+    real(wp), intent(in) :: dt, dstrain(lanes, 6), trial(lanes, 5), rotation(lanes, 9)
+    real(wp), intent(in), dimension(lanes) :: flow, slope, factor, eqps
+    real(wp), intent(in) :: back(lanes, 5, self%back%n)
+    type(return_problem_t), intent(out) :: problem
+    real(wp) :: strain(lanes, 6), elastic(lanes, 5), relative(lanes, 5)
+    integer :: i, k, l
+
     problem%shear = self%shear
     problem%dt = dt
-    problem%kinematic = self%back
-    do i = 1, size(places)
-      associate (p => places(i), l => numbers(i))
-        problem%back = reshape(state(p, 6:5 + 6*self%back%n), [6, self%back%n])
-        relative = local(l, :) - sum(problem%back, 2)
-        call evaluate_yield(self%yield, relative, q)
-        if (.not. q > flow(p)) cycle
-        problem%eqps = state(p, 1)
-        problem%trial = local(l, :)
-        problem%factor = factor(p)
-        if (self%n_stages > 0) then
-          call return_in_stages(self%curve, self%yield, problem, self%n_stages, new, dgamma(l))
-        else
-          call return_to_yield(self%curve, self%yield, problem, new, dgamma(l), is_good)
-          ok = ok .and. is_good
-        end if
-        local(l, :) = new
-        state(p, 6:5 + 6*self%back%n) = reshape(problem%back, [6*self%back%n])
+    !$omp simd
+    do l = 1, lanes
+      problem%eqps(l) = eqps(l)
+      problem%flow(l) = flow(l)
+      problem%slope(l) = slope(l)
+      problem%factor(l) = factor(l)
+    end do
+    do i = 1, 5
+      !$omp simd
+      do l = 1, lanes
+        problem%trial(l, i) = trial(l, i)
+        relative(l, i) = trial(l, i)
+      end do
+      do k = 1, self%back%n
+        !$omp simd
+        do l = 1, lanes
+          relative(l, i) = relative(l, i) - back(l, i, k)
+        end do
+      end do
+    end do
+    call find_excess(self%yield, relative, flow, problem%excess)
+    !$omp simd
+    do l = 1, lanes
+      problem%flows(l) = merge(1.0_wp, 0.0_wp, problem%excess(l) > 0.0_wp)
+    end do
+    if (self%n_stages > 0) return
+    do i = 1, 6
+      !$omp simd
+      do l = 1, lanes
+        strain(l, i) = merge(1.0_wp, 0.5_wp, i < 4)*dstrain(l, i)
+      end do
+    end do
+    call into_axes(rotation, strain, elastic)
+    do i = 1, 5
+      !$omp simd
+      do l = 1, lanes
+        problem%outset(l, i) = relative(l, i) - 2.0_wp*self%shear*elastic(l, i)
+      end do
+    end do
+  end subroutine set_problem
+
+  !> Heat by the work of the new stress on the plastic strain.
+  pure subroutine heat_points(self, trial, plastic, state)
+    class(anisotropic_plastic_t), intent(in) :: self
+    real(wp), intent(in) :: trial(lanes, 5), plastic(lanes, 5)
+    real(wp), intent(inout) :: state(lanes, self%n_state)
+    integer :: l
+
+    do l = 1, lanes
+      associate (e => plastic(l, :), s => trial(l, :))
+        call heat_up(self%curve%heating, dot_product(s - 2.0_wp*self%shear*e, e), &
+                     state(l, self%n_state))
       end associate
     end do
-  end subroutine return_singly
+  end subroutine heat_points
 
 end module anisotropic_plastic

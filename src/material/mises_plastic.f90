@@ -19,7 +19,7 @@ module mises_plastic
   implicit none
   private
 
-  public :: new_mises_plastic, set_plastic
+  public :: new_mises_plastic, set_plastic, equivalent_strain
 
   !> The state is the equivalent plastic strain and then the six components of each back stress,
   !! deviators with tensor shear; with heating, the temperature rise comes last.

@@ -186,21 +186,28 @@ contains
     real(wp), intent(in) :: axes(3, 3)         !! at the start, as columns
     real(wp), intent(in) :: quaternion(n, 4)
     real(wp), intent(out) :: rotation(n, 9)
-    real(wp) :: w, v(3), axis(3), across(3)
-    integer :: l, i
+    real(wp) :: w, v1, v2, v3, q11, q12, q13, q21, q22, q23, q31, q32, q33
+    integer :: l
 
+    !$omp simd private(w, v1, v2, v3, q11, q12, q13, q21, q22, q23, q31, q32, q33)
     do l = 1, n
       w = 1.0_wp + quaternion(l, 1)
-      v = quaternion(l, 2:)
-      do i = 1, 3
-        axis = axes(:, i)
-        across = 2.0_wp*[v(2)*axis(3) - v(3)*axis(2), v(3)*axis(1) - v(1)*axis(3), &
-                         v(1)*axis(2) - v(2)*axis(1)]
-        rotation(l, 3*i - 2:3*i) = axis + w*across &
-                                   + [v(2)*across(3) - v(3)*across(2), &
-                                      v(3)*across(1) - v(1)*across(3), &
-                                      v(1)*across(2) - v(2)*across(1)]
-      end do
+      v1 = quaternion(l, 2); v2 = quaternion(l, 3); v3 = quaternion(l, 4)
+      q11 = 1.0_wp - 2.0_wp*(v2*v2 + v3*v3)
+      q22 = 1.0_wp - 2.0_wp*(v3*v3 + v1*v1)
+      q33 = 1.0_wp - 2.0_wp*(v1*v1 + v2*v2)
+      q12 = 2.0_wp*(v1*v2 - w*v3); q21 = 2.0_wp*(v1*v2 + w*v3)
+      q13 = 2.0_wp*(v1*v3 + w*v2); q31 = 2.0_wp*(v1*v3 - w*v2)
+      q23 = 2.0_wp*(v2*v3 - w*v1); q32 = 2.0_wp*(v2*v3 + w*v1)
+      rotation(l, 1) = q11*axes(1, 1) + q12*axes(2, 1) + q13*axes(3, 1)
+      rotation(l, 2) = q21*axes(1, 1) + q22*axes(2, 1) + q23*axes(3, 1)
+      rotation(l, 3) = q31*axes(1, 1) + q32*axes(2, 1) + q33*axes(3, 1)
+      rotation(l, 4) = q11*axes(1, 2) + q12*axes(2, 2) + q13*axes(3, 2)
+      rotation(l, 5) = q21*axes(1, 2) + q22*axes(2, 2) + q23*axes(3, 2)
+      rotation(l, 6) = q31*axes(1, 2) + q32*axes(2, 2) + q33*axes(3, 2)
+      rotation(l, 7) = q11*axes(1, 3) + q12*axes(2, 3) + q13*axes(3, 3)
+      rotation(l, 8) = q21*axes(1, 3) + q22*axes(2, 3) + q23*axes(3, 3)
+      rotation(l, 9) = q31*axes(1, 3) + q32*axes(2, 3) + q33*axes(3, 3)
     end do
   end subroutine axes_rotation
 

@@ -2,11 +2,13 @@
 module law_paths
   use kinds, only: wp
   use block_law, only: block_law_t
+  use deviator_lanes, only: lanes, deviator_of
+  use yield_function, only: yield_function_t, evaluate_lanes => evaluate_yield
   implicit none
   private
 
   public :: pull, step_point, mises_of, random_increment, rotation_of, turned
-  public :: objectivity_error
+  public :: objectivity_error, evaluate_yield
 
   !> State of one point.
   type, public :: point_t
@@ -183,5 +185,35 @@ contains
     end do
     if (.not. (fixed%ok .and. turning%ok)) objectivity_error = huge(1.0_wp)
   end function objectivity_error
+
+  !> Equivalent stress of one stress, its gradient (with respect to a shear stress that stands for
+  !! both of its entries, so that the flow is engineering strain) and its second derivatives.
+  subroutine evaluate_yield(yield, stress, q, gradient, hessian)
+    type(yield_function_t), intent(in) :: yield
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(out) :: q
+    real(wp), intent(out), optional :: gradient(6), hessian(6, 6)
+    real(wp) :: s(lanes, 5), all_q(lanes), slope(lanes, 5), packed(lanes, 15), full(5, 5)
+    real(wp) :: basis(lanes, 5), to_deviator(5, 6), unit(lanes, 6)
+    integer :: i, j
+
+    call deviator_of(spread(stress, 1, lanes), s)
+    call evaluate_lanes(yield, s, all_q, slope, packed)
+    q = all_q(lanes)
+    do i = 1, 6
+      unit = 0.0_wp
+      unit(:, i) = 1.0_wp
+      call deviator_of(unit, basis)
+      to_deviator(:, i) = basis(1, :)
+    end do
+    do i = 1, 5
+      do j = 1, i
+        full(i, j) = packed(lanes, i*(i - 1)/2 + j)
+        full(j, i) = full(i, j)
+      end do
+    end do
+    if (present(gradient)) gradient = matmul(slope(lanes, :), to_deviator)
+    if (present(hessian)) hessian = matmul(transpose(to_deviator), matmul(full, to_deviator))
+  end subroutine evaluate_yield
 
 end module law_paths
