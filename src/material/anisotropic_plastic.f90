@@ -71,23 +71,25 @@ contains
     real(wp), dimension(n) :: mises, flow, slope, bend, reach, factor
     real(wp) :: worst
     logical :: is_good
-    integer :: first
+    integer :: first, last
 
     call elastic_trial(n, self%bulk, self%shear, dstrain, stress, mises, worst)
     ok = worst < huge(worst) .and. dt >= 0.0_wp
     if (.not. ok) return
     if (present(spin)) call rotate_axes(n, spin, state(:, 2:5))
-    factor = thermal_factor(self%curve%heating, n, self%n_state, state)
+    factor = 1.0_wp
+    if (self%curve%heating%is_active) &
+      factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     call flow_at(self%curve, n, state(:, 1), factor, flow, slope, bend, reach)
     if (self%back%n > 0) call add_back_norms(self, n, state, mises)
-    where (self%bound*mises <= flow) mises = 0.0_wp
     if (n == lanes) then
-      if (any(mises > 0.0_wp)) &
+      if (any(self%bound*mises > flow)) &
         call return_points(self, dt, dstrain, flow, slope, factor, stress, state, ok)
       return
     end if
     do first = 1, n, lanes
-      if (.not. any(mises(first:min(first + lanes - 1, n)) > 0.0_wp)) cycle
+      last = min(first + lanes - 1, n)
+      if (.not. any(self%bound*mises(first:last) > flow(first:last))) cycle
       call return_part(self, n, first, dt, dstrain, flow, slope, factor, stress, state, is_good)
       ok = ok .and. is_good
     end do
@@ -138,22 +140,23 @@ contains
     real(wp), intent(inout) :: stress(lanes, 6), state(lanes, self%n_state)
     logical, intent(out) :: ok
     type(return_problem_t) :: problem
-    real(wp) :: rotation(lanes, 9), trial(lanes, 5), plastic(lanes, 5), dgamma(lanes)
+    real(wp) :: rotation(lanes, 9), plastic(lanes, 5), dgamma(lanes)
     real(wp) :: back(lanes, 5, self%back%n), guess(lanes)
     logical :: is_hill
     integer :: l
 
     call axes_rotation(lanes, self%axes, state(:, 2:5), rotation)
-    call into_axes(rotation, stress, trial)
+    call into_axes(rotation, stress, problem%trial)
     guess = 0.0_wp
     if (has_rate(self%curve) .or. is_steep(self%curve)) guess = equivalent_strain(lanes, dstrain)
     is_hill = self%yield%kind == quadratic .and. self%back%n == 0 .and. self%n_stages == 0
     if (is_hill) call return_to_hill(self%curve, self%yield%hill, self%shear, dt, state(:, 1), &
-                                     factor, guess, flow, slope, trial, plastic, dgamma, is_hill)
+                                     factor, guess, flow, slope, problem%trial, plastic, dgamma, &
+                                     is_hill)
     ok = .true.
     if (.not. is_hill) then
       call load_back_stresses(self, state, back)
-      call set_problem(self, dt, dstrain, flow, slope, factor, state(:, 1), trial, rotation, back, &
+      call set_problem(self, dt, dstrain, flow, slope, factor, state(:, 1), rotation, back, &
                        problem)
       problem%guess = guess
       if (.not. sum(problem%flows) > 0.0_wp) return
@@ -170,7 +173,7 @@ contains
     do l = 1, lanes
       state(l, 1) = state(l, 1) + dgamma(l)
     end do
-    if (self%curve%heating%is_active) call heat_points(self, trial, plastic, state)
+    if (self%curve%heating%is_active) call heat_points(self, problem%trial, plastic, state)
   end subroutine return_points
 
   !> Back stresses as deviators.
@@ -201,14 +204,14 @@ contains
 
   !> What the return starts from: among it which points flow, and the relative stress before the
   !! increment.
-  pure subroutine set_problem(self, dt, dstrain, flow, slope, factor, eqps, trial, rotation, back, &
+  pure subroutine set_problem(self, dt, dstrain, flow, slope, factor, eqps, rotation, back, &
                               problem)
     class(anisotropic_plastic_t), intent(in) :: self
-    real(wp), intent(in) :: dt, dstrain(lanes, 6), trial(lanes, 5), rotation(lanes, 9)
+    real(wp), intent(in) :: dt, dstrain(lanes, 6), rotation(lanes, 9)
     real(wp), intent(in), dimension(lanes) :: flow, slope, factor, eqps
     real(wp), intent(in) :: back(lanes, 5, self%back%n)
-    type(return_problem_t), intent(out) :: problem
-    real(wp) :: strain(lanes, 6), elastic(lanes, 5), relative(lanes, 5)
+    type(return_problem_t), intent(inout) :: problem    !! its trial stress is there already
+    real(wp) :: strain(lanes, 6), elastic(lanes, 5)
     integer :: i, k, l
 
     problem%shear = self%shear
@@ -223,17 +226,16 @@ contains
     do i = 1, 5
       !$omp simd
       do l = 1, lanes
-        problem%trial(l, i) = trial(l, i)
-        relative(l, i) = trial(l, i)
+        problem%outset(l, i) = problem%trial(l, i)
       end do
       do k = 1, self%back%n
         !$omp simd
         do l = 1, lanes
-          relative(l, i) = relative(l, i) - back(l, i, k)
+          problem%outset(l, i) = problem%outset(l, i) - back(l, i, k)
         end do
       end do
     end do
-    call find_excess(self%yield, relative, flow, problem%excess)
+    call find_excess(self%yield, problem%outset, flow, problem%excess)
     !$omp simd
     do l = 1, lanes
       problem%flows(l) = merge(1.0_wp, 0.0_wp, problem%excess(l) > 0.0_wp)
@@ -249,7 +251,7 @@ contains
     do i = 1, 5
       !$omp simd
       do l = 1, lanes
-        problem%outset(l, i) = relative(l, i) - 2.0_wp*self%shear*elastic(l, i)
+        problem%outset(l, i) = problem%outset(l, i) - 2.0_wp*self%shear*elastic(l, i)
       end do
     end do
   end subroutine set_problem
