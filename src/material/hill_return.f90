@@ -49,7 +49,7 @@ contains
       x(l) = 0.0_wp
       per_flow(l) = 1.0_wp/first_flow(l)
     end do
-    call equivalent(hill%weights, shear, mode, x, q, fall, bend)
+    call equivalent_of_trial(hill%weights, shear, mode, q, fall, bend)
     if (is_steep(curve)) then
       call solve_consistency(curve, lanes, dt, q, fall/q**2, eqps, factor, guess, &
                              dgamma, is_done)
@@ -150,6 +150,28 @@ contains
       mode(l, 5) = s(l, 5)
     end do
   end subroutine into_modes
+
+  !> What `equivalent` finds for x = 0, without a division.
+  pure subroutine equivalent_of_trial(weights, shear, mode, q, fall, bend)
+    real(wp), intent(in) :: weights(5), shear, mode(lanes, 5)
+    real(wp), intent(out), dimension(lanes) :: q, fall, bend
+    real(wp) :: w(5, 3), m1, m2, m3, m4, m5, square
+    integer :: l
+
+    w(:, 1) = weights
+    w(:, 2) = 2.0_wp*shear*weights*w(:, 1)
+    w(:, 3) = 2.0_wp*shear*weights*w(:, 2)
+    !$omp simd private(m1, m2, m3, m4, m5, square)
+    do l = 1, lanes
+      m1 = mode(l, 1)**2; m2 = mode(l, 2)**2; m3 = mode(l, 3)**2; m4 = mode(l, 4)**2
+      m5 = mode(l, 5)**2
+      square = (w(1, 1)*m1 + w(2, 1)*m2) + (w(3, 1)*m3 + w(4, 1)*m4) + (w(5, 1)*m5 + 1.0e-200_wp)
+      q(l) = sqrt(square)
+      fall(l) = (w(1, 2)*m1 + w(2, 2)*m2) + (w(3, 2)*m3 + w(4, 2)*m4) + w(5, 2)*m5
+      bend(l) = (w(1, 3)*m1 + w(2, 3)*m2) + (w(3, 3)*m3 + w(4, 3)*m4) + w(5, 3)*m5
+      bend(l) = 3.0_wp*(fall(l)**2 - square*bend(l))
+    end do
+  end subroutine equivalent_of_trial
 
   !> Equivalent stress q of modes over 1 + 2G weight x, by how much half of its square falls with x,
   !! and the second derivative of 1/q by x, times q^5. All divisors by one division.
