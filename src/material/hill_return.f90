@@ -51,10 +51,10 @@ contains
     end do
     call equivalent_of_trial(hill%weights, shear, mode, q, fall, bend)
     if (is_steep(curve)) then
-      call solve_consistency(curve, lanes, dt, q, fall/q**2, eqps, factor, guess, &
-                             dgamma, is_done)
+      call solve_consistency(curve, lanes, dt, q, fall/q**2, eqps, factor, guess, dgamma, is_done)
     else
-      call halley(q, fall, bend, first_flow, per_flow, first_slope, x, x, dgamma)
+      flow_bend = 0.0_wp
+      call halley(q, fall, bend, first_flow, per_flow, first_slope, flow_bend, x, dgamma)
       dgamma = max(dgamma, 0.0_wp)
     end if
     is_done = .false.
@@ -66,7 +66,7 @@ contains
         x(l) = dgamma(l)*per_flow(l)
       end do
       call equivalent(hill%weights, shear, mode, x, q, fall, bend)
-      call improve(is_rough(curve), shear, first_slope, q, fall, bend, flow, per_flow, slope, &
+      call improve(is_rough(curve), shear, q, fall, bend, flow, per_flow, slope, flow_bend, &
                    dgamma, x, worst)
       is_done = worst <= 1.0_wp
       if (is_done) exit
@@ -75,25 +75,21 @@ contains
   end subroutine return_to_hill
 
   !> One step from a plastic strain, and the largest error that it leaves, over what is allowed.
-  pure subroutine improve(is_bent, shear, first_slope, q, fall, bend, flow, per_flow, slope, &
+  pure subroutine improve(is_rough, shear, q, fall, bend, flow, per_flow, slope, flow_bend, &
                           dgamma, x, worst)
-    logical, intent(in) :: is_bent      !! without bound or at once, see `is_rough`
+    logical, intent(in) :: is_rough
     real(wp), intent(in) :: shear
-    real(wp), intent(in), dimension(lanes) :: first_slope, q, fall, bend, flow, per_flow, slope
+    real(wp), intent(in), dimension(lanes) :: q, fall, bend, flow, per_flow, slope
+    real(wp), intent(in) :: flow_bend(lanes)    !! what the slope of the flow stress loses
     real(wp), intent(inout), dimension(lanes) :: dgamma, x
     real(wp), intent(out) :: worst
-    real(wp), parameter :: tiny_strain = 1.0e-30_wp, any_strain = 1.0e30_wp, error = 3.0e-13_wp
-    real(wp) :: steps(lanes), flow_bend(lanes), step, most, of_bend, change
+    real(wp), parameter :: any_strain = 1.0e30_wp
+    real(wp) :: steps(lanes), step, most, change
     integer :: l
 
     ! Of the squares of the steps as parts of the elastic strain.
-    most = merge(1.0e-20_wp, 2.0e-9_wp, is_bent)
+    most = merge(1.0e-20_wp, 2.0e-9_wp, is_rough)
     most = (2.0_wp*shear)**2/most
-    of_bend = merge(0.0_wp, 1.0_wp, is_bent)
-    !$omp simd
-    do l = 1, lanes
-      flow_bend(l) = of_bend*(first_slope(l) - slope(l))/(dgamma(l) + tiny_strain)
-    end do
     call halley(q, fall, bend, flow, per_flow, slope, flow_bend, x, steps)
     worst = 0.0_wp
     !$omp simd private(step, change) reduction(max:worst)
@@ -101,9 +97,6 @@ contains
       ! Points inside the yield surface have dgamma = 0 and stay there.
       step = max(min(steps(l), any_strain*dgamma(l)), -0.5_wp*dgamma(l))
       worst = max(worst, most*(step*per_flow(l))**2)
-      ! By as much as it changes over the increment the bend of the flow curve is not known.
-      change = min(2.0_wp*dgamma(l)*abs(flow_bend(l))/(slope(l) + tiny_strain), 1.0_wp)
-      worst = max(worst, change*abs(flow_bend(l))*step**2*per_flow(l)*(1.0_wp/error))
       dgamma(l) = dgamma(l) + step
       ! Over the new flow stress: the series is enough next to the end.
       change = step*per_flow(l)*(slope(l) - 0.5_wp*flow_bend(l)*step)
