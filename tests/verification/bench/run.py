@@ -16,7 +16,7 @@ CHOSEN = ("p2/2x2x3/voce/plain/def", "p2/2x2x3/elastic", "elements/8000", "conta
 NUMBERS = {"ns", "median", "spread", "repetitions", "threads"}
 OPTIONAL = {"ns_per_point", "flops", "bytes", "working_set", "memory_ratio"}
 # The words of docs/speed.md that choose what has a target.
-WITH_TARGETS = ("/voce/", "elements/8000", "/faces/", "/refined/", "step/channel")
+WITH_TARGETS = ("/voce/", "p2/2x2x3/", "elements/8000", "/faces/", "/refined/", "step/channel")
 
 
 class Bench(unittest.TestCase):
@@ -108,7 +108,8 @@ class Bench(unittest.TestCase):
         for name in ("step/channel", *post.GENERAL, *post.EFFICIENCY, post.TUNED,
                      post.PLAIN_GENERAL,
                      *(stem + size for stem in post.GROWING for size in ("100", "1000000")),
-                     *(f"force/p2/{rule}/voce/{weights}/default" for rule in post.TIMES
+                     *(f"force/p2/2x2x3/{law}/plain/default" for law in post.OVER_VOCE),
+                     *(f"force/p2/{rule}/voce/{weights}/default" for rule in post.SHARES
                        for weights in ("plain", "rational"))):
             self.assertIn(name, names)
 
