@@ -82,41 +82,13 @@ contains
       factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     call flow_at(self%curve, n, state(:, 1), factor, flow, slope, bend, reach)
     if (self%back%n > 0) call add_back_norms(self, n, state, mises)
-    if (n == lanes) then
-      if (any(self%bound*mises > flow)) &
-        call return_points(self, dt, dstrain, flow, slope, factor, stress, state, ok)
-      return
-    end if
     do first = 1, n, lanes
       last = min(first + lanes - 1, n)
       if (.not. any(self%bound*mises(first:last) > flow(first:last))) cycle
-      call return_part(self, n, first, dt, dstrain, flow, slope, factor, stress, state, is_good)
+      call return_points(self, n, first, dt, dstrain, flow, slope, factor, stress, state, is_good)
       ok = ok .and. is_good
     end do
   end subroutine update
-
-  !> Return of `lanes` points of a row of another length.
-  subroutine return_part(self, n, first, dt, dstrain, flow, slope, factor, stress, state, ok)
-    class(anisotropic_plastic_t), intent(in) :: self
-    integer, intent(in) :: n, first
-    real(wp), intent(in) :: dt, dstrain(n, 6)
-    real(wp), intent(in), dimension(n) :: flow, slope, factor
-    real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
-    logical, intent(out) :: ok
-    real(wp), dimension(lanes) :: part_flow, part_slope, part_factor
-    real(wp) :: part_strain(lanes, 6), part_stress(lanes, 6), part_state(lanes, self%n_state)
-
-    call load_lanes(n, first, 6, dstrain, part_strain)
-    call load_lanes(n, first, 1, flow, part_flow)
-    call load_lanes(n, first, 1, slope, part_slope)
-    call load_lanes(n, first, 1, factor, part_factor)
-    call load_lanes(n, first, 6, stress, part_stress)
-    call load_lanes(n, first, self%n_state, state, part_state)
-    call return_points(self, dt, part_strain, part_flow, part_slope, part_factor, part_stress, &
-                       part_state, ok)
-    call store_lanes(n, first, 6, part_stress, stress)
-    call store_lanes(n, first, self%n_state, part_state, state)
-  end subroutine return_part
 
   !> Add the von Mises stress of each back stress.
   pure subroutine add_back_norms(self, n, state, mises)
@@ -132,33 +104,39 @@ contains
     end do
   end subroutine add_back_norms
 
-  !> Return of points. Those that do not flow keep the bits of their trial stress.
-  subroutine return_points(self, dt, dstrain, flow, slope, factor, stress, state, ok)
+  !> Return of `lanes` points of a row. Those that do not flow keep the bits of their trial stress.
+  subroutine return_points(self, n, first, dt, dstrain, flow, slope, factor, stress, state, ok)
     class(anisotropic_plastic_t), intent(in) :: self
-    real(wp), intent(in) :: dt, dstrain(lanes, 6)
-    real(wp), intent(in), dimension(lanes) :: flow, slope, factor   !! before the increment
-    real(wp), intent(inout) :: stress(lanes, 6), state(lanes, self%n_state)
+    integer, intent(in) :: n, first
+    real(wp), intent(in) :: dt, dstrain(n, 6)
+    real(wp), intent(in), dimension(n) :: flow, slope, factor   !! before the increment
+    real(wp), intent(inout) :: stress(n, 6), state(n, self%n_state)
     logical, intent(out) :: ok
     type(return_problem_t) :: problem
-    real(wp) :: rotation(lanes, 9), plastic(lanes, 5), dgamma(lanes)
-    real(wp) :: back(lanes, 5, self%back%n), guess(lanes)
+    real(wp) :: rotation(lanes, 9), plastic(lanes, 5), dgamma(lanes), axes(lanes, 4)
+    real(wp) :: back(lanes, 5, self%back%n), strain(lanes, 6)
     logical :: is_hill
-    integer :: l
 
-    call axes_rotation(lanes, self%axes, state(:, 2:5), rotation)
-    call into_axes(rotation, stress, problem%trial)
-    guess = 0.0_wp
-    if (has_rate(self%curve) .or. is_steep(self%curve)) guess = equivalent_strain(lanes, dstrain)
+    call load_lanes(n, first, 4, state(:, 2:5), axes)
+    call axes_rotation(lanes, self%axes, axes, rotation)
+    call load_trial(n, first, rotation, stress, problem%trial)
+    call load_lanes(n, first, 1, state, problem%eqps)
+    call load_lanes(n, first, 1, factor, problem%factor)
+    call load_lanes(n, first, 1, flow, problem%flow)
+    call load_lanes(n, first, 1, slope, problem%slope)
     is_hill = self%yield%kind == quadratic .and. self%back%n == 0 .and. self%n_stages == 0
-    if (is_hill) call return_to_hill(self%curve, self%yield%hill, self%shear, dt, state(:, 1), &
-                                     factor, guess, flow, slope, problem%trial, plastic, dgamma, &
-                                     is_hill)
+    problem%guess = 0.0_wp
+    if (has_rate(self%curve) .or. is_steep(self%curve) .or. .not. is_hill) then
+      call load_lanes(n, first, 6, dstrain, strain)
+      problem%guess = equivalent_strain(lanes, strain)
+    end if
+    if (is_hill) call return_to_hill(self%curve, self%yield%hill, self%shear, dt, problem%eqps, &
+                                     problem%factor, problem%guess, problem%flow, problem%slope, &
+                                     problem%trial, plastic, dgamma, is_hill)
     ok = .true.
     if (.not. is_hill) then
-      call load_back_stresses(self, state, back)
-      call set_problem(self, dt, dstrain, flow, slope, factor, state(:, 1), rotation, back, &
-                       problem)
-      problem%guess = guess
+      call load_back_stresses(self, n, first, state, back)
+      call set_problem(self, dt, strain, rotation, back, problem)
       if (.not. sum(problem%flows) > 0.0_wp) return
       if (self%n_stages > 0) then
         call return_in_stages(self%curve, self%yield, self%back, problem, self%n_stages, back, &
@@ -166,63 +144,90 @@ contains
       else
         call return_to_yield(self%curve, self%yield, self%back, problem, back, plastic, dgamma, ok)
       end if
-      call move_back_stresses(self, back, state)
+      call move_back_stresses(self, n, first, back, state)
     end if
-    call add_from_axes(rotation, -2.0_wp*self%shear, plastic, stress)
-    !$omp simd
-    do l = 1, lanes
-      state(l, 1) = state(l, 1) + dgamma(l)
-    end do
-    if (self%curve%heating%is_active) call heat_points(self, problem%trial, plastic, state)
+    call add_plastic(n, first, rotation, -2.0_wp*self%shear, plastic, stress)
+    problem%eqps = problem%eqps + dgamma
+    call store_lanes(n, first, 1, problem%eqps, state)
+    if (self%curve%heating%is_active) &
+      call heat_points(self, n, first, problem%trial, plastic, state)
   end subroutine return_points
 
+  !> The trial stress of points of a row as deviators in the axes of the material.
+  pure subroutine load_trial(n, first, rotation, stress, trial)
+    integer, intent(in) :: n, first
+    real(wp), intent(in) :: rotation(lanes, 9), stress(n, 6)
+    real(wp), intent(out) :: trial(lanes, 5)
+    real(wp) :: part(lanes, 6)
+
+    if (first + lanes - 1 <= n) then
+      call into_axes(n, rotation, stress(first, 1), trial)
+    else
+      call load_lanes(n, first, 6, stress, part)
+      call into_axes(lanes, rotation, part, trial)
+    end if
+  end subroutine load_trial
+
+  !> Add a multiple of the plastic strain to the stress of points of a row.
+  pure subroutine add_plastic(n, first, rotation, scaling, plastic, stress)
+    integer, intent(in) :: n, first
+    real(wp), intent(in) :: rotation(lanes, 9), scaling, plastic(lanes, 5)
+    real(wp), intent(inout) :: stress(n, 6)
+    real(wp) :: part(lanes, 6)
+
+    if (first + lanes - 1 <= n) then
+      call add_from_axes(n, rotation, scaling, plastic, stress(first, 1))
+    else
+      call load_lanes(n, first, 6, stress, part)
+      call add_from_axes(lanes, rotation, scaling, plastic, part)
+      call store_lanes(n, first, 6, part, stress)
+    end if
+  end subroutine add_plastic
+
   !> Back stresses as deviators.
-  pure subroutine load_back_stresses(self, state, back)
+  pure subroutine load_back_stresses(self, n, first, state, back)
     class(anisotropic_plastic_t), intent(in) :: self
-    real(wp), intent(in) :: state(lanes, self%n_state)
+    integer, intent(in) :: n, first
+    real(wp), intent(in) :: state(n, self%n_state)
     real(wp), intent(out) :: back(lanes, 5, self%back%n)
+    real(wp) :: part(lanes, 6)
     integer :: k
 
     do k = 1, self%back%n
-      call deviator_of(state(:, 6*k:6*k + 5), back(:, :, k))
+      call load_lanes(n, first, 6, state(:, 6*k:6*k + 5), part)
+      call deviator_of(part, back(:, :, k))
     end do
   end subroutine load_back_stresses
 
   !> Move the back stresses of the state by what has changed, so that the others keep their bits.
-  pure subroutine move_back_stresses(self, back, state)
+  pure subroutine move_back_stresses(self, n, first, back, state)
     class(anisotropic_plastic_t), intent(in) :: self
+    integer, intent(in) :: n, first
     real(wp), intent(in) :: back(lanes, 5, self%back%n)
-    real(wp), intent(inout) :: state(lanes, self%n_state)
-    real(wp) :: before(lanes, 5)
+    real(wp), intent(inout) :: state(n, self%n_state)
+    real(wp) :: part(lanes, 6), before(lanes, 5)
     integer :: k
 
     do k = 1, self%back%n
-      call deviator_of(state(:, 6*k:6*k + 5), before)
-      call add_deviator(back(:, :, k) - before, state(:, 6*k:6*k + 5))
+      call load_lanes(n, first, 6, state(:, 6*k:6*k + 5), part)
+      call deviator_of(part, before)
+      call add_deviator(back(:, :, k) - before, part)
+      call store_lanes(n, first, 6, part, state(:, 6*k:6*k + 5))
     end do
   end subroutine move_back_stresses
 
   !> What the return starts from: among it which points flow, and the relative stress before the
   !! increment.
-  pure subroutine set_problem(self, dt, dstrain, flow, slope, factor, eqps, rotation, back, &
-                              problem)
+  pure subroutine set_problem(self, dt, dstrain, rotation, back, problem)
     class(anisotropic_plastic_t), intent(in) :: self
     real(wp), intent(in) :: dt, dstrain(lanes, 6), rotation(lanes, 9)
-    real(wp), intent(in), dimension(lanes) :: flow, slope, factor, eqps
     real(wp), intent(in) :: back(lanes, 5, self%back%n)
-    type(return_problem_t), intent(inout) :: problem    !! its trial stress is there already
+    type(return_problem_t), intent(inout) :: problem    !! stress, strain and flow are there already
     real(wp) :: strain(lanes, 6), elastic(lanes, 5)
     integer :: i, k, l
 
     problem%shear = self%shear
     problem%dt = dt
-    !$omp simd
-    do l = 1, lanes
-      problem%eqps(l) = eqps(l)
-      problem%flow(l) = flow(l)
-      problem%slope(l) = slope(l)
-      problem%factor(l) = factor(l)
-    end do
     do i = 1, 5
       !$omp simd
       do l = 1, lanes
@@ -235,7 +240,7 @@ contains
         end do
       end do
     end do
-    call find_excess(self%yield, problem%outset, flow, problem%excess)
+    call find_excess(self%yield, problem%outset, problem%flow, problem%excess)
     !$omp simd
     do l = 1, lanes
       problem%flows(l) = merge(1.0_wp, 0.0_wp, problem%excess(l) > 0.0_wp)
@@ -247,7 +252,7 @@ contains
         strain(l, i) = merge(1.0_wp, 0.5_wp, i < 4)*dstrain(l, i)
       end do
     end do
-    call into_axes(rotation, strain, elastic)
+    call into_axes(lanes, rotation, strain, elastic)
     do i = 1, 5
       !$omp simd
       do l = 1, lanes
@@ -257,16 +262,17 @@ contains
   end subroutine set_problem
 
   !> Heat by the work of the new stress on the plastic strain.
-  pure subroutine heat_points(self, trial, plastic, state)
+  pure subroutine heat_points(self, n, first, trial, plastic, state)
     class(anisotropic_plastic_t), intent(in) :: self
+    integer, intent(in) :: n, first
     real(wp), intent(in) :: trial(lanes, 5), plastic(lanes, 5)
-    real(wp), intent(inout) :: state(lanes, self%n_state)
+    real(wp), intent(inout) :: state(n, self%n_state)
     integer :: l
 
-    do l = 1, lanes
+    do l = 1, min(lanes, n - first + 1)
       associate (e => plastic(l, :), s => trial(l, :))
         call heat_up(self%curve%heating, dot_product(s - 2.0_wp*self%shear*e, e), &
-                     state(l, self%n_state))
+                     state(first + l - 1, self%n_state))
       end associate
     end do
   end subroutine heat_points

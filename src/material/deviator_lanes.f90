@@ -58,9 +58,10 @@ contains
 
   !> Deviators of tensors in space, in the axes of the material. The mean goes first: next to a high
   !! pressure the digits of the deviator would be lost.
-  pure subroutine into_axes(rotation, tensor, deviator)
+  pure subroutine into_axes(n, rotation, tensor, deviator)
+    integer, intent(in) :: n                     !! points of the row that the tensors are part of
     real(wp), intent(in) :: rotation(lanes, 9)   !! of `axes_rotation`
-    real(wp), intent(in) :: tensor(lanes, 6)     !! 11 22 33 12 13 23, shear as it is
+    real(wp), intent(in) :: tensor(n, *)         !! 11 22 33 12 13 23, shear as it is
     real(wp), intent(out) :: deviator(lanes, 5)
     real(wp) :: s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, mean, first, second
     integer :: l
@@ -89,9 +90,10 @@ contains
 
   !> Add a multiple of deviators in the axes of the material to tensors in space. What is zero
   !! changes nothing.
-  pure subroutine add_from_axes(rotation, scaling, deviator, tensor)
+  pure subroutine add_from_axes(n, rotation, scaling, deviator, tensor)
+    integer, intent(in) :: n                     !! as above
     real(wp), intent(in) :: rotation(lanes, 9), scaling, deviator(lanes, 5)
-    real(wp), intent(inout) :: tensor(lanes, 6)
+    real(wp), intent(inout) :: tensor(n, *)
     real(wp) :: s1, s2, s3, s4, s5, s6, t1, t2, t3, t4, t5, t6, first, second
     integer :: l
 
