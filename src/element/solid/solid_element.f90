@@ -354,8 +354,8 @@ contains
 
     call carry_motion(self, store)
     associate (patch => self%patch)
-      call carry_field(store, "stress", size(patch%stress), patch%stress)
-      call carry_field(store, "state", size(patch%state), patch%state)
+      call carry_field(store, "point_stress", size(patch%stress), patch%stress)
+      call carry_field(store, "point_state", size(patch%state), patch%state)
       call carry_field(store, "push", size(patch%push), patch%push)
       call carry(store, "patch_time", patch%time)
       call carry(store, "increment", patch%increment)
