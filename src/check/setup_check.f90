@@ -14,6 +14,7 @@ module setup_check
   use effort_check, only: check_effort, add_effort_lines
   use amount_check, only: check_amounts
   use stroke_check, only: check_strokes, add_stroke_lines
+  use load_check, only: check_loads
   use release_check, only: check_release
   use step_check, only: check_motion, check_friction, check_forces, check_supports
   implicit none
@@ -40,6 +41,7 @@ contains
     if (n_errors(errors) == 0) then
       call check_motion(scene, errors)
       call check_friction(scene, errors)
+      call check_loads(scene, errors)
       call check_supports(scene, errors)
       call check_release(scene, model, thickness, errors)
       call check_strokes(scene, model, thickness, errors)
