@@ -126,7 +126,7 @@ contains
     call load_lanes(n, first, 1, slope, problem%slope)
     is_hill = self%yield%kind == quadratic .and. self%back%n == 0 .and. self%n_stages == 0
     problem%guess = 0.0_wp
-    if (has_rate(self%curve) .or. is_steep(self%curve) .or. .not. is_hill) then
+    if (has_rate(self%curve) .or. is_steep(self%curve)) then
       call load_lanes(n, first, 6, dstrain, strain)
       problem%guess = equivalent_strain(lanes, strain)
     end if
@@ -135,6 +135,8 @@ contains
                                      problem%trial, plastic, dgamma, is_hill)
     ok = .true.
     if (.not. is_hill) then
+      ! Again where Hill's surface was not reached.
+      call load_lanes(n, first, 6, dstrain, strain)
       call load_back_stresses(self, n, first, state, back)
       call set_problem(self, dt, strain, rotation, back, problem)
       if (.not. sum(problem%flows) > 0.0_wp) return

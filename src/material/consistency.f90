@@ -58,10 +58,11 @@ contains
 
     dgamma = 0.0_wp
     if (has_rate(curve)) then
-      dgamma = min(guess, high)
+      dgamma = min(merge(guess, high, guess > 0.0_wp), high)
     else if (is_steep(curve)) then
       do l = 1, n
-        if (slope(l) > too_steep*stiffness(l)) dgamma(l) = min(guess(l), high(l))
+        if (slope(l) > too_steep*stiffness(l)) &
+          dgamma(l) = min(merge(guess(l), high(l), guess(l) > 0.0_wp), high(l))
       end do
     end if
   end subroutine begin_at
@@ -102,8 +103,8 @@ contains
       if (next <= lower .or. halve > 0.0_wp) next = 0.5_wp*(lower + upper)
       if (abs(residual(l)) <= allowed) next = dgamma(l)
       step = next - dgamma(l)
-      left = abs(residual(l) - fall(l)*step) + 0.5_wp*bend(l)*step*step - allowed
-      left = min(left, abs(residual(l))*step*step - allowed*last(l))
+      left = abs(residual(l) - fall(l)*step) + 0.5_wp*abs(bend(l))*step*step - allowed
+      if (last(l) > 0.0_wp) left = min(left, abs(residual(l))*step*step - allowed*last(l))
       ! Beyond their reach the derivatives say nothing, and back over a corner neither.
       if (abs(step) > reach(l)) left = huge(left)
       if (step < 0.0_wp .and. reach(l) < huge(left)) left = huge(left)

@@ -130,6 +130,7 @@ contains
     real(wp), intent(out) :: bend(n)             !! bound of what the slope loses with `dgamma`
     real(wp), intent(out) :: reach(n)            !! further `dgamma` up to which all this holds
     real(wp), dimension(n) :: by_rate, rate_slope, rate_bend
+    real(wp) :: corner
     integer :: l
 
     call flow_at(curve, n, eqps + dgamma, factor, flow, slope, bend, reach)
@@ -141,6 +142,13 @@ contains
       slope(l) = by_rate(l)*slope(l) + rate_slope(l)*flow(l)
       flow(l) = by_rate(l)*flow(l)
     end do
+    if (curve%rate_kind == johnson_cook) then
+      ! The factor has a corner at the reference rate.
+      corner = curve%rate_constants(2)*dt
+      do l = 1, n
+        reach(l) = min(reach(l), merge(corner - dgamma(l), 0.5_wp*huge(dt), dgamma(l) < corner))
+      end do
+    end if
   end subroutine flow_after
 
   !> Factor of the plastic strain rate, its slope and bend against `dgamma`.

@@ -6,7 +6,7 @@
 module hill_return
   use kinds, only: wp
   use deviator_lanes, only: lanes
-  use flow_curve, only: flow_curve_t, flow_after, is_steep
+  use flow_curve, only: flow_curve_t, flow_after, has_rate, is_steep
   use consistency, only: solve_consistency
   use yield_function, only: quadratic_t
   implicit none
@@ -21,7 +21,7 @@ contains
   elemental logical function is_rough(curve)
     type(flow_curve_t), intent(in) :: curve
 
-    is_rough = is_steep(curve) .or. allocated(curve%hardening%strains)
+    is_rough = is_steep(curve) .or. has_rate(curve) .or. allocated(curve%hardening%strains)
   end function is_rough
 
   !> Plastic strain of the points that flow: Halley's method on 1/q - 1/flow, which is nearly
