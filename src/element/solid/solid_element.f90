@@ -5,6 +5,7 @@ module solid_element
   use state_store, only: state_store_t, carry, carry_field
   use gauss_rule, only: gauss_rule_t
   use nurbs_solid, only: nurbs_solid_t
+  use text, only: to_text
   use block_law, only: block_law_t
   use basis_tables, only: n_lanes
   use element, only: element_t, force_report_t, carry_motion, stored_motion, new_nodal_fields
@@ -351,11 +352,14 @@ contains
   subroutine carry_solid(self, store)
     class(solid_element_t), intent(inout) :: self
     type(state_store_t), intent(inout) :: store
+    character(:), allocatable :: order
 
     call carry_motion(self, store)
     associate (patch => self%patch)
-      call carry_field(store, "point_stress", size(patch%stress), patch%stress)
-      call carry_field(store, "point_state", size(patch%state), patch%state)
+      ! The names hold the order of the points, without which the values mean nothing.
+      order = "_"//to_text(patch%together)
+      call carry_field(store, "stress"//order, size(patch%stress), patch%stress)
+      call carry_field(store, "state"//order, size(patch%state), patch%state)
       call carry_field(store, "push", size(patch%push), patch%push)
       call carry(store, "patch_time", patch%time)
       call carry(store, "increment", patch%increment)
