@@ -165,7 +165,7 @@ def turn_between(a, b):
 
 
 def angles_of(state, first):
-    """Angles enclosed by neighbouring stretches, 180 degrees if one goes on in the direction of the
-    other, and more if they are bent to the other side than those of the first state."""
+    """Angles enclosed by neighbouring stretches, 180 degrees if one continues in the direction of
+    the other, and more if they are bent to the other side than those of the first state."""
     return [180 - (-1 if before < 0 else 1) * (before + wrapped(turn - before))
             for turn, before in zip(state.turns, first.turns)]

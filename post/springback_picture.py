@@ -59,7 +59,7 @@ def window(states):
 
 
 def is_even(angle):
-    """Whether the sheet goes on nearly straight."""
+    """Whether the sheet continues nearly straight."""
     return abs(angle - 180) < 180 - EVEN
 
 

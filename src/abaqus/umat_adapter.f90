@@ -283,7 +283,7 @@ contains
                      int(name_length, c_size_t))
       if (.not. are_whole(room(7), room(at_tangent + 37), room(at_states + n + slack + 1), &
                           room(at_states + n + 1))) call find_overrun(self, room)
-      if (ieee_is_nan(pnewdt)) call end_user_run("returns a PNEWDT that is no number (NaN)")
+      if (ieee_is_nan(pnewdt)) call end_user_run("returns a PNEWDT that is NaN")
       is_refused = pnewdt < 1.0_wp
       if (self%has_moduli .and. increment%number == 1 .and. increment%step(1) == 1) &
         call check_components(diagonal_of(room))
