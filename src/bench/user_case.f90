@@ -3,7 +3,7 @@
 module user_case
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use kinds, only: wp
-  use failure, only: error_t
+  use failure, only: error_t, fail
   use user_call, only: umat_procedure, vumat_procedure, user_law_t, name_length
   use umat_adapter, only: umat_adapter_t
   use vumat_adapter, only: vumat_adapter_t
@@ -39,6 +39,10 @@ contains
 
     call self%loaded%prepare(error)
     if (allocated(error)) return
+    if (mod(self%loaded%n_points*product(self%loaded%n_elements), n_block) /= 0) then
+      call fail(error, self%name//": points that fill no whole blocks")
+      return
+    end if
     associate (element => self%loaded%part%element, law => self%loaded%law)
       associate (q => element%rule%n, m => element%n_elements)
         allocate (eqps(q(1), q(2), q(3), m(1), m(2), m(3)))

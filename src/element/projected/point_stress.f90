@@ -226,58 +226,72 @@ contains
     type(point_group_t), intent(inout) :: group
     type(point_fields_t), intent(in) :: fields(:)
     logical, intent(out) :: ok(:)
-    integer :: i, q, m, n
+    integer :: i, m, n
     logical :: all_ok
 
     m = size(blocks)
     n = patch%axes(3)%n_points
-    associate (context => group%context, q1 => patch%axes(1)%n_points, q2 => patch%axes(2)%n_points)
+    call fill_context(patch, blocks, row, fields, group%context)
+    if (m == 1) then
+      associate (k => blocks(1)%number)
+        call law%update_in_context(group%context, dt, fields(1)%dstrain(:, :, row), &
+                                   patch%stress(:, :, :, row, k), &
+                                   patch%state(:, :, :, row, k), ok(1), &
+                                   fields(1)%spin(:, :, row))
+      end associate
+      return
+    end if
+    do i = 1, m
+      associate (k => blocks(i)%number, own => fields(i))
+        call take(n, m, i, 6, own%dstrain(:, :, row), group%dstrain)
+        call take(n, m, i, 3, own%spin(:, :, row), group%spin)
+        call take(n, m, i, 6, patch%stress(:, :, :, row, k), group%stress)
+        call take(n, m, i, law%n_state, patch%state(:, :, :, row, k), group%state)
+      end associate
+    end do
+    call law%update_in_context(group%context, dt, group%dstrain, group%stress, group%state, &
+                               all_ok, group%spin)
+    do i = 1, m
+      associate (k => blocks(i)%number)
+        call put_back(n, m, i, 6, group%stress, patch%stress(:, :, :, row, k))
+        call put_back(n, m, i, law%n_state, group%state, patch%state(:, :, :, row, k))
+        ok(i) = all_ok
+        ! The blocks to blame are those with values that are not finite, if there are any.
+        if (.not. all_ok) ok(i) = sum(abs(patch%stress(:, :, :, row, k))) &
+                                  + sum(abs(patch%state(:, :, :, row, k))) <= huge(1.0_wp)
+      end associate
+    end do
+    if (.not. all_ok .and. all(ok)) ok = .false.
+  end subroutine update_group
+
+  !> Kinematics and fields of a row of the blocks.
+  subroutine fill_context(patch, blocks, row, fields, context)
+    type(solid_patch_t), intent(in) :: patch
+    type(block_t), intent(in) :: blocks(:)
+    integer, intent(in) :: row
+    type(point_fields_t), intent(in) :: fields(:)
+    type(point_context_t), intent(inout) :: context
+    integer :: i, q, m, n
+
+    m = size(blocks)
+    n = patch%axes(3)%n_points
+    associate (q1 => patch%axes(1)%n_points, q2 => patch%axes(2)%n_points)
       do q = 1, n
         context%point(n_lanes*m*(q - 1) + 1:n_lanes*m*q) = point_number(q1, q2, row, q)
       end do
-      do i = 1, m
-        associate (k => blocks(i)%number, own => fields(i))
-          call take(n, m, i, 3, own%place(:, :, row), context%place)
-          if (patch%has_gradients) then
-            call take(n, m, i, 9, own%gradients(:, 1:9, row), context%f0)
-            call take(n, m, i, 9, own%gradients(:, 10:18, row), context%f1)
-          end if
-          if (patch%n_fields > 0) call take(n, m, i, 2*patch%n_fields, &
-                                            patch%given(:, :, :, row, k), context%fields)
-        end associate
-      end do
-      if (m == 1) then
-        associate (k => blocks(1)%number)
-          call law%update_in_context(context, dt, fields(1)%dstrain(:, :, row), &
-                                     patch%stress(:, :, :, row, k), &
-                                     patch%state(:, :, :, row, k), ok(1), &
-                                     fields(1)%spin(:, :, row))
-        end associate
-        return
-      end if
-      do i = 1, m
-        associate (k => blocks(i)%number, own => fields(i))
-          call take(n, m, i, 6, own%dstrain(:, :, row), group%dstrain)
-          call take(n, m, i, 3, own%spin(:, :, row), group%spin)
-          call take(n, m, i, 6, patch%stress(:, :, :, row, k), group%stress)
-          call take(n, m, i, law%n_state, patch%state(:, :, :, row, k), group%state)
-        end associate
-      end do
-      call law%update_in_context(context, dt, group%dstrain, group%stress, group%state, all_ok, &
-                                 group%spin)
-      do i = 1, m
-        associate (k => blocks(i)%number)
-          call put_back(n, m, i, 6, group%stress, patch%stress(:, :, :, row, k))
-          call put_back(n, m, i, law%n_state, group%state, patch%state(:, :, :, row, k))
-          ok(i) = all_ok
-          ! The blocks to blame are those with values that are not finite, if there are any.
-          if (.not. all_ok) ok(i) = sum(abs(patch%stress(:, :, :, row, k))) &
-                                    + sum(abs(patch%state(:, :, :, row, k))) <= huge(1.0_wp)
-        end associate
-      end do
-      if (.not. all_ok .and. all(ok)) ok = .false.
     end associate
-  end subroutine update_group
+    do i = 1, m
+      associate (k => blocks(i)%number, own => fields(i))
+        call take(n, m, i, 3, own%place(:, :, row), context%place)
+        if (patch%has_gradients) then
+          call take(n, m, i, 9, own%gradients(:, 1:9, row), context%f0)
+          call take(n, m, i, 9, own%gradients(:, 10:18, row), context%f1)
+        end if
+        if (patch%n_fields > 0) call take(n, m, i, 2*patch%n_fields, patch%given(:, :, :, row, k), &
+                                          context%fields)
+      end associate
+    end do
+  end subroutine fill_context
 
   !> Values of a row of block i into those of m blocks, where each point has all blocks together.
   pure subroutine take(n, m, i, n_values, row, group)
