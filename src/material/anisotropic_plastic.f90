@@ -9,8 +9,10 @@ module anisotropic_plastic
                             deviator_of, add_deviator
   use yield_function, only: yield_function_t, find_excess, mises_bound, quadratic
   use hill_return, only: return_to_hill
-  use yield_return, only: return_problem_t, return_to_yield, return_in_stages
+  use return_problem, only: return_problem_t
+  use yield_return, only: return_to_yield, return_in_stages
   use tensor_rotation, only: rotate_axes, axes_rotation
+  use row_functions, only: are_numbers
   use voce, only: elastic_trial
   implicit none
   private
@@ -82,6 +84,8 @@ contains
       factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     call flow_at(self%curve, n, state(:, 1), factor, flow, slope, bend, reach)
     if (self%back%n > 0) call add_back_norms(self, n, state, mises)
+    ok = are_numbers(n, flow) .and. are_numbers(n, mises)
+    if (.not. ok) return
     do first = 1, n, lanes
       last = min(first + lanes - 1, n)
       if (.not. any(self%bound*mises(first:last) > flow(first:last))) cycle
@@ -120,6 +124,8 @@ contains
     call load_lanes(n, first, 4, state(:, 2:5), axes)
     call axes_rotation(lanes, self%axes, axes, rotation)
     call load_trial(n, first, rotation, stress, problem%trial)
+    ok = are_numbers(5*lanes, problem%trial)       ! else the axes are none
+    if (.not. ok) return
     call load_lanes(n, first, 1, state, problem%eqps)
     call load_lanes(n, first, 1, factor, problem%factor)
     call load_lanes(n, first, 1, flow, problem%flow)
@@ -130,15 +136,14 @@ contains
       call load_lanes(n, first, 6, dstrain, strain)
       problem%guess = equivalent_strain(lanes, strain)
     end if
-    if (is_hill) call return_to_hill(self%curve, self%yield%hill, self%shear, dt, problem%eqps, &
-                                     problem%factor, problem%guess, problem%flow, problem%slope, &
-                                     problem%trial, plastic, dgamma, is_hill)
-    ok = .true.
+    problem%shear = self%shear
+    problem%dt = dt
+    if (is_hill) call return_to_hill(self%curve, self%yield%hill, problem, plastic, dgamma, is_hill)
     if (.not. is_hill) then
       ! Again where Hill's surface was not reached.
       call load_lanes(n, first, 6, dstrain, strain)
       call load_back_stresses(self, n, first, state, back)
-      call set_problem(self, dt, strain, rotation, back, problem)
+      call set_problem(self, strain, rotation, back, problem)
       if (.not. sum(problem%flows) > 0.0_wp) return
       if (self%n_stages > 0) then
         call return_in_stages(self%curve, self%yield, self%back, problem, self%n_stages, back, &
@@ -220,16 +225,14 @@ contains
 
   !> What the return starts from: among it which points flow, and the relative stress before the
   !! increment.
-  pure subroutine set_problem(self, dt, dstrain, rotation, back, problem)
+  pure subroutine set_problem(self, dstrain, rotation, back, problem)
     class(anisotropic_plastic_t), intent(in) :: self
-    real(wp), intent(in) :: dt, dstrain(lanes, 6), rotation(lanes, 9)
+    real(wp), intent(in) :: dstrain(lanes, 6), rotation(lanes, 9)
     real(wp), intent(in) :: back(lanes, 5, self%back%n)
     type(return_problem_t), intent(inout) :: problem    !! stress, strain and flow are there already
     real(wp) :: strain(lanes, 6), elastic(lanes, 5)
     integer :: i, k, l
 
-    problem%shear = self%shear
-    problem%dt = dt
     do i = 1, 5
       !$omp simd
       do l = 1, lanes

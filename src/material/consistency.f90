@@ -3,6 +3,7 @@
 module consistency
   use kinds, only: wp
   use flow_curve, only: flow_curve_t, flow_at, flow_after, is_steep, has_rate
+  use row_functions, only: are_numbers
   implicit none
   private
 
@@ -30,6 +31,9 @@ contains
     integer :: iteration
 
     call flow_at(curve, n, eqps, factor, flow, slope, bend, reach)
+    dgamma = 0.0_wp
+    ok = are_numbers(n, flow)
+    if (.not. ok) return
     high = max(q - flow, 0.0_wp)/stiffness
     call begin_at(curve, n, slope, stiffness, high, guess, dgamma)
     low = 0.0_wp
@@ -84,12 +88,13 @@ contains
     real(wp), intent(inout), dimension(n) :: last !! square of the last step, 0 at first
     logical, intent(out) :: is_done               !! all points
     integer, parameter :: most_newton = 30
-    real(wp) :: step, next, left, worst, per_fall, halve, allowed, lower, upper
+    real(wp) :: step, next, left, is_open, n_open, per_fall, halve, allowed, lower, upper
     integer :: l
 
     halve = merge(1.0_wp, 0.0_wp, iteration > most_newton)
-    worst = 0.0_wp
-    !$omp simd private(step, next, left, per_fall, allowed, lower, upper) reduction(max:worst)
+    n_open = 0.0_wp
+    !$omp simd private(step, next, left, is_open, per_fall, allowed, lower, upper) &
+    !$omp reduction(+:n_open)
     do l = 1, n
       lower = low(l)
       upper = high(l)
@@ -113,9 +118,12 @@ contains
       dgamma(l) = next
       low(l) = lower
       high(l) = upper
-      worst = max(worst, left)
+      ! Counted, for a largest value would pass over what is not a number.
+      is_open = 1.0_wp
+      if (left <= 0.0_wp) is_open = 0.0_wp
+      n_open = n_open + is_open
     end do
-    is_done = worst <= 0.0_wp
+    is_done = n_open <= 0.0_wp
   end subroutine advance
 
   !> The semi-implicit multi-stage scheme: one Newton step for each of the residual levels that

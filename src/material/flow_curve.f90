@@ -17,7 +17,7 @@ module flow_curve
   implicit none
   private
 
-  public :: set_rate_factor, flow_at, flow_after, is_steep, has_rate, lowest_flow
+  public :: set_rate_factor, flow_at, flow_after, is_steep, is_rough, has_rate, lowest_flow
   public :: set_heating, thermal_factor, heat_up
 
   !> Constants of the heating; nothing happens unless it is active.
@@ -79,6 +79,14 @@ contains
     is_steep = is_steep_at_start(curve%hardening) &
                .or. (curve%rate_kind == cowper_symonds .and. curve%rate_constants(2) > 1.0_wp)
   end function is_steep
+
+  !> Does the slope of the flow stress jump, or has it no bound? Then no square of a small step
+  !! bounds what is left.
+  elemental logical function is_rough(curve)
+    type(flow_curve_t), intent(in) :: curve
+
+    is_rough = is_steep(curve) .or. has_rate(curve) .or. allocated(curve%hardening%strains)
+  end function is_rough
 
   !> Does the flow stress depend on the plastic strain rate?
   elemental logical function has_rate(curve)
@@ -220,7 +228,7 @@ contains
     integer, intent(in) :: n, n_state
     real(wp), intent(in) :: state(n, n_state)   !! temperature rise in the last place
     real(wp) :: factor(n)
-    real(wp), parameter :: least = 1.0e-300_wp   ! the power of it is zero
+    real(wp), parameter :: least = 1.0e-300_wp
 
     factor = 1.0_wp
     if (.not. heating%is_active) return
@@ -228,6 +236,7 @@ contains
              /(heating%melting - heating%reference)
     factor = min(max(factor, least), 1.0_wp)
     call power_row(n, heating%exponent, factor)
+    where (state(:, n_state) + (heating%start - heating%reference) <= 0.0_wp) factor = 0.0_wp
     factor = max(1.0_wp - factor, least_factor)
   end function thermal_factor
 

@@ -6,102 +6,96 @@
 module hill_return
   use kinds, only: wp
   use deviator_lanes, only: lanes
-  use flow_curve, only: flow_curve_t, flow_after, has_rate, is_steep
+  use flow_curve, only: flow_curve_t, flow_after, is_rough, is_steep
   use consistency, only: solve_consistency
+  use return_problem, only: return_problem_t
   use yield_function, only: quadratic_t
   implicit none
   private
 
-  public :: return_to_hill, is_rough
+  public :: return_to_hill
 
 contains
 
-  !> Does the slope of the flow stress jump, or has it no bound? Then no square of a small step
-  !! bounds what is left.
-  elemental logical function is_rough(curve)
-    type(flow_curve_t), intent(in) :: curve
-
-    is_rough = is_steep(curve) .or. has_rate(curve) .or. allocated(curve%hardening%strains)
-  end function is_rough
-
   !> Plastic strain of the points that flow: Halley's method on 1/q - 1/flow, which is nearly
   !! straight, from no plastic strain on. It ends with a step whose cube, which bounds what is left,
-  !! is small enough. Points that do not get there in a few steps are left to another method.
-  pure subroutine return_to_hill(curve, hill, shear, dt, eqps, factor, guess, first_flow, &
-                                 first_slope, trial, plastic, dgamma, is_done)
+  !! is small enough. It has no bracket: points that do not get there in a few steps, such as next
+  !! to corners of the flow curve, are left to another method.
+  pure subroutine return_to_hill(curve, hill, problem, plastic, dgamma, is_done)
     type(flow_curve_t), intent(in) :: curve
     type(quadratic_t), intent(in) :: hill
-    real(wp), intent(in) :: shear, dt
-    real(wp), intent(in), dimension(lanes) :: eqps, factor, first_flow, first_slope   !! before
-    real(wp), intent(in) :: guess(lanes)           !! see `begin_at`
-    real(wp), intent(in) :: trial(lanes, 5)        !! stress
+    type(return_problem_t), intent(in) :: problem  !! without back stresses
     real(wp), intent(out) :: plastic(lanes, 5)     !! strain of the increment
     real(wp), intent(out) :: dgamma(lanes)
     logical, intent(out) :: is_done
     integer, parameter :: max_iterations = 15
     real(wp), dimension(lanes) :: flow, slope, flow_bend, reach, q, fall, bend, x, per_flow
-    real(wp) :: mode(lanes, 5), worst
+    real(wp) :: mode(lanes, 5)
     integer :: l, iteration
 
-    call into_modes(hill, trial, mode)
+    call into_modes(hill, problem%trial, mode)
     !$omp simd
     do l = 1, lanes
       x(l) = 0.0_wp
-      per_flow(l) = 1.0_wp/first_flow(l)
+      per_flow(l) = 1.0_wp/problem%flow(l)
     end do
-    call equivalent_of_trial(hill%weights, shear, mode, q, fall, bend)
+    call equivalent_of_trial(hill%weights, problem%shear, mode, q, fall, bend)
     if (is_steep(curve)) then
-      call solve_consistency(curve, lanes, dt, q, fall/q**2, eqps, factor, guess, dgamma, is_done)
+      call solve_consistency(curve, lanes, problem%dt, q, max(fall/q**2, tiny(fall)), &
+                             problem%eqps, problem%factor, problem%guess, dgamma, is_done)
     else
       flow_bend = 0.0_wp
-      call halley(q, fall, bend, first_flow, per_flow, first_slope, flow_bend, x, dgamma)
+      call halley(q, fall, bend, problem%flow, per_flow, problem%slope, flow_bend, x, dgamma)
       dgamma = max(dgamma, 0.0_wp)
     end if
-    is_done = .false.
     do iteration = 1, max_iterations
-      call flow_after(curve, lanes, dt, eqps, factor, dgamma, flow, slope, flow_bend, reach)
+      call flow_after(curve, lanes, problem%dt, problem%eqps, problem%factor, dgamma, flow, slope, &
+                      flow_bend, reach)
       !$omp simd
       do l = 1, lanes
         per_flow(l) = 1.0_wp/flow(l)
         x(l) = dgamma(l)*per_flow(l)
       end do
-      call equivalent(hill%weights, shear, mode, x, q, fall, bend)
-      call improve(is_rough(curve), shear, q, fall, bend, flow, per_flow, slope, flow_bend, &
-                   dgamma, x, worst)
-      is_done = worst <= 1.0_wp
+      call equivalent(hill%weights, problem%shear, mode, x, q, fall, bend)
+      call improve(is_rough(curve), problem%shear, q, fall, bend, flow, per_flow, slope, &
+                   flow_bend, dgamma, x, is_done)
       if (is_done) exit
     end do
-    call flow_of_modes(hill, shear, mode, x, plastic)
+    call flow_of_modes(hill, problem%shear, mode, x, plastic)
   end subroutine return_to_hill
 
-  !> One step from a plastic strain, and the largest error that it leaves, over what is allowed.
-  pure subroutine improve(is_rough, shear, q, fall, bend, flow, per_flow, slope, flow_bend, &
-                          dgamma, x, worst)
-    logical, intent(in) :: is_rough
+  !> One step from a plastic strain; is it small enough at all points to be the last?
+  pure subroutine improve(has_corners, shear, q, fall, bend, flow, per_flow, slope, flow_bend, &
+                          dgamma, x, is_done)
+    logical, intent(in) :: has_corners          !! of the flow curve, see `is_rough`
     real(wp), intent(in) :: shear
     real(wp), intent(in), dimension(lanes) :: q, fall, bend, flow, per_flow, slope
     real(wp), intent(in) :: flow_bend(lanes)    !! what the slope of the flow stress loses
     real(wp), intent(inout), dimension(lanes) :: dgamma, x
-    real(wp), intent(out) :: worst
+    logical, intent(out) :: is_done
     real(wp), parameter :: any_strain = 1.0e30_wp
-    real(wp) :: steps(lanes), step, most, change
+    real(wp) :: steps(lanes), step, most, change, is_open, n_open
     integer :: l
 
     ! Of the squares of the steps as parts of the elastic strain.
-    most = merge(1.0e-20_wp, 2.0e-9_wp, is_rough)
+    most = merge(1.0e-20_wp, 2.0e-9_wp, has_corners)
     most = (2.0_wp*shear)**2/most
     call halley(q, fall, bend, flow, per_flow, slope, flow_bend, x, steps)
-    worst = 0.0_wp
-    !$omp simd private(step, change) reduction(max:worst)
+    n_open = 0.0_wp
+    !$omp simd private(step, change, is_open) reduction(+:n_open)
     do l = 1, lanes
       ! Points inside the yield surface have dgamma = 0 and stay there.
       step = max(min(steps(l), any_strain*dgamma(l)), -0.5_wp*dgamma(l))
-      worst = max(worst, most*(step*per_flow(l))**2)
+      ! Counted, for a largest value would pass over what is not a number.
+      is_open = 1.0_wp
+      if (most*(step*per_flow(l))**2 <= 1.0_wp .and. q(l) <= huge(step)) is_open = 0.0_wp
+      n_open = n_open + is_open
       dgamma(l) = dgamma(l) + step
       ! Over the new flow stress: the series is enough next to the end.
       change = step*per_flow(l)*(slope(l) - 0.5_wp*flow_bend(l)*step)
       x(l) = dgamma(l)*per_flow(l)*(1.0_wp - change + change**2)
     end do
+    is_done = n_open <= 0.0_wp
   end subroutine improve
 
   !> Steps of Halley's method, never more than twice those of Newton's: of the function and its
@@ -126,23 +120,6 @@ contains
       step(l) = 2.0_wp*over*first*square/max(2.0_wp*first**2 + over*second, first**2, tiny(over))
     end do
   end subroutine halley
-
-  !> Modes of deviators.
-  pure subroutine into_modes(hill, s, mode)
-    type(quadratic_t), intent(in) :: hill
-    real(wp), intent(in) :: s(lanes, 5)
-    real(wp), intent(out) :: mode(lanes, 5)
-    integer :: l
-
-    !$omp simd
-    do l = 1, lanes
-      mode(l, 1) = hill%modes(1, 1)*s(l, 1) + hill%modes(2, 1)*s(l, 2)
-      mode(l, 2) = hill%modes(1, 2)*s(l, 1) + hill%modes(2, 2)*s(l, 2)
-      mode(l, 3) = s(l, 3)
-      mode(l, 4) = s(l, 4)
-      mode(l, 5) = s(l, 5)
-    end do
-  end subroutine into_modes
 
   !> What `equivalent` finds for x = 0, without a division.
   pure subroutine equivalent_of_trial(weights, shear, mode, q, fall, bend)
@@ -213,6 +190,21 @@ contains
     d4 = of_second*a3
     d5 = inverse*(a1*a2)*(a3*a4)
   end subroutine find_shares
+
+  !> Modes of deviators.
+  pure subroutine into_modes(hill, s, mode)
+    type(quadratic_t), intent(in) :: hill
+    real(wp), intent(in) :: s(lanes, 5)
+    real(wp), intent(out) :: mode(lanes, 5)
+    integer :: l
+
+    mode(:, 3:) = s(:, 3:)
+    !$omp simd
+    do l = 1, lanes
+      mode(l, 1) = hill%modes(1, 1)*s(l, 1) + hill%modes(2, 1)*s(l, 2)
+      mode(l, 2) = hill%modes(1, 2)*s(l, 1) + hill%modes(2, 2)*s(l, 2)
+    end do
+  end subroutine into_modes
 
   !> Plastic strain, along the normal at what is left.
   pure subroutine flow_of_modes(hill, shear, mode, x, plastic)

@@ -1,12 +1,12 @@
-!> Exponential, logarithm and power of a row of numbers, in loops that vectorise as no library call
-!! would.
+!> Exponential, logarithm and power of a row of numbers, and whether they are numbers, in loops that
+!! vectorise as no library call would.
 module row_functions
   use kinds, only: wp
   use, intrinsic :: iso_fortran_env, only: int64
   implicit none
   private
 
-  public :: exp_row, exp_small, log_row, power_row
+  public :: exp_row, exp_small, log_row, power_row, are_numbers
 
   real(wp), parameter, public :: small_exponent = 2.0e-3_wp   !! largest |x| of `exp_small`
 
@@ -98,5 +98,20 @@ contains
     x = exponent*x
     call exp_row(n, x)
   end subroutine power_row
+
+  !> Are all values numbers, and is their sum finite? A largest value would pass over a NaN.
+  pure logical function are_numbers(n, x)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: x(n)
+    real(wp) :: total
+    integer :: l
+
+    total = 0.0_wp
+    !$omp simd reduction(+:total)
+    do l = 1, n
+      total = total + x(l)
+    end do
+    are_numbers = abs(total) <= huge(total)
+  end function are_numbers
 
 end module row_functions

@@ -11,12 +11,12 @@
 !! of the next. The semi-implicit multi-stage scheme takes the levels without iteration.
 !!
 !! Newton's method starts on the yield surface in the direction of the stress before the increment:
-!! where strain goes on as it did, the new stress has nearly the same.
+!! where the strain continues as before, the new stress has nearly the same.
 module yield_return
   use kinds, only: wp
   use deviator_lanes, only: lanes
-  use flow_curve, only: flow_curve_t, flow_after, is_steep
-  use hill_return, only: is_rough
+  use flow_curve, only: flow_curve_t, flow_after, is_rough, is_steep
+  use return_problem, only: return_problem_t
   use consistency, only: solve_consistency
   use yield_function, only: yield_function_t, evaluate_yield
   use hardening, only: back_stresses_t
@@ -24,19 +24,6 @@ module yield_return
   private
 
   public :: return_to_yield, return_in_stages
-
-  !> What stays the same during the return. Points that do not flow take part with any numbers.
-  type, public :: return_problem_t
-    real(wp) :: eqps(lanes), factor(lanes)      !! before the increment; factor on the flow stress
-    real(wp) :: flow(lanes), slope(lanes)       !! flow stress and slope there
-    real(wp) :: guess(lanes)                    !! of the plastic strain, see `begin_at`
-    real(wp) :: trial(lanes, 5)                 !! stress
-    real(wp) :: outset(lanes, 5)                !! relative stress whose direction is the start
-    real(wp) :: excess(lanes)                   !! of the relative trial stress: `find_excess`
-    real(wp) :: flows(lanes)                    !! 1 where it lies outside the yield surface, else 0
-    real(wp) :: shear                           !! [stress]
-    real(wp) :: dt                              !! [time]
-  end type return_problem_t
 
   !> What the relative stress would be with a plastic strain that has faded the back stresses, the
   !! stiffness against which it flows, and the derivatives of both.
