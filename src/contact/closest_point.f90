@@ -22,7 +22,6 @@ module closest_point
   public :: hit_t, follow, descend, finish, is_beside, lanes_t, follow_lanes
 
   integer, parameter :: max_iterations = 200   !! Newton steps before a start is given up
-  integer, parameter :: patience = 8          !! steps after which a search in a cell takes long
   integer, parameter :: max_halvings = 30     !! of one step
   real(wp), parameter :: step_tolerance = 1.0e-12_wp      !! last step, part of the tool's scale
   real(wp), parameter :: stalled_step = 1.0e-5_wp         !! the same where round-off stops it
@@ -106,71 +105,34 @@ contains
   !> Newton with the full second derivatives, eq. (52), from a start on a face, always downhill.
   !! Where the Hessian is not positive enough of the metric is added. With a cell the search holds
   !! at the cell's edge.
-  !!
-  !! Next to a pole so much of the metric is added that hundreds of steps may creep towards the edge
-  !! of a cell. A search that takes long is therefore continued in trial with the metric alone, and
-  !! ends there if that leads out of the cell.
   pure subroutine descend(tool, x, hit, cell)
     type(tool_t), intent(in) :: tool
     real(wp), intent(in) :: x(3)
     type(hit_t), intent(inout) :: hit
     type(cell_t), intent(in), optional :: cell
-    type(separation_t) :: here, ahead
-    type(hit_t) :: trial
-    logical :: is_over
-
-    hit%n_iterations = 1
-    hit%is_leaving = .false.
-    here = separation(tool%coefficients, hit%face, hit%at, x)
-    if (present(cell)) then
-      call go_down(tool, x, patience, .false., hit, here, is_over, cell)
-      if (.not. is_over) then
-        trial = hit
-        ahead = here
-        call go_down(tool, x, 3*patience, .true., trial, ahead, is_over, cell)
-        if (is_over) trial%is_leaving = leads_out(tool, x, trial, ahead, cell)
-        is_over = trial%is_leaving
-        if (is_over) hit = trial
-        if (is_over) here = ahead
-      end if
-      if (.not. is_over) call go_down(tool, x, max_iterations, .false., hit, here, is_over, cell)
-      hit%is_leaving = leads_out(tool, x, hit, here, cell)
-    else
-      call go_down(tool, x, max_iterations, .false., hit, here, is_over)
-    end if
-    hit%distance = sqrt(here%square)
-  end subroutine descend
-
-  !> Steps of a search until it has converged or found nothing lower, at most up to a number of
-  !! evaluations; `is_over` is false then.
-  pure subroutine go_down(tool, x, most, by_metric, hit, here, is_over, cell)
-    type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: x(3)
-    integer, intent(in) :: most
-    logical, intent(in) :: by_metric
-    type(hit_t), intent(inout) :: hit
-    type(separation_t), intent(inout) :: here
-    logical, intent(out) :: is_over
-    type(cell_t), intent(in), optional :: cell
+    type(separation_t) :: here
     logical :: is_free(2), is_lower
     real(wp) :: step(2), gain
 
+    hit%n_iterations = 1
     hit%is_converged = .false.
-    is_over = .false.
-    do while (hit%n_iterations < most .and. .not. is_over)
+    hit%is_leaving = .false.
+    here = separation(tool%coefficients, hit%face, hit%at, x)
+    do while (hit%n_iterations < max_iterations)
       call cross_edges(tool, x, hit, here, is_free, cell)
-      call newton_step(here, hit%at, is_free, by_metric, step, gain)
+      call newton_step(here, hit%at, is_free, step, gain)
       hit%is_converged = gain <= (step_tolerance*tool%scale)**2
-      is_over = hit%is_converged
-      if (is_over) exit
+      if (hit%is_converged) exit
       call step_down(tool, x, step, hit, here, is_lower)
       ! Nothing lower nearby: the position is as good as round-off lets it be, if the step was
       ! short.
       hit%is_converged = gain <= (stalled_step*tool%scale)**2
-      is_over = .not. is_lower
+      if (.not. is_lower) exit
     end do
+    hit%distance = sqrt(here%square)
     if (hit%is_converged) hit%is_converged = is_minimum(here, is_free)
-  end subroutine go_down
+    if (present(cell)) hit%is_leaving = leads_out(tool, x, hit, here, cell)
+  end subroutine descend
 
   !> At an edge that the distance falls across: go to the neighbour, or hold the coordinate fixed
   !! where there is none, where the distance rises again beyond a break of the tangent, or where the
@@ -277,10 +239,10 @@ contains
   end function is_blocked
 
   !> Newton step in the free coordinates, and its gain: slope times step, about the step's square.
-  pure subroutine newton_step(here, at, is_free, by_metric, step, gain)
+  pure subroutine newton_step(here, at, is_free, step, gain)
     type(separation_t), intent(in) :: here
     real(wp), intent(in) :: at(2)
-    logical, intent(in) :: is_free(2), by_metric
+    logical, intent(in) :: is_free(2)
     real(wp), intent(out) :: step(2), gain
     real(wp), parameter :: safe = 1.0e-10_wp
     real(wp) :: k(3), determinant
@@ -288,7 +250,7 @@ contains
 
     step = 0.0_wp
     if (all(is_free)) then
-      k = positive_hessian(here, by_metric)
+      k = positive_hessian(here)
       determinant = k(1)*k(2) - k(3)**2
       step(1) = (k(2)*here%slope(1) - k(3)*here%slope(2))/determinant
       step(2) = (k(1)*here%slope(2) - k(3)*here%slope(1))/determinant
@@ -307,10 +269,9 @@ contains
   end subroutine newton_step
 
   !> The Hessian, made positive where it is not by enough of the metric to turn the sign of its
-  !! lowest eigenvalue; the metric alone (Gauss-Newton) where that is degenerate or asked for.
-  pure function positive_hessian(here, by_metric) result(k)
+  !! lowest eigenvalue; the metric alone (Gauss-Newton) where that is degenerate.
+  pure function positive_hessian(here) result(k)
     type(separation_t), intent(in) :: here
-    logical, intent(in) :: by_metric
     real(wp) :: k(3)
     real(wp), parameter :: safe = 1.0e-10_wp, least = 1.0e-3_wp
     real(wp) :: a, b, lowest
@@ -319,7 +280,7 @@ contains
       k = h
       if (h(1) > 0.0_wp .and. h(1)*h(2) - h(3)**2 > safe*m(1)*m(2)) return
       a = m(1)*m(2) - m(3)**2
-      if (a > safe*m(1)*m(2) .and. .not. by_metric) then
+      if (a > safe*m(1)*m(2)) then
         b = 0.5_wp*(h(1)*m(2) + h(2)*m(1)) - h(3)*m(3)
         lowest = (b - sqrt(max(b**2 - a*(h(1)*h(2) - h(3)**2), 0.0_wp)))/a
         k = h + max(-2*lowest, least)*m
