@@ -15,18 +15,18 @@ module contact
   use kinds, only: wp
   use failure, only: error_t, fail
   use tool, only: tool_t
-  use secondary_surface, only: secondary_surface_t, indices_of, point_position, gather_forces, &
-                               add_gathered
-  use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, list_due, earliest_test, &
-                           is_worth_threads, face_motion_t, new_face_motion, advance_motion, &
-                           point_motion
-  use penalty, only: stiffness_from_mass, contact_fraction, no_contact, find_pressed_depth, &
+  use secondary_surface, only: secondary_surface_t, gather_forces, add_gathered
+  use contact_tiles, only: tile_t, tile_size, cut_tiles, carry_tiles, tile_positions, list_due, &
+                           earliest_test, is_worth_threads, face_motion_t, new_face_motion, &
+                           advance_motion
+  use pressed_points, only: pressed_points_t, most_points
+  use penalty, only: stiffness_from_mass, no_contact, find_pressed_depths, push_points, &
                      contact_damping_t, new_contact_damping, damp_points
   use friction, only: friction_t, new_friction, apply_friction
   use closest_point, only: hit_t, follow, is_beside, lanes_t, follow_lanes, n_lanes
   use tool_search, only: search_tool
   use cell_hierarchy, only: distance_to_leaves
-  use state_store, only: state_store_t, carry, carry_array, carry_flags, carry_indices
+  use state_store, only: state_store_t, carry, carry_array, carry_indices
   implicit none
   private
 
@@ -71,6 +71,16 @@ module contact
     type(contact_statistics_t) :: counts
   end type tile_result_t
 
+  !> Points of a tile that must be tested; the first `n` of each array are set.
+  type :: due_points_t
+    integer :: n
+    integer :: point(most_points + 1)         !! number on the face
+    integer :: place(most_points + 1)         !! of its x among those of the tile
+    real(wp) :: x(most_points, 3)             !! positions in the tool's frame [length]
+    real(wp) :: depth(most_points)            !! in the tool if positive [length]
+    real(wp) :: normal(most_points, 3)        !! of the tool there, unit
+  end type due_points_t
+
   !> One face of the blank against one tool; arrays by secondary point, shape (n_points).
   type :: contact_t
     type(secondary_surface_t) :: secondary
@@ -79,10 +89,11 @@ module contact
     real(wp), allocatable :: stiffness(:)    !! frozen at the start [force/length]
     integer :: n_faces = 0                   !! of the tool
     integer, allocatable :: face(:)          !! face of the tool last touched or seen, 0: none
-    real(wp), allocatable :: at(:, :)        !! local coordinates s, t there, shape (n_points, 2)
+    real(wp), allocatable :: at(:, :)        !! local coordinates s, t there, shape (2, n_points)
     real(wp), allocatable :: test_at(:)      !! travel of the tile at which it is tested [length]
     real(wp), allocatable :: search_at(:)    !! travel at which it is searched again [length]
-    real(wp), allocatable :: start(:)        !! depth from which its spring is loaded [length]
+    real(wp), allocatable :: start(:)        !! depth from which its spring is loaded, `no_contact`
+                                             !! where it does not touch [length]
     real(wp), allocatable :: force(:, :)     !! on the point now, shape (n_points, 3) [force]
     type(tile_t), allocatable :: tiles(:)
     real(wp), allocatable :: tile_force(:, :, :, :)
@@ -133,7 +144,7 @@ contains
     contact%secondary = secondary
     contact%n_faces = tool%n_faces
     associate (n => secondary%n_points)
-      allocate (contact%stiffness(n), contact%face(n), contact%at(n, 2))
+      allocate (contact%stiffness(n), contact%face(n), contact%at(2, n))
       allocate (contact%test_at(n), contact%search_at(n), contact%force(n, 3), source=0.0_wp)
       allocate (contact%start(n), source=no_contact)
     end associate
@@ -315,41 +326,18 @@ contains
     real(wp), intent(in) :: largest   !! motion of any control point since the last call [length]
     integer, intent(in) :: index   !! number of the tile
     type(tile_result_t) :: result
-    integer :: due(tile_size**2 + 1), queue(tile_size**2), n_due, n_queued, i, at(2)
-    real(wp) :: x(3, tile_size**2)   ! positions in the tool's frame of the points that are due
+    type(due_points_t) :: due
 
-    n_queued = 0
     result%travel = largest
     result%longest = max(2*largest, shallow*contact%options%max_depth)
     if (.not. contact%motion%is_started) then
       result%longest = merge(0.0_wp, huge(1.0_wp), contact%options%is_late)
     end if
     associate (tile => contact%tiles(index))
-      call list_due(tile, contact%secondary%n_along, contact%test_at, n_due, due)
-      do i = 1, n_due
-        at = indices_of(contact%secondary, due(i))
-        x(:, i) = point_position(contact%secondary, contact%motion%now, at(1), at(2)) &
-                  - tool%displacement
-        contact%force(due(i), :) = 0.0_wp
-        if (contact%face(due(i)) == 0 .or. tile%travel >= contact%search_at(due(i)) &
-            .or. contact%options%is_corner_start) then
-          call search_point(contact, tile, tool, x(:, i), due(i), result)
-        else
-          n_queued = n_queued + 1
-          queue(n_queued) = i
-        end if
-      end do
-      result%counts%n_tested = n_due
-      do i = 1, n_queued, n_lanes
-        associate (lanes => queue(i:min(i + n_lanes - 1, n_queued)))
-          call follow_points(contact, tile, tool, due(lanes), x(:, lanes), result)
-        end associate
-      end do
-      if (allocated(contact%damping) .or. allocated(contact%friction)) then
-        do i = 1, n_due
-          call drag_point(contact, dt, due(i), x(:, i), result)
-        end do
-      end if
+      call place_due(contact, tile, tool%displacement, due)
+      call find_depths(contact, tile, tool, due, result)
+      call press_due(contact, tile, dt, due, result)
+      result%counts%n_tested = due%n
       if (result%counts%n_touching > 0) then
         associate (forces => contact%tile_force(:, :, :, index))
           call gather_forces(contact%secondary, contact%force, tile%first, tile%last, &
@@ -361,116 +349,235 @@ contains
     contact%results(index) = result
   end subroutine work_tile
 
-  !> Damping and friction of a point that was tested; one that was not carries no force and did not
-  !! bear any.
-  subroutine drag_point(contact, dt, point, x, result)
-    type(contact_t), intent(inout) :: contact
-    real(wp), intent(in) :: dt, x(3)       !! position in the tool's frame [length]
-    integer, intent(in) :: point
-    type(tile_result_t), intent(inout) :: result
-    real(wp) :: motion(3)
-    integer :: at(2)
+  !> Where the points that must be tested are.
+  pure subroutine place_due(contact, tile, displacement, due)
+    type(contact_t), intent(in) :: contact
+    type(tile_t), intent(in) :: tile
+    real(wp), intent(in) :: displacement(3)   !! of the tool [length]
+    type(due_points_t), intent(out) :: due
+    integer :: i, c
+    real(wp) :: x(3*most_points)
 
-    if (allocated(contact%damping)) then
-      call damp_points(contact%damping, contact%secondary%n_points, point, point, dt, x, &
-                       contact%force, result%reaction, result%damped)
-    end if
-    if (allocated(contact%friction)) then
-      motion = 0.0_wp
-      if (.not. contact%friction%is_touching(point) .and. sum(contact%force(point, :)**2) &
-          > 0.0_wp) then
-        at = indices_of(contact%secondary, point)
-        motion = point_motion(contact%motion, contact%secondary, at(1), at(2))
-      end if
-      call apply_friction(contact%friction, contact%secondary%n_points, point, point, &
-                          contact%stiffness, x, motion, contact%force, result%reaction, &
-                          result%energy, result%slip_work)
-    end if
-  end subroutine drag_point
+    call list_due(tile, contact%secondary%n_along, contact%test_at, due%n, due%point, due%place)
+    call tile_positions(tile, contact%secondary, contact%motion%now, x)
+    do c = 1, 3
+      !$omp simd
+      do i = 1, due%n
+        due%x(i, c) = x(due%place(i) + (c - 1)*tile_size) - displacement(c)
+      end do
+    end do
+  end subroutine place_due
 
-  !> Follow up to eight points of a tile from where they were.
-  subroutine follow_points(contact, tile, tool, points, x, result)
+  !> Depth and normal of the points that must be tested.
+  subroutine find_depths(contact, tile, tool, due, result)
     type(contact_t), intent(inout) :: contact
     type(tile_t), intent(in) :: tile
     type(tool_t), intent(in) :: tool
-    integer, intent(in) :: points(:)
-    real(wp), intent(in) :: x(:, :)        !! their positions in the tool's frame [length]
+    type(due_points_t), intent(inout) :: due
+    type(tile_result_t), intent(inout) :: result
+    integer :: queue(most_points), n_queued, i
+
+    n_queued = 0
+    do i = 1, due%n
+      if (contact%face(due%point(i)) == 0 .or. tile%travel >= contact%search_at(due%point(i)) &
+          .or. contact%options%is_corner_start) then
+        call search_point(contact, tile, tool, i, due, result)
+      else
+        n_queued = n_queued + 1
+        queue(n_queued) = i
+      end if
+    end do
+    do i = 1, n_queued, n_lanes
+      call follow_points(contact, tile, tool, min(n_lanes, n_queued - i + 1), queue(i:), due, &
+                         result)
+    end do
+  end subroutine find_depths
+
+  !> Forces of the points that were tested; one that was not carries none and did not bear any.
+  pure subroutine press_due(contact, tile, dt, due, result)
+    type(contact_t), intent(inout) :: contact
+    type(tile_t), intent(in) :: tile
+    real(wp), intent(in) :: dt
+    type(due_points_t), intent(in) :: due
+    type(tile_result_t), intent(inout) :: result
+    type(pressed_points_t) :: pressed
+    real(wp), dimension(most_points) :: start, depth
+    integer :: list(most_points + 1), i
+
+    pressed%n = 0
+    do i = 1, due%n
+      list(pressed%n + 1) = i
+      start(pressed%n + 1) = contact%start(due%point(i))
+      depth(pressed%n + 1) = due%depth(i)
+      if (due%depth(i) > 0.0_wp .or. start(pressed%n + 1) >= 0.0_wp) pressed%n = pressed%n + 1
+    end do
+    if (pressed%n == 0) return
+    call take_pressed(contact, tile, due, list, start, depth, pressed)
+    do i = 1, pressed%n
+      result%depth = max(result%depth, depth(i))
+      result%counts%n_touching = result%counts%n_touching + merge(1, 0, depth(i) > 0.0_wp)
+    end do
+    call find_pressed_depths(pressed%n, result%longest, depth, start)
+    call push_points(pressed, depth, result%energy)
+    if (allocated(contact%damping)) call damp_points(contact%damping, dt, pressed, result%damped)
+    if (allocated(contact%friction)) then
+      call apply_friction(contact%friction, pressed, result%energy, result%slip_work)
+    end if
+    call keep_pressed(contact, start, pressed, result%reaction)
+  end subroutine press_due
+
+  !> Points that press or pressed, and how they moved.
+  pure subroutine take_pressed(contact, tile, due, list, start, depth, pressed)
+    type(contact_t), intent(in) :: contact
+    type(tile_t), intent(in) :: tile
+    type(due_points_t), intent(in) :: due
+    integer, intent(in) :: list(most_points)      !! which of those that are due
+    real(wp), intent(in) :: start(most_points), depth(most_points)   !! [length]
+    type(pressed_points_t), intent(inout) :: pressed
+    real(wp) :: x(3*most_points)                  ! of the state before
+    integer :: i, c
+
+    call tile_positions(tile, contact%secondary, contact%motion%before, x)
+    !$omp simd
+    do i = 1, pressed%n
+      pressed%point(i) = due%point(list(i))
+      pressed%was_pressed(i) = start(i) >= 0.0_wp
+      pressed%stiffness(i) = contact%stiffness(due%point(list(i)))
+    end do
+    do c = 1, 3
+      associate (displacement => contact%motion%displacement(c) - contact%motion%moved(c))
+        !$omp simd
+        do i = 1, pressed%n
+          pressed%normal(i, c) = merge(due%normal(list(i), c), 0.0_wp, depth(i) > 0.0_wp)
+          pressed%moved(i, c) = due%x(list(i), c) &
+                                - (x(due%place(list(i)) + (c - 1)*tile_size) - displacement)
+          pressed%drag(i, c) = 0.0_wp
+        end do
+      end associate
+    end do
+  end subroutine take_pressed
+
+  !> Forces of the points, and what the next call must know of them.
+  pure subroutine keep_pressed(contact, start, pressed, reaction)
+    type(contact_t), intent(inout) :: contact
+    real(wp), intent(in) :: start(most_points)
+    type(pressed_points_t), intent(in) :: pressed
+    real(wp), intent(inout) :: reaction(3)        !! on the tool, added to [force]
+    real(wp) :: force, total
+    integer :: i, c
+
+    !$omp simd
+    do i = 1, pressed%n
+      contact%start(pressed%point(i)) = start(i)
+    end do
+    do c = 1, 3
+      total = 0.0_wp
+      !$omp simd private(force) reduction(+: total)
+      do i = 1, pressed%n
+        force = pressed%push(i)*pressed%normal(i, c) + pressed%drag(i, c)
+        total = total + force
+        contact%force(pressed%point(i), c) = force
+      end do
+      reaction(c) = reaction(c) - total
+    end do
+  end subroutine keep_pressed
+
+  !> Follow up to eight points of a tile from where they were.
+  subroutine follow_points(contact, tile, tool, n, queue, due, result)
+    type(contact_t), intent(inout) :: contact
+    type(tile_t), intent(in) :: tile
+    type(tool_t), intent(in) :: tool
+    integer, intent(in) :: n, queue(n)     !! which of the points that are due
+    type(due_points_t), intent(inout) :: due
     type(tile_result_t), intent(inout) :: result
     type(lanes_t) :: lanes
-    real(wp) :: depth(n_lanes), safe(n_lanes)
-    integer :: lane, n, point(n_lanes)
+    real(wp) :: safe
+    integer :: lane, i, p, at(n_lanes)
 
-    n = size(points)
     do lane = 1, n_lanes
-      point(lane) = points(min(lane, n))
-      lanes%x(lane, :) = x(:, min(lane, n))
+      at(lane) = queue(min(lane, n))
     end do
-    lanes%face = contact%face(point)
-    lanes%s = contact%at(point, 1)
-    lanes%t = contact%at(point, 2)
+    do lane = 1, n_lanes
+      p = due%point(at(lane))
+      lanes%face(lane) = contact%face(p)
+      lanes%s(lane) = contact%at(1, p)
+      lanes%t(lane) = contact%at(2, p)
+      lanes%x(lane, 1) = due%x(at(lane), 1)
+      lanes%x(lane, 2) = due%x(at(lane), 2)
+      lanes%x(lane, 3) = due%x(at(lane), 3)
+    end do
     call follow_lanes(tool, lanes)
     call count_iterations(result%counts, lanes%n_iterations, n)
-    safe = max(lanes%gap, -lanes%gap - contact%options%max_depth, 0.0_wp)
-    depth = merge(0.0_wp, -lanes%gap, safe > 0.0_wp)
     do lane = 1, n
+      i = at(lane)
+      p = due%point(i)
       if (.not. lanes%is_good(lane)) then
-        call follow_point(contact, tile, tool, point(lane), lanes%x(lane, :), result)
+        call follow_point(contact, tile, tool, i, due, result)
         cycle
       end if
-      contact%at(point(lane), 1) = lanes%s(lane)
-      contact%at(point(lane), 2) = lanes%t(lane)
-      contact%test_at(point(lane)) = min(tile%travel + safe(lane), &
-                                         contact%search_at(point(lane)))
-      call push_out(contact, point(lane), depth(lane), lanes%normal(lane, :), result)
+      safe = max(lanes%gap(lane), -lanes%gap(lane) - contact%options%max_depth, 0.0_wp)
+      contact%at(1, p) = lanes%s(lane)
+      contact%at(2, p) = lanes%t(lane)
+      contact%test_at(p) = min(tile%travel + safe, contact%search_at(p))
+      due%depth(i) = merge(0.0_wp, -lanes%gap(lane), safe > 0.0_wp)
+      due%normal(i, 1) = lanes%normal(lane, 1)
+      due%normal(i, 2) = lanes%normal(lane, 2)
+      due%normal(i, 3) = lanes%normal(lane, 3)
     end do
   end subroutine follow_points
 
   !> Follow one point that did not settle among the eight.
-  subroutine follow_point(contact, tile, tool, point, x, result)
+  subroutine follow_point(contact, tile, tool, i, due, result)
     type(contact_t), intent(inout) :: contact
     type(tile_t), intent(in) :: tile
     type(tool_t), intent(in) :: tool
-    integer, intent(in) :: point
-    real(wp), intent(in) :: x(3)
+    integer, intent(in) :: i                     !! which of the points that are due
+    type(due_points_t), intent(inout) :: due
     type(tile_result_t), intent(inout) :: result
     type(hit_t) :: hit
+    real(wp) :: x(3)
 
     result%counts%n_fallbacks = result%counts%n_fallbacks + 1
-    call follow(tool, x, contact%face(point), contact%at(point, :), hit)
-    call count_iterations(result%counts, hit%n_iterations, 1)
-    if (hit%is_converged) then
-      contact%test_at(point) = min(contact%search_at(point), &
-                                   tile%travel + safe_distance(contact, tool, x, hit))
-      call push_point(contact, tool, point, hit, result)
-    else
-      call search_point(contact, tile, tool, x, point, result)
-    end if
+    x = due%x(i, :)
+    associate (point => due%point(i))
+      call follow(tool, x, contact%face(point), contact%at(:, point), hit)
+      call count_iterations(result%counts, hit%n_iterations, 1)
+      if (hit%is_converged) then
+        contact%test_at(point) = min(contact%search_at(point), &
+                                     tile%travel + safe_distance(contact, tool, x, hit))
+        call keep_hit(contact, tool, hit, i, due)
+      else
+        call search_point(contact, tile, tool, i, due, result)
+      end if
+    end associate
   end subroutine follow_point
 
   !> Search one point again, and how far it may travel before another point can be the nearest.
-  subroutine search_point(contact, tile, tool, x, point, result)
+  subroutine search_point(contact, tile, tool, i, due, result)
     type(contact_t), intent(inout) :: contact
     type(tile_t), intent(in) :: tile
     type(tool_t), intent(in) :: tool
-    real(wp), intent(in) :: x(3)
-    integer, intent(in) :: point
+    integer, intent(in) :: i                     !! which of the points that are due
+    type(due_points_t), intent(inout) :: due
     type(tile_result_t), intent(inout) :: result
     type(hit_t) :: hit
-    real(wp) :: safe, rival, step
+    real(wp) :: x(3), safe, rival, step
 
+    x = due%x(i, :)
     step = refresh*tool%search_distance
     call search_tool(tool, x, 2*step, contact%options%is_corner_start, hit)
     result%counts%n_searches = result%counts%n_searches + 1
     call count_iterations(result%counts, hit%n_iterations, 1)
     if (.not. hit%is_converged) then
       result%counts%n_failures = result%counts%n_failures + 1
-      if (result%counts%first_failed == 0) result%counts%first_failed = point
+      if (result%counts%first_failed == 0) result%counts%first_failed = due%point(i)
     end if
     safe = safe_distance(contact, tool, x, hit)
     rival = min(hit%rival, hit%distance + 2*step, tool%search_distance)
-    contact%search_at(point) = tile%travel + max(safe, min(step, 0.5_wp*(rival - hit%distance)))
-    contact%test_at(point) = tile%travel + safe
-    call push_point(contact, tool, point, hit, result)
+    contact%search_at(due%point(i)) = tile%travel &
+                                      + max(safe, min(step, 0.5_wp*(rival - hit%distance)))
+    contact%test_at(due%point(i)) = tile%travel + safe
+    call keep_hit(contact, tool, hit, i, due)
   end subroutine search_point
 
   !> How far a point may move, at least, before it can touch the tool.
@@ -493,56 +600,21 @@ contains
     end if
   end function safe_distance
 
-  !> Factor on the force of a point that touches only in a part of the step.
-  pure real(wp) function step_fraction(contact, travel, at, depth, normal) result(fraction)
-    type(contact_t), intent(in) :: contact
-    real(wp), intent(in) :: travel              !! largest in the step [length]
-    integer, intent(in) :: at(2)                !! indices of the point
-    real(wp), intent(in) :: depth, normal(3)    !! of the spring, not negative [length]
-
-    fraction = 1.0_wp
-    if (depth >= travel) return
-    fraction = contact_fraction(depth, sum(normal*point_motion(contact%motion, &
-                                                               contact%secondary, at(1), at(2))))
-  end function step_fraction
-
-  !> Keep where a point was found, and push it out if it is in the tool.
-  subroutine push_point(contact, tool, point, hit, result)
+  !> Keep where a point was found, and how deep it is.
+  pure subroutine keep_hit(contact, tool, hit, i, due)
     type(contact_t), intent(inout) :: contact
     type(tool_t), intent(in) :: tool
-    integer, intent(in) :: point
     type(hit_t), intent(in) :: hit
-    type(tile_result_t), intent(inout) :: result
-    real(wp) :: depth
+    integer, intent(in) :: i                     !! which of the points that are due
+    type(due_points_t), intent(inout) :: due
 
-    contact%face(point) = hit%face
-    contact%at(point, :) = hit%at
-    depth = -hit%gap
-    if (hit%face == 0 .or. depth >= contact%options%max_depth &
-        .or. is_beside(tool, hit, contact%options%overhang)) depth = 0.0_wp
-    call push_out(contact, point, depth, hit%normal, result)
-  end subroutine push_point
-
-  !> Push a point out of the tool by its spring.
-  subroutine push_out(contact, point, depth, normal, result)
-    type(contact_t), intent(inout) :: contact
-    integer, intent(in) :: point
-    real(wp), intent(in) :: depth, normal(3)   !! not touching where the depth is not positive
-    type(tile_result_t), intent(inout) :: result
-    real(wp) :: pressed, push
-    integer :: at(2)
-
-    call find_pressed_depth(depth, result%longest, contact%start(point), pressed)
-    if (.not. depth > 0.0_wp) return
-    result%depth = max(result%depth, depth)
-    result%counts%n_touching = result%counts%n_touching + 1
-    at = indices_of(contact%secondary, point)
-    push = contact%stiffness(point)*pressed &
-           *step_fraction(contact, result%travel, at, pressed, normal)
-    contact%force(point, :) = push*normal
-    result%reaction = result%reaction - push*normal
-    result%energy = result%energy + 0.5_wp*contact%stiffness(point)*pressed**2
-  end subroutine push_out
+    contact%face(due%point(i)) = hit%face
+    contact%at(:, due%point(i)) = hit%at
+    due%normal(i, :) = hit%normal
+    due%depth(i) = -hit%gap
+    if (hit%face == 0 .or. due%depth(i) >= contact%options%max_depth &
+        .or. is_beside(tool, hit, contact%options%overhang)) due%depth(i) = 0.0_wp
+  end subroutine keep_hit
 
   !> Frozen penalty, warm starts, culling state, forces, history of friction and damping, counts.
   pure subroutine carry_contact(contact, store)
@@ -573,15 +645,13 @@ contains
       call carry(store, "max_iterations", counts%max_iterations)
     end associate
     if (allocated(contact%friction)) then
-      associate (state => contact%friction)
-        call carry_drag(store, "friction", state%energy, state%is_touching, state%position, &
-                        state%stretch)
-      end associate
+      call carry(store, "friction_energy", contact%friction%energy)
+      call carry_array(store, "stretch", size(contact%friction%stretch), contact%friction%stretch)
     end if
     if (allocated(contact%damping)) then
       associate (state => contact%damping)
-        call carry_drag(store, "damping", state%energy, state%is_touching, state%position, &
-                        state%force)
+        call carry(store, "damping_energy", state%energy)
+        call carry_array(store, "damping_force", size(state%force), state%force)
         call carry_array(store, "damping_constant", size(state%constant), state%constant)
       end associate
     end if
@@ -591,19 +661,6 @@ contains
                                                contact%test_at)
     end do
   end subroutine carry_contact
-
-  !> Energy, flags and two vectors of each point.
-  pure subroutine carry_drag(store, name, energy, is_touching, position, vector)
-    type(state_store_t), intent(inout) :: store
-    character(*), intent(in) :: name
-    logical, intent(inout) :: is_touching(:)
-    real(wp), intent(inout) :: energy, position(size(is_touching), 3), vector(size(is_touching), 3)
-
-    call carry(store, name//"_energy", energy)
-    call carry_flags(store, name//"_touching", size(is_touching), is_touching)
-    call carry_array(store, name//"_place", size(position), position)
-    call carry_array(store, name//"_vector", size(vector), vector)
-  end subroutine carry_drag
 
   !> Let the next call test all points, or every `stride`-th one that has a face near it and no
   !! other, as many as while a tool forms the sheet: for measuring that cost before it happens.

@@ -4,12 +4,12 @@
 module contact_tiles
   use kinds, only: wp
   use omp_lib, only: omp_get_max_threads
-  use secondary_surface, only: secondary_surface_t, point_position
+  use secondary_surface, only: secondary_surface_t
   implicit none
   private
 
-  public :: face_motion_t, new_face_motion, advance_motion, carry_rows, point_motion, tile_t, &
-            cut_tiles, carry_tiles, list_due, earliest_test, is_worth_threads
+  public :: face_motion_t, new_face_motion, advance_motion, carry_rows, tile_t, cut_tiles, &
+            carry_tiles, tile_positions, list_due, earliest_test, is_worth_threads
 
   !> Two states of a face, one after the other; arrays by control point.
   type :: face_motion_t
@@ -100,17 +100,6 @@ contains
     end do
   end subroutine carry_row
 
-  !> Motion of the secondary point (i, j) against the tool since the state before.
-  pure function point_motion(motion, secondary, i, j) result(moved)
-    type(face_motion_t), intent(in) :: motion
-    type(secondary_surface_t), intent(in) :: secondary
-    integer, intent(in) :: i, j
-    real(wp) :: moved(3)
-
-    moved = point_position(secondary, motion%now, i, j) &
-            - point_position(secondary, motion%before, i, j) - motion%moved
-  end function point_motion
-
   !> Cut the points of a face into tiles of nearly equal size.
   pure function cut_tiles(secondary) result(tiles)
     type(secondary_surface_t), intent(in) :: secondary
@@ -182,19 +171,98 @@ contains
     largest = sqrt(maxval(motion%highest))
   end subroutine carry_tiles
 
+  !> Positions of all points of a tile; what lies beyond its points is zero.
+  pure subroutine tile_positions(tile, secondary, net, positions)
+    type(tile_t), intent(in) :: tile
+    type(secondary_surface_t), intent(in) :: secondary
+    real(wp), intent(in) :: net(secondary%n_net(1), secondary%n_net(2), 3)   !! control points
+    real(wp), intent(out) :: positions(tile_size, 3, tile_size)              !! [length]
+    real(wp) :: part(tile%net_last(1) - tile%net_first(1) + 1, 3, &
+                     tile%net_first(2):tile%net_last(2))
+    real(wp) :: along(tile_size, size(part, 1))   ! basis, with the zeros of its band
+    integer :: i, j, k, l, c
+
+    along = 0.0_wp
+    do i = 1, tile%last(1) - tile%first(1) + 1
+      j = tile%first(1) + i - 1
+      k = secondary%lines(1)%first(j) - tile%net_first(1)
+      do l = 1, secondary%lines(1)%degree + 1
+        along(i, k + l) = secondary%lines(1)%values(j, l)
+      end do
+    end do
+    do j = tile%net_first(2), tile%net_last(2)
+      do c = 1, 3
+        do i = 1, size(part, 1)
+          part(i, c, j) = net(tile%net_first(1) + i - 1, j, c)
+        end do
+        if (secondary%is_rational) part(:, c, j) = &
+          part(:, c, j)*secondary%weights(tile%net_first(1):tile%net_last(1), j)
+      end do
+    end do
+    associate (across => secondary%lines(2))
+      call blend_rows(size(part, 1), size(part, 3), tile%last(2) - tile%first(2) + 1, &
+                      across%first(tile%first(2):tile%last(2)) - tile%net_first(2), &
+                      across%degree + 1, across%n_points, across%values, tile%first(2) - 1, along, &
+                      part, positions)
+    end associate
+    if (.not. secondary%is_rational) return
+    do j = tile%first(2), tile%last(2)
+      do i = tile%first(1), tile%last(1)
+        positions(i - tile%first(1) + 1, :, j - tile%first(2) + 1) = secondary%inverse_w(i, j) &
+          *positions(i - tile%first(1) + 1, :, j - tile%first(2) + 1)
+      end do
+    end do
+  end subroutine tile_positions
+
+  !> Rows of points from the rows of control points about them.
+  pure subroutine blend_rows(n1, n2, n_rows, first, n, n_values, across, before, along, part, &
+                             positions)
+    integer, intent(in) :: n1, n2                     !! control points
+    integer, intent(in) :: n_rows, first(n_rows)      !! control points before those of each row
+    integer, intent(in) :: n, n_values                !! functions of a point, points of the face
+    real(wp), intent(in) :: across(n_values, n)       !! basis along the rows' direction
+    integer, intent(in) :: before                     !! rows before these
+    real(wp), intent(in) :: along(tile_size, n1), part(n1, 3, n2)
+    real(wp), intent(out) :: positions(tile_size, 3, tile_size)
+    real(wp) :: line(n1, 3), row(tile_size, 3)
+    integer :: i, j, k
+
+    positions(:, :, n_rows + 1:) = 0.0_wp
+    do j = 1, n_rows
+      line = across(before + j, 1)*part(:, :, first(j) + 1)
+      do k = 2, n
+        line = line + across(before + j, k)*part(:, :, first(j) + k)
+      end do
+      row = 0.0_wp
+      do k = 1, n1
+        !$omp simd
+        do i = 1, tile_size
+          row(i, 1) = row(i, 1) + line(k, 1)*along(i, k)
+          row(i, 2) = row(i, 2) + line(k, 2)*along(i, k)
+          row(i, 3) = row(i, 3) + line(k, 3)*along(i, k)
+        end do
+      end do
+      positions(:, :, j) = row
+    end do
+  end subroutine blend_rows
+
   !> Points of a tile that must be tested now.
-  pure subroutine list_due(tile, n_along, test_at, n, points)
+  pure subroutine list_due(tile, n_along, test_at, n, points, places)
     type(tile_t), intent(in) :: tile
     integer, intent(in) :: n_along(2)
     real(wp), intent(in) :: test_at(:)   !! travel, of all points [length]
-    integer, intent(out) :: n, points(tile_size**2 + 1)   !! in the first n
-    integer :: row, point
+    integer, intent(out) :: n
+    integer, intent(out) :: points(tile_size**2 + 1)   !! numbers on the face, in the first n
+    integer, intent(out) :: places(tile_size**2 + 1)   !! of their x in `tile_positions`
+    integer :: row, i, before
 
     n = 0
     do row = tile%first(2), tile%last(2)
-      do point = (row - 1)*n_along(1) + tile%first(1), (row - 1)*n_along(1) + tile%last(1)
-        points(n + 1) = point   ! no branch, which would be guessed wrong at each point found
-        n = n + merge(1, 0, tile%travel >= test_at(point))
+      before = (row - 1)*n_along(1) + tile%first(1) - 1
+      do i = 1, tile%last(1) - tile%first(1) + 1
+        points(n + 1) = before + i   ! no branch, which would be guessed wrong at each point found
+        places(n + 1) = (row - tile%first(2))*3*tile_size + i
+        n = n + merge(1, 0, tile%travel >= test_at(before + i))
       end do
     end do
   end subroutine list_due
@@ -208,6 +276,7 @@ contains
 
     earliest = huge(1.0_wp)
     do row = tile%first(2), tile%last(2)
+      !$omp simd reduction(min: earliest)
       do point = (row - 1)*n_along(1) + tile%first(1), (row - 1)*n_along(1) + tile%last(1)
         earliest = min(earliest, test_at(point))
       end do

@@ -511,8 +511,8 @@ contains
         n = n + 1
         at(:, n) = [i, j]
         lanes%face(n) = contact%face(point)
-        lanes%s(n) = contact%at(point, 1)
-        lanes%t(n) = contact%at(point, 2)
+        lanes%s(n) = contact%at(1, point)
+        lanes%t(n) = contact%at(2, point)
         lanes%x(n, :) = found(i, j)%x
         if (n == n_lanes) call follow_samples(tool, samples%overhang, low, high, at, n, lanes, &
                                               found)

@@ -13,18 +13,18 @@
 !! counts the work of all forces.
 module friction
   use kinds, only: wp
+  use pressed_points, only: pressed_points_t, most_points
   implicit none
   private
 
   public :: friction_t, new_friction, apply_friction
 
-  !> Friction of one contact; arrays by secondary point, shape (n_points).
+  !> Friction of one contact.
   type :: friction_t
     real(wp) :: coefficient = 0.0_wp         !! mu
     real(wp) :: energy = 0.0_wp              !! work of slip since the start [energy]
-    logical, allocatable :: is_touching(:)   !! at the last call
-    real(wp), allocatable :: position(:, :)     !! then, in the tool's frame, (n_points, 3) [length]
-    real(wp), allocatable :: stretch(:, :)   !! of the spring, tangential, (n_points, 3) [length]
+    real(wp), allocatable :: stretch(:, :)   !! of the springs, tangential; zero where a point does
+                                             !! not touch, shape (3, n_points) [length]
   end type friction_t
 
 contains
@@ -36,91 +36,100 @@ contains
     real(wp), intent(in) :: coefficient
 
     friction%coefficient = coefficient
-    allocate (friction%is_touching(n_points), source=.false.)
-    allocate (friction%position(n_points, 3), friction%stretch(n_points, 3), source=0.0_wp)
+    allocate (friction%stretch(3, n_points), source=0.0_wp)
   end subroutine new_friction
 
-  !> Add the friction of the points `first` to `last` to the normal forces of this call.
-  pure subroutine apply_friction(friction, n_points, first, last, stiffness, x, motions, force, &
-                                 reaction, stored, lost)
+  !> Friction of the points of a tile: `drag`, and the stretch of their springs.
+  pure subroutine apply_friction(friction, pressed, stored, lost)
     type(friction_t), intent(inout) :: friction
-    integer, intent(in) :: n_points, first, last
-    real(wp), intent(in) :: stiffness(n_points)        !! of the penalty [force/length]
-    real(wp), intent(in) :: x(first:last, 3)           !! points in the tool's frame now [length]
-    real(wp), intent(in) :: motions(first:last, 3)     !! against the tool in the last step [length]
-    real(wp), intent(inout) :: force(n_points, 3)      !! on the points: normal in, all out [force]
-    real(wp), intent(inout) :: reaction(3)             !! on the tool, added to [force]
-    real(wp), intent(inout) :: stored                  !! energy of the springs, added to [energy]
-    real(wp), intent(inout) :: lost                    !! work of slip of this call, added to
-    real(wp) :: pushed, part, moved(3), drag(3)
-    integer :: p
+    type(pressed_points_t), intent(inout) :: pressed
+    real(wp), intent(inout) :: stored        !! energy of the springs, added to [energy]
+    real(wp), intent(inout) :: lost          !! work of slip of this call, added to [energy]
+    real(wp) :: stretch(most_points, 3)
+    integer :: i, c
 
-    do p = first, last
-      pushed = norm2(force(p, :))
-      if (pushed > 0.0_wp) then
-        if (friction%is_touching(p)) then
-          moved = x(p, :) - friction%position(p, :)
-          part = 1.0_wp
-        else
-          part = touching_part(pushed, stiffness(p), &
-                               -dot_product(motions(p, :), force(p, :))/pushed)
-          moved = part*motions(p, :)
-        end if
-        call return_stretch(friction%stretch(p, :), moved, force(p, :)/pushed, stiffness(p), &
-                            friction%coefficient*pushed, drag, lost)
-        ! The balance of energy counts the work of a force over the whole step.
-        if (part < 1.0_wp) lost = lost - 0.5_wp*(1.0_wp - part)*dot_product(drag, motions(p, :))
-        force(p, :) = force(p, :) + drag
-        reaction = reaction - drag
-        stored = stored + 0.5_wp*stiffness(p)*sum(friction%stretch(p, :)**2)
-        friction%position(p, :) = x(p, :)
-        friction%is_touching(p) = .true.
-      else if (friction%is_touching(p)) then
-        ! A point that leaves lets its spring go.
-        moved = x(p, :) - friction%position(p, :)
-        lost = lost + 0.5_wp*stiffness(p) &
-               *dot_product(friction%stretch(p, :), friction%stretch(p, :) + moved)
-        friction%stretch(p, :) = 0.0_wp
-        friction%is_touching(p) = .false.
-      end if
+    do i = 1, pressed%n
+      do c = 1, 3
+        stretch(i, c) = friction%stretch(c, pressed%point(i))
+      end do
+    end do
+    call return_stretches(friction%coefficient, pressed, stretch, stored, lost)
+    do i = 1, pressed%n
+      do c = 1, 3
+        friction%stretch(c, pressed%point(i)) = stretch(i, c)
+      end do
     end do
   end subroutine apply_friction
 
+  !> Stretch springs by the motion along the tangent plane, and let them slip. A point that leaves
+  !! has no normal and no limit: its spring loses all. Written out by components for the vector
+  !! registers.
+  pure subroutine return_stretches(coefficient, pressed, stretch, stored, lost)
+    real(wp), intent(in) :: coefficient
+    type(pressed_points_t), intent(inout) :: pressed
+    real(wp), intent(inout) :: stretch(most_points, 3)   !! [length]
+    real(wp), intent(inout) :: stored, lost
+    real(wp) :: n1, n2, n3, m1, m2, m3, s1, s2, s3, t1, t2, t3, along, square, k, limit, part
+    real(wp) :: factor
+    integer :: i
+
+    !$omp simd private(n1, n2, n3, m1, m2, m3, s1, s2, s3, t1, t2, t3, along, square, k, limit, &
+    !$omp& part, factor) reduction(+: stored, lost)
+    do i = 1, pressed%n
+      n1 = pressed%normal(i, 1)
+      n2 = pressed%normal(i, 2)
+      n3 = pressed%normal(i, 3)
+      m1 = pressed%moved(i, 1)
+      m2 = pressed%moved(i, 2)
+      m3 = pressed%moved(i, 3)
+      s1 = stretch(i, 1)
+      s2 = stretch(i, 2)
+      s3 = stretch(i, 3)
+      k = pressed%stiffness(i)
+      limit = coefficient*pressed%push(i)
+      ! The stretch turned into the tangent plane. On a break of the tangent the old direction may
+      ! have no image there.
+      along = s1*n1 + s2*n2 + s3*n3
+      t1 = s1 - along*n1
+      t2 = s2 - along*n2
+      t3 = s3 - along*n3
+      along = s1*s1 + s2*s2 + s3*s3
+      square = t1*t1 + t2*t2 + t3*t3
+      factor = merge(sqrt(along/max(square, tiny(1.0_wp))), 1.0_wp, square > 0.25_wp*along)
+      t1 = t1*factor
+      t2 = t2*factor
+      t3 = t3*factor
+      along = m1*n1 + m2*n2 + m3*n3
+      part = merge(1.0_wp, touching_part(pressed%push(i), -k*along), pressed%was_pressed(i))
+      s1 = t1 + part*(m1 - along*n1)
+      s2 = t2 + part*(m2 - along*n2)
+      s3 = t3 + part*(m3 - along*n3)
+      factor = limit/max(k*sqrt(s1*s1 + s2*s2 + s3*s3), limit, tiny(1.0_wp))
+      ! What slips, s - s factor, along the mean of the forces before and after.
+      lost = lost + 0.5_wp*k*(1.0_wp - factor)*((t1 + factor*s1)*s1 + (t2 + factor*s2)*s2 &
+                                                + (t3 + factor*s3)*s3)
+      s1 = s1*factor
+      s2 = s2*factor
+      s3 = s3*factor
+      ! The balance of energy counts the work of a force over the whole step.
+      lost = lost + 0.5_wp*k*(1.0_wp - part)*(s1*m1 + s2*m2 + s3*m3)
+      stored = stored + 0.5_wp*k*(s1*s1 + s2*s2 + s3*s3)
+      stretch(i, 1) = s1
+      stretch(i, 2) = s2
+      stretch(i, 3) = s3
+      pressed%drag(i, 1) = -k*s1
+      pressed%drag(i, 2) = -k*s2
+      pressed%drag(i, 3) = -k*s3
+    end do
+  end subroutine return_stretches
+
   !> Part of the step in which a point touches for the first time, from its force, which is that of
   !! the spring k d times (1 + part)/2, with d = part*travel.
-  pure real(wp) function touching_part(pushed, stiffness, travel) result(part)
-    real(wp), intent(in) :: pushed      !! [force]
-    real(wp), intent(in) :: stiffness   !! [force/length]
-    real(wp), intent(in) :: travel         !! against the normal in the step [length]
+  pure real(wp) function touching_part(push, whole) result(part)
+    real(wp), intent(in) :: push     !! [force]
+    real(wp), intent(in) :: whole    !! k times the travel against the normal in the step [force]
 
-    part = 1.0_wp
-    if (pushed < stiffness*travel) &
-      part = 0.5_wp*(sqrt(1.0_wp + 8*pushed/(stiffness*travel)) - 1.0_wp)
+    part = 0.5_wp*(sqrt(1.0_wp + 8*push/max(whole, push, tiny(1.0_wp))) - 1.0_wp)
   end function touching_part
-
-  !> Stretch the spring of one point by its motion along the tangent plane, and let it slip.
-  pure subroutine return_stretch(stretch, moved, normal, stiffness, limit, drag, lost)
-    real(wp), intent(inout) :: stretch(3)    !! [length]
-    real(wp), intent(in) :: moved(3)         !! since the last call, against the tool [length]
-    real(wp), intent(in) :: normal(3)        !! unit
-    real(wp), intent(in) :: stiffness        !! [force/length]
-    real(wp), intent(in) :: limit            !! mu N [force]
-    real(wp), intent(out) :: drag(3)         !! on the point [force]
-    real(wp), intent(inout) :: lost
-    real(wp) :: turned(3), trial(3), length
-
-    turned = stretch - dot_product(stretch, normal)*normal
-    length = norm2(turned)
-    ! On a break of the tangent the old direction may have no image in the new plane.
-    if (length > 0.5_wp*norm2(stretch)) turned = turned*(norm2(stretch)/length)
-    trial = turned + moved - dot_product(moved, normal)*normal
-    length = norm2(trial)
-    stretch = trial
-    if (stiffness*length > limit) then
-      stretch = trial*(limit/(stiffness*length))
-      lost = lost + 0.5_wp*stiffness*dot_product(turned + stretch, trial - stretch)
-    end if
-    drag = -stiffness*stretch
-  end subroutine return_stretch
 
 end module friction

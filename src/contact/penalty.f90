@@ -7,11 +7,12 @@
 module penalty
   use kinds, only: wp
   use secondary_surface, only: secondary_surface_t, scatter_forces
+  use pressed_points, only: pressed_points_t
   implicit none
   private
 
-  public :: stiffness_from_mass, contact_fraction, find_pressed_depth, contact_damping_t, &
-            new_contact_damping, damp_points
+  public :: stiffness_from_mass, contact_fraction, find_pressed_depths, push_points, &
+            contact_damping_t, new_contact_damping, damp_points
 
   real(wp), parameter, public :: no_contact = -1.0_wp   !! start of a spring that does not touch
 
@@ -19,9 +20,7 @@ module penalty
   type :: contact_damping_t
     real(wp) :: energy = 0.0_wp              !! taken away since the start [energy]
     real(wp), allocatable :: constant(:)     !! c [force time/length], shape (n_points)
-    logical, allocatable :: is_touching(:)   !! at the last call
-    real(wp), allocatable :: position(:, :)     !! then, in the tool's frame, (n_points, 3) [length]
-    real(wp), allocatable :: force(:, :)     !! then, (n_points, 3) [force]
+    real(wp), allocatable :: force(:, :)     !! at the last call, shape (3, n_points) [force]
   end type contact_damping_t
 
 contains
@@ -58,32 +57,50 @@ contains
   !! the step in which it touches. The force acts for half a step to either side, and so its work
   !! is, but for terms of higher order, that of the spring.
   pure real(wp) function contact_fraction(depth, travel) result(fraction)
-    real(wp), intent(in) :: depth   !! in the tool, positive [length]
+    real(wp), intent(in) :: depth      !! in the tool, not negative [length]
     real(wp), intent(in) :: travel     !! along the normal in the last step [length]
 
-    fraction = 1.0_wp
-    if (depth < abs(travel)) fraction = 0.5_wp*(1.0_wp + depth/abs(travel))
+    fraction = 0.5_wp + 0.5_wp*(depth/max(abs(travel), depth, tiny(1.0_wp)))
   end function contact_fraction
 
-  !> Depth that loads the spring of a point. A point whose first depth is more than it can have come
-  !! along the normal has entered across the tool's edge or from behind; its spring starts from
+  !> Depth that loads the springs of some points. A point whose first depth is more than it can have
+  !! come along the normal has entered across the tool's edge or from behind; its spring starts from
   !! there without load, since otherwise it would push with an energy that nobody has spent. As the
   !! point comes up its start goes with it.
-  pure subroutine find_pressed_depth(depth, longest, start, pressed)
-    real(wp), intent(in) :: depth        !! in the tool if positive [length]
-    real(wp), intent(in) :: longest      !! distance a point may have come along the normal [length]
-    real(wp), intent(inout) :: start     !! of the spring, `no_contact` while it does not touch
-    real(wp), intent(out) :: pressed     !! [length]
+  pure subroutine find_pressed_depths(n, longest, depth, start)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: longest         !! way that a point may have come at most [length]
+    real(wp), intent(inout) :: depth(n)     !! in the tool if positive; of the spring, not negative,
+                                            !! at the end [length]
+    real(wp), intent(inout) :: start(n)     !! of the spring, `no_contact` while it does not touch
+    real(wp) :: from
+    integer :: i
 
-    pressed = 0.0_wp
-    if (depth > 0.0_wp) then
-      if (start < 0.0_wp) start = merge(depth, 0.0_wp, depth > longest)
-      start = min(start, depth)
-      pressed = depth - start
-    else
-      start = no_contact
-    end if
-  end subroutine find_pressed_depth
+    !$omp simd private(from)
+    do i = 1, n
+      from = merge(merge(depth(i), 0.0_wp, depth(i) > longest), start(i), start(i) < 0.0_wp)
+      from = min(from, depth(i))
+      start(i) = merge(from, no_contact, depth(i) > 0.0_wp)
+      depth(i) = merge(depth(i) - from, 0.0_wp, depth(i) > 0.0_wp)
+    end do
+  end subroutine find_pressed_depths
+
+  !> Forces of springs along the normal, and their energy.
+  pure subroutine push_points(pressed, depth, stored)
+    type(pressed_points_t), intent(inout) :: pressed
+    real(wp), intent(in) :: depth(pressed%n)     !! that loads the springs, not negative [length]
+    real(wp), intent(inout) :: stored            !! added to [energy]
+    real(wp) :: travel
+    integer :: i
+
+    !$omp simd private(travel) reduction(+: stored)
+    do i = 1, pressed%n
+      travel = pressed%normal(i, 1)*pressed%moved(i, 1) + pressed%normal(i, 2)*pressed%moved(i, 2) &
+               + pressed%normal(i, 3)*pressed%moved(i, 3)
+      pressed%push(i) = pressed%stiffness(i)*depth(i)*contact_fraction(depth(i), travel)
+      stored = stored + 0.5_wp*pressed%stiffness(i)*depth(i)**2
+    end do
+  end subroutine push_points
 
   !> No point touches yet.
   pure subroutine new_contact_damping(damping, ratio, stiffness, mass)
@@ -92,39 +109,36 @@ contains
     real(wp), intent(in) :: stiffness(:), mass(:)      !! of the points [force/length, mass]
 
     damping%constant = 2*ratio*sqrt(stiffness*mass)
-    allocate (damping%is_touching(size(mass)), source=.false.)
-    allocate (damping%position(size(mass), 3), damping%force(size(mass), 3), source=0.0_wp)
+    allocate (damping%force(3, size(mass)), source=0.0_wp)
   end subroutine new_contact_damping
 
-  !> Add the damping of the points `first` to `last` to the spring forces of this call. A point that
-  !! has just come has no velocity yet and carries the spring force alone.
-  pure subroutine damp_points(damping, n_points, first, last, dt, x, force, reaction, lost)
+  !> Add the damping of the points of a tile to their push. A point that has just come has no
+  !! velocity yet.
+  pure subroutine damp_points(damping, dt, pressed, lost)
     type(contact_damping_t), intent(inout) :: damping
-    integer, intent(in) :: n_points, first, last
-    real(wp), intent(in) :: dt                       !! since the last call [time]
-    real(wp), intent(in) :: x(first:last, 3)         !! points in the tool's frame now [length]
-    real(wp), intent(inout) :: force(n_points, 3)    !! on the points [force]
-    real(wp), intent(inout) :: reaction(3)           !! on the tool, added to [force]
-    real(wp), intent(inout) :: lost                  !! energy taken in this call, added to
-    real(wp) :: pushed, moved(3), normal(3), push(3)
-    integer :: p
+    real(wp), intent(in) :: dt                         !! since the last call [time]
+    type(pressed_points_t), intent(inout) :: pressed
+    real(wp), intent(inout) :: lost                    !! energy taken in this call, added to
+    real(wp) :: push, n1, n2, n3, m1, m2, m3
+    integer :: i, p
 
-    do p = first, last
-      pushed = norm2(force(p, :))
-      push = 0.0_wp
-      moved = x(p, :) - damping%position(p, :)
-      if (pushed > 0.0_wp .and. damping%is_touching(p)) then
-        normal = force(p, :)/pushed
-        push = normal*max(-damping%constant(p)*dot_product(moved, normal)/dt, -pushed)
-      end if
-      if (damping%is_touching(p)) then
-        lost = lost - 0.5_wp*dot_product(damping%force(p, :) + push, moved)
-      end if
-      damping%is_touching(p) = pushed > 0.0_wp
-      damping%position(p, :) = x(p, :)
-      damping%force(p, :) = push
-      force(p, :) = force(p, :) + push
-      reaction = reaction - push
+    !$omp simd private(push, n1, n2, n3, m1, m2, m3, p) reduction(+: lost)
+    do i = 1, pressed%n
+      p = pressed%point(i)
+      n1 = pressed%normal(i, 1)
+      n2 = pressed%normal(i, 2)
+      n3 = pressed%normal(i, 3)
+      m1 = merge(pressed%moved(i, 1), 0.0_wp, pressed%was_pressed(i))
+      m2 = merge(pressed%moved(i, 2), 0.0_wp, pressed%was_pressed(i))
+      m3 = merge(pressed%moved(i, 3), 0.0_wp, pressed%was_pressed(i))
+      push = max(-damping%constant(p)*(m1*n1 + m2*n2 + m3*n3)/dt, -pressed%push(i))
+      lost = lost - 0.5_wp*((damping%force(1, p) + push*n1)*m1 &
+                            + (damping%force(2, p) + push*n2)*m2 &
+                            + (damping%force(3, p) + push*n3)*m3)
+      pressed%push(i) = pressed%push(i) + push
+      damping%force(1, p) = push*n1
+      damping%force(2, p) = push*n2
+      damping%force(3, p) = push*n3
     end do
   end subroutine damp_points
 

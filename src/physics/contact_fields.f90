@@ -100,14 +100,14 @@ contains
           moved = x(p, :) - tool%displacement - fields%place(p, :)
           moved = moved - dot_product(moved, normal)*normal
           if (allocated(pair%friction)) &
-            moved = moved - (pair%friction%stretch(p, :) - fields%stretch(p, :))
+            moved = moved - (pair%friction%stretch(:, p) - fields%stretch(p, :))
           associate (field => fields%tools(tool%surface_of(pair%face(p))))
             call share_out(field%grid, place_on(pair, tool, p), pushed*norm2(moved), field%areas, &
                            field%wear)
           end associate
         end if
         fields%place(p, :) = x(p, :) - tool%displacement
-        if (allocated(pair%friction)) fields%stretch(p, :) = pair%friction%stretch(p, :)
+        if (allocated(pair%friction)) fields%stretch(p, :) = pair%friction%stretch(:, p)
       end if
       fields%is_touching(p) = pushed > 0.0_wp
     end do
@@ -124,7 +124,7 @@ contains
     pushed = 0.0_wp
     normal = 0.0_wp
     if (all(abs(pair%force(point, :)) <= 0.0_wp)) return
-    call face_derivatives(tool%coefficients, pair%face(point), pair%at(point, :), at, d1, d2)
+    call face_derivatives(tool%coefficients, pair%face(point), pair%at(:, point), at, d1, d2)
     normal = unit_normal(d1)
     pushed = abs(dot_product(pair%force(point, :), normal))
   end subroutine push_of
@@ -137,7 +137,7 @@ contains
     real(wp) :: at(2)
 
     associate (low => tool%low(:, pair%face(point)), high => tool%high(:, pair%face(point)))
-      at = low + pair%at(point, :)*(high - low)
+      at = low + pair%at(:, point)*(high - low)
     end associate
   end function place_on
 

@@ -277,7 +277,7 @@ contains
     do n = 1, contact%secondary%n_points
       if (contact%start(n) < 0.0_wp) cycle   ! it does not touch
       depths(n) = norm2(position_now(contact, n) - contact%motion%displacement &
-                        - face_position(tool%coefficients, contact%face(n), contact%at(n, :)))
+                        - face_position(tool%coefficients, contact%face(n), contact%at(:, n)))
     end do
     n = maxloc(depths, 1)
     words = contact_point_text(contact, tool, n)
