@@ -359,7 +359,9 @@ contains
     real(wp) :: x(3*most_points)
 
     call list_due(tile, contact%secondary%n_along, contact%test_at, due%n, due%point, due%place)
-    call tile_positions(tile, contact%secondary, contact%motion%now, x)
+    if (due%n == 0) return
+    call tile_positions(tile, contact%secondary, rows_of(due%place(1), due%place(due%n)), &
+                        contact%motion%now, x)
     do c = 1, 3
       !$omp simd
       do i = 1, due%n
@@ -367,6 +369,14 @@ contains
       end do
     end do
   end subroutine place_due
+
+  !> Rows of a tile from one place to another.
+  pure function rows_of(first, last) result(rows)
+    integer, intent(in) :: first, last   !! as `list_due` gives them
+    integer :: rows(2)
+
+    rows = ([first, last] - 1)/(3*tile_size) + 1
+  end function rows_of
 
   !> Depth and normal of the points that must be tested.
   subroutine find_depths(contact, tile, tool, due, result)
@@ -437,7 +447,9 @@ contains
     real(wp) :: x(3*most_points)                  ! of the state before
     integer :: i, c
 
-    call tile_positions(tile, contact%secondary, contact%motion%before, x)
+    call tile_positions(tile, contact%secondary, &
+                        rows_of(due%place(list(1)), due%place(list(pressed%n))), &
+                        contact%motion%before, x)
     !$omp simd
     do i = 1, pressed%n
       pressed%point(i) = due%point(list(i))

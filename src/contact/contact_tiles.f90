@@ -171,67 +171,78 @@ contains
     largest = sqrt(maxval(motion%highest))
   end subroutine carry_tiles
 
-  !> Positions of all points of a tile; what lies beyond its points is zero.
-  pure subroutine tile_positions(tile, secondary, net, positions)
+  !> Positions of rows of points of a tile.
+  pure subroutine tile_positions(tile, secondary, rows, net, positions)
     type(tile_t), intent(in) :: tile
     type(secondary_surface_t), intent(in) :: secondary
+    integer, intent(in) :: rows(2)   !! first and last, counted from that of the tile
     real(wp), intent(in) :: net(secondary%n_net(1), secondary%n_net(2), 3)   !! control points
-    real(wp), intent(out) :: positions(tile_size, 3, tile_size)              !! [length]
-    real(wp) :: part(tile%net_last(1) - tile%net_first(1) + 1, 3, &
-                     tile%net_first(2):tile%net_last(2))
-    real(wp) :: along(tile_size, size(part, 1))   ! basis, with the zeros of its band
-    integer :: i, j, k, l, c
+    !> Only `rows` are set; what lies beyond the points of the tile is zero there [length].
+    real(wp), intent(inout) :: positions(tile_size, 3, tile_size)
+    real(wp) :: along(tile_size, tile%net_last(1) - tile%net_first(1) + 1)
+    real(wp) :: part(size(along, 2), 3, tile%net_last(2) - tile%net_first(2) + 1)
+    integer :: first(rows(1):rows(2)), low, i, j, c
 
-    along = 0.0_wp
-    do i = 1, tile%last(1) - tile%first(1) + 1
-      j = tile%first(1) + i - 1
-      k = secondary%lines(1)%first(j) - tile%net_first(1)
-      do l = 1, secondary%lines(1)%degree + 1
-        along(i, k + l) = secondary%lines(1)%values(j, l)
-      end do
-    end do
-    do j = tile%net_first(2), tile%net_last(2)
-      do c = 1, 3
-        do i = 1, size(part, 1)
-          part(i, c, j) = net(tile%net_first(1) + i - 1, j, c)
-        end do
-        if (secondary%is_rational) part(:, c, j) = &
-          part(:, c, j)*secondary%weights(tile%net_first(1):tile%net_last(1), j)
-      end do
-    end do
+    call spread_basis(tile, secondary, along)
     associate (across => secondary%lines(2))
-      call blend_rows(size(part, 1), size(part, 3), tile%last(2) - tile%first(2) + 1, &
-                      across%first(tile%first(2):tile%last(2)) - tile%net_first(2), &
-                      across%degree + 1, across%n_points, across%values, tile%first(2) - 1, along, &
-                      part, positions)
+      low = across%first(tile%first(2) + rows(1) - 1) - 1
+      first = across%first(tile%first(2) + rows(1) - 1:tile%first(2) + rows(2) - 1) - low
+      do j = 1, first(rows(2)) + across%degree
+        do c = 1, 3
+          do i = 1, size(part, 1)
+            part(i, c, j) = net(tile%net_first(1) + i - 1, low + j, c)
+          end do
+          if (secondary%is_rational) part(:, c, j) = &
+            part(:, c, j)*secondary%weights(tile%net_first(1):tile%net_last(1), low + j)
+        end do
+      end do
+      call blend_rows(size(along, 2), size(part, 3), rows, first, across%degree + 1, &
+                      across%n_points, across%values, tile%first(2) - 1, along, part, positions)
     end associate
     if (.not. secondary%is_rational) return
-    do j = tile%first(2), tile%last(2)
-      do i = tile%first(1), tile%last(1)
-        positions(i - tile%first(1) + 1, :, j - tile%first(2) + 1) = secondary%inverse_w(i, j) &
-          *positions(i - tile%first(1) + 1, :, j - tile%first(2) + 1)
+    do j = rows(1), rows(2)
+      do i = 1, tile%last(1) - tile%first(1) + 1
+        positions(i, :, j) = positions(i, :, j) &
+                             *secondary%inverse_w(tile%first(1) + i - 1, tile%first(2) + j - 1)
       end do
     end do
   end subroutine tile_positions
 
+  !> Basis of the points of a tile along its rows, with the zeros beside its band.
+  pure subroutine spread_basis(tile, secondary, along)
+    type(tile_t), intent(in) :: tile
+    type(secondary_surface_t), intent(in) :: secondary
+    real(wp), intent(out) :: along(tile_size, tile%net_last(1) - tile%net_first(1) + 1)
+    integer :: i, j, k, before
+
+    along = 0.0_wp
+    do i = 1, tile%last(1) - tile%first(1) + 1
+      j = tile%first(1) + i - 1
+      before = secondary%lines(1)%first(j) - tile%net_first(1)
+      do k = 1, secondary%lines(1)%degree + 1
+        along(i, before + k) = secondary%lines(1)%values(j, k)
+      end do
+    end do
+  end subroutine spread_basis
+
   !> Rows of points from the rows of control points about them.
-  pure subroutine blend_rows(n1, n2, n_rows, first, n, n_values, across, before, along, part, &
+  pure subroutine blend_rows(n1, n2, rows, first, n, n_values, across, before, along, part, &
                              positions)
     integer, intent(in) :: n1, n2                     !! control points
-    integer, intent(in) :: n_rows, first(n_rows)      !! control points before those of each row
+    integer, intent(in) :: rows(2)                    !! first and last
+    integer, intent(in) :: first(rows(1):rows(2))     !! control points of each row
     integer, intent(in) :: n, n_values                !! functions of a point, points of the face
-    real(wp), intent(in) :: across(n_values, n)       !! basis along the rows' direction
-    integer, intent(in) :: before                     !! rows before these
+    real(wp), intent(in) :: across(n_values, n)       !! basis across the rows
+    integer, intent(in) :: before                     !! rows of the face before these
     real(wp), intent(in) :: along(tile_size, n1), part(n1, 3, n2)
-    real(wp), intent(out) :: positions(tile_size, 3, tile_size)
+    real(wp), intent(inout) :: positions(tile_size, 3, tile_size)
     real(wp) :: line(n1, 3), row(tile_size, 3)
     integer :: i, j, k
 
-    positions(:, :, n_rows + 1:) = 0.0_wp
-    do j = 1, n_rows
-      line = across(before + j, 1)*part(:, :, first(j) + 1)
+    do j = rows(1), rows(2)
+      line = across(before + j, 1)*part(:, :, first(j))
       do k = 2, n
-        line = line + across(before + j, k)*part(:, :, first(j) + k)
+        line = line + across(before + j, k)*part(:, :, first(j) + k - 1)
       end do
       row = 0.0_wp
       do k = 1, n1
