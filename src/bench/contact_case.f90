@@ -107,7 +107,7 @@ contains
     if (allocated(error)) return
     call wavy_surface(sheet, self%n_sheet, 0.5_wp*self%edge, self%height, 0.0_wp, error)
     if (.not. allocated(error)) &
-      call new_secondary_surface(secondary, sheet, points_gauss, [0, 0], error)
+      call new_secondary_surface(secondary, sheet, points_gauss, [3, 3], error)
     if (allocated(error)) return
     allocate (mass(secondary%n_net(1), secondary%n_net(2)), source=1.0_wp)
     call new_contact(self%pair, secondary, self%tool, mass, 1.0_wp, options, error)

@@ -20,6 +20,7 @@ module secondary_surface
   integer, parameter, public :: points_gauss = 1      !! Gauss points of each element
   integer, parameter, public :: points_knot = 2       !! the distinct knots
   integer, parameter, public :: points_greville = 3   !! Greville abscissae, one a control point
+  integer, parameter :: least_count = 2               !! of Gauss points, along an element
 
   !> One-dimensional basis table: the functions first(i) ... first(i) + p do not vanish at point i.
   type :: secondary_line_t
@@ -179,8 +180,8 @@ contains
     type(secondary_surface_t), intent(out) :: secondary
     type(nurbs_surface_t), intent(in) :: surface   !! the face at the start
     integer, intent(in) :: kind          !! points_gauss, points_knot or points_greville
-    !> Gauss points per element and direction, whatever the kind; 0: those of the kind, p + 1 Gauss
-    !! points.
+    !> Gauss points per element and direction, whatever the kind; 0: those of the kind, p Gauss
+    !! points, but at least 2.
     integer, intent(in) :: n_gauss(2)
     type(error_t), allocatable, intent(out) :: error
     integer :: direction, kinds(2), counts(2)
@@ -193,7 +194,7 @@ contains
       return
     end if
     kinds = merge(points_gauss, kind, n_gauss > 0)
-    counts = merge(n_gauss, surface%axes%degree + 1, n_gauss > 0)
+    counts = merge(n_gauss, max(surface%axes%degree, least_count), n_gauss > 0)
     do direction = 1, 2
       call new_secondary_line(secondary%lines(direction), surface%axes(direction), &
                               kinds(direction), counts(direction))

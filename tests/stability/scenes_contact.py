@@ -238,7 +238,8 @@ SCENES = [
           others=[{"unit": 2.0**-20}, {"unit": 2.0**20}]),
     Scene("meshes", "bend", "mesh halved, doubled, degree raised: the same answer to 5, 2, 2 %",
           meshes, FAST | {"n_x": 40}, bits={"depth": 0.2},
-          others=[{"n_x": 20}, {"n_x": 80}, {"p": 3, "rule": "3,2,2x3"}]),
+          others=[{"n_x": 20}, {"n_x": 80},
+                  {"p": 3, "rule": "3,2,2x3", "touch": "4,3"}]),
     Scene("symmetric_bending_long", "bend", "the same at the deck's depth, slowly", symmetric,
           {"speed": 1000, "depth": 2, "frames": 40}, bits={"depth": 0.2}, is_long=True),
 ]

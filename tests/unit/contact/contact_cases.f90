@@ -64,7 +64,7 @@ contains
     type(secondary_surface_t) :: secondary
     type(error_t), allocatable :: error
 
-    call new_secondary_surface(secondary, face, points_gauss, [0, 0], error)
+    call new_secondary_surface(secondary, face, points_gauss, face%axes%degree + 1, error)
     call new_contact(pair, secondary, tool, spread(spread(1.0_wp, 1, secondary%n_net(1)), 2, &
                      secondary%n_net(2)), 1.0_wp, options, error)
   end function contact_of
