@@ -83,8 +83,11 @@ contains
     if (self%curve%heating%is_active) &
       factor = thermal_factor(self%curve%heating, n, self%n_state, state)
     call flow_at(self%curve, n, state(:, 1), factor, flow, slope, bend, reach)
-    if (self%back%n > 0) call add_back_norms(self, n, state, mises)
-    ok = are_numbers(n, flow) .and. are_numbers(n, mises)
+    ok = are_numbers(n, flow)
+    if (self%back%n > 0) then
+      call add_back_norms(self, n, state, mises)
+      ok = ok .and. are_numbers(n, mises)
+    end if
     if (.not. ok) return
     do first = 1, n, lanes
       last = min(first + lanes - 1, n)
@@ -124,8 +127,6 @@ contains
     call load_lanes(n, first, 4, state(:, 2:5), axes)
     call axes_rotation(lanes, self%axes, axes, rotation)
     call load_trial(n, first, rotation, stress, problem%trial)
-    ok = are_numbers(5*lanes, problem%trial)       ! else the axes are none
-    if (.not. ok) return
     call load_lanes(n, first, 1, state, problem%eqps)
     call load_lanes(n, first, 1, factor, problem%factor)
     call load_lanes(n, first, 1, flow, problem%flow)
@@ -139,8 +140,11 @@ contains
     problem%shear = self%shear
     problem%dt = dt
     if (is_hill) call return_to_hill(self%curve, self%yield%hill, problem, plastic, dgamma, is_hill)
+    ok = .true.
     if (.not. is_hill) then
       ! Again where Hill's surface was not reached.
+      ok = are_numbers(5*lanes, problem%trial)       ! else the axes are none
+      if (.not. ok) return
       call load_lanes(n, first, 6, dstrain, strain)
       call load_back_stresses(self, n, first, state, back)
       call set_problem(self, strain, rotation, back, problem)

@@ -27,20 +27,21 @@ contains
     real(wp), intent(in) :: guess(n)      !! of dgamma, see `begin_at`
     real(wp), intent(out) :: dgamma(n)
     logical, intent(out) :: ok
-    real(wp), dimension(n) :: low, high, last, flow, slope, bend, reach
+    real(wp), dimension(n) :: low, high, last, first, flow, slope, bend, reach
     integer :: iteration
 
-    call flow_at(curve, n, eqps, factor, flow, slope, bend, reach)
+    call flow_at(curve, n, eqps, factor, first, slope, bend, reach)
     dgamma = 0.0_wp
-    ok = are_numbers(n, flow)
+    ok = are_numbers(n, first)
     if (.not. ok) return
+    flow = first
     high = max(q - flow, 0.0_wp)/stiffness
     call begin_at(curve, n, slope, stiffness, high, guess, dgamma)
     low = 0.0_wp
     last = 0.0_wp
     do iteration = 1, max_iterations
       if (iteration > 1 .or. any(dgamma > 0.0_wp)) &
-        call flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
+        call flow_after(curve, n, dt, eqps, factor, first, dgamma, flow, slope, bend, reach)
       flow = q - stiffness*dgamma - flow
       slope = stiffness + slope
       call advance(n, iteration, q, flow, slope, bend, reach, low, high, last, dgamma, ok)
@@ -135,14 +136,15 @@ contains
     integer, intent(in) :: n_stages, n
     real(wp), intent(in) :: dt, q(n), stiffness(n), eqps(n), factor(n), guess(n)   !! as above
     real(wp), intent(out) :: dgamma(n)
-    real(wp), dimension(n) :: flow, slope, bend, reach, first
+    real(wp), dimension(n) :: start, flow, slope, bend, reach, first
     real(wp) :: level
     integer :: l, stage
     logical :: ok
 
+    call flow_at(curve, n, eqps, factor, start, slope, bend, reach)
     dgamma = 0.0_wp
     do stage = 1, n_stages
-      call flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
+      call flow_after(curve, n, dt, eqps, factor, start, dgamma, flow, slope, bend, reach)
       if (stage == 1) first = max(q - flow, 0.0_wp)
       level = real(n_stages - stage, wp)/n_stages
       if (stage == 1 .and. is_steep(curve)) then

@@ -12,7 +12,7 @@ module flow_curve
   use kinds, only: wp
   use failure, only: error_t, fail
   use constant_check, only: check_finite, check_count, require
-  use hardening, only: hardening_t, harden, is_steep_at_start
+  use hardening, only: hardening_t, harden, harden_after, is_steep_at_start
   use row_functions, only: log_row, power_row
   implicit none
   private
@@ -113,26 +113,34 @@ contains
     real(wp), intent(in) :: eqps(n)
     real(wp), intent(in) :: factor(n)            !! on the flow stress, 1 at the first temperature
     real(wp), intent(out), dimension(n) :: flow, slope, bend, reach
-    integer :: l
 
     call harden(curve%hardening, n, eqps, flow, slope, bend, reach)
-    if (.not. curve%heating%is_active) return
+    if (curve%heating%is_active) call soften(n, factor, flow, slope, bend)
+  end subroutine flow_at
+
+  pure subroutine soften(n, factor, flow, slope, bend)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: factor(n)
+    real(wp), intent(inout), dimension(n) :: flow, slope, bend
+    integer :: l
+
     !$omp simd
     do l = 1, n
       flow(l) = factor(l)*flow(l)
       slope(l) = factor(l)*slope(l)
       bend(l) = factor(l)*bend(l)
     end do
-  end subroutine flow_at
+  end subroutine soften
 
   !> Flow stress after the plastic strain `dgamma` of one increment of length `dt`, and its
   !! slope and bend against `dgamma`, for a row of points. It never falls with `dgamma`.
-  pure subroutine flow_after(curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
+  pure subroutine flow_after(curve, n, dt, eqps, factor, first, dgamma, flow, slope, bend, reach)
     type(flow_curve_t), intent(in) :: curve
     integer, intent(in) :: n
     real(wp), intent(in) :: dt                   !! [time]
     real(wp), intent(in) :: eqps(n)              !! plastic strain before the increment
     real(wp), intent(in) :: factor(n)            !! on the flow stress, 1 at the first temperature
+    real(wp), intent(in) :: first(n)             !! flow stress of `flow_at` there [stress]
     real(wp), intent(in) :: dgamma(n)            !! >= 0
     real(wp), intent(out) :: flow(n), slope(n)   !! [stress]
     real(wp), intent(out) :: bend(n)             !! bound of what the slope loses with `dgamma`
@@ -141,7 +149,12 @@ contains
     real(wp) :: corner
     integer :: l
 
-    call flow_at(curve, n, eqps + dgamma, factor, flow, slope, bend, reach)
+    if (curve%heating%is_active) then
+      call harden_after(curve%hardening, n, eqps, first/factor, dgamma, flow, slope, bend, reach)
+      call soften(n, factor, flow, slope, bend)
+    else
+      call harden_after(curve%hardening, n, eqps, first, dgamma, flow, slope, bend, reach)
+    end if
     if (curve%rate_kind == no_rate) return
     call rate_factor(curve, n, dt, dgamma, by_rate, rate_slope, rate_bend)
     !$omp simd

@@ -14,11 +14,12 @@ module hardening
   use failure, only: error_t, fail
   use text, only: to_text, rounded_text
   use constant_check, only: check_finite, check_count, require
-  use row_functions, only: exp_row, power_row
+  use row_functions, only: exp_row, exp_small, power_row, power_small, small_exponent, small_part
   implicit none
   private
 
-  public :: new_hardening, harden, is_steep_at_start, new_back_stresses, back_stress_warning
+  public :: new_hardening, harden, harden_after, is_steep_at_start, new_back_stresses, &
+            back_stress_warning
 
   !> Constants of the back stresses of a law.
   type, public :: back_stresses_t
@@ -48,6 +49,9 @@ module hardening
     integer, allocatable :: place_of(:)
     real(wp) :: parts_per_strain = 0.0_wp
   end type hardening_t
+
+  ! Bounds of the strain of a power and of one over it, so that flow, slope and bend stay numbers.
+  real(wp), parameter :: least_strain = 1.0e-200_wp, most_per_strain = 1.0e50_wp
 
   character(*), parameter :: softening = &
     "the flow stress would fall: softening localizes in one element, whatever its size"
@@ -233,6 +237,61 @@ contains
     end select
   end subroutine harden
 
+  !> `harden` at eqps + deqps from the flow stress `first` at eqps: by short series where the
+  !! increments are short.
+  pure subroutine harden_after(curve, n, eqps, first, deqps, flow, slope, bend, reach)
+    type(hardening_t), intent(in) :: curve
+    integer, intent(in) :: n
+    real(wp), intent(in), dimension(n) :: eqps, first, deqps   !! no deqps is negative
+    real(wp), intent(out), dimension(n) :: flow, slope, bend, reach   !! see `harden`
+    real(wp) :: per_strain(n), rest, most
+    integer :: l
+
+    reach = huge(reach)
+    most = 0.0_wp
+    select case (curve%kind)
+    case (voce_kind)
+      !$omp simd reduction(max: most)
+      do l = 1, n
+        flow(l) = -curve%rate*deqps(l)
+        most = max(most, -flow(l))
+      end do
+      if (most <= small_exponent) then
+        call exp_small(n, flow)
+        !$omp simd private(rest)
+        do l = 1, n
+          rest = (curve%yield + curve%saturation - first(l))*flow(l)
+          slope(l) = curve%rate*rest
+          bend(l) = curve%rate*slope(l)
+          flow(l) = curve%yield + curve%saturation - rest
+        end do
+        return
+      end if
+    case (swift_kind, ludwik_kind)
+      !$omp simd reduction(max: most)
+      do l = 1, n
+        per_strain(l) = 1.0_wp/max(curve%offset + eqps(l), least_strain)
+        flow(l) = deqps(l)*per_strain(l)
+        most = max(most, flow(l))
+      end do
+      if (most <= small_part) then
+        slope = flow
+        call power_small(n, curve%exponent, flow)
+        call power_small(n, -1.0_wp, slope)
+        !$omp simd
+        do l = 1, n
+          per_strain(l) = per_strain(l)*slope(l)
+          flow(l) = (first(l) - curve%yield)*flow(l)
+          slope(l) = curve%exponent*flow(l)*per_strain(l)
+          bend(l) = (1.0_wp - curve%exponent)*slope(l)*min(per_strain(l), most_per_strain)
+          flow(l) = curve%yield + flow(l)
+        end do
+        return
+      end if
+    end select
+    call harden(curve, n, eqps + deqps, flow, slope, bend, reach)
+  end subroutine harden_after
+
   pure subroutine voce_row(curve, n, eqps, flow, slope, bend)
     type(hardening_t), intent(in) :: curve
     integer, intent(in) :: n
@@ -250,17 +309,16 @@ contains
     end do
   end subroutine voce_row
 
-  !> K (eps_0 + eqps)^n. The strain is bounded so that flow, slope and bend stay numbers for all n.
+  !> K (eps_0 + eqps)^n.
   pure subroutine power_law_row(curve, n, eqps, flow, slope, bend)
     type(hardening_t), intent(in) :: curve
     integer, intent(in) :: n
     real(wp), intent(in) :: eqps(n)
     real(wp), intent(out) :: flow(n), slope(n), bend(n)
-    real(wp), parameter :: least = 1.0e-200_wp, most = 1.0e50_wp
     real(wp) :: strain(n)
     integer :: l
 
-    strain = max(curve%offset + eqps, least)
+    strain = max(curve%offset + eqps, least_strain)
     flow = strain
     call power_row(n, curve%exponent, flow)
     !$omp simd
@@ -268,7 +326,7 @@ contains
       strain(l) = 1.0_wp/strain(l)
       flow(l) = curve%strength*flow(l)
       slope(l) = curve%exponent*flow(l)*strain(l)
-      bend(l) = (1.0_wp - curve%exponent)*slope(l)*min(strain(l), most)
+      bend(l) = (1.0_wp - curve%exponent)*slope(l)*min(strain(l), most_per_strain)
     end do
   end subroutine power_law_row
 

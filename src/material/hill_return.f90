@@ -49,8 +49,8 @@ contains
       dgamma = max(dgamma, 0.0_wp)
     end if
     do iteration = 1, max_iterations
-      call flow_after(curve, lanes, problem%dt, problem%eqps, problem%factor, dgamma, flow, slope, &
-                      flow_bend, reach)
+      call flow_after(curve, lanes, problem%dt, problem%eqps, problem%factor, problem%flow, &
+                      dgamma, flow, slope, flow_bend, reach)
       !$omp simd
       do l = 1, lanes
         per_flow(l) = 1.0_wp/flow(l)

@@ -187,15 +187,16 @@ contains
     real(wp), intent(out) :: work(n)          !! of the stress on the plastic strain
     logical, intent(out) :: ok
     real(wp), dimension(n) :: low, high, last, dgamma, norm, fall, curvature, flow, slope, bend, &
-                              reach, first
-    real(wp) :: products(n, 0:self%back%n, 0:self%back%n), relative(n, 6)
+                              reach, start, first
+    real(wp) :: products(n, 0:self%back%n, 0:self%back%n), relative(n, 6), theta(n, self%back%n)
     integer :: k, iteration
 
     call find_products(n, self%back%n, mises, stress, back, products)
     dgamma = 0.0_wp
     work = 0.0_wp
     call relative_stress(self, n, products, dgamma, norm, fall, curvature)
-    call flow_at(self%curve, n, eqps, factor, flow, slope, bend, reach)
+    call flow_at(self%curve, n, eqps, factor, start, slope, bend, reach)
+    flow = start
     ok = all(norm <= flow)
     if (ok) return
     first = norm
@@ -210,7 +211,7 @@ contains
     do iteration = 1, max_iterations
       if (iteration > 1 .or. any(dgamma > 0.0_wp)) then
         call relative_stress(self, n, products, dgamma, norm, fall, curvature)
-        call flow_after(self%curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
+        call flow_after(self%curve, n, dt, eqps, factor, start, dgamma, flow, slope, bend, reach)
       end if
       norm = norm - flow
       fall = fall + slope
@@ -218,10 +219,8 @@ contains
       call advance(n, iteration, first, norm, fall, bend, reach, low, high, last, dgamma, ok)
       if (ok) exit
     end do
-    call find_relative(self, n, dgamma, stress, back, relative)
-    call multiply(n, relative, relative, norm)
-    norm = sqrt(max(norm, tiny(norm)))
-    call flow_along(self, n, dgamma, norm, relative, stress, back, work)
+    call find_relative(self, n, dgamma, stress, back, theta, relative, norm)
+    call flow_along(self, n, dgamma, norm, theta, relative, stress, back, work)
     eqps = eqps + dgamma
   end subroutine return_points
 
@@ -267,7 +266,7 @@ contains
     real(wp), intent(out), dimension(n) :: norm, fall, curvature
     real(wp), dimension(n, self%back%n) :: theta, across, along
     real(wp), dimension(n) :: square, growth, bent
-    real(wp) :: length, own
+    real(wp) :: length, per_length, own
     integer :: l, k, m
 
     do k = 1, self%back%n
@@ -305,66 +304,86 @@ contains
         end do
       end associate
     end do
-    !$omp simd private(length)
+    !$omp simd private(length, per_length)
     do l = 1, n
       length = sqrt(max(square(l), tiny(length)))
-      growth(l) = growth(l)/length
+      per_length = 1.0_wp/length
+      growth(l) = growth(l)*per_length
       norm(l) = norm(l) + length
       fall(l) = fall(l) - growth(l)
-      curvature(l) = curvature(l) + (bent(l) - growth(l)**2)/length
+      curvature(l) = curvature(l) + (bent(l) - growth(l)**2)*per_length
     end do
   end subroutine relative_stress
 
   !> The relative stress after `dgamma`: deviator less the back stresses, which it has faded.
-  pure subroutine find_relative(self, n, dgamma, stress, back, relative)
+  pure subroutine find_relative(self, n, dgamma, stress, back, theta, relative, norm)
     class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
     real(wp), intent(in) :: dgamma(n), stress(n, 6), back(n, 6, self%back%n)
-    real(wp), intent(out) :: relative(n, 6)
-    real(wp) :: shift(n)
-    integer :: c, k, l
+    real(wp), intent(out) :: theta(n, self%back%n)   !! what is left of each back stress
+    real(wp), intent(out) :: relative(n, 6), norm(n)
+    real(wp) :: mean, left
+    integer :: k, l
 
-    shift = (stress(:, 1) + stress(:, 2) + stress(:, 3))/3.0_wp
-    relative(:, 1) = stress(:, 1) - shift
-    relative(:, 2) = stress(:, 2) - shift
-    relative(:, 3) = stress(:, 3) - shift
-    relative(:, 4:) = stress(:, 4:)
+    !$omp simd private(mean)
+    do l = 1, n
+      mean = (stress(l, 1) + stress(l, 2) + stress(l, 3))*(1.0_wp/3.0_wp)
+      relative(l, 1) = stress(l, 1) - mean
+      relative(l, 2) = stress(l, 2) - mean
+      relative(l, 3) = stress(l, 3) - mean
+      relative(l, 4) = stress(l, 4)
+      relative(l, 5) = stress(l, 5)
+      relative(l, 6) = stress(l, 6)
+    end do
     do k = 1, self%back%n
-      shift = 1.0_wp/(1.0_wp + self%back%recall(k)*dgamma)
-      do c = 1, 6
-        !$omp simd
-        do l = 1, n
-          relative(l, c) = relative(l, c) - shift(l)*back(l, c, k)
-        end do
+      !$omp simd private(left)
+      do l = 1, n
+        left = 1.0_wp/(1.0_wp + self%back%recall(k)*dgamma(l))
+        theta(l, k) = left
+        relative(l, 1) = relative(l, 1) - left*back(l, 1, k)
+        relative(l, 2) = relative(l, 2) - left*back(l, 2, k)
+        relative(l, 3) = relative(l, 3) - left*back(l, 3, k)
+        relative(l, 4) = relative(l, 4) - left*back(l, 4, k)
+        relative(l, 5) = relative(l, 5) - left*back(l, 5, k)
+        relative(l, 6) = relative(l, 6) - left*back(l, 6, k)
       end do
     end do
+    call multiply(n, relative, relative, norm)
+    norm = sqrt(max(norm, tiny(norm)))
   end subroutine find_relative
 
   !> Flow by `dgamma` along the relative stress, of von Mises norm `norm`.
-  pure subroutine flow_along(self, n, dgamma, norm, relative, stress, back, work)
+  pure subroutine flow_along(self, n, dgamma, norm, theta, relative, stress, back, work)
     class(mises_plastic_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(in) :: dgamma(n), norm(n), relative(n, 6)
+    real(wp), intent(in) :: dgamma(n), norm(n), theta(n, self%back%n), relative(n, 6)
     real(wp), intent(inout) :: stress(n, 6), back(n, 6, self%back%n)
     real(wp), intent(out) :: work(n)          !! of the stress after it on the plastic strain
-    real(wp) :: scaling(n), theta(n)
-    integer :: c, k, l
+    real(wp) :: scaling(n), along, left
+    integer :: k, l
 
     scaling = dgamma/norm
-    do c = 1, 6
-      !$omp simd
-      do l = 1, n
-        stress(l, c) = stress(l, c) - 3.0_wp*self%shear*scaling(l)*relative(l, c)
-      end do
+    !$omp simd private(along)
+    do l = 1, n
+      along = -3.0_wp*self%shear*scaling(l)
+      stress(l, 1) = stress(l, 1) + along*relative(l, 1)
+      stress(l, 2) = stress(l, 2) + along*relative(l, 2)
+      stress(l, 3) = stress(l, 3) + along*relative(l, 3)
+      stress(l, 4) = stress(l, 4) + along*relative(l, 4)
+      stress(l, 5) = stress(l, 5) + along*relative(l, 5)
+      stress(l, 6) = stress(l, 6) + along*relative(l, 6)
     end do
     do k = 1, self%back%n
-      theta = 1.0_wp/(1.0_wp + self%back%recall(k)*dgamma)
-      do c = 1, 6
-        !$omp simd
-        do l = 1, n
-          back(l, c, k) = theta(l)*(back(l, c, k) &
-                                    + self%back%modulus(k)*scaling(l)*relative(l, c))
-        end do
+      !$omp simd private(along, left)
+      do l = 1, n
+        left = theta(l, k)
+        along = left*self%back%modulus(k)*scaling(l)
+        back(l, 1, k) = left*back(l, 1, k) + along*relative(l, 1)
+        back(l, 2, k) = left*back(l, 2, k) + along*relative(l, 2)
+        back(l, 3, k) = left*back(l, 3, k) + along*relative(l, 3)
+        back(l, 4, k) = left*back(l, 4, k) + along*relative(l, 4)
+        back(l, 5, k) = left*back(l, 5, k) + along*relative(l, 5)
+        back(l, 6, k) = left*back(l, 6, k) + along*relative(l, 6)
       end do
     end do
     if (.not. self%curve%heating%is_active) return
@@ -379,25 +398,25 @@ contains
     real(wp), intent(in) :: dt, factor(n), guess(n)
     real(wp), intent(inout) :: stress(n, 6), eqps(n), back(n, 6, self%back%n)
     real(wp), intent(out) :: work(n)          !! of the stress on the plastic strain
-    real(wp), dimension(n) :: first, flow, slope, bend, reach, norm, level, resistance, step, dgamma
-    real(wp) :: relative(n, 6)
+    real(wp), dimension(n) :: start, first, flow, slope, bend, reach, norm, level, resistance
+    real(wp), dimension(n) :: step, dgamma
+    real(wp) :: relative(n, 6), theta(n, self%back%n)
     integer :: k, stage
     logical :: ok
 
+    call flow_at(self%curve, n, eqps, factor, start, slope, bend, reach)
     dgamma = 0.0_wp
     step = 0.0_wp
     first = 0.0_wp
     work = 0.0_wp
     do stage = 1, self%n_stages
-      call find_relative(self, n, spread(0.0_wp, 1, n), stress, back, relative)
-      call multiply(n, relative, relative, norm)
-      norm = sqrt(max(norm, tiny(norm)))
+      call find_relative(self, n, spread(0.0_wp, 1, n), stress, back, theta, relative, norm)
       resistance = 3.0_wp*self%shear + sum(self%back%modulus)
       do k = 1, self%back%n
         call multiply(n, relative, back(:, :, k), level)
         resistance = resistance - self%back%recall(k)*level/norm
       end do
-      call flow_after(self%curve, n, dt, eqps, factor, dgamma, flow, slope, bend, reach)
+      call flow_after(self%curve, n, dt, eqps, factor, start, dgamma, flow, slope, bend, reach)
       if (stage == 1) first = max(norm - flow, 0.0_wp)
       if (all(first <= 0.0_wp)) return
       level = norm - first*(real(self%n_stages - stage, wp)/self%n_stages)
@@ -408,7 +427,10 @@ contains
       end if
       where (first <= 0.0_wp) step = 0.0_wp
       dgamma = dgamma + step
-      call flow_along(self, n, step, norm, relative, stress, back, level)
+      do k = 1, self%back%n
+        theta(:, k) = 1.0_wp/(1.0_wp + self%back%recall(k)*step)
+      end do
+      call flow_along(self, n, step, norm, theta, relative, stress, back, level)
       if (self%curve%heating%is_active) work = work + level
     end do
     eqps = eqps + dgamma

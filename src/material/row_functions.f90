@@ -6,9 +6,11 @@ module row_functions
   implicit none
   private
 
-  public :: exp_row, exp_small, log_row, power_row, are_numbers
+  public :: exp_row, exp_small, log_row, power_row, power_small, are_numbers
 
   real(wp), parameter, public :: small_exponent = 2.0e-3_wp   !! largest |x| of `exp_small`
+
+  real(wp), parameter, public :: small_part = 1.0e-2_wp       !! largest |x| of `power_small`
 
   ! ln 2 in two parts: multiples of the first are exact.
   real(wp), parameter :: ln2_high = 6.93147180369123816490e-1_wp
@@ -98,6 +100,26 @@ contains
     x = exponent*x
     call exp_row(n, x)
   end subroutine power_row
+
+  !> x becomes 1 + x to a power from -1 to 1, for |x| <= small_part: the binomial series up to the
+  !! seventh power, whose relative error stays below 1e-16.
+  pure subroutine power_small(n, exponent, x)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: exponent
+    real(wp), intent(inout) :: x(n)
+    real(wp) :: c(7)
+    integer :: k, l
+
+    c(1) = exponent
+    do k = 2, size(c)
+      c(k) = c(k - 1)*(exponent - (k - 1))/k
+    end do
+    !$omp simd
+    do l = 1, n
+      x(l) = 1.0_wp + x(l)*(c(1) + x(l)*(c(2) + x(l)*(c(3) + x(l)*(c(4) + x(l)*(c(5) + x(l)*(c(6) &
+                                                                            + x(l)*c(7)))))))
+    end do
+  end subroutine power_small
 
   !> Are all values numbers, and is their sum finite? A largest value would pass over a NaN.
   pure logical function are_numbers(n, x)

@@ -253,8 +253,8 @@ contains
       call solve_consistency(curve, lanes, problem%dt, reach, resistance, problem%eqps, &
                              problem%factor, problem%guess, now%dgamma, ok)
     end if
-    call flow_after(curve, lanes, problem%dt, problem%eqps, problem%factor, now%dgamma, now%flow, &
-                    now%slope, bend, far)
+    call flow_after(curve, lanes, problem%dt, problem%eqps, problem%factor, problem%flow, &
+                    now%dgamma, now%flow, now%slope, bend, far)
     call move_to_surface(problem%outset, level, now)
     if (kinematic%n > 0) call move_trial(kinematic, problem, back, now%dgamma, now%moved)
   end subroutine start
@@ -337,8 +337,8 @@ contains
     else
       call evaluate_yield(yield, now%stress, now%q, now%gradient)
     end if
-    call flow_after(curve, lanes, problem%dt, problem%eqps, problem%factor, now%dgamma, now%flow, &
-                    now%slope, bend, far)
+    call flow_after(curve, lanes, problem%dt, problem%eqps, problem%factor, problem%flow, &
+                    now%dgamma, now%flow, now%slope, bend, far)
     if (kinematic%n > 0) call move_trial(kinematic, problem, back, now%dgamma, now%moved)
     !$omp simd
     do l = 1, lanes
@@ -595,8 +595,8 @@ contains
       end do
       call move_back_stresses(kinematic, gradient, step, back)
       if (stage < n_stages) call flow_after(curve, lanes, problem%dt, problem%eqps, &
-                                            problem%factor, dgamma, flow, slope, bend, &
-                                            far)
+                                            problem%factor, problem%flow, dgamma, flow, slope, &
+                                            bend, far)
     end do
   end subroutine return_in_stages
 
