@@ -5,6 +5,7 @@ meet in sharp lines within the elements too. VTK draws the part as in `post pict
 """
 import os
 import tempfile
+import textwrap
 
 import numpy as np
 from matplotlib.colors import to_rgb
@@ -19,6 +20,7 @@ from post.view import view_of
 from post.zones import ZONES
 
 SIDE = 1024                              # pixels of the texture
+NAME_LETTERS = 18                        # of a line of the legend
 STRAINS = "minor_strain", "major_strain"
 PLACES = {"middle": 0.5, "top": 1.0, "bottom": 0.0}   # of the layers through the thickness
 
@@ -71,7 +73,7 @@ def draw(results, frame, layer, borders, name, mirror=()):
                      None, 0)
     here = set(borders.zone(*sheet.values.T))
     scene = figure.axes[0].get_position()
-    figure.legend(handles=[Patch(color=zone.colour, label=zone.name)
+    figure.legend(handles=[Patch(color=zone.colour, label=textwrap.fill(zone.name, NAME_LETTERS))
                            for i, zone in enumerate(ZONES) if i in here],
                   loc="upper left", bbox_to_anchor=(scene.x1, scene.y1), fontsize=10)
     return figure
