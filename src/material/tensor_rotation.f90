@@ -186,29 +186,45 @@ contains
     real(wp), intent(in) :: axes(3, 3)         !! at the start, as columns
     real(wp), intent(in) :: quaternion(n, 4)
     real(wp), intent(out) :: rotation(n, 9)
-    real(wp) :: w, v1, v2, v3, q11, q12, q13, q21, q22, q23, q31, q32, q33
+    real(wp), parameter :: of_space(3, 3) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, &
+                                                     0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+    real(wp) :: w, v1, v2, v3
     integer :: l
 
-    !$omp simd private(w, v1, v2, v3, q11, q12, q13, q21, q22, q23, q31, q32, q33)
+    !$omp simd private(w, v1, v2, v3)
     do l = 1, n
       w = 1.0_wp + quaternion(l, 1)
       v1 = quaternion(l, 2); v2 = quaternion(l, 3); v3 = quaternion(l, 4)
-      q11 = 1.0_wp - 2.0_wp*(v2*v2 + v3*v3)
-      q22 = 1.0_wp - 2.0_wp*(v3*v3 + v1*v1)
-      q33 = 1.0_wp - 2.0_wp*(v1*v1 + v2*v2)
-      q12 = 2.0_wp*(v1*v2 - w*v3); q21 = 2.0_wp*(v1*v2 + w*v3)
-      q13 = 2.0_wp*(v1*v3 + w*v2); q31 = 2.0_wp*(v1*v3 - w*v2)
-      q23 = 2.0_wp*(v2*v3 - w*v1); q32 = 2.0_wp*(v2*v3 + w*v1)
-      rotation(l, 1) = q11*axes(1, 1) + q12*axes(2, 1) + q13*axes(3, 1)
-      rotation(l, 2) = q21*axes(1, 1) + q22*axes(2, 1) + q23*axes(3, 1)
-      rotation(l, 3) = q31*axes(1, 1) + q32*axes(2, 1) + q33*axes(3, 1)
-      rotation(l, 4) = q11*axes(1, 2) + q12*axes(2, 2) + q13*axes(3, 2)
-      rotation(l, 5) = q21*axes(1, 2) + q22*axes(2, 2) + q23*axes(3, 2)
-      rotation(l, 6) = q31*axes(1, 2) + q32*axes(2, 2) + q33*axes(3, 2)
-      rotation(l, 7) = q11*axes(1, 3) + q12*axes(2, 3) + q13*axes(3, 3)
-      rotation(l, 8) = q21*axes(1, 3) + q22*axes(2, 3) + q23*axes(3, 3)
-      rotation(l, 9) = q31*axes(1, 3) + q32*axes(2, 3) + q33*axes(3, 3)
+      rotation(l, 1) = 1.0_wp - 2.0_wp*(v2*v2 + v3*v3)
+      rotation(l, 2) = 2.0_wp*(v1*v2 + w*v3)
+      rotation(l, 3) = 2.0_wp*(v1*v3 - w*v2)
+      rotation(l, 4) = 2.0_wp*(v1*v2 - w*v3)
+      rotation(l, 5) = 1.0_wp - 2.0_wp*(v3*v3 + v1*v1)
+      rotation(l, 6) = 2.0_wp*(v2*v3 + w*v1)
+      rotation(l, 7) = 2.0_wp*(v1*v3 + w*v2)
+      rotation(l, 8) = 2.0_wp*(v2*v3 - w*v1)
+      rotation(l, 9) = 1.0_wp - 2.0_wp*(v1*v1 + v2*v2)
     end do
+    if (any(abs(axes - of_space) > 0.0_wp)) call begin_from_axes(n, axes, rotation)
   end subroutine axes_rotation
+
+  !> Rotations as those of axes that were not those of space at the start.
+  pure subroutine begin_from_axes(n, axes, rotation)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: axes(3, 3)           !! at the start, as columns
+    real(wp), intent(inout) :: rotation(n, 9)    !! as in `axes_rotation`
+    real(wp) :: q1, q2, q3
+    integer :: j, l
+
+    do j = 1, 3
+      !$omp simd private(q1, q2, q3)
+      do l = 1, n
+        q1 = rotation(l, j); q2 = rotation(l, j + 3); q3 = rotation(l, j + 6)
+        rotation(l, j) = q1*axes(1, 1) + q2*axes(2, 1) + q3*axes(3, 1)
+        rotation(l, j + 3) = q1*axes(1, 2) + q2*axes(2, 2) + q3*axes(3, 2)
+        rotation(l, j + 6) = q1*axes(1, 3) + q2*axes(2, 3) + q3*axes(3, 3)
+      end do
+    end do
+  end subroutine begin_from_axes
 
 end module tensor_rotation
