@@ -116,12 +116,14 @@ contains
   !! velocity yet.
   pure subroutine damp_points(damping, dt, pressed, lost)
     type(contact_damping_t), intent(inout) :: damping
-    real(wp), intent(in) :: dt                         !! since the last call [time]
+    real(wp), intent(in) :: dt                         !! since the last call, 0: no call yet [time]
     type(pressed_points_t), intent(inout) :: pressed
     real(wp), intent(inout) :: lost                    !! energy taken in this call, added to
-    real(wp) :: push, n1, n2, n3, m1, m2, m3
+    real(wp) :: per_dt, push, n1, n2, n3, m1, m2, m3
     integer :: i, p
 
+    per_dt = 0.0_wp
+    if (dt > 0.0_wp) per_dt = 1.0_wp/dt
     !$omp simd private(push, n1, n2, n3, m1, m2, m3, p) reduction(+: lost)
     do i = 1, pressed%n
       p = pressed%point(i)
@@ -131,7 +133,7 @@ contains
       m1 = merge(pressed%moved(i, 1), 0.0_wp, pressed%was_pressed(i))
       m2 = merge(pressed%moved(i, 2), 0.0_wp, pressed%was_pressed(i))
       m3 = merge(pressed%moved(i, 3), 0.0_wp, pressed%was_pressed(i))
-      push = max(-damping%constant(p)*(m1*n1 + m2*n2 + m3*n3)/dt, -pressed%push(i))
+      push = max(-damping%constant(p)*(m1*n1 + m2*n2 + m3*n3)*per_dt, -pressed%push(i))
       lost = lost - 0.5_wp*((damping%force(1, p) + push*n1)*m1 &
                             + (damping%force(2, p) + push*n2)*m2 &
                             + (damping%force(3, p) + push*n3)*m3)
