@@ -8,11 +8,12 @@
 !! The calls carry no argument that says where they come from, so this module remembers the name of
 !! the job and keeps the locks.
 module abaqus_utilities
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t, c_double
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t, c_double, c_ptr, &
+                                         c_f_pointer
   use, intrinsic :: iso_fortran_env, only: error_unit
   use omp_lib, only: omp_lock_kind, omp_init_lock, omp_set_lock, omp_unset_lock, &
                      omp_get_thread_num, omp_get_max_threads
-  use user_watch, only: end_run
+  use user_watch, only: end_run, values_on_offer
   implicit none
   private
 
@@ -127,20 +128,70 @@ contains
     call end_run("XPLB_EXIT")
   end subroutine xplb_exit
 
-  !> Results of other points and of other parts of a model are not available.
-  subroutine getvrm() bind(C, name="getvrm_")
-    call refuse("GETVRM")
+  !> Stress (S) or state variables (SDV) of the point that a USDFLD or UVARM is called for. Results
+  !! of other points and of other parts of a model are not available.
+  subroutine getvrm(name, array, jarray, flags, code, jmac, jmatyp, matlayo, laccfla, name_length, &
+                    flag_length) bind(C, name="getvrm_")
+    integer(c_size_t), value :: name_length, flag_length
+    character(kind=c_char), intent(in) :: name(name_length)
+    real(c_double), intent(inout) :: array(*)
+    integer(c_int), intent(inout) :: jarray(*)
+    character(kind=c_char), intent(inout) :: flags(flag_length, *)
+    integer(c_int), intent(out) :: code
+    integer(c_int), intent(in) :: jmac(*), jmatyp(*), matlayo, laccfla   ! of no use here
+
+    call copy_values("GETVRM", name_length, name, array, jarray, flag_length, flags)
+    code = 0_c_int
   end subroutine getvrm
 
-  !> The same from an explicit analysis.
-  subroutine vgetvrm() bind(C, name="vgetvrm_")
-    call refuse("VGETVRM")
+  !> The same for the points that a VUSDFLD is called for, all of them for each component.
+  subroutine vgetvrm(name, array, jarray, flags, code, name_length, flag_length) &
+      bind(C, name="vgetvrm_")
+    integer(c_size_t), value :: name_length, flag_length
+    character(kind=c_char), intent(in) :: name(name_length)
+    real(c_double), intent(inout) :: array(*)
+    integer(c_int), intent(inout) :: jarray(*)
+    character(kind=c_char), intent(inout) :: flags(flag_length, *)
+    integer(c_int), intent(out) :: code
+
+    call copy_values("VGETVRM", name_length, name, array, jarray, flag_length, flags)
+    code = 0_c_int
   end subroutine vgetvrm
 
-  subroutine refuse(name)
-    character(*), intent(in) :: name
+  !> What was asked for, of the call in hand; anything else ends the run.
+  subroutine copy_values(routine, name_length, name, array, jarray, flag_length, flags)
+    character(*), intent(in) :: routine
+    integer(c_size_t), intent(in) :: name_length, flag_length
+    character(kind=c_char), intent(in) :: name(name_length)
+    real(c_double), intent(inout) :: array(*)
+    integer(c_int), intent(inout) :: jarray(*)
+    character(kind=c_char), intent(inout) :: flags(flag_length, *)
+    real(c_double), pointer :: values(:)
+    type(c_ptr) :: place
+    integer(c_int) :: n_points, n_states
+    integer :: first, last
 
-    call write_line("error: "//name//" is called, which is not provided")
+    call values_on_offer(place, n_points, n_states)
+    if (n_points == 0) call refuse(routine, routine//" is called, which is not provided")
+    call c_f_pointer(place, values, [n_points*(6 + n_states)])
+    first = 1
+    last = 6*n_points
+    if (text_of(name) == "SDV" .or. text_of(name) == "sdv") then
+      first = last + 1
+      last = size(values)
+    else if (text_of(name) /= "S" .and. text_of(name) /= "s") then
+      call refuse(routine, routine//" is called for "//text_of(name)// &
+                  ", which is not provided (S and SDV are)")
+    end if
+    array(:last - first + 1) = values(first:last)
+    jarray(:last - first + 1) = 0_c_int
+    flags(:, :last - first + 1) = " "
+  end subroutine copy_values
+
+  subroutine refuse(name, why)
+    character(*), intent(in) :: name, why
+
+    call write_line("error: "//why)
     call end_run(name)
   end subroutine refuse
 

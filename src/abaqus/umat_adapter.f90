@@ -11,6 +11,7 @@ module umat_adapter
                        slack, most_fields, n_guard, n_room, set_guard, check_guard, &
                        mark, check_spare_states, enter_user_call, leave_user_call, &
                        note_failure, end_user_run, uneven_stiffness, in_umat
+  use user_fields, only: define_fields, update_output
   use tensor_rotation, only: rotate_by_spin
   use user_kinematics, only: rotation_of_spin, rotated_stress, rotated_strain, identity, &
                              rotations_of_spins
@@ -74,14 +75,14 @@ contains
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(context%n, 3)
     type(increment_t) :: increment
-    real(wp) :: room(size_of_room(self)), values(at_kept - 1 + self%n_hidden)
+    real(wp) :: room(size_of_room(self)), values(at_kept - 1 + n_carried(self))
     real(wp) :: strain(context%n, 6), rotation(context%n, 9)
     logical :: is_refused
     integer :: l
 
-    associate (n => self%n_statv)
-      strain(:, :3) = state(:, n + 1:n + 3)
-      strain(:, 4:) = 0.5_wp*state(:, n + 4:n + 6)
+    associate (n => self%n_statv, m => self%n_before)
+      strain(:, :3) = state(:, m + 1:m + 3)
+      strain(:, 4:) = 0.5_wp*state(:, m + 4:m + 6)
       call rotate_by_spin(context%n, spin, strain)
       strain(:, 4:) = 2.0_wp*strain(:, 4:)
       call rotations_of_spins(context%n, spin, rotation)
@@ -96,10 +97,13 @@ contains
         if (.not. context%is_owner(l)) cycle
         increment%element = int(context%element(l), c_int)
         increment%point = int(context%point(l), c_int)
-        call set_values(context%n, l, self%n_hidden, dstrain, rotation, context%place, &
-                        context%length, strain, state(:, n + 1:), values)
+        call set_values(context%n, l, n_carried(self), dstrain, rotation, context%place, &
+                        context%length, strain, state(:, m + 1:), values)
         if (self%needs_gradients) call set_gradients(context%n, l, context%f0, context%f1, values)
         call set_temperature(self, context, l, values, increment)
+        if (associated(self%usdfld)) &
+          call define_fields(self, context, l, dt, stress(l, :), state(l, :), increment%fields, &
+                             increment%changes)
         room(:6) = stress(l, :)
         room(at_states + 1:at_states + n) = state(l, :n)
         call enter_user_call(in_umat, increment%element, increment%point, increment%element)
@@ -112,8 +116,10 @@ contains
         end if
         stress(l, :) = room(:6)
         state(l, :n) = room(at_states + 1:at_states + n)
-        state(l, n + 1:) = values(at_kept:)
+        state(l, m + 1:) = values(at_kept:)
         if (.not. ok) exit
+        if (associated(self%uvarm)) &
+          call update_output(self, context, l, dt, stress(l, :), state(l, :))
       end do
       call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
     end associate
@@ -163,7 +169,7 @@ contains
     class(umat_adapter_t), intent(in) :: self
     type(point_context_t), intent(in) :: context
     integer, intent(in) :: l
-    real(wp), intent(in) :: values(at_kept - 1 + self%n_hidden)
+    real(wp), intent(in) :: values(at_kept - 1 + n_carried(self))
     type(increment_t), intent(inout) :: increment
 
     increment%temperature = self%start_temperature
@@ -193,7 +199,7 @@ contains
     real(wp), intent(in) :: spin(3)
     real(wp), intent(in) :: stress(6)                 ! at the start, rotated by the whole spin
     real(wp), intent(in) :: state(self%n_state)       ! at the start
-    real(wp), intent(inout) :: values(at_kept - 1 + self%n_hidden), room(size_of_room(self))
+    real(wp), intent(inout) :: values(at_kept - 1 + n_carried(self)), room(size_of_room(self))
     logical, intent(out) :: ok
     real(wp) :: whole(size(values)), start(6)
     type(increment_t) :: part
@@ -210,7 +216,7 @@ contains
       part%changes = increment%changes/n_parts
       values(at_dstrain:at_dstrain + 5) = whole(at_dstrain:at_dstrain + 5)/n_parts
       values(at_rotation:at_rotation + 8) = reshape(rotation_of_spin(spin/n_parts), [9])
-      values(at_kept:) = state(self%n_statv + 1:)
+      values(at_kept:) = state(self%n_before + 1:)
       room(:6) = start
       room(at_states + 1:at_states + self%n_statv) = state(:self%n_statv)
       do i = 1, n_parts
@@ -236,6 +242,13 @@ contains
     call note_failure(increment%element, increment%point, 2_c_int)
   end subroutine update_in_parts
 
+  !> Values that are kept after all that the user's subroutines write.
+  pure integer function n_carried(self)
+    class(umat_adapter_t), intent(in) :: self
+
+    n_carried = self%n_state - self%n_before
+  end function n_carried
+
   !> Values that `set_room` gives room for.
   pure integer function size_of_room(self)
     class(umat_adapter_t), intent(in) :: self
@@ -258,7 +271,7 @@ contains
   subroutine call_umat(self, increment, values, room, is_refused, ok)
     class(umat_adapter_t), intent(in) :: self
     type(increment_t), intent(in) :: increment
-    real(wp), intent(inout) :: values(at_kept - 1 + self%n_hidden), room(size_of_room(self))
+    real(wp), intent(inout) :: values(at_kept - 1 + n_carried(self)), room(size_of_room(self))
     logical, intent(out) :: is_refused       ! PNEWDT came back below one
     logical, intent(out) :: ok               ! all is finite
     integer, parameter :: at_energies = at_kept + 6    ! SSE, SPD, SCD
@@ -353,7 +366,7 @@ contains
     type(first_point_t), intent(in) :: point
     real(wp), intent(out) :: stiffness(6)
     logical, intent(out) :: is_finite
-    real(wp) :: values(at_kept - 1 + self%n_hidden), room(size_of_room(self))
+    real(wp) :: values(at_kept - 1 + n_carried(self)), room(size_of_room(self))
     type(increment_t) :: increment
     logical :: is_refused, ok
 
@@ -371,7 +384,7 @@ contains
     real(wp), intent(in) :: dt, state(:)
     type(first_point_t), intent(in) :: point
     real(wp), parameter :: sizes(3) = [1.0e-8_wp, 1.0e-4_wp, 1.0e-2_wp], rounding = 1.0e-12_wp
-    real(wp) :: values(at_kept - 1 + self%n_hidden), room(size_of_room(self))
+    real(wp) :: values(at_kept - 1 + n_carried(self)), room(size_of_room(self))
     real(wp) :: results(6 + self%n_statv, 2)
     type(increment_t) :: increment
     logical :: is_refused, ok
@@ -416,7 +429,7 @@ contains
     real(wp), intent(in) :: dt, state(:)
     type(first_point_t), intent(in) :: point
     type(increment_t), intent(out) :: increment
-    real(wp), intent(out) :: values(at_kept - 1 + self%n_hidden)
+    real(wp), intent(out) :: values(at_kept - 1 + n_carried(self))
     real(wp), intent(inout) :: room(size_of_room(self))
 
     increment%element = int(point%element, c_int)

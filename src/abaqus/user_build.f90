@@ -4,7 +4,7 @@
 module user_build
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_ptr
   use failure, only: error_t, fail
-  use text, only: string_t, strings, append_text, to_text, lower_case, upper_case
+  use text, only: string_t, strings, append_text, to_text, joined, lower_case, upper_case
   use checksum, only: file_checksum
   use child_process, only: run_program, program_missing, c_text
   use system_files, only: folder_of, program_folder, replace_file, open_own_file, digest_of, &
@@ -34,7 +34,7 @@ module user_build
   character(*), parameter :: no_room = "nothing can be written into the folder igaform of "// &
     "XDG_CACHE_HOME or ~/.cache (is the disk full?)"
 
-  !> What is called from outside; all else may go.
+  !> What is called from outside, with what a deck names; all else may go.
   character(12), parameter :: exported(5) = [character(12) :: "umat_", "vumat_", "sdvini_", &
     "uexternaldb_", "vexternaldb_"]
 
@@ -49,6 +49,7 @@ module user_build
   type :: build_t
     type(string_t) :: compiler
     character(:), allocatable :: folder, log, support
+    type(string_t), allocatable :: exported(:)   !! names that the linker shows
     type(string_t), allocatable :: objects(:)    !! compiled so far
     character(:), allocatable :: note
     logical :: has_cpp = .false.                 !! one of the sources is C++
@@ -66,8 +67,9 @@ contains
   !> Compile and link, or find what an earlier run has made of the same sources. Fails with the
   !! compiler's words where a file does not compile, with the names of routines that are nowhere,
   !! and where there is no compiler or no room for the library.
-  subroutine build_user_library(files, cache, library, note, error)
+  subroutine build_user_library(files, named, cache, library, note, error)
     type(string_t), intent(in) :: files(:)      !! sources, and libraries (.so, .a, .o) with them
+    type(string_t), intent(in) :: named(:)      !! routines that the deck names, such as UVARM
     character(*), intent(in) :: cache           !! folder for the libraries, of the user alone
     integer, intent(out) :: library             !! descriptor of the open library
     character(:), allocatable, intent(out) :: note      !! worth telling the user, or empty
@@ -80,6 +82,10 @@ contains
     note = ""
     library = -1
     build%note = ""
+    build%exported = strings(exported)
+    do i = 1, size(named)
+      call append_text(build%exported, lower_case(named(i)%value)//"_")
+    end do
     build%compiler%value = setting("IGAFORM_FC", "gfortran")
     call find_support(build, error)
     if (allocated(error)) return
@@ -261,6 +267,7 @@ contains
       call add_text(digest, options(i))
     end do
     call add_text(digest, build%support)
+    call add_text(digest, joined(build%exported, " "))
     ! Another version may rewrite sources in another way.
     call add_text(digest, file_checksum("/proc/self/exe"))
     do i = 1, size(files)
@@ -427,9 +434,9 @@ contains
                                        "-Wl,--gc-sections", "-Xlinker"])]
     call append_text(words, "--version-script="//build%folder//"/exports.txt")
     exports = "{ global: "   ! what the linker is to keep and to show
-    do i = 1, size(exported)
-      exports = exports//trim(exported(i))//"; "
-      call append_text(words, "-Wl,-u,"//trim(exported(i)))   ! else an archive would keep it
+    do i = 1, size(build%exported)
+      exports = exports//build%exported(i)%value//"; "
+      call append_text(words, "-Wl,-u,"//build%exported(i)%value)   ! else an archive would keep it
     end do
     call write_text(build%folder//"/exports.txt", exports//"local: *; };"//new_line("a"))
     words = [words, build%objects]

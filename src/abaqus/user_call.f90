@@ -12,12 +12,13 @@ module user_call
   use child_process, only: c_text
   use user_watch, only: enter_user_call, leave_user_call, watch_user_calls, expect_elements, &
                         forget_thread, note_failure, take_failure, note_log, at_stop, &
-                        end_by_overrun, end_by_problem
+                        end_by_overrun, end_by_problem, offer_values
   implicit none
   private
 
   public :: umat_procedure, vumat_procedure, sdvini_procedure, uexternaldb_procedure
-  public :: vexternaldb_procedure, set_user_heating
+  public :: vexternaldb_procedure, usdfld_procedure, vusdfld_procedure, uvarm_procedure
+  public :: set_user_heating, set_user_fields, offer_values
   public :: user_law_t, set_user_law, enter_user_call, leave_user_call, watch_user_calls
   public :: expect_elements, forget_thread, call_sdvini, note_failure, take_user_failure
   public :: set_guard, check_guard, check_spare_states, end_user_run, uneven_stiffness
@@ -38,7 +39,8 @@ module user_call
 
   !> Routines of users, as `enter_user_call` takes them.
   integer(c_int), parameter, public :: in_umat = 1, in_vumat = 2, in_sdvini = 3, &
-                                       in_uexternaldb = 4, in_vexternaldb = 5
+                                       in_uexternaldb = 4, in_vexternaldb = 5, in_usdfld = 6, &
+                                       in_vusdfld = 7, in_uvarm = 8
 
   !> What a UMAT does whose PNEWDT stays below one.
   character(*), parameter, public :: refusal_words = &
@@ -52,6 +54,10 @@ module user_call
     character(kind=c_char) :: name(name_length) = " "   !! CMNAME, upper case
     integer :: n_props = 0                              !! NPROPS
     integer :: n_statv = 0                              !! NSTATV: the first of `n_state`
+    integer :: n_uvarm = 0                              !! NUVARM: they follow
+    integer :: n_own_fields = 0                         !! field variables of the user, of which
+                                                        !! the last values come next
+    integer :: n_before = 0                             !! all these; what the adapter keeps follows
     real(wp), allocatable :: props(:)                   !! PROPS and zeros after them
     logical :: has_moduli = .false.                     !! of *ELASTIC: no call before the run
     integer :: heat_state = 0                           !! the kept value that is the temperature
@@ -59,6 +65,9 @@ module user_call
     real(wp) :: heat_per_work = 0.0_wp                  !! that rise by work per volume
     real(wp) :: start_temperature = 0.0_wp              !! where the deck gives no other
     procedure(sdvini_procedure), pointer, nopass :: sdvini => null()
+    procedure(usdfld_procedure), pointer, nopass :: usdfld => null()
+    procedure(vusdfld_procedure), pointer, nopass :: vusdfld => null()
+    procedure(uvarm_procedure), pointer, nopass :: uvarm => null()
     character(40) :: stiffness_source = ""              !! of `stiffness_at_start`, for messages
   contains
     procedure :: update
@@ -134,6 +143,48 @@ module user_call
       real(c_double), intent(in) :: coords(3)
     end subroutine sdvini_procedure
 
+    !> Field variables of a point, from those of the deck; state variables may change, too.
+    subroutine usdfld_procedure(field, statev, pnewdt, direct, t, celent, time, dtime, cmname, &
+                                orname, nfield, nstatv, noel, npt, layer, kspt, kstep, kinc, ndi, &
+                                nshr, coord, jmac, jmatyp, matlayo, laccfla, cmname_length, &
+                                orname_length) bind(C)
+      import :: c_char, c_double, c_int, c_size_t, name_length
+      integer(c_int), intent(in) :: nfield, nstatv, noel, npt, layer, kspt, kstep(4), kinc
+      integer(c_int), intent(in) :: ndi, nshr, jmac(*), jmatyp(*), matlayo, laccfla
+      real(c_double), intent(inout) :: field(*), statev(*), pnewdt
+      real(c_double), intent(in) :: direct(3, 3), t(3, 3), celent, time(2), dtime, coord(3)
+      character(kind=c_char), intent(in) :: cmname(name_length), orname(name_length)
+      integer(c_size_t), value :: cmname_length, orname_length
+    end subroutine usdfld_procedure
+
+    !> The same for a block of points before a VUMAT.
+    subroutine vusdfld_procedure(nblock, nstatev, nfieldv, nprops, ndir, nshr, jelemuid, kintpt, &
+                                 klayer, ksecpt, step_time, total_time, dt, cmname, coord, direct, &
+                                 t, char_length, props, state_old, state_new, field, &
+                                 cmname_length) bind(C)
+      import :: c_char, c_double, c_int, c_size_t, name_length
+      integer(c_int), intent(in) :: nblock, nstatev, nfieldv, nprops, ndir, nshr, jelemuid(*)
+      integer(c_int), intent(in) :: kintpt, klayer, ksecpt
+      real(c_double), intent(in) :: step_time, total_time, dt, coord(*), direct(*), t(*)
+      real(c_double), intent(in) :: char_length(*), props(*)
+      character(kind=c_char), intent(in) :: cmname(name_length)
+      real(c_double), intent(inout) :: state_old(*), state_new(*), field(*)
+      integer(c_size_t), value :: cmname_length
+    end subroutine vusdfld_procedure
+
+    !> Output variables of a point at the end of an increment.
+    subroutine uvarm_procedure(uvar, direct, t, time, dtime, cmname, orname, nuvarm, noel, npt, &
+                               layer, kspt, kstep, kinc, ndi, nshr, coord, jmac, jmatyp, matlayo, &
+                               laccfla, cmname_length, orname_length) bind(C)
+      import :: c_char, c_double, c_int, c_size_t, name_length
+      integer(c_int), intent(in) :: nuvarm, noel, npt, layer, kspt, kstep(4), kinc
+      integer(c_int), intent(in) :: ndi, nshr, jmac(*), jmatyp(*), matlayo, laccfla
+      real(c_double), intent(inout) :: uvar(*)
+      real(c_double), intent(in) :: direct(3, 3), t(3, 3), time(2), dtime, coord(3)
+      character(kind=c_char), intent(in) :: cmname(name_length), orname(name_length)
+      integer(c_size_t), value :: cmname_length, orname_length
+    end subroutine uvarm_procedure
+
     !> What a UMAT keeps in addition to its state variables. LOP = 0: the analysis starts.
     subroutine uexternaldb_procedure(lop, lrestart, time, dtime, kstep, kinc) bind(C)
       import :: c_double, c_int
@@ -171,6 +222,7 @@ contains
     law%props(:size(props)) = props
     call set_guard(law%props, size(props), slack)
     law%n_statv = n_statv
+    law%n_before = n_statv
     law%n_state = n_statv + n_kept
     law%n_hidden = n_kept
     law%needs_context = .true.
@@ -201,6 +253,18 @@ contains
     context%length = unknown
     call self%update_in_context(context, dt, dstrain, stress, state, ok, rotation)
   end subroutine update
+
+  !> Room for output variables and for field variables of the user after the state variables.
+  subroutine set_user_fields(law, n_uvarm, n_fields)
+    class(user_law_t), intent(inout) :: law
+    integer, intent(in) :: n_uvarm, n_fields
+
+    law%n_uvarm = n_uvarm
+    law%n_own_fields = n_fields
+    law%n_before = law%n_statv + n_uvarm + n_fields
+    law%n_state = law%n_state + n_uvarm + n_fields
+    law%n_hidden = law%n_hidden + n_fields
+  end subroutine set_user_fields
 
   !> Let the inelastic work that the user's subroutine reports heat its points.
   subroutine set_user_heating(law, heating)

@@ -9,6 +9,7 @@ module user_law
   use material_table, only: check_elastic
   use user_library, only: user_library_t
   use user_call, only: umat_procedure, vumat_procedure, sdvini_procedure, user_law_t, &
+                       usdfld_procedure, vusdfld_procedure, uvarm_procedure, set_user_fields, &
                        set_user_heating, first_point_t, call_sdvini, watch_user_calls, &
                        uneven_stiffness, moduli_of
   use umat_adapter, only: umat_adapter_t, new_umat_adapter
@@ -24,9 +25,10 @@ contains
   !> A law that calls the user's UMAT or VUMAT. Its moduli for the stable time increment are those
   !! of the deck or, where the deck has none, zero until `find_moduli` asks the law itself. Fails
   !! where there is none of that kind, or where density or moduli are out of range.
-  subroutine new_user_law(library, material, law, note, error)
+  subroutine new_user_law(library, material, n_fields, law, note, error)
     type(user_library_t), intent(in) :: library
     class(law_spec_t), intent(in) :: material
+    integer, intent(in) :: n_fields                  !! field variables of the deck
     class(block_law_t), allocatable, intent(out) :: law
     character(:), allocatable, intent(out) :: note   !! worth telling the user, or empty
     type(error_t), allocatable, intent(out) :: error
@@ -49,8 +51,13 @@ contains
                 joined(library%files, ", ")//", whose frame follows from deformation gradients")
     end if
     if (allocated(error)) return
+    call check_companions(library, material, is_vumat, error)
+    if (allocated(error)) return
     call watch_user_calls(c_null_funptr, c_null_ptr)
     call make_law(library, material, is_vumat, made)
+    call add_companions(library, material, n_fields, is_vumat, made)
+    if (allocated(material%plasticity%heating)) &
+      call set_user_heating(made, material%plasticity%heating(:3))
     call move_alloc(made, law)
     if (material%young > 0.0_wp) &
       call set_elastic(law, material%density, material%young, material%poisson)
@@ -86,9 +93,55 @@ contains
       end if
       law%has_moduli = m%young > 0.0_wp
       law%needs_gradients = .not. m%is_small
-      if (allocated(m%plasticity%heating)) call set_user_heating(law, m%plasticity%heating(:3))
     end associate
   end subroutine make_law
+
+  !> Fails where the deck names a subroutine for fields or output that the files do not have.
+  subroutine check_companions(library, material, is_vumat, error)
+    type(user_library_t), intent(in) :: library
+    class(law_spec_t), intent(in) :: material
+    logical, intent(in) :: is_vumat
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: missing
+
+    missing = ""
+    if (material%n_uvarm > 0 .and. .not. c_associated(library%uvarm)) &
+      missing = "UVARM, which *USER OUTPUT VARIABLES asks for,"
+    if (material%has_own_fields) then
+      if (is_vumat .and. .not. c_associated(library%vusdfld)) then
+        missing = "VUSDFLD, which *USER DEFINED FIELD asks for with a VUMAT,"
+      else if (.not. is_vumat .and. .not. c_associated(library%usdfld)) then
+        missing = "USDFLD, which *USER DEFINED FIELD asks for with a UMAT,"
+      end if
+    end if
+    if (missing /= "") call fail(error, "material: no SUBROUTINE "//missing//" in "// &
+                                 joined(library%files, ", "))
+  end subroutine check_companions
+
+  !> The subroutines for fields and output that the deck names.
+  subroutine add_companions(library, material, n_fields, is_vumat, law)
+    type(user_library_t), intent(in) :: library
+    class(law_spec_t), intent(in) :: material
+    integer, intent(in) :: n_fields
+    logical, intent(in) :: is_vumat
+    class(user_law_t), intent(inout) :: law
+    procedure(usdfld_procedure), pointer :: usdfld
+    procedure(vusdfld_procedure), pointer :: vusdfld
+    procedure(uvarm_procedure), pointer :: uvarm
+
+    call set_user_fields(law, material%n_uvarm, merge(max(1, n_fields), 0, material%has_own_fields))
+    if (material%n_uvarm > 0) then
+      call c_f_procpointer(library%uvarm, uvarm)
+      law%uvarm => uvarm
+    end if
+    if (material%has_own_fields .and. is_vumat) then
+      call c_f_procpointer(library%vusdfld, vusdfld)
+      law%vusdfld => vusdfld
+    else if (material%has_own_fields) then
+      call c_f_procpointer(library%usdfld, usdfld)
+      law%usdfld => usdfld
+    end if
+  end subroutine add_companions
 
   !> Must this law be asked for its moduli by `find_moduli`?
   pure logical function lacks_moduli(law)

@@ -30,6 +30,7 @@ module user_library
     character(:), allocatable :: writable           !! names of data that calls may share, or empty
     character(:), allocatable :: uncalled           !! user subroutines without a place here
     type(c_funptr) :: umat = c_null_funptr, vumat = c_null_funptr, sdvini = c_null_funptr
+    type(c_funptr) :: usdfld = c_null_funptr, vusdfld = c_null_funptr, uvarm = c_null_funptr
     type(c_funptr) :: uexternaldb = c_null_funptr, vexternaldb = c_null_funptr
   end type user_library_t
 
@@ -61,8 +62,9 @@ contains
   !! user's alone, or where there is neither a UMAT nor a VUMAT. Without `is_called` nothing of it
   !! is carried out, and it is not loaded: what it has is looked up in its table of names, unless
   !! that cannot be listed.
-  subroutine load_user_library(files, is_called, library, error)
+  subroutine load_user_library(files, named, is_called, library, error)
     type(string_t), intent(in) :: files(:)
+    type(string_t), intent(in) :: named(:)   !! routines that the deck names, such as UVARM
     logical, intent(in) :: is_called
     type(user_library_t), intent(out) :: library
     type(error_t), allocatable, intent(out) :: error
@@ -78,7 +80,7 @@ contains
       ! Without a slash the loader would look in the folders of the system.
       if (index(library%path, "/") == 0) library%path = "./"//library%path
     else
-      call find_compiled(files, library%path, library%note, error)
+      call find_compiled(files, named, library%path, library%note, error)
     end if
     if (allocated(error)) return
     call list_names(library%path, "-D", names)
@@ -88,19 +90,32 @@ contains
       call open_library(library, error)
       if (allocated(error)) return
     else
-      if (index(names, " T umat_"//new_line("a")) > 0) library%umat = c_funloc(never_called)
-      if (index(names, " T vumat_"//new_line("a")) > 0) library%vumat = c_funloc(never_called)
+      library%umat = placeholder("umat_")
+      library%vumat = placeholder("vumat_")
+      library%usdfld = placeholder("usdfld_")
+      library%vusdfld = placeholder("vusdfld_")
+      library%uvarm = placeholder("uvarm_")
     end if
     call find_writable(library%path, library%writable)
-    library%uncalled = uncalled_routines(files)
+    library%uncalled = uncalled_routines(files, named)
     if (.not. c_associated(library%umat) .and. .not. c_associated(library%vumat)) &
       call fail(error, "no SUBROUTINE UMAT or VUMAT in "//joined(files, ", ")// &
                 " (it must be outside all modules)")
+
+  contains
+
+    !> What is in the table of names without being loaded.
+    type(c_funptr) function placeholder(name)
+      character(*), intent(in) :: name
+
+      placeholder = c_null_funptr
+      if (index(names, " T "//name//new_line("a")) > 0) placeholder = c_funloc(never_called)
+    end function placeholder
   end subroutine load_user_library
 
   !> A library of the sources in the user's cache, compiled now or by an earlier run.
-  subroutine find_compiled(files, path, note, error)
-    type(string_t), intent(in) :: files(:)
+  subroutine find_compiled(files, named, path, note, error)
+    type(string_t), intent(in) :: files(:), named(:)
     character(:), allocatable, intent(out) :: path       !! leads to what was checked
     character(:), allocatable, intent(out) :: note       !! worth telling the user, or empty
     type(error_t), allocatable, intent(out) :: error
@@ -117,7 +132,7 @@ contains
     end if
     ! The descriptor stays open: what was checked is what is loaded, and read by whoever lists
     ! the calls that led to a crash.
-    call build_user_library(files, path_of(cache), descriptor, note, error)
+    call build_user_library(files, named, path_of(cache), descriptor, note, error)
     path = path_of(descriptor)
     call close_file(cache)
   end subroutine find_compiled
@@ -140,6 +155,9 @@ contains
     library%umat = c_dlsym(handle, c_text("umat_"))
     library%vumat = c_dlsym(handle, c_text("vumat_"))
     library%sdvini = c_dlsym(handle, c_text("sdvini_"))
+    library%usdfld = c_dlsym(handle, c_text("usdfld_"))
+    library%vusdfld = c_dlsym(handle, c_text("vusdfld_"))
+    library%uvarm = c_dlsym(handle, c_text("uvarm_"))
     library%uexternaldb = c_dlsym(handle, c_text("uexternaldb_"))
     library%vexternaldb = c_dlsym(handle, c_text("vexternaldb_"))
   end subroutine open_library

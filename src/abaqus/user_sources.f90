@@ -1,7 +1,7 @@
 !> What is known of a source file of a user without compiling it: its form, the files that it
 !! includes, a digest of all of them, and the user subroutines in it that nothing here calls.
 module user_sources
-  use text, only: string_t, strings, append_text, lower_case, upper_case
+  use text, only: string_t, strings, append_text, joined, lower_case, upper_case
   use sha256, only: sha256_t, add_to_digest, sha256_text
   use child_process, only: run_program
   use system_files, only: folder_of
@@ -237,9 +237,10 @@ contains
   end subroutine write_text
 
   !> Names of the user subroutines in some sources that have their place in Abaqus and none here,
-  !! set apart by commas; empty if there are none.
-  function uncalled_routines(files) result(names)
+  !! or that the deck does not name, set apart by commas; empty if there are none.
+  function uncalled_routines(files, named) result(names)
     type(string_t), intent(in) :: files(:)
+    type(string_t), intent(in) :: named(:)   !! by the deck
     character(:), allocatable :: names, content
     character(*), parameter :: known(30) = [character(8) :: "USDFLD", "VUSDFLD", "UHARD", &
       "VUHARD", "UVARM", "UVARMEXP", "DISP", "VDISP", "DLOAD", "VDLOAD", "UTRACLOA", "SIGINI", &
@@ -255,7 +256,7 @@ contains
       content = upper_case(content)
       do k = 1, size(known)
         if (.not. has_routine(content, trim(known(k)))) cycle
-        if (index(", "//names//",", ", "//trim(known(k))//",") > 0) cycle
+        if (index(", "//names//", "//joined(named, ", ")//",", ", "//trim(known(k))//",") > 0) cycle
         names = names//", "//trim(known(k))
         if (names(1:1) == ",") names = names(3:)
       end do

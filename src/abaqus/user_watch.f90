@@ -7,9 +7,9 @@
 !! with a heap that was written over. So no unit that a subroutine may know is touched on the way
 !! out, and nothing but `write` and `_exit` is called where a crash is reported.
 module user_watch
-  use, intrinsic :: iso_c_binding, only: c_char, c_funloc, c_funptr, c_int, c_int64_t, &
-                                         c_null_funptr, c_null_ptr, c_ptr, c_associated, &
-                                         c_f_procpointer
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funloc, c_funptr, c_int, &
+                                         c_int64_t, c_loc, c_null_funptr, c_null_ptr, c_ptr, &
+                                         c_associated, c_f_procpointer
   use c_library, only: c_exit, c_exit_now, c_raise, c_signal
   use crash_handler, only: signal_stack_t, catch_crashes, give_signal_stack, is_out_of_stack, &
                          message_t, add_text, add_number, send, open_for_lines
@@ -19,6 +19,7 @@ module user_watch
   public :: enter_user_call, leave_user_call, watch_user_calls, expect_elements, forget_thread
   public :: note_failure, take_failure, note_log, at_stop
   public :: end_run, end_by_overrun, end_by_problem
+  public :: offer_values, values_on_offer
 
   integer, parameter, public :: exit_by_user = 2   !! exit code of a run that a subroutine ends
   integer, parameter, public :: exit_by_signal = 3 !! of one that a signal ends inside of one
@@ -28,8 +29,8 @@ module user_watch
   integer(c_int), parameter :: standard_error = 2_c_int
 
   !> The routines by the numbers that `enter_user_call` takes.
-  character(11), parameter :: routine_names(5) = [character(11) :: "UMAT", "VUMAT", "SDVINI", &
-    "UEXTERNALDB", "VEXTERNALDB"]
+  character(11), parameter :: routine_names(8) = [character(11) :: "UMAT", "VUMAT", "SDVINI", &
+    "UEXTERNALDB", "VEXTERNALDB", "USDFLD", "VUSDFLD", "UVARM"]
 
   abstract interface
     !> What is to be done before the program ends, such as saving the state. It must not use a unit
@@ -88,6 +89,8 @@ module user_watch
     integer(c_int64_t) :: n_calls_at_stop = -1   ! when a signal asked for the end
     logical :: is_leaver = .false.            ! it ends the run
     type(signal_stack_t) :: signal_stack
+    type(c_ptr) :: values = c_null_ptr        ! stress and state of the points of the call, or none
+    integer(c_int) :: n_points = 0, n_states = 0
     integer(c_int64_t) :: padding(16) = 0     ! records of two threads share no line of the cache
   end type record_t
 
@@ -134,6 +137,31 @@ contains
   subroutine leave_user_call() bind(C, name="igaform_leave_user_call")
     if (slot >= 0) records(slot)%is_inside = .false.
   end subroutine leave_user_call
+
+  !> The call that begins next in this thread may ask for these, for GETVRM and VGETVRM carry no
+  !! argument that says for which points: stress (11, 22, 33, 12, 13, 23) and state variables, all
+  !! points one after the other for each. No points: it may ask for nothing.
+  subroutine offer_values(values, n_points, n_states) bind(C, name="igaform_offer_values")
+    real(c_double), intent(in), target :: values(*)
+    integer(c_int), value :: n_points, n_states
+
+    if (slot < 0) call open_record()
+    records(slot)%values = c_loc(values)
+    records(slot)%n_points = n_points
+    records(slot)%n_states = n_states
+  end subroutine offer_values
+
+  !> What the call in hand may ask for; no points if that is nothing.
+  subroutine values_on_offer(values, n_points, n_states)
+    type(c_ptr), intent(out) :: values
+    integer(c_int), intent(out) :: n_points, n_states
+
+    associate (own => records(max(slot, 0)))
+      values = own%values
+      n_points = merge(own%n_points, 0_c_int, own%is_inside)
+      n_states = own%n_states
+    end associate
+  end subroutine values_on_offer
 
   !> A record and a stack for signals for this thread.
   subroutine open_record()

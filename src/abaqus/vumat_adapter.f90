@@ -14,6 +14,7 @@ module vumat_adapter
                        slack, most_fields, n_guard, n_room, set_guard, check_guard, &
                        check_spare_states, enter_user_call, leave_user_call, note_failure, &
                        in_vumat
+  use user_fields, only: define_block_fields, update_output
   use user_kinematics, only: polar_rotations, rotations_of_quaternions, spins_between, &
                              determinants, of_row
   implicit none
@@ -114,7 +115,7 @@ contains
     integer :: i, n
 
     n = size(lanes)
-    numbers = call_t(n, max(0, context%n_fields - 1), context%point(lanes(1)), &
+    numbers = call_t(n, max(self%n_own_fields, context%n_fields - 1), context%point(lanes(1)), &
                      context%step_time + dt, context%time + dt, dt)
     call pick(lanes, context%n, self%n_state, state, own)
     call pick(lanes, context%n, 6, stress, given(:, at_stress_old:))
@@ -125,10 +126,13 @@ contains
       call pick(lanes, context%n, 1, context%f0(:, i), given(:, at_gradient_old + of_row(i) - 1:))
       call pick(lanes, context%n, 1, context%f1(:, i), given(:, at_gradient_new + of_row(i) - 1:))
     end do
-    associate (energies => own(:, self%n_statv + 1:self%n_statv + n_energies), &
-               axes => own(:, self%n_statv + n_energies + 1:self%n_statv + n_kept))
+    associate (energies => own(:, self%n_before + 1:self%n_before + n_energies), &
+               axes => own(:, self%n_before + n_energies + 1:self%n_before + n_kept))
       call set_given(self, context, lanes, own, given)
       call set_kinematics(self%density, n, axes, given, r_new)
+      if (associated(self%vusdfld)) &
+        call define_block_fields(self, context, lanes, dt, r_new, given(:, at_stress_old:), own, &
+                                 given(:, at_fields:))
       work = energies(:, 2)
       call call_vumat(self, numbers, context%element(lanes), given, old, new, own, stress_new, ok)
       if (self%heat_state > 0) own(:, self%heat_state) = own(:, self%heat_state) &
@@ -149,6 +153,11 @@ contains
     do i = 1, self%n_state
       state(lanes, i) = own(:, i)
     end do
+    if (ok .and. associated(self%uvarm)) then
+      do i = 1, n
+        call update_output(self, context, lanes(i), dt, stress(lanes(i), :), state(lanes(i), :))
+      end do
+    end if
   end subroutine update_block
 
   !> The values of some lanes, which mostly follow each other.
@@ -315,7 +324,7 @@ contains
       dt_array = numbers%dt
       old(:, :m) = own(:, :m)
       energy_old = 0.0_wp
-      energy_old(1:n, :) = own(:, m + 1:m + n_energies)
+      energy_old(1:n, :) = own(:, self%n_before + 1:self%n_before + n_energies)
       energy_new = 0.0_wp
       new(:6*n) = 0.0_wp
       new(first_state:first_state + m*n - 1) = 0.0_wp
@@ -342,7 +351,7 @@ contains
       do c = 1, m
         own(:, c) = new(first_state + (c - 1)*n:first_state + c*n - 1)
       end do
-      own(:, m + 1:m + n_energies) = energy_new(1:n, :)
+      own(:, self%n_before + 1:self%n_before + n_energies) = energy_new(1:n, :)
       ! Of a finite sum all parts are finite.
       ok = sum(abs(stress)) + sum(abs(own(:, :m))) <= huge(1.0_wp)
       if (.not. ok) ok = all(ieee_is_finite(stress)) .and. all(ieee_is_finite(own(:, :m)))
@@ -383,9 +392,10 @@ contains
     end do
     call set_given(self, context, [(i, i=1, n)], own, given)
     call set_kinematics(self%density, n, &
-                        own(:, self%n_statv + n_energies + 1:self%n_statv + n_kept), given, r)
+                        own(:, self%n_before + n_energies + 1:self%n_before + n_kept), given, r)
     call set_room(self, n, old, new)
-    call call_vumat(self, call_t(n, max(0, point%n_fields - 1), point%point, dt=dt), &
+    call call_vumat(self, call_t(n, max(self%n_own_fields, point%n_fields - 1), point%point, &
+                                 dt=dt), &
                     spread(point%element, 1, n), given, old, new, own, stress, is_finite)
     stiffness = [(stress(i, i)/strain, i=1, n)]
     stiffness(4:) = 0.5_wp*stiffness(4:)   ! to engineering strain

@@ -98,7 +98,7 @@ contains
         if (first == i) then
           material = scene%materials(test%material)
           if (material%plasticity%potential /= "") material%plasticity%orientation = aligned
-          call build_law(material, slots(i)%law, errors, library)
+          call build_law(material, slots(i)%law, errors, library, n_given(test))
           if (allocated(slots(i)%law)) call ask_law(test, material, short, slots(i)%law, errors)
         else if (allocated(slots(first)%law)) then
           allocate (slots(i)%law, source=slots(first)%law)
@@ -114,6 +114,14 @@ contains
       end associate
     end do
   end subroutine make_laws
+
+  !> Temperature and field variables that a test gives.
+  pure integer function n_given(test)
+    type(material_test_spec_t), intent(in) :: test
+
+    n_given = 0
+    if (allocated(test%fields)) n_given = size(test%fields)
+  end function n_given
 
   !> Let a user's law without elastic moduli in the deck report them, at the start of a test.
   subroutine ask_law(test, material, dt, law, errors)

@@ -3,7 +3,7 @@ module user_setup
   use kinds, only: wp
   use failure, only: error_t
   use input_errors, only: error_list_t, add_error, add_warning, new_origin, n_errors
-  use text, only: string_t, joined
+  use text, only: string_t, joined, append_text
   use scene, only: is_user_material, scene_t
   use user_library, only: user_library_t, load_user_library, start_user_code
   use command_line, only: command_t
@@ -38,7 +38,7 @@ contains
     end if
     allocate (library)
     reason = reason_to_call(command, scene)
-    call load_user_library(command%user_files, reason /= "", library, error)
+    call load_user_library(command%user_files, named_routines(scene), reason /= "", library, error)
     if (allocated(error)) then
       call add_error(errors, new_origin("--user", 0, ""), error%message, &
                      "sources or a library with a UMAT or VUMAT that can be called")
@@ -48,7 +48,8 @@ contains
       "source that gfortran compiles as its name says")
     if (library%uncalled /= "") call add_warning(errors, new_origin("--user", 0, ""), &
       "SUBROUTINE "//library%uncalled//" in the files, which nothing here calls", &
-      "UMAT, VUMAT, SDVINI, UEXTERNALDB or VEXTERNALDB")
+      "UMAT, VUMAT, SDVINI, UEXTERNALDB, VEXTERNALDB; with *USER DEFINED FIELD in the material "// &
+      "USDFLD or VUSDFLD, with *USER OUTPUT VARIABLES UVARM")
     if (command%is_check) then
       if (reason == "" .and. .not. library%is_listed) then
         print "(a)", "user code  loaded, not called by this check: without nm (binutils) the "// &
@@ -61,6 +62,18 @@ contains
     end if
     if (reason /= "") call start_user_code(library, job_name(command), folder_of(command%output))
   end subroutine load_user_files
+
+  !> The subroutines for fields and output that the materials name.
+  function named_routines(scene) result(names)
+    type(scene_t), intent(in) :: scene
+    type(string_t), allocatable :: names(:)
+
+    allocate (names(0))
+    if (any(scene%materials%n_uvarm > 0)) call append_text(names, "UVARM")
+    if (.not. any(scene%materials%has_own_fields)) return
+    call append_text(names, "USDFLD")
+    call append_text(names, "VUSDFLD")
+  end function named_routines
 
   !> What the subroutines are called for; empty where they need not be: a check asks them for the
   !! stiffness alone, and only where the deck does not give it.

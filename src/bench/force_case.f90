@@ -278,14 +278,14 @@ contains
     character(:), allocatable :: note
 
     files(1)%value = project_folder()//"/input/"//name//".f"
-    call load_user_library(files, .true., library, error)
+    call load_user_library(files, files(:0), .true., library, error)
     if (allocated(error)) return
     spec%name = "steel"
     spec%law = upper_case(name(:index(name, "_") - 1))
     spec%thread_safe = "YES"
     spec%constants = [young, poisson, flow]
     spec%n_state = 1
-    call new_user_law(library, spec, law, note, error)
+    call new_user_law(library, spec, 0, law, note, error)
     if (.not. allocated(error)) law%eqps_state = 1
   end subroutine new_user
 

@@ -2,7 +2,7 @@
 module material_keywords
   use kinds, only: wp
   use input_errors, only: error_list_t, add_error, add_warning
-  use text, only: to_text
+  use text, only: string_t, to_text
   use scene, only: scene_t, material_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
                           field_real, field_integer, field_word, all_numbers, is_option_given, &
@@ -12,12 +12,14 @@ module material_keywords
 
   public :: read_materials
 
-  character(*), parameter :: parts(*) = [character(18) :: "DENSITY", "ELASTIC", "PLASTIC", &
+  character(*), parameter :: parts(*) = [character(21) :: "DENSITY", "ELASTIC", "PLASTIC", &
                                          "USER MATERIAL", "DEPVAR", "HYPERELASTIC", &
+                                         "USER DEFINED FIELD", "USER OUTPUT VARIABLES", &
                                          "RATE DEPENDENT", "BACK STRESS", "POTENTIAL", &
                                          "ORIENTATION", "ADIABATIC HEATING"]
   integer, parameter :: plastic_part = 3, user_part = 4, hyperelastic_part = 6
-  integer, parameter :: first_of_plastic = 7
+  integer, parameter :: of_user(3) = [5, 7, 8]   ! need *USER MATERIAL
+  integer, parameter :: first_of_plastic = 9
   integer, parameter :: on_a_line = 8   ! constants of *USER MATERIAL
 
 contains
@@ -79,10 +81,12 @@ contains
       end associate
     end do
     call check_one_law(deck, has, errors)
-    if (has(5) > 0 .and. has(4) == 0) then
-      call add_error(errors, deck%records(has(5))%origin, "no *USER MATERIAL in this material", &
-                     "*DEPVAR only with *USER MATERIAL")
-    end if
+    do part = 1, size(of_user)
+      if (has(of_user(part)) == 0 .or. has(user_part) > 0) cycle
+      call add_error(errors, deck%records(has(of_user(part)))%origin, &
+                     "no *USER MATERIAL in this material", &
+                     "*"//trim(parts(of_user(part)))//" only with *USER MATERIAL")
+    end do
     call check_plastic_parts(deck, has, errors)
   end subroutine read_law
 
@@ -125,6 +129,10 @@ contains
                          "DELETE"), "none, for no element is ever removed: points that "// &
                          "the subroutine deletes keep the stress it returns")
       end if
+    case ("USER DEFINED FIELD")
+      material%has_own_fields = .true.
+    case ("USER OUTPUT VARIABLES")
+      call read_output_variables(record, material)
     end select
   end subroutine read_part
 
@@ -236,6 +244,22 @@ contains
       end if
     end do
   end subroutine read_state_names
+
+  !> Number of the output variables; their names follow those of the state variables.
+  subroutine read_output_variables(record, material)
+    type(record_t), intent(in) :: record
+    type(material_spec_t), intent(inout) :: material
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    material%n_uvarm = field_integer(record, 1, 1)
+    allocate (names(material%n_state + material%n_uvarm))
+    if (allocated(material%state_names)) names(:material%n_state) = material%state_names
+    do i = 1, material%n_uvarm
+      names(material%n_state + i)%value = "UVARM"//to_text(i)
+    end do
+    call move_alloc(names, material%state_names)
+  end subroutine read_output_variables
 
   subroutine read_plastic(record, material)
     type(record_t), intent(in) :: record

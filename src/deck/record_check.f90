@@ -26,8 +26,8 @@ module record_check
     "SECTION CONTROLS", "HOURGLASS", "HOURGLASS STIFFNESS", "TRANSVERSE SHEAR STIFFNESS"]
   character(*), parameter :: of_step(5) = [character(18) :: "CONTROLS", &
     "SOLUTION TECHNIQUE", "PREPRINT", "RESTART", "MONITOR"]
-  character(*), parameter :: of_output(16) = [character(21) :: "USER OUTPUT VARIABLES", &
-    "FILE OUTPUT", "FIELD OUTPUT", "HISTORY OUTPUT", "ELEMENT OUTPUT", "NODE OUTPUT", &
+  character(*), parameter :: of_output(15) = [character(21) :: "FILE OUTPUT", &
+    "FIELD OUTPUT", "HISTORY OUTPUT", "ELEMENT OUTPUT", "NODE OUTPUT", &
     "CONTACT OUTPUT", "ENERGY OUTPUT", "INCREMENTATION OUTPUT", "NODE PRINT", "EL PRINT", &
     "ENERGY PRINT", "NODE FILE", "EL FILE", "ENERGY FILE", "DIAGNOSTICS"]
   character(*), parameter :: of_heat(3) = [character(13) :: "EXPANSION", "CONDUCTIVITY", &

@@ -28,6 +28,8 @@ module law_spec
     type(plasticity_spec_t) :: plasticity = plasticity_spec_t()   !! of PLASTIC; heating: UMAT too
     character(:), allocatable :: name          !! of the material
     character(3) :: thread_safe = ""           !! UMAT: YES, NO or "": what the files look like
+    integer :: n_uvarm = 0                     !! UMAT: output variables of a UVARM
+    logical :: has_own_fields = .false.        !! UMAT: field variables are set by a USDFLD
     logical :: is_small = .false.              !! UMAT: without deformation gradients
   end type law_spec_t
 

@@ -20,7 +20,7 @@ module initial_setup
   private
 
   public :: set_initial_fields, add_field_changes
-  public :: set_initial_states, find_initial_moduli, lacks_gradients
+  public :: set_initial_states, find_initial_moduli, lacks_gradients, n_fields_of
 
 contains
 

@@ -16,14 +16,15 @@ module law_setup
 contains
 
   !> The law with its constants checked; not allocated where an error was added.
-  subroutine build_law(material, law, errors, library)
+  subroutine build_law(material, law, errors, library, n_fields)
     type(material_spec_t), intent(in) :: material
     class(block_law_t), allocatable, intent(out) :: law
     type(error_list_t), intent(inout) :: errors
     type(user_library_t), intent(in), optional :: library   !! subroutines of the user
+    integer, intent(in), optional :: n_fields   !! temperature and field variables of the deck
     type(error_t), allocatable :: error
     character(:), allocatable :: note
-    integer :: i
+    integer :: i, n_own
 
     if (.not. is_user_material(material)) then
       call new_law(material%law_spec_t, law, error)
@@ -36,7 +37,9 @@ contains
                      "--user FILE with the UMAT or VUMAT on the command line")
       return
     end if
-    call new_user_law(library, material, law, note, error)
+    n_own = 0
+    if (present(n_fields)) n_own = max(0, n_fields - 1)
+    call new_user_law(library, material, n_own, law, note, error)
     if (allocated(error)) then
       call add_error(errors, material%origin, error%message, "a law that can be called")
       return

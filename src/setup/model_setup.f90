@@ -14,7 +14,7 @@ module model_setup
   use user_library, only: user_library_t
   use law_setup, only: build_law
   use initial_setup, only: set_initial_fields, add_field_changes, set_initial_states, &
-                         find_initial_moduli, lacks_gradients
+                         find_initial_moduli, lacks_gradients, n_fields_of
   use tool_setup, only: start_tools
   use drive_setup, only: add_drives
   use spurious_modes, only: n_spurious_modes, serving_rule
@@ -166,7 +166,7 @@ contains
       do p = 1, size(spec%patches)
         call check_rule(spec, spec%patches(p), scene%reduction%axis, errors)
       end do
-      call build_law(material, law, errors, library)
+      call build_law(material, law, errors, library, n_fields_of(scene))
       if (.not. allocated(law)) return
       if (law%uses_gradient .and. spec%projection == "ANS") &
         call add_error(errors, spec%origin, "PROJECTION=ANS with a material whose stress "// &

@@ -16,6 +16,7 @@ import time
 import h5py
 import numpy as np
 
+import fields
 import foreign
 import keeping
 import overruns
@@ -396,7 +397,9 @@ CHECKS = (styles_agree_with_built_in_laws, messages_go_to_units_6_and_7,
           laws_that_never_yield_have_no_r_values, keeping.libraries_are_kept_and_renewed,
           keeping.planted_libraries_are_not_loaded, keeping.checks_call_nothing,
           overruns.writes_past_arguments_end_the_run, overruns.missing_depvar_is_an_error,
-          overruns.vumat_failures_name_the_block,
+          overruns.vumat_failures_name_the_block, fields.fields_follow_the_stress,
+          fields.blocks_give_the_same_as_points, fields.decks_and_files_must_agree,
+          fields.failures_name_the_routine,
           foreign.sources_for_ifort_are_accepted, foreign.causes_are_named,
           foreign.languages_and_libraries)
 

@@ -1,0 +1,77 @@
+C     A user field and user output beside a UMAT, an example to copy:
+C     elastic increments with a stiffness that falls with the stress,
+C       d stress = (1 - FIELD(1)) C d strain,
+C       FIELD(1) = von Mises stress / limit,
+C     so that tension follows limit (1 - exp(-E strain / limit)).
+C     All three subroutines run in Abaqus/Standard too; the deck has
+C     *USER DEFINED FIELD and *USER OUTPUT VARIABLES (2).
+C
+C     PROPS   1 Young's modulus, 2 Poisson's ratio
+C     STATEV  1 limit of the stress
+C     UVARM   1 largest von Mises stress so far, 2 triaxiality
+      SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,RPL,DDSDDT,
+     1 DRPLDE,DRPLDT,STRAN,DSTRAN,TIME,DTIME,TEMP,DTEMP,PREDEF,DPRED,
+     2 CMNAME,NDI,NSHR,NTENS,NSTATV,PROPS,NPROPS,COORDS,DROT,PNEWDT,
+     3 CELENT,DFGRD0,DFGRD1,NOEL,NPT,LAYER,KSPT,KSTEP,KINC)
+      INCLUDE 'ABA_PARAM.INC'
+      CHARACTER*80 CMNAME
+      DIMENSION STRESS(NTENS),STATEV(NSTATV),DDSDDE(NTENS,NTENS),
+     1 DDSDDT(NTENS),DRPLDE(NTENS),STRAN(NTENS),DSTRAN(NTENS),TIME(2),
+     2 PREDEF(1),DPRED(1),PROPS(NPROPS),COORDS(3),DROT(3,3),
+     3 DFGRD0(3,3),DFGRD1(3,3)
+
+      FACTOR = 1.0D0 - (PREDEF(1) + DPRED(1))
+      G = FACTOR*PROPS(1)/(2.0D0*(1.0D0 + PROPS(2)))
+      ALAME = 2.0D0*G*PROPS(2)/(1.0D0 - 2.0D0*PROPS(2))
+      DO J = 1, NDI
+        DO I = 1, NDI
+          DDSDDE(I,J) = ALAME
+        END DO
+        DDSDDE(J,J) = ALAME + 2.0D0*G
+      END DO
+      DO I = NDI + 1, NTENS
+        DDSDDE(I,I) = G
+      END DO
+      DO J = 1, NTENS
+        DO I = 1, NTENS
+          STRESS(I) = STRESS(I) + DDSDDE(I,J)*DSTRAN(J)
+        END DO
+      END DO
+      RETURN
+      END
+
+C     The field from the stress at the start of the increment
+      SUBROUTINE USDFLD(FIELD,STATEV,PNEWDT,DIRECT,T,CELENT,
+     1 TIME,DTIME,CMNAME,ORNAME,NFIELD,NSTATV,NOEL,NPT,LAYER,
+     2 KSPT,KSTEP,KINC,NDI,NSHR,COORD,JMAC,JMATYP,MATLAYO,LACCFLA)
+      INCLUDE 'ABA_PARAM.INC'
+      CHARACTER*80 CMNAME,ORNAME
+      CHARACTER*3 FLGRAY(15)
+      DIMENSION FIELD(NFIELD),STATEV(NSTATV),DIRECT(3,3),T(3,3),
+     1 TIME(2),ARRAY(15),JARRAY(15),JMAC(*),JMATYP(*),COORD(*)
+
+      CALL GETVRM('S',ARRAY,JARRAY,FLGRAY,JRCD,JMAC,JMATYP,MATLAYO,
+     1 LACCFLA)
+      CALL SINV(ARRAY,SINV1,SINV2,NDI,NSHR)
+      FIELD(1) = SINV2/STATEV(1)
+      RETURN
+      END
+
+C     The output variables after the increment
+      SUBROUTINE UVARM(UVAR,DIRECT,T,TIME,DTIME,CMNAME,ORNAME,
+     1 NUVARM,NOEL,NPT,LAYER,KSPT,KSTEP,KINC,NDI,NSHR,COORD,
+     2 JMAC,JMATYP,MATLAYO,LACCFLA)
+      INCLUDE 'ABA_PARAM.INC'
+      CHARACTER*80 CMNAME,ORNAME
+      CHARACTER*3 FLGRAY(15)
+      DIMENSION UVAR(NUVARM),DIRECT(3,3),T(3,3),TIME(2),ARRAY(15),
+     1 JARRAY(15),JMAC(*),JMATYP(*),COORD(*)
+
+      CALL GETVRM('S',ARRAY,JARRAY,FLGRAY,JRCD,JMAC,JMATYP,MATLAYO,
+     1 LACCFLA)
+      CALL SINV(ARRAY,SINV1,SINV2,NDI,NSHR)
+      UVAR(1) = MAX(UVAR(1), SINV2)
+      UVAR(2) = 0.0D0
+      IF (SINV2 .GT. 0.0D0) UVAR(2) = SINV1/SINV2
+      RETURN
+      END
