@@ -8,6 +8,7 @@ module bench_record
   private
 
   public :: keep_least, heading, record_line, json_text, check_writable, write_records
+  public :: is_quiet, unquiet_line
 
   !> One measurement. Negative numbers stand for what is not known.
   type, public :: record_t
@@ -53,6 +54,28 @@ contains
     records(i) = merged
   end subroutine keep_least
 
+  !> Does the spread of a record with several threads allow to compare it? With one thread processor
+  !! time counts, which other programs do not lengthen.
+  elemental logical function is_quiet(record)
+    type(record_t), intent(in) :: record
+    real(wp), parameter :: largest = 0.05_wp
+
+    is_quiet = record%threads == 1 .or. record%spread < largest
+  end function is_quiet
+
+  !> How many records are not to be relied on; empty if none.
+  pure function unquiet_line(records) result(line)
+    type(record_t), intent(in) :: records(:)
+    character(:), allocatable :: line
+    integer :: n
+
+    n = count(.not. is_quiet(records))
+    line = ""
+    if (n > 0) line = "the machine is not quiet: "//to_text(n)//" of "// &
+                      to_text(count(records%threads > 1))// &
+                      " records with several threads spread by 5 % or more"
+  end function unquiet_line
+
   !> Names of the columns of `record_line`.
   pure function heading() result(line)
     character(:), allocatable :: line
@@ -71,6 +94,7 @@ contains
       record%threads, short(record%ns), 100.0_wp*record%spread, short(record%ns_per_point), &
       record%per
     line = trim(buffer)
+    if (.not. is_quiet(record)) line = line//"  (not quiet)"
   end function record_line
 
   !> A number of about four digits; a dash if it is not known.

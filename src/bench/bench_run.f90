@@ -5,9 +5,9 @@ module bench_run
   use kinds, only: wp
   use failure, only: error_t, fail
   use text, only: to_text
-  use bench_case, only: case_slot_t, sampling_t, measure
+  use bench_case, only: case_slot_t, sampling_t, measure_until_quiet
   use bench_record, only: record_t, keep_least, heading, record_line, &
-                          check_writable, write_records
+                          unquiet_line, check_writable, write_records
   use bench_options, only: options_t, is_chosen
   use machine_bound, only: measure_machine
   use catalogue, only: all_cases
@@ -48,6 +48,7 @@ contains
         print "(a)", "round "//to_text(i)//" of "//to_text(options%n_rounds)
       call measure_all(options, plan, n_threads, records, code)
     end do
+    if (unquiet_line(records) /= "") print "(a)", unquiet_line(records)
     if (options%json /= "") call write_records(options%json, records, error)
     if (allocated(error)) code = say(error, bad_command)
   end function run_benchmark
@@ -110,7 +111,7 @@ contains
       return
     end if
     do threads = 1, merge(1, n_threads, slot%item%is_serial)
-      call measure(plan, slot%item, threads, record, error)
+      call measure_until_quiet(plan, slot%item, threads, record, error)
       if (allocated(error)) then
         code = say(error, bad_result)
         exit
