@@ -147,12 +147,8 @@ contains
       end do
     end if
     call rotate_tensors(n, r_new, stress_new)
-    do i = 1, 6
-      stress(lanes, i) = stress_new(:, i)
-    end do
-    do i = 1, self%n_state
-      state(lanes, i) = own(:, i)
-    end do
+    call put_back(lanes, context%n, 6, stress_new, stress)
+    call put_back(lanes, context%n, self%n_state, own, state)
     if (ok .and. associated(self%uvarm)) then
       do i = 1, n
         call update_output(self, context, lanes(i), dt, stress(lanes(i), :), state(lanes(i), :))
@@ -177,6 +173,24 @@ contains
       end if
     end do
   end subroutine pick
+
+  !> The reverse of `pick`.
+  pure subroutine put_back(lanes, n_all, n_values, picked, all_lanes)
+    integer, intent(in) :: lanes(:), n_all, n_values
+    real(wp), intent(in) :: picked(size(lanes), n_values)
+    real(wp), intent(inout) :: all_lanes(n_all, n_values)
+    integer :: c, first, last
+
+    first = lanes(1)
+    last = lanes(size(lanes))
+    do c = 1, n_values
+      if (last - first + 1 == size(lanes)) then
+        all_lanes(first:last, c) = picked(:, c)
+      else
+        all_lanes(lanes, c) = picked(:, c)
+      end if
+    end do
+  end subroutine put_back
 
   !> Columns of the arguments of a call, with one at least for the field variables of each end.
   pure integer function n_columns(n_fields)
