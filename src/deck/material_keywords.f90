@@ -68,6 +68,7 @@ contains
 
     material%law = "ELASTIC"
     allocate (material%constants(0))
+    material%parts = deck%records(pack(has, has > 0))%origin
     do part = 1, size(parts)
       if (has(part) == 0) then
         if (part == 2 .and. has(4) > 0) cycle

@@ -90,18 +90,18 @@ contains
     type(back_stresses_t) :: back
 
     call new_hardening(spec%plasticity%hardening, spec%constants, curve%hardening, error)
-    if (allocated(error)) return
+    if (blames(error, "*PLASTIC")) return
     if (spec%plasticity%rate /= "") then
       call set_rate_factor(spec%plasticity%rate, spec%plasticity%rate_constants, curve, error)
-      if (allocated(error)) return
+      if (blames(error, "*RATE DEPENDENT")) return
     end if
     if (allocated(spec%plasticity%heating)) then
       call set_heating(spec%density, spec%plasticity%heating, curve%heating, error)
-      if (allocated(error)) return
+      if (blames(error, "*ADIABATIC HEATING")) return
     end if
     if (allocated(spec%plasticity%back_stresses)) then
       call new_back_stresses(spec%plasticity%back_stresses, back, error)
-      if (allocated(error)) return
+      if (blames(error, "*BACK STRESS")) return
     end if
     if (spec%plasticity%potential /= "") then
       call new_anisotropic(spec, curve, back, law, error)
@@ -115,6 +115,15 @@ contains
     end if
   end subroutine new_plastic
 
+  !> Is there an error? Then it is one of this keyword.
+  logical function blames(error, keyword)
+    type(error_t), allocatable, intent(inout) :: error
+    character(*), intent(in) :: keyword
+
+    blames = allocated(error)
+    if (blames) error%keyword = keyword
+  end function blames
+
   !> An anisotropic yield function; its axes must be given.
   subroutine new_anisotropic(spec, curve, back, law, error)
     type(law_spec_t), intent(in) :: spec
@@ -126,14 +135,14 @@ contains
     real(wp) :: axes(3, 3)
 
     call new_yield_function(spec%plasticity%potential, spec%plasticity%coefficients, yield, error)
-    if (allocated(error)) return
+    if (blames(error, "*POTENTIAL")) return
     if (.not. allocated(spec%plasticity%orientation)) then
       call fail(error, "material: the yield function "//trim(spec%plasticity%potential)// &
                 " needs an *ORIENTATION that gives the rolling direction")
-      return
+      if (blames(error, "*POTENTIAL")) return
     end if
     call axes_from_points(spec%plasticity%orientation, axes, error)
-    if (allocated(error)) return
+    if (blames(error, "*ORIENTATION")) return
     allocate (law, source=new_anisotropic_plastic(spec%density, spec%young, spec%poisson, curve, &
                                                   yield, back, axes, spec%plasticity%n_stages))
   end subroutine new_anisotropic

@@ -13,11 +13,13 @@ module scene
   private
 
   public :: is_user_material
+  public :: origin_of_part
   public :: boxes_of, is_held, face_of_set
 
   !> A material: its law by a name.
   type, extends(law_spec_t), public :: material_spec_t
     type(origin_t) :: origin
+    type(origin_t), allocatable :: parts(:)         !! of the keywords after *MATERIAL
     type(string_t), allocatable :: state_names(:)   !! of the first state variables; may be none
   end type material_spec_t
 
@@ -297,6 +299,20 @@ contains
 
     is_user_material = any(material%law == ["UMAT ", "VUMAT", "USER "])
   end function is_user_material
+
+  !> Where a keyword of a material stands, such as *PLASTIC; *MATERIAL itself where there is none.
+  pure function origin_of_part(material, keyword) result(origin)
+    type(material_spec_t), intent(in) :: material
+    character(*), intent(in) :: keyword
+    type(origin_t) :: origin
+    integer :: i
+
+    origin = material%origin
+    if (.not. allocated(material%parts)) return
+    do i = 1, size(material%parts)
+      if (material%parts(i)%keyword == keyword) origin = material%parts(i)
+    end do
+  end function origin_of_part
 
   !> All boxes of a set.
   pure function boxes_of(set) result(boxes)

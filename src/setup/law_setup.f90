@@ -1,9 +1,10 @@
 !> The law of a material: one of the table, or a user's.
 module law_setup
+  use kinds, only: wp
   use failure, only: error_t
   use input_errors, only: error_list_t, add_error, add_warning
-  use text, only: upper_case
-  use scene, only: material_spec_t, is_user_material
+  use text, only: upper_case, rounded_text
+  use scene, only: material_spec_t, is_user_material, origin_of_part
   use block_law, only: block_law_t
   use material_table, only: new_law
   use user_library, only: user_library_t
@@ -28,8 +29,7 @@ contains
 
     if (.not. is_user_material(material)) then
       call new_law(material%law_spec_t, law, error)
-      if (allocated(error)) call add_error(errors, material%origin, error%message, &
-                                           "constants that the law accepts")
+      if (allocated(error)) call refuse(material, error, errors)
       return
     end if
     if (.not. present(library)) then
@@ -51,5 +51,48 @@ contains
       if (any(upper_case(material%state_names(i)%value) == ["EQPS", "PEEQ"])) law%eqps_state = i
     end do
   end subroutine build_law
+
+  !> At the keyword that the error is about, with its numbers.
+  subroutine refuse(material, error, errors)
+    type(material_spec_t), intent(in) :: material
+    type(error_t), intent(in) :: error
+    type(error_list_t), intent(inout) :: errors
+    character(*), parameter :: prefix = "material: "
+    character(:), allocatable :: why, numbers
+    integer :: i
+
+    why = error%message
+    if (index(why, prefix) == 1) why = why(len(prefix) + 1:)
+    numbers = ""
+    if (.not. allocated(error%keyword)) then
+      call add_error(errors, material%origin, why, "other constants")
+      return
+    end if
+    associate (values => numbers_of(material, error%keyword))
+      do i = 1, size(values)
+        numbers = numbers//", "//rounded_text(values(i))
+      end do
+    end associate
+    call add_error(errors, origin_of_part(material, error%keyword), "the numbers "// &
+                   numbers(3:)//": "//why, "what input/KEYWORDS.md says under "//error%keyword)
+  end subroutine refuse
+
+  !> What a deck gives with a keyword of plasticity.
+  pure function numbers_of(material, keyword) result(numbers)
+    type(material_spec_t), intent(in) :: material
+    character(*), intent(in) :: keyword
+    real(wp), allocatable :: numbers(:)
+
+    associate (plasticity => material%plasticity)
+      select case (keyword)
+      case ("*RATE DEPENDENT"); numbers = plasticity%rate_constants
+      case ("*ADIABATIC HEATING"); numbers = plasticity%heating
+      case ("*BACK STRESS"); numbers = plasticity%back_stresses
+      case ("*POTENTIAL"); numbers = plasticity%coefficients
+      case ("*ORIENTATION"); numbers = plasticity%orientation
+      case default; numbers = material%constants
+      end select
+    end associate
+  end function numbers_of
 
 end module law_setup

@@ -37,6 +37,8 @@ BOTTOM = """*TOOL, NAME=bottom, TYPE=PLANE, SIDE=NEGATIVE, COMPONENT OF=die
 40, 0, 0
 0, 0, 23
 """
+HILL = "*POTENTIAL, TYPE=HILL48\n1.8, 1.5, 2.3\n*ORIENTATION\n"
+BEAD = "*DRAW BEAD, WIDTH=6, FACE=Y_MAX\n5e4\n60, 1, 0\n60, 1, 20\n"
 SHORT_DIE = [("70, 0, 0\n100, 0, 0", "55, 0, 0\n60, 0, 0"), (PUNCH, PIECE.format(x="{x}") + PUNCH)]
 
 
@@ -158,6 +160,10 @@ MISTAKES = [
                   (REMOVAL, "*MODEL CHANGE, REMOVE\npunch, holder"),
                   (STROKE, "*AMPLITUDE, NAME=stroke, TIME=TOTAL TIME\n0, 0, <0.1*time>, 1, "
                    "<0.9*time>, 1, <time>, 0")]),
+    Mistake("axes that are parallel", "*ORIENTATION", ["1, 0, 0, 1, 0, 0: ", "parallel"],
+            text=[(BLANK, HILL + "1, 0, 0, 1, 0, 0\n" + BLANK)], level="error"),
+    Mistake("constants of another hardening", "*PLASTIC", ["200, 200, 8: ", "exponent"],
+            text=[("HARDENING=VOCE", "HARDENING=SWIFT")], level="error"),
     Mistake("tool without a pair", HOLDER, ["holder", "*CONTACT PAIR"],
             text=[("*CONTACT PAIR, TOOL=holder, FACE=Y_MAX, FRICTION=0.1\n", ""),
                   (FORCE + "\n0, <holder_force>, 0\n", "")]),
