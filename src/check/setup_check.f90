@@ -54,7 +54,7 @@ contains
     call check_reach(scene, model, encounters, thickness, errors)
     call check_clearance(scene, model, encounters, thickness, errors)
     call check_forces(scene, model, encounters, thickness, errors)
-    call check_amounts(scene, model, encounters, errors)
+    call check_amounts(scene, model, encounters, thickness, errors)
     call check_effort(scene, model, encounters, thickness, errors)
     allocate (lines(0))
     call add_stroke_lines(scene, model, lines)
