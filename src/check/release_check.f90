@@ -1,11 +1,13 @@
 !> Steps in which a part is released from its tools, and springs back: tools that still hold it, no
-!! damping, and tools removed from under others that still press.
+!! damping, tools removed from under others that still press; relaxation that a stroke or an
+!! amplitude keeps from coming to rest.
 module release_check
   use kinds, only: wp
-  use text, only: to_text
+  use text, only: to_text, rounded_text
   use input_errors, only: error_list_t, add_warning
   use scene, only: scene_t, step_spec_t
   use model, only: model_t
+  use model_setup, only: last_change
   use contact_effect, only: contact_view_t, contact_pairs
   use sweep, only: path_t, path_of
   use stroke_check, only: stroke_t, stroke_of
@@ -30,7 +32,7 @@ contains
 
     n = 1 + size(scene%later_steps)
     pairs = [contact_pairs(model%forces), contact_pairs(model%later_forces)]
-    if (n == 1 .or. size(pairs) == 0) return
+    if (size(pairs) == 0) return
     allocate (acts(size(pairs), n), travel(3, size(scene%tools), n))
     do i = 1, size(scene%tools)
       paths(i) = path_of(model, i)
@@ -43,8 +45,10 @@ contains
       end do
     end do
     travel = merge(travel, 0.0_wp, abs(travel) > thickness)
-    do step = 2, n
-      call check_held(scene, step, acts, travel, errors)
+    do step = 1, n
+      call check_relaxation(scene, step, pairs, acts, travel, errors)
+      if (step == 1) cycle
+      call check_held(scene, step, pairs, acts, travel, errors)
       call check_damping(scene, step, acts, errors)
       call check_counterparts(scene, step, pairs, acts, travel, errors)
     end do
@@ -66,21 +70,64 @@ contains
     end do
   end function travel_in
 
-  !> Warn of a step that relaxes a part between tools that have formed it and that stay to the end.
-  subroutine check_held(scene, step, acts, travel, errors)
+  !> Warn of a step with relaxation that a tool forms the blank in, or whose amplitudes last longer.
+  subroutine check_relaxation(scene, step, pairs, acts, travel, errors)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
+    type(contact_view_t), intent(in) :: pairs(:)
     logical, intent(in) :: acts(:, :)
     real(wp), intent(in) :: travel(:, :, :)
     type(error_list_t), intent(inout) :: errors
+    type(step_spec_t) :: spec
+    real(wp) :: way(3), before(3)
+    integer :: i
+
+    spec = scene%step
+    if (step > 1) spec = scene%later_steps(step - 1)%step
+    if (.not. spec%has_relaxation) return
+    if (last_change(scene, step) > spec%duration) call add_warning(errors, spec%origin, "a "// &
+      "step with dynamic relaxation that ends at "//rounded_text(spec%duration)//", before the "// &
+      "last time of an amplitude that begins in it, "//rounded_text(last_change(scene, step))// &
+      ": relaxation does not end before that", "a longer step or a shorter amplitude")
+    do i = 1, size(pairs)
+      if (.not. acts(i, step)) cycle
+      way = travel(:, pairs(i)%pair%tool, step)
+      before = sum(travel(:, pairs(i)%pair%tool, :step - 1), dim=2)
+      ! A tool that goes back where it came from releases the part.
+      if (.not. any(abs(way) > 0.0_wp) .or. dot_product(way, before) < 0.0_wp) cycle
+      call add_warning(errors, spec%origin, "a step with dynamic relaxation in which the tool '"// &
+                       scene%tools(pairs(i)%pair%tool)%name//"' moves by "// &
+                       rounded_text(norm2(way)), "*DYNAMIC RELAXATION in a step of its own, "// &
+                       "after the stroke")
+      return
+    end do
+  end subroutine check_relaxation
+
+  !> Warn of a step that relaxes a part between tools that have formed it and that stay to the end.
+  subroutine check_held(scene, step, pairs, acts, travel, errors)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: step
+    type(contact_view_t), intent(in) :: pairs(:)
+    logical, intent(in) :: acts(:, :)
+    real(wp), intent(in) :: travel(:, :, :)
+    type(error_list_t), intent(inout) :: errors
+    character(:), allocatable :: which
+    integer :: i
 
     if (.not. scene%later_steps(step - 1)%step%has_relaxation .or. is_loaded(scene, step)) return
-    if (any(acts(:, step - 1) .and. .not. acts(:, size(acts, 2))) .or. &
-        .not. any(acts(:, step - 1))) return
+    associate (last => acts(:, size(acts, 2)))
+      if (any(acts(:, step - 1) .and. acts(:, step) .and. .not. last)) return
+      i = findloc(acts(:, step - 1) .and. last, .true., dim=1)
+    end associate
+    if (i == 0) return
     if (any(abs(travel(:, :, step:)) > 0.0_wp) .or. &
         .not. any(abs(travel(:, :, :step - 1)) > 0.0_wp)) return
+    which = "all tools"
+    if (any(acts(:, step - 1) .and. .not. acts(:, step))) &
+      which = "the tool '"//scene%tools(pairs(i)%pair%tool)%name//"'"
     call add_warning(errors, scene%later_steps(step - 1)%step%origin, "a step with dynamic "// &
-                     "relaxation in which all tools of the step before still touch the blank "// &
+                     "relaxation in which "//which//" of the step before still touch"// &
+                     trim(merge("es", "  ", which /= "all tools"))//" the blank "// &
                      "and none moves: the part cannot spring back", &
                      "*MODEL CHANGE, REMOVE of the tools, and supports that hold rigid motion")
   end subroutine check_held

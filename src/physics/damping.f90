@@ -162,6 +162,9 @@ contains
                 " of the internal energy (limit "//rounded_text(item%energy_limit)// &
                 "), unbalanced force "//rounded_text(item%force_residual)//" (limit "// &
                 rounded_text(item%force_limit)//")"
+        if (.not. item%is_done .and. item%energy_residual <= item%energy_limit .and. &
+            item%force_residual <= item%force_limit) words = words//"; amplitudes of this step "// &
+          "last until "//rounded_text(item%settled_from)//", before which it does not end"
       end select
     end do
   end function relaxation_outcome

@@ -32,7 +32,7 @@ module model_setup
   implicit none
   private
 
-  public :: build_model
+  public :: build_model, last_change
 
 contains
 

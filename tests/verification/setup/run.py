@@ -160,6 +160,13 @@ MISTAKES = [
                   (REMOVAL, "*MODEL CHANGE, REMOVE\npunch, holder"),
                   (STROKE, "*AMPLITUDE, NAME=stroke, TIME=TOTAL TIME\n0, 0, <0.1*time>, 1, "
                    "<0.9*time>, 1, <time>, 0")]),
+    Mistake("relaxation shorter than an amplitude", RELEASE, ["ends at 0.01", "amplitude", " 1:"],
+            text=[(MATERIAL, "*AMPLITUDE, NAME=slow\n0, 0, 1, 1\n" + MATERIAL),
+                  ("near, 2, 3\n", "near, 2, 3\n*GRAVITY, AMPLITUDE=slow\n0, -9810, 0\n")]),
+    Mistake("holder that is not removed", RELEASE, ["'holder'", "still touches"],
+            text=[(REMOVAL, "*MODEL CHANGE, REMOVE\ndie, punch")]),
+    Mistake("relaxation during the stroke", "*DYNAMIC, EXPLICIT\n<time>", ["moves by 30"],
+            text=[("<time>\n*TOOL MOTION", "<time>\n*DYNAMIC RELAXATION\n*TOOL MOTION")]),
     Mistake("axis 3 of the material in the sheet", "*ORIENTATION", ["axis 3", "in the sheet"],
             text=[(BLANK, HILL + "1, 0, 0, 0, 1, 0\n" + BLANK)]),
     Mistake("axes that are parallel", "*ORIENTATION", ["1, 0, 0, 1, 0, 0: ", "parallel"],
