@@ -10,7 +10,7 @@ module setup_check
   use shape_check, only: check_shape
   use reach_check, only: encounter_t, encounters_of, check_reach
   use clearance_check, only: check_clearance
-  use symmetry_check, only: check_symmetry
+  use symmetry_check, only: check_symmetry, check_symmetry_names
   use effort_check, only: check_effort, add_effort_lines
   use amount_check, only: check_amounts
   use stroke_check, only: check_strokes, add_stroke_lines
@@ -42,6 +42,7 @@ contains
       call check_motion(scene, errors)
       call check_friction(scene, errors)
       call check_loads(scene, errors)
+      call check_symmetry_names(scene, errors)
       call check_supports(scene, errors)
       call check_release(scene, model, thickness, errors)
       call check_strokes(scene, model, thickness, errors)

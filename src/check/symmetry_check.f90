@@ -1,11 +1,12 @@
-!> Planes of symmetry of the blank that do not fit the tools: tools that cross one and are not
-!! symmetric to it, and tools that end a little before it.
+!> Planes of symmetry of the blank that do not fit its faces or the tools: faces across another
+!! axis; tools that cross a plane and are not symmetric to it or move across it, that lie beyond it,
+!! and that end a little before it.
 module symmetry_check
   use kinds, only: wp
   use text, only: rounded_text, place_text
   use input_errors, only: error_list_t, add_warning
   use scene, only: scene_t
-  use support_extent, only: held_ends, find_box
+  use support_extent, only: extent_t, extent_of, is_across, held_ends, find_box
   use model, only: model_t
   use tool, only: tool_t
   use closest_point, only: hit_t, is_beside
@@ -18,12 +19,14 @@ module symmetry_check
   implicit none
   private
 
-  public :: check_symmetry
+  public :: check_symmetry, check_symmetry_names
 
   real(wp), parameter :: exact = 0.1_wp       !! distance, of the thickness, that counts as none
   real(wp), parameter :: few = 3.0_wp         !! thicknesses that a tool ends before a plane ...
   real(wp), parameter :: part = 0.05_wp       !! ... or part of the length of the blank: suspicious
   real(wp), parameter :: toward = 0.9_wp      !! cosine of a direction that runs to the plane
+  real(wp), parameter :: aside = 1.0e-3_wp    !! cosine of a motion that still runs along the plane
+  character(1), parameter :: coordinates(3) = ["x", "y", "z"]
 
   !> A plane of symmetry across a coordinate.
   type :: plane_t
@@ -77,10 +80,76 @@ contains
         if (target%face /= encounters(i)%face) &
           call new_sheet_target(model%bodies%blank, encounters(i)%face, thickness, target)
         call check_mirror(scene, model, encounters(i), planes(p), target, errors)
+        call check_side(scene, model, encounters(i), planes(p), thickness, errors)
         call check_end(scene, model, encounters, i, planes(p), target, errors)
       end do
     end do
   end subroutine check_symmetry
+
+  !> Warn of XSYMM, YSYMM and ZSYMM on a face of the blank that is flat across another axis: that
+  !! holds the motion along the face.
+  subroutine check_symmetry_names(scene, errors)
+    type(scene_t), intent(in) :: scene
+    type(error_list_t), intent(inout) :: errors
+    character(*), parameter :: words(3) = ["XSYMM", "YSYMM", "ZSYMM"]
+    type(extent_t) :: extent
+    integer :: i, c, across
+
+    do i = 1, size(scene%boundaries)
+      associate (boundary => scene%boundaries(i))
+        c = findloc(words == boundary%word, .true., 1)
+        ! Later ones may be supports of the released part.
+        if (c == 0 .or. boundary%first_step > 1) cycle
+        extent = extent_of(scene, boundary%set)
+        across = findloc([is_across(extent, 1), is_across(extent, 2), is_across(extent, 3)], &
+                         .true., 1)
+        if (across == 0 .or. is_across(extent, c)) cycle
+        call add_warning(errors, boundary%origin, words(c)//" of the set "// &
+                         scene%sets(boundary%set)%name//", a plane face with the normal "// &
+                         coordinates(across), words(across)//", which holds the motion across it")
+      end associate
+    end do
+  end subroutine check_symmetry_names
+
+  !> Warn of a tool that lies beyond a plane as a whole, or that the plane cuts and that moves
+  !! across it: its mirror would move the other way.
+  subroutine check_side(scene, model, encounter, plane, thickness, errors)
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
+    type(encounter_t), intent(in) :: encounter
+    type(plane_t), intent(in) :: plane
+    real(wp), intent(in) :: thickness         !! of the blank [length]
+    type(error_list_t), intent(inout) :: errors
+    type(frame_t) :: frame
+    real(wp), allocatable :: distances(:)
+    integer :: i, k
+
+    frame = frame_of(encounter)
+    associate (tool => model%bodies%tools(encounter%tool), name => scene%tools(encounter%tool)%name)
+      associate (points => border_points(tool))
+        distances = [(away(plane, in_space(frame, points(i)%x)), i=1, size(points))]
+      end associate
+      associate (points => inner_points(tool))
+        distances = [distances, (away(plane, in_space(frame, points(i)%x)), i=1, size(points))]
+      end associate
+      if (maxval(distances) < exact*thickness .and. minval(distances) < -exact*thickness) then
+        call add_warning(errors, scene%tools(encounter%tool)%origin, "the tool '"//name// &
+          "', which lies beyond the plane of symmetry "//name_of(plane)//" of the blank", &
+          "a tool on the side of the blank")
+      else if (minval(distances) < exact*thickness) then
+        do k = 1, size(scene%motions)
+          associate (motion => scene%motions(k))
+            if (motion%tool /= encounter%tool .or. motion%is_rotation) cycle
+            if (abs(motion%vector(plane%c)) <= aside*norm2(motion%vector)) cycle
+            call add_warning(errors, motion%origin, "a motion of the tool '"//name// &
+              "' along "//coordinates(plane%c)//", across the plane of symmetry "// &
+              name_of(plane)//" of the blank, which cuts the tool", "a motion along the plane, "// &
+              "or a blank without this symmetry")
+          end associate
+        end do
+      end if
+    end associate
+  end subroutine check_side
 
   !> Where a tool is compared with the planes: where it touches first, else nearest.
   pure function frame_of(encounter) result(frame)
@@ -183,7 +252,6 @@ contains
   pure function name_of(plane) result(name)
     type(plane_t), intent(in) :: plane
     character(:), allocatable :: name
-    character(1), parameter :: coordinates(3) = ["x", "y", "z"]
 
     name = coordinates(plane%c)//" = "//rounded_text(plane%at)
   end function name_of

@@ -90,6 +90,7 @@ contains
       is_number = first >= 1 .and. last <= 3 .and. first <= last
       if (is_number) boundary%is_prescribed(first:last) = .true.
     else
+      boundary%word = word
       select case (word)
       case ("XSYMM"); boundary%is_prescribed(1) = .true.
       case ("YSYMM"); boundary%is_prescribed(2) = .true.

@@ -136,6 +136,7 @@ module scene
   type, public :: boundary_spec_t
     type(origin_t) :: origin
     integer :: set = 0
+    character(8) :: word = ""               !! that the deck names them by, such as XSYMM
     logical :: is_prescribed(3) = .false.   !! which components
     real(wp) :: velocity(3) = 0.0_wp        !! of the prescribed components, scaled by the curve
     integer :: curve = 0

@@ -160,6 +160,12 @@ MISTAKES = [
                   (REMOVAL, "*MODEL CHANGE, REMOVE\npunch, holder"),
                   (STROKE, "*AMPLITUDE, NAME=stroke, TIME=TOTAL TIME\n0, 0, <0.1*time>, 1, "
                    "<0.9*time>, 1, <time>, 0")]),
+    Mistake("symmetry of another axis", "X_MIN, YSYMM", ["YSYMM", "normal x", "XSYMM"],
+            text=[("X_MIN, XSYMM", "X_MIN, YSYMM")]),
+    Mistake("motion across the plane of symmetry", MOTION, ["along x", "symmetry x = 0"],
+            text=[("0, <-speed>, 0", "<0.01*speed>, <-speed>, 0")]),
+    Mistake("punch beyond the plane of symmetry", PUNCH, ["beyond the plane", "x = 0"],
+            ["punch_x=-60"]),
     Mistake("relaxation shorter than an amplitude", RELEASE, ["ends at 0.01", "amplitude", " 1:"],
             text=[(MATERIAL, "*AMPLITUDE, NAME=slow\n0, 0, 1, 1\n" + MATERIAL),
                   ("near, 2, 3\n", "near, 2, 3\n*GRAVITY, AMPLITUDE=slow\n0, -9810, 0\n")]),
