@@ -47,6 +47,7 @@ module approach
   integer, parameter :: n_intervals = 32      !! of the time of a step of the deck
   integer, parameter :: n_halvings = 30       !! of the time between two positions
   real(wp), parameter :: short = 0.5_wp       !! travel near the sheet, of its thickness
+  real(wp), parameter :: through = 3.0_wp     !! travel after the first touch, not through the sheet
 
 contains
 
@@ -126,8 +127,8 @@ contains
     dt = (dt - path%starts(frame%step)%time)/n_intervals
     do i = 1, n_halvings
       next = position_at(path, min(frame%time + dt, path%end_time))
-      if (has_touched) exit
-      if (moved_by(tool, frame, next) <= max(distance, short*thickness)) exit
+      if (moved_by(tool, frame, next) <= max(distance, merge(through, short, has_touched) &
+                                             *thickness)) exit
       dt = 0.5_wp*dt
     end do
   end function next_position

@@ -89,7 +89,7 @@ contains
     end if
     do i = 1, size(encounters)
       effort = effort_of(scene, model, encounters(i), thickness)
-      if (.not. effort%speed > 0.0_wp) cycle
+      if (.not. (effort%speed > 0.0_wp .and. effort%forming > 0.0_wp)) cycle
       call append_text(lines, "speed            tool "//scene%tools(encounters(i)%tool)%name// &
         " at up to "//rounded_text(effort%speed)//speed//", "// &
         rounded_text(effort%touch_speed)//" when it touches: impact "// &
@@ -119,7 +119,7 @@ contains
         rounded_text(effort%touch_speed)//", an impact force of "//rounded_text(effort%impact)
       if (effort%inertia > effort%forming) found = "accelerates the blank by up to "// &
         rounded_text(effort%acceleration)//", a force of inertia of "//rounded_text(effort%inertia)
-      if (found == "") cycle
+      if (found == "" .or. .not. effort%forming > 0.0_wp) cycle
       k = findloc(scene%motions%tool, encounters(i)%tool, dim=1)
       call add_warning(errors, scene%motions(k)%origin, "the tool '"// &
         scene%tools(encounters(i)%tool)%name//"', which "//found//", where the forming takes "// &

@@ -16,7 +16,7 @@ module reach_check
   use closest_point, only: hit_t, is_beside
   use tool_search, only: search_all_faces
   use approach, only: approach_t, edge_t, find_approach, rest_on_sheet
-  use travel, only: blank_reach, force_motion
+  use travel, only: blank_reach, force_motion, is_formed_by_strokes
   implicit none
   private
 
@@ -52,6 +52,7 @@ contains
     do i = 1, size(pairs)
       associate (pair => pairs(i)%pair)
         if (any(encounters%tool == pair%tool .and. encounters%face == pair%face)) cycle
+        if (pair%last_step < pair%first_step) cycle   ! removed before it acts
         associate (target => targets(pair%face), tool => model%bodies%tools(pair%tool))
           if (target%face == 0) call new_sheet_target(model%bodies%blank, pair%face, thickness, &
                                                       target)
@@ -67,12 +68,23 @@ contains
           k = force_motion(scene, pair%tool)
           if (k > 0 .and. encounter%path%is_still) call lower_to_sheet(scene%motions(k)%vector, &
                                                                      tool, target, encounter)
-          call find_approach(tool, encounter%path, target, encounter%approach)
+          call find_approach(tool, path_until(encounter%path, pair%last_step), target, &
+                             encounter%approach)
         end associate
       end associate
       encounters = [encounters, encounter]
     end do
   end function encounters_of
+
+  !> A path that ends with a step, in which its tool is removed.
+  pure function path_until(path, last_step) result(part)
+    type(path_t), intent(in) :: path
+    integer, intent(in) :: last_step
+    type(path_t) :: part
+
+    part = path
+    if (last_step < size(path%starts)) part%end_time = path%starts(last_step + 1)%time
+  end function path_until
 
   !> The *CONTACT PAIR of a tool and a face, given or found.
   pure integer function spec_of(scene, tool, face) result(k)
@@ -108,12 +120,17 @@ contains
     type(encounter_t), intent(in) :: encounters(:)
     real(wp), intent(in) :: thickness         !! of the blank [length]
     type(error_list_t), intent(inout) :: errors
+    logical :: are_leaving
     integer :: i
 
+    are_leaving = do_all_leave(scene, encounters)
     do i = 1, size(encounters)
       associate (encounter => encounters(i), approach => encounters(i)%approach, &
                  tool => model%bodies%tools(encounters(i)%tool))
         if (has_error_at(errors, encounter%origin)) cycle
+        if (is_edge_face(scene, encounter%face, thickness)) call add_warning(errors, &
+          encounter%origin, "a face of the blank that is an edge of the sheet, under the tool '"// &
+          tool%name//"'", "a large face, or no FACE: the one that faces the tool is then chosen")
         if (encounter%first_step == 1 .and. approach%is_behind) then
           call add_error(errors, scene%tools(encounter%tool)%origin, "the tool '"//tool%name// &
                          "', behind whose surface the blank lies, "// &
@@ -124,10 +141,32 @@ contains
           encounter%origin, "a face of the blank that looks away from the tool '"//tool%name//"'", &
           "the opposite FACE, or no FACE: the one that faces the tool is then chosen")
         call check_edges(scene, model, encounters, i, errors)
-        call check_distance(scene, model, encounter, thickness, errors)
+        call check_distance(scene, model, encounters, i, thickness, are_leaving, errors)
       end associate
     end do
   end subroutine check_reach
+
+  !> Does a sheet have other faces far closer together than this one and the opposite one?
+  pure logical function is_edge_face(scene, face, thickness)
+    type(scene_t), intent(in) :: scene
+    integer, intent(in) :: face
+    real(wp), intent(in) :: thickness         !! [length]
+    real(wp), parameter :: thin = 5.0_wp
+    real(wp) :: x(3, 2)
+    integer :: p
+
+    is_edge_face = size(scene%blank%patches) > 0
+    do p = 1, size(scene%blank%patches)
+      associate (points => scene%blank%patches(p)%solid%points)
+        x = 0.0_wp
+        select case ((face + 1)/2)
+        case (1); x = reshape([points(1, 1, 1, :), points(size(points, 1), 1, 1, :)], [3, 2])
+        case (2); x = reshape([points(1, 1, 1, :), points(1, size(points, 2), 1, :)], [3, 2])
+        end select
+      end associate
+      is_edge_face = is_edge_face .and. norm2(x(:, 2) - x(:, 1)) > thin*thickness
+    end do
+  end function is_edge_face
 
   !> Warn of the edge of a tool beyond which the blank extends farthest, without a tool that faces
   !! the same side of it there, as the punch does in the opening of a holder, or the same tool
@@ -203,20 +242,108 @@ contains
     touches_beyond = approach%has_touched .and. along > 0.0_wp .and. along <= edge%overhang
   end function touches_beyond
 
+  !> Is a tool nowhere nearer to the blank at rest than at the start, and farther at the end?
+  pure logical function is_leaving(approach)
+    type(approach_t), intent(in) :: approach
+    real(wp), parameter :: clearly = 1.0e-3_wp
+
+    is_leaving = approach%is_leaving .and. .not. approach%nearest%time > 0.0_wp .and. &
+                 approach%at_end - approach%at_start > clearly*approach%at_end
+  end function is_leaving
+
+  !> How far others carry the blank after a tool that leaves it: as far as they move, and twice as
+  !! far where a tool on the same face is there to bend the blank over.
+  real(wp) function push_of(scene, encounters, i) result(reach)
+    type(scene_t), intent(in) :: scene
+    type(encounter_t), intent(in) :: encounters(:)
+    integer, intent(in) :: i
+    integer, parameter :: n_samples = 32
+    type(path_t) :: path
+    type(frame_t) :: frame
+    real(wp) :: far
+    integer :: j, k
+
+    associate (direction => encounters(i)%approach%toward_end)
+      reach = blank_reach(scene, encounters(i)%tool, direction)
+      if (any(scene%motions%is_force .or. scene%motions%is_rotation) .or. &
+          .not. is_formed_by_strokes(scene)) return
+      reach = 0.0_wp
+      do j = 1, size(encounters)
+        if (encounters(j)%tool == encounters(i)%tool) cycle
+        if (any(encounters(:j - 1)%tool == encounters(j)%tool)) cycle
+        path = path_until(encounters(j)%path, encounters(j)%last_step)
+        far = 0.0_wp
+        do k = 1, n_samples
+          frame = position_at(path, k*path%end_time/n_samples)
+          far = max(far, dot_product(frame%displacement - path%starts(1)%displacement, direction))
+        end do
+        reach = reach + far
+      end do
+      if (count(encounters%face == encounters(i)%face) > 1) reach = 2*reach
+    end associate
+  end function push_of
+
+  !> Does a tool move as the deck says before it is removed?
+  pure logical function does_move(encounter)
+    type(encounter_t), intent(in) :: encounter
+    integer, parameter :: n_samples = 16
+    type(path_t) :: path
+    type(frame_t) :: frame
+    integer :: k
+
+    path = path_until(encounter%path, encounter%last_step)
+    does_move = .false.
+    do k = 1, n_samples
+      if (path%is_still .or. does_move) exit
+      frame = position_at(path, k*path%end_time/n_samples)
+      does_move = any(abs(frame%displacement - path%starts(1)%displacement - path%shift) > 0.0_wp) &
+                  .or. any(abs(frame%rotation - path%starts(1)%rotation) > 0.0_wp)
+    end do
+  end function does_move
+
+  !> Is the blank held under a tool with a force for tools to form it, and is none pressed into it?
+  !! Without a holder they may carry it by friction, as rolls do.
+  pure logical function does_none_press(scene, encounters)
+    type(scene_t), intent(in) :: scene
+    type(encounter_t), intent(in) :: encounters(:)
+    integer :: i
+
+    does_none_press = is_formed_by_strokes(scene) .and. any(scene%motions%is_force)
+    do i = 1, size(encounters)
+      does_none_press = does_none_press .and. .not. encounters(i)%approach%is_pressed
+    end do
+  end function does_none_press
+
+  !> Do all tools that move as the deck says leave the blank, which nothing else moves?
+  pure logical function do_all_leave(scene, encounters)
+    type(scene_t), intent(in) :: scene
+    type(encounter_t), intent(in) :: encounters(:)
+    integer :: i
+
+    do_all_leave = is_formed_by_strokes(scene)
+    do i = 1, size(encounters)
+      do_all_leave = do_all_leave .and. (.not. does_move(encounters(i)) .or. &
+                                         is_leaving(encounters(i)%approach))
+    end do
+  end function do_all_leave
+
   !> A tool that does not touch the blank at rest must be met by a blank that others carry.
-  subroutine check_distance(scene, model, encounter, thickness, errors)
+  subroutine check_distance(scene, model, encounters, i, thickness, are_leaving, errors)
     type(scene_t), intent(in) :: scene
     type(model_t), intent(in) :: model
-    type(encounter_t), intent(in) :: encounter
+    type(encounter_t), intent(in) :: encounters(:)
+    integer, intent(in) :: i
     real(wp), intent(in) :: thickness         !! of the blank [length]
+    logical, intent(in) :: are_leaving        !! all tools that move
     type(error_list_t), intent(inout) :: errors
-    real(wp), parameter :: clearly = 1.0e-3_wp
+    real(wp), parameter :: nearly = 0.9_wp
     character(:), allocatable :: found
-    real(wp) :: away, gone, reach
+    real(wp) :: away, reach
 
-    if (force_motion(scene, encounter%tool) > 0) return
+    if (force_motion(scene, encounters(i)%tool) > 0) return
     found = ""
-    associate (tool => scene%tools(encounter%tool), approach => encounter%approach)
+    associate (encounter => encounters(i), tool => scene%tools(encounters(i)%tool), &
+               approach => encounters(i)%approach)
       if (.not. approach%has_touched) then
         away = least_distance_of(model, encounter)
         reach = blank_reach(scene, encounter%tool, approach%toward)
@@ -226,12 +353,14 @@ contains
           trim(merge("it passes beside it, at", "it comes within        ", approach%is_beside))// &
           " "//rounded_text(away)
       end if
-      gone = approach%at_end - approach%at_start
-      if (found == "" .and. approach%is_leaving .and. .not. approach%nearest%time > 0.0_wp .and. &
-          gone > clearly*approach%at_end) then
-        if (gone > blank_reach(scene, encounter%tool, approach%toward_end)) &
+      if (found == "" .and. is_leaving(approach)) then
+        if (are_leaving .or. approach%at_end - approach%at_start > &
+            nearly*push_of(scene, encounters, i)) &
           found = "the tool '"//tool%name//"', which moves away from the blank"
       end if
+      if (found == "" .and. does_move(encounter) .and. does_none_press(scene, encounters)) &
+        found = "the tool '"//tool%name//"', which moves and is never pressed into the blank, "// &
+                "nor is another tool"
       if (found /= "") call add_warning(errors, tool%origin, found, &
                                         "a *TOOL MOTION towards the blank")
     end associate

@@ -15,6 +15,7 @@ module setup_check
   use amount_check, only: check_amounts
   use stroke_check, only: check_strokes, add_stroke_lines
   use load_check, only: check_loads
+  use motion_check, only: check_travels, check_removals
   use release_check, only: check_release
   use step_check, only: check_motion, check_friction, check_forces, check_supports
   implicit none
@@ -46,6 +47,8 @@ contains
       call check_supports(scene, errors)
       call check_release(scene, model, thickness, errors)
       call check_strokes(scene, model, thickness, errors)
+      call check_travels(scene, model, thickness, errors)
+      call check_removals(scene, errors)
     end if
     do t = 1, size(scene%tools)
       call check_shape(model%bodies%tools(t), thickness, scene%tools(t)%origin, errors)

@@ -9,7 +9,7 @@ module step_check
   use model, only: model_t
   use tool_drive, only: tool_drive_t
   use support_extent, only: extent_t, extent_of, is_across, round_off, find_box
-  use travel, only: force_motion
+  use travel, only: force_motion, is_formed_by_strokes
   use reach_check, only: encounter_t
   implicit none
   private
@@ -24,21 +24,29 @@ module step_check
 
 contains
 
-  !> Warn of a scene in which nothing moves or presses.
+  !> Warn of a scene in which nothing moves or presses, or the blank cannot move.
   subroutine check_motion(scene, errors)
     type(scene_t), intent(in) :: scene
     type(error_list_t), intent(inout) :: errors
+    logical :: is_fixed(3)
+    type(extent_t) :: extent
     integer :: i
 
-    if (size(scene%tools) == 0 .or. size(scene%loads) + size(scene%initial_velocities) > 0) return
+    is_fixed = .false.
     do i = 1, size(scene%boundaries)
-      if (any(abs(scene%boundaries(i)%velocity) > 0.0_wp)) return
+      associate (boundary => scene%boundaries(i))
+        if (boundary%first_step > 1 .or. any(abs(boundary%velocity) > 0.0_wp)) cycle
+        extent = extent_of(scene, boundary%set)
+        if (.not. extent%is_all .or. all(is_fixed)) cycle
+        is_fixed = is_fixed .or. boundary%is_prescribed
+        if (all(is_fixed)) call add_warning(errors, boundary%origin, "all of the blank held in "// &
+          "x, y and z, so that nothing can form it", "a set of fewer points or components")
+      end associate
     end do
+    if (size(scene%tools) == 0 .or. .not. is_formed_by_strokes(scene)) return
     do i = 1, size(scene%motions)
       if (any(abs(scene%motions(i)%vector) > 0.0_wp) .and. .not. scene%motions(i)%is_force) return
     end do
-    ! One tool of two that a force moves may form the sheet; of more it is a holder.
-    if (size(scene%tools) <= 2 .and. any(scene%motions%is_force)) return
     call add_warning(errors, scene%tools(1)%origin, "no tool that moves and no load", &
                      "a *TOOL MOTION, such as that of a punch")
   end subroutine check_motion

@@ -5,7 +5,7 @@ module travel
   implicit none
   private
 
-  public :: stroke_bounds, blank_reach, force_motion
+  public :: stroke_bounds, blank_reach, force_motion, is_formed_by_strokes
 
   real(wp), parameter :: unlimited = 1.0e30_wp   !! [length]
   real(wp), parameter :: lever = 2.0_wp          !! motion of a blank over that of a tool
@@ -101,5 +101,19 @@ contains
 
     i = findloc(scene%motions%tool == tool .and. scene%motions%is_force, .true., dim=1)
   end function force_motion
+
+  !> Does nothing but the motion of tools form the blank? Of two tools the one that a force moves
+  !! may form it; of more it is a holder.
+  pure logical function is_formed_by_strokes(scene)
+    type(scene_t), intent(in) :: scene
+    integer :: i
+
+    is_formed_by_strokes = size(scene%loads) + size(scene%initial_velocities) == 0 .and. &
+                           (size(scene%tools) > 2 .or. .not. any(scene%motions%is_force))
+    do i = 1, size(scene%boundaries)
+      is_formed_by_strokes = is_formed_by_strokes .and. &
+                             .not. any(abs(scene%boundaries(i)%velocity) > 0.0_wp)
+    end do
+  end function is_formed_by_strokes
 
 end module travel

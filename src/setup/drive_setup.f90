@@ -59,8 +59,17 @@ contains
         end associate
       end do
       towards = dot_product(spec%vector, way)/(norm2(spec%vector)*max(norm2(way), tiny(1.0_wp)))
-      if (abs(towards) < clearly .or. any(factors*towards > 0.0_wp)) return
       if (.not. any(abs(factors) > 0.0_wp)) return
+      if (abs(towards) < clearly) then
+        ! A motion may press the tool that a force draws along.
+        if (norm2(way) < clearly .or. any(scene%motions%tool == spec%tool .and. &
+            scene%motions%step == spec%step .and. .not. scene%motions%is_force)) return
+        call add_warning(errors, spec%origin, "a force along the surface of the tool "// &
+                         scene%tools(spec%tool)%name//", which does not press it on the blank", &
+                         "a force across the blank")
+        return
+      end if
+      if (any(factors*towards > 0.0_wp)) return
       call add_warning(errors, spec%origin, "a force that draws the tool "// &
                        scene%tools(spec%tool)%name//" away from the blank at all times", &
                        "the opposite sign, or the SIDE of the *TOOL on which the blank lies")
