@@ -22,6 +22,8 @@ module clearance_check
   real(wp), parameter :: least_room = 0.9_wp  !! of the thickness, that is no mistake
   real(wp), parameter :: facing = 0.5_wp      !! cosine between surfaces that face each other
   real(wp), parameter :: deep = 3.0_wp        !! overlap beyond it, of the thickness: another side
+  real(wp), parameter :: sideways = 0.8_wp    !! part of a stroke: where more of it is too much ...
+  real(wp), parameter :: head_on = 0.9_wp     !! ... and this cosine is smaller, it is not too long
   integer, parameter :: n_intervals = 32      !! of the time of a step of the deck
   integer, parameter :: n_halvings = 30       !! of a time
 
@@ -36,6 +38,7 @@ module clearance_check
     real(wp) :: point(3) = 0.0_wp             !! in the frame of this tool
     real(wp) :: excess = 0.0_wp               !! how far it moves on, after the clearance was the
                                               !! thickness; 0: along the other tool [length]
+    real(wp) :: slope = 1.0_wp                !! cosine of that way and the normal
   end type tightest_t
 
   !> A point of one tool, and its distance from the other when it was last searched.
@@ -335,6 +338,7 @@ contains
       if (dot_product(way, normal) <= deepest) cycle
       deepest = dot_product(way, normal)
       tightest%excess = norm2(way)
+      tightest%slope = dot_product(way, normal)/norm2(way)
     end do
   contains
 
@@ -349,6 +353,23 @@ contains
     end function place_at
 
   end subroutine find_excess
+
+  !> How far two tools move past each other from the start on, at steps of the deck [length].
+  pure real(wp) function travel_of(a, b)
+    type(encounter_t), intent(in) :: a, b
+    type(frame_t) :: ends(2)
+    real(wp) :: start(3)
+    integer :: i
+
+    start = a%path%starts(1)%displacement - b%path%starts(1)%displacement
+    ends(1) = position_at(a%path, a%path%end_time)
+    ends(2) = position_at(b%path, b%path%end_time)
+    travel_of = norm2(ends(1)%displacement - ends(2)%displacement - start)
+    do i = 1, size(a%path%starts)
+      travel_of = max(travel_of, norm2(a%path%starts(i)%displacement &
+                                       - b%path%starts(i)%displacement - start))
+    end do
+  end function travel_of
 
   !> At the motion that is too long, else at the tool that moves.
   subroutine report(scene, a, b, tightest, thickness, errors)
@@ -374,7 +395,10 @@ contains
             ", where the sheet is "//rounded_text(thickness)//" thick"
     origin = scene%tools(mover)%origin
     expected = "a clearance of at least the thickness between their surfaces"
-    if (tightest%excess > 0.0_wp) then
+    if (tightest%excess > sideways*travel_of(a, b) .and. tightest%slope < head_on) then
+      expected = expected//", which overlap for most of the stroke: tools of other sizes or "// &
+                 "places"
+    else if (tightest%excess > 0.0_wp) then
       found = found//": the stroke is too long by "//rounded_text(tightest%excess)
       expected = "a stroke that ends where the clearance is the thickness"
       frame = position_at(a%path, tightest%time)

@@ -182,6 +182,8 @@ MISTAKES = [
                   (REMOVAL, MOTION + ", AMPLITUDE=stroke\n0, <-speed>, 0\n" + REMOVAL)]),
     Mistake("die that moves away under a holder", DIE, ["'die'", "moves away"],
             text=[(MOTION, "*TOOL MOTION, TOOL=die")]),
+    Mistake("punch wider than the die", PUNCH, ["overlap for most of the stroke"],
+            ["punch_x=8"]),
     Mistake("relaxation shorter than an amplitude", RELEASE, ["ends at 0.01", "amplitude", " 1:"],
             text=[(MATERIAL, "*AMPLITUDE, NAME=slow\n0, 0, 1, 1\n" + MATERIAL),
                   ("near, 2, 3\n", "near, 2, 3\n*GRAVITY, AMPLITUDE=slow\n0, -9810, 0\n")]),
