@@ -46,7 +46,8 @@ contains
     numbers = all_numbers(record)
     if (mod(size(numbers), 2) == 1) then
       call add_error(errors, record%origin, to_text(size(numbers))//" numbers", &
-                     "pairs of time and value")
+                     "pairs of time and value, up to the next line with one `*` (a line "// &
+                     "that begins with `**` is a comment)")
       return
     end if
     curve%times = numbers(1::2)

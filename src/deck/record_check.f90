@@ -423,7 +423,8 @@ contains
     n = size(first)
     if (n > size(form%fields) .and. .not. form%is_repeated) then
       call add_error(errors, line_origin(deck, deck%records(i), line), to_text(n)//" fields", &
-                     to_text(size(form%fields))//" fields: "//field_names(form))
+                     to_text(size(form%fields))//trim(merge(" field: ", " fields:", &
+                     size(form%fields) == 1))//" "//field_names(form)//decimal_note(given))
       n = size(form%fields)
     end if
     place = deck%records(i)%first(line)
@@ -436,6 +437,21 @@ contains
                       errors)
     end do
   end subroutine check_line
+
+  !> A hint at a comma between digits, which may be meant as a decimal point.
+  pure function decimal_note(line) result(note)
+    character(*), intent(in) :: line
+    character(:), allocatable :: note
+    character(*), parameter :: digits = "0123456789"
+    integer :: i
+
+    note = ""
+    do i = 2, len(line) - 1
+      if (line(i:i) == "," .and. scan(line(i - 1:i - 1), digits) == 1 .and. &
+          scan(line(i + 1:i + 1), digits) == 1) note = "; a comma separates fields, and "// &
+                                                       "decimals follow a point, as in 0.3"
+    end do
+  end function decimal_note
 
   !> Of the fields of a line that has the next one at its end, those of the line in hand.
   pure subroutine take_part(record, line, n_fields, first, last)

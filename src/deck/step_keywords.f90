@@ -2,8 +2,8 @@
 module step_keywords
   use kinds, only: wp
   use input_errors, only: origin_t, error_list_t, add_error
-  use text, only: upper_case, squeezed, to_text
-  use name_table, only: name_table_t, insert
+  use text, only: string_t, upper_case, squeezed, to_text
+  use name_table, only: name_table_t, insert, place_of
   use scene, only: scene_t, contact_spec_t, bead_spec_t, motion_spec_t, step_spec_t, &
                    output_spec_t, later_step_t
   use deck_records, only: parsed_deck_t, find_records, is_option_given, field_word, line_origin, &
@@ -24,6 +24,7 @@ contains
     type(scene_t), intent(inout) :: scene
     type(error_list_t), intent(inout) :: errors
     type(name_table_t) :: known
+    type(string_t), allocatable :: words(:)
     type(origin_t) :: origin
     type(motion_spec_t) :: parked(size(scene%tools))
     integer, allocatable :: found(:)
@@ -44,9 +45,10 @@ contains
         end if
         do line = 1, record%n_lines
           origin = line_origin(deck, record, line)
-          do j = 1, n_fields(record, line)
-            if (field_word(record, line, j) == "") cycle
-            call resolve(known, field_word(record, line, j), "*TOOL or *DRAW BEAD", origin, &
+          words = names_on(record, line, known)
+          do j = 1, size(words)
+            if (words(j)%value == "") cycle
+            call resolve(known, words(j)%value, "*TOOL or *DRAW BEAD", origin, &
                          place, errors)
             if (place > n_tools) then
               call change_bead(known%names(place)%value, step_of(record%step), is_added, origin, &
@@ -61,6 +63,29 @@ contains
       end associate
     end do
   end subroutine read_changes
+
+  !> The fields of a line; a line without commas may be one name with blanks.
+  function names_on(record, line, known) result(words)
+    type(record_t), intent(in) :: record
+    integer, intent(in) :: line
+    type(name_table_t), intent(in) :: known
+    type(string_t), allocatable :: words(:)
+    character(:), allocatable :: all_words
+    logical :: are_known
+    integer :: j
+
+    allocate (words(n_fields(record, line)))
+    all_words = ""
+    are_known = .true.
+    do j = 1, size(words)
+      words(j)%value = field_word(record, line, j)
+      all_words = all_words//" "//words(j)%value
+      are_known = are_known .and. place_of(known, squeezed(upper_case(words(j)%value))) > 0
+    end do
+    if (are_known .or. place_of(known, squeezed(upper_case(all_words(2:)))) == 0) return
+    words = words(:1)
+    words(1)%value = all_words(2:)
+  end function names_on
 
   !> Names of beads behind those of tools; several beads may share one.
   subroutine enter_beads(beads, known)

@@ -261,7 +261,8 @@ contains
       end associate
     end do
     left = max(0.0_wp, 4*(1 - model%step%safety**2))
-    if (maxval(shares) > left) call add_warning(errors, origin, &
+    ! Increments beyond the stable one have been reported, whatever the penalty.
+    if (maxval(shares) > left .and. left > 0.0_wp) call add_warning(errors, origin, &
       "a penalty of "//rounded_text(maxval(shares))//" times mass over the square of the step", &
       "at most "//rounded_text(left)//", all that the safety factor "// &
       to_text(model%step%safety)//" leaves: beyond it contact may be unstable")
@@ -279,7 +280,7 @@ contains
     do i = 1, size(pairs)
       if (shares(i) > 0.0_wp) call scale_stiffness(pairs(i)%pair%pair, limit/total)
     end do
-    call add_warning(errors, origin, "penalties of "//to_text(n_tools)// &
+    if (left > 0.0_wp) call add_warning(errors, origin, "penalties of "//to_text(n_tools)// &
                      " tools on one face that add up to "//rounded_text(total), &
                      "at most "//rounded_text(limit)//" with the scale factor "// &
                      rounded_text(model%step%safety)//"; they are scaled to that")
