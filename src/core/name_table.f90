@@ -7,12 +7,13 @@ module name_table
   implicit none
   private
 
-  public :: name_table_t, insert, place_of
+  public :: name_table_t, insert, place_of, note_use
 
   !> Names in order of entry: the first `n_names` of `names`. Case matters.
   type :: name_table_t
     integer :: n_names = 0
     type(string_t), allocatable :: names(:)   !! longer than `n_names`, grown by doubling
+    logical, allocatable :: is_used(:)        !! something refers to them
     integer, allocatable :: slots(:)          !! place in `names`, 0: free; at most half in use
   end type name_table_t
 
@@ -26,7 +27,8 @@ contains
     integer :: slot
 
     if (.not. allocated(table%slots)) then
-      allocate (table%names(16), table%slots(0:31))
+      allocate (table%names(16), table%slots(0:31), table%is_used(16))
+      table%is_used = .false.
       table%slots = 0
     end if
     if (table%n_names == size(table%names)) call double(table)
@@ -46,6 +48,14 @@ contains
     place_of = 0
     if (allocated(table%slots)) place_of = table%slots(slot_of(table, name))
   end function place_of
+
+  !> Note that something refers to the name at a place; 0 is none.
+  pure subroutine note_use(table, place)
+    type(name_table_t), intent(inout) :: table
+    integer, intent(in) :: place
+
+    if (place > 0) table%is_used(place) = .true.
+  end subroutine note_use
 
   !> Slot that holds the name, or the free slot where it belongs.
   pure integer function slot_of(table, name) result(slot)
@@ -75,6 +85,7 @@ contains
       call move_alloc(table%names(i)%value, longer(i)%value)
     end do
     call move_alloc(longer, table%names)
+    table%is_used = [table%is_used, spread(.false., 1, table%n_names)]
     deallocate (table%slots)
     allocate (table%slots(0:2*size(table%names) - 1))
     table%slots = 0

@@ -7,7 +7,8 @@ module deck_reader
   use scene, only: scene_t
   use scene_reduction, only: reduce_scene
   use lexer, only: lexed_deck_t, lex_deck, line_text, append_text
-  use deck_records, only: parsed_deck_t, find_records, deck_end, deck_context_t, enter_names
+  use deck_records, only: parsed_deck_t, find_records, deck_end, deck_context_t, enter_names, &
+                          check_uses
   use keyword_table, only: keyword_table_t
   use all_keywords, only: list_keywords
   use record_check, only: check_records
@@ -136,6 +137,7 @@ contains
     do i = 1, size(table%items)
       if (associated(table%items(i)%read)) call table%items(i)%read(deck, context, scene, errors)
     end do
+    if (n_errors(errors) == 0) call check_uses(deck, context%names, errors)
     do i = size(deck%lexed%files) + 1, size(scene%files)   ! geometry from other programs
       scene%digest = scene%digest//digest_line(scene%sums(i)%value, "the file '" &
                                                //scene%files(i)%value//"'")

@@ -4,13 +4,13 @@
 !! names.
 module deck_records
   use kinds, only: wp
-  use input_errors, only: origin_t, new_origin, error_list_t, add_error
+  use input_errors, only: origin_t, new_origin, error_list_t, add_error, add_warning
   use text, only: read_real, upper_case, to_text, squeezed
   use keyword_spec, only: keyword_spec_t, did_you_mean, names_material, names_curve, &
                           names_patch, names_tool, names_set, names_point
   use lexer, only: lexed_deck_t
   use knot_vector, only: knot_vector_t
-  use name_table, only: name_table_t, insert, place_of
+  use name_table, only: name_table_t, insert, place_of, note_use
   implicit none
   private
 
@@ -20,7 +20,7 @@ module deck_records
   public :: line_origin, line_place, deck_end, n_data_lines, check_lines
   public :: n_deck_steps, step_of, first_record, end_before
   public :: deck_context_t, deck_names_t, box_frame_t, patch_parts_t
-  public :: enter_names, enter_name, resolve, resolve_option
+  public :: enter_names, enter_name, resolve, resolve_option, check_uses
 
   !> An option of a keyword, by its present name.
   type :: option_t
@@ -294,9 +294,41 @@ contains
     call insert(names, "="//to_text(names%n_names), is_new)
   end subroutine enter_name
 
+  !> Warn of materials, amplitudes and sets that nothing in the deck refers to: a name is misspelt
+  !! or an option forgotten. Files that it includes may hold more than is needed. Names must have
+  !! been resolved.
+  subroutine check_uses(deck, names, errors)
+    type(parsed_deck_t), intent(in) :: deck
+    type(deck_names_t), intent(in) :: names
+    type(error_list_t), intent(inout) :: errors
+    integer :: i
+
+    do i = 1, size(deck%records)
+      if (deck%records(i)%spec == 0 .or. deck%lexed%blocks(i)%file > 1) cycle
+      select case (deck%keywords(deck%records(i)%spec)%names)
+      case (names_material); call check_use(deck%records(i), names%materials, errors)
+      case (names_curve); call check_use(deck%records(i), names%curves, errors)
+      case (names_set); call check_use(deck%records(i), names%sets, errors)
+      end select
+    end do
+  end subroutine check_uses
+
+  subroutine check_use(record, names, errors)
+    type(record_t), intent(in) :: record
+    type(name_table_t), intent(in) :: names
+    type(error_list_t), intent(inout) :: errors
+    integer :: place
+
+    place = place_of(names, squeezed(upper_case(option_text(record, "NAME"))))
+    if (place == 0) return
+    if (.not. names%is_used(place)) call add_warning(errors, record%origin, "the name "// &
+      option_text(record, "NAME")//", which nothing in the deck refers to", "a keyword that "// &
+      "names it, or no "//record%origin%keyword)
+  end subroutine check_use
+
   !> Place of the thing that goes by a name; 0 and an error if there is none.
   pure subroutine resolve(names, name, what, origin, place, errors)
-    type(name_table_t), intent(in) :: names
+    type(name_table_t), intent(inout) :: names
     character(*), intent(in) :: name
     character(*), intent(in) :: what   !! such as *MATERIAL
     type(origin_t), intent(in) :: origin
@@ -305,6 +337,7 @@ contains
     character(:), allocatable :: hint
 
     place = place_of(names, squeezed(upper_case(name)))
+    call note_use(names, place)
     if (place > 0) return
     hint = ""
     if (names%n_names > 0) hint = did_you_mean(name, names%names(:names%n_names))
@@ -315,7 +348,7 @@ contains
   pure subroutine resolve_option(record, option, names, what, place, errors)
     type(record_t), intent(in) :: record
     character(*), intent(in) :: option
-    type(name_table_t), intent(in) :: names
+    type(name_table_t), intent(inout) :: names
     character(*), intent(in) :: what   !! such as *MATERIAL
     integer, intent(out) :: place
     type(error_list_t), intent(inout) :: errors

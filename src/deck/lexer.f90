@@ -2,7 +2,7 @@
 module lexer
   use kinds, only: wp
   use failure, only: error_t
-  use input_errors, only: origin_t, new_origin, error_list_t, add_error
+  use input_errors, only: origin_t, new_origin, error_list_t, add_error, add_warning
   use text, only: string_t, upper_case, to_text, squeezed
   use checksum, only: contents_checksum
   use text_file, only: read_source, read_plain_source, next_line, path_beside
@@ -211,14 +211,43 @@ contains
     call take_overrides(overrides, state, nowhere, errors)
     call read_file(path, nowhere, .false., deck, state, errors)
     do i = 1, state%overrides%names%n_names
-      if (state%is_used(i) .or. deck%is_cut) cycle
       name = state%overrides%names%names(i)%value
+      if (state%is_used(i) .and. .not. is_mentioned(deck%characters(:deck%n_characters), name)) &
+        call add_warning(errors, nowhere, "--set "//name//", a parameter that nothing in the "// &
+                         "deck refers to", "a parameter that is used in <...> or by another one")
+      if (state%is_used(i) .or. deck%is_cut) cycle
       nearest = nearest_parameter(state%parameters, name)
       if (nearest /= "") nearest = ", did you mean "//nearest//"?"
       call add_error(errors, nowhere, "--set "//name//", which no *PARAMETER of the deck defines", &
                      "the name of a parameter of the deck"//nearest)
     end do
   end subroutine lex_deck
+
+  !> Does a parameter stand in any line of a deck within <...>, or behind the = of another one?
+  pure logical function is_mentioned(contents, name)
+    character(*), intent(in) :: contents      !! of all files
+    character(*), intent(in) :: name          !! upper case
+    character(*), parameter :: of_names = letters//"abcdefghijklmnopqrstuvwxyz_0123456789"
+    character(:), allocatable :: line
+    integer :: next, at, before
+
+    next = 1
+    is_mentioned = .false.
+    do while (next <= len(contents) .and. .not. is_mentioned)
+      call next_line(contents, next, line)
+      if (is_comment(line)) cycle
+      line = " "//upper_case(line)//" "
+      at = merge(index(line, "<"), scan(line, "<="), scan(adjustl(line), "*") == 1)
+      do while (at > 0 .and. .not. is_mentioned)
+        before = at
+        at = index(line(before + 1:), name)
+        if (at == 0) exit
+        at = before + at
+        is_mentioned = scan(line(at - 1:at - 1), of_names) == 0 .and. &
+                       scan(line(at + len(name):at + len(name)), of_names) == 0
+      end do
+    end do
+  end function is_mentioned
 
   pure subroutine take_overrides(overrides, state, nowhere, errors)
     type(string_t), intent(in) :: overrides(:)

@@ -3,7 +3,7 @@ module set_keywords
   use kinds, only: wp
   use input_errors, only: origin_t, error_list_t, add_error
   use text, only: string_t, upper_case, squeezed, to_text, read_real, strings
-  use name_table, only: insert, place_of
+  use name_table, only: insert, place_of, note_use
   use knot_vector, only: basis_derivatives, find_span
   use scene, only: scene_t, box_spec_t, set_spec_t
   use keyword_spec, only: did_you_mean
@@ -123,6 +123,7 @@ contains
 
     key = squeezed(upper_case(name))
     place = place_of(context%names%sets, key)
+    call note_use(context%names%sets, place)
     if (place > 0) return
     if (key /= "ALL" .and. face_of(key, context%frame) == 0 .and. side_of(key) == 0) then
       call add_error(errors, origin, "the unknown set "//name, "the name of a *SET or of a "// &

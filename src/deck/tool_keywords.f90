@@ -116,7 +116,7 @@ contains
   subroutine read_surfaces(deck, record, context, is_offset, tool, scene, errors)
     type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
-    type(deck_context_t), intent(in) :: context
+    type(deck_context_t), intent(inout) :: context
     logical, intent(in) :: is_offset(:)           !! tools of the scene, read or not
     integer, intent(in) :: tool                   !! place in the scene
     type(scene_t), intent(inout) :: scene
@@ -344,7 +344,7 @@ contains
   !! surfaces on an error.
   subroutine read_offset_tool(record, names, is_offset, scene, tool, errors)
     type(record_t), intent(in) :: record
-    type(deck_names_t), intent(in) :: names
+    type(deck_names_t), intent(inout) :: names
     logical, intent(in) :: is_offset(:)       !! tools of the scene, read or not
     type(scene_t), intent(inout) :: scene
     integer, intent(in) :: tool               !! place in the scene

@@ -64,7 +64,8 @@ contains
     end do
   end function has_error
 
-  !> All errors as text, for a look at what went wrong.
+  !> All errors as text, for a look at what went wrong; but for names that nothing uses, as most
+  !! decks of one keyword have them.
   function all_errors(errors) result(lines)
     type(error_list_t), intent(in) :: errors
     character(:), allocatable :: lines
@@ -72,6 +73,7 @@ contains
 
     lines = ""
     do i = 1, errors%n_items
+      if (index(errors%items(i)%found, ", which nothing in the deck refers to") > 0) cycle
       lines = lines//error_line(errors%items(i))//feed
     end do
   end function all_errors

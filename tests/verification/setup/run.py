@@ -38,6 +38,7 @@ BOTTOM = """*TOOL, NAME=bottom, TYPE=PLANE, SIDE=NEGATIVE, COMPONENT OF=die
 0, 0, 23
 """
 HILL = "*POTENTIAL, TYPE=HILL48\n1.8, 1.5, 2.3\n*ORIENTATION\n"
+OTHER = "*MATERIAL, NAME=other\n*DENSITY\n2.7e-9\n*ELASTIC\n7e4, 0.3\n"
 BEAD = "*DRAW BEAD, WIDTH=6, FACE=Y_MAX\n5e4\n60, 1, 0\n60, 1, 20\n"
 SHORT_DIE = [("70, 0, 0\n100, 0, 0", "55, 0, 0\n60, 0, 0"), (PUNCH, PIECE.format(x="{x}") + PUNCH)]
 
@@ -201,6 +202,12 @@ MISTAKES = [
             text=[(STROKE, BEAD + STROKE)]),
     Mistake("pressure in kPa", "Y_MAX, 8000", ["8000", "310"],
             text=[("near, 2, 3\n", "near, 2, 3\n*PRESSURE\nY_MAX, 8000\n")]),
+    Mistake("amplitude that is not named", "*AMPLITUDE, NAME=stroke", ["stroke", "nothing"],
+            text=[(MOTION + ", AMPLITUDE=stroke", MOTION)]),
+    Mistake("set that is not named", "*SET, NAME=near", ["near", "nothing"],
+            text=[("near, 2, 3", "X_MIN, 2, 3")]),
+    Mistake("material that is not named", "*MATERIAL, NAME=other", ["other", "nothing"],
+            text=[(BLANK, OTHER + BLANK)]),
     Mistake("all of the blank held", "ALL, ENCASTRE", ["nothing can form it"],
             text=[("X_MIN, XSYMM", "ALL, ENCASTRE")]),
     Mistake("decimal comma", "<young>, 0,3", ["3 fields", "decimals follow a point"],
