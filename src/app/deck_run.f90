@@ -34,7 +34,7 @@ module deck_run
   use run_state, only: run_t, wall_seconds
   use run_saver, only: saver_t, save_verified, drop_checkpoint
   use start_frame, only: fill_setup, write_start_frame
-  use run_start, only: new_saver, claim_files, start_run, saving_words
+  use run_start, only: new_saver, claim_files, start_run, saving_words, check_restart
   use forming_run, only: run_model, save_failed, first_steps
   use check_report, only: print_check, print_forecast, source_lines, saving_lines, check_torsion, &
                           print_modes, print_lines
@@ -103,7 +103,9 @@ contains
       call print_forecast(model, outlook, may_be_called(library))
       call print_lines(saving_lines(scene))
       call print_lines(source_lines(scene, model))
-      code = exit_done
+      if (command%restart /= "") call check_restart(command, scene, model, error)
+      if (allocated(error)) write (error_unit, "(a)") "igaform: "//error%message
+      code = merge(exit_input, exit_done, allocated(error))
     else if (command%n_modes > 0) then
       code = report_modes(model, command%n_modes)
     else

@@ -15,7 +15,7 @@ module run_start
   use system_files, only: kind_of_file, is_same_file
   use provenance, only: log_mark
   use text_file, only: why_left_alone
-  use output_files, only: check_message_file, path_beside_result
+  use output_files, only: check_message_file, path_beside_result, result_path
   use forming_run, only: new_run
   use run_state, only: run_t
   use run_saver, only: saver_t, resume_from, least_steps
@@ -24,7 +24,7 @@ module run_start
   implicit none
   private
 
-  public :: new_saver, claim_files, start_run, saving_words
+  public :: new_saver, claim_files, start_run, saving_words, check_restart
 
 contains
 
@@ -145,6 +145,29 @@ contains
     if (.not. allocated(error)) call remove_leftovers(setup%path, saver%path)
     if (is_same_file(command%restart, saver%path)) saver%saved_step = run%n_steps
   end subroutine start_run
+
+  !> Does the checkpoint of --restart fit the deck? For `--check`: nothing is written, and the
+  !! model is of no use afterwards.
+  subroutine check_restart(command, scene, model, error)
+    type(command_t), intent(in) :: command
+    type(scene_t), intent(in) :: scene
+    type(model_t), intent(inout) :: model
+    type(error_t), allocatable, intent(out) :: error
+    type(saver_t) :: saver
+    type(run_t) :: run
+    type(state_store_t) :: store
+    character(:), allocatable :: path, why
+
+    call result_path(command, [string_t ::], path, error)
+    if (allocated(error)) return
+    call new_saver(command, scene, path, [string_t ::], saver)
+    call read_checkpoint(command%restart, saver%header, store, error, saver%other_build)
+    if (allocated(error)) return
+    call new_run(model, run)
+    call resume_from(saver, model, run, store)
+    why = state_problem(store, run)
+    if (why /= "") call fail(error, "checkpoint '"//command%restart//"' rejected: "//why)
+  end subroutine check_restart
 
   !> Why the state that was taken from a checkpoint cannot be continued; empty if it can.
   function state_problem(store, run) result(why)

@@ -3,6 +3,7 @@
 Usage: run.py PROGRAM. Every mistake changes draw.key, which has none, by parameters or by text.
 """
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -298,6 +299,28 @@ def complaint_about_nose(program):
     return done.stderr if done.returncode != 0 or "warning" in done.stderr else None
 
 
+def complaint_about_words(program):
+    """Names with blanks on lines of their own, a parameter that nothing uses, increments beyond
+    the stable one, and a checkpoint that is missing."""
+    lower = re.sub(r"\bdie\b", "lower die", DECK).replace("lower die, punch", "lower die\npunch")
+    done = check(program, lower)
+    if done.returncode != 0 or done.stderr:
+        return f"name with a blank:\n{done.stderr}"
+    idle = DECK.replace("stroke = 30\n", "stroke = 30\nidle = 2\n")
+    done = check(program, idle, "--set", "idle=3", "--set", "stroke=29")
+    if "--set IDLE, a parameter that nothing" not in done.stderr or "STROKE" in done.stderr:
+        return f"parameter that nothing uses:\n{done.stderr}"
+    done = check(program, DECK.replace("EXPLICIT\n<time>", "EXPLICIT, SCALE FACTOR=2\n<time>"))
+    if "above the stable" not in done.stderr or "penalt" in done.stderr:
+        return f"scale factor of 2:\n{done.stderr}"
+    done = check(program, DECK, "--restart", "none.ckpt.h5")
+    if done.returncode == 0 or "none.ckpt.h5" not in done.stderr:
+        return f"checkpoint that is missing:\n{done.stderr}"
+    done = check(program, DECK, "--restart", "draw.key")
+    return None if done.returncode != 0 and "draw.key" in done.stderr else \
+        f"checkpoint that is a deck:\n{done.stderr}"
+
+
 def main(program):
     done = check(program, DECK)
     complaints = [("set-up without a mistake", done.stderr)] \
@@ -309,10 +332,11 @@ def main(program):
         complaints.append((mistake.name, complaint_about(program, mistake)))
     complaints.append(("all sides", complaint_about_sides(program)))
     complaints.append(("sharp nose", complaint_about_nose(program)))
+    complaints.append(("words", complaint_about_words(program)))
     complaints = [(name, text) for name, text in complaints if text]
     for name, text in complaints:
         print(f"{name}: {text}\n")
-    print(f"{len(MISTAKES) + 5} set-ups, {len(complaints)} complaints")
+    print(f"{len(MISTAKES) + 10} set-ups, {len(complaints)} complaints")
     return 1 if complaints else 0
 
 
