@@ -412,7 +412,7 @@ contains
     type(tile_result_t), intent(inout) :: result
     type(pressed_points_t) :: pressed
     real(wp), dimension(most_points) :: start, depth
-    integer :: list(most_points + 1), i
+    integer :: list(most_points), i
 
     pressed%n = 0
     do i = 1, due%n
@@ -436,7 +436,7 @@ contains
     call keep_pressed(contact, start, pressed, result%reaction)
   end subroutine press_due
 
-  !> Points that press or pressed, and how they moved.
+  !> Points that touch or touched, and how they moved.
   pure subroutine take_pressed(contact, tile, due, list, start, depth, pressed)
     type(contact_t), intent(in) :: contact
     type(tile_t), intent(in) :: tile
@@ -453,7 +453,7 @@ contains
     !$omp simd
     do i = 1, pressed%n
       pressed%point(i) = due%point(list(i))
-      pressed%was_pressed(i) = start(i) >= 0.0_wp
+      pressed%was_touching(i) = start(i) >= 0.0_wp
       pressed%stiffness(i) = contact%stiffness(due%point(list(i)))
     end do
     do c = 1, 3
@@ -641,7 +641,7 @@ contains
     call carry_array(store, "stiffness", size(contact%stiffness), contact%stiffness)
     call carry_array(store, "net", size(contact%motion%now), contact%motion%now)
     call carry_indices(store, "face", size(contact%face), contact%n_faces, contact%face)
-    call carry_array(store, "at", size(contact%at), contact%at)
+    call carry_array(store, "local_coordinates", size(contact%at), contact%at)
     call carry_array(store, "test_at", size(contact%test_at), contact%test_at)
     call carry_array(store, "search_at", size(contact%search_at), contact%search_at)
     call carry_array(store, "start", size(contact%start), contact%start)

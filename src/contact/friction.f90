@@ -61,9 +61,9 @@ contains
     end do
   end subroutine apply_friction
 
-  !> Stretch springs by the motion along the tangent plane, and let them slip. A point that leaves
-  !! has no normal and no limit: its spring loses all. Written out by components for the vector
-  !! registers.
+  !> Stretch springs by the motion along the tangent plane, and let them slip. A point without push
+  !! has no limit, one that leaves no normal either: its spring loses all. Written out by components
+  !! for the vector registers.
   pure subroutine return_stretches(coefficient, pressed, stretch, stored, lost)
     real(wp), intent(in) :: coefficient
     type(pressed_points_t), intent(inout) :: pressed
@@ -86,7 +86,7 @@ contains
       s2 = stretch(i, 2)
       s3 = stretch(i, 3)
       k = pressed%stiffness(i)
-      limit = coefficient*pressed%push(i)
+      limit = min(coefficient*pressed%push(i), huge(limit))
       ! The stretch turned into the tangent plane. On a break of the tangent the old direction may
       ! have no image there.
       along = s1*n1 + s2*n2 + s3*n3
@@ -100,7 +100,7 @@ contains
       t2 = t2*factor
       t3 = t3*factor
       along = m1*n1 + m2*n2 + m3*n3
-      part = merge(1.0_wp, touching_part(pressed%push(i), -k*along), pressed%was_pressed(i))
+      part = merge(1.0_wp, touching_part(pressed%push(i), -k*along), pressed%was_touching(i))
       s1 = t1 + part*(m1 - along*n1)
       s2 = t2 + part*(m2 - along*n2)
       s3 = t3 + part*(m3 - along*n3)

@@ -112,8 +112,8 @@ contains
     allocate (damping%force(3, size(mass)), source=0.0_wp)
   end subroutine new_contact_damping
 
-  !> Add the damping of the points of a tile to their push. A point that has just come has no
-  !! velocity yet.
+  !> Add the damping of the points of a tile to their push, where there is some. A point that has
+  !! just come has no velocity yet.
   pure subroutine damp_points(damping, dt, pressed, lost)
     type(contact_damping_t), intent(inout) :: damping
     real(wp), intent(in) :: dt                         !! since the last call, 0: no call yet [time]
@@ -130,10 +130,11 @@ contains
       n1 = pressed%normal(i, 1)
       n2 = pressed%normal(i, 2)
       n3 = pressed%normal(i, 3)
-      m1 = merge(pressed%moved(i, 1), 0.0_wp, pressed%was_pressed(i))
-      m2 = merge(pressed%moved(i, 2), 0.0_wp, pressed%was_pressed(i))
-      m3 = merge(pressed%moved(i, 3), 0.0_wp, pressed%was_pressed(i))
+      m1 = merge(pressed%moved(i, 1), 0.0_wp, pressed%was_touching(i))
+      m2 = merge(pressed%moved(i, 2), 0.0_wp, pressed%was_touching(i))
+      m3 = merge(pressed%moved(i, 3), 0.0_wp, pressed%was_touching(i))
       push = max(-damping%constant(p)*(m1*n1 + m2*n2 + m3*n3)*per_dt, -pressed%push(i))
+      push = merge(push, 0.0_wp, pressed%push(i) > 0.0_wp)
       lost = lost - 0.5_wp*((damping%force(1, p) + push*n1)*m1 &
                             + (damping%force(2, p) + push*n2)*m2 &
                             + (damping%force(3, p) + push*n3)*m3)

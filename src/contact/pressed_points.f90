@@ -1,5 +1,6 @@
-!> Points of one tile that press on a tool, or did so at the call before: one value a point in each
-!! array, so that springs, dampers and friction work on eight points at a time.
+!> Points of one tile that touch a tool, or did so at the call before: one value a point in each
+!! array, so that springs, dampers and friction work on eight points at a time. A point touches as
+!! soon as it is in the tool, also while its spring has no load yet.
 module pressed_points
   use kinds, only: wp
   use contact_tiles, only: tile_size
@@ -12,10 +13,10 @@ module pressed_points
   type, public :: pressed_points_t
     integer :: n
     integer :: point(most_points)              !! number on the face
-    logical :: was_pressed(most_points)        !! at the call before
+    logical :: was_touching(most_points)       !! at the call before
     real(wp) :: stiffness(most_points)         !! of the penalty [force/length]
-    real(wp) :: push(most_points)              !! along the normal, 0: does not press now [force]
-    real(wp) :: normal(most_points, 3)         !! unit, off the tool; 0 where it does not press
+    real(wp) :: push(most_points)              !! along the normal, 0: no load now [force]
+    real(wp) :: normal(most_points, 3)         !! unit, off the tool; 0 where it has left
     real(wp) :: moved(most_points, 3)          !! against the tool since the call before [length]
     real(wp) :: drag(most_points, 3)           !! along the tool [force]
   end type pressed_points_t

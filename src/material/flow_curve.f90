@@ -118,6 +118,7 @@ contains
     if (curve%heating%is_active) call soften(n, factor, flow, slope, bend)
   end subroutine flow_at
 
+  !> Multiply by the factor of the temperature.
   pure subroutine soften(n, factor, flow, slope, bend)
     integer, intent(in) :: n
     real(wp), intent(in) :: factor(n)

@@ -237,13 +237,15 @@ contains
     end select
   end subroutine harden
 
-  !> `harden` at eqps + deqps from the flow stress `first` at eqps: by short series where the
-  !! increments are short.
+  !> `harden` at eqps + deqps from the flow stress `first` at eqps: by short series where all
+  !! increments of the row are short.
   pure subroutine harden_after(curve, n, eqps, first, deqps, flow, slope, bend, reach)
     type(hardening_t), intent(in) :: curve
     integer, intent(in) :: n
     real(wp), intent(in), dimension(n) :: eqps, first, deqps   !! no deqps is negative
     real(wp), intent(out), dimension(n) :: flow, slope, bend, reach   !! see `harden`
+    real(wp), parameter :: shortest = 1.0e-14_wp   ! over a strain: below 1e-12 there is no series,
+                                                   ! as `first` has lost its power
     real(wp) :: per_strain(n), rest, most
     integer :: l
 
@@ -260,7 +262,7 @@ contains
         call exp_small(n, flow)
         !$omp simd private(rest)
         do l = 1, n
-          rest = (curve%yield + curve%saturation - first(l))*flow(l)
+          rest = max(curve%yield + curve%saturation - first(l), 0.0_wp)*flow(l)
           slope(l) = curve%rate*rest
           bend(l) = curve%rate*slope(l)
           flow(l) = curve%yield + curve%saturation - rest
@@ -272,7 +274,7 @@ contains
       do l = 1, n
         per_strain(l) = 1.0_wp/max(curve%offset + eqps(l), least_strain)
         flow(l) = deqps(l)*per_strain(l)
-        most = max(most, flow(l))
+        most = max(most, flow(l), shortest*per_strain(l))
       end do
       if (most <= small_part) then
         slope = flow

@@ -108,7 +108,7 @@ module scene
     integer :: tool = 0                     !! index into `tools`
     integer :: face = 0                     !! 1 xi_min, 2 xi_max, ... 6 zeta_max; 0 automatic
     character(:), allocatable :: points     !! GAUSS, KNOT or GREVILLE
-    integer :: n_points(2) = 0              !! Gauss points per element and direction, 0: p + 1
+    integer :: n_points(2) = 0              !! Gauss points along an element, 0: p, at least 2
     real(wp) :: penalty_scale = 0.5_wp      !! s of k = s m/dt^2
     real(wp) :: stiffness = 0.0_wp          !! given instead, per area [stress/length]; 0: none
     real(wp) :: friction = 0.0_wp           !! coefficient of Coulomb friction; 0: none
