@@ -3,6 +3,7 @@
 Usage: strip.py IGAFORM FOLDER_OF_DECK
 """
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -87,8 +88,9 @@ def closing_tool(folder):
     """The force rises with the way of a tool that touches nothing and is not warned of."""
     text = open(DECK).read()
     text = text.replace("AMPLITUDE=force\n", "AMPLITUDE=closing, CLOSING=holder\n")
-    text = text.replace("*DRAW BEAD,", "*AMPLITUDE, NAME=closing\n0, 0, 3, 1\n*TOOL, NAME=holder, "
-                        "TYPE=PLANE\n0, 0, 30\n80, 0, 0\n0, 10, 0\n*DRAW BEAD,")
+    text = text.replace("*DRAW BEAD,", "*TOOL, NAME=holder, TYPE=PLANE\n0, 0, 30\n80, 0, 0\n"
+                        "0, 10, 0\n*DRAW BEAD,")
+    text = re.sub(r"NAME=force\n.*\n", "NAME=closing\n0, 0, 3, 1\n", text)
     text = text.replace("*DAMPING", "*TOOL MOTION, TOOL=holder, TYPE=VELOCITY\n0, 0, <-6/time>\n"
                         "*DAMPING")
     deck, path = os.path.join(folder, "closing.key"), os.path.join(folder, "closing.h5")
