@@ -164,7 +164,7 @@ class TestRuns(Folder):
         for deck, words in ((STEEL.format(hardening=250), "*MATERIAL TEST"),
                             (TENSION.format(name="a", strain=0.1), "name steel"),
                             (STEEL.format(hardening=-1) + TENSION.format(name="a", strain=0.1),
-                             "deck.key:1: error: *MATERIAL: ")):
+                             "deck.key:6: error: *PLASTIC: ")):
             path = self.write(deck)
             done = self.run_program("material", path, code=1)
             self.assertIn(words, done.stderr)
