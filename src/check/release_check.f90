@@ -11,6 +11,7 @@ module release_check
   use contact_effect, only: contact_view_t, contact_pairs
   use sweep, only: path_t, path_of
   use stroke_check, only: stroke_t, stroke_of
+  use travel, only: time_from
   implicit none
   private
 
@@ -78,16 +79,19 @@ contains
     logical, intent(in) :: acts(:, :)
     real(wp), intent(in) :: travel(:, :, :)
     type(error_list_t), intent(inout) :: errors
+    real(wp), parameter :: round_off = 1.0e-12_wp
     type(step_spec_t) :: spec
-    real(wp) :: way(3), before(3)
+    real(wp) :: way(3), before(3), last
     integer :: i
 
     spec = scene%step
     if (step > 1) spec = scene%later_steps(step - 1)%step
     if (.not. spec%has_relaxation) return
-    if (last_change(scene, step) > spec%duration) call add_warning(errors, spec%origin, "a "// &
-      "step with dynamic relaxation that ends at "//rounded_text(spec%duration)//", before the "// &
-      "last time of an amplitude that begins in it, "//rounded_text(last_change(scene, step))// &
+    last = max(last_change(scene, step, .false.), last_change(scene, step, .true.) &
+               - (time_from(scene, 1) - time_from(scene, step)))
+    if (last > spec%duration*(1.0_wp + round_off)) call add_warning(errors, spec%origin, &
+      "a step with dynamic relaxation that ends at "//rounded_text(spec%duration)//", before "// &
+      "the last time of an amplitude that begins in it, "//rounded_text(last)// &
       ": relaxation does not end before that", "a longer step or a shorter amplitude")
     do i = 1, size(pairs)
       if (.not. acts(i, step)) cycle

@@ -5,7 +5,7 @@ module travel
   implicit none
   private
 
-  public :: stroke_bounds, blank_reach, force_motion, is_formed_by_strokes
+  public :: stroke_bounds, blank_reach, force_motion, is_formed_by_strokes, time_from
 
   real(wp), parameter :: unlimited = 1.0e30_wp   !! [length]
   real(wp), parameter :: lever = 2.0_wp          !! motion of a blank over that of a tool

@@ -39,6 +39,7 @@ module damping
     logical :: is_kinetic = .false.
     real(wp) :: energy_limit = 0.0_wp, force_limit = 0.0_wp   !! relative
     real(wp) :: settled_from = 0.0_wp              !! time from which loads are constant
+    real(wp) :: settled_total = 0.0_wp             !! of these the loads against the time of the run
     type(field_t), allocatable :: is_free(:)       !! 1, and 0 where a support holds the component
     type(field_t), allocatable :: internal_force(:)   !! of the last step, by patch
     real(wp) :: internal_energy = 0.0_wp, kinetic_energy = 0.0_wp
@@ -164,7 +165,8 @@ contains
                 rounded_text(item%force_limit)//")"
         if (.not. item%is_done .and. item%energy_residual <= item%energy_limit .and. &
             item%force_residual <= item%force_limit) words = words//"; amplitudes of this step "// &
-          "last until "//rounded_text(item%settled_from)//", before which it does not end"
+          "last until "//rounded_text(max(item%settled_from, item%settled_total))// &
+          ", before which it does not end"
       end select
     end do
   end function relaxation_outcome
@@ -213,7 +215,7 @@ contains
     end if
     self%energy_residual = kinetic/max(self%largest_energy, tiny(1.0_wp))
     call damp(self, bodies, instant, alpha)
-    if (instant%time < self%settled_from) return
+    if (instant%time < max(self%settled_from, self%settled_total)) return
     self%is_done = self%energy_residual <= self%energy_limit .and. &
                    self%force_residual <= self%force_limit
     if (self%is_done) self%settled_at = instant%time

@@ -90,7 +90,8 @@ contains
     end do
     call add_drives(scene, model, errors)
     call add_thickness_scaling(model)
-    call add_damping([(last_change(scene, i), i=1, 1 + size(model%later_steps))], model)
+    call add_damping([(last_change(scene, i, .false.), i=1, 1 + size(model%later_steps))], &
+                     [(last_change(scene, i, .true.), i=1, 1 + size(model%later_steps))], model)
     call sort_effects(model%forces)
     call sort_effects(model%supports)
     call hold_back_forces(model)
@@ -136,14 +137,17 @@ contains
       "fewer: check the units of the deck, shorten the process or scale masses")
   end subroutine check_step
 
-  !> Time of a step from which the curves that begin in it are constant.
-  pure real(wp) function last_change(scene, step) result(time)
+  !> Time of a step, or of the run, from which the curves that begin in the step and count that time
+  !! are constant.
+  pure real(wp) function last_change(scene, step, is_total) result(time)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
+    logical, intent(in) :: is_total   !! curves against the time of the run, else of the step
     integer :: i
 
     time = 0.0_wp
     do i = 1, size(scene%curves)
+      if (scene%curves(i)%is_total .neqv. is_total) cycle
       if (any([pack(scene%boundaries%curve, scene%boundaries%first_step == step), &
                pack(scene%loads%curve, scene%loads%first_step == step), &
                pack(scene%motions%curve, scene%motions%step == step)] == i)) &

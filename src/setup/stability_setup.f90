@@ -171,8 +171,9 @@ contains
   end function are_same_columns
 
   !> Add damping and relaxation. A damping that several steps share is one.
-  subroutine add_damping(settled_from, model)
+  subroutine add_damping(settled_from, settled_total, model)
     real(wp), intent(in) :: settled_from(:)  !! time of each step from which curves are constant
+    real(wp), intent(in) :: settled_total(size(settled_from))   !! the same as time of the run
     type(model_t), intent(inout) :: model
     type(step_spec_t) :: step, next
     class(damping_t), allocatable :: damping
@@ -190,6 +191,7 @@ contains
         relaxation%energy_limit = step%energy_residual
         relaxation%force_limit = step%force_residual
         relaxation%settled_from = settled_from(s)
+        relaxation%settled_total = settled_total(s)
         relaxation%is_free = free_components(model%bodies%blank, &
                                              [model%supports, model%later_supports], s)
         allocate (damping, source=relaxation)
