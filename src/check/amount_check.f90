@@ -116,7 +116,8 @@ contains
           normal = cross(x(size(x, 1), 1, 1, :) - x(1, 1, 1, :), x(1, size(x, 2), 1, :) &
                          - x(1, 1, 1, :))
         end associate
-        most = max(most, abs(dot_product(axes(:, 3), normal))/max(norm2(normal), tiny(1.0_wp)))
+        if (.not. norm2(normal) > 0.0_wp) return   ! a closed patch
+        most = max(most, abs(dot_product(axes(:, 3), normal))/norm2(normal))
       end do
       if (most < upright) call add_warning(errors, origin_of_part(material, "*ORIENTATION"), &
         "an axis 3 of the material along "//place_text(axes(:, 3))//", which lies in the sheet", &

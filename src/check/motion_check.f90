@@ -135,6 +135,9 @@ contains
         if (.not. any(abs(motion%vector) > 0.0_wp)) cycle
         if (.not. any(scene%contacts%tool == motion%tool .and. &
                       scene%contacts%last_step >= scene%contacts%first_step)) cycle
+        ! One that is added later is brought to its place.
+        if (any(scene%contacts%tool == motion%tool .and. &
+                scene%contacts%first_step > motion%step)) cycle
         last = minval([1 + size(scene%later_steps), pack(scene%motions%step - 1, &
                        scene%motions%tool == motion%tool .and. scene%motions%step > motion%step)])
         if (any(scene%contacts%tool == motion%tool .and. scene%contacts%first_step <= last .and. &

@@ -11,7 +11,7 @@ module release_check
   use contact_effect, only: contact_view_t, contact_pairs
   use sweep, only: path_t, path_of
   use stroke_check, only: stroke_t, stroke_of
-  use travel, only: time_from
+  use travel, only: time_from, force_motion
   implicit none
   private
 
@@ -95,6 +95,8 @@ contains
       ": relaxation does not end before that", "a longer step or a shorter amplitude")
     do i = 1, size(pairs)
       if (.not. acts(i, step)) cycle
+      ! One that a force brought may leave with a motion.
+      if (step > 1 .and. force_motion(scene, pairs(i)%pair%tool) > 0) cycle
       way = travel(:, pairs(i)%pair%tool, step)
       before = sum(travel(:, pairs(i)%pair%tool, :step - 1), dim=2)
       ! A tool that goes back where it came from releases the part.
@@ -107,7 +109,8 @@ contains
     end do
   end subroutine check_relaxation
 
-  !> Warn of a step that relaxes a part between tools that have formed it and that stay to the end.
+  !> Warn of a step that relaxes a part under tools that have formed it and that stay to the end, on
+  !! both faces or pressed by a force. One that is left on one face may be a support.
   subroutine check_held(scene, step, pairs, acts, travel, errors)
     type(scene_t), intent(in) :: scene
     integer, intent(in) :: step
@@ -115,26 +118,40 @@ contains
     logical, intent(in) :: acts(:, :)
     real(wp), intent(in) :: travel(:, :, :)
     type(error_list_t), intent(inout) :: errors
-    character(:), allocatable :: which
-    integer :: i
+    logical :: is_left(size(pairs))
+    integer :: i, k
 
     if (.not. scene%later_steps(step - 1)%step%has_relaxation .or. is_loaded(scene, step)) return
-    associate (last => acts(:, size(acts, 2)))
-      if (any(acts(:, step - 1) .and. acts(:, step) .and. .not. last)) return
-      i = findloc(acts(:, step - 1) .and. last, .true., dim=1)
-    end associate
-    if (i == 0) return
+    is_left = acts(:, step - 1) .and. acts(:, size(acts, 2))
+    if (any(acts(:, step - 1) .and. acts(:, step) .and. .not. is_left) .or. &
+        .not. any(is_left)) return
+    i = findloc(is_left, .true., dim=1)
+    if (.not. any([(is_left(k) .and. (pairs(k)%pair%face /= pairs(i)%pair%face &
+                    .or. force_motion(scene, pairs(k)%pair%tool) > 0), k=1, size(pairs))])) return
     if (any(abs(travel(:, :, step:)) > 0.0_wp) .or. &
         .not. any(abs(travel(:, :, :step - 1)) > 0.0_wp)) return
-    which = "all tools"
-    if (any(acts(:, step - 1) .and. .not. acts(:, step))) &
-      which = "the tool '"//scene%tools(pairs(i)%pair%tool)%name//"'"
     call add_warning(errors, scene%later_steps(step - 1)%step%origin, "a step with dynamic "// &
-                     "relaxation in which "//which//" of the step before still touch"// &
-                     trim(merge("es", "  ", which /= "all tools"))//" the blank "// &
-                     "and none moves: the part cannot spring back", &
+                     "relaxation in which "//names_of(scene, pairs, is_left)//" still touch "// &
+                     "the blank and none moves: the part cannot spring back", &
                      "*MODEL CHANGE, REMOVE of the tools, and supports that hold rigid motion")
   end subroutine check_held
+
+  !> Names of the tools of some pairs.
+  function names_of(scene, pairs, is_meant) result(names)
+    type(scene_t), intent(in) :: scene
+    type(contact_view_t), intent(in) :: pairs(:)
+    logical, intent(in) :: is_meant(size(pairs))
+    character(:), allocatable :: names
+    integer :: i
+
+    names = ""
+    do i = 1, size(pairs)
+      associate (name => "'"//scene%tools(pairs(i)%pair%tool)%name//"'")
+        if (is_meant(i) .and. index(names, name) == 0) names = names//", "//name
+      end associate
+    end do
+    names = names(3:)
+  end function names_of
 
   !> Warn of a part that is released from all tools and never damped.
   subroutine check_damping(scene, step, acts, errors)

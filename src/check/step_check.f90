@@ -35,7 +35,8 @@ contains
     is_fixed = .false.
     do i = 1, size(scene%boundaries)
       associate (boundary => scene%boundaries(i))
-        if (boundary%first_step > 1 .or. any(abs(boundary%velocity) > 0.0_wp)) cycle
+        if (boundary%first_step > 1 .or. boundary%last_step <= size(scene%later_steps) .or. &
+            any(abs(boundary%velocity) > 0.0_wp)) cycle
         extent = extent_of(scene, boundary%set)
         if (.not. extent%is_all .or. all(is_fixed)) cycle
         is_fixed = is_fixed .or. boundary%is_prescribed

@@ -103,13 +103,15 @@ contains
   end function force_motion
 
   !> Does nothing but the motion of tools form the blank? Of two tools the one that a force moves
-  !! may form it; of more it is a holder.
+  !! may form it; of more it is a holder, if it is the only one.
   pure logical function is_formed_by_strokes(scene)
     type(scene_t), intent(in) :: scene
     integer :: i
 
-    is_formed_by_strokes = size(scene%loads) + size(scene%initial_velocities) == 0 .and. &
-                           (size(scene%tools) > 2 .or. .not. any(scene%motions%is_force))
+    i = findloc(scene%motions%is_force, .true., dim=1)
+    is_formed_by_strokes = size(scene%loads) + size(scene%initial_velocities) == 0
+    if (i > 0) is_formed_by_strokes = is_formed_by_strokes .and. size(scene%tools) > 2 .and. &
+      .not. any(scene%motions%is_force .and. scene%motions%tool /= scene%motions(i)%tool)
     do i = 1, size(scene%boundaries)
       is_formed_by_strokes = is_formed_by_strokes .and. &
                              .not. any(abs(scene%boundaries(i)%velocity) > 0.0_wp)

@@ -58,6 +58,7 @@ contains
     type(error_t), intent(in) :: error
     type(error_list_t), intent(inout) :: errors
     character(*), parameter :: prefix = "material: "
+    integer, parameter :: most_numbers = 10
     character(:), allocatable :: why, numbers
     integer :: i
 
@@ -69,9 +70,10 @@ contains
       return
     end if
     associate (values => numbers_of(material, error%keyword))
-      do i = 1, size(values)
+      do i = 1, min(size(values), most_numbers)
         numbers = numbers//", "//rounded_text(values(i))
       end do
+      if (size(values) > most_numbers) numbers = numbers//", ..."
     end associate
     call add_error(errors, origin_of_part(material, error%keyword), "the numbers "// &
                    numbers(3:)//": "//why, "what input/KEYWORDS.md says under "//error%keyword)

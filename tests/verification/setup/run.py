@@ -189,7 +189,7 @@ MISTAKES = [
     Mistake("relaxation shorter than an amplitude", RELEASE, ["ends at 0.01", "amplitude", " 1:"],
             text=[(MATERIAL, "*AMPLITUDE, NAME=slow\n0, 0, 1, 1\n" + MATERIAL),
                   ("near, 2, 3\n", "near, 2, 3\n*GRAVITY, AMPLITUDE=slow\n0, -9810, 0\n")]),
-    Mistake("holder that is not removed", RELEASE, ["'holder'", "still touches"],
+    Mistake("holder that is not removed", RELEASE, ["'holder'", "still touch"],
             text=[(REMOVAL, "*MODEL CHANGE, REMOVE\ndie, punch")]),
     Mistake("relaxation during the stroke", "*DYNAMIC, EXPLICIT\n<time>", ["moves by 30"],
             text=[("<time>\n*TOOL MOTION", "<time>\n*DYNAMIC RELAXATION\n*TOOL MOTION")]),
