@@ -21,6 +21,7 @@ module expression
     character(:), allocatable :: words   !! the text, or the number as text
     character(:), allocatable :: name    !! as the deck spells it
     integer :: block = 0                 !! number of the keyword that defines it
+    integer :: line = 0                  !! of the deck itself, 0: of an included file
   end type parameter_t
 
   !> All parameters so far, in the order of their definition. Case does not matter.

@@ -2,7 +2,7 @@
 module lexer
   use kinds, only: wp
   use failure, only: error_t
-  use input_errors, only: origin_t, new_origin, error_list_t, add_error, add_warning
+  use input_errors, only: origin_t, new_origin, error_list_t, add_error, add_warning, n_errors
   use text, only: string_t, upper_case, to_text, squeezed
   use checksum, only: contents_checksum
   use text_file, only: read_source, read_plain_source, next_line, path_beside
@@ -221,7 +221,29 @@ contains
       call add_error(errors, nowhere, "--set "//name//", which no *PARAMETER of the deck defines", &
                      "the name of a parameter of the deck"//nearest)
     end do
+    if (n_errors(errors) == 0) call check_parameters(path, deck, state, errors)
   end subroutine lex_deck
+
+  !> Warn of parameters of the deck itself, not given on the command line, that nothing refers to.
+  subroutine check_parameters(path, deck, state, errors)
+    character(*), intent(in) :: path
+    type(lexed_deck_t), intent(in) :: deck
+    type(state_t), intent(in) :: state
+    type(error_list_t), intent(inout) :: errors
+    integer :: i
+
+    if (deck%is_cut) return
+    do i = 1, state%parameters%names%n_names
+      associate (item => state%parameters%items(i), &
+                 name => state%parameters%names%names(i)%value)
+        if (item%line == 0 .or. find_parameter(state%overrides, name) > 0) cycle
+        if (is_mentioned(deck%characters(:deck%n_characters), name)) cycle
+        call add_warning(errors, new_origin(path, item%line, "*PARAMETER"), "the parameter "// &
+                         item%name//", which nothing in the deck refers to", &
+                         "a parameter that is used in <...> or by another one")
+      end associate
+    end do
+  end subroutine check_parameters
 
   !> Does a parameter stand in any line of a deck within <...>, or behind the = of another one?
   pure logical function is_mentioned(contents, name)
@@ -600,6 +622,7 @@ contains
       return
     end if
     parameter%block = state%n_parameter_blocks
+    parameter%line = merge(origin%line, 0, state%n_open == 1)
     value = trim(adjustl(line(equals + 1:)))
     parameter%is_text = len(value) > 1 .and. index(value, '"') == 1
     override = find_parameter(state%overrides, name)
