@@ -196,4 +196,4 @@ def draw_shares(panel, study, rows):
     panel.set(xlabel="share of the time of all steps [%]", xlim=(0, 100),
               title="where the time goes" + ("" if shown is rows else ", runs of the Pareto front"))
     if names:
-        panel.legend(fontsize=6, loc="lower center", bbox_to_anchor=(0.5, -0.32), ncols=3)
+        panel.legend(fontsize=6, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)

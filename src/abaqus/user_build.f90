@@ -43,7 +43,8 @@ module user_build
   !> Routines of Abaqus that are provided.
   character(*), parameter :: utilities = "XIT, ROTSIG, SINV, SPRINC, SPRIND, VSPRINC, VSPRIND, "// &
     "STDB_ABQERR, XPLB_ABQERR, XPLB_EXIT, GETOUTDIR, GETJOBNAME, GETRANK, GETNUMCPUS and the "// &
-    "same with V before them, GETNUMTHREADS, GET_THREAD_ID, MUTEXINIT, MUTEXLOCK and MUTEXUNLOCK"
+    "same with V before them, GETNUMTHREADS, GET_THREAD_ID, MUTEXINIT, MUTEXLOCK, "// &
+    "MUTEXUNLOCK, GETVRM and VGETVRM"
 
   !> What every call of the compiler needs to know.
   type :: build_t

@@ -10,7 +10,7 @@ module user_sources
   private
 
   public :: is_source, is_c_source, kinds_of, is_fixed_form, has_directives, provide_includes
-  public :: uncalled_routines, ending_of, as_file, write_text
+  public :: uncalled_routines, do_define, ending_of, as_file, write_text
   public :: digest_t, add_text, add_file, add_contents, digest_text
 
   !> What texts and files are folded into.
@@ -262,6 +262,22 @@ contains
       end do
     end do
   end function uncalled_routines
+
+  !> Does one of the files that are sources hold this subroutine?
+  logical function do_define(files, name)
+    type(string_t), intent(in) :: files(:)
+    character(*), intent(in) :: name         !! upper case
+    character(:), allocatable :: content
+    logical :: is_there
+    integer :: i
+
+    do_define = .false.
+    do i = 1, size(files)
+      if (do_define .or. .not. is_source(files(i)%value)) cycle
+      call read_whole_file(files(i)%value, content, is_there)
+      if (is_there) do_define = has_routine(upper_case(content), name)
+    end do
+  end function do_define
 
   !> Does a line begin with SUBROUTINE and this name?
   pure logical function has_routine(content, name)

@@ -6,6 +6,7 @@ module user_setup
   use text, only: string_t, joined, append_text
   use scene, only: is_user_material, scene_t
   use user_library, only: user_library_t, load_user_library, start_user_code
+  use user_sources, only: do_define
   use command_line, only: command_t
   use system_files, only: kind_of_file, folder_of
   use output_files, only: base_of, result_base, file_name
@@ -38,7 +39,8 @@ contains
     end if
     allocate (library)
     reason = reason_to_call(command, scene)
-    call load_user_library(command%user_files, named_routines(scene), reason /= "", library, error)
+    call load_user_library(command%user_files, named_routines(scene, command%user_files), &
+                           reason /= "", library, error)
     if (allocated(error)) then
       call add_error(errors, new_origin("--user", 0, ""), error%message, &
                      "sources or a library with a UMAT or VUMAT that can be called")
@@ -63,16 +65,23 @@ contains
     if (reason /= "") call start_user_code(library, job_name(command), folder_of(command%output))
   end subroutine load_user_files
 
-  !> The subroutines for fields and output that the materials name.
-  function named_routines(scene) result(names)
+  !> The subroutines for fields and output that the materials name: USDFLD beside a UMAT, VUSDFLD
+  !! beside a VUMAT, which a material without TYPE is only where the files have no UMAT.
+  function named_routines(scene, files) result(names)
     type(scene_t), intent(in) :: scene
+    type(string_t), intent(in) :: files(:)
     type(string_t), allocatable :: names(:)
+    logical :: are_vumats(size(scene%materials)), has_umat, has_vumat
 
     allocate (names(0))
     if (any(scene%materials%n_uvarm > 0)) call append_text(names, "UVARM")
-    if (.not. any(scene%materials%has_own_fields)) return
-    call append_text(names, "USDFLD")
-    call append_text(names, "VUSDFLD")
+    has_umat = do_define(files, "UMAT")
+    has_vumat = do_define(files, "VUMAT")
+    are_vumats = scene%materials%law == "VUMAT" .or. &
+                 (scene%materials%law /= "UMAT" .and. has_vumat .and. .not. has_umat)
+    if (any(scene%materials%has_own_fields .and. .not. are_vumats)) &
+      call append_text(names, "USDFLD")
+    if (any(scene%materials%has_own_fields .and. are_vumats)) call append_text(names, "VUSDFLD")
   end function named_routines
 
   !> What the subroutines are called for; empty where they need not be: a check asks them for the

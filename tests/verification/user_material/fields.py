@@ -66,6 +66,12 @@ def decks_and_files_must_agree(bench):
     _, _, state = bench.values(plain, SOURCE)
     bench.says("warning", "USDFLD, UVARM", "nothing here calls")
     assert state.shape[-1] == 1
+    # that of a VUMAT may lack what it calls
+    both = bench.folder / "both.f"
+    both.write_text(SOURCE.read_text() + "      SUBROUTINE VUSDFLD(NBLOCK)\n"
+                    "      CALL NOWHERE(NBLOCK)\n      END\n")
+    bench.run(DECK, both)
+    bench.says("warning", "SUBROUTINE VUSDFLD", "nothing here calls")
 
 
 def failures_name_the_routine(bench):
