@@ -106,7 +106,8 @@ contains
         if (.not. allocated(slots(i)%law)) cycle
         reason = test_problem(test, slots(i)%law)
         if (reason /= "") call add_error(errors, test%origin, reason, "a law with plasticity")
-        associate (n => slots(i)%law%n_state - slots(i)%law%n_hidden)
+        associate (n => slots(i)%law%n_state - slots(i)%law%n_hidden - &
+                       scene%materials(test%material)%n_uvarm)
           if (first == i .and. size(test%state) > n) call add_error(errors, test%state_origin, &
             to_text(size(test%state))//" state variables for ALL", to_text(n)//" at most, as "// &
             "material "//scene%materials(test%material)%name//" has")

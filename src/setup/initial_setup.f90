@@ -199,14 +199,15 @@ contains
     type(blank_t), intent(in) :: blank
     integer, intent(in) :: part, e(3)
     real(wp) :: given(blank%law%n_state), centre(3)
-    integer :: i, n
+    integer :: i, n, n_output
 
     given = 0.0_wp
+    n_output = scene%materials(scene%blank%material)%n_uvarm   ! these start as zero
     centre = point_coordinates(blank%parts(part)%element, e, [0.0_wp, 0.0_wp, 0.0_wp])
     do i = 1, size(scene%initial_states)
       associate (start => scene%initial_states(i))
         if (.not. holds(scene%sets(start%set), part, blank%parts(part)%element%grid, centre)) cycle
-        n = min(size(start%values), size(given) - blank%law%n_hidden)
+        n = min(size(start%values), size(given) - blank%law%n_hidden - n_output)
         given(:n) = start%values(:n)
       end associate
     end do

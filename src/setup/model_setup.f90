@@ -182,7 +182,7 @@ contains
         call add_error(errors, spec%origin, error%message, "a right-handed patch "// &
                        "with positive volume everywhere")
       else
-        n = model%bodies%blank%law%n_state - model%bodies%blank%law%n_hidden
+        n = model%bodies%blank%law%n_state - model%bodies%blank%law%n_hidden - material%n_uvarm
         do i = 1, size(scene%initial_states)
           associate (start => scene%initial_states(i))
             if (size(start%values) > n) call add_error(errors, start%origin, &
