@@ -2,7 +2,7 @@
 module material_keywords
   use kinds, only: wp
   use input_errors, only: error_list_t, add_error, add_warning
-  use text, only: string_t, to_text
+  use text, only: string_t, to_text, upper_case
   use scene, only: scene_t, material_spec_t
   use deck_records, only: record_t, parsed_deck_t, find_records, option_text, option_integer, &
                           field_real, field_integer, field_word, all_numbers, is_option_given, &
@@ -236,7 +236,11 @@ contains
     end do
     do line = 2, record%n_lines
       number = field_integer(record, line, 1)
-      if (number <= material%n_state) then
+      if (is_output_name(upper_case(field_word(record, line, 2)))) then
+        call add_error(errors, line_origin(deck, record, line), "the name "// &
+                       field_word(record, line, 2), "another one, for UVARM with a number is "// &
+                       "that of an output variable")
+      else if (number <= material%n_state) then
         material%state_names(number)%value = field_word(record, line, 2)
       else
         call add_error(errors, line_origin(deck, record, line), "the name of state variable "// &
@@ -245,6 +249,15 @@ contains
       end if
     end do
   end subroutine read_state_names
+
+  !> UVARM with a number?
+  pure logical function is_output_name(name)
+    character(*), intent(in) :: name   !! upper case
+
+    is_output_name = .false.
+    if (len(name) < 6) return
+    is_output_name = name(:5) == "UVARM" .and. verify(name(6:), "0123456789") == 0
+  end function is_output_name
 
   !> Number of the output variables; their names follow those of the state variables.
   subroutine read_output_variables(record, material)
