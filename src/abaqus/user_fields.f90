@@ -35,7 +35,8 @@ contains
     !> At the start and their change: on entry as the deck has them, then as the user.
     real(wp), intent(inout) :: fields(:), changes(:)
     real(wp) :: field(law%n_own_fields + slack + n_guard + n_room), pnewdt
-    real(wp) :: statev(law%n_statv + slack + n_guard + n_room), offered(6 + law%n_statv)
+    real(wp) :: statev(law%n_statv + slack + n_guard + n_room)
+    real(wp), target :: offered(6 + law%n_statv)
 
     associate (n => law%n_own_fields, m => law%n_statv)
       field(:n) = fields(:n) + changes(:n)
@@ -81,7 +82,8 @@ contains
     real(wp), intent(inout) :: fields(size(lanes), 2*law%n_own_fields)
     real(wp) :: field(law%n_own_fields*size(lanes) + slack*size(lanes) + n_guard + n_room)
     real(wp) :: new((law%n_statv + slack)*size(lanes) + n_guard + n_room)
-    real(wp) :: old(size(lanes), law%n_statv + slack), offered(size(lanes)*(6 + law%n_statv))
+    real(wp) :: old(size(lanes), law%n_statv + slack)
+    real(wp), target :: offered(size(lanes)*(6 + law%n_statv))
     real(wp) :: t(size(lanes), 9), place(size(lanes), 3), lengths(size(lanes))
     associate (b => size(lanes), n => law%n_own_fields, m => law%n_statv)
       old(:, :m) = own(:, :m)
@@ -119,7 +121,8 @@ contains
     integer, intent(in) :: l
     real(wp), intent(in) :: dt, stress(6)
     real(wp), intent(inout) :: state(law%n_state)
-    real(wp) :: uvar(law%n_uvarm + slack + n_guard + n_room), offered(6 + law%n_statv)
+    real(wp) :: uvar(law%n_uvarm + slack + n_guard + n_room)
+    real(wp), target :: offered(6 + law%n_statv)
 
     associate (n => law%n_uvarm, m => law%n_statv)
       uvar(:n) = state(m + 1:m + n)
@@ -145,7 +148,7 @@ contains
     integer(c_int), intent(in) :: routine
     type(point_context_t), intent(in) :: context
     integer, intent(in) :: first, last
-    real(wp), intent(in) :: offered(:)
+    real(wp), intent(in), target, contiguous :: offered(:)   ! its address is kept
 
     call offer_values(offered, int(size(offered)/(6 + law%n_statv), c_int), int(law%n_statv, c_int))
     call enter_user_call(routine, int(context%element(first), c_int), &
@@ -154,7 +157,7 @@ contains
 
   !> The call is over, and what it could ask for is gone.
   subroutine leave(offered)
-    real(wp), intent(in) :: offered(:)
+    real(wp), intent(in), target, contiguous :: offered(:)
 
     call leave_user_call()
     call offer_values(offered, 0_c_int, 0_c_int)
