@@ -158,7 +158,8 @@ contains
 
     associate (own => records(max(slot, 0)))
       values = own%values
-      n_points = merge(own%n_points, 0_c_int, own%is_inside)
+      ! A thread that the subroutine has started itself has no record.
+      n_points = merge(own%n_points, 0_c_int, own%is_inside .and. slot >= 0)
       n_states = own%n_states
     end associate
   end subroutine values_on_offer
