@@ -66,7 +66,8 @@ contains
   end subroutine load_user_files
 
   !> The subroutines for fields and output that the materials name: USDFLD beside a UMAT, VUSDFLD
-  !! beside a VUMAT, which a material without TYPE is only where the files have no UMAT.
+  !! beside a VUMAT, which a material without TYPE is only where the files have no UMAT. Both where
+  !! no source shows either, for they may be in objects, in C or in included files.
   function named_routines(scene, files) result(names)
     type(scene_t), intent(in) :: scene
     type(string_t), intent(in) :: files(:)
@@ -81,6 +82,7 @@ contains
                  (scene%materials%law /= "UMAT" .and. has_vumat .and. .not. has_umat)
     if (any(scene%materials%has_own_fields .and. .not. are_vumats)) &
       call append_text(names, "USDFLD")
+    if (.not. (has_umat .or. has_vumat)) are_vumats = scene%materials%law /= "UMAT"
     if (any(scene%materials%has_own_fields .and. are_vumats)) call append_text(names, "VUSDFLD")
   end function named_routines
 
