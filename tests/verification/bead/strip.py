@@ -91,6 +91,7 @@ def closing_tool(folder):
     text = text.replace("*DRAW BEAD,", "*TOOL, NAME=holder, TYPE=PLANE\n0, 0, 30\n80, 0, 0\n"
                         "0, 10, 0\n*DRAW BEAD,")
     text = re.sub(r"NAME=force\n.*\n", "NAME=closing\n0, 0, 3, 1\n", text)
+    text = re.sub(r"\ncurve = .*", "", text)
     text = text.replace("*DAMPING", "*TOOL MOTION, TOOL=holder, TYPE=VELOCITY\n0, 0, <-6/time>\n"
                         "*DAMPING")
     deck, path = os.path.join(folder, "closing.key"), os.path.join(folder, "closing.h5")
