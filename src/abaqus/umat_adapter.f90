@@ -22,6 +22,7 @@ module umat_adapter
 
   integer, parameter, public :: n_kept = 9   !! values kept after the state variables
   integer, parameter :: most_halvings = 6    ! of an increment that comes back with PNEWDT < 1
+  integer, parameter :: n_spare = 16         ! zeros after the state variables, see `slack`
 
   !> A UMAT with its name and constants; the moduli of the base type are for the stable increment.
   type, extends(user_law_t), public :: umat_adapter_t
@@ -253,7 +254,7 @@ contains
   pure integer function size_of_room(self)
     class(umat_adapter_t), intent(in) :: self
 
-    size_of_room = at_states + self%n_statv + slack + n_guard + n_room
+    size_of_room = at_states + self%n_statv + n_spare + n_guard + n_room
   end function size_of_room
 
   !> The marks of the arguments, and zeros after STATEV. A call leaves them as they are, or it ends
@@ -264,7 +265,7 @@ contains
 
     call set_guard(room, 6, 0)
     call set_guard(room(at_tangent + 1), 36, 0)
-    call set_guard(room(at_states + 1), self%n_statv, slack)
+    call set_guard(room(at_states + 1), self%n_statv, n_spare)
   end subroutine set_room
 
   !> The UMAT itself. `room` holds STRESS, DDSDDE and STATEV.
@@ -294,7 +295,7 @@ contains
                      values(at_length), values(at_f0), values(at_f1), increment%element, &
                      increment%point, 1_c_int, 1_c_int, increment%step, increment%number, &
                      int(name_length, c_size_t))
-      if (.not. are_whole(room(7), room(at_tangent + 37), room(at_states + n + slack + 1), &
+      if (.not. are_whole(room(7), room(at_tangent + 37), room(at_states + n + n_spare + 1), &
                           room(at_states + n + 1))) call find_overrun(self, room)
       if (ieee_is_nan(pnewdt)) call end_user_run("returns a PNEWDT that is NaN")
       is_refused = pnewdt < 1.0_wp
@@ -315,19 +316,13 @@ contains
   !! quicker than to ask one after the other.
   pure logical function are_whole(mark1, mark2, mark3, spare)
     real(wp), intent(in), dimension(n_guard) :: mark1, mark2, mark3
-    real(wp), intent(in) :: spare(n_guard, slack/n_guard)
-    real(wp) :: eight(n_guard), other(n_guard), four(4)
-    integer :: k
+    real(wp), intent(in) :: spare(n_guard, 2)     ! n_spare
+    real(wp) :: eight(n_guard), four(4)
 
-    eight = abs(mark1 - mark) + abs(mark2 - mark)
-    other = abs(mark3 - mark)
-    do k = 1, slack/n_guard, 2
-      eight = eight + abs(spare(:, k))
-      other = other + abs(spare(:, k + 1))
-    end do
-    eight = eight + other
+    eight = (abs(mark1 - mark) + abs(mark2 - mark)) &
+            + (abs(mark3 - mark) + (abs(spare(:, 1)) + abs(spare(:, 2))))
     four = eight(:4) + eight(5:)
-    are_whole = four(1) + four(2) + four(3) + four(4) <= 0.0_wp
+    are_whole = (four(1) + four(2)) + (four(3) + four(4)) <= 0.0_wp
   end function are_whole
 
   !> End the run with the name of the argument past whose end was written.
@@ -337,8 +332,9 @@ contains
 
     call check_guard(room, 6, 0, "STRESS")
     call check_guard(room(at_tangent + 1), 36, 0, "DDSDDE")
-    call check_guard(room(at_states + 1), self%n_statv, slack, "STATEV")
-    call check_spare_states(room(at_states + self%n_statv + 1), 1, self%n_statv, "STATEV(")
+    call check_guard(room(at_states + 1), self%n_statv, n_spare, "STATEV")
+    call check_spare_states(room(at_states + self%n_statv + 1), 1, n_spare, self%n_statv, &
+                            "STATEV(")
   end subroutine find_overrun
 
   !> The diagonal of DDSDDE.

@@ -324,20 +324,16 @@ contains
 
   !> End the run if something was written to the zeros after the state variables of the points of
   !! a call: it would be lost, and the law would continue without it.
-  subroutine check_spare_states(spare, n_points, n_statv, name)
+  subroutine check_spare_states(spare, n_points, n_spare, n_statv, name)
     integer, intent(in) :: n_points                    !! of the call
-    real(wp), intent(in) :: spare(n_points*slack)
+    integer, intent(in) :: n_spare                     !! zeros of each, a multiple of eight
+    real(wp), intent(in) :: spare(n_points*n_spare)
     integer, intent(in) :: n_statv                     !! as *DEPVAR gives it
     character(*), intent(in) :: name                   !! of the argument, with its first index
     character(:), allocatable :: given
-    logical :: is_empty
     integer :: i
 
-    is_empty = .true.
-    do i = 1, n_points
-      is_empty = is_empty .and. are_zero(spare(slack*(i - 1) + 1))
-    end do
-    if (is_empty) return
+    if (are_zero(n_points*n_spare/8, spare)) return
     i = n_statv + (findloc(abs(spare) <= 0.0_wp, .false., 1, back=.true.) - 1)/n_points + 1
     given = "but *DEPVAR gives "//to_text(n_statv)
     if (n_statv == 0) given = "but without *DEPVAR, which gives 0"
@@ -345,19 +341,18 @@ contains
                       "give as many as the subroutine writes, "//to_text(i)//" or more")
   end subroutine check_spare_states
 
-  !> Are these all zero? In sums of some at a time, for this is asked in every call.
-  pure logical function are_zero(values)
-    real(wp), intent(in) :: values(16, slack/16)
-    real(wp) :: sixteen(16), eight(8), four(4)
+  !> Are these all zero? In sums of eight at a time, for this is asked in every call.
+  pure logical function are_zero(n, values)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: values(8, n)
+    real(wp) :: eight(8)
     integer :: k
 
-    sixteen = abs(values(:, 1))
-    do k = 2, slack/16
-      sixteen = sixteen + abs(values(:, k))
+    eight = 0.0_wp
+    do k = 1, n
+      eight = eight + abs(values(:, k))
     end do
-    eight = sixteen(:8) + sixteen(9:)
-    four = eight(:4) + eight(5:)
-    are_zero = four(1) + four(2) + four(3) + four(4) <= 0.0_wp
+    are_zero = sum(eight) <= 0.0_wp
   end function are_zero
 
   !> Elastic moduli for the stable time increment: the largest stiffnesses bound the speeds of waves
@@ -410,7 +405,7 @@ contains
     call law%sdvini(statev, place, int(law%n_statv, c_int), 3_c_int, int(element, c_int), &
                     int(point, c_int), 1_c_int, 1_c_int)
     call check_guard(statev, law%n_statv, slack, "STATEV")
-    call check_spare_states(statev(law%n_statv + 1), 1, law%n_statv, "STATEV(")
+    call check_spare_states(statev(law%n_statv + 1), 1, slack, law%n_statv, "STATEV(")
     bad = findloc(ieee_is_finite(statev(:law%n_statv)), .false., 1)
     if (bad > 0) call end_user_run("returns no finite number (NaN or infinity) as STATEV("// &
                                    to_text(bad)//")")

@@ -55,7 +55,7 @@ contains
                       nothing, nothing, 1_c_int, 0_c_int, int(name_length, c_size_t), &
                       int(name_length, c_size_t))
       call check_guard(statev, m, slack, "STATEV")
-      call check_spare_states(statev(m + 1), 1, m, "STATEV(")
+      call check_spare_states(statev(m + 1), 1, slack, m, "STATEV(")
       call check_values(field, n, "FIELD(", "field variables (those of *INITIAL CONDITIONS, "// &
                         "TYPE=FIELD and *FIELD, at least one)")
       if (.not. pnewdt >= 1.0_wp) &
@@ -104,7 +104,7 @@ contains
                        rotation(:, columns), t, lengths, law%props, &
                        old, new, field, int(name_length, c_size_t))
       call check_guard(new, m*b, slack*b, "stateNew")
-      call check_spare_states(new(m*b + 1), b, m, "stateNew(:,")
+      call check_spare_states(new(m*b + 1), b, slack, m, "stateNew(:,")
       call check_block(field, b, n)
       call leave(offered)
       if (.not. is_first(context)) fields(:, :n) = own(:, law%n_before - n + 1:law%n_before)

@@ -27,6 +27,8 @@ module vumat_adapter
 
   integer, parameter :: least_block = 64   ! elements of a call, where there are as many
 
+  integer, parameter :: n_spare = 8        ! zeros after the state variables of each, see `slack`
+
   !> Where arguments of a call begin among the columns of one array. Tensors are 11, 22, 33, 12, 23,
   !! 31 with tensor shear, gradients 11, 22, 33, 12, 23, 31, 21, 32, 13.
   integer, parameter :: at_density = 1, at_length = 2, at_place = 3, at_strain = 6, at_spin = 12, &
@@ -76,7 +78,7 @@ contains
     real(wp), intent(inout) :: stress(context%n, 6), state(context%n, self%n_state)
     logical, intent(out) :: ok
     real(wp), intent(in) :: spin(context%n, 3)
-    real(wp) :: old(context%n*(self%n_statv + slack)), new(size_of_new(self, context%n))
+    real(wp) :: old(context%n*(self%n_statv + n_spare)), new(size_of_new(self, context%n))
     integer :: lanes(context%n), first, last, n, n_ready, n_lanes
 
     ok = .true.
@@ -298,18 +300,18 @@ contains
     class(vumat_adapter_t), intent(in) :: self
     integer, intent(in) :: n                       !! elements
 
-    size_of_new = n*(6 + self%n_statv + slack) + 2*n_guard + n_room
+    size_of_new = n*(6 + self%n_statv + n_spare) + 2*n_guard + n_room
   end function size_of_new
 
   !> Zeros after the state variables, and the marks. Calls leave them as they are or end the run.
   pure subroutine set_room(self, n, old, new)
     class(vumat_adapter_t), intent(in) :: self
     integer, intent(in) :: n
-    real(wp), intent(inout) :: old(n, self%n_statv + slack), new(size_of_new(self, n))
+    real(wp), intent(inout) :: old(n, self%n_statv + n_spare), new(size_of_new(self, n))
 
     old(:, self%n_statv + 1:) = 0.0_wp
     call set_guard(new, 6*n, 0)
-    call set_guard(new(6*n + n_guard + 1), self%n_statv*n, slack*n)
+    call set_guard(new(6*n + n_guard + 1), self%n_statv*n, n_spare*n)
   end subroutine set_room
 
   !> The VUMAT itself. State and energies go in and out, the stress comes out.
@@ -318,7 +320,7 @@ contains
     type(call_t), intent(in) :: numbers
     integer, intent(in) :: elements(numbers%n)
     real(wp), intent(inout) :: given(numbers%n, n_columns(numbers%n_fields + 1))
-    real(wp), intent(inout) :: old(numbers%n, self%n_statv + slack)       ! from `set_room`
+    real(wp), intent(inout) :: old(numbers%n, self%n_statv + n_spare)       ! from `set_room`
     real(wp), intent(inout) :: new(size_of_new(self, numbers%n))          ! from `set_room`
     real(wp), intent(inout) :: own(numbers%n, self%n_state)
     real(wp), intent(out) :: stress(numbers%n, 6)                         ! 11, 22, 33, 12, 13, 23
@@ -356,8 +358,8 @@ contains
                       given(1, at_fields + max(1, numbers%n_fields)), new, new(first_state), &
                       energy_new(1, 1), energy_new(1, 2), int(name_length, c_size_t))
       call check_guard(new, 6*n, 0, "stressNew")
-      call check_guard(new(first_state), m*n, slack*n, "stateNew")
-      call check_spare_states(new(first_state + m*n), n, m, "stateNew(:,")
+      call check_guard(new(first_state), m*n, n_spare*n, "stateNew")
+      call check_spare_states(new(first_state + m*n), n, n_spare, m, "stateNew(:,")
       call check_guard(self%props, self%n_props, slack, "PROPS (here or in another thread)")
       call leave_user_call()   ! memory not available from here on is not the user's error
       stress = reshape(new(:6*n), [n, 6])
@@ -385,7 +387,7 @@ contains
     integer, parameter :: places(2, n) = reshape([1, 1, 2, 2, 3, 3, 4, 7, 9, 6, 5, 8], [2, n])
     type(point_context_t) :: context
     real(wp) :: given(n, n_columns(point%n_fields)), own(n, self%n_state), stress(n, 6), r(n, 9)
-    real(wp) :: old(n, self%n_statv + slack), new(size_of_new(self, n))
+    real(wp) :: old(n, self%n_statv + n_spare), new(size_of_new(self, n))
     integer :: i
 
     context = new_point_context(n, point%n_fields)
