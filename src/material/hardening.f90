@@ -244,12 +244,11 @@ contains
     integer, intent(in) :: n
     real(wp), intent(in), dimension(n) :: eqps, first, deqps   !! no deqps is negative
     real(wp), intent(out), dimension(n) :: flow, slope, bend, reach   !! see `harden`
-    real(wp), parameter :: shortest = 1.0e-14_wp   ! over a strain: below 1e-12 there is no series,
-                                                   ! as `first` has lost its power
+    real(wp), parameter :: least = 1.0e-12_wp   ! strain with a series: below, `first` has lost its
+                                                ! power
     real(wp) :: per_strain(n), rest, most
     integer :: l
 
-    reach = huge(reach)
     most = 0.0_wp
     select case (curve%kind)
     case (voce_kind)
@@ -259,6 +258,7 @@ contains
         most = max(most, -flow(l))
       end do
       if (most <= small_exponent) then
+        reach = huge(reach)
         call exp_small(n, flow)
         !$omp simd private(rest)
         do l = 1, n
@@ -272,12 +272,17 @@ contains
     case (swift_kind, ludwik_kind)
       !$omp simd reduction(max: most)
       do l = 1, n
-        per_strain(l) = 1.0_wp/max(curve%offset + eqps(l), least_strain)
-        flow(l) = deqps(l)*per_strain(l)
-        most = max(most, flow(l), shortest*per_strain(l))
+        per_strain(l) = curve%offset + eqps(l)
+        most = max(most, deqps(l) - small_part*per_strain(l), least - per_strain(l))
       end do
-      if (most <= small_part) then
-        slope = flow
+      if (most <= 0.0_wp) then
+        reach = huge(reach)
+        !$omp simd
+        do l = 1, n
+          per_strain(l) = 1.0_wp/per_strain(l)
+          flow(l) = deqps(l)*per_strain(l)
+          slope(l) = flow(l)
+        end do
         call power_small(n, curve%exponent, flow)
         call power_small(n, -1.0_wp, slope)
         !$omp simd
