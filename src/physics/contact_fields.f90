@@ -40,8 +40,7 @@ module contact_fields
     type(tool_field_t), allocatable :: tools(:)   !! one for each surface of the tool
     logical :: has_wear = .false.
     logical, allocatable :: is_touching(:)  !! at the last call, shape (n_points)
-    real(wp), allocatable :: place(:, :)    !! in the tool's frame then, (n_points, 3) [length]
-    real(wp), allocatable :: stretch(:, :)  !! of the spring of friction then, likewise
+    real(wp), allocatable :: stretch(:, :)  !! of the spring of friction then, shape (3, n_points)
   end type contact_fields_t
 
 contains
@@ -75,8 +74,7 @@ contains
     end do
     if (.not. has_wear) return
     allocate (fields%is_touching(pair%secondary%n_points), source=.false.)
-    allocate (fields%place(pair%secondary%n_points, 3), source=0.0_wp)
-    if (allocated(pair%friction)) allocate (fields%stretch, source=fields%place)
+    if (allocated(pair%friction)) allocate (fields%stretch, source=pair%friction%stretch)
   end subroutine new_contact_fields
 
   !> Add the wear of the step that led to the present forces: the mean of the normal force is that
@@ -85,29 +83,29 @@ contains
     type(contact_fields_t), intent(inout) :: fields
     type(contact_t), intent(in) :: pair
     type(tool_t), intent(in) :: tool
-    real(wp) :: x(pair%secondary%n_points, 3), moved(3), normal(3), pushed
+    real(wp) :: moved(pair%secondary%n_points, 3), slip(3), normal(3), pushed
     integer :: p
 
     if (pair%statistics%n_touching == 0) then
       fields%is_touching = .false.
       return
     end if
-    call secondary_positions(pair%secondary, pair%motion%now, x)
+    ! Positions are linear in the control points, so motions follow from those of these.
+    call secondary_positions(pair%secondary, pair%motion%now - pair%motion%before, moved)
     do p = 1, pair%secondary%n_points
       call push_of(pair, tool, p, pushed, normal)
       if (pushed > 0.0_wp) then
         if (fields%is_touching(p)) then
-          moved = x(p, :) - tool%displacement - fields%place(p, :)
-          moved = moved - dot_product(moved, normal)*normal
+          slip = moved(p, :) - pair%motion%moved   ! against the tool, in its frame
+          slip = slip - dot_product(slip, normal)*normal
           if (allocated(pair%friction)) &
-            moved = moved - (pair%friction%stretch(:, p) - fields%stretch(p, :))
+            slip = slip - (pair%friction%stretch(:, p) - fields%stretch(:, p))
           associate (field => fields%tools(tool%surface_of(pair%face(p))))
-            call share_out(field%grid, place_on(pair, tool, p), pushed*norm2(moved), field%areas, &
+            call share_out(field%grid, place_on(pair, tool, p), pushed*norm2(slip), field%areas, &
                            field%wear)
           end associate
         end if
-        fields%place(p, :) = x(p, :) - tool%displacement
-        if (allocated(pair%friction)) fields%stretch(p, :) = pair%friction%stretch(:, p)
+        if (allocated(pair%friction)) fields%stretch(:, p) = pair%friction%stretch(:, p)
       end if
       fields%is_touching(p) = pushed > 0.0_wp
     end do
@@ -225,7 +223,6 @@ contains
 
     if (.not. fields%has_wear) return
     call carry_flags(store, "wear_touching", size(fields%is_touching), fields%is_touching)
-    call carry_array(store, "wear_place", size(fields%place), fields%place)
     if (allocated(fields%stretch)) &
       call carry_array(store, "wear_stretch", size(fields%stretch), fields%stretch)
     do s = 1, size(fields%tools)
