@@ -74,8 +74,8 @@ module contact
   !> Points of a tile that must be tested; the first `n` of each array are set.
   type :: due_points_t
     integer :: n
-    integer :: point(most_points + 1)         !! number on the face
-    integer :: place(most_points + 1)         !! of its x among those of the tile
+    integer :: point(most_points)             !! number on the face
+    integer :: place(most_points)             !! of its x among those of the tile
     real(wp) :: x(most_points, 3)             !! positions in the tool's frame [length]
     real(wp) :: depth(most_points)            !! in the tool if positive [length]
     real(wp) :: normal(most_points, 3)        !! of the tool there, unit

@@ -263,8 +263,8 @@ contains
     integer, intent(in) :: n_along(2)
     real(wp), intent(in) :: test_at(:)   !! travel, of all points [length]
     integer, intent(out) :: n
-    integer, intent(out) :: points(tile_size**2 + 1)   !! numbers on the face, in the first n
-    integer, intent(out) :: places(tile_size**2 + 1)   !! of their x in `tile_positions`
+    integer, intent(out) :: points(tile_size**2)   !! numbers on the face, in the first n
+    integer, intent(out) :: places(tile_size**2)   !! of their x in `tile_positions`
     integer :: row, i, before
 
     n = 0
