@@ -22,6 +22,10 @@ module user_fields
   !> The places of the entries 11, 21, 31, 12, ... in a matrix row by row.
   integer, parameter :: columns(9) = [1, 4, 7, 2, 5, 8, 3, 6, 9]
 
+  !> What of the deck gives the number of field variables.
+  character(*), parameter :: givers_of_fields = &
+    "field variables (those of *INITIAL CONDITIONS, TYPE=FIELD and *FIELD, at least one)"
+
 contains
 
   !> Field variables of point `l` of a call by the user's USDFLD. Those at the end of an increment
@@ -56,8 +60,7 @@ contains
                       int(name_length, c_size_t))
       call check_guard(statev, m, slack, "STATEV")
       call check_spare_states(statev(m + 1), 1, slack, m, "STATEV(")
-      call check_values(field, n, "FIELD(", "field variables (those of *INITIAL CONDITIONS, "// &
-                        "TYPE=FIELD and *FIELD, at least one)")
+      call check_values(field, n, "FIELD(", givers_of_fields)
       if (.not. pnewdt >= 1.0_wp) &
         call end_user_run("asks for a smaller increment by PNEWDT, which only a UMAT may do")
       call leave(offered)
@@ -198,8 +201,7 @@ contains
     do i = 1, n_points
       call set_guard(one, n, slack)
       one(:n + slack) = field(i:n_points*(n + slack):n_points)
-      call check_values(one, n, "field(:,", "field variables (those of *INITIAL CONDITIONS, "// &
-                        "TYPE=FIELD and *FIELD, at least one)")
+      call check_values(one, n, "field(:,", givers_of_fields)
     end do
   end subroutine check_block
 

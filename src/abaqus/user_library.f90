@@ -90,11 +90,11 @@ contains
       call open_library(library, error)
       if (allocated(error)) return
     else
-      library%umat = placeholder("umat_")
-      library%vumat = placeholder("vumat_")
-      library%usdfld = placeholder("usdfld_")
-      library%vusdfld = placeholder("vusdfld_")
-      library%uvarm = placeholder("uvarm_")
+      library%umat = address_if_listed("umat_")
+      library%vumat = address_if_listed("vumat_")
+      library%usdfld = address_if_listed("usdfld_")
+      library%vusdfld = address_if_listed("vusdfld_")
+      library%uvarm = address_if_listed("uvarm_")
     end if
     call find_writable(library%path, library%writable)
     library%uncalled = uncalled_routines(files, named)
@@ -104,13 +104,13 @@ contains
 
   contains
 
-    !> What is in the table of names without being loaded.
-    type(c_funptr) function placeholder(name)
+    !> An address that stands for a routine that is listed but not loaded; null for any other.
+    type(c_funptr) function address_if_listed(name)
       character(*), intent(in) :: name
 
-      placeholder = c_null_funptr
-      if (index(names, " T "//name//new_line("a")) > 0) placeholder = c_funloc(never_called)
-    end function placeholder
+      address_if_listed = c_null_funptr
+      if (index(names, " T "//name//new_line("a")) > 0) address_if_listed = c_funloc(refuse_call)
+    end function address_if_listed
   end subroutine load_user_library
 
   !> A library of the sources in the user's cache, compiled now or by an earlier run.
@@ -163,10 +163,10 @@ contains
   end subroutine open_library
 
   !> A subroutine of a library that is not loaded was called, which is an error of this program.
-  subroutine never_called() bind(C)
+  subroutine refuse_call() bind(C)
     write (error_unit, "(a)") "igaform: error: a user's subroutine was called, which is not loaded"
     call c_abort()
-  end subroutine never_called
+  end subroutine refuse_call
 
   !> Names of the data that the library can write to and that are not the linker's own: COMMON
   !! blocks, SAVE variables and variables with initial values. What is unknown counts as one.

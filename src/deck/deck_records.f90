@@ -306,14 +306,15 @@ contains
     do i = 1, size(deck%records)
       if (deck%records(i)%spec == 0 .or. deck%lexed%blocks(i)%file > 1) cycle
       select case (deck%keywords(deck%records(i)%spec)%names)
-      case (names_material); call check_use(deck%records(i), names%materials, errors)
-      case (names_curve); call check_use(deck%records(i), names%curves, errors)
-      case (names_set); call check_use(deck%records(i), names%sets, errors)
+      case (names_material); call warn_if_unused(deck%records(i), names%materials, errors)
+      case (names_curve); call warn_if_unused(deck%records(i), names%curves, errors)
+      case (names_set); call warn_if_unused(deck%records(i), names%sets, errors)
       end select
     end do
   end subroutine check_uses
 
-  subroutine check_use(record, names, errors)
+  !> Warn of a record whose name is in the table, and which nothing has asked for.
+  subroutine warn_if_unused(record, names, errors)
     type(record_t), intent(in) :: record
     type(name_table_t), intent(in) :: names
     type(error_list_t), intent(inout) :: errors
@@ -324,7 +325,7 @@ contains
     if (.not. names%is_used(place)) call add_warning(errors, record%origin, "the name "// &
       option_text(record, "NAME")//", which nothing in the deck refers to", "a keyword that "// &
       "names it, or no "//record%origin%keyword)
-  end subroutine check_use
+  end subroutine warn_if_unused
 
   !> Place of the thing that goes by a name; 0 and an error if there is none.
   pure subroutine resolve(names, name, what, origin, place, errors)
