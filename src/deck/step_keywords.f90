@@ -4,11 +4,12 @@ module step_keywords
   use input_errors, only: origin_t, error_list_t, add_error
   use text, only: string_t, upper_case, squeezed, to_text
   use name_table, only: name_table_t, insert, place_of
+  use lexer, only: line_text
   use scene, only: scene_t, contact_spec_t, bead_spec_t, motion_spec_t, step_spec_t, &
                    output_spec_t, later_step_t
   use deck_records, only: parsed_deck_t, find_records, is_option_given, field_word, line_origin, &
-                          n_fields, option_text, option_real, field_real, record_t, is_filled, &
-                          resolve, deck_context_t, step_of, n_deck_steps, first_record
+                          line_place, n_fields, option_text, option_real, field_real, record_t, &
+                          is_filled, resolve, deck_context_t, step_of, n_deck_steps, first_record
   use output_keywords, only: read_output
   implicit none
   private
@@ -45,7 +46,7 @@ contains
         end if
         do line = 1, record%n_lines
           origin = line_origin(deck, record, line)
-          words = names_on(record, line, known)
+          words = names_on(deck, record, line, known)
           do j = 1, size(words)
             if (words(j)%value == "") cycle
             call resolve(known, words(j)%value, "*TOOL or *DRAW BEAD", origin, &
@@ -64,27 +65,27 @@ contains
     end do
   end subroutine read_changes
 
-  !> The fields of a line; a line without commas may be one name with blanks.
-  function names_on(record, line, known) result(words)
+  !> The names of a line, which commas separate. A line without commas is one name if there is a
+  !! thing of that name; else blanks separate.
+  function names_on(deck, record, line, known) result(words)
+    type(parsed_deck_t), intent(in) :: deck
     type(record_t), intent(in) :: record
     integer, intent(in) :: line
     type(name_table_t), intent(in) :: known
     type(string_t), allocatable :: words(:)
-    character(:), allocatable :: all_words
-    logical :: are_known
+    character(:), allocatable :: given
     integer :: j
 
+    given = line_text(deck%lexed%lines, line_place(record, line))
+    if (index(given, ",") == 0 .and. place_of(known, squeezed(upper_case(given))) > 0) then
+      allocate (words(1))
+      words(1)%value = given
+      return
+    end if
     allocate (words(n_fields(record, line)))
-    all_words = ""
-    are_known = .true.
     do j = 1, size(words)
       words(j)%value = field_word(record, line, j)
-      all_words = all_words//" "//words(j)%value
-      are_known = are_known .and. place_of(known, squeezed(upper_case(words(j)%value))) > 0
     end do
-    if (are_known .or. place_of(known, squeezed(upper_case(all_words(2:)))) == 0) return
-    words = words(:1)
-    words(1)%value = all_words(2:)
   end function names_on
 
   !> Names of beads behind those of tools; several beads may share one.
