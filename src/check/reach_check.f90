@@ -12,7 +12,7 @@ module reach_check
   use tool, only: tool_t
   use tool_clearance_search, only: clearance_search_t, new_clearance_search, find_clearance
   use sheet_target, only: sheet_target_t, new_sheet_target
-  use sweep, only: frame_t, path_t, path_of, position_at, in_tool
+  use sweep, only: frame_t, path_t, path_of, position_at, in_tool, moved_by
   use closest_point, only: hit_t, is_beside
   use tool_search, only: search_all_faces
   use approach, only: approach_t, edge_t, find_approach, rest_on_sheet
@@ -123,7 +123,7 @@ contains
     logical :: are_leaving
     integer :: i
 
-    are_leaving = do_all_leave(scene, encounters)
+    are_leaving = do_all_leave(scene, model, encounters, thickness)
     do i = 1, size(encounters)
       associate (encounter => encounters(i), approach => encounters(i)%approach, &
                  tool => model%bodies%tools(encounters(i)%tool))
@@ -284,20 +284,23 @@ contains
   end function push_of
 
   !> Does a tool move as the deck says before it is removed?
-  pure logical function does_move(encounter)
+  pure logical function does_move(tool, encounter, thickness)
+    type(tool_t), intent(in) :: tool
     type(encounter_t), intent(in) :: encounter
+    real(wp), intent(in) :: thickness         !! of the blank [length]
     integer, parameter :: n_samples = 16
+    real(wp), parameter :: round_off = 1.0e-6_wp   ! of the thickness
     type(path_t) :: path
-    type(frame_t) :: frame
+    type(frame_t) :: start
     integer :: k
 
     path = path_until(encounter%path, encounter%last_step)
+    start = position_at(path, 0.0_wp)
     does_move = .false.
     do k = 1, n_samples
       if (path%is_still .or. does_move) exit
-      frame = position_at(path, k*path%end_time/n_samples)
-      does_move = any(abs(frame%displacement - path%starts(1)%displacement - path%shift) > 0.0_wp) &
-                  .or. any(abs(frame%rotation - path%starts(1)%rotation) > 0.0_wp)
+      does_move = moved_by(tool, start, position_at(path, k*path%end_time/n_samples)) &
+                  > round_off*thickness
     end do
   end function does_move
 
@@ -315,15 +318,17 @@ contains
   end function does_none_press
 
   !> Do all tools that move as the deck says leave the blank, which nothing else moves?
-  pure logical function do_all_leave(scene, encounters)
+  pure logical function do_all_leave(scene, model, encounters, thickness)
     type(scene_t), intent(in) :: scene
+    type(model_t), intent(in) :: model
     type(encounter_t), intent(in) :: encounters(:)
+    real(wp), intent(in) :: thickness         !! of the blank [length]
     integer :: i
 
     do_all_leave = is_formed_by_strokes(scene)
     do i = 1, size(encounters)
-      do_all_leave = do_all_leave .and. (.not. does_move(encounters(i)) .or. &
-                                         is_leaving(encounters(i)%approach))
+      do_all_leave = do_all_leave .and. (is_leaving(encounters(i)%approach) .or. &
+        .not. does_move(model%bodies%tools(encounters(i)%tool), encounters(i), thickness))
     end do
   end function do_all_leave
 
@@ -358,7 +363,8 @@ contains
             nearly*push_of(scene, encounters, i)) &
           found = "the tool '"//tool%name//"', which moves away from the blank"
       end if
-      if (found == "" .and. does_move(encounter) .and. does_none_press(scene, encounters)) &
+      if (found == "" .and. does_none_press(scene, encounters) .and. &
+          does_move(model%bodies%tools(encounter%tool), encounter, thickness)) &
         found = "the tool '"//tool%name//"', which moves and is never pressed into the blank, "// &
                 "nor is another tool"
       if (found /= "") call add_warning(errors, tool%origin, found, &

@@ -87,7 +87,8 @@ contains
   end subroutine check_symmetry
 
   !> Warn of XSYMM, YSYMM and ZSYMM on a face of the blank that is flat across another axis: that
-  !! holds the motion along the face.
+  !! holds the motion along the face. Only faces on the edge of the blank are seen, not the large
+  !! ones.
   subroutine check_symmetry_names(scene, errors)
     type(scene_t), intent(in) :: scene
     type(error_list_t), intent(inout) :: errors
