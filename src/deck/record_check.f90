@@ -5,9 +5,10 @@ module record_check
   use kinds, only: wp
   use input_errors, only: origin_t, new_origin, error_list_t, add_error, add_warning
   use text, only: string_t, to_text, squeezed, joined
-  use keyword_spec, only: keyword_spec_t, line_spec_t, value_spec_t, kind_flag, kind_list, &
-                          kind_words, anywhere, selects_lines, may_be_left_out, check_field, &
-                          choice_list, is_among, did_you_mean, wanted, lines_in_words, field_names
+  use keyword_spec, only: keyword_spec_t, line_spec_t, value_spec_t, kind_real, kind_flag, &
+                          kind_list, kind_words, anywhere, selects_lines, may_be_left_out, &
+                          check_field, choice_list, is_among, did_you_mean, wanted, &
+                          lines_in_words, field_names
   use lexer, only: lexed_deck_t, block_t, option_place, line_text, split_fields, field_text
   use deck_records, only: record_t, option_t, field_t, parsed_deck_t, find_records, n_deck_steps, &
                           line_origin, line_place
@@ -424,7 +425,7 @@ contains
     if (n > size(form%fields) .and. .not. form%is_repeated) then
       call add_error(errors, line_origin(deck, deck%records(i), line), to_text(n)//" fields", &
                      to_text(size(form%fields))//trim(merge(" field: ", " fields:", &
-                     size(form%fields) == 1))//" "//field_names(form)//decimal_note(given))
+                     size(form%fields) == 1))//" "//field_names(form)//decimal_note(form, given))
       n = size(form%fields)
     end if
     place = deck%records(i)%first(line)
@@ -438,14 +439,17 @@ contains
     end do
   end subroutine check_line
 
-  !> A hint at a comma between digits, which may be meant as a decimal point.
-  pure function decimal_note(line) result(note)
+  !> A hint at a comma between digits, which may be meant as a decimal point where a line has
+  !! fields that take decimals.
+  pure function decimal_note(form, line) result(note)
+    type(line_spec_t), intent(in) :: form
     character(*), intent(in) :: line
     character(:), allocatable :: note
     character(*), parameter :: digits = "0123456789"
     integer :: i
 
     note = ""
+    if (.not. any(form%fields%kind == kind_real)) return
     do i = 2, len(line) - 1
       if (line(i:i) == "," .and. scan(line(i - 1:i - 1), digits) == 1 .and. &
           scan(line(i + 1:i + 1), digits) == 1) note = "; a comma separates fields, and "// &
