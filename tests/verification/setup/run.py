@@ -324,22 +324,25 @@ def complaint_about_words(program):
         f"checkpoint that is a deck:\n{done.stderr}"
 
 
+def complaint_about_right(program):
+    """The set-up has no mistake, and none if the stroke closes on the bottom of the die."""
+    for deck in (DECK, DECK.replace(PUNCH, BOTTOM.format(y=-30) + PUNCH)):
+        done = check(program, deck)
+        if done.returncode != 0 or done.stderr:
+            return done.stderr
+    return None
+
+
 def main(program):
-    done = check(program, DECK)
-    complaints = [("set-up without a mistake", done.stderr)] \
-        if done.returncode != 0 or done.stderr else []
-    done = check(program, DECK.replace(PUNCH, BOTTOM.format(y=-30) + PUNCH))
-    if done.returncode != 0 or done.stderr:
-        complaints.append(("stroke that closes on the bottom of the die", done.stderr))
-    for mistake in MISTAKES:
-        complaints.append((mistake.name, complaint_about(program, mistake)))
-    complaints.append(("all sides", complaint_about_sides(program)))
-    complaints.append(("sharp nose", complaint_about_nose(program)))
-    complaints.append(("words", complaint_about_words(program)))
-    complaints = [(name, text) for name, text in complaints if text]
+    cases = [("without a mistake", complaint_about_right(program))]
+    cases += [(mistake.name, complaint_about(program, mistake)) for mistake in MISTAKES]
+    cases += [("all sides", complaint_about_sides(program)),
+              ("sharp nose", complaint_about_nose(program)),
+              ("words", complaint_about_words(program))]
+    complaints = [(name, text) for name, text in cases if text]
     for name, text in complaints:
         print(f"{name}: {text}\n")
-    print(f"{len(MISTAKES) + 10} set-ups, {len(complaints)} complaints")
+    print(f"{len(cases)} cases, {len(complaints)} complaints")
     return 1 if complaints else 0
 
 
