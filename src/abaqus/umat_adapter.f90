@@ -22,7 +22,7 @@ module umat_adapter
 
   integer, parameter, public :: n_kept = 9   !! values kept after the state variables
   integer, parameter :: most_halvings = 6    ! of an increment that comes back with PNEWDT < 1
-  integer, parameter :: n_spare = 16         ! zeros after the state variables, see `slack`
+  integer, parameter :: n_spare = 24         ! zeros after the state variables, see `slack`
 
   !> A UMAT with its name and constants; the moduli of the base type are for the stable increment.
   type, extends(user_law_t), public :: umat_adapter_t
@@ -316,11 +316,11 @@ contains
   !! quicker than to ask one after the other.
   pure logical function are_whole(mark1, mark2, mark3, spare)
     real(wp), intent(in), dimension(n_guard) :: mark1, mark2, mark3
-    real(wp), intent(in) :: spare(n_guard, 2)     ! n_spare
+    real(wp), intent(in) :: spare(n_guard, n_spare/n_guard)
     real(wp) :: eight(n_guard), four(4)
 
     eight = (abs(mark1 - mark) + abs(mark2 - mark)) &
-            + (abs(mark3 - mark) + (abs(spare(:, 1)) + abs(spare(:, 2))))
+            + (abs(mark3 - mark) + (abs(spare(:, 1)) + abs(spare(:, 2)) + abs(spare(:, 3))))
     four = eight(:4) + eight(5:)
     are_whole = (four(1) + four(2)) + (four(3) + four(4)) <= 0.0_wp
   end function are_whole
