@@ -1,7 +1,7 @@
 !> Plasticity with an anisotropic yield function whose axes travel with the material.
 module anisotropic_plastic
   use kinds, only: wp
-  use block_law, only: set_elastic
+  use block_law, only: set_elastic, search_plane
   use flow_curve, only: flow_curve_t, flow_at, has_rate, is_steep, thermal_factor, heat_up
   use hardening, only: back_stresses_t
   use mises_plastic, only: mises_plastic_t, set_plastic, equivalent_strain
@@ -9,9 +9,11 @@ module anisotropic_plastic
                             deviator_of, add_deviator
   use yield_function, only: yield_function_t, find_excess, mises_bound, quadratic
   use hill_return, only: return_to_hill
+  use hill_plane, only: plane_hill_t, new_plane_hill, into_hill_modes, from_hill_modes
+  use plane_stress, only: plane_trial
   use return_problem, only: return_problem_t
   use yield_return, only: return_to_yield, return_in_stages
-  use tensor_rotation, only: rotate_axes, axes_rotation
+  use tensor_rotation, only: rotate_axes, axes_rotation, axes_in_sheet
   use row_functions, only: are_numbers
   use voce, only: elastic_trial
   implicit none
@@ -28,8 +30,12 @@ module anisotropic_plastic
     type(yield_function_t) :: yield
     real(wp) :: axes(3, 3) = 0.0_wp   !! of the material at the start, as columns
     real(wp) :: bound = 0.0_wp        !! equivalent over von Mises stress never exceeds it
+    logical :: is_hill = .false.      !! Hill's function without back stresses and stages
+    type(plane_hill_t) :: plane       !! then: in plane stress
   contains
     procedure :: update
+    procedure :: update_plane
+    procedure :: lay_in_sheet
     procedure :: keeps_plane
   end type anisotropic_plastic_t
 
@@ -52,6 +58,8 @@ contains
     law%yield = yield
     law%axes = axes
     law%bound = mises_bound(yield)
+    law%is_hill = yield%kind == quadratic .and. back%n == 0 .and. n_stages == 0
+    if (law%is_hill) law%plane = new_plane_hill(yield%hill, law%bulk, law%shear)
   end function new_anisotropic_plastic
 
   !> It does where an axis of the material lies across the plane.
@@ -97,6 +105,67 @@ contains
     end do
   end subroutine update
 
+  !> Plane stress. Hill's function has a return of its own where axis 3 of the material is the
+  !! normal of the sheet; all else is searched for.
+  subroutine update_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
+    class(anisotropic_plastic_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 3)
+    real(wp), intent(inout) :: stress(n, 3), state(n, self%n_state), through(n)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(n)
+    real(wp) :: axis(n, 2), modes(n, 3), worst
+    logical :: is_flat
+
+    is_flat = self%is_hill
+    if (is_flat) call turn_axis(self, n, spin, state, axis, is_flat)
+    if (.not. is_flat) then
+      call search_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
+      return
+    end if
+    call plane_trial(n, self%bulk, self%shear, dstrain, stress, through, modes, worst)
+    ok = worst < huge(worst) .and. dt >= 0.0_wp
+    if (.not. ok .or. .not. (self%bound**2*worst > self%lowest**2 .or. self%is_awake)) return
+    call into_hill_modes(self%plane, n, axis, modes)
+    call self%find_plane_strain(n, dt, dstrain, self%plane%moduli, modes, state, ok)
+    call from_hill_modes(self%plane, n, axis, modes)
+    call self%flow_plane(n, modes, stress, state, through)
+  end subroutine update_plane
+
+  !> The axes of the material in the sheet.
+  subroutine lay_in_sheet(self, n, frame, state)
+    class(anisotropic_plastic_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: frame(n, 9)
+    real(wp), intent(inout) :: state(n, self%n_state)
+
+    call axes_in_sheet(n, self%axes, frame, state(:, 2:5))
+  end subroutine lay_in_sheet
+
+  !> Turn the axes of the material by the spin in the sheet, unless they leave it somewhere, and
+  !! give axis 1.
+  pure subroutine turn_axis(self, n, spin, state, axis, is_flat)
+    class(anisotropic_plastic_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: spin(n)
+    real(wp), intent(inout) :: state(n, self%n_state)
+    real(wp), intent(out) :: axis(n, 2)
+    logical, intent(out) :: is_flat
+    real(wp), parameter :: most_tilt = 1.0e-9_wp   ! sine of the angle to the normal
+    real(wp) :: axes(n, 4), rotation(n, 9), turn(n, 3)
+
+    axes = state(:, 2:5)
+    if (.not. sum(abs(spin)) <= 0.0_wp) then
+      turn = 0.0_wp
+      turn(:, 1) = spin
+      call rotate_axes(n, turn, axes)
+    end if
+    call axes_rotation(n, self%axes, axes, rotation)
+    is_flat = .not. sum(rotation(:, 7)**2 + rotation(:, 8)**2) > most_tilt**2
+    axis = rotation(:, :2)
+    if (is_flat) state(:, 2:5) = axes
+  end subroutine turn_axis
+
   !> Add the von Mises stress of each back stress.
   pure subroutine add_back_norms(self, n, state, mises)
     class(anisotropic_plastic_t), intent(in) :: self
@@ -131,7 +200,7 @@ contains
     call load_lanes(n, first, 1, factor, problem%factor)
     call load_lanes(n, first, 1, flow, problem%flow)
     call load_lanes(n, first, 1, slope, problem%slope)
-    is_hill = self%yield%kind == quadratic .and. self%back%n == 0 .and. self%n_stages == 0
+    is_hill = self%is_hill
     problem%guess = 0.0_wp
     if (has_rate(self%curve) .or. is_steep(self%curve)) then
       call load_lanes(n, first, 6, dstrain, strain)

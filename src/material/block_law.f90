@@ -4,10 +4,11 @@ module block_law
   use failure, only: error_t
   use law_spec, only: law_spec_t
   use point_context, only: point_context_t
+  use plane_stress, only: begin_search, advance_search, max_trials
   implicit none
   private
 
-  public :: set_elastic
+  public :: set_elastic, search_plane
 
   !> A law bound to its constants. A row holds `n` points, one per lane.
   type, abstract, public :: block_law_t
@@ -26,6 +27,8 @@ module block_law
     logical :: is_awake = .false.        !! elastic rows take the return map as well
   contains
     procedure(update_row), deferred :: update
+    procedure :: update_plane => search_plane
+    procedure :: lay_in_sheet
     procedure :: update_in_context
     procedure :: keeps_plane
     procedure :: shear_warning
@@ -75,6 +78,61 @@ contains
     law%bulk = young/(3.0_wp*(1.0_wp - 2.0_wp*poisson))
     law%shear = young/(2.0_wp*(1.0_wp + poisson))
   end subroutine set_elastic
+
+  !> Carry stress and state of `n` points in plane stress over one increment, in the frame of the
+  !! sheet: `update` with the strain 33 that leaves no stress 33. Shears 13 and 23 are zero. A law
+  !! with a return of its own for plane stress overrides this. A law that needs a context fails.
+  subroutine search_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
+    class(block_law_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt                    !! [time]
+    real(wp), intent(in) :: dstrain(n, 3)         !! 11 22 12, engineering shear
+    real(wp), intent(inout) :: stress(n, 3)       !! Cauchy 11 22 12, rotated to the end frame
+    real(wp), intent(inout) :: state(n, self%n_state)
+    real(wp), intent(inout) :: through(n)         !! strain increment 33, the one before and this
+    logical, intent(out) :: ok                    !! false: some point failed
+    real(wp), intent(in) :: spin(n)               !! of the material against the frame, 12
+    real(wp), dimension(n, 6) :: strain, before, tried
+    real(wp) :: new_state(n, self%n_state), turn(n, 3), search(n, 4)
+    logical :: is_found
+    integer :: iteration
+
+    ok = .not. self%needs_context
+    if (.not. ok) return
+    strain = 0.0_wp
+    strain(:, :2) = dstrain(:, :2)
+    strain(:, 3) = through
+    strain(:, 4) = dstrain(:, 3)
+    before = 0.0_wp
+    before(:, :2) = stress(:, :2)
+    before(:, 4) = stress(:, 3)
+    turn = 0.0_wp
+    turn(:, 1) = spin
+    call begin_search(n, self%bulk, self%shear, strain, search)
+    do iteration = 1, max_trials
+      tried = before
+      new_state = state
+      call self%update(n, dt, strain, tried, new_state, ok, turn)
+      if (.not. ok) return
+      through = strain(:, 3)
+      call advance_search(n, iteration, self%bulk, self%shear, before, tried, strain, search, &
+                          is_found)
+      if (is_found) exit
+    end do
+    ok = is_found
+    stress(:, :2) = tried(:, :2)
+    stress(:, 3) = tried(:, 4)
+    state = new_state
+  end subroutine search_plane
+
+  !> Let the state of points of a sheet count in their frames, before the first `update_plane`. Laws
+  !! without directions of their own have nothing to do.
+  subroutine lay_in_sheet(self, n, frame, state)
+    class(block_law_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: frame(n, 9)        !! component j of frame axis i at 3 (i - 1) + j
+    real(wp), intent(inout) :: state(n, self%n_state)
+  end subroutine lay_in_sheet
 
   !> Does a state that is its own picture on the other side of the plane across a coordinate stay so
   !! in a motion that does? True where no direction of the material says otherwise.

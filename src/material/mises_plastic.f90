@@ -9,11 +9,13 @@
 !! equation (M. Kobayashi and N. Ohno, IJNME 53 (2002), for rules of this kind).
 module mises_plastic
   use kinds, only: wp
-  use block_law, only: block_law_t, set_elastic
+  use block_law, only: block_law_t, set_elastic, search_plane
   use flow_curve, only: flow_curve_t, flow_at, flow_after, is_steep, has_rate, lowest_flow, &
                         thermal_factor, heat_up
   use hardening, only: back_stresses_t, back_stress_warning
   use consistency, only: solve_consistency, solve_in_stages, begin_at, advance, max_iterations
+  use plane_return, only: find_plane_flow, plane_back_stresses, add_plane_back_stresses
+  use plane_stress, only: plane_trial, flow_in_plane, mode_moduli, plane_work, in_space
   use tensor_rotation, only: rotate_by_spin
   use voce, only: elastic_trial
   implicit none
@@ -30,6 +32,9 @@ module mises_plastic
     real(wp) :: lowest = 0.0_wp   !! rows whose stresses stay below it remain elastic [stress]
   contains
     procedure :: update
+    procedure :: update_plane
+    procedure :: find_plane_strain
+    procedure :: flow_plane
     procedure :: shear_warning
   end type mises_plastic_t
 
@@ -435,6 +440,73 @@ contains
     end do
     eqps = eqps + dgamma
   end subroutine return_in_stages
+
+  !> Elastic trial in plane stress, then the return of the points that yield. The multi-stage scheme
+  !! has no return of its own there.
+  subroutine update_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
+    class(mises_plastic_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 3)
+    real(wp), intent(inout) :: stress(n, 3), state(n, self%n_state), through(n)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(n)
+    real(wp) :: modes(n, 3), turn(n, 3), worst
+    integer :: k
+
+    if (self%n_stages > 0) then
+      call search_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
+      return
+    end if
+    call plane_trial(n, self%bulk, self%shear, dstrain, stress, through, modes, worst)
+    ok = worst < huge(worst) .and. dt >= 0.0_wp
+    if (.not. ok .or. .not. (self%back%n > 0 .or. worst > self%lowest**2 .or. self%is_awake)) return
+    ! Without spin the sums of a rotation may still change the last bit.
+    if (.not. sum(abs(spin)) <= 0.0_wp) then
+      turn = 0.0_wp
+      turn(:, 1) = spin
+      do k = 1, self%back%n
+        call rotate_by_spin(n, turn, state(:, 6*k - 4:6*k + 1))
+      end do
+    end if
+    call find_plane_strain(self, n, dt, dstrain, mode_moduli(self%bulk, self%shear), modes, &
+                           state, ok)
+    call flow_plane(self, n, modes, stress, state, through)
+  end subroutine update_plane
+
+  !> Plastic strain of a row in plane stress, with the plastic strain and the back stresses of the
+  !! state.
+  subroutine find_plane_strain(self, n, dt, dstrain, moduli, modes, state, ok)
+    class(mises_plastic_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 3)
+    real(wp), intent(in) :: moduli(3)              !! of the modes
+    real(wp), intent(inout) :: modes(n, 3)         !! of the trial stress, out of the plastic strain
+    real(wp), intent(inout) :: state(n, self%n_state)
+    logical, intent(out) :: ok
+    real(wp) :: guess(n), factor(n), dgamma(n), back(n, 3, self%back%n)
+
+    guess = 0.0_wp
+    if (has_rate(self%curve) .or. is_steep(self%curve)) &
+      guess = equivalent_strain(n, in_space(n, dstrain))
+    factor = thermal_factor(self%curve%heating, n, self%n_state, state)
+    call plane_back_stresses(n, self%back%n, state(:, 2:), back)
+    call find_plane_flow(self%curve, self%back, moduli, n, dt, state(:, 1), factor, guess, modes, &
+                         back, dgamma, ok)
+    state(:, 1) = state(:, 1) + dgamma
+    call add_plane_back_stresses(n, self%back%n, back, state(:, 2:))
+  end subroutine find_plane_strain
+
+  !> Let a row flow in plane stress by its plastic strain, and heat it.
+  subroutine flow_plane(self, n, plastic, stress, state, through)
+    class(mises_plastic_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: plastic(n, 3)          !! see `flow_in_plane`
+    real(wp), intent(inout) :: stress(n, 3), state(n, self%n_state), through(n)
+
+    call flow_in_plane(n, self%bulk, self%shear, plastic, stress, through)
+    if (self%curve%heating%is_active) &
+      call heat_up(self%curve%heating, plane_work(n, stress, plastic), state(:, self%n_state))
+  end subroutine flow_plane
 
   !> That of its back stresses.
   pure function shear_warning(self) result(warning)

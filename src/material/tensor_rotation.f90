@@ -11,7 +11,7 @@ module tensor_rotation
   private
 
   public :: rotate_by_spin, turn_to_end, rotate_tensors, transposed
-  public :: axes_from_points, rotate_axes, axes_rotation
+  public :: axes_from_points, rotate_axes, axes_rotation, axes_in_sheet
 
 contains
 
@@ -148,6 +148,50 @@ contains
     axes(:, 3) = normal/norm2(normal)
     axes(:, 2) = cross(axes(:, 3), axes(:, 1))
   end subroutine axes_from_points
+
+  !> Axes of points of a sheet as a law keeps them, with all that comes later in the frames of the
+  !! sheet: axis 1 without its part along the normal, axis 3 along the normal, also where it was
+  !! against it, which orthotropy does not see. Where axis 1 is the normal all stay as they are.
+  pure subroutine axes_in_sheet(n, axes, frame, quaternion)
+    integer, intent(in) :: n
+    real(wp), intent(in) :: axes(3, 3)             !! at the start in space, as columns
+    real(wp), intent(in) :: frame(n, 9)            !! component j of frame axis i at 3 (i - 1) + j
+    real(wp), intent(out) :: quaternion(n, 4)      !! less (1, 0, 0, 0)
+    real(wp), parameter :: least = 1.0e-6_wp       ! sine of the angle of axis 1 to the normal
+    real(wp) :: own(3, 3)
+    integer :: l
+
+    do l = 1, n
+      own = matmul(transpose(reshape(frame(l, :), [3, 3])), axes)
+      if (norm2(own(:2, 1)) > least) then
+        own(:, 1) = [own(:2, 1), 0.0_wp]/norm2(own(:2, 1))
+        own(:, 3) = [0.0_wp, 0.0_wp, 1.0_wp]
+        own(:, 2) = cross(own(:, 3), own(:, 1))
+      end if
+      quaternion(l, :) = quaternion_of(matmul(own, transpose(axes)))
+    end do
+  end subroutine axes_in_sheet
+
+  !> Quaternion of a rotation less (1, 0, 0, 0), by its largest entry (S. W. Shepperd, J. Guidance
+  !! and Control 1 (1978)).
+  pure function quaternion_of(r) result(quaternion)
+    real(wp), intent(in) :: r(3, 3)
+    real(wp) :: quaternion(4), products(4, 4)
+    integer :: largest
+
+    ! Four times the products of the entries of the quaternion.
+    products = reshape([1.0_wp + r(1, 1) + r(2, 2) + r(3, 3), r(3, 2) - r(2, 3), &
+                        r(1, 3) - r(3, 1), r(2, 1) - r(1, 2), &
+                        r(3, 2) - r(2, 3), 1.0_wp + r(1, 1) - r(2, 2) - r(3, 3), &
+                        r(1, 2) + r(2, 1), r(1, 3) + r(3, 1), &
+                        r(1, 3) - r(3, 1), r(1, 2) + r(2, 1), &
+                        1.0_wp - r(1, 1) + r(2, 2) - r(3, 3), r(2, 3) + r(3, 2), &
+                        r(2, 1) - r(1, 2), r(1, 3) + r(3, 1), r(2, 3) + r(3, 2), &
+                        1.0_wp - r(1, 1) - r(2, 2) + r(3, 3)], [4, 4])
+    largest = maxloc([products(1, 1), products(2, 2), products(3, 3), products(4, 4)], 1)
+    quaternion = products(:, largest)/norm2(products(:, largest))
+    quaternion(1) = quaternion(1) - 1.0_wp
+  end function quaternion_of
 
   !> Rotate the axes of a row by the spin increment, exactly as the stress was rotated
   !! (T. J. R. Hughes and J. Winget, IJNME 15 (1980)): its quaternion is (1, w/2) over its length.

@@ -2,10 +2,13 @@
 !!
 !! Flow stress: E. Voce, J. Inst. Metals 74 (1948).  Return: J. C. Simo and T. J. R. Hughes,
 !! Computational Inelasticity, Springer 1998, box 3.2, with the scalar equation solved by Newton.
+!! In plane stress: J. C. Simo and R. L. Taylor, IJNME 22 (1986), see `plane_stress`.
 module voce
   use kinds, only: wp
   use block_law, only: block_law_t, set_elastic
-  use row_functions, only: exp_row, exp_small, small_exponent
+  use plane_stress, only: plane_trial, flow_in_plane, mode_moduli
+  use plane_steps, only: strain_of_modes, just_above, small_step
+  use row_functions, only: exp_row, exp_small, small_exponent, are_numbers
   implicit none
   private
 
@@ -18,6 +21,7 @@ module voce
     real(wp) :: rate = 0.0_wp         !! saturation rate b >= 0
   contains
     procedure :: update
+    procedure :: update_plane
   end type voce_t
 
 contains
@@ -157,5 +161,139 @@ contains
       stress(l, 6) = scaling*stress(l, 6)
     end do
   end subroutine radial_return
+
+  !> Elastic trial and return in plane stress.
+  subroutine update_plane(self, n, dt, dstrain, stress, state, through, ok, spin)
+    class(voce_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: dt, dstrain(n, 3)
+    real(wp), intent(inout) :: stress(n, 3), state(n, self%n_state), through(n)
+    logical, intent(out) :: ok
+    real(wp), intent(in) :: spin(n)
+    real(wp) :: modes(n, 3), dgamma(n), worst
+
+    call plane_trial(n, self%bulk, self%shear, dstrain, stress, through, modes, worst)
+    ok = worst < huge(worst) .and. dt >= 0.0_wp
+    if (.not. ok .or. .not. (worst > self%yield**2 .or. self%is_awake)) return
+    call find_plane_flow(self, n, state, modes, dgamma, worst, ok)
+    if (.not. worst > 0.0_wp) return
+    call flow_in_plane(n, self%bulk, self%shear, modes, stress, through)
+    state(:, 1) = state(:, 1) + dgamma
+  end subroutine update_plane
+
+  !> Plastic strain of a row in plane stress, by the steps of `plane_steps` with hardening and the
+  !! two moduli of von Mises in the same loops.
+  pure subroutine find_plane_flow(self, n, eqps, modes, dgamma, most, ok)
+    class(voce_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: eqps(n)
+    real(wp), intent(inout) :: modes(n, 3)     !! of the trial, out the plastic strain
+    real(wp), intent(out) :: dgamma(n)
+    real(wp), intent(out) :: most              !! largest of them
+    logical, intent(out) :: ok
+    integer, parameter :: max_iterations = 60
+    real(wp), dimension(n) :: left, faded, flow
+    real(wp) :: moduli(3), open
+    integer :: iteration
+
+    moduli = mode_moduli(self%bulk, self%shear)
+    left = -self%rate*eqps
+    call exp_row(n, left)
+    call first_plane_step(self, n, moduli(:2), modes, left, dgamma, most)
+    ok = .not. most > 0.0_wp
+    do iteration = 2, max_iterations
+      if (ok) exit
+      faded = -self%rate*dgamma
+      if (self%rate*most <= small_exponent) then
+        call exp_small(n, faded)
+      else
+        call exp_row(n, faded)
+      end if
+      call next_plane_step(self, n, moduli(:2), modes, left, faded, flow, dgamma, most, open)
+      ok = open <= 0.0_wp
+    end do
+    ok = ok .and. are_numbers(n, dgamma)
+    call strain_of_modes(n, moduli, flow, dgamma, modes)
+  end subroutine find_plane_flow
+
+  !> `first_step` with the flow stress.
+  pure subroutine first_plane_step(self, n, moduli, modes, left, dgamma, most)
+    class(voce_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: moduli(2), modes(n, 3)
+    real(wp), intent(inout) :: left(n)         !! of the hardening, as a fraction; out as stress
+    real(wp), intent(out) :: dgamma(n), most
+    real(wp) :: limit, rate, saturation, u, w, y, slope, t, q, v, p, bend, over
+    integer :: l
+
+    limit = self%yield + self%saturation
+    rate = self%rate
+    saturation = self%saturation
+    most = 0.0_wp
+    !$omp simd private(u, w, y, slope, t, q, v, p, bend, over) reduction(max:most)
+    do l = 1, n
+      u = modes(l, 1)**2
+      w = modes(l, 2)**2 + modes(l, 3)**2
+      left(l) = saturation*left(l)
+      y = limit - left(l)
+      slope = rate*left(l)
+      t = u + w
+      q = y*y
+      over = t - q
+      v = u*(slope + moduli(1)) + w*(slope + moduli(2))
+      p = (1.5_wp*q + 0.5_wp*t)*v*v
+      bend = 1.5_wp*(moduli(2) - moduli(1))**2*u*w + 0.5_wp*rate*slope*t*t*y
+      dgamma(l) = 0.0_wp
+      if (over > 2.0_wp*just_above*q) dgamma(l) = over*t*y*v/max(p - over*bend, 0.5_wp*p)
+      most = max(most, dgamma(l))
+    end do
+  end subroutine first_plane_step
+
+  !> `next_step` with the flow stress.
+  pure subroutine next_plane_step(self, n, moduli, modes, left, faded, flow, dgamma, most, open)
+    class(voce_t), intent(in) :: self
+    integer, intent(in) :: n
+    real(wp), intent(in) :: moduli(2), modes(n, 3)
+    real(wp), intent(in) :: left(n), faded(n)  !! of the hardening before, fraction left after
+    real(wp), intent(out) :: flow(n)           !! after the step
+    real(wp), intent(inout) :: dgamma(n)
+    real(wp), intent(out) :: most              !! largest plastic strain
+    real(wp), intent(out) :: open              !! not above zero: this is the last step
+    real(wp) :: limit, rate, y, slope, bend, x1, x2, x, p1, p2, t, over, g1, g2, v, p, step
+    integer :: l
+
+    ! Left in the law the loop would load them point by point.
+    limit = self%yield + self%saturation
+    rate = self%rate
+    most = 0.0_wp
+    open = 0.0_wp
+    !$omp simd private(y, slope, bend, x1, x2, x, p1, p2, t, over, g1, g2, v, p, step) &
+    !$omp reduction(max:most, open)
+    do l = 1, n
+      slope = left(l)*faded(l)
+      y = limit - slope
+      slope = rate*slope
+      bend = rate*slope
+      x1 = y + moduli(1)*dgamma(l)
+      x2 = y + moduli(2)*dgamma(l)
+      x = x1*x2
+      p1 = (modes(l, 1)*x2)**2
+      p2 = (modes(l, 2)**2 + modes(l, 3)**2)*(x1*x1)
+      t = p1 + p2
+      over = t - x*x
+      g1 = x2*(slope + moduli(1))
+      g2 = x1*(slope + moduli(2))
+      v = p1*g1 + p2*g2
+      p = (1.5_wp*x*x + 0.5_wp*t)*v*v
+      step = p - over*(1.5_wp*p1*p2*(g1 - g2)**2 + 0.5_wp*bend*t*x*(p1*x2 + p2*x1))
+      step = over*t*x*v/max(step, 0.5_wp*p)
+      step = max(step, -0.5_wp*dgamma(l))
+      if (.not. dgamma(l) > 0.0_wp) step = 0.0_wp
+      dgamma(l) = dgamma(l) + step
+      flow(l) = y + step*(slope - 0.5_wp*bend*step)
+      most = max(most, dgamma(l))
+      open = max(open, moduli(2)*abs(step) - small_step*y)
+    end do
+  end subroutine next_plane_step
 
 end module voce
