@@ -20,6 +20,7 @@ module basis_tables
     real(wp), allocatable :: weights(:)       !! of the rule, sum 2
     real(wp), allocatable :: values(:, :, :)  !! shape (degree + 1, n_points, n_elements)
     real(wp), allocatable :: slopes(:, :, :)  !! d/d(local coordinate), same shape
+    real(wp), allocatable :: bends(:, :, :)   !! second derivatives, same shape
   end type axis_table_t
 
   !> The table of axis 1 with eight elements side by side. The last block is shifted back so that
@@ -32,6 +33,7 @@ module basis_tables
     logical, allocatable :: is_contiguous(:)     !! control points of the lanes follow each other
     real(wp), allocatable :: values(:, :, :, :)  !! shape (8, degree + 1, n_points, n_blocks)
     real(wp), allocatable :: slopes(:, :, :, :)
+    real(wp), allocatable :: bends(:, :, :, :)
     real(wp), allocatable :: weights(:, :, :)    !! shape (8, n_points, n_blocks)
   end type lane_table_t
 
@@ -42,7 +44,7 @@ contains
     type(knot_vector_t), intent(in) :: kv
     real(wp), intent(in) :: abscissae(:), weights(:)
     type(axis_table_t) :: table
-    real(wp) :: both(kv%degree + 1, 0:1), middle, half
+    real(wp) :: orders(kv%degree + 1, 0:2), middle, half
     integer :: spans(n_spans(kv)), e, q
 
     spans = span_table(kv)
@@ -54,14 +56,15 @@ contains
     allocate (table%weights, source=weights)
     allocate (table%first, source=spans - kv%degree)
     allocate (table%values(kv%degree + 1, size(abscissae), size(spans)))
-    allocate (table%slopes, mold=table%values)
+    allocate (table%slopes, table%bends, mold=table%values)
     do e = 1, size(spans)
       middle = 0.5_wp*(kv%knots(spans(e) + 1) + kv%knots(spans(e)))
       half = 0.5_wp*(kv%knots(spans(e) + 1) - kv%knots(spans(e)))
       do q = 1, size(abscissae)
-        call basis_derivatives(kv, spans(e), middle + half*abscissae(q), 1, both)
-        table%values(:, q, e) = both(:, 0)
-        table%slopes(:, q, e) = half*both(:, 1)
+        call basis_derivatives(kv, spans(e), middle + half*abscissae(q), 2, orders)
+        table%values(:, q, e) = orders(:, 0)
+        table%slopes(:, q, e) = half*orders(:, 1)
+        table%bends(:, q, e) = half**2*orders(:, 2)
       end do
     end do
   end function new_axis_table
@@ -77,7 +80,7 @@ contains
     allocate (lanes%element(n_lanes, lanes%n_blocks), lanes%is_owner(n_lanes, lanes%n_blocks))
     allocate (lanes%first(n_lanes, lanes%n_blocks), lanes%is_contiguous(lanes%n_blocks))
     allocate (lanes%values(n_lanes, axis%degree + 1, axis%n_points, lanes%n_blocks))
-    allocate (lanes%slopes, mold=lanes%values)
+    allocate (lanes%slopes, lanes%bends, mold=lanes%values)
     allocate (lanes%weights(n_lanes, axis%n_points, lanes%n_blocks))
     do b = 1, lanes%n_blocks
       start = max(1, min((b - 1)*n_lanes + 1, n - n_lanes + 1))
@@ -88,6 +91,7 @@ contains
         lanes%is_owner(l, b) = e > (b - 1)*n_lanes .and. start + l - 1 <= n
         lanes%values(l, :, :, b) = axis%values(:, :, e)
         lanes%slopes(l, :, :, b) = axis%slopes(:, :, e)
+        lanes%bends(l, :, :, b) = axis%bends(:, :, e)
         lanes%weights(l, :, b) = merge(1.0_wp, 0.0_wp, lanes%is_owner(l, b))*axis%weights
       end do
       lanes%is_contiguous(b) = all(lanes%first(2:, b) == lanes%first(:n_lanes - 1, b) + 1)

@@ -11,7 +11,7 @@ module knot_vector
   private
 
   public :: knot_vector_t, new_knot_vector, find_span, basis_derivatives, n_spans, span_table, &
-            greville, cut_to_range, insert_knot, linear_axis
+            greville, cut_to_range, insert_knot, linear_axis, constant_axis
 
   integer, parameter, public :: max_degree = 5   !! highest polynomial degree the code serves
 
@@ -64,6 +64,13 @@ contains
     kv = knot_vector_t(1, 2, [0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp])
   end function linear_axis
 
+  !> One element of degree 0 over [0, 1]: the axis across a mid-surface.
+  pure function constant_axis() result(kv)
+    type(knot_vector_t) :: kv
+
+    kv = knot_vector_t(0, 1, [0.0_wp, 1.0_wp])
+  end function constant_axis
+
   !> Span with knots(span) <= xi < knots(span + 1), by binary search; p + 1 <= span <= n.
   !! The right end belongs to the last span. Outside the range, the nearest span is returned.
   pure integer function find_span(kv, xi) result(span)
@@ -100,14 +107,16 @@ contains
                  kv%knots(kv%degree + 2:kv%n_basis + 1) > kv%knots(kv%degree + 1:kv%n_basis))
   end function span_table
 
-  !> Greville abscissae, one for each basis function: the mean of its p interior knots.
+  !> Greville abscissae, one for each basis function: the mean of its p interior knots; of degree 0
+  !! the middle of its element.
   pure function greville(kv) result(xi)
     type(knot_vector_t), intent(in) :: kv
     real(wp) :: xi(kv%n_basis)
     integer :: i
 
     do i = 1, kv%n_basis
-      xi(i) = sum(kv%knots(i + 1:i + kv%degree))/kv%degree
+      if (kv%degree == 0) xi(i) = 0.5_wp*(kv%knots(i) + kv%knots(i + 1))
+      if (kv%degree > 0) xi(i) = sum(kv%knots(i + 1:i + kv%degree))/kv%degree
     end do
   end function greville
 

@@ -17,7 +17,7 @@ module patch_setup
   implicit none
   private
 
-  public :: new_patch, new_tile_buffers, element_patch, separate_rows, check_shape
+  public :: new_patch, new_tile_buffers, element_patch, separate_rows, check_shape, cut_patch
 
   !> So far towards the centre of an element its ends are tested, as a share of the way: at degree 1
   !! the jacobian has a step between elements.
@@ -59,22 +59,29 @@ contains
   !> From the tables of the axes, and the weights, to what follows of them.
   subroutine complete_patch(patch, n_state, n_tiles, n_together)
     type(solid_patch_t), intent(inout) :: patch
-    integer, intent(in) :: n_state, n_tiles          !! at most so many tiles
-    integer, intent(in) :: n_together                !! so many elements a tile, if there are
-    integer :: q(3), n, t
+    integer, intent(in) :: n_state, n_tiles, n_together   !! see `cut_patch`
 
-    q = patch%axes%n_points
+    call cut_patch(patch, n_tiles, n_together)
+    patch%kernel = kernel_of(patch%axes%degree, patch%axes%n_points, patch%is_rational)
+    call set_rows(patch, rows_of(patch%kernel), n_state)
+    if (patch%is_rational) call set_rational(patch)
+  end subroutine complete_patch
+
+  !> Cut a patch into blocks and tiles.
+  subroutine cut_patch(patch, n_tiles, n_together)
+    type(solid_patch_t), intent(inout) :: patch
+    integer, intent(in) :: n_tiles                   !! at most so many tiles
+    integer, intent(in) :: n_together                !! so many elements a tile, if there are
+    integer :: n, t
+
     patch%n_control = patch%axes%n_basis
     patch%lanes = new_lane_table(patch%axes(1))
     patch%n_blocks = patch%lanes%n_blocks*patch%axes(2)%n_elements*patch%axes(3)%n_elements
-    patch%kernel = kernel_of(patch%axes%degree, q, patch%is_rational)
-    call set_rows(patch, rows_of(patch%kernel), n_state)
-    if (patch%is_rational) call set_rational(patch)
     do n = n_tiles, 1, -1
       patch%tiles = new_tiles(patch, n)
       if (all([(n_elements_of(patch, patch%tiles(t)), t=1, size(patch%tiles))] >= n_together)) exit
     end do
-  end subroutine complete_patch
+  end subroutine cut_patch
 
   !> Room for stress and state, zero, with so many rows together.
   pure subroutine set_rows(patch, together, n_state)
@@ -116,6 +123,7 @@ contains
         table%first = [1]
         table%values = patch%axes(axis)%values(:, :, e:e)
         table%slopes = patch%axes(axis)%slopes(:, :, e:e)
+        table%bends = patch%axes(axis)%bends(:, :, e:e)
       end associate
     end do
     high = low + patch%axes%degree

@@ -91,6 +91,23 @@ module solid_patch
     type(tile_buffer_t), allocatable :: sides(:)
   end type plane_strain_t
 
+  !> What the points of a shell have besides stress and state.
+  type, public :: shell_points_t
+    integer :: kernel = 0                             !! instance, see shell_forces
+    !> Fundamental forms a11 a22 a12 b11 b22 b12 now, by element-local coordinates, (8, 6, q1*q2,
+    !! n_blocks).
+    real(wp), allocatable :: metric(:, :, :, :)
+    real(wp), allocatable :: thickness(:, :, :)       !! now, (8, q1*q2, n_blocks) [length]
+    real(wp), allocatable :: volume(:, :, :)          !! of the points at the start, likewise
+    !> Strain increments through the thickness of the last step, (8, q3, q1*q2, n_blocks).
+    real(wp), allocatable :: through(:, :, :, :)
+    !> Forces and moments per length over the thickness, in the frame of the points as mean, half
+    !! difference and shear, (8, 6, q1*q2, n_blocks).
+    real(wp), allocatable :: resultant(:, :, :, :)
+    !> 1/W and W,1 W,2 W,11 W,22 W,12 over W, (8, 6, q1*q2, n_blocks); rational only.
+    real(wp), allocatable :: rational(:, :, :, :)
+  end type shell_points_t
+
 contains
 
   !> Number of block `b` of the row of elements (e2, e3).
