@@ -16,7 +16,7 @@ module element
 
   public :: point_coordinates, next_element, grid_number, merge_reports
   public :: jacobian_in_span
-  public :: carry_motion, stored_motion, new_nodal_fields
+  public :: carry_motion, stored_motion, new_nodal_fields, describe_grid
 
   !> Fields on the control points, shape (n1, n2, n3, 3).
   type, public :: motion_t
@@ -47,6 +47,10 @@ module element
     integer :: n_evaluated = 0                 !! points worked in a force evaluation
     real(wp) :: shortest = 0.0_wp              !! edge of all elements at the start [length]
     logical :: has_viscosity = .false.         !! bulk viscosity
+    !> It is a surface without rotations of its own: faces 5 and 6 are nets beside the control
+    !! points, which follow these; the other four sides are edges, and to fix a rotation there takes
+    !! the next row of control points as well.
+    logical :: is_surface = .false.
     real(wp), allocatable :: mass(:, :, :)     !! lumped, of the control points
     real(wp), allocatable :: inertia(:, :, :)  !! the same, of all that is joined in a point
     !> Factors on the mass of differences through the thickness, (n1, n2); see `thickness_masses`.
@@ -67,6 +71,12 @@ module element
     procedure :: read_points => read_elements
     procedure :: jacobian => jacobian_of_grid
     procedure :: surface => surface_of_grid
+    procedure :: body => grid_of_body
+    procedure :: body_motion => motion_of_grid
+    procedure :: look_at_faces => keep_faces
+    procedure :: face_net => positions_of_side
+    procedure :: face_velocities => velocities_of_side
+    procedure :: add_face_forces => add_forces_to_side
     procedure :: carry => carry_motion
     procedure :: describe => describe_grid
     procedure :: n_stored => stored_motion
@@ -80,6 +90,7 @@ module element
     procedure :: new_fields => new_nodal_fields
     procedure :: spread_fields => keep_fields
     procedure :: fields_at => no_fields
+    procedure, non_overridable :: is_own_face, bears_loads
   end type element_t
 
   !> A part of a body, of any kind.
@@ -151,6 +162,101 @@ contains
 
     surface = solid_face(self%grid, side)
   end function surface_of_grid
+
+  !> The element as a solid at the start, as results show it.
+  pure function grid_of_body(self) result(solid)
+    class(element_t), intent(in) :: self
+    type(nurbs_solid_t) :: solid
+
+    solid = self%grid
+  end function grid_of_body
+
+  !> Positions and velocities of the control points of that solid now.
+  subroutine motion_of_grid(self, x, v)
+    class(element_t), intent(in) :: self
+    real(wp), allocatable, intent(inout) :: x(:, :, :, :), v(:, :, :, :)   !! (n1, n2, n3, 3)
+
+    x = self%motion%x
+    v = self%motion%v
+  end subroutine motion_of_grid
+
+  !> Is a side a net beside the control points, and no layer of these?
+  pure logical function is_own_face(self, side)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: side
+
+    is_own_face = self%is_surface .and. side > 4
+  end function is_own_face
+
+  !> Is a side a surface, on which contact and loads can act, and no edge?
+  pure logical function bears_loads(self, side)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: side
+
+    bears_loads = self%is_own_face(side) .or. .not. self%is_surface
+  end function bears_loads
+
+  !> Take the shape of the faces now, if that has not been done: what follows is quicker for it, and
+  !! forces on faces of their own need it.
+  subroutine keep_faces(self)
+    class(element_t), intent(inout) :: self
+  end subroutine keep_faces
+
+  !> Control points of a side now.
+  subroutine positions_of_side(self, side, net)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: side
+    real(wp), intent(out) :: net(:, :, :)       !! shape (n, m, 3) of `surface` [length]
+
+    call read_layer(self%motion%x, side, net)
+  end subroutine positions_of_side
+
+  !> Velocities of the control points of a side.
+  subroutine velocities_of_side(self, side, net)
+    class(element_t), intent(in) :: self
+    integer, intent(in) :: side
+    real(wp), intent(out) :: net(:, :, :)       !! [length/time]
+
+    call read_layer(self%motion%v, side, net)
+  end subroutine velocities_of_side
+
+  !> Add forces on the control points of a side to the external forces.
+  subroutine add_forces_to_side(self, side, forces)
+    class(element_t), intent(inout) :: self
+    integer, intent(in) :: side
+    real(wp), intent(in) :: forces(:, :, :)     !! [force]
+
+    associate (force => self%motion%external_force)
+      associate (layer => merge(1, size(force, (side + 1)/2), mod(side, 2) == 1))
+        select case ((side + 1)/2)
+        case (1)
+          force(layer, :, :, :) = force(layer, :, :, :) + forces
+        case (2)
+          force(:, layer, :, :) = force(:, layer, :, :) + forces
+        case (3)
+          force(:, :, layer, :) = force(:, :, layer, :) + forces
+        end select
+      end associate
+    end associate
+  end subroutine add_forces_to_side
+
+  !> The outermost layer of a field at a side.
+  pure subroutine read_layer(field, side, net)
+    real(wp), intent(in) :: field(:, :, :, :)
+    integer, intent(in) :: side
+    real(wp), intent(out) :: net(:, :, :)
+
+    associate (layer => merge(1, size(field, (side + 1)/2), mod(side, 2) == 1))
+      select case ((side + 1)/2)
+      case (1)
+        net = field(layer, :, :, :)
+      case (2)
+        net = field(:, layer, :, :)
+      case (3)
+        net = field(:, :, layer, :)
+      end select
+    end associate
+  end subroutine read_layer
 
   !> Internal forces of a trial motion: those of `forces`, but stress, state and time stay as they
   !! are.
@@ -259,7 +365,8 @@ contains
     integer, intent(in) :: n(3)
     character(:), allocatable :: text
 
-    text = to_text(n(1))//" x "//to_text(n(2))//" x "//to_text(n(3))
+    text = to_text(n(1))//" x "//to_text(n(2))
+    if (n(3) > 0) text = text//" x "//to_text(n(3))
   end function triple
 
   !> Numbers that the element keeps in memory for good: here those of the motion, the mass and the

@@ -3,12 +3,14 @@ module element_kinds
   use failure, only: error_t
   use kinds, only: wp
   use nurbs_solid, only: nurbs_solid_t
+  use gauss_rule, only: gauss_rule_t, new_gauss_rule
   use block_law, only: block_law_t
   use element, only: part_t
   use strain_projection, only: projection_spec_t, project_nothing
   use solid_element, only: solid_element_t, new_solid_element
   use projected_element, only: projected_element_t, new_projected_element
   use plane_strain_element, only: plane_strain_element_t, strip_of
+  use shell_element, only: shell_element_t, new_shell_element
   implicit none
   private
 
@@ -18,7 +20,8 @@ contains
 
   !> A part at rest and without stress, of the kind that projection and law ask for. Its inertia
   !! follows when all parts are there.
-  subroutine new_part(part, name, grid, n_points, n_parts, law, viscosity, error, projection)
+  subroutine new_part(part, name, grid, n_points, n_parts, law, viscosity, error, projection, &
+                      is_shell)
     type(part_t), intent(out) :: part
     character(*), intent(in) :: name
     type(nurbs_solid_t), intent(in) :: grid
@@ -27,10 +30,25 @@ contains
     real(wp), intent(in) :: viscosity(2)             !! linear and quadratic factor
     type(error_t), allocatable, intent(out) :: error
     type(projection_spec_t), intent(in), optional :: projection   !! absent: none
+    logical, intent(in), optional :: is_shell        !! the mid-surface of the solid; absent: not
+    type(shell_element_t), allocatable :: shell
     type(solid_element_t), allocatable :: solid
     type(projected_element_t), allocatable :: projected
     type(projection_spec_t) :: spec
+    type(gauss_rule_t) :: rule(3)
+    integer :: axis
 
+    if (present(is_shell)) then
+      if (is_shell) then
+        allocate (shell)
+        do axis = 1, 3
+          rule(axis) = new_gauss_rule(n_points(axis), n_parts(axis))
+        end do
+        call new_shell_element(shell, name, grid, rule, law, viscosity, error)
+        call move_alloc(shell, part%element)
+        return
+      end if
+    end if
     if (present(projection)) spec = projection
     if (spec%kind /= project_nothing .or. law%needs_context) then
       allocate (projected)

@@ -20,6 +20,7 @@ import textwrap
 
 # Degrees and points along axes 1, 2, 3 of the instances. A new instance is one more entry.
 SOLID_RULES = ["222222", "222223", "222224", "222226", "222333"]
+SHELL_RULES = ["210216", "220224", "220226", "330336"]   # of mid-surfaces, the first of a strip
 STRIP_RULES = ["212212", "212213", "212214", "212216"]   # linear across, with one point there
 
 MOST_POINTS = 12   # of an element, worked in one call of a law
@@ -34,12 +35,20 @@ AXIS_3 = [*BASIS_3, "patch%axes(3)%weights"]
 STATE = ["patch%stress(1, 1, 1, 1, block%number)", "patch%state(1, 1, 1, 1, block%number)",
          "patch%push(1, 1, 1, min(block%number, size(patch%push, 4)))"]
 COUNTS = ["p(1)", "p(2)", "p(3)", "q(1)", "q(2)", "q(3)"]
+SHELL_COUNTS = ["p(1)", "p(2)", "q(1)", "q(2)", "q(3)"]
 # Only to instances with weights, with context, and without weights from the fields of the patch:
 RATIONAL = ["patch%rational(1, 1, 1, 1, block%number)"]
 CONTEXT = ["patch%has_gradients",
            "patch%reference(1, 1, 1, 1, min(block%number, size(patch%reference, 5)))",
            "fields%gradients", "fields%place"]
 FIELDS = ["patch%n_control", "first", "x", "v"]
+SHELL_BASIS = [*BASIS_1, "patch%lanes%bends(1, 1, 1, block%b)",
+               "patch%lanes%weights(1, 1, block%b)",
+               *BASIS_2, "patch%axes(2)%bends(1, 1, block%e2)", "patch%axes(2)%weights"]
+SHELL_RATIONAL = ["points%rational(1, 1, 1, block%number)"]
+SHELL_STATE = ["points%metric(1, 1, 1, block%number)", "points%thickness(1, 1, block%number)",
+               "points%through(1, 1, 1, block%number)",
+               "points%resultant(1, 1, 1, block%number)", *STATE]
 
 
 @dataclasses.dataclass
@@ -134,6 +143,17 @@ def strip_arguments(*_):
             *AXIS_1, *AXIS_3, *STATE, "motion", "lower", "upper", "side", "sums", "ok"]
 
 
+def shell_arguments(_, is_rational):
+    return ["law", "dt", "patch%viscosity%is_active", "viscous", "u", *SHELL_BASIS,
+            "patch%axes(3)%abscissae", "patch%axes(3)%weights",
+            *SHELL_RATIONAL*is_rational, *SHELL_STATE, "f", "sums", "ok"]
+
+
+def metric_arguments(_, is_rational):
+    return ["u", *[item for item in SHELL_BASIS if "weights" not in item],
+            *SHELL_RATIONAL*is_rational, "points%metric(1, 1, 1, block%number)"]
+
+
 LAW = ("block_law", "block_law_t")
 POINTS = ("point_kinematics", "end_volume_of, point_tangents")
 KERNELS = [
@@ -151,6 +171,10 @@ KERNELS = [
     Kernel("plane_strain", "block_forces", "Block force kernel of plane strain",
            "plane_strain_kernel.inc", [], [LAW, ("solid_patch", "plane_strain_t")],
            STRIP_RULES, ["p(1)", "p(3)", "q(1)", "q(3)"], strip_arguments, ("",)),
+    Kernel("kl_shell", "block_forces", "Block force kernel of shells", "shell_kernel.inc", [],
+           [LAW], SHELL_RULES, SHELL_COUNTS, shell_arguments),
+    Kernel("kl_metric", "block_metric", "Fundamental forms of shells", "shell_kernel.inc",
+           ["METRIC"], [], SHELL_RULES, SHELL_COUNTS, metric_arguments),
 ]
 
 
@@ -179,8 +203,9 @@ def main(folder):
     write(folder/"ig_solid_rules.inc", rule_table(SOLID_RULES, range(6))
           + f"      integer, parameter :: tuned_rows({len(SOLID_RULES)}) = [{rows}]\n")
     write(folder/"plane_strain_rules.inc", rule_table(STRIP_RULES, [0, 2, 3, 5]))
+    write(folder/"shell_rules.inc", rule_table(SHELL_RULES, range(6)))
     write(folder/"kernels.cmake", "set(kernels " + " ".join(names) + ")\n"
-          "set(rules " + " ".join(SOLID_RULES + STRIP_RULES) + ")\n")
+          "set(rules " + " ".join(SOLID_RULES + SHELL_RULES + STRIP_RULES) + ")\n")
 
 
 if __name__ == "__main__":

@@ -15,11 +15,15 @@ module vibration
   !> Components of the control points of a patch that stay.
   type :: fixed_t
     logical, allocatable :: is_fixed(:, :, :, :)   !! shape (n1, n2, n3, 3)
+    !> Where some move alike: place of the first of these in the field as one list, its own for
+    !! others; shape (3*n1*n2*n3).
+    integer, allocatable :: leader(:)
   end type fixed_t
 
-  !> One free component: part, and place in its field as one list.
+  !> Components that move alike, of one part: their places in its field as one list.
   type :: freedom_t
-    integer :: part = 0, place = 0
+    integer :: part = 0
+    integer, allocatable :: places(:)
   end type freedom_t
 
 contains
@@ -50,7 +54,7 @@ contains
     allocate (matrix(size(free), size(free)), plus(size(free)), minus(size(free)), root(size(free)))
     do i = 1, size(free)
       associate (inertia => bodies(free(i)%part)%element%inertia)
-        root(i) = sqrt(value_at(size(inertia), mod(free(i)%place - 1, size(inertia)) + 1, inertia))
+        root(i) = sqrt(sum_at(size(inertia), mod(free(i)%places - 1, size(inertia)) + 1, inertia))
       end associate
     end do
     do i = 1, size(free)
@@ -76,15 +80,27 @@ contains
     type(fixed_t), intent(in) :: fixed(:)
     type(freedom_t), allocatable :: free(:)
     logical, allocatable :: counts(:)
-    integer, allocatable :: places(:)
-    integer :: p, i
+    integer :: p, i, k, n, pass
 
-    allocate (free(0))
-    do p = 1, size(bodies)
-      counts = is_counted(seams, p, size(bodies(p)%element%mass))
-      counts = [counts, counts, counts] .and. .not. [fixed(p)%is_fixed]
-      places = pack([(i, i=1, size(counts))], counts)
-      free = [free, [(freedom_t(p, places(i)), i=1, size(places))]]
+    do pass = 1, 2
+      n = 0
+      do p = 1, size(bodies)
+        counts = is_counted(seams, p, size(bodies(p)%element%mass))
+        counts = [counts, counts, counts] .and. .not. [fixed(p)%is_fixed]
+        do i = 1, size(counts)
+          if (.not. counts(i)) cycle
+          if (allocated(fixed(p)%leader)) then
+            if (fixed(p)%leader(i) /= i) cycle
+          end if
+          n = n + 1
+          if (pass == 1) cycle
+          free(n)%part = p
+          free(n)%places = [i]
+          if (allocated(fixed(p)%leader)) &
+            free(n)%places = pack([(k, k=1, size(counts))], fixed(p)%leader == i)
+        end do
+      end do
+      if (pass == 1) allocate (free(n))
     end do
   end function list_free
 
@@ -101,8 +117,8 @@ contains
 
     do p = 1, size(bodies)
       bodies(p)%element%motion%v = 0.0_wp
-      if (p == moved%part) call set_place(size(bodies(p)%element%motion%v), moved%place, amount, &
-                                           bodies(p)%element%motion%v)
+      if (p == moved%part) call set_places(size(bodies(p)%element%motion%v), moved%places, amount, &
+                                            bodies(p)%element%motion%v)
       call collect(seams, p, size(bodies(p)%element%mass), 3, bodies(p)%element%motion%v)
     end do
     call sum_groups(seams, 3)
@@ -112,24 +128,24 @@ contains
     call forces_of_parts(bodies, seams, law, 1.0_wp, report, is_trial=.true.)
     do i = 1, size(free)
       associate (force => bodies(free(i)%part)%element%motion%internal_force)
-        forces(i) = value_at(size(force), free(i)%place, force)
+        forces(i) = sum_at(size(force), free(i)%places, force)
       end associate
     end do
   end subroutine raise_forces
 
-  pure subroutine set_place(n, place, amount, field)
-    integer, intent(in) :: n, place
+  pure subroutine set_places(n, places, amount, field)
+    integer, intent(in) :: n, places(:)
     real(wp), intent(in) :: amount
     real(wp), intent(inout) :: field(n)
 
-    field(place) = amount
-  end subroutine set_place
+    field(places) = amount
+  end subroutine set_places
 
-  pure real(wp) function value_at(n, place, field) result(value)
-    integer, intent(in) :: n, place
+  pure real(wp) function sum_at(n, places, field)
+    integer, intent(in) :: n, places(:)
     real(wp), intent(in) :: field(n)
 
-    value = field(place)
-  end function value_at
+    sum_at = sum(field(places))
+  end function sum_at
 
 end module vibration

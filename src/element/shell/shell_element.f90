@@ -1,0 +1,494 @@
+!> Shells: the mid-surface of a thin sheet without rotations (Kirchhoff and Love), with layers of
+!! integration points in plane stress. docs/shells.md has the formulas and their sources.
+module shell_element
+  use kinds, only: wp
+  use failure, only: error_t
+  use linear_algebra, only: cross
+  use state_store, only: state_store_t, carry_field
+  use text, only: string_t, append_text, to_text, rounded_text
+  use gauss_rule, only: gauss_rule_t
+  use knot_vector, only: knot_vector_t, linear_axis
+  use nurbs_solid, only: nurbs_solid_t, solid_face
+  use nurbs_surface, only: nurbs_surface_t
+  use block_law, only: block_law_t
+  use elastic, only: elastic_t
+  use basis_tables, only: n_lanes
+  use element, only: force_report_t, element_t, jacobian_in_span, describe_grid
+  use lumped_mass, only: new_lumped_mass
+  use solid_patch, only: shell_points_t, row_of_point, lane_of_element, place_of_point
+  use patch_setup, only: new_tile_buffers
+  use solid_element, only: solid_element_t
+  use shell_setup, only: mid_surface, new_shell_patch
+  use shell_faces, only: shell_faces_t, new_shell_faces, find_normals, face_net, face_velocities, &
+                         add_face_forces
+  use shell_forces, only: forces_of_shell, shell_kernel_name
+  implicit none
+  private
+
+  public :: new_shell_element
+
+  !> A mid-surface; its grid has one control point across.
+  type, extends(solid_element_t), public :: shell_element_t
+    type(shell_points_t) :: points
+    type(nurbs_solid_t) :: sheet            !! the sheet as a solid at the start
+    type(shell_faces_t) :: faces            !! what belongs to the shape of the last look at them
+    integer :: seen = -1                    !! force evaluations before that look, -1: none yet
+    !> At the control points when it was last looked at, see `look_at_faces`, (n1, n2) [length].
+    real(wp), allocatable :: thickness(:, :)
+    real(wp), allocatable :: start_faces(:, :, :, :)   !! control points of both at the start
+  contains
+    procedure :: forces
+    procedure :: trial_forces
+    procedure :: drop_state
+    procedure :: single
+    procedure :: elastic_energy
+    procedure :: read_points
+    procedure :: read_element
+    procedure :: jacobian
+    procedure :: surface
+    procedure :: look_at_faces
+    procedure :: face_net => net_of_side
+    procedure :: face_velocities => velocities_of_side
+    procedure :: add_face_forces => add_forces_to_side
+    procedure :: body
+    procedure :: body_motion
+    procedure :: describe
+    procedure :: carry => carry_shell
+    procedure :: kernel_name
+    procedure :: n_stored
+  end type shell_element_t
+
+contains
+
+  !> The mid-surface of a sheet, at rest and without stress; its inertia follows when all parts are
+  !! there. A control point has the mass of those of the sheet across it.
+  subroutine new_shell_element(element, name, sheet, rule, law, viscosity, error)
+    type(shell_element_t), intent(inout) :: element
+    character(*), intent(in) :: name
+    type(nurbs_solid_t), intent(in) :: sheet
+    type(gauss_rule_t), intent(in) :: rule(3)           !! of an element by axis
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: viscosity(2)                !! linear and quadratic factor
+    type(error_t), allocatable, intent(out) :: error
+
+    element%name = name
+    element%rule = rule
+    element%sheet = sheet
+    element%grid = mid_surface(sheet)
+    call new_shell_patch(element%patch, element%points, sheet, element%grid, rule, law, viscosity, &
+                         error)
+    if (allocated(error)) return
+    element%is_surface = .true.
+    element%n_elements = element%patch%axes%n_elements
+    element%n_evaluated = n_lanes*product(element%rule%n)*element%patch%n_blocks
+    element%shortest = element%patch%shortest
+    element%has_viscosity = element%patch%viscosity%is_active
+    element%buffers = new_tile_buffers(element%patch)
+    call new_shell_faces(element%faces, element%grid%axes(:2), element%grid%weights(:, :, 1))
+    associate (mass => new_lumped_mass(sheet, law%density))
+      allocate (element%mass, source=reshape(sum(mass, 3), shape(element%grid%weights)))
+    end associate
+    element%thickness = thickness_of(element)
+    associate (motion => element%motion)
+      allocate (motion%x, source=element%grid%points)
+      allocate (motion%v, motion%internal_force, motion%external_force, mold=motion%x)
+      motion%v = 0.0_wp
+      motion%internal_force = 0.0_wp
+      motion%external_force = 0.0_wp
+      allocate (element%start_faces(size(motion%x, 1), size(motion%x, 2), 2, 3))
+      call find_normals(element%faces, motion%x)
+      call face_net(element%faces, 5, motion%x, element%thickness, element%start_faces(:, :, 1, :))
+      call face_net(element%faces, 6, motion%x, element%thickness, element%start_faces(:, :, 2, :))
+    end associate
+  end subroutine new_shell_element
+
+  subroutine forces(self, law, dt, report)
+    class(shell_element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt
+    type(force_report_t), intent(out) :: report
+
+    self%patch%n_before = self%n_before
+    call forces_of_shell(self%patch, self%points, self%buffers, law, dt, self%motion%x, &
+                         self%motion%internal_force, report)
+  end subroutine forces
+
+  !> At the end of the motion that the velocities make from here.
+  subroutine trial_forces(self, law, dt, report)
+    class(shell_element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt
+    type(force_report_t), intent(out) :: report
+    type(shell_points_t) :: points
+    real(wp), allocatable :: stress(:, :, :, :, :), state(:, :, :, :, :), push(:, :, :, :)
+    real(wp) :: time
+    integer :: increment
+
+    points = self%points
+    stress = self%patch%stress
+    state = self%patch%state
+    push = self%patch%push
+    time = self%patch%time
+    increment = self%patch%increment
+    call forces_of_shell(self%patch, self%points, self%buffers, law, dt, &
+                         self%motion%x + dt*self%motion%v, self%motion%internal_force, report)
+    self%points = points
+    call move_alloc(stress, self%patch%stress)
+    call move_alloc(state, self%patch%state)
+    call move_alloc(push, self%patch%push)
+    self%patch%time = time
+    self%patch%increment = increment
+  end subroutine trial_forces
+
+  subroutine drop_state(self)
+    class(shell_element_t), intent(inout) :: self
+
+    call self%solid_element_t%drop_state()
+    self%points%resultant = 0.0_wp
+  end subroutine drop_state
+
+  !> The element on its own span, with its share of the mass.
+  subroutine single(self, element, copy)
+    class(shell_element_t), intent(in) :: self
+    integer, intent(in) :: element(3)
+    class(element_t), allocatable, intent(out) :: copy
+    type(shell_element_t), allocatable :: one
+    type(nurbs_solid_t) :: piece
+    type(error_t), allocatable :: error
+    integer :: axis, low(3), high(3)
+
+    low = 1
+    high = self%sheet%axes%n_basis
+    piece%axes = self%sheet%axes
+    do axis = 1, 2
+      associate (table => self%patch%axes(axis), knots => self%sheet%axes(axis)%knots)
+        low(axis) = table%first(element(axis))
+        high(axis) = low(axis) + table%degree
+        piece%axes(axis) = knot_vector_t(table%degree, table%degree + 1, &
+                                         knots(low(axis):high(axis) + table%degree + 1))
+      end associate
+    end do
+    piece%points = self%sheet%points(low(1):high(1), low(2):high(2), :, :)
+    piece%weights = self%sheet%weights(low(1):high(1), low(2):high(2), :)
+    allocate (one)
+    call new_shell_element(one, self%name, piece, self%rule, &
+                           elastic_t(density=self%patch%viscosity%density), [0.0_wp, 0.0_wp], error)
+    call move_alloc(one, copy)
+  end subroutine single
+
+  !> In plane stress.
+  subroutine elastic_energy(self, law, energy)
+    class(shell_element_t), intent(inout) :: self
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(out) :: energy
+    integer :: block, row, layer, n
+
+    n = self%rule(3)%n
+    energy = 0.0_wp
+    do block = 1, self%patch%n_blocks
+      do row = 1, self%patch%together
+        do layer = 1, n
+          energy = energy + 0.5_wp*self%rule(3)%weights(layer) &
+                   *energy_of_lanes(law%bulk, law%shear, self%points%volume(:, row, block), &
+                                    self%patch%stress(:, layer + n*(row - 1), :, 1, block))
+        end do
+      end do
+    end do
+  end subroutine elastic_energy
+
+  pure real(wp) function energy_of_lanes(bulk, shear, volume, s) result(energy)
+    real(wp), intent(in) :: bulk, shear, volume(n_lanes), s(n_lanes, 3)
+    real(wp) :: mean(n_lanes)
+
+    mean = (s(:, 1) + s(:, 2))*(1.0_wp/3)
+    energy = sum(volume*(mean**2/(2.0_wp*bulk) &
+                         + (0.5_wp*((s(:, 1) - mean)**2 + (s(:, 2) - mean)**2 + mean**2) &
+                            + s(:, 3)**2)/(2.0_wp*shear)))
+  end function energy_of_lanes
+
+  !> By the threads that work the elements.
+  subroutine read_points(self, eqps_state, eqps, stress, state)
+    class(shell_element_t), intent(in) :: self
+    integer, intent(in) :: eqps_state
+    real(wp), intent(inout) :: eqps(:, :, :, :, :, :)
+    real(wp), intent(inout) :: stress(:, :, :, :, :, :, :), state(:, :, :, :, :, :, :)
+    real(wp) :: own_stress(6, size(eqps, 1), size(eqps, 2), size(eqps, 3))
+    real(wp) :: own(max(size(state, 1), eqps_state), size(eqps, 1), size(eqps, 2), size(eqps, 3))
+    integer :: e1, e2
+
+    !$omp parallel do schedule(static) private(e1, own_stress, own)
+    do e2 = 1, self%n_elements(2)
+      do e1 = 1, self%n_elements(1)
+        call self%read_element([e1, e2, 1], own_stress, own)
+        stress(:, :, :, :, e1, e2, 1) = own_stress(:size(stress, 1), :, :, :)
+        state(:, :, :, :, e1, e2, 1) = own(:size(state, 1), :, :, :)
+        if (eqps_state > 0) eqps(:, :, :, e1, e2, 1) = own(eqps_state, :, :, :)
+      end do
+    end do
+    !$omp end parallel do
+  end subroutine read_points
+
+  !> Stress in the fixed frame, 11, 22, 33, 12, 13, 23.
+  pure subroutine read_element(self, element, stress, state)
+    class(shell_element_t), intent(in) :: self
+    integer, intent(in) :: element(3)
+    real(wp), intent(out) :: stress(:, :, :, :), state(:, :, :, :)
+    real(wp) :: t1(3), t2(3)
+    integer :: at(2), place(2), qa, qb, qc
+
+    at = lane_of_element(self%patch, element)
+    do qb = 1, self%rule(2)%n
+      do qa = 1, self%rule(1)%n
+        call frame_at(self, element, [qa, qb], t1, t2)
+        do qc = 1, self%rule(3)%n
+          place = place_of_point(self%patch, [qa, qb, qc])
+          associate (s => self%patch%stress(at(2), place(1), :, place(2), at(1)))
+            stress(:, qa, qb, qc) = s(1)*dyad(t1, t1) + s(2)*dyad(t2, t2) + s(3)*dyad(t1, t2)
+          end associate
+          state(:, qa, qb, qc) = self%patch%state(at(2), place(1), :size(state, 1), place(2), at(1))
+        end do
+      end do
+    end do
+  end subroutine read_element
+
+  !> a b + b a, of one vector once, as 11, 22, 33, 12, 13, 23.
+  pure function dyad(a, b) result(c)
+    real(wp), intent(in) :: a(3), b(3)
+    real(wp) :: c(6)
+
+    c = [a*b, 0.5_wp*(a([1, 1, 2])*b([2, 3, 3]) + b([1, 1, 2])*a([2, 3, 3]))]
+    if (any(abs(a - b) > 0.0_wp)) c = 2.0_wp*c
+  end function dyad
+
+  !> Unit vectors of the frame of a point now.
+  pure subroutine frame_at(self, element, point, t1, t2)
+    class(shell_element_t), intent(in) :: self
+    integer, intent(in) :: element(3), point(2)
+    real(wp), intent(out) :: t1(3), t2(3)
+    real(wp) :: h(4, 0:2), x(4), a(3, 2), normal(3)
+    integer :: i, j, first(2)
+
+    h = 0.0_wp
+    associate (one => self%patch%axes(1), two => self%patch%axes(2), q => point, e => element)
+      first = [one%first(e(1)), two%first(e(2))] - 1
+      do j = 1, two%degree + 1
+        do i = 1, one%degree + 1
+          x = self%grid%weights(first(1) + i, first(2) + j, 1) &
+              *[self%motion%x(first(1) + i, first(2) + j, 1, :), 1.0_wp]
+          h(:, 0) = h(:, 0) + one%values(i, q(1), e(1))*two%values(j, q(2), e(2))*x
+          h(:, 1) = h(:, 1) + one%slopes(i, q(1), e(1))*two%values(j, q(2), e(2))*x
+          h(:, 2) = h(:, 2) + one%values(i, q(1), e(1))*two%slopes(j, q(2), e(2))*x
+        end do
+      end do
+    end associate
+    do i = 1, 2
+      a(:, i) = h(:3, i) - h(4, i)/h(4, 0)*h(:3, 0)
+    end do
+    normal = cross(a(:, 1), a(:, 2))
+    t1 = a(:, 1)/norm2(a(:, 1))
+    t2 = cross(normal, t1)/norm2(normal)
+  end subroutine frame_at
+
+  !> Of the layer of an integration point, whose place is off the surface by its share of the
+  !! thickness now.
+  pure subroutine jacobian(self, grid, element, point, j, x)
+    class(shell_element_t), intent(in) :: self
+    type(nurbs_solid_t), intent(in) :: grid
+    integer, intent(in) :: element(3), point(3)
+    real(wp), intent(out) :: j(3, 3), x(3)
+    integer :: at(2), axis, span(3)
+
+    span(:2) = [(self%patch%axes(axis)%first(element(axis)) + self%patch%axes(axis)%degree, &
+                 axis=1, 2)]
+    span(3) = 1
+    call jacobian_in_span(grid, span, [(self%rule(axis)%points(point(axis)), axis=1, 2), 0.0_wp], &
+                          j, x)
+    at = lane_of_element(self%patch, element)
+    j(:, 3) = cross(j(:, 1), j(:, 2))
+    j(:, 3) = 0.5_wp*self%points%thickness(at(2), row_of_point(self%rule%n, point), at(1)) &
+              *j(:, 3)/norm2(j(:, 3))
+    x = x + self%rule(3)%points(point(3))*j(:, 3)
+  end subroutine jacobian
+
+  !> The sheet between its faces as they are drawn and touched, which may be a little off those of
+  !! the solid that the deck gives.
+  pure function body(self) result(solid)
+    class(shell_element_t), intent(in) :: self
+    type(nurbs_solid_t) :: solid
+
+    solid%axes(:2) = self%grid%axes(:2)
+    solid%axes(3) = linear_axis()
+    allocate (solid%weights, source=spread(self%grid%weights(:, :, 1), 3, 2))
+    allocate (solid%points, source=self%start_faces)
+  end function body
+
+  !> Both faces now.
+  subroutine body_motion(self, x, v)
+    class(shell_element_t), intent(in) :: self
+    real(wp), allocatable, intent(inout) :: x(:, :, :, :), v(:, :, :, :)
+    integer :: side
+
+    if (.not. allocated(x)) allocate (x, mold=self%start_faces)
+    if (.not. allocated(v)) allocate (v, mold=self%start_faces)
+    do side = 5, 6
+      call self%face_net(side, x(:, :, side - 4, :))
+      call self%face_velocities(side, v(:, :, side - 4, :))
+    end do
+  end subroutine body_motion
+
+  !> A face of the sheet, or an edge, at the start.
+  function surface(self, side)
+    class(shell_element_t), intent(in) :: self
+    integer, intent(in) :: side
+    type(nurbs_surface_t) :: surface
+
+    surface = solid_face(self%body(), side)
+  end function surface
+
+  !> Normals of the shape that the last evaluation of the forces took, and in every sixteenth of
+  !! them the thickness.
+  subroutine look_at_faces(self)
+    class(shell_element_t), intent(inout) :: self
+    integer, parameter :: period = 16
+
+    if (self%seen == self%patch%increment) return
+    call find_normals(self%faces, self%motion%x)
+    if (mod(self%patch%increment, period) == 0) self%thickness = thickness_of(self)
+    self%seen = self%patch%increment
+  end subroutine look_at_faces
+
+  !> Faces as they were looked at last, else those of the shape now.
+  subroutine net_of_side(self, side, net)
+    class(shell_element_t), intent(in) :: self
+    integer, intent(in) :: side
+    real(wp), intent(out) :: net(:, :, :)
+    type(shell_faces_t) :: faces
+
+    if (.not. self%is_own_face(side)) then
+      call self%solid_element_t%face_net(side, net)
+    else if (self%seen == self%patch%increment) then
+      call face_net(self%faces, side, self%motion%x, self%thickness, net)
+    else
+      faces = self%faces
+      call find_normals(faces, self%motion%x)
+      call face_net(faces, side, self%motion%x, self%thickness, net)
+    end if
+  end subroutine net_of_side
+
+  subroutine velocities_of_side(self, side, net)
+    class(shell_element_t), intent(in) :: self
+    integer, intent(in) :: side
+    real(wp), intent(out) :: net(:, :, :)
+    type(shell_faces_t) :: faces
+
+    if (.not. self%is_own_face(side)) then
+      call self%solid_element_t%face_velocities(side, net)
+    else if (self%seen == self%patch%increment) then
+      call face_velocities(self%faces, side, self%motion%v, self%thickness, net)
+    else
+      faces = self%faces
+      call find_normals(faces, self%motion%x)
+      call face_velocities(faces, side, self%motion%v, self%thickness, net)
+    end if
+  end subroutine velocities_of_side
+
+  subroutine add_forces_to_side(self, side, forces)
+    class(shell_element_t), intent(inout) :: self
+    integer, intent(in) :: side
+    real(wp), intent(in) :: forces(:, :, :)
+
+    if (self%is_own_face(side)) then
+      call self%look_at_faces()
+      call add_face_forces(self%faces, side, self%thickness, forces, self%motion%external_force)
+    else
+      call self%solid_element_t%add_face_forces(side, forces)
+    end if
+  end subroutine add_forces_to_side
+
+  !> Thickness at the control points now: the mean of that of the points around, each as it weighs
+  !! in the basis function.
+  pure function thickness_of(self) result(thickness)
+    class(shell_element_t), intent(in) :: self
+    real(wp) :: thickness(size(self%mass, 1), size(self%mass, 2))
+    real(wp) :: line(size(self%mass, 1), self%rule(2)%n), share1(size(self%mass, 1))
+    real(wp) :: share2(size(self%mass, 2)), share
+    integer :: e1, e2, qa, qb, i, at(2), first
+
+    thickness = 0.0_wp
+    share2 = 0.0_wp
+    associate (one => self%patch%axes(1), two => self%patch%axes(2))
+      do e2 = 1, two%n_elements
+        line = 0.0_wp
+        share1 = 0.0_wp
+        do e1 = 1, one%n_elements
+          at = lane_of_element(self%patch, [e1, e2, 1])
+          first = one%first(e1)
+          do qa = 1, one%n_points
+            associate (n => one%weights(qa)*one%values(:, qa, e1))
+              share1(first:first + one%degree) = share1(first:first + one%degree) + n
+              do qb = 1, two%n_points
+                line(first:first + one%degree, qb) = line(first:first + one%degree, qb) &
+                  + n*self%points%thickness(at(2), qb + two%n_points*(qa - 1), at(1))
+              end do
+            end associate
+          end do
+        end do
+        do qb = 1, two%n_points
+          do i = 1, two%degree + 1
+            share = two%weights(qb)*two%values(i, qb, e2)
+            share2(two%first(e2) + i - 1) = share2(two%first(e2) + i - 1) + share
+            thickness(:, two%first(e2) + i - 1) = thickness(:, two%first(e2) + i - 1) &
+                                                  + share*line(:, qb)/share1
+          end do
+        end do
+      end do
+    end associate
+    do i = 1, size(share2)
+      thickness(:, i) = thickness(:, i)/share2(i)
+    end do
+  end function thickness_of
+
+  subroutine describe(self, lines)
+    class(shell_element_t), intent(in) :: self
+    type(string_t), allocatable, intent(inout) :: lines(:)
+    character(:), allocatable :: words
+
+    call describe_grid(self, lines)
+    words = rounded_text(minval(self%points%thickness))
+    if (maxval(self%points%thickness) > (1.0_wp + 1.0e-6_wp)*minval(self%points%thickness)) &
+      words = words//" to "//rounded_text(maxval(self%points%thickness))
+    call append_text(lines, "shell            thickness "//words//", "//to_text(self%rule(3)%n)// &
+                            " layers")
+  end subroutine describe
+
+  subroutine carry_shell(self, store)
+    class(shell_element_t), intent(inout) :: self
+    type(state_store_t), intent(inout) :: store
+
+    call self%solid_element_t%carry(store)
+    call carry_field(store, "resultant", size(self%points%resultant), self%points%resultant)
+    call carry_field(store, "metric", size(self%points%metric), self%points%metric)
+    call carry_field(store, "thickness", size(self%points%thickness), self%points%thickness)
+    call carry_field(store, "through", size(self%points%through), self%points%through)
+    call carry_field(store, "face_thickness", size(self%thickness), self%thickness)
+  end subroutine carry_shell
+
+  pure function kernel_name(self) result(name)
+    class(shell_element_t), intent(in) :: self
+    character(:), allocatable :: name
+
+    name = shell_kernel_name(self%points%kernel)
+  end function kernel_name
+
+  pure real(wp) function n_stored(self) result(n)
+    class(shell_element_t), intent(in) :: self
+
+    n = self%solid_element_t%n_stored()
+    associate (points => self%points)
+      n = n + size(points%metric) + size(points%thickness) + size(points%through) &
+          + size(points%volume) + size(points%resultant)
+      if (allocated(points%rational)) n = n + size(points%rational)
+    end associate
+  end function n_stored
+
+end module shell_element

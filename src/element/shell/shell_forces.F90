@@ -1,0 +1,145 @@
+!> Internal forces of a patch of shells: tiles in parallel, each block by its kernel instance.
+module shell_forces
+  use kinds, only: wp
+  use block_law, only: block_law_t
+  use basis_tables, only: n_lanes
+  use bulk_viscosity, only: viscous_factors
+  use element, only: force_report_t
+  use solid_patch, only: solid_patch_t, shell_points_t, tile_t, tile_buffer_t, block_t, block_at, &
+                         n_blocks_of, next_block
+  use solid_forces, only: gather_motion, add_forces, clear_rows, add_report, add_tiles, &
+                          finish_evaluation
+#include "kl_shell_uses.inc"
+#include "kl_metric_uses.inc"
+  implicit none
+  private
+
+  public :: forces_of_shell, set_metric, shell_kernel_of, shell_kernel_name
+
+  !> Degrees and points of the tuned instances, as in `kernel_dispatch`.
+#include "shell_rules.inc"
+
+contains
+
+  !> Number of the kernel instance that serves these degrees and points.
+  pure integer function shell_kernel_of(degrees, n_points, is_rational) result(kernel)
+    integer, intent(in) :: degrees(3), n_points(3)
+    logical, intent(in) :: is_rational
+    integer :: column
+
+    do column = 1, size(tuned_rules, 2)
+      if (all(tuned_rules(:, column) == [degrees, n_points])) exit
+    end do
+    kernel = 2*column - merge(0, 1, is_rational)
+  end function shell_kernel_of
+
+  !> Name of a kernel instance for the log, such as `p22_q226_shell`.
+  pure function shell_kernel_name(kernel) result(name)
+    integer, intent(in) :: kernel
+    character(:), allocatable :: name
+    character(8) :: code
+
+    name = "general"
+    if (kernel <= 2*size(tuned_rules, 2)) then
+      write (code, "('p', 2i1, '_q', 3i1)") tuned_rules([1, 2, 4, 5, 6], (kernel + 1)/2)
+      name = code
+    end if
+    if (mod(kernel, 2) == 0) name = name//"_rational"
+    name = name//"_shell"
+  end function shell_kernel_name
+
+  !> Stress update and internal forces at positions x; arguments as of `internal_forces`.
+  subroutine forces_of_shell(patch, points, buffers, law, dt, x, force, report)
+    type(solid_patch_t), intent(inout) :: patch
+    type(shell_points_t), intent(inout) :: points
+    type(tile_buffer_t), intent(inout) :: buffers(:)
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: dt
+    real(wp), intent(in), contiguous :: x(:, :, :, :)
+    real(wp), intent(inout), contiguous :: force(:, :, :, :)
+    type(force_report_t), intent(out) :: report
+    type(force_report_t) :: reports(size(buffers))
+    integer :: t
+
+    !$omp parallel default(shared) private(t) if (.not. law%is_serial)
+    !$omp do schedule(static)
+    do t = 1, size(buffers)
+      call forces_of_tile(patch, points, law, patch%tiles(t), dt, x, force, buffers(t)%force, &
+                          reports(t))
+    end do
+    !$omp end do
+    call add_tiles(patch, buffers, force)
+    !$omp end parallel
+    call finish_evaluation(patch, dt, reports, report)
+  end subroutine forces_of_shell
+
+  !> The blocks of one tile.
+  subroutine forces_of_tile(patch, points, law, tile, dt, x, force, border, report)
+    type(solid_patch_t), intent(inout) :: patch
+    type(shell_points_t), intent(inout) :: points
+    class(block_law_t), intent(in) :: law
+    type(tile_t), intent(in) :: tile
+    real(wp), intent(in) :: dt
+    real(wp), intent(in), contiguous :: x(:, :, :, :)
+    real(wp), intent(inout), contiguous :: force(:, :, :, :), border(:, :, :, :)
+    type(force_report_t), intent(out) :: report
+    real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 3), f(size(u, 1), 3)
+    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational)), sums(n_lanes, 4)
+    type(block_t) :: block
+    integer :: i
+    logical :: ok
+
+    call clear_rows(tile, force, border)
+    do i = 1, n_blocks_of(patch, tile)
+      call next_block(patch, tile, block)
+      call gather_motion(patch, block, dt, x, x, u, w)
+      call run_shell(patch, points, law, block, dt, u, f, sums, ok)
+      call add_forces(patch, tile, block, w, f, force, border)
+      call add_report(report, sums, ok, block)
+    end do
+  end subroutine forces_of_tile
+
+  !> Stress update and forces of a block.
+  subroutine run_shell(patch, points, law, block, dt, u, f, sums, ok)
+    type(solid_patch_t), intent(inout) :: patch
+    type(shell_points_t), intent(inout) :: points
+    class(block_law_t), intent(in) :: law
+    type(block_t), intent(in) :: block
+    real(wp), intent(in) :: dt
+    real(wp), intent(in) :: u(*)
+    real(wp), intent(inout) :: f(*)
+    real(wp), intent(out) :: sums(n_lanes, 4)
+    logical, intent(out) :: ok
+    real(wp) :: viscous(n_lanes, 2)
+    integer :: p(3), q(3)
+
+    viscous = viscous_factors(patch%viscosity, block%number, dt)
+    p = patch%axes%degree
+    q = patch%axes%n_points
+    select case (points%kernel)
+#include "kl_shell_cases.inc"
+    end select
+  end subroutine run_shell
+
+  !> Take the fundamental forms of a shape.
+  subroutine set_metric(patch, points, x)
+    type(solid_patch_t), intent(in) :: patch
+    type(shell_points_t), intent(inout) :: points
+    real(wp), intent(in), contiguous :: x(:, :, :, :)   !! control points (n1, n2, 1, 3) [length]
+    real(wp) :: u(n_lanes*product(patch%axes%degree + 1), 3)
+    real(wp) :: w(merge(size(u, 1), 0, patch%is_rational))
+    type(block_t) :: block
+    integer :: p(3), q(3), i
+
+    p = patch%axes%degree
+    q = patch%axes%n_points
+    do i = 1, patch%n_blocks
+      block = block_at(patch, i)
+      call gather_motion(patch, block, 0.0_wp, x, x, u, w)
+      select case (points%kernel)
+#include "kl_metric_cases.inc"
+      end select
+    end do
+  end subroutine set_metric
+
+end module shell_forces

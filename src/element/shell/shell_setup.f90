@@ -1,0 +1,221 @@
+!> From a sheet given as a solid to the patch of its mid-surface.
+module shell_setup
+  use kinds, only: wp
+  use failure, only: error_t, fail
+  use text, only: place_text
+  use linear_algebra, only: cross
+  use knot_vector, only: find_span, basis_derivatives, constant_axis
+  use gauss_rule, only: gauss_rule_t
+  use nurbs_solid, only: nurbs_solid_t, evaluate_solid
+  use block_law, only: block_law_t
+  use basis_tables, only: n_lanes, new_axis_table
+  use bulk_viscosity, only: new_viscosity
+  use solid_patch, only: solid_patch_t, shell_points_t, element_of_lane, point_of_row
+  use patch_setup, only: cut_patch
+  use shell_forces, only: set_metric, shell_kernel_of
+  implicit none
+  private
+
+  public :: mid_surface, new_shell_patch
+
+contains
+
+  !> The surface half-way through a solid along axis 3, as a grid with one control point across.
+  pure function mid_surface(solid) result(middle)
+    type(nurbs_solid_t), intent(in) :: solid
+    type(nurbs_solid_t) :: middle
+    real(wp) :: value(solid%axes(3)%degree + 1, 0:0), w, half
+    integer :: n(3), span, i, k, c
+
+    n = solid%axes%n_basis
+    middle%axes(:2) = solid%axes(:2)
+    middle%axes(3) = constant_axis()
+    allocate (middle%points(n(1), n(2), 1, 3), middle%weights(n(1), n(2), 1), source=0.0_wp)
+    associate (axis => solid%axes(3))
+      half = 0.5_wp*(axis%knots(1) + axis%knots(size(axis%knots)))
+      span = find_span(axis, half)
+      call basis_derivatives(axis, span, half, 0, value)
+      do i = 1, axis%degree + 1
+        k = span - axis%degree - 1 + i
+        w = value(i, 0)
+        middle%weights(:, :, 1) = middle%weights(:, :, 1) + w*solid%weights(:, :, k)
+        do c = 1, 3
+          middle%points(:, :, 1, c) = middle%points(:, :, 1, c) &
+                                      + w*solid%weights(:, :, k)*solid%points(:, :, k, c)
+        end do
+      end do
+    end associate
+    do c = 1, 3
+      middle%points(:, :, 1, c) = middle%points(:, :, 1, c)/middle%weights(:, :, 1)
+    end do
+  end function mid_surface
+
+  !> Tables, tiles and a stress-free state of a mid-surface with the thickness of its solid.
+  subroutine new_shell_patch(patch, points, solid, middle, rule, law, viscosity, error)
+    type(solid_patch_t), intent(out) :: patch
+    type(shell_points_t), intent(out) :: points
+    type(nurbs_solid_t), intent(in) :: solid, middle
+    type(gauss_rule_t), intent(in) :: rule(3)        !! of an element by axis
+    class(block_law_t), intent(in) :: law
+    real(wp), intent(in) :: viscosity(2)             !! linear and quadratic factor
+    type(error_t), allocatable, intent(out) :: error
+    real(wp), allocatable :: lengths(:, :)
+    integer :: axis, n
+
+    do axis = 1, 3
+      patch%axes(axis) = new_axis_table(middle%axes(axis), rule(axis)%points, rule(axis)%weights)
+    end do
+    patch%is_rational = any(abs(middle%weights/middle%weights(1, 1, 1) - 1.0_wp) > 1.0e-14_wp)
+    if (patch%is_rational) patch%weights = middle%weights
+    call cut_patch(patch, merge(1, 16, law%is_serial), law%n_together)
+    points%kernel = shell_kernel_of(patch%axes%degree, patch%axes%n_points, patch%is_rational)
+    associate (q => patch%axes%n_points)
+      n = q(1)*q(2)
+      patch%together = n
+      allocate (patch%stress(n_lanes, q(3)*n, 3, 1, patch%n_blocks), source=0.0_wp)
+      allocate (patch%state(n_lanes, q(3)*n, max(1, law%n_state), 1, patch%n_blocks), source=0.0_wp)
+      allocate (points%through(n_lanes, q(3), n, patch%n_blocks), source=0.0_wp)
+    end associate
+    allocate (points%metric(n_lanes, 6, n, patch%n_blocks))
+    allocate (points%resultant(n_lanes, 6, n, patch%n_blocks), source=0.0_wp)
+    allocate (points%thickness(n_lanes, n, patch%n_blocks))
+    if (patch%is_rational) call set_rational(patch, points)
+    call set_metric(patch, points, middle%points)
+    call look_at_sheet(patch, solid, middle, law, points, error)
+    if (allocated(error)) return
+    call set_volumes(patch, points)
+    call find_lengths(points, lengths)
+    patch%shortest = min(minval(lengths), minval(points%thickness))
+    patch%viscosity = new_viscosity(viscosity, law, lengths)
+    allocate (patch%push(n_lanes, 1, n, merge(patch%n_blocks, 1, patch%viscosity%is_active)), &
+              source=0.0_wp)
+  end subroutine new_shell_patch
+
+  !> Weight function and its derivatives at the points; the weights never change.
+  pure subroutine set_rational(patch, points)
+    type(solid_patch_t), intent(in) :: patch
+    type(shell_points_t), intent(inout) :: points
+    integer :: block, lane, row, e(3), at(3)
+
+    allocate (points%rational(n_lanes, 6, patch%together, patch%n_blocks))
+    do block = 1, patch%n_blocks
+      do lane = 1, n_lanes
+        e = element_of_lane(patch, block, lane)
+        do row = 1, patch%together
+          at = point_of_row(patch%axes%n_points, row, 1)
+          points%rational(lane, :, row, block) = weight_at(patch, e, at)
+        end do
+      end do
+    end do
+  end subroutine set_rational
+
+  !> 1/W and W,1 W,2 W,11 W,22 W,12 over W of a point.
+  pure function weight_at(patch, element, point) result(ratios)
+    type(solid_patch_t), intent(in) :: patch
+    integer, intent(in) :: element(3), point(3)
+    real(wp) :: ratios(6), w
+    real(wp), allocatable :: part(:, :)
+
+    associate (one => patch%axes(1), two => patch%axes(2))
+      part = patch%weights(one%first(element(1)):one%first(element(1)) + one%degree, &
+                           two%first(element(2)):two%first(element(2)) + two%degree, 1)
+      associate (n1 => one%values(:, point(1), element(1)), d1 => one%slopes(:, point(1), &
+                 element(1)), n2 => two%values(:, point(2), element(2)), &
+                 d2 => two%slopes(:, point(2), element(2)))
+        w = dot_product(n1, matmul(part, n2))
+        ratios = [1.0_wp, dot_product(d1, matmul(part, n2)), dot_product(n1, matmul(part, d2)), &
+                  dot_product(one%bends(:, point(1), element(1)), matmul(part, n2)), &
+                  dot_product(n1, matmul(part, two%bends(:, point(2), element(2)))), &
+                  dot_product(d1, matmul(part, d2))]/w
+      end associate
+    end associate
+  end function weight_at
+
+  !> Distance of the faces of the solid along the normal of the mid-surface, and directions of the
+  !! material in the frames of the points. Axes 1, 2 and 3 must form a right-handed patch.
+  subroutine look_at_sheet(patch, solid, middle, law, points, error)
+    type(solid_patch_t), intent(inout) :: patch
+    type(nurbs_solid_t), intent(in) :: solid, middle
+    class(block_law_t), intent(in) :: law
+    type(shell_points_t), intent(inout) :: points
+    type(error_t), allocatable, intent(out) :: error
+    real(wp) :: xi(3), low(3), high(3), x(3), j(3, 3), frame(3, 3)
+    integer :: block, lane, row, e(3), at(3), axis, s, n
+
+    n = patch%axes(3)%n_points
+    associate (knots => solid%axes(3)%knots)
+      do block = 1, patch%n_blocks
+        do lane = 1, n_lanes
+          e = element_of_lane(patch, block, lane)
+          do row = 1, patch%together
+            at = point_of_row(patch%axes%n_points, row, 1)
+            do axis = 1, 2
+              s = patch%axes(axis)%first(e(axis)) + patch%axes(axis)%degree
+              associate (u => solid%axes(axis)%knots(s), v => solid%axes(axis)%knots(s + 1))
+                xi(axis) = u + 0.5_wp*(v - u)*(1.0_wp + patch%axes(axis)%abscissae(at(axis)))
+              end associate
+            end do
+            call evaluate_solid(middle, [xi(:2), 0.5_wp], x, j)
+            frame(:, 1) = j(:, 1)/norm2(j(:, 1))
+            frame(:, 3) = cross(j(:, 1), j(:, 2))
+            frame(:, 3) = frame(:, 3)/norm2(frame(:, 3))
+            frame(:, 2) = cross(frame(:, 3), frame(:, 1))
+            call law%lay_in_sheet(n, spread(reshape(frame, [9]), 1, n), &
+                                  patch%state(lane, n*(row - 1) + 1:n*row, :law%n_state, 1, block))
+            call evaluate_solid(solid, [xi(:2), knots(1)], low)
+            call evaluate_solid(solid, [xi(:2), knots(size(knots))], high)
+            points%thickness(lane, row, block) = dot_product(high - low, frame(:, 3))
+            if (points%thickness(lane, row, block) > 0.0_wp) cycle
+            call fail(error, "the sheet is inverted or without thickness at "//place_text(x)// &
+                      "; axes 1, 2, 3 must form a right-handed patch")
+            return
+          end do
+        end do
+      end do
+    end associate
+  end subroutine look_at_sheet
+
+  !> Volumes across the sheet at the start, zero for lanes that repeat an element.
+  pure subroutine set_volumes(patch, points)
+    type(solid_patch_t), intent(in) :: patch
+    type(shell_points_t), intent(inout) :: points
+    integer :: block, row, at(3), b
+
+    allocate (points%volume, mold=points%thickness)
+    do block = 1, patch%n_blocks
+      b = mod(block - 1, patch%lanes%n_blocks) + 1
+      do row = 1, patch%together
+        at = point_of_row(patch%axes%n_points, row, 1)
+        associate (a => points%metric(:, :, row, block))
+          points%volume(:, row, block) = patch%lanes%weights(:, at(1), b) &
+            *patch%axes(2)%weights(at(2))*sqrt(a(:, 1)*a(:, 2) - a(:, 3)**2) &
+            *points%thickness(:, row, block)
+        end associate
+      end do
+    end do
+  end subroutine set_volumes
+
+  !> Shortest axis of each element in the surface: 2 over the root of the largest eigenvalue of the
+  !! inverse metric at its points.
+  pure subroutine find_lengths(points, lengths)
+    type(shell_points_t), intent(in) :: points
+    real(wp), allocatable, intent(out) :: lengths(:, :)   !! shape (8, n_blocks)
+    real(wp) :: mean, root
+    integer :: block, lane, row
+
+    allocate (lengths(n_lanes, size(points%metric, 4)), source=huge(1.0_wp))
+    do block = 1, size(points%metric, 4)
+      do row = 1, size(points%metric, 3)
+        do lane = 1, n_lanes
+          associate (a => points%metric(lane, :3, row, block))
+            mean = 0.5_wp*(a(1) + a(2))
+            root = sqrt(0.25_wp*(a(1) - a(2))**2 + a(3)**2)
+            lengths(lane, block) = min(lengths(lane, block), &
+                                       2.0_wp*sqrt((a(1)*a(2) - a(3)**2)/(mean + root)))
+          end associate
+        end do
+      end do
+    end do
+  end subroutine find_lengths
+
+end module shell_setup
