@@ -2,6 +2,7 @@
 module contact_effect
   use kinds, only: wp
   use state_store, only: state_store_t, carry, carry_array
+  use element, only: element_t, part_t, motion_t
   use blank, only: assembly_t
   use effect, only: effect_t, effect_slot_t, instant_t, tally_t
   use secondary_surface, only: scatter_forces
@@ -12,15 +13,18 @@ module contact_effect
   implicit none
   private
 
-  public :: contact_pairs, forget_depths, measure_depths, depth_of
+  public :: contact_pairs, net_of_pair, forget_depths, measure_depths, depth_of
 
   !> A contact pair.
   type, extends(effect_t), public :: contact_effect_t
     integer :: tool = 0                    !! index into the tools of the model
     integer :: part = 1                    !! patch of the blank
     integer :: face = 0                    !! of the patch, as the deck numbers them
-    integer :: lower(3) = 1, upper(3) = 0  !! control points of the face
+    integer :: lower(3) = 1, upper(3) = 0  !! control points that bear its forces
     type(contact_t) :: pair
+    !> Control points of a face that is not a layer of the grid, and forces on them; allocated only
+    !! for such.
+    real(wp), allocatable, dimension(:, :, :) :: net, net_force
     real(wp) :: energy = 0.0_wp            !! stored in the penalty springs
     real(wp) :: max_penetration = 0.0_wp   !! deepest since `forget_depths`
     real(wp) :: depth = 0.0_wp             !! deepest now [length]
@@ -70,6 +74,18 @@ contains
     end do
     pairs = found(:n)
   end function contact_pairs
+
+  !> Control points of the face of a pair now.
+  subroutine net_of_pair(pair, parts, net)
+    type(contact_effect_t), intent(in) :: pair
+    type(part_t), intent(in) :: parts(:)                     !! of the blank
+    real(wp), allocatable, intent(out) :: net(:, :, :)       !! [length]
+
+    associate (n => pair%pair%secondary%n_net)
+      allocate (net(n(1), n(2), 3))
+    end associate
+    call parts(pair%part)%element%face_net(pair%face, net)
+  end subroutine net_of_pair
 
   !> For all pairs among effects a new greatest depth begins.
   subroutine forget_depths(effects)
@@ -131,20 +147,14 @@ contains
 
     couple = 0.0_wp
     if (self%is_awake) call schedule_tests(self%pair)
-    associate (low => self%lower, high => self%upper, tool => bodies%tools(self%tool), &
-               motion => bodies%blank%parts(self%part)%element%motion)
+    associate (tool => bodies%tools(self%tool))
       before = tool%force
-      select case (findloc(low == high, .true., dim=1))
-      case (1)
-        call press(self, tool, instant%dt, motion%x(low(1), low(2):high(2), low(3):high(3), :), &
-                   motion%external_force(low(1), low(2):high(2), low(3):high(3), :), couple)
-      case (2)
-        call press(self, tool, instant%dt, motion%x(low(1):high(1), low(2), low(3):high(3), :), &
-                   motion%external_force(low(1):high(1), low(2), low(3):high(3), :), couple)
-      case (3)
-        call press(self, tool, instant%dt, motion%x(low(1):high(1), low(2):high(2), low(3), :), &
-                   motion%external_force(low(1):high(1), low(2):high(2), low(3), :), couple)
-      end select
+      if (allocated(self%net)) then
+        call press_own_face(self, tool, instant%dt, bodies%blank%parts(self%part)%element, couple)
+      else
+        call press_layer(self, tool, instant%dt, bodies%blank%parts(self%part)%element%motion, &
+                         couple)
+      end if
       self%max_penetration = max(self%max_penetration, self%depth)
       self%has_touched = self%has_touched .or. self%depth > 0.0_wp
       if (allocated(self%fields)) then
@@ -164,6 +174,44 @@ contains
     self%force = on_blank
     self%couple = couple
   end subroutine apply
+
+  !> Press a layer of control points, where it is.
+  subroutine press_layer(self, tool, dt, motion, couple)
+    class(contact_effect_t), intent(inout) :: self
+    type(tool_t), intent(inout) :: tool
+    real(wp), intent(in) :: dt
+    type(motion_t), intent(inout) :: motion
+    real(wp), intent(out) :: couple(3, 3)
+
+    associate (low => self%lower, high => self%upper)
+      select case ((self%face + 1)/2)
+      case (1)
+        call press(self, tool, dt, motion%x(low(1), low(2):high(2), low(3):high(3), :), &
+                   motion%external_force(low(1), low(2):high(2), low(3):high(3), :), couple)
+      case (2)
+        call press(self, tool, dt, motion%x(low(1):high(1), low(2), low(3):high(3), :), &
+                   motion%external_force(low(1):high(1), low(2), low(3):high(3), :), couple)
+      case (3)
+        call press(self, tool, dt, motion%x(low(1):high(1), low(2):high(2), low(3), :), &
+                   motion%external_force(low(1):high(1), low(2):high(2), low(3), :), couple)
+      end select
+    end associate
+  end subroutine press_layer
+
+  !> Press a face beside the control points, which get its forces only where it touches.
+  subroutine press_own_face(self, tool, dt, body, couple)
+    class(contact_effect_t), intent(inout) :: self
+    type(tool_t), intent(inout) :: tool
+    real(wp), intent(in) :: dt
+    class(element_t), intent(inout) :: body
+    real(wp), intent(out) :: couple(3, 3)
+
+    call body%look_at_faces()
+    call body%face_net(self%face, self%net)
+    self%net_force = 0.0_wp
+    call press(self, tool, dt, self%net, self%net_force, couple)
+    if (self%pair%statistics%n_touching > 0) call body%add_face_forces(self%face, self%net_force)
+  end subroutine press_own_face
 
   !> Contact forces of a face, seen from its tool where that turns, and their couple.
   subroutine press(self, tool, dt, x, force, couple)
@@ -212,14 +260,12 @@ contains
     class(contact_effect_t), intent(inout) :: self
     type(assembly_t), intent(in) :: bodies
     real(wp), intent(in) :: dt
-    real(wp), allocatable :: net_v(:, :, :, :), net_force(:, :, :, :)
+    real(wp), allocatable, dimension(:, :, :) :: net_v, net_force
 
-    associate (low => self%lower, high => self%upper)
-      net_v = bodies%blank%parts(self%part)%element%motion%v(low(1):high(1), low(2):high(2), &
-                                                     low(3):high(3), :)
+    associate (n => self%pair%secondary%n_net)
+      allocate (net_v(n(1), n(2), 3), net_force(n(1), n(2), 3), source=0.0_wp)
     end associate
-    allocate (net_force, mold=net_v)
-    net_force = 0.0_wp
+    call bodies%blank%parts(self%part)%element%face_velocities(self%face, net_v)
     call scatter_forces(self%pair%secondary, self%pair%force, net_force)
     associate (tool => bodies%tools(self%tool))
       if (tool%is_turning) call turn_forces(tool, size(net_v)/3, net_force)

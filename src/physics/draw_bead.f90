@@ -35,7 +35,7 @@ module draw_bead
   !> A bead against one face of a patch.
   type, extends(effect_t), public :: draw_bead_t
     integer :: part = 1                       !! patch of the blank
-    integer :: lower(3) = 1, upper(3) = 0     !! control points of the face
+    integer :: face = 0                       !! of the patch
     real(wp), allocatable :: line(:, :)       !! corners of the polyline, (3, n) [length]
     real(wp) :: half_width = 0.0_wp           !! b [length]
     real(wp) :: restraint = 0.0_wp            !! f [force/length]
@@ -47,8 +47,8 @@ module draw_bead
     real(wp), allocatable :: stretch(:)       !! of the springs, -slip to slip, (n_points)
     real(wp) :: travel = 0.0_wp               !! bound of the motion of the sheet so far [length]
     real(wp), allocatable :: test_at(:)  !! travel at which a point may be in the band (n_points)
-    real(wp), allocatable :: held(:, :, :, :)   !! restraint on the control points at the last step
-    real(wp), allocatable :: pushed(:, :, :, :) !! hold-down force there
+    real(wp), allocatable :: held(:, :, :)    !! restraint on the control points at the last step
+    real(wp), allocatable :: pushed(:, :, :)  !! hold-down force there
   contains
     procedure :: apply
     procedure :: start
@@ -58,7 +58,7 @@ module draw_bead
 
 contains
 
-  !> Points of the face that the bead may act on; the caller sets line, forces and control points.
+  !> Points of the face that the bead may act on; the caller sets line, forces and face.
   pure subroutine new_draw_bead(bead, face, name)
     type(draw_bead_t), intent(inout) :: bead
     type(nurbs_surface_t), intent(in) :: face     !! of the patch at the start
@@ -89,10 +89,8 @@ contains
     end do
     allocate (bead%stretch(n), source=0.0_wp)
     allocate (bead%test_at(n), source=0.0_wp)
-    associate (n_points => bead%upper - bead%lower + 1)
-      allocate (bead%held(n_points(1), n_points(2), n_points(3), 3), source=0.0_wp)
-      allocate (bead%pushed, source=bead%held)
-    end associate
+    allocate (bead%held(size(face%weights, 1), size(face%weights, 2), 3), source=0.0_wp)
+    allocate (bead%pushed, source=bead%held)
   end subroutine new_draw_bead
 
   !> Basis of one point; its measure is the size of the span in parameter space, over four.
@@ -173,19 +171,15 @@ contains
     class(draw_bead_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
-    real(wp), allocatable :: x(:, :, :, :), v(:, :, :, :), held(:, :, :, :), pushed(:, :, :, :)
+    real(wp), allocatable, dimension(:, :, :) :: x, v, held, pushed
     real(wp) :: factor
-    integer :: c, counts(3), n2
+    integer :: c
 
-    ! Control points along the second axis of the face.
-    counts = self%upper - self%lower + 1
-    n2 = counts(max(1, findloc(counts > 1, .true., 1, back=.true.)))
-    associate (low => self%lower, high => self%upper, &
-               motion => bodies%blank%parts(self%part)%element%motion)
-      x = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
-      v = motion%v(low(1):high(1), low(2):high(2), low(3):high(3), :)
-      allocate (held, mold=x)
-      allocate (pushed, mold=x)
+    allocate (x, v, held, pushed, mold=self%held)
+    associate (body => bodies%blank%parts(self%part)%element)
+      call body%look_at_faces()
+      call body%face_net(self%face, x)
+      call body%face_velocities(self%face, v)
       held = 0.0_wp
       pushed = 0.0_wp
       ! Where the curve of the forces stands: the way of the closing tool, or the time.
@@ -194,14 +188,14 @@ contains
       else
         factor = curve_value(self%curve, instant%time)
       end if
-      call add_forces(self, [size(x)/(3*n2), n2], x, v, instant%dt, factor, held, pushed)
+      call add_forces(self, [size(x, 1), size(x, 2)], x, v, instant%dt, factor, held, pushed)
       self%friction_energy = self%friction_energy - 0.5_wp*instant%dt*sum((self%held + held)*v)
       self%external_work = self%external_work + 0.5_wp*instant%dt*sum((self%pushed + pushed)*v)
-      motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
-        motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) + held + pushed
+      call body%add_face_forces(self%face, held)
+      if (abs(self%hold_down) > 0.0_wp) call body%add_face_forces(self%face, pushed)
     end associate
     do c = 1, 3
-      self%force(c) = sum(held(:, :, :, c)) + sum(pushed(:, :, :, c))
+      self%force(c) = sum(held(:, :, c)) + sum(pushed(:, :, c))
     end do
     call move_alloc(held, self%held)
     call move_alloc(pushed, self%pushed)
@@ -220,13 +214,12 @@ contains
     class(draw_bead_t), intent(inout) :: self
     type(assembly_t), intent(in) :: bodies
     real(wp), intent(in) :: dt
+    real(wp), allocatable :: v(:, :, :)
 
-    associate (v => bodies%blank%parts(self%part)%element%motion%v( &
-                      self%lower(1):self%upper(1), self%lower(2):self%upper(2), &
-                      self%lower(3):self%upper(3), :))
-      self%friction_energy = self%friction_energy - 0.5_wp*dt*sum(self%held*v)
-      self%external_work = self%external_work + 0.5_wp*dt*sum(self%pushed*v)
-    end associate
+    allocate (v, mold=self%held)
+    call bodies%blank%parts(self%part)%element%face_velocities(self%face, v)
+    self%friction_energy = self%friction_energy - 0.5_wp*dt*sum(self%held*v)
+    self%external_work = self%external_work + 0.5_wp*dt*sum(self%pushed*v)
     self%held = 0.0_wp
     self%pushed = 0.0_wp
     self%force = 0.0_wp

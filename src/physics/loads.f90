@@ -4,6 +4,7 @@ module loads
   use kinds, only: wp
   use state_store, only: state_store_t, carry, carry_array
   use nurbs_surface, only: nurbs_surface_t
+  use element, only: element_t
   use blank, only: blank_t, assembly_t
   use motion_curve, only: curve_t, curve_value
   use effect, only: effect_t, instant_t
@@ -13,14 +14,12 @@ module loads
 
   public :: gravity_load, traction_load, new_pressure
 
-  !> Forces on the control points of a range of a patch's grid, times a curve.
-  type, extends(effect_t), abstract :: load_t
+  !> A constant pattern of forces, times a curve: on the control points of a range of a patch's
+  !! grid, or of a face that is a net beside them.
+  type, extends(effect_t), public :: dead_load_t
     integer :: part = 1                            !! patch of the blank
+    integer :: face = 0                            !! of the patch; 0: none
     integer :: lower(3) = 1, upper(3) = 0
-  end type load_t
-
-  !> A constant pattern of forces.
-  type, extends(load_t), public :: dead_load_t
     real(wp), allocatable :: pattern(:, :, :, :)   !! shape of the range, and 3
     real(wp) :: scaling = 0.0_wp                   !! curve value of the last step
   contains
@@ -29,11 +28,13 @@ module loads
     procedure :: stop => stop_dead_load
   end type dead_load_t
 
-  !> A pressure on the elements of `rule`.
-  type, extends(load_t), public :: pressure_t
+  !> A pressure on the elements of `rule`, times a curve.
+  type, extends(effect_t), public :: pressure_t
+    integer :: part = 1                            !! patch of the blank
+    integer :: face = 0                            !! of the patch
     type(face_rule_t) :: rule
     real(wp) :: value = 0.0_wp                     !! [stress]
-    real(wp), allocatable :: before(:, :, :, :)    !! forces of the last step
+    real(wp), allocatable :: before(:, :, :)       !! forces on the face at the last step
   contains
     procedure :: apply => apply_pressure
     procedure :: carry => carry_pressure
@@ -62,45 +63,42 @@ contains
   end function gravity_load
 
   !> Traction on the part of a face that `rule` covers.
-  function traction_load(part, face, rule, lower, upper, traction, curve) result(load)
-    integer, intent(in) :: part                   !! patch of the blank
-    type(nurbs_surface_t), intent(in) :: face     !! of it, at the start
+  function traction_load(part, face, surface, rule, bounds, traction, curve) result(load)
+    integer, intent(in) :: part, face             !! patch of the blank, face of the patch
+    type(nurbs_surface_t), intent(in) :: surface  !! the face at the start
     type(face_rule_t), intent(in) :: rule
-    integer, intent(in) :: lower(3), upper(3)     !! control points of the face
+    integer, intent(in) :: bounds(3, 2)           !! control points, from `face_slice`
     real(wp), intent(in) :: traction(3)           !! [stress]
     type(curve_t), intent(in) :: curve
     type(dead_load_t) :: load
-    real(wp) :: forces(size(face%points, 1), size(face%points, 2), 3)
+    real(wp) :: forces(size(surface%points, 1), size(surface%points, 2), 3)
 
     forces = 0.0_wp
-    call add_face_forces(rule, shape(face%weights), face%points, traction, 0.0_wp, forces)
+    call add_face_forces(rule, shape(surface%weights), surface%points, traction, 0.0_wp, forces)
     load%name = "traction"
     load%part = part
-    load%lower = lower
-    load%upper = upper
+    load%face = face
+    load%lower = bounds(:, 1)
+    load%upper = bounds(:, 2)
     load%curve = curve
-    load%pattern = reshape(forces, [upper - lower + 1, 3])
+    load%pattern = reshape(forces, [load%upper - load%lower + 1, 3])
   end function traction_load
 
   !> Pressure on the part of a face that `rule` covers.
-  pure function new_pressure(part, rule, bounds, value, curve) result(load)
-    integer, intent(in) :: part                   !! patch of the blank
+  pure function new_pressure(part, face, rule, value, curve) result(load)
+    integer, intent(in) :: part, face             !! patch of the blank, face of the patch
     type(face_rule_t), intent(in) :: rule
-    integer, intent(in) :: bounds(3, 2)           !! control points of the face
     real(wp), intent(in) :: value                 !! [stress]
     type(curve_t), intent(in) :: curve
     type(pressure_t) :: load
 
     load%name = "pressure"
     load%part = part
+    load%face = face
     load%rule = rule
-    load%lower = bounds(:, 1)
-    load%upper = bounds(:, 2)
     load%value = value
     load%curve = curve
-    associate (n => bounds(:, 2) - bounds(:, 1) + 1)
-      allocate (load%before(n(1), n(2), n(3), 3), source=0.0_wp)
-    end associate
+    allocate (load%before(size(rule%weights, 1), size(rule%weights, 2), 3), source=0.0_wp)
   end function new_pressure
 
   subroutine apply_dead_load(self, bodies, instant)
@@ -111,20 +109,41 @@ contains
     integer :: c
 
     now = curve_value(self%curve, instant%time)
-    associate (low => self%lower, high => self%upper, &
-               motion => bodies%blank%parts(self%part)%element%motion)
+    associate (body => bodies%blank%parts(self%part)%element)
+      call body%look_at_faces()
       self%external_work = self%external_work + 0.5_wp*(self%scaling + now)*instant%dt &
-                           *sum(self%pattern*motion%v(low(1):high(1), low(2):high(2), &
-                                                      low(3):high(3), :))
-      motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
-        motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) &
-        + now*self%pattern
+                           *power_of(self, body)
+      if (body%is_own_face(self%face)) then
+        call body%add_face_forces(self%face, now*self%pattern(:, :, 1, :))
+      else
+        associate (low => self%lower, high => self%upper, force => body%motion%external_force)
+          force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
+            force(low(1):high(1), low(2):high(2), low(3):high(3), :) + now*self%pattern
+        end associate
+      end if
     end associate
     do c = 1, 3
       self%force(c) = now*sum(self%pattern(:, :, :, c))
     end do
     self%scaling = now
   end subroutine apply_dead_load
+
+  !> Power of the pattern now.
+  real(wp) function power_of(load, body) result(power)
+    type(dead_load_t), intent(in) :: load
+    class(element_t), intent(in) :: body
+    real(wp), allocatable :: v(:, :, :)
+
+    if (body%is_own_face(load%face)) then
+      allocate (v, mold=load%pattern(:, :, 1, :))
+      call body%face_velocities(load%face, v)
+      power = sum(load%pattern(:, :, 1, :)*v)
+    else
+      associate (low => load%lower, high => load%upper)
+        power = sum(load%pattern*body%motion%v(low(1):high(1), low(2):high(2), low(3):high(3), :))
+      end associate
+    end if
+  end function power_of
 
   subroutine carry_dead_load(self, store)
     class(dead_load_t), intent(inout) :: self
@@ -139,11 +158,8 @@ contains
     type(assembly_t), intent(in) :: bodies
     real(wp), intent(in) :: dt
 
-    associate (low => self%lower, high => self%upper, &
-               v => bodies%blank%parts(self%part)%element%motion%v)
-      self%external_work = self%external_work + 0.5_wp*dt*self%scaling*sum(self%pattern &
-                           *v(low(1):high(1), low(2):high(2), low(3):high(3), :))
-    end associate
+    self%external_work = self%external_work + 0.5_wp*dt*self%scaling &
+                         *power_of(self, bodies%blank%parts(self%part)%element)
     self%force = 0.0_wp
   end subroutine stop_dead_load
 
@@ -151,27 +167,26 @@ contains
     class(pressure_t), intent(inout) :: self
     type(assembly_t), intent(inout) :: bodies
     type(instant_t), intent(in) :: instant
-    real(wp), allocatable :: net(:, :, :, :), now(:, :, :, :)
+    real(wp), allocatable, dimension(:, :, :) :: net, now
     real(wp) :: pressure_now
     integer :: c
 
     pressure_now = self%value*curve_value(self%curve, instant%time)
-    associate (low => self%lower, high => self%upper, &
-               motion => bodies%blank%parts(self%part)%element%motion)
-      net = motion%x(low(1):high(1), low(2):high(2), low(3):high(3), :)
-      allocate (now, mold=net)
-      now = 0.0_wp
-      if (abs(pressure_now) > 0.0_wp) &
+    allocate (net, now, mold=self%before)
+    now = 0.0_wp
+    associate (body => bodies%blank%parts(self%part)%element)
+      call body%look_at_faces()
+      if (abs(pressure_now) > 0.0_wp) then
+        call body%face_net(self%face, net)
         call add_face_forces(self%rule, shape(self%rule%weights), net, &
                              [0.0_wp, 0.0_wp, 0.0_wp], pressure_now, now)
-      self%external_work = self%external_work + 0.5_wp*instant%dt &
-                           *sum((self%before + now)*motion%v(low(1):high(1), low(2):high(2), &
-                                                             low(3):high(3), :))
-      motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) = &
-        motion%external_force(low(1):high(1), low(2):high(2), low(3):high(3), :) + now
+        call body%add_face_forces(self%face, now)
+      end if
+      call body%face_velocities(self%face, net)
     end associate
+    self%external_work = self%external_work + 0.5_wp*instant%dt*sum((self%before + now)*net)
     do c = 1, 3
-      self%force(c) = sum(now(:, :, :, c))
+      self%force(c) = sum(now(:, :, c))
     end do
     call move_alloc(now, self%before)
   end subroutine apply_pressure
@@ -189,11 +204,11 @@ contains
     type(assembly_t), intent(in) :: bodies
     real(wp), intent(in) :: dt
 
-    associate (low => self%lower, high => self%upper, &
-               v => bodies%blank%parts(self%part)%element%motion%v)
-      self%external_work = self%external_work + 0.5_wp*dt*sum(self%before &
-                           *v(low(1):high(1), low(2):high(2), low(3):high(3), :))
-    end associate
+    real(wp), allocatable :: v(:, :, :)
+
+    allocate (v, mold=self%before)
+    call bodies%blank%parts(self%part)%element%face_velocities(self%face, v)
+    self%external_work = self%external_work + 0.5_wp*dt*sum(self%before*v)
     self%force = 0.0_wp
   end subroutine stop_pressure
 

@@ -1,7 +1,7 @@
 !> Draw beads of the scene as effects of the model.
 module bead_setup
   use kinds, only: wp
-  use input_errors, only: error_list_t, add_warning
+  use input_errors, only: error_list_t, add_error, add_warning
   use text, only: rounded_text, place_text
   use linear_algebra, only: cross
   use tool, only: tool_t, new_tool
@@ -13,7 +13,6 @@ module bead_setup
   use nurbs_solid, only: face_side
   use secondary_surface, only: secondary_surface_t, new_secondary_surface, points_gauss
   use failure, only: error_t
-  use blank, only: face_slice
   use motion_curve, only: curve_t
   use boundary_setup, only: curve_of
   use draw_bead, only: draw_bead_t, new_draw_bead, set_slip, is_on
@@ -47,9 +46,13 @@ contains
     do p = 1, size(scene%blank%patches)
       if (scene%blank%patches(p)%is_joined(spec%face)) cycle
       associate (body => model%bodies%blank%parts(p)%element)
+        if (.not. body%bears_loads(spec%face)) then
+          call add_error(errors, spec%origin, "the draw bead "//spec%name// &
+                         " on an edge of a shell", "FACE=ZETA_MIN or FACE=ZETA_MAX")
+          return
+        end if
         face = body%surface(spec%face)
-        call take_spec(spec, curve_of(scene, spec%curve), p, &
-                       face_slice(body%grid%axes%n_basis, spec%face), bead)
+        call take_spec(spec, curve_of(scene, spec%curve), p, bead)
         faces = [faces, face]
         name = "draw bead "//spec%name
         if (size(scene%blank%patches) > 1) name = name//" "//scene%blank%patches(p)%name
@@ -70,15 +73,14 @@ contains
   end subroutine add_bead
 
   !> A new bead with what the deck says of it.
-  pure subroutine take_spec(spec, curve, patch, bounds, bead)
+  pure subroutine take_spec(spec, curve, patch, bead)
     type(bead_spec_t), intent(in) :: spec
     type(curve_t), intent(in) :: curve
-    integer, intent(in) :: patch, bounds(3, 2)     !! control points of its face, from `face_slice`
+    integer, intent(in) :: patch
     type(draw_bead_t), intent(out) :: bead
 
     bead%part = patch
-    bead%lower = bounds(:, 1)
-    bead%upper = bounds(:, 2)
+    bead%face = spec%face
     bead%line = spec%line
     bead%half_width = 0.5_wp*spec%width
     bead%restraint = spec%restraint

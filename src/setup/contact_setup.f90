@@ -14,7 +14,7 @@ module contact_setup
   use start_gaps, only: initial_gap, face_gaps
   use element, only: element_t
   use blank, only: face_slice, blank_t
-  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs
+  use contact_effect, only: contact_effect_t, contact_view_t, contact_pairs, net_of_pair
   use face_penetration, only: new_depth_samples, find_deepest
   use contact_fields, only: new_contact_fields
   use surface_grid, only: element_size_of, lines
@@ -59,6 +59,11 @@ contains
     if (face == 0) then
       call add_error(errors, spec%origin, "tool '"//model%bodies%tools(spec%tool)%name// &
                      "', which lies next to the blank", "a tool that faces the blank, or a FACE")
+      return
+    end if
+    if (.not. model%bodies%blank%parts(1)%element%bears_loads(face)) then
+      call add_error(errors, spec%origin, "FACE="//trim(face_names(face))//", an edge of a shell", &
+                     "ZETA_MIN or ZETA_MAX")
       return
     end if
     if (all([(scene%blank%patches(p)%is_joined(face), p=1, size(scene%blank%patches))])) then
@@ -124,12 +129,13 @@ contains
         friction=spec%friction, damping=spec%damping, overhang=spec%overhang, &
         is_corner_start=spec%is_corner_start, is_late=spec%first_step > 1, &
         max_depth=pair%thickness)
-      call new_contact(pair%pair, secondary, tool, face_mass(body, bounds), &
+      call new_contact(pair%pair, secondary, tool, face_mass(body, bounds, face), &
                        increment_limit(model), options, error)
       if (allocated(error)) then
         call add_error(errors, spec%origin, error%message, "usable contact options")
         return
       end if
+      if (body%is_own_face(face)) allocate (pair%net, pair%net_force, mold=pair%pair%motion%now)
       call new_depth_samples(pair%samples, pair%pair, tool, body%surface(face), pair%thickness, &
                              findloc(face_axes(face), across, dim=1))
       if (spec%first_step == 1) call check_start(spec, blank_spec%origin, model, pair, errors)
@@ -156,8 +162,7 @@ contains
       associate (other => others(i)%pair)
         if (other%first_step > pair%last_step .or. other%last_step < pair%first_step) cycle
         is_known = is_known .or. (other%tool == pair%tool .and. other%part == pair%part .and. &
-                                  all(other%lower == pair%lower) .and. &
-                                  all(other%upper == pair%upper))
+                                  other%face == pair%face)
       end associate
     end do
   end function is_known
@@ -170,14 +175,14 @@ contains
     if (name == "GREVILLE") point_kind = points_greville
   end function point_kind
 
-  !> Lumped mass of the control points of a face.
-  pure function face_mass(body, bounds) result(mass)
+  !> Lumped mass of the control points that bear the forces of a face.
+  pure function face_mass(body, bounds, face) result(mass)
     class(element_t), intent(in) :: body
-    integer, intent(in) :: bounds(3, 2)
+    integer, intent(in) :: bounds(3, 2), face
     real(wp), allocatable :: mass(:, :)
     integer :: n(2)
 
-    n = pack(bounds(:, 2) - bounds(:, 1) + 1, bounds(:, 2) > bounds(:, 1))
+    n = body%grid%axes(face_axes(face))%n_basis
     mass = reshape(body%mass(bounds(1, 1):bounds(1, 2), bounds(2, 1):bounds(2, 2), &
                              bounds(3, 1):bounds(3, 2)), n)
   end function face_mass
@@ -239,10 +244,8 @@ contains
     character(:), allocatable :: found
     integer :: point
 
-    associate (x => model%bodies%blank%parts(pair%part)%element%motion%x, &
-               tool => model%bodies%tools(spec%tool))
-      net = reshape(x(pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
-                      pair%lower(3):pair%upper(3), :), [pair%pair%secondary%n_net, 3])
+    call net_of_pair(pair, model%bodies%blank%parts, net)
+    associate (tool => model%bodies%tools(spec%tool))
       call initial_gap(pair%pair%secondary, tool, net, gap, point, position)
       call find_deepest(pair%samples, pair%pair, tool, net, tool%displacement, pair%deepest)
       found = "a blank (line "//to_text(blank_origin%line)//") that starts inside tool '"// &

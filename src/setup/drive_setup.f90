@@ -5,7 +5,7 @@ module drive_setup
   use input_errors, only: error_list_t, add_error, add_warning
   use scene, only: scene_t
   use start_gaps, only: sheet_side
-  use contact_effect, only: contact_view_t, contact_pairs
+  use contact_effect, only: contact_view_t, contact_pairs, net_of_pair
   use tool_drive, only: tool_drive_t
   use boundary_setup, only: curve_of
   use model, only: model_t, increment_limit, add_support
@@ -40,7 +40,7 @@ contains
     type(error_list_t), intent(inout) :: errors
     real(wp), parameter :: clearly = 0.1_wp   ! cosine, below which a force goes along the sheet
     real(wp) :: way(3), towards
-    real(wp), allocatable :: factors(:)
+    real(wp), allocatable :: factors(:), net(:, :, :)
     type(contact_view_t), allocatable :: pairs(:)
     integer :: k
 
@@ -52,11 +52,8 @@ contains
       pairs = contact_pairs(model%forces)
       do k = 1, size(pairs)
         if (pairs(k)%pair%tool /= spec%tool) cycle
-        associate (x => model%bodies%blank%parts(pairs(k)%pair%part)%element%motion%x, &
-                   a => pairs(k)%pair%lower, b => pairs(k)%pair%upper)
-          way = way + sheet_side(model%bodies%tools(spec%tool), reshape( &
-                                 x(a(1):b(1), a(2):b(2), a(3):b(3), :), [product(b - a + 1), 3]))
-        end associate
+        call net_of_pair(pairs(k)%pair, model%bodies%blank%parts, net)
+        way = way + sheet_side(model%bodies%tools(spec%tool), reshape(net, [size(net)/3, 3]))
       end do
       towards = dot_product(spec%vector, way)/(norm2(spec%vector)*max(norm2(way), tiny(1.0_wp)))
       if (.not. any(abs(factors) > 0.0_wp)) return

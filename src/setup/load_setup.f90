@@ -4,8 +4,9 @@ module load_setup
   use input_errors, only: error_list_t, add_error
   use scene, only: scene_t, load_spec_t, set_spec_t, face_of_set
   use nurbs_surface, only: nurbs_surface_t
-  use nurbs_solid, only: nurbs_solid_t, solid_face, face_axes, face_side
+  use nurbs_solid, only: face_axes, face_side
   use motion_curve, only: curve_t
+  use element, only: element_t
   use blank, only: face_slice
   use face_quadrature, only: face_rule_t, new_face_rule
   use loads, only: gravity_load, traction_load, new_pressure
@@ -43,7 +44,14 @@ contains
           if (face == 0) cycle
           has_face = .true.
           if (patch%is_joined(face)) cycle
-          call new_face_load(spec, patch%solid, set, p, face, scene%reduction%axis, curve, load)
+          associate (body => model%bodies%blank%parts(p)%element)
+            if (.not. body%bears_loads(face)) then
+              call add_error(errors, spec%origin, "set '"//set%name//"', on an edge of a shell", &
+                             "a set on the upper or the lower face")
+              return
+            end if
+            call new_face_load(spec, body, set, p, face, scene%reduction%axis, curve, load)
+          end associate
         end associate
         if (.not. allocated(load)) cycle
       end if
@@ -68,9 +76,9 @@ contains
   end subroutine add_load
 
   !> Pressure or traction on the part of a face that lies in a set; nothing if that is no element.
-  subroutine new_face_load(spec, solid, set, part, face, across, curve, load)
+  subroutine new_face_load(spec, body, set, part, face, across, curve, load)
     type(load_spec_t), intent(in) :: spec
-    type(nurbs_solid_t), intent(in) :: solid
+    class(element_t), intent(in) :: body
     type(set_spec_t), intent(in) :: set
     integer, intent(in) :: part, face
     integer, intent(in) :: across            !! axis of plane strain, 0: none
@@ -78,18 +86,18 @@ contains
     class(effect_t), allocatable, intent(out) :: load
     type(nurbs_surface_t) :: surface
     type(face_rule_t) :: rule
-    integer :: bounds(3, 2), axes(2)
+    integer :: axes(2)
 
-    surface = solid_face(solid, face)
-    bounds = face_slice(solid%axes%n_basis, face)
+    surface = body%surface(face)
     axes = face_axes(face)
     rule = new_face_rule(surface, set%lower(axes, part), set%upper(axes, part), face_side(face), &
                          findloc(axes, across, 1))
     if (.not. any(rule%is_loaded)) return
     if (spec%kind == "PRESSURE") then
-      allocate (load, source=new_pressure(part, rule, bounds, spec%value(1), curve))
+      allocate (load, source=new_pressure(part, face, rule, spec%value(1), curve))
     else
-      allocate (load, source=traction_load(part, surface, rule, bounds(:, 1), bounds(:, 2), &
+      allocate (load, source=traction_load(part, face, surface, rule, &
+                                           face_slice(body%grid%axes%n_basis, face), &
                                            spec%value, curve))
     end if
   end subroutine new_face_load

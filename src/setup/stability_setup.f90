@@ -225,7 +225,8 @@ contains
     if (step > 1) spec = model%later_steps(step - 1)%step
   end function spec_of
 
-  !> Let the penalties of all tools on a face together stay within what the step leaves: a penalty
+  !> Let the penalties of all tools on the same control points (those of a face of a solid, of both
+  !! faces of a shell) together stay within what the step leaves: a penalty
   !! s m/dt^2 beside the blank's own frequency w is stable for (w dt)^2 + s <= 4, and w dt is twice
   !! the safety factor. A single tool is left as the deck wants it, with a warning. The greatest
   !! sum of a face is kept in the model.
@@ -242,7 +243,7 @@ contains
     end do
   end subroutine share_penalties
 
-  !> Share the penalty of all pairs of one face, if `first` is the first of them.
+  !> Share the penalty of all pairs on the same control points, if `first` is the first of them.
   subroutine share_face(origin, pairs, first, model, errors)
     type(origin_t), intent(in) :: origin
     type(contact_view_t), intent(in) :: pairs(:)    !! of the model
@@ -250,16 +251,18 @@ contains
     type(model_t), intent(inout), target :: model   ! which holds the pairs
     type(error_list_t), intent(inout) :: errors
     real(wp) :: shares(size(pairs)), limit, left, total
-    logical :: is_there(size(pairs))
+    logical :: is_there(size(pairs)), is_elsewhere
     integer :: i, step, n_tools
 
     shares = 0.0_wp
+    is_elsewhere = .false.
     do i = 1, size(pairs)
       associate (pair => pairs(i)%pair, face => pairs(first)%pair)
         if (pair%part /= face%part) cycle
         if (any(pair%lower /= face%lower .or. pair%upper /= face%upper)) cycle
         if (i < first) return
         shares(i) = pair%pair%scale
+        is_elsewhere = is_elsewhere .or. pair%face /= face%face
       end associate
     end do
     left = max(0.0_wp, 4*(1 - model%step%safety**2))
@@ -283,7 +286,8 @@ contains
       if (shares(i) > 0.0_wp) call scale_stiffness(pairs(i)%pair%pair, limit/total)
     end do
     if (left > 0.0_wp) call add_warning(errors, origin, "penalties of "//to_text(n_tools)// &
-                     " tools on one face that add up to "//rounded_text(total), &
+                     " tools on "//trim(merge("both faces", "one face  ", is_elsewhere))// &
+                     " that add up to "//rounded_text(total), &
                      "at most "//rounded_text(limit)//" with the scale factor "// &
                      rounded_text(model%step%safety)//"; they are scaled to that")
   end subroutine share_face
