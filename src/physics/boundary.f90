@@ -7,6 +7,7 @@ module boundary
   use element, only: part_t
   use vibration, only: fixed_t
   use effect, only: effect_t, effect_slot_t, instant_t, previous_increment
+  use row_tie, only: row_tie_t
   implicit none
   private
 
@@ -55,9 +56,33 @@ contains
             fixed(item%part(p))%is_fixed(at(1), at(2), at(3), item%component) = .true.
           end associate
         end do
+      type is (row_tie_t)
+        if (item%first_step <= step .and. item%last_step >= step) call add_leaders(item, fixed)
       end select
     end do
   end function prescribed_components
+
+  !> Name the first of each group of components that move alike.
+  pure subroutine add_leaders(tie, fixed)
+    type(row_tie_t), intent(in) :: tie
+    type(fixed_t), intent(inout) :: fixed(:)
+    integer :: g, i, p, n(3), at(3), first, k
+
+    first = 1
+    do g = 1, size(tie%last)
+      do k = first, tie%last(g)
+        p = tie%part(k)
+        n = shape(fixed(p)%is_fixed(:, :, :, 1))
+        if (.not. allocated(fixed(p)%leader)) &
+          fixed(p)%leader = [(i, i=1, size(fixed(p)%is_fixed))]
+        at = tie%points(:, k)
+        i = at(1) + n(1)*(at(2) - 1 + n(2)*(at(3) - 1 + n(3)*(tie%component - 1)))
+        at = tie%points(:, first)
+        fixed(p)%leader(i) = at(1) + n(1)*(at(2) - 1 + n(2)*(at(3) - 1 + n(3)*(tie%component - 1)))
+      end do
+      first = tie%last(g) + 1
+    end do
+  end subroutine add_leaders
 
   !> Replace the velocities and record the total reaction and its work.
   subroutine apply(self, bodies, instant)

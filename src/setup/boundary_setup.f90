@@ -8,6 +8,7 @@ module boundary_setup
   use boundary, only: boundary_t
   use model, only: model_t, add_support
   use patch_seams, only: seams_t, collect, largest_of_groups, distribute
+  use row_tie, only: row_tie_t, even_out
   implicit none
   private
 
@@ -24,6 +25,12 @@ module boundary_setup
   type :: members_t
     logical, allocatable :: is_in(:, :, :)   !! shape (n1, n2, n3)
   end type members_t
+
+  !> Components of control points that move alike, as a forest: all of one tree do.
+  type :: ties_t
+    integer, allocatable :: parent(:)        !! place above, itself at the root
+    integer, allocatable :: n_before(:)      !! places of the patches before, shape (n_patches)
+  end type ties_t
 
 contains
 
@@ -77,6 +84,7 @@ contains
     type(members_t), allocatable :: members(:)
     logical :: is_held(3, size(scene%boundaries))
     type(boundary_t) :: support
+    type(ties_t) :: ties
     integer :: i, c, p
 
     associate (boundaries => scene%boundaries, blank => model%bodies%blank)
@@ -85,15 +93,21 @@ contains
                         .and. boundaries(i)%last_step >= first
       end do
       owners = new_owners(blank, 3)
+      ties = new_ties(blank)
       do i = 1, size(boundaries)
         if (.not. any(is_held(:, i))) cycle
         call find_members(blank, scene%sets(boundaries(i)%set), members)
+        if (boundaries(i)%word == "ENCASTRE") call add_clamped_rows(blank, members)
+        c = findloc(["XSYMM", "YSYMM", "ZSYMM"] == boundaries(i)%word, .true., 1)
+        if (c > 0) call tie_rows(blank, members, c, ties)
         do c = 1, 3
           do p = 1, size(owners)
             where (members(p)%is_in .and. is_held(c, i)) owners(p)%entry(:, :, :, c) = i
           end do
         end do
       end do
+      call join_owners(blank, ties, owners)
+      call add_ties(first, last, ties, owners, model)
       do i = 1, size(boundaries)
         do c = 1, 3
           if (.not. is_held(c, i)) cycle
@@ -111,6 +125,30 @@ contains
       end do
     end associate
   end subroutine add_supports_of
+
+  !> What moves alike in the steps from `first` to `last` because of planes of symmetry.
+  subroutine add_ties(first, last, ties, owners, model)
+    integer, intent(in) :: first, last
+    type(ties_t), intent(in) :: ties
+    type(owner_t), intent(in) :: owners(:)
+    type(model_t), intent(inout) :: model
+    type(row_tie_t), allocatable :: tie
+    integer :: c
+
+    do c = 1, 3
+      allocate (tie)
+      call list_ties(model%bodies%blank, ties, owners, c, tie)
+      if (size(tie%last) > 0) then
+        tie%name = "symmetry"
+        tie%first_step = first
+        tie%last_step = last
+        tie%given_step = first
+        if (first == 1) call even_out(tie, model%bodies%blank)
+        call add_support(model, tie)
+      end if
+      deallocate (tie)
+    end do
+  end subroutine add_ties
 
   !> What a support of the first step holds starts with its velocity: the impulse of a sudden start
   !! would do work that no balance of finite forces can follow.
@@ -193,5 +231,179 @@ contains
       members(p)%is_in = mark > 0.0_wp
     end do
   end subroutine find_members
+
+  !> Of the members of a clamped set, those on an edge of a shell clamp the row next to it.
+  pure subroutine add_clamped_rows(blank, members)
+    type(blank_t), intent(in) :: blank
+    type(members_t), intent(inout) :: members(:)   !! by patch
+    logical, allocatable :: is_in(:, :, :)
+    integer :: p, edge, i, at(3), next(3)
+
+    do p = 1, size(members)
+      if (.not. blank%parts(p)%element%is_surface) cycle
+      is_in = members(p)%is_in
+      do edge = 1, 4
+        do i = 1, size(is_in, merge(2, 1, edge <= 2))
+          call row_pair(shape(is_in), edge, i, at, next)
+          if (is_in(at(1), at(2), at(3))) members(p)%is_in(next(1), next(2), next(3)) = .true.
+        end do
+      end do
+    end do
+  end subroutine add_clamped_rows
+
+  !> The i-th control point of an edge (1 xi_min, 2 xi_max, 3 eta_min, 4 eta_max) and its neighbour
+  !! inside.
+  pure subroutine row_pair(n, edge, i, at, next)
+    integer, intent(in) :: n(3), edge, i
+    integer, intent(out) :: at(3), next(3)
+    integer :: axis
+
+    axis = merge(1, 2, edge <= 2)
+    at = 1
+    at(3 - axis) = i
+    if (mod(edge, 2) == 0) at(axis) = n(axis)
+    next = at
+    next(axis) = at(axis) + merge(1, -1, mod(edge, 2) == 1)
+  end subroutine row_pair
+
+  !> Each component for itself.
+  pure function new_ties(blank) result(ties)
+    type(blank_t), intent(in) :: blank
+    type(ties_t) :: ties
+    integer :: p, i, n
+
+    allocate (ties%n_before(size(blank%parts)))
+    n = 0
+    do p = 1, size(blank%parts)
+      ties%n_before(p) = n
+      n = n + 3*size(blank%parts(p)%element%grid%weights)
+    end do
+    ties%parent = [(i, i=1, n)]
+  end function new_ties
+
+  !> Place of a component of a control point.
+  pure integer function place_of_tie(blank, ties, part, at, component) result(place)
+    type(blank_t), intent(in) :: blank
+    type(ties_t), intent(in) :: ties
+    integer, intent(in) :: part, at(3), component
+
+    associate (n => blank%parts(part)%element%grid%axes%n_basis)
+      place = ties%n_before(part) + at(1) + n(1)*(at(2) - 1 + n(2)*(at(3) - 1 + n(3) &
+                                                                    *(component - 1)))
+    end associate
+  end function place_of_tie
+
+  pure integer function root_of(ties, place) result(root)
+    type(ties_t), intent(in) :: ties
+    integer, intent(in) :: place
+
+    root = place
+    do while (ties%parent(root) /= root)
+      root = ties%parent(root)
+    end do
+  end function root_of
+
+  !> The members of a set in a plane of symmetry tie the row next to their edge to them, along the
+  !! plane, where that row lies straight across it.
+  pure subroutine tie_rows(blank, members, across, ties)
+    type(blank_t), intent(in) :: blank
+    type(members_t), intent(in) :: members(:)
+    integer, intent(in) :: across              !! the component across the plane
+    type(ties_t), intent(inout) :: ties
+    real(wp), parameter :: straight = 1.0e-6_wp
+    real(wp) :: way(3)
+    integer :: p, edge, i, c, at(3), next(3), roots(2)
+
+    do p = 1, size(members)
+      if (.not. blank%parts(p)%element%is_surface) cycle
+      associate (is_in => members(p)%is_in, x => blank%parts(p)%element%grid%points)
+        do edge = 1, 4
+          do i = 1, size(is_in, merge(2, 1, edge <= 2))
+            call row_pair(shape(is_in), edge, i, at, next)
+            if (.not. is_in(at(1), at(2), at(3))) cycle
+            way = x(next(1), next(2), next(3), :) - x(at(1), at(2), at(3), :)
+            if (norm2(way) - abs(way(across)) > straight*norm2(way)) cycle
+            do c = 1, 3
+              if (c == across) cycle
+              roots = [root_of(ties, place_of_tie(blank, ties, p, at, c)), &
+                       root_of(ties, place_of_tie(blank, ties, p, next, c))]
+              ties%parent(maxval(roots)) = minval(roots)
+            end do
+          end do
+        end do
+      end associate
+    end do
+  end subroutine tie_rows
+
+  !> What an entry of the deck holds it holds of all that is tied to it.
+  pure subroutine join_owners(blank, ties, owners)
+    type(blank_t), intent(in) :: blank
+    type(ties_t), intent(in) :: ties
+    type(owner_t), intent(inout) :: owners(:)
+    integer :: entries(size(ties%parent)), pass, p, i, j, k, c, root
+
+    entries = 0
+    do pass = 1, 2
+      do p = 1, size(owners)
+        if (.not. blank%parts(p)%element%is_surface) cycle
+        associate (entry => owners(p)%entry)
+          do c = 1, 3
+            do k = 1, size(entry, 3)
+              do j = 1, size(entry, 2)
+                do i = 1, size(entry, 1)
+                  root = root_of(ties, place_of_tie(blank, ties, p, [i, j, k], c))
+                  if (pass == 1) entries(root) = max(entries(root), entry(i, j, k, c))
+                  if (pass == 2) entry(i, j, k, c) = entries(root)
+                end do
+              end do
+            end do
+          end do
+        end associate
+      end do
+    end do
+  end subroutine join_owners
+
+  !> Ties of a component between points that nothing else holds, tree by tree.
+  pure subroutine list_ties(blank, ties, owners, component, tie)
+    type(blank_t), intent(in) :: blank
+    type(ties_t), intent(in) :: ties
+    type(owner_t), intent(in) :: owners(:)
+    integer, intent(in) :: component
+    type(row_tie_t), intent(inout) :: tie
+    integer, allocatable :: roots(:), part(:), points(:, :), order(:)
+    logical :: has_children(size(ties%parent))
+    integer :: p, i, j, k, n, at
+
+    has_children = .false.
+    do i = 1, size(ties%parent)
+      if (ties%parent(i) /= i) has_children(ties%parent(i)) = .true.
+    end do
+    allocate (roots(0), part(0), points(3, 0), tie%last(0))
+    do p = 1, size(owners)
+      associate (entry => owners(p)%entry(:, :, :, component))
+        do k = 1, size(entry, 3)
+          do j = 1, size(entry, 2)
+            do i = 1, size(entry, 1)
+              at = place_of_tie(blank, ties, p, [i, j, k], component)
+              if (entry(i, j, k) > 0) cycle
+              if (ties%parent(at) == at .and. .not. has_children(at)) cycle
+              roots = [roots, root_of(ties, at)]
+              part = [part, p]
+              points = reshape([points, i, j, k], [3, size(part)])
+            end do
+          end do
+        end do
+      end associate
+    end do
+    tie%component = component
+    order = [integer ::]
+    do n = 1, size(roots)
+      if (any(roots(:n - 1) == roots(n))) cycle
+      order = [order, pack([(i, i=1, size(roots))], roots == roots(n))]
+      tie%last = [tie%last, size(order)]
+    end do
+    tie%part = part(order)
+    tie%points = points(:, order)
+  end subroutine list_ties
 
 end module boundary_setup

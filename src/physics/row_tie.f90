@@ -1,0 +1,69 @@
+!> Control points that move alike in one component. On a plane of symmetry the row of control points
+!! next to the edge of a shell moves along the plane as the edge does: its slope across is none.
+module row_tie
+  use kinds, only: wp
+  use state_store, only: state_store_t
+  use blank, only: assembly_t, blank_t
+  use effect, only: effect_t, instant_t
+  implicit none
+  private
+
+  public :: even_out
+
+  !> Groups of control points, one after the other; each takes the velocity of its momentum.
+  type, extends(effect_t), public :: row_tie_t
+    integer :: component = 1
+    integer, allocatable :: last(:)             !! last point of each group, shape (n_groups)
+    integer, allocatable :: part(:)             !! patch of each point, shape (n)
+    integer, allocatable :: points(:, :)        !! control indices, shape (3, n)
+  contains
+    procedure :: apply
+    procedure :: carry => carry_tie
+  end type row_tie_t
+
+contains
+
+  subroutine apply(self, bodies, instant)
+    class(row_tie_t), intent(inout) :: self
+    type(assembly_t), intent(inout) :: bodies
+    type(instant_t), intent(in) :: instant
+
+    if (instant%dt_mean > 0.0_wp) call even_out(self, bodies%blank)
+  end subroutine apply
+
+  !> One velocity for each group, of the same momentum. Points at seams weigh with all that moves
+  !! with them, so that each patch comes to the same.
+  pure subroutine even_out(tie, blank)
+    class(row_tie_t), intent(in) :: tie
+    type(blank_t), intent(inout) :: blank
+    real(wp) :: mass, momentum
+    integer :: first, g, p
+
+    first = 1
+    do g = 1, size(tie%last)
+      mass = 0.0_wp
+      momentum = 0.0_wp
+      do p = first, tie%last(g)
+        associate (at => tie%points(:, p), body => blank%parts(tie%part(p))%element)
+          mass = mass + body%inertia(at(1), at(2), at(3))
+          momentum = momentum + body%inertia(at(1), at(2), at(3)) &
+                     *body%motion%v(at(1), at(2), at(3), tie%component)
+        end associate
+      end do
+      do p = first, tie%last(g)
+        associate (at => tie%points(:, p))
+          blank%parts(tie%part(p))%element%motion%v(at(1), at(2), at(3), tie%component) = &
+            momentum/mass
+        end associate
+      end do
+      first = tie%last(g) + 1
+    end do
+  end subroutine even_out
+
+  !> All follows from the motion.
+  subroutine carry_tie(self, store)
+    class(row_tie_t), intent(inout) :: self
+    type(state_store_t), intent(inout) :: store
+  end subroutine carry_tie
+
+end module row_tie
