@@ -62,7 +62,7 @@ contains
     allocate (setup%patches(size(model%bodies%blank%parts)))
     do p = 1, size(setup%patches)
       setup%patches(p)%name = model%bodies%blank%parts(p)%element%name
-      setup%patches(p)%solid = model%bodies%blank%parts(p)%element%grid
+      setup%patches(p)%solid = model%bodies%blank%parts(p)%element%body()
       setup%patches(p)%rule = model%bodies%blank%parts(p)%element%rule
     end do
     allocate (setup%tools(size(scene%tools)))

@@ -50,14 +50,17 @@ contains
       blank%patches(1)%name = blank%name
       call resolve_option(record, "MATERIAL", context%names%materials, "*MATERIAL", &
                           blank%material, errors)
+      blank%is_shell = option_text(record, "ELEMENT") == "SHELL"
       context%frame%is_box = option_text(record, "TYPE") == "BOX"
       call read_shape(deck, context, record, blank, is_complete, errors)
       call refuse_stray_patches(deck, record, errors)
       if (.not. is_complete) return
       do p = 1, size(blank%patches)
         call refine(deck, context%parts(1), errors, solid=blank%patches(p)%solid)
-        call read_rule(option_text(record, "QUADRATURE"), record, blank%patches(p), errors)
+        call read_rule(option_text(record, "QUADRATURE"), record, blank%is_shell, &
+                       blank%patches(p), errors)
       end do
+      if (blank%is_shell) call refuse_solid_options(record, errors)
       call read_projection(record, blank, errors)
       if (.not. context%frame%is_box) call join_patches(record, blank, errors)
     end associate
@@ -217,9 +220,10 @@ contains
   end subroutine read_box
 
   !> Integration points of an element after all refinement.
-  subroutine read_rule(rule, record, patch, errors)
+  subroutine read_rule(rule, record, is_shell, patch, errors)
     character(*), intent(in) :: rule
     type(record_t), intent(in) :: record
+    logical, intent(in) :: is_shell
     type(patch_spec_t), intent(inout) :: patch
     type(error_list_t), intent(inout) :: errors
     logical :: is_good
@@ -227,11 +231,13 @@ contains
     is_good = .true.
     select case (squeezed(upper_case(rule)))
     case ("SHEET")
-      call choose_sheet_rule(patch)
+      call choose_sheet_rule(is_shell, patch)
     case ("FULL")
       patch%n_points = patch%solid%axes%degree + 1
+      if (is_shell) call set_layers(patch)
     case ("REDUCED")
       patch%n_points = patch%solid%axes%degree
+      if (is_shell) call set_layers(patch)
     case default
       call read_count(rule, patch%n_points, patch%n_parts, is_good)
     end select
@@ -246,7 +252,8 @@ contains
   !! along the sheet, one more than the degree in each half of the thickness, which is axis 3. Where
   !! that would leave modes without energy, in elements of degree 1 or in a patch of one element,
   !! one more along the sheet; elements that lie on each other are not split.
-  pure subroutine choose_sheet_rule(patch)
+  pure subroutine choose_sheet_rule(is_shell, patch)
+    logical, intent(in) :: is_shell
     type(patch_spec_t), intent(inout) :: patch
     integer :: a, n_elements(3)
 
@@ -256,8 +263,28 @@ contains
       if (all(n_elements(:2) == 1)) patch%n_points = axes%degree + 1
       patch%n_points(3) = axes(3)%degree + 1
       if (n_elements(3) == 1) patch%n_parts(3) = 2
+      if (is_shell) call set_layers(patch)
     end associate
   end subroutine choose_sheet_rule
+
+  !> Layers of a shell: three Gauss points in each half of the thickness, where bending stress has
+  !! its kink.
+  pure subroutine set_layers(patch)
+    type(patch_spec_t), intent(inout) :: patch
+
+    patch%n_points(3) = 3
+    patch%n_parts(3) = 2
+  end subroutine set_layers
+
+  !> Shells have no volume strain to project.
+  subroutine refuse_solid_options(record, errors)
+    type(record_t), intent(in) :: record
+    type(error_list_t), intent(inout) :: errors
+
+    if (option_text(record, "PROJECTION") /= "NONE") &
+      call add_error(errors, record%origin, "PROJECTION="//option_text(record, "PROJECTION")// &
+                     " with ELEMENT=SHELL", "no PROJECTION, or ELEMENT=SOLID")
+  end subroutine refuse_solid_options
 
   !> Projection of strains and its samples.
   subroutine read_projection(record, blank, errors)

@@ -38,7 +38,8 @@ contains
 
   !> A blank at rest and without stress. `law` is taken over. Seams are found here, on the grids
   !! that the run has, so that nothing done to a scene before leaves them behind.
-  subroutine new_blank(blank, name, patches, law, viscosity, error, merge_distance, projection)
+  subroutine new_blank(blank, name, patches, law, viscosity, error, merge_distance, projection, &
+                       is_shell)
     type(blank_t), intent(out) :: blank
     character(*), intent(in) :: name
     type(patch_spec_t), intent(in) :: patches(:)
@@ -47,6 +48,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     real(wp), intent(in), optional :: merge_distance    !! of `find_seams`; absent or < 0: none
     type(projection_spec_t), intent(in), optional :: projection   !! absent: none
+    logical, intent(in), optional :: is_shell           !! mid-surfaces; absent: solids
     type(nurbs_solid_t) :: solids(size(patches))
     integer :: p
 
@@ -62,7 +64,7 @@ contains
     do p = 1, size(patches)
       associate (spec => patches(p))
         call new_part(blank%parts(p), spec%name, solids(p), spec%n_points, spec%n_parts, &
-                            law, viscosity, error, projection)
+                            law, viscosity, error, projection, is_shell)
         if (allocated(error)) return
       end associate
       blank%parts(p)%element%n_before = n_elements_of(blank%parts(:p - 1))

@@ -59,6 +59,7 @@ module scene
     type(patch_spec_t), allocatable :: patches(:)
     real(wp) :: merge_distance = -1.0_wp    !! at which control points are one [length]; < 0: never
     integer :: material = 0                 !! index into `materials`
+    logical :: is_shell = .false.           !! its elements are mid-surfaces, not solids
     character(4) :: projection = "NONE"     !! against locking: NONE, BBAR or ANS
     logical :: is_smooth = .false.          !! it projects onto the splines of the patch
     integer :: n_samples(3) = 0             !! of the projection, per direction; 0: default
@@ -344,7 +345,7 @@ contains
   end function is_held
 
   !> Control points whose Greville abscissae and, where the box is bounded in space, whose positions
-  !! at the start lie in the box.
+  !! at the start lie in the box. A mid-surface stands for all that lies across it.
   pure function is_in_box(solid, set, part) result(is_in)
     type(nurbs_solid_t), intent(in) :: solid
     type(box_spec_t), intent(in) :: set
@@ -361,6 +362,7 @@ contains
       slack = tolerance*axis_length(solid%axes(axis))
       associate (xi => greville(solid%axes(axis)))
         along = xi >= set%lower(axis, part) - slack .and. xi <= set%upper(axis, part) + slack
+        if (solid%axes(axis)%degree == 0) along = .true.
       end associate
       do i = 1, size(along)
         if (along(i)) cycle

@@ -62,6 +62,7 @@ contains
     end do
 
     if (scene%step%thickness_factor > 1.0_wp) call check_columns(scene, model%bodies%blank, errors)
+    if (n_errors(errors) > before) return
     call set_initial_velocities(scene, model)
     call add_supports(scene, model)
     call add_field_changes(scene, model)
@@ -105,6 +106,12 @@ contains
     type(column_mask_t), allocatable :: is_whole(:)
     integer :: p, n
 
+    if (scene%blank%is_shell) then
+      call add_error(errors, scene%step%origin, "mass scaling through the thickness (THICKNESS="// &
+                     rounded_text(scene%step%thickness_factor)//") with ELEMENT=SHELL, which "// &
+                     "has no motion there", "DT of *MASS SCALING, or ELEMENT=SOLID")
+      return
+    end if
     is_whole = columns_of(blank)
     n = sum([(count(.not. is_whole(p)%values), p=1, size(is_whole))])
     if (n > 0) call add_warning(errors, scene%step%origin, "mass scaling through the thickness "// &
@@ -177,7 +184,7 @@ contains
                        "follows from the deformation gradient", "BBAR or NONE")
       call new_blank(model%bodies%blank, spec%name, spec%patches, law, &
                      [scene%step%viscosity_linear, scene%step%viscosity_quadratic], error, &
-                     spec%merge_distance, projection_of(spec))
+                     spec%merge_distance, projection_of(spec), spec%is_shell)
       if (allocated(error)) then
         call add_error(errors, spec%origin, error%message, "a right-handed patch "// &
                        "with positive volume everywhere")
@@ -216,6 +223,7 @@ contains
 
     n_elements = [(n_spans(patch%solid%axes(axis)), axis=1, 3)]
     projection = projection_of(spec)
+    if (spec%is_shell) return
     associate (degrees => patch%solid%axes%degree)
       if (any(projection%n_samples > patch%n_points*patch%n_parts)) return
       n_modes = n_spurious_modes(degrees, n_elements, patch%n_points, patch%n_parts, projection, &

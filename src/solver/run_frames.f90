@@ -4,7 +4,7 @@ module run_frames
   use kinds, only: wp
   use model, only: model_t
   use frames, only: frame_t, face_field_t, tool_frame_t, results_t, write_frame
-  use contact_effect, only: contact_view_t, contact_pairs
+  use contact_effect, only: contact_view_t, contact_pairs, net_of_pair
   use contact_fields, only: face_pressure, set_tool_pressure
   use history_columns, only: rotating_tools
   use failure, only: error_t
@@ -52,8 +52,8 @@ contains
     frame%time = time
     frame%process_step = model%i_step
     do p = 1, size(frame%patches)
-      frame%patches(p)%points = model%bodies%blank%parts(p)%element%motion%x
-      frame%patches(p)%velocity = model%bodies%blank%parts(p)%element%motion%v
+      call model%bodies%blank%parts(p)%element%body_motion(frame%patches(p)%points, &
+                                                           frame%patches(p)%velocity)
       associate (fields => frame%patches(p))
         call model%bodies%blank%parts(p)%element%read_points( &
           model%bodies%blank%law%eqps_state, fields%eqps, fields%stress, fields%state)
@@ -76,6 +76,7 @@ contains
     type(contact_view_t), allocatable :: pairs(:)
     type(tool_frame_t) :: on_tool
     type(face_field_t) :: on_face
+    real(wp), allocatable :: net(:, :, :)
     integer :: i, p, s
 
     do p = 1, size(frame%patches)
@@ -88,9 +89,8 @@ contains
     do i = 1, size(pairs)
       associate (pair => pairs(i)%pair)
         associate (tool => model%bodies%tools(pair%tool), contacts => frame%patches(pair%part))
-          call face_pressure(pair%fields, pair%pair, tool, contacts%points( &
-            pair%lower(1):pair%upper(1), pair%lower(2):pair%upper(2), &
-            pair%lower(3):pair%upper(3), :), on_face%grid, on_face%pressure)
+          call net_of_pair(pair, model%bodies%blank%parts, net)
+          call face_pressure(pair%fields, pair%pair, tool, net, on_face%grid, on_face%pressure)
           on_face%face = pair%fields%face
           contacts%contacts = [contacts%contacts, on_face]
           call set_tool_pressure(pair%fields, pair%pair, tool)
